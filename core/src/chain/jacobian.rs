@@ -1,0 +1,28 @@
+//! Translational Jacobian of the TCP with respect to the elongations (paper, section 4.1), and the
+//! sensitivities made from it.
+
+use super::linearise::LinearChain;
+use crate::{DOF, MAX_JOINTS};
+
+/// Column by degree of freedom (joint by joint, base first), row by TCP axis: m/m and m/rad.
+pub type Jacobian = [[[f64; 3]; DOF]; MAX_JOINTS];
+
+impl LinearChain {
+    /// `∂f_i/∂q_j` (paper, equation 1): displacement of the TCP along its axes per elongation.
+    /// Joints beyond the chain's stay zero.
+    pub fn jacobian(&self) -> Jacobian {
+        let mut jacobian = [[[0.0; 3]; DOF]; MAX_JOINTS];
+        let mut tip = self.tip_force;
+        for (index, joint) in self.joints.iter().enumerate().rev() {
+            for (dof, column) in jacobian[index].iter_mut().enumerate() {
+                *column = core::array::from_fn(|axis| tip[(dof, axis)]);
+            }
+            let (force, torque) =
+                (tip.fixed_rows::<3>(0).into_owned(), tip.fixed_rows::<3>(3).into_owned());
+            tip.fixed_rows_mut::<3>(0).copy_from(&(joint.rotate.transpose() * force));
+            tip.fixed_rows_mut::<3>(3)
+                .copy_from(&(joint.lever.transpose() * force + joint.turn.transpose() * torque));
+        }
+        jacobian
+    }
+}

@@ -1,0 +1,251 @@
+//! The chain linearised about its static equilibrium: what the receptance recursion runs on.
+//!
+//! The drives hold the joint angles; gravity sags the bushings. About that equilibrium, with
+//! `V = −Σ mᵢ g·xᵢ` and the bushing coordinates in their kinematic order (slides along the joint axes,
+//! then turns about x, the new y, the new z), the second variation of V couples the rotation θ of the
+//! link before with the elongation δq of each bushing, and the turns of one bushing with each other:
+//!
+//! ```text
+//! δ²V = Σ_j θ_{j−1}ᵀ C_j δq_j + ½ δq_jᵀ Γ_j δq_j
+//!       column b of C_j = M g × e_b          (slide)     Γ_ab = z_a · (g × (z_b × M c)),  a before b
+//!                         g × (z_b × M c)    (turn)
+//! ```
+//!
+//! with the mass M of everything the joint carries and its centre c seen from the bushing (Lagrange;
+//! any textbook on small oscillations). Displacements of link j are (translation of the bushing's
+//! origin, rates of its three turns), along the axes of the joint frame: in these coordinates a bushing is
+//! diagonal however far it has sagged.
+
+use heapless::Vec;
+use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, Vector3, Vector6};
+
+use super::Chain;
+use crate::parameters::Bushing;
+use crate::{DOF, MAX_JOINTS};
+
+/// One joint about the static equilibrium. Blocks act on (translation, turns).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearJoint {
+    /// `[[rotate, lever], [0, turn]]` takes a displacement of the link before to this joint.
+    pub rotate: Matrix3<f64>,
+    /// See [`LinearJoint::rotate`]; m.
+    pub lever: Matrix3<f64>,
+    /// See [`LinearJoint::rotate`].
+    pub turn: Matrix3<f64>,
+    /// Spatial inertia of the link: kg, kg m, kg m².
+    pub inertia: Matrix6<f64>,
+    /// Γ: gravity's stiffness among the turns of this bushing, Nm.
+    pub gravity_turns: Matrix3<f64>,
+    /// C_jᵀ seen from this joint: rows are elongations, columns the transported turns of the link before; N, Nm.
+    pub gravity_coupling: SMatrix<f64, 6, 3>,
+    /// The static elongation, m and rad.
+    pub sag: Vector6<f64>,
+}
+
+/// A chain about the static equilibrium of one pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearChain {
+    /// Base first.
+    pub joints: Vec<LinearJoint, MAX_JOINTS>,
+    /// Columns: the loads on the last link of unit forces at the TCP along its axes.
+    pub tip_force: SMatrix<f64, 6, 3>,
+    /// Columns: the loads of unit torques about the TCP's axes.
+    pub tip_torque: SMatrix<f64, 6, 3>,
+    /// Gravity in TCP axes, m/s².
+    pub gravity_at_tip: Vector3<f64>,
+}
+
+/// Equilibria converge by a factor of about sag·stiffness ratio, 1e-2 at worst, a round.
+const EQUILIBRIUM_ROUNDS: usize = 12;
+
+impl Chain {
+    /// Linearises about the static equilibrium at joint angles `pose` (one per joint, rad or m) under
+    /// `gravity` (base axes, m/s²). The bushings matter only through the sag: without gravity the
+    /// result does not depend on them.
+    pub fn linearise(
+        &self,
+        pose: &[f64],
+        gravity: Vector3<f64>,
+        bushings: &[Bushing],
+    ) -> LinearChain {
+        debug_assert_eq!(pose.len(), self.joints.len());
+        let mut sag = [Vector6::zeros(); MAX_JOINTS];
+        if gravity != Vector3::zeros() {
+            for _ in 0..EQUILIBRIUM_ROUNDS {
+                let frames = Sagged::new(self, pose, gravity, &sag);
+                let mut change = 0.0_f64;
+                for (index, joint) in frames.joints.iter().enumerate() {
+                    let load = joint.gravity_load();
+                    let stiffness = Vector6::from(bushings[index].stiffness);
+                    let next = load.component_div(&stiffness);
+                    change = change.max((next - sag[index]).amax());
+                    sag[index] = next;
+                }
+                if change < 1e-12 {
+                    break;
+                }
+            }
+        }
+        Sagged::new(self, pose, gravity, &sag).linearise(self, &sag)
+    }
+}
+
+/// A joint of the sagged chain: what it carries, in the axes of the joint frame at the moved bushing.
+struct SaggedJoint {
+    /// Pose of this link's frame (joint axes, at the bushing's moved origin) in the link before.
+    step: Isometry3<f64>,
+    /// From the joint axes to the turned link.
+    turned: Rotation3<f64>,
+    /// Columns: the axes of the three turns, joint axes.
+    turn_axes: Matrix3<f64>,
+    /// Gravity, joint axes.
+    gravity: Vector3<f64>,
+    /// Mass of all the links carried, kg.
+    mass: f64,
+    /// Their first moment about the bushing's origin, joint axes, kg m.
+    moment: Vector3<f64>,
+}
+
+struct Sagged {
+    joints: Vec<SaggedJoint, MAX_JOINTS>,
+}
+
+impl SaggedJoint {
+    /// Generalised gravity force on the six elongations: N, Nm.
+    fn gravity_load(&self) -> Vector6<f64> {
+        let force = self.gravity * self.mass;
+        let torque = self.turn_axes.transpose() * self.moment.cross(&self.gravity);
+        Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z)
+    }
+}
+
+impl Sagged {
+    fn new(
+        chain: &Chain,
+        pose: &[f64],
+        gravity: Vector3<f64>,
+        sag: &[Vector6<f64>; MAX_JOINTS],
+    ) -> Self {
+        let mut joints: Vec<SaggedJoint, MAX_JOINTS> = Vec::new();
+        let mut before = Rotation3::identity();
+        let mut gravity = gravity;
+        for ((joint, &q), sag) in chain.joints.iter().zip(pose).zip(sag) {
+            let drive = joint.frame(q);
+            let slide = Translation3::new(sag[0], sag[1], sag[2]);
+            let step =
+                Isometry3::from_parts(Translation3::identity(), before.into()) * drive * slide;
+            let about_x = Rotation3::from_axis_angle(&Vector3::x_axis(), sag[3]);
+            let about_xy = about_x * Rotation3::from_axis_angle(&Vector3::y_axis(), sag[4]);
+            let turned = about_xy * Rotation3::from_axis_angle(&Vector3::z_axis(), sag[5]);
+            let turn_axes = Matrix3::from_columns(&[
+                Vector3::x(),
+                about_x * Vector3::y(),
+                about_xy * Vector3::z(),
+            ]);
+            gravity = step.rotation.inverse() * gravity;
+            // A chain has no more joints than the vector holds.
+            let _ = joints.push(SaggedJoint {
+                step,
+                turned,
+                turn_axes,
+                gravity,
+                mass: 0.0,
+                moment: Vector3::zeros(),
+            });
+            before = turned;
+        }
+        let (mut mass, mut moment) = (0.0, Vector3::zeros());
+        for (joint, frame) in chain.joints.iter().zip(joints.iter_mut()).rev() {
+            mass += joint.link.mass;
+            moment += frame.turned * joint.link.centre_of_mass * joint.link.mass;
+            frame.mass = mass;
+            frame.moment = moment;
+            moment = frame.step.rotation * moment + frame.step.translation.vector * mass;
+        }
+        Self { joints }
+    }
+
+    fn linearise(&self, chain: &Chain, sag: &[Vector6<f64>; MAX_JOINTS]) -> LinearChain {
+        let mut before = Matrix3::identity();
+        let mut joints = Vec::new();
+        for (index, frame) in self.joints.iter().enumerate() {
+            let back = frame.step.rotation.inverse().to_rotation_matrix().into_inner();
+            let axes = frame.turn_axes;
+            // The axes of the turns coincide only at a sag of a quarter turn about y.
+            let axes_inverse = axes.try_inverse().unwrap_or_else(Matrix3::identity);
+            let _ = joints.push(LinearJoint {
+                rotate: back,
+                lever: -back * frame.step.translation.vector.cross_matrix() * before,
+                turn: axes_inverse * back * before,
+                inertia: spatial_inertia(&chain.joints[index].link, &frame.turned, &axes),
+                gravity_turns: gravity_turns(frame),
+                gravity_coupling: gravity_coupling(frame),
+                sag: sag[index],
+            });
+            before = axes;
+        }
+        let last = &self.joints[self.joints.len() - 1];
+        let tcp_axes = last.turned * chain.tcp.rotation.to_rotation_matrix();
+        let lever = last.turned * chain.tcp.translation.vector;
+        let mut tip_force = SMatrix::<f64, 6, 3>::zeros();
+        let mut tip_torque = SMatrix::<f64, 6, 3>::zeros();
+        for axis in 0..3 {
+            let direction: Vector3<f64> = tcp_axes.matrix().column(axis).into();
+            let torque = last.turn_axes.transpose() * lever.cross(&direction);
+            tip_force.fixed_view_mut::<3, 1>(0, axis).copy_from(&direction);
+            tip_force.fixed_view_mut::<3, 1>(3, axis).copy_from(&torque);
+            tip_torque
+                .fixed_view_mut::<3, 1>(3, axis)
+                .copy_from(&(last.turn_axes.transpose() * direction));
+        }
+        LinearChain {
+            joints,
+            tip_force,
+            tip_torque,
+            gravity_at_tip: tcp_axes.inverse() * last.gravity,
+        }
+    }
+}
+
+/// Spatial inertia about the bushing's origin, on (translation, turns about `axes`).
+fn spatial_inertia(
+    link: &super::Link,
+    turned: &Rotation3<f64>,
+    axes: &Matrix3<f64>,
+) -> Matrix6<f64> {
+    let moment = (turned * link.centre_of_mass).cross_matrix() * link.mass;
+    let rotated = turned.matrix() * link.inertia * turned.matrix().transpose();
+    let about_origin = rotated - moment * (turned * link.centre_of_mass).cross_matrix();
+    let mut inertia = Matrix6::zeros();
+    inertia.fixed_view_mut::<3, 3>(0, 0).fill_diagonal(link.mass);
+    inertia.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-moment * axes));
+    inertia.fixed_view_mut::<3, 3>(3, 0).copy_from(&(axes.transpose() * moment));
+    inertia.fixed_view_mut::<3, 3>(3, 3).copy_from(&(axes.transpose() * about_origin * axes));
+    inertia
+}
+
+fn gravity_turns(frame: &SaggedJoint) -> Matrix3<f64> {
+    let mut stiffness = Matrix3::zeros();
+    for b in 0..3 {
+        let swing = frame.turn_axes.column(b).cross(&frame.moment);
+        for a in 0..=b {
+            let moment = frame.turn_axes.column(a).dot(&frame.gravity.cross(&swing));
+            stiffness[(a, b)] = moment;
+            stiffness[(b, a)] = moment;
+        }
+    }
+    stiffness
+}
+
+fn gravity_coupling(frame: &SaggedJoint) -> SMatrix<f64, 6, 3> {
+    let mut coupling = SMatrix::<f64, 3, 6>::zeros();
+    for b in 0..DOF {
+        let first_moment = if b < 3 {
+            Vector3::ith(b, frame.mass)
+        } else {
+            frame.turn_axes.column(b - 3).cross(&frame.moment)
+        };
+        coupling.set_column(b, &frame.gravity.cross(&first_moment));
+    }
+    coupling.transpose() * frame.turn_axes
+}

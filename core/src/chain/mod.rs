@@ -1,0 +1,120 @@
+//! A serial robot: joints, the rigid links that they carry, and the tool centre point (TCP).
+
+pub mod jacobian;
+pub mod linearise;
+
+use heapless::Vec;
+use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
+
+use crate::MAX_JOINTS;
+
+/// A rigid link, in the frame of the joint that carries it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// kg.
+    pub mass: f64,
+    /// Centre of mass, m.
+    pub centre_of_mass: Vector3<f64>,
+    /// About the centre of mass, along the axes of the joint frame, kg m².
+    pub inertia: Matrix3<f64>,
+}
+
+/// What the drive of a joint moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// Turns about the axis, rad.
+    Revolute,
+    /// Slides along the axis, m.
+    Prismatic,
+}
+
+/// A driven joint with a bushing: the drive sets the joint frame, the bushing lets the link move in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// Pose of the joint frame at joint angle 0, in the frame of the joint before (or the base).
+    pub origin: Isometry3<f64>,
+    /// Axis of the drive, in the joint frame.
+    pub axis: Unit<Vector3<f64>>,
+    /// What the drive moves along or about the axis.
+    pub kind: JointKind,
+    /// The link that the joint carries.
+    pub link: Link,
+}
+
+/// Why a chain is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChainError {
+    /// A chain has 1 to [`MAX_JOINTS`] joints.
+    JointCount(usize),
+    /// The link of this joint (from 0) has a mass that is not positive and finite.
+    Mass(usize),
+    /// The link of this joint (from 0) has an inertia that no body has: not symmetric positive, or a
+    /// principal moment above the sum of the two others.
+    Inertia(usize),
+}
+
+/// A serial chain from the base to the TCP.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    joints: Vec<Joint, MAX_JOINTS>,
+    tcp: Isometry3<f64>,
+}
+
+impl Chain {
+    /// A chain of `joints`, base first, and the pose of the TCP in the last joint's frame.
+    pub fn new(joints: &[Joint], tcp: Isometry3<f64>) -> Result<Self, ChainError> {
+        let joints = match Vec::from_slice(joints) {
+            Ok(joints) if !joints.is_empty() => joints,
+            _ => return Err(ChainError::JointCount(joints.len())),
+        };
+        for (index, joint) in joints.iter().enumerate() {
+            if !(joint.link.mass.is_finite() && joint.link.mass > 0.0) {
+                return Err(ChainError::Mass(index));
+            }
+            if !joint.link.has_physical_inertia() {
+                return Err(ChainError::Inertia(index));
+            }
+        }
+        Ok(Self { joints, tcp })
+    }
+
+    /// The joints, base first.
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// Pose of the TCP in the last joint's frame.
+    pub fn tcp(&self) -> &Isometry3<f64> {
+        &self.tcp
+    }
+}
+
+impl Joint {
+    /// Pose of the joint frame in the frame of the joint before, at joint angle (or stroke) `q`.
+    pub fn frame(&self, q: f64) -> Isometry3<f64> {
+        self.origin
+            * match self.kind {
+                JointKind::Revolute => Isometry3::from_parts(
+                    Translation3::identity(),
+                    UnitQuaternion::from_axis_angle(&self.axis, q),
+                ),
+                JointKind::Prismatic => Translation3::from(self.axis.into_inner() * q).into(),
+            }
+    }
+}
+
+impl Link {
+    /// Whether some distribution of mass has this inertia: symmetric, finite, principal moments
+    /// positive, none above the sum of the two others.
+    pub fn has_physical_inertia(&self) -> bool {
+        let inertia = self.inertia;
+        if !inertia.iter().all(|moment| moment.is_finite())
+            || (inertia - inertia.transpose()).amax() > 1e-9 * inertia.amax()
+        {
+            return false;
+        }
+        let moments = inertia.symmetric_eigenvalues();
+        let (sum, largest) = (moments.sum(), moments.max());
+        moments.min() > 0.0 && sum - largest >= largest * (1.0 - 1e-6)
+    }
+}

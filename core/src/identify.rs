@@ -1,0 +1,294 @@
+//! The state machine from records to an estimate: search, refine, judge, and search again while the residuals say
+//! that the basin is wrong.
+//!
+//! A refinement that converges is accepted if noise alone explains its residuals. If not, either the basin is
+//! wrong or the model is; another search tells: the best minimum reached twice is accepted as well, with the
+//! remark that the model is suspect. A bare threshold would restart for ever on real data.
+//!
+//! Work is budgeted per change of the records, not by the clock, so that the same records give the same estimate
+//! on any machine.
+
+use fearless_simd::Level;
+use rand_core::Rng;
+
+use crate::chain::Chain;
+use crate::parameters::{Bounds, Bushings};
+use crate::refine::{Fit, Outcome, Problem, Refinement};
+use crate::search::{Schedule, Search};
+use crate::spectrum::{Experiment, Measurement};
+
+/// χ² per degree of freedom up to which noise explains the residuals. The noise itself is known from a few hundred
+/// quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
+const CONSISTENT: f64 = 1.3;
+/// Two minima are the same if their sums of squares differ by less than this part.
+const SAME_MINIMUM: f64 = 1e-3;
+/// Searches that one change of the records may cost.
+const MAX_STARTS: u32 = 8;
+
+/// What an [`Identifier`] is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Needs a record.
+    Waiting,
+    /// Random search for the basin.
+    Searching,
+    /// Gauss-Newton refinement.
+    Refining,
+    /// Nothing to do until the next record.
+    Settled,
+}
+
+/// How far a settled estimate can be believed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acceptance {
+    /// The residuals are as large as the noise explains.
+    Consistent,
+    /// The same minimum was reached from two searches, and its residuals are larger than the noise
+    /// explains: the model is wrong.
+    ModelSuspect,
+    /// The budget of starts ran out before either.
+    Unsettled,
+}
+
+/// The parameters as they stand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Stiffness and damping of every joint.
+    pub bushings: Bushings,
+    /// Standard deviation of each, same units; infinite where the data do not tell.
+    pub standard_deviations: Bushings,
+    /// Surface similarity parameter per direction and experiment: the median of them.
+    pub ssp_median: f64,
+    /// The largest of them.
+    pub ssp_max: f64,
+    /// χ² per degree of freedom; 1 when noise alone explains the residuals.
+    pub consistency: f64,
+    /// How far to believe it.
+    pub acceptance: Acceptance,
+}
+
+/// How the work stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// What is going on.
+    pub phase: Phase,
+    /// Of the present search or refinement, 0 to 1.
+    pub fraction: f32,
+    /// Searches begun.
+    pub starts: u32,
+    /// Samples that the searches have cost.
+    pub search_evaluations: u64,
+    /// Refinement iterations done.
+    pub refine_iterations: u64,
+    /// Smallest loss of the present search (SSP).
+    pub search_loss: f32,
+}
+
+/// Identifies the bushings of one robot from its experiments, which the caller keeps.
+#[derive(Clone, Debug)]
+pub struct Identifier<R> {
+    chain: Chain,
+    bounds: Bounds,
+    measurement: Measurement,
+    level: Level,
+    generator: R,
+    phase: Phase,
+    search: Search,
+    refinement: Refinement<f64>,
+    /// Searches since the records last changed.
+    starts: u32,
+    total_starts: u32,
+    search_evaluations: u64,
+    refine_iterations: u64,
+    /// The best minimum since the records last changed.
+    best: Option<Minimum>,
+    estimate: Option<Estimate>,
+}
+
+#[derive(Clone, Debug)]
+struct Minimum {
+    bushings: Bushings,
+    fit: Fit,
+}
+
+impl<R: Rng> Identifier<R> {
+    /// For one robot. `level` is the instruction set to use; `generator` drives the search.
+    pub fn new(
+        chain: Chain,
+        bounds: Bounds,
+        measurement: Measurement,
+        level: Level,
+        generator: R,
+    ) -> Self {
+        let search = Search::new(Schedule::default(), chain.joints().len());
+        let refinement = Refinement::new(&search.centre(&bounds));
+        Self {
+            chain,
+            bounds,
+            measurement,
+            level,
+            generator,
+            phase: Phase::Waiting,
+            search,
+            refinement,
+            starts: 0,
+            total_starts: 0,
+            search_evaluations: 0,
+            refine_iterations: 0,
+            best: None,
+            estimate: None,
+        }
+    }
+
+    /// Takes notice of a changed set of experiments: goes on from where it stands, with a new budget.
+    pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        self.best = None;
+        self.starts = 0;
+        if experiments.is_empty() {
+            self.phase = Phase::Waiting;
+            return;
+        }
+        match (self.phase, &self.estimate) {
+            (Phase::Waiting, _) | (Phase::Settled, None) => self.start_search(experiments),
+            (Phase::Searching, _) => self.search.renew(experiments),
+            (Phase::Refining, _) => {
+                let joints = self.chain.joints().len();
+                self.refinement.restart(&self.refinement.bushings(joints));
+            }
+            (Phase::Settled, Some(estimate)) => {
+                self.refinement.restart(&estimate.bushings);
+                self.phase = Phase::Refining;
+            }
+        }
+    }
+
+    /// One sample of the search, or one step of the refinement. Call with the experiments that [`Identifier::renew`]
+    /// last saw; only what is fitted beside the parameters changes in them.
+    pub fn step<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> Phase {
+        match self.phase {
+            Phase::Waiting | Phase::Settled => {}
+            Phase::Searching => {
+                self.search.step(experiments, &self.bounds, self.level, &mut self.generator);
+                self.search_evaluations += 1;
+                if self.search.finished() {
+                    self.refinement.restart(&self.search.centre(&self.bounds));
+                    self.phase = Phase::Refining;
+                }
+            }
+            Phase::Refining => {
+                self.refine_iterations += 1;
+                let problem = Problem {
+                    chain: &self.chain,
+                    measurement: &self.measurement,
+                    bounds: &self.bounds,
+                    level: self.level,
+                };
+                if self.refinement.step(&problem, experiments) == Outcome::Converged {
+                    let fit = self.refinement.fit(&problem, experiments);
+                    self.judge(fit, experiments);
+                }
+            }
+        }
+        self.phase
+    }
+
+    /// The estimate of the records as they last stood; none before the first has settled.
+    pub fn estimate(&self) -> Option<&Estimate> {
+        self.estimate.as_ref()
+    }
+
+    /// How the work stands.
+    pub fn progress(&self) -> Progress {
+        let (done, of) = self.search.iterations();
+        Progress {
+            phase: self.phase,
+            fraction: match self.phase {
+                Phase::Waiting => 0.0,
+                Phase::Searching => done as f32 / of as f32,
+                Phase::Refining => self.refinement.iterations() as f32 / TYPICAL_ITERATIONS,
+                Phase::Settled => 1.0,
+            }
+            .min(1.0),
+            starts: self.total_starts,
+            search_evaluations: self.search_evaluations,
+            refine_iterations: self.refine_iterations,
+            search_loss: self.search.loss(),
+        }
+    }
+
+    fn start_search<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        self.starts += 1;
+        self.total_starts += 1;
+        self.search = Search::new(Schedule::default(), self.chain.joints().len());
+        self.search.renew(experiments);
+        self.phase = Phase::Searching;
+    }
+
+    /// Accepts a converged refinement, or searches again.
+    fn judge<const B: usize>(&mut self, fit: Fit, experiments: &[Experiment<B>]) {
+        let bushings = self.refinement.bushings(self.chain.joints().len());
+        let found = Minimum { bushings, fit };
+        if found.consistency() <= CONSISTENT {
+            return self.settle(found, Acceptance::Consistent);
+        }
+        let again = self.best.as_ref().is_some_and(|best| found.is_as_good_as(best));
+        let best = match self.best.take() {
+            Some(best) if best.fit.sum_of_squares < found.fit.sum_of_squares => best,
+            _ => found,
+        };
+        if again {
+            self.settle(best, Acceptance::ModelSuspect);
+        } else if self.starts >= MAX_STARTS {
+            self.settle(best, Acceptance::Unsettled);
+        } else {
+            self.best = Some(best);
+            self.start_search(experiments);
+        }
+    }
+
+    fn settle(&mut self, minimum: Minimum, acceptance: Acceptance) {
+        self.estimate = Some(minimum.estimate(&self.bounds, acceptance));
+        self.best = None;
+        self.phase = Phase::Settled;
+    }
+}
+
+/// Steps of a refinement that starts in the right basin, about.
+const TYPICAL_ITERATIONS: f32 = 12.0;
+
+impl Minimum {
+    fn consistency(&self) -> f64 {
+        self.fit.sum_of_squares / self.fit.degrees_of_freedom.max(1.0)
+    }
+
+    fn is_as_good_as(&self, best: &Self) -> bool {
+        let (found, best) = (self.fit.sum_of_squares, best.fit.sum_of_squares);
+        (found - best).abs() <= SAME_MINIMUM * best
+    }
+
+    /// A parameter that lies on a bound has no standard deviation: the data push it further than they may.
+    fn estimate(self, bounds: &Bounds, acceptance: Acceptance) -> Estimate {
+        let consistency = self.consistency();
+        let mut standard_deviations = self.bushings.clone();
+        for (joint, bushing) in standard_deviations.iter_mut().enumerate() {
+            let ranges = bounds.stiffness.iter().chain(&bounds.damping);
+            let values = bushing.stiffness.iter_mut().chain(&mut bushing.damping);
+            for (index, (value, &[lower, upper])) in values.zip(ranges).enumerate() {
+                let inside = *value > lower * (1.0 + ON_BOUND) && *value < upper * (1.0 - ON_BOUND);
+                let relative = self.fit.deviations[2 * crate::DOF * joint + index];
+                *value = if inside { *value * relative } else { f64::INFINITY };
+            }
+        }
+        Estimate {
+            bushings: self.bushings,
+            standard_deviations,
+            ssp_median: self.fit.ssp[0],
+            ssp_max: self.fit.ssp[1],
+            consistency,
+            acceptance,
+        }
+    }
+}
+
+/// Relative distance from a bound that counts as on it.
+const ON_BOUND: f64 = 1e-9;

@@ -1,0 +1,134 @@
+//! Numbers side by side: one frequency bin per lane.
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch, f32x16, f64x8};
+
+/// The precision of a computation.
+pub trait Scalar: Copy + Default + Send + Sync + 'static {
+    /// Nearest value of this precision.
+    fn from_f64(value: f64) -> Self;
+    /// The value as `f64`, exact.
+    fn to_f64(self) -> f64;
+}
+
+/// One or several real numbers of one precision, computed with side by side.
+pub trait Lanes:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// What one lane holds.
+    type Scalar: Scalar;
+    /// How many.
+    const WIDTH: usize;
+    /// `value` in as many lanes as `self` has.
+    fn fill(self, value: Self::Scalar) -> Self;
+    /// `self · factor + term`, fused where the processor can.
+    fn mul_add(self, factor: Self, term: Self) -> Self;
+    /// The first `WIDTH` of `values`.
+    fn load(self, values: &[Self::Scalar]) -> Self;
+    /// Into the first `WIDTH` of `values`.
+    fn store(self, values: &mut [Self::Scalar]);
+}
+
+macro_rules! scalar {
+    ($type:ty) => {
+        impl Scalar for $type {
+            #[inline(always)]
+            fn from_f64(value: f64) -> Self {
+                value as $type
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+        }
+
+        impl Lanes for $type {
+            type Scalar = $type;
+            const WIDTH: usize = 1;
+            #[inline(always)]
+            fn fill(self, value: $type) -> Self {
+                value
+            }
+            #[inline(always)]
+            fn mul_add(self, factor: Self, term: Self) -> Self {
+                self * factor + term
+            }
+            #[inline(always)]
+            fn load(self, values: &[$type]) -> Self {
+                values[0]
+            }
+            #[inline(always)]
+            fn store(self, values: &mut [$type]) {
+                values[0] = self;
+            }
+        }
+    };
+}
+
+scalar!(f32);
+scalar!(f64);
+
+macro_rules! vector {
+    ($($type:ident of $scalar:ty),*) => {$(
+        impl<S: Simd> Lanes for $type<S> {
+            type Scalar = $scalar;
+            const WIDTH: usize = <Self as SimdBase<S>>::LEN;
+            #[inline(always)]
+            fn fill(self, value: $scalar) -> Self {
+                Self::splat(self.simd, value)
+            }
+            #[inline(always)]
+            fn mul_add(self, factor: Self, term: Self) -> Self {
+                SimdFloat::mul_add(self, factor, term)
+            }
+            #[inline(always)]
+            fn load(self, values: &[$scalar]) -> Self {
+                Self::from_slice(self.simd, &values[..Self::WIDTH])
+            }
+            #[inline(always)]
+            fn store(self, values: &mut [$scalar]) {
+                values[..Self::WIDTH].copy_from_slice(self.as_slice());
+            }
+        }
+    )*};
+}
+
+vector!(f32x16 of f32, f64x8 of f64);
+
+/// A computation that is written once for any number of lanes; mark `run` `#[inline(always)]`.
+pub trait Kernel<T: Scalar> {
+    /// What it computes.
+    type Output;
+    /// Runs with as many lanes as `like` has.
+    fn run<V: Lanes<Scalar = T>>(self, like: V) -> Self::Output;
+}
+
+/// A precision that kernels run in.
+pub trait Precision: Scalar {
+    /// Runs `kernel` in the lanes of `level`'s instruction set: 64 bytes wide, or one lane where there is none.
+    fn dispatch<K: Kernel<Self>>(level: Level, kernel: K) -> K::Output;
+}
+
+macro_rules! precision {
+    ($scalar:ty, $vector:ident) => {
+        impl Precision for $scalar {
+            #[inline]
+            fn dispatch<K: Kernel<Self>>(level: Level, kernel: K) -> K::Output {
+                if level.is_fallback() {
+                    kernel.run::<$scalar>(0.0)
+                } else {
+                    dispatch!(level, simd => kernel.run($vector::splat(simd, 0.0)))
+                }
+            }
+        }
+    };
+}
+
+precision!(f32, f32x16);
+precision!(f64, f64x8);

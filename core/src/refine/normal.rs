@@ -1,0 +1,214 @@
+//! Normal equations of a linear least-squares problem, the right-hand side as their last row.
+//!
+//! Row by row `[a | b]` is added to `N = Σ [a | b]ᵀ [a | b]`. Eliminating the first unknowns (a partial Cholesky
+//! factorisation) leaves the Schur complement in place: the same equations with those unknowns projected out,
+//! and in the last corner the sum of squares that then remains.
+
+use crate::parameters::MAX_PARAMETERS;
+
+/// An unknown that keeps less than this part of its diagonal depends on those before it.
+const DEPENDENT: f64 = 1e-13;
+
+/// Entries of a packed lower triangle of `n` rows.
+pub(crate) const fn packed(n: usize) -> usize {
+    n * (n + 1) / 2
+}
+
+/// Symmetric, lower triangle packed by rows; `L` is `packed(most unknowns + 1)`.
+#[derive(Clone, Debug)]
+pub(crate) struct Normal<const L: usize> {
+    /// Unknowns and the right-hand side.
+    size: usize,
+    entries: [f64; L],
+}
+
+impl<const L: usize> Normal<L> {
+    pub(crate) const fn new() -> Self {
+        Self { size: 0, entries: [0.0; L] }
+    }
+
+    /// Empties it for `unknowns`.
+    pub(crate) fn reset(&mut self, unknowns: usize) {
+        self.size = unknowns + 1;
+        self.entries[..packed(self.size)].fill(0.0);
+    }
+
+    /// Unknowns that it has.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.size - 1
+    }
+
+    /// Row `i` up to its diagonal.
+    pub(crate) fn row(&self, i: usize) -> &[f64] {
+        &self.entries[packed(i)..packed(i + 1)]
+    }
+
+    /// The right-hand side; behind it the sum of squares of the residual.
+    pub(crate) fn right(&self) -> &[f64] {
+        self.row(self.size - 1)
+    }
+
+    /// What the residual's sum of squares stands at.
+    pub(crate) fn sum_of_squares(&self) -> f64 {
+        self.entries[packed(self.size) - 1]
+    }
+
+    /// Adds six rows, each as long as the unknowns and the right-hand side.
+    #[inline(always)]
+    pub(crate) fn add<const W: usize>(&mut self, rows: &[[f64; W]; 6]) {
+        for i in 0..self.size {
+            let [a, b, c, d, e, f] = rows.each_ref().map(|row| &row[..=i]);
+            let (ai, bi, ci, di, ei, fi) = (a[i], b[i], c[i], d[i], e[i], f[i]);
+            let target = &mut self.entries[packed(i)..packed(i + 1)];
+            for (j, target) in target.iter_mut().enumerate() {
+                *target += ai * a[j] + bi * b[j] + ci * c[j] + di * d[j] + ei * e[j] + fi * f[j];
+            }
+        }
+    }
+
+    /// Eliminates the first `count` unknowns. The factor of those stays in their rows and columns; the rest becomes
+    /// the Schur complement. An unknown that nothing tells of is left at zero.
+    pub(crate) fn eliminate(&mut self, count: usize) {
+        for k in 0..count {
+            let pivot = self.entries[packed(k + 1) - 1];
+            // What the diagonal held before the unknowns ahead of this one took their share.
+            let before: f64 = pivot + self.row(k)[..k].iter().map(|x| x * x).sum::<f64>();
+            let told = pivot > DEPENDENT * before;
+            let inverse = if told { 1.0 / libm::sqrt(pivot) } else { 0.0 };
+            self.entries[packed(k + 1) - 1] = if told { pivot * inverse } else { 0.0 };
+            for i in k + 1..self.size {
+                self.entries[packed(i) + k] *= inverse;
+            }
+            for i in k + 1..self.size {
+                let (before, row) = self.entries.split_at_mut(packed(i));
+                let factor = row[k];
+                if factor == 0.0 {
+                    continue;
+                }
+                for j in k + 1..i {
+                    row[j] -= factor * before[packed(j) + k];
+                }
+                row[i] -= factor * factor;
+            }
+        }
+    }
+
+    /// After [`Normal::eliminate`] of all unknowns up to `count`: their values, the later ones at zero.
+    pub(crate) fn substitute(&self, count: usize, solution: &mut [f64]) {
+        let right = packed(self.size - 1);
+        for k in (0..count).rev() {
+            let mut sum = self.entries[right + k];
+            for i in k + 1..count {
+                sum -= self.entries[packed(i) + k] * solution[i];
+            }
+            let pivot = self.entries[packed(k + 1) - 1];
+            solution[k] = if pivot > 0.0 { sum / pivot } else { 0.0 };
+        }
+    }
+
+    /// Adds the Schur complement of another problem, whose first `eliminated` unknowns are gone.
+    pub(crate) fn add_complement<const M: usize>(&mut self, other: &Normal<M>, eliminated: usize) {
+        for i in 0..self.size {
+            let row = &other.row(eliminated + i)[eliminated..];
+            for (target, value) in self.entries[packed(i)..packed(i + 1)].iter_mut().zip(row) {
+                *target += value;
+            }
+        }
+    }
+
+    /// Pins unknowns to the values given: their columns move to the right-hand side. Before eliminating.
+    pub(crate) fn fix(&mut self, values: &[Option<f64>]) {
+        let right = packed(self.size - 1);
+        for (k, value) in values.iter().enumerate() {
+            let Some(value) = *value else { continue };
+            for i in 0..values.len() {
+                let entry = if i >= k { packed(i) + k } else { packed(k) + i };
+                if i != k {
+                    self.entries[right + i] -= self.entries[entry] * value;
+                    self.entries[entry] = 0.0;
+                }
+            }
+            self.entries[packed(k) + k] = 1.0;
+            self.entries[right + k] = value;
+        }
+    }
+
+    /// By how much `step` lowers the sum of squares: `2 gᵀx − xᵀNx`. Before eliminating.
+    pub(crate) fn gain(&self, step: &[f64]) -> f64 {
+        let mut gain = 0.0;
+        for i in 0..self.unknowns() {
+            let row = self.row(i);
+            let off: f64 = row[..i].iter().zip(step).map(|(n, x)| n * x).sum();
+            gain += step[i] * (2.0 * self.right()[i] - row[i] * step[i] - 2.0 * off);
+        }
+        gain
+    }
+
+    /// Entry (i, i) of the inverse, after [`Normal::eliminate`] of all unknowns; infinite if it has none.
+    pub(crate) fn inverse_diagonal(&self, i: usize) -> f64 {
+        // Column i of L⁻¹ by forward substitution; its square length.
+        let unknowns = self.unknowns();
+        let mut column = [0.0; MAX_PARAMETERS];
+        let mut sum = 0.0;
+        for row in i..unknowns {
+            let entries = self.row(row);
+            let mut value = if row == i { 1.0 } else { 0.0 };
+            for k in i..row {
+                value -= entries[k] * column[k];
+            }
+            if entries[row] == 0.0 {
+                if value == 0.0 {
+                    continue;
+                }
+                return f64::INFINITY;
+            }
+            column[row] = value / entries[row];
+            sum += column[row] * column[row];
+        }
+        sum
+    }
+
+    /// Entry (i, j), j ≤ i.
+    pub(crate) fn entry(&mut self, i: usize, j: usize) -> &mut f64 {
+        &mut self.entries[packed(i) + j]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+        /// Projecting out, substituting and the remaining squares, against a QR least-squares solve.
+        #[test]
+        fn projects_out_like_least_squares(values in proptest::collection::vec(-1.0_f64..1.0, 6 * 4 * 10)) {
+            const UNKNOWNS: usize = 9;
+            let mut normal = Normal::<{ packed(UNKNOWNS + 1) }>::new();
+            normal.reset(UNKNOWNS);
+            let all = DMatrix::from_row_slice(24, UNKNOWNS + 1, &values);
+            for block in 0..4 {
+                let rows: [[f64; UNKNOWNS + 1]; 6] = core::array::from_fn(|r| core::array::from_fn(|c| all[(6 * block + r, c)]));
+                normal.add(&rows);
+            }
+            let (a, b) = (all.columns(0, UNKNOWNS).into_owned(), DVector::from(all.column(UNKNOWNS)));
+            let expected = a.clone().svd(true, true).solve(&b, 1e-12).map_err(TestCaseError::fail)?;
+            let residual = (&a * &expected - b).norm_squared();
+            // In two steps: the first four unknowns projected out, then the rest.
+            normal.eliminate(4);
+            let mut rest = Normal::<{ packed(UNKNOWNS - 4 + 1) }>::new();
+            rest.reset(UNKNOWNS - 4);
+            rest.add_complement(&normal, 4);
+            rest.eliminate(UNKNOWNS - 4);
+            let mut solution = [0.0; UNKNOWNS - 4];
+            rest.substitute(UNKNOWNS - 4, &mut solution);
+            for (ours, expected) in solution.iter().zip(expected.iter().skip(4)) {
+                prop_assert!((ours - expected).abs() < 1e-6 * (1.0 + expected.abs()));
+            }
+            prop_assert!((rest.sum_of_squares() - residual).abs() < 1e-8);
+        }
+    }
+}

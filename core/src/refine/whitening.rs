@@ -1,0 +1,69 @@
+//! The weights of one bin: what makes its residual white.
+//!
+//! The residual of a bin carries the noise of the accelerometer and, through the accelerance H_a, that of the
+//! force sensor: its covariance is `σ_a² + H_a σ_f² H_aᴴ`. Without the second no interval is honest.
+
+use crate::receptance::complex::Complex;
+
+/// Inverse Cholesky factor of half a bin's noise covariance (half: real and imaginary part each have unit variance
+/// then), row by row below the diagonal.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Whitening {
+    diagonal: [f64; 3],
+    /// Entries (1,0), (2,0), (2,1).
+    below: [Complex<f64>; 3],
+}
+
+impl Whitening {
+    /// From the mean squares of the noise per axis and the accelerance `[reading][force]`.
+    pub(crate) fn new(
+        acceleration_noise: &[f64; 3],
+        force_noise: &[f64; 3],
+        accelerance: &[[Complex<f64>; 3]; 3],
+    ) -> Self {
+        let covariance = |i: usize, j: usize| {
+            let mut sum = Complex { re: 0.0, im: 0.0 };
+            for axis in 0..3 {
+                let (a, b) = (accelerance[i][axis], accelerance[j][axis]);
+                let conjugate = Complex { re: b.re, im: -b.im };
+                sum = sum + (a * conjugate).scale(0.5 * force_noise[axis]);
+            }
+            if i == j {
+                sum.re += 0.5 * acceleration_noise[i];
+            }
+            sum
+        };
+        let square = |z: Complex<f64>| z.re * z.re + z.im * z.im;
+        let conjugate = |z: Complex<f64>| Complex { re: z.re, im: -z.im };
+        let floor = |pivot: f64| libm::sqrt(pivot.max(f64::MIN_POSITIVE));
+        // Cholesky, then the inverse of the factor, both by hand for 3×3.
+        let l00 = floor(covariance(0, 0).re);
+        let l10 = covariance(1, 0).scale(1.0 / l00);
+        let l11 = floor(covariance(1, 1).re - square(l10));
+        let l20 = covariance(2, 0).scale(1.0 / l00);
+        let l21 = (covariance(2, 1) - l20 * conjugate(l10)).scale(1.0 / l11);
+        let l22 = floor(covariance(2, 2).re - square(l20) - square(l21));
+        let (w00, w11, w22) = (1.0 / l00, 1.0 / l11, 1.0 / l22);
+        let w10 = l10.scale(-w00 * w11);
+        let w21 = l21.scale(-w11 * w22);
+        let w20 = (l20.scale(w00) + l21 * w10).scale(-w22);
+        Self { diagonal: [w00, w11, w22], below: [w10, w20, w21] }
+    }
+
+    /// Whitens real rows in place: `rows` holds real and imaginary part of the three axes in turn.
+    #[inline(always)]
+    pub(crate) fn apply<const W: usize>(&self, rows: &mut [[f64; W]; 6], width: usize) {
+        let [w10, w20, w21] = self.below;
+        let [x, y, z] = self.diagonal;
+        let [r0, i0, r1, i1, r2, i2] = rows;
+        for c in 0..width {
+            let (a, b) = ((r0[c], i0[c]), (r1[c], i1[c]));
+            r2[c] = z * r2[c] + w20.re * a.0 - w20.im * a.1 + w21.re * b.0 - w21.im * b.1;
+            i2[c] = z * i2[c] + w20.re * a.1 + w20.im * a.0 + w21.re * b.1 + w21.im * b.0;
+            r1[c] = y * b.0 + w10.re * a.0 - w10.im * a.1;
+            i1[c] = y * b.1 + w10.re * a.1 + w10.im * a.0;
+            r0[c] = x * a.0;
+            i0[c] = x * a.1;
+        }
+    }
+}

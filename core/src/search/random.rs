@@ -1,0 +1,60 @@
+//! Random numbers for the search, from any generator.
+
+use rand_core::Rng;
+
+/// Uniform in [0, 1).
+pub(super) fn uniform(generator: &mut impl Rng) -> f32 {
+    (generator.next_u32() >> 8) as f32 / (1_u32 << 24) as f32
+}
+
+/// One of `0..count`.
+pub(super) fn choice(generator: &mut impl Rng, count: usize) -> usize {
+    ((u64::from(generator.next_u32()) * count as u64) >> 32) as usize
+}
+
+/// Uniform in the ball of `radius` in as many dimensions as `point` has, about the origin.
+pub(super) fn in_ball(generator: &mut impl Rng, radius: f32, point: &mut [f32]) {
+    for coordinate in point.iter_mut() {
+        *coordinate = normal(generator);
+    }
+    let length = libm::sqrtf(point.iter().map(|x| x * x).sum());
+    let depth = libm::powf(uniform(generator), 1.0 / point.len() as f32);
+    let scale = if length > 0.0 { radius * depth / length } else { 0.0 };
+    for coordinate in point {
+        *coordinate *= scale;
+    }
+}
+
+/// Standard normal (Box and Muller).
+fn normal(generator: &mut impl Rng) -> f32 {
+    let radius = libm::sqrtf(-2.0 * libm::logf(1.0 - uniform(generator)));
+    radius * libm::cosf(core::f32::consts::TAU * uniform(generator))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_core::SeedableRng;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    /// In n dimensions the radius of a uniform point in the unit ball has mean n/(n+1), each coordinate the
+    /// variance 1/(n+2): ten thousand points pin both to well within the limits.
+    #[test]
+    fn fills_the_ball_evenly() {
+        let mut generator = Xoshiro256PlusPlus::seed_from_u64(1);
+        const N: usize = 5;
+        let (mut radius, mut square, mut mean) = (0.0, 0.0, 0.0);
+        for _ in 0..10_000 {
+            let mut point = [0.0; N];
+            in_ball(&mut generator, 1.0, &mut point);
+            let length = libm::sqrtf(point.iter().map(|x| x * x).sum());
+            assert!(length <= 1.0 + 1e-6);
+            radius += length / 1e4;
+            square += point[2] * point[2] / 1e4;
+            mean += point[4] / 1e4;
+        }
+        assert!((radius - 5.0 / 6.0).abs() < 0.006, "{radius}");
+        assert!((square - 1.0 / 7.0).abs() < 0.01, "{square}");
+        assert!(mean.abs() < 0.02, "{mean}");
+    }
+}

@@ -1,0 +1,182 @@
+//! From a record to the spectra that the search and the refinement read.
+//!
+//! The end of a record is the central problem: low modes ring on for seconds, so that on the plain DFT of
+//! a record `X(ω) = H(ω) F(ω)` is wrong by more than everything that is sought. Two remedies:
+//!
+//! - [`search`]: signals weighted by `e^(−αt)` make it true on the line `s = α + iω`, up to `e^(−αT)`,
+//!   for a record that starts at rest; a Hann window does well enough for the others.
+//! - [`Experiment`]'s own spectra are the plain DFT over exactly the record. One record is one period of a
+//!   periodic motion whose seam is mended by unknown loads on the bushings, which the refinement
+//!   estimates beside the parameters ([`crate::refine`]).
+
+pub mod fft;
+pub mod search;
+
+use core::f64::consts::TAU;
+
+use heapless::Vec;
+
+use crate::MAX_JOINTS;
+use crate::chain::Chain;
+use crate::refine::seam::Seam;
+use crate::refine::whitening::Whitening;
+use crate::stream::Record;
+use nalgebra::Vector3;
+use search::SearchSpectra;
+
+/// How the accelerometer is mounted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Accelerometer {
+    /// Keeps its axes in space and does not feel gravity (or has it removed).
+    Inertial,
+    /// Turns with the tool and feels gravity; its reading at rest has been removed.
+    Strapdown,
+}
+
+/// What was measured, and under what gravity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Lowest and highest frequency that is fitted, Hz.
+    pub band_hz: [f64; 2],
+    /// Gravity, base axes, m/s².
+    pub gravity: [f64; 3],
+    /// How the accelerometer is mounted.
+    pub accelerometer: Accelerometer,
+}
+
+/// Three signals, one per TCP axis, over the bins of a band.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectrum<const B: usize> {
+    /// Real parts.
+    pub re: [Vec<f32, B>; 3],
+    /// Imaginary parts.
+    pub im: [Vec<f32, B>; 3],
+}
+
+impl<const B: usize> Spectrum<B> {
+    const EMPTY: Self = Self { re: [const { Vec::new() }; 3], im: [const { Vec::new() }; 3] };
+}
+
+/// Why a record has no spectrum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpectrumError {
+    /// Its length is not a power of two from 256 to 32,768.
+    Length(usize),
+    /// The band holds this many bins; one needs at least 8 and may have at most the capacity.
+    Bins(usize),
+    /// The record's pose has not one angle per joint.
+    Pose(usize),
+    /// The record holds a value that is not finite, or no force at all.
+    Signal,
+}
+
+/// Fewest bins that a fit makes sense of.
+const MIN_BINS: usize = 8;
+
+/// A record in the frequency domain: what is fitted, at its pose, with its noise.
+#[derive(Clone, Debug)]
+pub struct Experiment<const B: usize> {
+    /// Joint angles, rad (m).
+    pub pose: Vec<f64, MAX_JOINTS>,
+    /// Fundamental frequency 2π/T, rad/s: the spacing of the bins.
+    pub spacing: f64,
+    /// Bin number of the first bin.
+    pub first_bin: usize,
+    /// DFT of the force times the sample period, TCP axes, Ns.
+    pub force: Spectrum<B>,
+    /// DFT of the acceleration times the sample period, TCP axes, m/s.
+    pub acceleration: Spectrum<B>,
+    /// Mean square of the noise in one bin of the force, per axis, (Ns)².
+    pub force_noise: [f64; 3],
+    /// Mean square of the noise in one bin of the acceleration, per axis, (m/s)².
+    pub acceleration_noise: [f64; 3],
+    /// What the search reads.
+    pub search: SearchSpectra<B>,
+    /// What mends the seam, as last estimated.
+    pub(crate) seam: Seam,
+    /// The weights of the bins, as last estimated.
+    pub(crate) whitening: Vec<Whitening, B>,
+}
+
+impl<const B: usize> Experiment<B> {
+    /// Spectra of `record` in the measured band. `buffer` holds one signal at a time and is overwritten.
+    pub fn new<const N: usize>(
+        chain: &Chain,
+        measurement: &Measurement,
+        record: &Record<N>,
+        buffer: &mut [f32; N],
+    ) -> Result<Self, SpectrumError> {
+        let samples = record.force[0].len();
+        if !(fft::MIN_SAMPLES..=fft::MAX_SAMPLES).contains(&samples) || !samples.is_power_of_two() {
+            return Err(SpectrumError::Length(samples));
+        }
+        if record.pose.len() != chain.joints().len() {
+            return Err(SpectrumError::Pose(record.pose.len()));
+        }
+        let signals = || record.force.iter().chain(&record.acceleration);
+        if signals().flatten().any(|value| !value.is_finite())
+            || record.force.iter().flatten().all(|&value| value == 0.0)
+        {
+            return Err(SpectrumError::Signal);
+        }
+        let period = 1.0 / record.rate_hz;
+        let spacing = TAU * record.rate_hz / samples as f64;
+        let hz_per_bin = record.rate_hz / samples as f64;
+        let first_bin = libm::ceil(measurement.band_hz[0] / hz_per_bin).max(1.0) as usize;
+        let last_bin =
+            (libm::floor(measurement.band_hz[1] / hz_per_bin) as usize).min(samples / 2 - 1);
+        let bins = (last_bin + 1).saturating_sub(first_bin);
+        if !(MIN_BINS..=B).contains(&bins) {
+            return Err(SpectrumError::Bins(bins));
+        }
+        let band = first_bin..last_bin + 1;
+        let mut plain = |signals: &[Vec<f32, N>; 3]| {
+            let mut spectrum = Spectrum::EMPTY;
+            for (axis, signal) in signals.iter().enumerate() {
+                buffer[..samples].copy_from_slice(signal);
+                let transformed = fft::real_transform(&mut buffer[..samples])
+                    .ok_or(SpectrumError::Length(samples))?;
+                for bin in &transformed[band.clone()] {
+                    let _ = spectrum.re[axis].push(bin.re * period as f32);
+                    let _ = spectrum.im[axis].push(bin.im * period as f32);
+                }
+            }
+            Ok(spectrum)
+        };
+        let force = plain(&record.force)?;
+        let acceleration = plain(&record.acceleration)?;
+        let mean_square = |sigma: [f32; 3]| {
+            sigma.map(|s| f64::from(s) * f64::from(s) * samples as f64 * period * period)
+        };
+        let search = SearchSpectra::new(chain, record, band, buffer)?;
+        Ok(Self {
+            pose: record.pose.clone(),
+            spacing,
+            first_bin,
+            force,
+            acceleration,
+            force_noise: mean_square(record.force_noise),
+            acceleration_noise: mean_square(record.acceleration_noise),
+            search,
+            seam: Seam::default(),
+            whitening: Vec::new(),
+        })
+    }
+
+    /// Number of bins.
+    pub fn bins(&self) -> usize {
+        self.force.re[0].len()
+    }
+
+    /// Angular frequency of a bin, rad/s.
+    pub fn omega(&self, bin: usize) -> f64 {
+        (self.first_bin + bin) as f64 * self.spacing
+    }
+}
+
+impl Measurement {
+    /// Gravity as a vector, base axes, m/s².
+    pub(crate) fn gravity(&self) -> Vector3<f64> {
+        Vector3::from(self.gravity)
+    }
+}

@@ -1,0 +1,124 @@
+//! Spectra for the search, where the end of a record leaves no trace: thinned, in single precision.
+
+use core::f64::consts::TAU;
+use core::ops::Range;
+
+use heapless::Vec;
+use nalgebra::Vector3;
+
+use super::{Spectrum, SpectrumError, fft};
+use crate::chain::Chain;
+use crate::chain::jacobian::Jacobian;
+use crate::parameters::{Bushing, Bushings};
+use crate::receptance::Terms;
+use crate::stream::Record;
+
+/// αT: how far the end of a record is damped, e^−7 = 0.0009.
+const DECAY: f64 = 7.0;
+/// Every so manyth bin is kept: neighbours on the line `s = α + iω` say nearly the same.
+const THINNING: usize = 4;
+/// Bins come in groups of this many, the widest vector; what is missing is filled with silence.
+const GROUP: usize = 16;
+
+/// Thinned spectra of one record, and the chain at its pose.
+#[derive(Clone, Debug)]
+pub struct SearchSpectra<const B: usize> {
+    /// Real part of the complex frequencies: 7/T from rest, else 0; 1/s.
+    pub alpha: f32,
+    /// Imaginary parts, rad/s.
+    pub omega: Vec<f32, B>,
+    /// Force, TCP axes, Ns.
+    pub force: Spectrum<B>,
+    /// Acceleration, TCP axes, m/s.
+    pub acceleration: Spectrum<B>,
+    /// Bins that are not filling.
+    pub bins: usize,
+    /// The chain at the record's pose, without gravity: its sag matters to the refinement alone.
+    pub(crate) terms: Terms<f32>,
+    /// Elongations to TCP translation at the record's pose.
+    pub jacobian: Jacobian,
+}
+
+impl<const B: usize> SearchSpectra<B> {
+    pub(super) fn new<const N: usize>(
+        chain: &Chain,
+        record: &Record<N>,
+        band: Range<usize>,
+        buffer: &mut [f32; N],
+    ) -> Result<Self, SpectrumError> {
+        let samples = record.force[0].len();
+        let duration = samples as f64 / record.rate_hz;
+        let alpha = if record.starts_at_rest { DECAY / duration } else { 0.0 };
+        let thinned = band.len().div_ceil(THINNING);
+        if thinned.next_multiple_of(GROUP) > B {
+            return Err(SpectrumError::Bins(band.len()));
+        }
+        let mut omega = Vec::new();
+        for bin in band.clone().step_by(THINNING) {
+            let _ = omega.push((bin as f64 * TAU / duration) as f32);
+        }
+        let mut transform = |signals: &[Vec<f32, N>; 3]| {
+            let mut spectrum = Spectrum::EMPTY;
+            for (axis, signal) in signals.iter().enumerate() {
+                let buffer = &mut buffer[..samples];
+                weight(signal, alpha / record.rate_hz, buffer);
+                let transformed =
+                    fft::real_transform(buffer).ok_or(SpectrumError::Length(samples))?;
+                for bin in band.clone().step_by(THINNING) {
+                    let value = if record.starts_at_rest {
+                        transformed[bin]
+                    } else {
+                        // Hann's window: a convolution over three bins.
+                        let before = if bin > 1 { transformed[bin - 1] } else { transformed[bin] };
+                        let after = *transformed.get(bin + 1).unwrap_or(&transformed[bin]);
+                        transformed[bin] * 0.5 - (before + after) * 0.25
+                    };
+                    let _ = spectrum.re[axis].push(value.re / record.rate_hz as f32);
+                    let _ = spectrum.im[axis].push(value.im / record.rate_hz as f32);
+                }
+            }
+            fill(&mut spectrum);
+            Ok(spectrum)
+        };
+        let force = transform(&record.force)?;
+        let acceleration = transform(&record.acceleration)?;
+        let last = omega.last().copied().unwrap_or_default();
+        while omega.len() % GROUP != 0 {
+            let _ = omega.push(last);
+        }
+        let unit = Bushing { stiffness: [1.0; 6], damping: [1.0; 6] };
+        let bushings: Bushings = chain.joints().iter().map(|_| unit).collect();
+        let linear = chain.linearise(&record.pose, Vector3::zeros(), &bushings);
+        Ok(Self {
+            alpha: alpha as f32,
+            omega,
+            force,
+            acceleration,
+            bins: thinned,
+            terms: Terms::new(&linear, &bushings, false),
+            jacobian: linear.jacobian(),
+        })
+    }
+}
+
+/// `x_n e^(−αn)`, the rest before the cut taken as zero of the sensor.
+fn weight(signal: &[f32], alpha: f64, weighted: &mut [f32]) {
+    let decay = libm::exp(-alpha);
+    let offset = if alpha > 0.0 { signal[..REST].iter().sum::<f32>() / REST as f32 } else { 0.0 };
+    let mut factor = 1.0_f64;
+    for (weighted, &value) in weighted.iter_mut().zip(signal) {
+        *weighted = (value - offset) * factor as f32;
+        factor *= decay;
+    }
+}
+
+/// Samples at the start of a record from which the sensors' zero is read.
+const REST: usize = 64;
+
+fn fill<const B: usize>(spectrum: &mut Spectrum<B>) {
+    for part in spectrum.re.iter_mut().chain(&mut spectrum.im) {
+        while part.len() % GROUP != 0 {
+            let _ = part.push(0.0);
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! Bridging of lost samples.
+//!
+//! A lost sample becomes the weighted sum of its neighbours whose weights have the smallest mean square error over
+//! the samples of the same signal that were not lost (the best linear interpolator, fitted to the record
+//! itself). That error is the noise that a bridged sample brings, and goes into the noise of the record.
+
+use heapless::Vec;
+
+use crate::refine::normal::{Normal, packed};
+
+/// Neighbours used on each side of a gap.
+const REACH: usize = 6;
+const NEIGHBOURS: usize = 2 * REACH;
+/// Every so manyth position serves to fit the weights; a prime, so that no periodic cut is met in one phase only.
+const STRIDE: usize = 3;
+/// Most gaps of one signal in a record.
+const MAX_GAPS: usize = 1024;
+/// Longest gap that is bridged, samples.
+pub(super) const MAX_GAP: usize = 2;
+
+/// What bridging has done to one signal.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Bridged {
+    /// Samples bridged.
+    pub(super) samples: usize,
+    /// Mean square error of one of them, as found on samples that were not lost; unit of the signal, squared.
+    pub(super) mean_square_error: f32,
+}
+
+/// More gaps than can be bridged, or longer ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Unbridgeable;
+
+/// Weights of the neighbours, those before the gap first, in order of time.
+type Weights = [f32; NEIGHBOURS];
+
+/// Fills the missing samples (not a number) of `signal`, in gaps of one or two.
+pub(super) fn bridge(signal: &mut [f32]) -> Result<Bridged, Unbridgeable> {
+    let gaps = gaps(signal)?;
+    if gaps.is_empty() {
+        return Ok(Bridged::default());
+    }
+    // By length of the gap and place in it.
+    let single = fit(signal, 1, 0);
+    let double = if gaps.iter().any(|&(_, length)| length == 2) {
+        [fit(signal, 2, 0), fit(signal, 2, 1)]
+    } else {
+        [single; 2]
+    };
+    let hold = hold_error(signal);
+    for &(first, length) in &gaps {
+        draw_line(signal, first, length);
+    }
+    let (mut samples, mut squares) = (0, 0.0);
+    for &(first, length) in &gaps {
+        for place in 0..length {
+            let (weights, error) = if length == 1 { single } else { double[place] };
+            let inside = first >= REACH && first + length + REACH <= signal.len();
+            // The edges keep the line; its error is at most that of holding the last value.
+            squares += if inside { error } else { hold };
+            if inside {
+                signal[first + place] = weighted(signal, first, length, &weights);
+            }
+            samples += 1;
+        }
+    }
+    Ok(Bridged { samples, mean_square_error: squares / samples as f32 })
+}
+
+/// First sample and length of every gap.
+fn gaps(signal: &[f32]) -> Result<Vec<(usize, usize), MAX_GAPS>, Unbridgeable> {
+    let mut gaps = Vec::new();
+    let mut next = 0;
+    while let Some(offset) = signal[next..].iter().position(|value| value.is_nan()) {
+        let first = next + offset;
+        let length = signal[first..].iter().take_while(|value| value.is_nan()).count();
+        if length > MAX_GAP {
+            return Err(Unbridgeable);
+        }
+        gaps.push((first, length)).map_err(|_| Unbridgeable)?;
+        next = first + length;
+    }
+    Ok(gaps)
+}
+
+/// The neighbours of a gap in order of time.
+fn neighbours(signal: &[f32], first: usize, length: usize) -> impl Iterator<Item = f32> {
+    let (before, after) = (&signal[first - REACH..first], &signal[first + length..][..REACH]);
+    before.iter().chain(after).copied()
+}
+
+fn weighted(signal: &[f32], first: usize, length: usize, weights: &Weights) -> f32 {
+    neighbours(signal, first, length).zip(weights).map(|(value, weight)| value * weight).sum()
+}
+
+/// The weights for place `place` of a gap of `length`, and their mean square error.
+fn fit(signal: &[f32], length: usize, place: usize) -> (Weights, f32) {
+    const WIDTH: usize = NEIGHBOURS + 1;
+    let mut normal = Normal::<{ packed(WIDTH) }>::new();
+    normal.reset(NEIGHBOURS);
+    let mut rows = [[0.0; WIDTH]; 6];
+    let (mut filled, mut count) = (0, 0);
+    let last = (signal.len() + 1).saturating_sub(REACH + length);
+    for first in (REACH..last).step_by(STRIDE) {
+        let mut known = !signal[first + place].is_nan();
+        for (entry, value) in rows[filled].iter_mut().zip(neighbours(signal, first, length)) {
+            known &= !value.is_nan();
+            *entry = f64::from(value);
+        }
+        rows[filled][NEIGHBOURS] = f64::from(signal[first + place]);
+        if known {
+            filled += 1;
+            count += 1;
+        }
+        if filled == rows.len() {
+            normal.add(&rows);
+            filled = 0;
+        }
+    }
+    for row in &mut rows[filled..] {
+        row.fill(0.0);
+    }
+    normal.add(&rows);
+    normal.eliminate(NEIGHBOURS);
+    let mut weights = [0.0; NEIGHBOURS];
+    normal.substitute(NEIGHBOURS, &mut weights);
+    let freedom = (count as f64 - NEIGHBOURS as f64).max(1.0);
+    (weights.map(|weight| weight as f32), (normal.sum_of_squares() / freedom) as f32)
+}
+
+/// Mean square of the difference of two samples a gap apart.
+fn hold_error(signal: &[f32]) -> f32 {
+    let differences = signal.iter().zip(&signal[MAX_GAP..]).map(|(a, b)| a - b);
+    let (mut sum, mut count) = (0.0, 0);
+    for difference in differences.filter(|difference| !difference.is_nan()) {
+        sum += difference * difference;
+        count += 1;
+    }
+    sum / count.max(1) as f32
+}
+
+/// A straight line across a gap; at an edge the nearest value.
+fn draw_line(signal: &mut [f32], first: usize, length: usize) {
+    let before = first.checked_sub(1).map(|index| signal[index]);
+    let after = signal.get(first + length).copied();
+    let (start, end) = match (before, after) {
+        (Some(start), Some(end)) => (start, end),
+        (Some(only), None) | (None, Some(only)) => (only, only),
+        (None, None) => (0.0, 0.0),
+    };
+    for place in 0..length {
+        let part = (place + 1) as f32 / (length + 1) as f32;
+        signal[first + place] = start + part * (end - start);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec as StdVec;
+
+    fn wave(n: usize) -> f32 {
+        let t = n as f32 / 2000.0;
+        (300.0 * libm::sinf(377.0 * t) + 80.0 * libm::sinf(1500.0 * t + 1.0)) * libm::expf(-0.3 * t)
+    }
+
+    fn holed(every: usize) -> (StdVec<f32>, StdVec<f32>) {
+        let truth: StdVec<f32> = (0..4096).map(wave).collect();
+        let mut signal = truth.clone();
+        for n in (20..4080).step_by(every) {
+            signal[n] = f32::NAN;
+            if n % 3 == 0 {
+                signal[n + 1] = f32::NAN;
+            }
+        }
+        (truth, signal)
+    }
+
+    #[test]
+    fn restores_what_the_neighbours_tell() {
+        let (truth, mut signal) = holed(97);
+        let bridged = bridge(&mut signal).expect("short gaps");
+        assert!(bridged.samples > 40);
+        let worst = truth.iter().zip(&signal).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(worst < 0.05, "{worst} of 300");
+    }
+
+    /// Of white noise nothing can be restored, and the reported error says so.
+    #[test]
+    fn reports_the_error_that_it_makes() {
+        let mut state = 1_u32;
+        let mut noise = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            state as f32 / u32::MAX as f32 - 0.5
+        };
+        let truth: StdVec<f32> = (0..8192).map(|_| noise()).collect();
+        let mut signal = truth.clone();
+        for n in (31..8100).step_by(53) {
+            signal[n] = f32::NAN;
+        }
+        let bridged = bridge(&mut signal).expect("short gaps");
+        let made: f32 = truth.iter().zip(&signal).map(|(a, b)| (a - b) * (a - b)).sum();
+        let ratio = bridged.mean_square_error * bridged.samples as f32 / made;
+        assert!((0.8..1.25).contains(&ratio), "{ratio}");
+        assert!((bridged.mean_square_error - 1.0 / 12.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn edges_are_held_and_long_gaps_refused() {
+        let mut signal: StdVec<f32> = (0..300).map(|n| n as f32).collect();
+        signal[0] = f32::NAN;
+        signal[299] = f32::NAN;
+        let bridged = bridge(&mut signal).expect("short gaps");
+        assert_eq!((signal[0], signal[299], bridged.samples), (1.0, 298.0, 2));
+        signal[100..103].fill(f32::NAN);
+        assert_eq!(bridge(&mut signal), Err(Unbridgeable));
+    }
+}

@@ -1,0 +1,177 @@
+//! Samples in a row at one static pose, from which records are cut.
+
+use heapless::Vec;
+
+use super::align::Instant;
+use super::noise::{BLOCK, variance};
+use crate::MAX_JOINTS;
+
+/// How far a joint may move before the pose counts as another: rad or m. A pose wrong by 1e-3 rad biases stiffnesses by 1 %.
+const STATIC: f64 = 5e-4;
+/// A block is part of the cut if its force varies by more than this many times the quietest block's variance.
+const CUT: f32 = 6.0;
+/// No force that varies by more than this many of its steps is quiet, whatever the sensor's noise.
+const QUIET_STEPS: f32 = 64.0;
+/// What is kept from before the cut, s.
+const BEFORE_CUT_S: f64 = 1.0;
+
+/// Why a stretch cannot go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Moved;
+
+/// A growing stretch. Missing samples are not a number.
+#[derive(Clone, Debug)]
+pub(super) struct Stretch<const N: usize> {
+    pub(super) force: [Vec<f32, N>; 3],
+    pub(super) acceleration: [Vec<f32, N>; 3],
+    /// Of the first sample.
+    pub(super) start_s: f64,
+    pub(super) pose: Pose,
+    /// Whether the cut has begun; before it only the newest samples are kept.
+    cutting: bool,
+    /// Smallest variance of a block so far, N²; known from all stretches.
+    quietest: f32,
+}
+
+/// Joint angles over a stretch.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pose {
+    angles: [Angle; MAX_JOINTS],
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Angle {
+    first: f64,
+    sum: f64,
+    readings: u32,
+    /// Samples of the stretch when it was last read.
+    confirmed: usize,
+}
+
+impl<const N: usize> Stretch<N> {
+    pub(super) fn new() -> Self {
+        Self {
+            force: [const { Vec::new() }; 3],
+            acceleration: [const { Vec::new() }; 3],
+            start_s: 0.0,
+            pose: Pose::default(),
+            cutting: false,
+            quietest: f32::INFINITY,
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.force[0].len()
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.len() == N
+    }
+
+    /// Appends an instant. Returns how many of the oldest samples were let go since nothing is cut yet.
+    pub(super) fn push(&mut self, instant: &Instant, rate_hz: f64, force_step: f32) -> usize {
+        if self.len() == 0 {
+            self.start_s = instant.time_s;
+            self.cutting = false;
+        }
+        let missing = [f32::NAN; 3];
+        let force = instant.force.unwrap_or(missing);
+        let acceleration = instant.acceleration.unwrap_or(missing);
+        for axis in 0..3 {
+            let _ = self.force[axis].push(force[axis]);
+            let _ = self.acceleration[axis].push(acceleration[axis]);
+        }
+        if self.cutting || !self.len().is_multiple_of(BLOCK) {
+            return 0;
+        }
+        let newest = self.len() - BLOCK;
+        let varies = self.force.iter().map(|signal| known_variance(&signal[newest..])).sum();
+        self.quietest = self.quietest.min(varies);
+        let loudest_quiet = QUIET_STEPS * force_step;
+        self.cutting = varies > CUT * self.quietest || varies > 3.0 * loudest_quiet * loudest_quiet;
+        let before_cut = (BEFORE_CUT_S * rate_hz) as usize;
+        if self.cutting || self.len() < before_cut + BLOCK {
+            return 0;
+        }
+        self.discard(BLOCK, rate_hz);
+        BLOCK
+    }
+
+    /// How many of the newest samples in a row lack force, or lack acceleration.
+    pub(super) fn newest_missing(&self) -> usize {
+        let missing =
+            |signal: &[f32]| signal.iter().rev().take_while(|value| value.is_nan()).count();
+        missing(&self.force[0]).max(missing(&self.acceleration[0]))
+    }
+
+    /// Lets go of the oldest `count` samples.
+    pub(super) fn discard(&mut self, count: usize, rate_hz: f64) {
+        for signal in self.force.iter_mut().chain(&mut self.acceleration) {
+            let left = signal.len() - count;
+            signal.copy_within(count.., 0);
+            signal.truncate(left);
+        }
+        self.start_s += count as f64 / rate_hz;
+        for angle in &mut self.pose.angles {
+            angle.confirmed = angle.confirmed.saturating_sub(count);
+        }
+    }
+
+    /// Empties it, pose included.
+    pub(super) fn clear(&mut self) {
+        self.clear_samples();
+        self.pose = Pose::default();
+    }
+
+    /// Empties it; the pose is still known.
+    pub(super) fn clear_samples(&mut self) {
+        for signal in self.force.iter_mut().chain(&mut self.acceleration) {
+            signal.clear();
+        }
+        for angle in &mut self.pose.angles {
+            angle.confirmed = 0;
+        }
+        self.cutting = false;
+    }
+}
+
+impl Pose {
+    /// Takes a joint's angle, read when the stretch has `samples`.
+    pub(super) fn read(&mut self, joint: usize, angle: f64, samples: usize) -> Result<(), Moved> {
+        let known = &mut self.angles[joint];
+        if known.readings > 0 && (angle - known.first).abs() > STATIC {
+            return Err(Moved);
+        }
+        if known.readings == 0 {
+            known.first = angle;
+        }
+        known.sum += angle;
+        known.readings += 1;
+        known.confirmed = samples;
+        Ok(())
+    }
+
+    /// Whether every one of `joints` has been read.
+    pub(super) fn is_known(&self, joints: usize) -> bool {
+        self.angles[..joints].iter().all(|angle| angle.readings > 0)
+    }
+
+    /// Samples up to which every joint is known to have stood still.
+    pub(super) fn confirmed(&self, joints: usize) -> usize {
+        self.angles[..joints].iter().map(|angle| angle.confirmed).min().unwrap_or(0)
+    }
+
+    /// Mean angles.
+    pub(super) fn mean(&self, joints: usize) -> Vec<f64, MAX_JOINTS> {
+        self.angles[..joints]
+            .iter()
+            .map(|angle| angle.sum / f64::from(angle.readings.max(1)))
+            .collect()
+    }
+}
+
+/// Variance of what is not missing; infinite if nearly all is.
+fn known_variance(signal: &[f32]) -> f32 {
+    let known: Vec<f32, BLOCK> = signal.iter().copied().filter(|value| !value.is_nan()).collect();
+    if known.len() < BLOCK / 2 { f32::INFINITY } else { variance(&known) }
+}

@@ -1,0 +1,106 @@
+//! Search alone, and search with refinement, on robots drawn uniformly within the scenario's bounds.
+
+mod common;
+
+use common::milling::{Conditions, cut, displacement_error, experiments, motion};
+use common::{MEASUREMENT, Random, bounds, mill3, parameter_deviation};
+use fearless_simd::Level;
+use flexid_core::identify::{Acceptance, Identifier, Phase};
+use flexid_core::search::{Schedule, Search};
+
+#[test]
+fn search_alone_beats_the_papers_deviation() {
+    let bounds = bounds();
+    let schedule = Schedule { iterations: 500, ..Schedule::default() };
+    let mut deviations = Vec::new();
+    for seed in 0..10 {
+        let mut random = Random::new(seed);
+        let truth = random.bushings(3);
+        let experiments = experiments(&truth, &mut random);
+        let mut search = Search::new(schedule, 3);
+        search.renew(&experiments);
+        while !search.finished() {
+            search.step(&experiments, &bounds, Level::new(), &mut random.0);
+        }
+        deviations.push(parameter_deviation(&search.centre(&bounds), &truth));
+    }
+    let mean = deviations.iter().sum::<f64>() / 10.0;
+    println!(
+        "search alone, 500 iterations of {} samples, ten robots: parameter deviation {mean:.4} (the paper: 0.2124); {deviations:.3?}",
+        schedule.samples
+    );
+    assert!(mean <= 0.15, "{mean}");
+}
+
+#[test]
+fn identifies_ten_robots_to_the_noise_limit() {
+    let (chain, bounds) = (mill3(), bounds());
+    let unseen = [([0.3, -0.8, 1.2], [700.0, 3600.0], 0), ([-0.9, -1.4, 0.6], [800.0, 4500.0], 1)];
+    let mut worst = (0.0_f64, 0.0_f64, 0.0_f64);
+    for seed in 100..110 {
+        let mut random = Random::new(seed);
+        let truth = random.bushings(3);
+        let mut experiments = experiments(&truth, &mut random);
+        let mut identifier = Box::new(Identifier::new(
+            chain.clone(),
+            bounds,
+            MEASUREMENT,
+            Level::new(),
+            random.0.clone(),
+        ));
+        identifier.renew(&experiments);
+        while identifier.step(&mut experiments) != Phase::Settled {}
+        let estimate = identifier.estimate().expect("a settled identifier has an estimate");
+        assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}");
+        let deviation = parameter_deviation(&estimate.bushings, &truth);
+        let mut errors = Vec::new();
+        for (pose, rpm, feed) in unseen {
+            let force = cut(&mut random, rpm, feed);
+            let run = |bushings| motion(&chain, &pose, bushings, &force, &Conditions::default());
+            errors.extend(displacement_error(&run(&truth), &run(&estimate.bushings), [2.0, 200.0]));
+        }
+        errors.sort_by(f64::total_cmp);
+        let median = 0.5 * (errors[2] + errors[3]);
+        println!(
+            "robot {seed}: parameter deviation {deviation:.5}, displacement error on unseen poses median {:.3} %, largest {:.3} %, {} starts",
+            100.0 * median,
+            100.0 * errors[5],
+            identifier.progress().starts,
+        );
+        worst = (worst.0.max(deviation), worst.1.max(median), worst.2.max(errors[5]));
+    }
+    println!("worst of ten: {:.5}, {:.3} %, {:.3} %", worst.0, 100.0 * worst.1, 100.0 * worst.2);
+    assert!(worst.0 <= 0.005 && worst.1 <= 0.01 && worst.2 <= 0.05, "{worst:?}");
+}
+
+/// Experiments come one by one: each goes on from the last estimate, and the same ones give the same bytes.
+#[test]
+fn goes_on_from_record_to_record_deterministically() {
+    let run = || {
+        let mut random = Random::new(7);
+        let truth = random.bushings(3);
+        let all = experiments(&truth, &mut random);
+        let generator = random.0.clone();
+        let mut identifier =
+            Box::new(Identifier::new(mill3(), bounds(), MEASUREMENT, Level::new(), generator));
+        let mut known = Vec::new();
+        let mut starts = Vec::new();
+        for experiment in all {
+            known.push(experiment);
+            identifier.renew(&known);
+            while identifier.step(&mut known) != Phase::Settled {}
+            starts.push(identifier.progress().starts);
+        }
+        let estimate = identifier.estimate().expect("settled").clone();
+        (
+            estimate,
+            parameter_deviation(&identifier.estimate().expect("settled").bushings, &truth),
+            starts,
+        )
+    };
+    let (first, deviation, starts) = run();
+    let (second, ..) = run();
+    assert_eq!(first, second);
+    assert!(deviation < 0.005, "{deviation}");
+    assert_eq!(starts[1], starts[2], "the third record needs no new search: {starts:?}");
+}

@@ -1,0 +1,210 @@
+//! The recursion against a dense model that shares nothing with it, and its gradient against finite differences.
+
+mod common;
+
+use common::{Dense, Random};
+use flexid_core::chain::linearise::LinearChain;
+use flexid_core::parameters::Bushings;
+use flexid_core::receptance::gradient::PerDof;
+use flexid_core::receptance::lanes::Scalar;
+use flexid_core::receptance::{Complex, Terms, receptance, response};
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+const EARTH: Vector3<f64> = Vector3::new(0.0, 0.0, -9.80665);
+
+struct Case {
+    dense: Dense,
+    linear: LinearChain,
+    bushings: Bushings,
+    s: Complex<f64>,
+}
+
+fn case(seed: u64, joints: usize, gravity: Vector3<f64>) -> Case {
+    let mut random = Random::new(seed);
+    let (chain, pose) = (random.chain(joints), random.pose(joints));
+    let bushings = random.bushings(joints);
+    let linear = chain.linearise(&pose, gravity, &bushings);
+    let sag: Vec<[f64; 6]> = linear.joints.iter().map(|joint| joint.sag.into()).collect();
+    let dense = Dense::new(&chain, &pose, gravity, &sag);
+    let s = Complex { re: random.uniform(0.0, 2.0), im: random.uniform(10.0, 1300.0) };
+    Case { dense, linear, bushings, s }
+}
+
+fn full(packed: [Complex<f64>; 6]) -> [[nalgebra::Complex<f64>; 3]; 3] {
+    let index = [[0, 1, 3], [1, 2, 4], [3, 4, 5]];
+    index.map(|row| row.map(|i| nalgebra::Complex::new(packed[i].re, packed[i].im)))
+}
+
+fn dense_error(case: &Case) -> f64 {
+    let s = nalgebra::Complex::new(case.s.re, case.s.im);
+    let reference = case.dense.receptance(&case.bushings, s);
+    let ours = full(receptance(&Terms::new(&case.linear, &case.bushings, false), case.s));
+    let size = reference.iter().map(|h| h.norm()).fold(0.0, f64::max);
+    let mut error = 0.0_f64;
+    for a in 0..3 {
+        for b in 0..3 {
+            error = error.max((ours[a][b] - reference[(a, b)]).norm() / size);
+        }
+    }
+    error
+}
+
+#[test]
+fn equals_a_dense_solve_on_a_thousand_robots() {
+    let mut worst = 0.0_f64;
+    for seed in 0..1000 {
+        worst = worst.max(dense_error(&case(seed, 1 + (seed % 7) as usize, Vector3::zeros())));
+    }
+    println!("receptance against a dense solve, 1000 robots, J = 1..7: worst {worst:.1e}");
+    assert!(worst < 1e-9, "{worst:e}");
+}
+
+#[test]
+fn equals_a_dense_solve_with_gravity() {
+    let mut worst = 0.0_f64;
+    for seed in 0..300 {
+        worst = worst.max(dense_error(&case(seed, 1 + (seed % 7) as usize, EARTH)));
+    }
+    assert!(worst < 1e-9, "{worst:e}");
+}
+
+#[test]
+fn sags_to_the_static_equilibrium() {
+    for seed in 0..50 {
+        let case = case(seed, 1 + (seed % 7) as usize, EARTH);
+        let load = case.dense.gravity_load();
+        for (joint, bushing) in case.bushings.iter().enumerate() {
+            for dof in 0..6 {
+                let spring = bushing.stiffness[dof] * case.linear.joints[joint].sag[dof];
+                let error = (spring - load[6 * joint + dof]).abs();
+                assert!(error < 1e-3, "robot {seed}, joint {joint}, dof {dof}: {error} N or Nm");
+            }
+        }
+    }
+}
+
+#[test]
+fn jacobian_equals_the_dense_one() {
+    for seed in 0..50 {
+        let case = case(seed, 1 + (seed % 7) as usize, EARTH);
+        let (ours, dense) = (case.linear.jacobian(), case.dense.tip());
+        for dof in 0..dense.ncols() {
+            for axis in 0..3 {
+                let difference = ours[dof / 6][dof % 6][axis] - dense[(axis, dof)];
+                assert!(difference.abs() < 1e-12, "robot {seed}: {difference:e}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, rng_seed: proptest::test_runner::RngSeed::Fixed(7), ..ProptestConfig::default() })]
+
+    /// Force along a read along b equals force along b read along a, by the two ways that do not assume it.
+    #[test]
+    fn receptance_is_reciprocal(seed in 0_u64..10_000, joints in 1_usize..=7) {
+        let case = case(seed, joints, EARTH);
+        let terms = Terms::new(&case.linear, &case.bushings, false);
+        let none = [[Complex::default(); 6]; 7];
+        let full = response(&terms, case.s, &[Complex::default(); 3], &none).accelerance;
+        let size = full.iter().flatten().map(|h| h.re.hypot(h.im)).fold(0.0, f64::max);
+        for a in 0..3 {
+            for b in 0..a {
+                let gap = full[a][b] - full[b][a];
+                prop_assert!(gap.re.hypot(gap.im) < 1e-12 * size);
+            }
+        }
+    }
+
+    /// Derivatives in every parameter and every seam load, strapdown in gravity: central differences.
+    #[test]
+    fn gradient_equals_finite_differences(seed in 0_u64..10_000, joints in 1_usize..=4) {
+        let case = case(seed, joints, EARTH);
+        let mut random = Random::new(seed ^ 0x5eed);
+        let mut complex = |size: f64| Complex { re: random.uniform(-size, size), im: random.uniform(-size, size) };
+        let force: [Complex<f64>; 3] = std::array::from_fn(|_| complex(100.0));
+        let seam: PerDof<f64> = std::array::from_fn(|_| std::array::from_fn(|_| complex(50.0)));
+        let terms = Terms::new(&case.linear, &case.bushings, true);
+        let reading = |bushings: &Bushings, seam: &PerDof<f64>| {
+            let mut moved = terms.clone();
+            moved.set_bushings(bushings);
+            response(&moved, case.s, &force, seam).acceleration
+        };
+        let at = response(&terms, case.s, &force, &seam);
+        let size = at.acceleration.iter().map(|a| a.re.hypot(a.im)).fold(0.0, f64::max);
+        let close = |ours: Complex<f64>, numeric: Complex<f64>| {
+            let gap = ours - numeric;
+            gap.re.hypot(gap.im) < 1e-5 * (size + ours.re.hypot(ours.im))
+        };
+        for joint in 0..joints {
+            for dof in 0..6 {
+                for damping in [false, true] {
+                    let with = |factor: f64| {
+                        let mut bushings = case.bushings.clone();
+                        let bushing = &mut bushings[joint];
+                        let all = if damping { &mut bushing.damping } else { &mut bushing.stiffness };
+                        all[dof] *= factor;
+                        reading(&bushings, &seam)
+                    };
+                    let step = 1e-4_f64;
+                    let (up, down) = (with(step.exp()), with((-step).exp()));
+                    for axis in 0..3 {
+                        let ours = at.derivatives(&terms, case.s, joint, dof, axis)[usize::from(damping)];
+                        let numeric = (up[axis] - down[axis]).scale(0.5 / step);
+                        prop_assert!(close(ours, numeric), "{ours:?} {numeric:?}");
+                    }
+                }
+                let mut pushed = seam;
+                pushed[joint][dof].re += 1e3;
+                let pushed = reading(&case.bushings, &pushed);
+                for axis in 0..3 {
+                    let numeric = (pushed[axis] - at.acceleration[axis]).scale(1e-3);
+                    let ours = at.per_load[axis][joint][dof];
+                    let (gap, size) = (ours - numeric, ours.re.hypot(ours.im));
+                    prop_assert!(gap.re.hypot(gap.im) < 1e-8 * size + 1e-12 * case.s.im.powi(2) / 1e6);
+                }
+            }
+        }
+    }
+
+    /// A strapdown accelerometer reads `a + θ × g`.
+    #[test]
+    fn strapdown_feels_gravity(seed in 0_u64..10_000, joints in 1_usize..=4) {
+        let case = case(seed, joints, EARTH);
+        let terms = Terms::new(&case.linear, &case.bushings, true);
+        let none = [[Complex::default(); 6]; 7];
+        let s = nalgebra::Complex::new(case.s.re, case.s.im);
+        let tip = case.dense.tip().map(nalgebra::Complex::from);
+        let motion = &tip * case.dense.compliance(&case.bushings, s) * tip.rows(0, 3).transpose();
+        let g = case.dense.gravity_at_tip();
+        let ours = response(&terms, case.s, &[Complex::default(); 3], &none).accelerance;
+        for force in 0..3 {
+            let turn = |axis: usize| motion[(3 + axis, force)];
+            let tilt = [turn(1) * g.z - turn(2) * g.y, turn(2) * g.x - turn(0) * g.z, turn(0) * g.y - turn(1) * g.x];
+            for reading in 0..3 {
+                let expected = s * s * motion[(reading, force)] + tilt[reading];
+                let gap = (ours[reading][force].re - expected.re).hypot(ours[reading][force].im - expected.im);
+                prop_assert!(gap < 1e-9 * expected.norm() + 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn single_precision_agrees_with_double() {
+    let mut worst = 0.0_f64;
+    for seed in 0..200 {
+        let mut case = case(seed, 1 + (seed % 7) as usize, Vector3::zeros());
+        case.s.re = 1.7;
+        let double = receptance(&Terms::<f64>::new(&case.linear, &case.bushings, false), case.s);
+        let s = Complex { re: case.s.re as f32, im: case.s.im as f32 };
+        let single = receptance(&Terms::<f32>::new(&case.linear, &case.bushings, false), s);
+        let size = double.iter().map(|h| h.re.hypot(h.im)).fold(0.0, f64::max);
+        for (a, b) in double.iter().zip(&single) {
+            worst = worst.max((a.re - b.re.to_f64()).hypot(a.im - b.im.to_f64()) / size);
+        }
+    }
+    println!("single precision against double, 200 robots: worst {worst:.1e}");
+    assert!(worst < 5e-3, "{worst:e}");
+}

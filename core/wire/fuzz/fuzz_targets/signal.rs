@@ -1,0 +1,89 @@
+//! Any row of a signal table on any payload.
+//!
+//! A signal that does not fit is refused and the payload stays; one that fits reads the integer that was written,
+//! keeps the bits of its neighbours, and brings a physical value back to half a step.
+#![no_main]
+
+use flexid_wire::signal::{ByteOrder, Signal, SignalError};
+use libfuzzer_sys::arbitrary::{self, Arbitrary};
+use libfuzzer_sys::fuzz_target;
+
+#[derive(Arbitrary, Debug)]
+struct Input<'a> {
+    start_bit: u16,
+    length: u8,
+    intel: bool,
+    signed: bool,
+    scale: f64,
+    offset: f64,
+    physical: f64,
+    payload: &'a [u8],
+}
+
+fuzz_target!(|input: Input<'_>| {
+    let signal = Signal {
+        // Mostly near a payload, at times far outside.
+        start_bit: if input.start_bit < 0xF000 {
+            input.start_bit % 520
+        } else {
+            input.start_bit
+        },
+        length: if input.length < 0xF0 {
+            input.length % 66
+        } else {
+            input.length
+        },
+        byte_order: if input.intel {
+            ByteOrder::Intel
+        } else {
+            ByteOrder::Motorola
+        },
+        signed: input.signed,
+        scale: input.scale,
+        offset: input.offset,
+    };
+    let before = &input.payload[..input.payload.len().min(64)];
+    let mut payload = before.to_vec();
+
+    let raw = match signal.decode_raw(before) {
+        Ok(raw) => raw,
+        Err(error) => {
+            assert_eq!(signal.check(before.len()), Err(error));
+            assert_eq!(signal.decode(before), Err(error));
+            assert_eq!(signal.encode(input.physical, &mut payload), Err(error));
+            assert_eq!(payload, before);
+            return;
+        }
+    };
+    assert!(signal.raw_range().contains(&raw));
+    signal.encode_raw(raw, &mut payload).unwrap();
+    assert_eq!(payload, before);
+
+    match signal.encode(input.physical, &mut payload) {
+        Ok(()) => returns_to_half_a_step(&signal, input.physical, &payload),
+        Err(error) => {
+            assert!(error == SignalError::NotANumber && input.physical.is_nan());
+            assert_eq!(payload, before);
+        }
+    }
+    // Written back, the first integer restores every bit: the others were not touched.
+    signal.encode_raw(raw, &mut payload).unwrap();
+    assert_eq!(payload, before);
+});
+
+/// Where f64 resolves a step at all: half a step, or the nearest end of the range.
+fn returns_to_half_a_step(signal: &Signal, physical: f64, payload: &[u8]) {
+    let ends = signal.raw_range();
+    let [a, b] = [*ends.start(), *ends.end()].map(|raw| raw as f64 * signal.scale + signal.offset);
+    let rounding = 4.0 * f64::EPSILON * (a.abs() + b.abs() + signal.offset.abs());
+    let step = signal.scale.abs();
+    if !rounding.is_finite() || rounding > 0.01 * step || step < f64::MIN_POSITIVE {
+        return;
+    }
+    let nearest = physical.clamp(a.min(b), a.max(b));
+    let error = (signal.decode(payload).unwrap() - nearest).abs();
+    assert!(
+        error <= 0.5 * step + rounding,
+        "{signal:?}: {physical} came back {error} away"
+    );
+}

@@ -1,0 +1,234 @@
+//! What the daemon and its clients say to each other.
+//!
+//! | step | client            | daemon                                                                |
+//! | ---- | ----------------- | --------------------------------------------------------------------- |
+//! | 1    | [`ToEdge::Hello`] |                                                                       |
+//! | 2    |                   | [`FromEdge::Hello`], or [`FromEdge::Refused`] and the connection ends |
+//! | then |                   | `Status`, `Progress`, `Report` and `BusHealth`, as they change        |
+//!
+//! The enums are append-only: a new message goes at the end, a published one never changes, since postcard knows
+//! variants and fields by their position alone. [`Hello`] and [`Refusal`] stay as they are for ever, so that two programs of
+//! any age can tell each other why they do not match. Any change of the others raises [`PROTOCOL_VERSION`].
+
+use heapless::String;
+use postcard_schema::Schema;
+use postcard_schema::key::Key;
+use serde::{Deserialize, Serialize};
+
+use crate::report::Report;
+use crate::text::clipped;
+
+/// The version of the messages. Both sides must have the same.
+pub const PROTOCOL_VERSION: u16 = 1;
+
+/// A hash over names and types of all messages: tells programs apart that were built between two versions.
+pub const SCHEMA_KEY: [u8; 8] = Key::for_path::<(ToEdge, FromEdge)>("flexid").to_bytes();
+
+/// A name: at most 32 bytes of UTF-8. [`clipped`] makes one of anything.
+pub type Name = String<32>;
+/// A line for people: at most 160 bytes of UTF-8. [`clipped`] makes one of anything.
+pub type Text = String<160>;
+
+/// From a client to the daemon.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum ToEdge {
+    /// The first message.
+    Hello(Hello),
+}
+
+/// From the daemon to a client.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no allocator to box a report with"
+)]
+pub enum FromEdge {
+    /// The answer to a client that is accepted.
+    Hello(Hello),
+    /// The answer to a client that is not; the daemon then closes the connection.
+    Refused(Refusal),
+    /// What the daemon is, and what it waits for.
+    Status(Status),
+    /// How the work stands.
+    Progress(Progress),
+    /// The parameters as they stand.
+    Report(Report),
+    /// What the bus delivers.
+    BusHealth(BusHealth),
+}
+
+/// Who speaks, and which messages it knows.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Hello {
+    /// The sender's [`PROTOCOL_VERSION`].
+    pub protocol_version: u16,
+    /// The sender's [`SCHEMA_KEY`].
+    pub schema_key: [u8; 8],
+    /// Name and version of the sender, such as `flexid-edge 0.1.0`.
+    pub software: Name,
+}
+
+impl Hello {
+    /// The Hello of this build.
+    pub fn new(software: &str) -> Self {
+        Self {
+            protocol_version: PROTOCOL_VERSION,
+            schema_key: SCHEMA_KEY,
+            software: clipped(software),
+        }
+    }
+
+    /// What a daemon of this build answers to a client that does not match it, `None` to one that does.
+    pub fn refusal(&self) -> Option<Refusal> {
+        let reason = if self.protocol_version != PROTOCOL_VERSION {
+            clipped(format_args!(
+                "client speaks flexid protocol {}, this daemon speaks {PROTOCOL_VERSION}: \
+                 install matching versions",
+                self.protocol_version
+            ))
+        } else if self.schema_key != SCHEMA_KEY {
+            clipped(format_args!(
+                "client has schema {:016x} of flexid protocol {PROTOCOL_VERSION}, this daemon {:016x}: \
+                 install matching versions",
+                u64::from_be_bytes(self.schema_key),
+                u64::from_be_bytes(SCHEMA_KEY),
+            ))
+        } else {
+            return None;
+        };
+        Some(Refusal { reason })
+    }
+}
+
+/// Why the daemon does not serve a client.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Refusal {
+    /// For the person at the client: what does not match, and the mend.
+    pub reason: Text,
+}
+
+/// What the daemon is, and what it waits for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Status {
+    /// Since the daemon's start, s.
+    pub uptime_s: f64,
+    /// Name of the robot model.
+    pub model: Name,
+    /// Joints of the model, 1 to 7.
+    pub joints: u8,
+    /// The CAN interface.
+    pub interface: Name,
+    /// In words, such as `waiting for joint angles: q2 not seen`.
+    pub state: Text,
+}
+
+/// What the identification is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// Needs a record.
+    Waiting,
+    /// Random search for the basin.
+    Searching,
+    /// Gauss-Newton refinement.
+    Refining,
+    /// Nothing to do until the next record.
+    Settled,
+}
+
+/// How the work stands.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Progress {
+    /// What is going on.
+    pub phase: Phase,
+    /// Of the present search or refinement, 0 to 1.
+    pub fraction: f32,
+    /// Searches begun.
+    pub starts: u32,
+    /// Samples that the searches have cost.
+    pub search_evaluations: u64,
+    /// Refinement iterations done.
+    pub refine_iterations: u64,
+    /// Smallest loss of the present search (surface similarity parameter, 0 to 1).
+    pub search_loss: f32,
+    /// Records so far.
+    pub records: u64,
+}
+
+/// Whether the interface delivers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[serde(rename_all = "snake_case")]
+pub enum BusState {
+    /// Frames can come.
+    Up,
+    /// The link is down.
+    Down,
+    /// The interface does not exist.
+    Gone,
+}
+
+/// What the bus delivers, counted since the daemon's start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct BusHealth {
+    /// Whether the interface delivers.
+    pub state: BusState,
+    /// Force and acceleration frames taken.
+    pub frames: u64,
+    /// Force and acceleration frames missing by their counters.
+    pub frames_lost: u64,
+    /// Missing samples that were bridged, force and acceleration each counted.
+    pub bridged: u64,
+    /// Counters that disagreed with the time that passed: a sensor started anew or was silent.
+    pub restarts: u64,
+    /// Frames whose counter had been seen before.
+    pub repeated: u64,
+    /// Frames of a known identifier but another length than the table says.
+    pub frames_wrong_length: u64,
+    /// Frames of no signal in the table.
+    pub frames_unknown: u64,
+    /// Frames that the kernel dropped because the receive buffer was full.
+    pub kernel_dropped: u64,
+    /// The receive buffer that the kernel granted, bytes.
+    pub receive_buffer_bytes: u64,
+    /// Samples given up because the pose moved, a gap was too long or a stretch too short.
+    pub samples_discarded: u64,
+    /// Readings whose value was not finite, refused.
+    pub refused: u64,
+    /// Frames of all kinds per second, lately.
+    pub frames_per_second: f64,
+    /// The last error of the bus in words; empty when there was none.
+    pub error: Text,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_client_of_this_build_is_accepted() {
+        assert_eq!(Hello::new("flexid 0.1.0").refusal(), None);
+    }
+
+    #[test]
+    fn a_client_of_another_version_is_told_which() {
+        let client = Hello {
+            protocol_version: 3,
+            ..Hello::new("flexid 0.3.0")
+        };
+        assert_eq!(
+            client.refusal().unwrap().reason,
+            "client speaks flexid protocol 3, this daemon speaks 1: install matching versions"
+        );
+    }
+
+    #[test]
+    fn a_client_built_between_two_versions_is_told_so_in_full() {
+        let client = Hello {
+            schema_key: [0xAB; 8],
+            ..Hello::new("flexid 0.1.0")
+        };
+        let reason = client.refusal().unwrap().reason;
+        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 1"));
+        assert!(reason.ends_with("install matching versions"), "{reason}");
+    }
+}

@@ -1,0 +1,413 @@
+//! The CAN signal codec: where a number sits in a payload, and how it is scaled.
+//!
+//! The conventions are those of DBC files. Bit `b` of the payload is bit `b % 8` of byte `b / 8`, bit 0 the least
+//! significant. An Intel signal starts at its least significant bit and grows upwards; a Motorola signal starts at its
+//! most significant bit and runs down through its byte, then on from bit 7 of the next byte (sawtooth numbering).
+
+use core::fmt;
+use core::ops::{Range, RangeInclusive};
+
+/// Which end of a signal comes first in the payload.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ByteOrder {
+    /// Least significant byte first; `@1` in a DBC file.
+    Intel,
+    /// Most significant byte first; `@0` in a DBC file.
+    Motorola,
+}
+
+/// One row of the signal table: an integer in the payload that stands for `scale · raw + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Signal {
+    /// Bit number of the least (Intel) or most (Motorola) significant bit.
+    pub start_bit: u16,
+    /// Width in bits, 1 to 64.
+    pub length: u8,
+    /// Which end comes first.
+    pub byte_order: ByteOrder,
+    /// Whether the integer is in two's complement.
+    pub signed: bool,
+    /// Physical unit per step of the integer; may be negative.
+    pub scale: f64,
+    /// Physical value of the integer 0.
+    pub offset: f64,
+}
+
+/// Why a signal cannot be read or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SignalError {
+    /// The width, in bits, is not 1 to 64.
+    Length(u8),
+    /// Scale or offset is not finite, or the scale is 0.
+    Scaling,
+    /// The signal does not end within the payload.
+    OutsidePayload {
+        /// Bytes that the signal needs.
+        needed: usize,
+        /// Bytes that there are.
+        payload: usize,
+    },
+    /// The value to be written is not a number.
+    NotANumber,
+}
+
+impl fmt::Display for SignalError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Length(length) => write!(f, "length is {length} bits: must be 1 to 64"),
+            Self::Scaling => f.write_str("scale must be finite and not 0, offset finite"),
+            Self::OutsidePayload { needed, payload } => {
+                write!(
+                    f,
+                    "reaches to byte {needed} of a payload of {payload}: mend start bit or length"
+                )
+            }
+            Self::NotANumber => f.write_str("value is not a number: cannot be sent as an integer"),
+        }
+    }
+}
+
+impl core::error::Error for SignalError {}
+
+impl Signal {
+    /// Whether the signal makes sense and fits into a payload of `payload_len` bytes (8 in CAN, up to 64 in CAN FD).
+    ///
+    /// The other functions check the same; this one is for refusing a table before the first frame.
+    pub fn check(&self, payload_len: usize) -> Result<(), SignalError> {
+        self.window(payload_len).map(drop)
+    }
+
+    /// The integers that the signal can carry.
+    pub fn raw_range(&self) -> RangeInclusive<i128> {
+        let length = self.length.clamp(1, 64);
+        if self.signed {
+            -1 << (length - 1)..=(1 << (length - 1)) - 1
+        } else {
+            0..=(1 << length) - 1
+        }
+    }
+
+    /// The integer in the payload (`i128` holds both `u64` and `i64`).
+    pub fn decode_raw(&self, payload: &[u8]) -> Result<i128, SignalError> {
+        let window = self.window(payload.len())?;
+        let unused = 64 - self.length;
+        let field = ((self.load(&payload[window.bytes]) >> window.shift) as u64) << unused;
+        Ok(if self.signed {
+            i128::from(field as i64 >> unused)
+        } else {
+            i128::from(field >> unused)
+        })
+    }
+
+    /// The physical value in the payload, `scale · raw + offset`.
+    pub fn decode(&self, payload: &[u8]) -> Result<f64, SignalError> {
+        Ok(self.decode_raw(payload)? as f64 * self.scale + self.offset)
+    }
+
+    /// Writes an integer, the nearest of [`raw_range`](Self::raw_range); bits of other signals stay.
+    pub fn encode_raw(&self, raw: i128, payload: &mut [u8]) -> Result<(), SignalError> {
+        let window = self.window(payload.len())?;
+        let raw = raw.clamp(*self.raw_range().start(), *self.raw_range().end());
+        let mask = u128::MAX >> (128 - u32::from(self.length));
+        let bytes = &mut payload[window.bytes];
+        let others = self.load(bytes) & !(mask << window.shift);
+        self.store(others | (raw as u128 & mask) << window.shift, bytes);
+        Ok(())
+    }
+
+    /// Writes a physical value, rounded to the nearest step (ties to even) and limited to what the signal can carry;
+    /// bits of other signals stay.
+    pub fn encode(&self, physical: f64, payload: &mut [u8]) -> Result<(), SignalError> {
+        self.check(payload.len())?;
+        if physical.is_nan() {
+            return Err(SignalError::NotANumber);
+        }
+        self.encode_raw(
+            libm::rint((physical - self.offset) / self.scale) as i128,
+            payload,
+        )
+    }
+
+    /// The bytes that hold the signal, once it is known to fit.
+    fn window(&self, payload_len: usize) -> Result<Window, SignalError> {
+        if !(1..=64).contains(&self.length) {
+            return Err(SignalError::Length(self.length));
+        }
+        if !self.scale.is_finite() || self.scale == 0.0 || !self.offset.is_finite() {
+            return Err(SignalError::Scaling);
+        }
+        // Counted in the direction of the byte order, the bits of a signal are consecutive.
+        let start = usize::from(self.start_bit);
+        let first = match self.byte_order {
+            ByteOrder::Intel => start,
+            ByteOrder::Motorola => start / 8 * 8 + 7 - start % 8,
+        };
+        let end = first + usize::from(self.length);
+        let bytes = first / 8..end.div_ceil(8);
+        if bytes.end > payload_len {
+            return Err(SignalError::OutsidePayload {
+                needed: bytes.end,
+                payload: payload_len,
+            });
+        }
+        let shift = match self.byte_order {
+            ByteOrder::Intel => first % 8,
+            ByteOrder::Motorola => bytes.end * 8 - end,
+        };
+        Ok(Window { bytes, shift })
+    }
+
+    /// At most 9 bytes as one integer.
+    fn load(&self, bytes: &[u8]) -> u128 {
+        let append = |word: u128, &byte: &u8| word << 8 | u128::from(byte);
+        match self.byte_order {
+            ByteOrder::Intel => bytes.iter().rev().fold(0, append),
+            ByteOrder::Motorola => bytes.iter().fold(0, append),
+        }
+    }
+
+    fn store(&self, word: u128, bytes: &mut [u8]) {
+        let mut word = word;
+        let mut put = |byte: &mut u8| {
+            *byte = word as u8;
+            word >>= 8;
+        };
+        match self.byte_order {
+            ByteOrder::Intel => bytes.iter_mut().for_each(&mut put),
+            ByteOrder::Motorola => bytes.iter_mut().rev().for_each(&mut put),
+        }
+    }
+}
+
+/// Bytes of the payload, read as one integer, in which the signal is `shift` bits up.
+struct Window {
+    bytes: Range<usize>,
+    shift: usize,
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use std::string::ToString;
+
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    use super::*;
+
+    const FORCE_X: Signal = Signal {
+        start_bit: 0,
+        length: 16,
+        byte_order: ByteOrder::Intel,
+        signed: true,
+        scale: 0.1,
+        offset: 0.0,
+    };
+
+    /// The definition, one bit at a time: the payload bit that holds bit `i` of the integer.
+    fn bit_number(signal: &Signal, i: u8) -> usize {
+        let mut bit = usize::from(signal.start_bit);
+        match signal.byte_order {
+            ByteOrder::Intel => bit + usize::from(i),
+            ByteOrder::Motorola => {
+                for _ in i + 1..signal.length {
+                    bit = if bit % 8 == 0 { bit + 15 } else { bit - 1 };
+                }
+                bit
+            }
+        }
+    }
+
+    fn bit(payload: &[u8], number: usize) -> bool {
+        payload[number / 8] >> (number % 8) & 1 == 1
+    }
+
+    prop_compose! {
+        /// A signal and a payload that holds it.
+        fn placed()(
+            payload in prop_oneof![
+                prop::collection::vec(any::<u8>(), 1..=8),
+                prop::collection::vec(any::<u8>(), 9..=64),
+            ],
+            start in any::<prop::sample::Index>(),
+            length in 1u8..=64,
+            intel in any::<bool>(),
+            signed in any::<bool>(),
+            scale in prop_oneof![1e-6..1e3, -1e3..-1e-6],
+            offset in -1e3..1e3,
+        ) -> (Signal, std::vec::Vec<u8>) {
+            let start = start.index(payload.len() * 8);
+            let byte_order = if intel { ByteOrder::Intel } else { ByteOrder::Motorola };
+            let before = if intel { start } else { start / 8 * 8 + 7 - start % 8 };
+            let length = usize::from(length).min(payload.len() * 8 - before) as u8;
+            (Signal { start_bit: start as u16, length, byte_order, signed, scale, offset }, payload)
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), ..Default::default() })]
+
+        #[test]
+        fn decoding_follows_the_definition_bit_by_bit((signal, payload) in placed()) {
+            let mut expected: i128 = 0;
+            for i in 0..signal.length {
+                expected |= i128::from(bit(&payload, bit_number(&signal, i))) << i;
+            }
+            if signal.signed && expected >> (signal.length - 1) == 1 {
+                expected -= 1 << signal.length;
+            }
+            prop_assert_eq!(signal.decode_raw(&payload), Ok(expected));
+        }
+
+        #[test]
+        fn what_is_written_is_read_and_other_bits_stay((signal, mut payload) in placed(), raw in any::<i128>()) {
+            let before = payload.clone();
+            let (low, high) = signal.raw_range().into_inner();
+            let raw = low + raw.rem_euclid(high - low + 1);
+            prop_assert_eq!(signal.encode_raw(raw, &mut payload), Ok(()));
+            prop_assert_eq!(signal.decode_raw(&payload), Ok(raw));
+            let own: std::vec::Vec<_> = (0..signal.length).map(|i| bit_number(&signal, i)).collect();
+            for number in (0..payload.len() * 8).filter(|number| !own.contains(number)) {
+                prop_assert_eq!(bit(&payload, number), bit(&before, number));
+            }
+        }
+
+        #[test]
+        fn physical_values_return_to_half_a_step((signal, mut payload) in placed(), at in 0.0..1.0) {
+            prop_assume!(signal.length <= 48);
+            let (low, high) = signal.raw_range().into_inner();
+            let steps = low as f64 + at * (high - low) as f64;
+            let physical = steps * signal.scale + signal.offset;
+            prop_assert_eq!(signal.encode(physical, &mut payload), Ok(()));
+            let error = (signal.decode(&payload).unwrap() - physical).abs();
+            let rounding = 1e-15 * (physical.abs() + signal.offset.abs());
+            prop_assert!(error <= 0.5 * signal.scale.abs() + 4.0 * rounding, "{error}");
+        }
+
+        #[test]
+        fn no_layout_panics(
+            start_bit in any::<u16>(),
+            length in any::<u8>(),
+            intel in any::<bool>(),
+            signed in any::<bool>(),
+            scale in any::<f64>(),
+            offset in any::<f64>(),
+            value in any::<f64>(),
+            mut payload in prop::collection::vec(any::<u8>(), 0..=64),
+        ) {
+            let byte_order = if intel { ByteOrder::Intel } else { ByteOrder::Motorola };
+            let signal = Signal { start_bit, length, byte_order, signed, scale, offset };
+            let checked = signal.check(payload.len());
+            prop_assert_eq!(signal.decode(&payload).map(drop), checked);
+            prop_assert_eq!(signal.encode(value, &mut payload), checked);
+        }
+    }
+
+    #[test]
+    fn saturates_at_the_raw_range() {
+        let mut payload = [0; 8];
+        for (physical, expected) in [
+            (3276.7, 3276.7),
+            (3276.8, 3276.7),
+            (f64::INFINITY, 3276.7),
+            (-3276.8, -3276.8),
+            (-1e300, -3276.8),
+            (f64::NEG_INFINITY, -3276.8),
+        ] {
+            FORCE_X.encode(physical, &mut payload).unwrap();
+            assert!(
+                (FORCE_X.decode(&payload).unwrap() - expected).abs() < 1e-9,
+                "{physical}"
+            );
+        }
+        let widest = Signal {
+            length: 64,
+            signed: false,
+            scale: 1.0,
+            ..FORCE_X
+        };
+        widest.encode(1e30, &mut payload).unwrap();
+        assert_eq!(widest.decode_raw(&payload), Ok(u64::MAX.into()));
+        widest.encode_raw(-1, &mut payload).unwrap();
+        assert_eq!(widest.decode_raw(&payload), Ok(0));
+    }
+
+    #[test]
+    fn rounds_to_nearest_and_ties_to_even() {
+        let whole = Signal {
+            scale: 1.0,
+            ..FORCE_X
+        };
+        let mut payload = [0; 2];
+        for (physical, expected) in [(1.4, 1), (1.5, 2), (2.5, 2), (-0.5, 0), (-1.5, -2)] {
+            whole.encode(physical, &mut payload).unwrap();
+            assert_eq!(whole.decode_raw(&payload), Ok(expected), "{physical}");
+        }
+    }
+
+    #[test]
+    fn refuses_what_it_cannot_carry_and_leaves_the_payload() {
+        let mut payload = [0xA5; 8];
+        let cases = [
+            (
+                Signal {
+                    length: 0,
+                    ..FORCE_X
+                },
+                1.0,
+                "length is 0 bits: must be 1 to 64",
+            ),
+            (
+                Signal {
+                    length: 65,
+                    ..FORCE_X
+                },
+                1.0,
+                "length is 65 bits: must be 1 to 64",
+            ),
+            (
+                Signal {
+                    scale: 0.0,
+                    ..FORCE_X
+                },
+                1.0,
+                "scale must be finite and not 0, offset finite",
+            ),
+            (
+                Signal {
+                    offset: f64::NAN,
+                    ..FORCE_X
+                },
+                1.0,
+                "scale must be finite and not 0, offset finite",
+            ),
+            (
+                Signal {
+                    start_bit: 49,
+                    ..FORCE_X
+                },
+                1.0,
+                "reaches to byte 9 of a payload of 8: mend start bit or length",
+            ),
+            (
+                FORCE_X,
+                f64::NAN,
+                "value is not a number: cannot be sent as an integer",
+            ),
+        ];
+        for (signal, value, message) in cases {
+            assert_eq!(
+                signal.encode(value, &mut payload).unwrap_err().to_string(),
+                message
+            );
+            assert_eq!(payload, [0xA5; 8]);
+        }
+        assert_eq!(
+            FORCE_X.decode(&[0]),
+            Err(SignalError::OutsidePayload {
+                needed: 2,
+                payload: 1
+            })
+        );
+    }
+}

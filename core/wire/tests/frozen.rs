@@ -1,0 +1,266 @@
+//! The bytes of every published message, and the names in the result file.
+//!
+//! If a test here fails, do not change the test: programs in the field speak these bytes. Append a new message at the
+//! end of its enum, raise `PROTOCOL_VERSION`, and add its bytes and the new schema key below.
+
+use std::fmt::Debug;
+
+use flexid_wire::framing::{self, FRAME_BUFFER, MAX_FRAME, PREFIX};
+use flexid_wire::messages::*;
+use flexid_wire::report::*;
+use flexid_wire::text::clipped;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// The schema key of each protocol version; the last is the present one.
+const SCHEMA_KEYS: [(u16, [u8; 8]); 1] = [(1, [66, 79, 204, 145, 85, 132, 28, 17])];
+
+/// `message` is exactly these bytes, and these bytes are exactly `message`.
+fn frozen<T: Serialize + DeserializeOwned + PartialEq + Debug>(message: T, hexadecimal: &str) {
+    let mut buffer = [0; FRAME_BUFFER];
+    let frame = framing::encode(&message, &mut buffer).unwrap();
+    let text: String = frame.iter().map(|byte| format!("{byte:02x}")).collect();
+    let expected: String = hexadecimal.split_whitespace().collect();
+    assert_eq!(text, expected, "{message:?}");
+    assert_eq!(framing::decode::<T>(&frame[PREFIX..]), Ok(message));
+}
+
+fn hello() -> Hello {
+    Hello {
+        protocol_version: 300,
+        schema_key: [1, 2, 3, 4, 5, 6, 7, 8],
+        software: clipped("flexid 0.1.0"),
+    }
+}
+
+fn report() -> Report {
+    use Verdict::{Identified, NotObservable, Weak};
+    let joint = JointReport {
+        name: clipped("joint_1"),
+        stiffness: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+        stiffness_std: [Some(0.5), None, Some(0.25), Some(1.0), Some(2.0), None],
+        stiffness_verdict: [
+            Identified,
+            NotObservable,
+            Weak,
+            Identified,
+            Identified,
+            NotObservable,
+        ],
+        damping: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6],
+        damping_std: [None, Some(0.125), None, None, None, None],
+        damping_verdict: [
+            Weak, Identified, Identified, Identified, Identified, Identified,
+        ],
+    };
+    Report {
+        joints: [joint].into_iter().collect(),
+        fit: Fit {
+            records: 3,
+            frames: 49_152,
+            frames_lost: 7,
+            ssp: 0.001,
+            ssp_max: 0.01,
+            consistency: 1.25,
+            search_evaluations: 2000,
+            refine_iterations: 6,
+            starts: 1,
+            bridged: 5,
+            seconds: 2.5,
+            acceptance: Acceptance::Consistent,
+        },
+        warnings: [clipped("check the mounting")].into_iter().collect(),
+    }
+}
+
+#[test]
+fn schema_key_belongs_to_the_protocol_version() {
+    assert_eq!(SCHEMA_KEYS.last(), Some(&(PROTOCOL_VERSION, SCHEMA_KEY)));
+}
+
+#[test]
+fn to_edge() {
+    frozen(
+        ToEdge::Hello(hello()),
+        "18000000 00 ac02 0102030405060708 0c666c6578696420302e312e30",
+    );
+}
+
+#[test]
+fn from_edge_hello() {
+    frozen(
+        FromEdge::Hello(hello()),
+        "18000000 00 ac02 0102030405060708 0c666c6578696420302e312e30",
+    );
+}
+
+#[test]
+fn from_edge_refused() {
+    frozen(
+        FromEdge::Refused(Refusal {
+            reason: clipped("too old"),
+        }),
+        "09000000 01 07746f6f206f6c64",
+    );
+}
+
+#[test]
+fn from_edge_status() {
+    frozen(
+        FromEdge::Status(Status {
+            uptime_s: 1.5,
+            model: clipped("mill3"),
+            joints: 3,
+            interface: clipped("vcan0"),
+            state: clipped("waiting for joint angles: q2 not seen"),
+        }),
+        "3c000000 02 000000000000f83f 056d696c6c33 03 057663616e30 \
+         2577616974696e6720666f72206a6f696e7420616e676c65733a207132206e6f74207365656e",
+    );
+}
+
+#[test]
+fn from_edge_progress() {
+    frozen(
+        FromEdge::Progress(Progress {
+            phase: Phase::Refining,
+            fraction: 0.5,
+            starts: 2,
+            search_evaluations: 4000,
+            refine_iterations: 3,
+            search_loss: 0.25,
+            records: 4,
+        }),
+        "0f000000 03 02 0000003f 02 a01f 03 0000803e 04",
+    );
+}
+
+#[test]
+fn from_edge_report() {
+    frozen(
+        FromEdge::Report(report()),
+        "e9000000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
+         0000000000000840 0000000000001040 0000000000001440 0000000000001840 \
+         01000000000000e03f 00 01000000000000d03f 01000000000000f03f \
+         010000000000000040 00 000201000002 9a9999999999b93f 9a9999999999c93f \
+         333333333333d33f 9a9999999999d93f 000000000000e03f 333333333333e33f 00 \
+         01000000000000c03f 00 00 00 00 010000000000 03 808003 07 fca9f1d24d62503f \
+         7b14ae47e17a843f 000000000000f43f d00f 06 01 05 0000000000000440 00 01 \
+         12636865636b20746865206d6f756e74696e67",
+    );
+}
+
+#[test]
+fn from_edge_bus_health() {
+    frozen(
+        FromEdge::BusHealth(BusHealth {
+            state: BusState::Down,
+            frames: 1,
+            frames_lost: 2,
+            bridged: 3,
+            restarts: 4,
+            repeated: 5,
+            frames_wrong_length: 6,
+            frames_unknown: 7,
+            kernel_dropped: 8,
+            receive_buffer_bytes: 425_984,
+            samples_discarded: 9,
+            refused: 10,
+            frames_per_second: 4030.0,
+            error: clipped("vcan0: network is down"),
+        }),
+        "2e000000 05 01 01 02 03 04 05 06 07 08 80801a 09 0a 00000000007caf40 \
+         167663616e303a206e6574776f726b20697320646f776e",
+    );
+}
+
+#[test]
+fn variants_keep_their_numbers() {
+    frozen(
+        [Verdict::Identified, Verdict::Weak, Verdict::NotObservable],
+        "03000000 000102",
+    );
+    frozen(
+        [
+            Acceptance::Consistent,
+            Acceptance::ModelSuspect,
+            Acceptance::Unsettled,
+        ],
+        "03000000 000102",
+    );
+    frozen(
+        [
+            Phase::Waiting,
+            Phase::Searching,
+            Phase::Refining,
+            Phase::Settled,
+        ],
+        "04000000 00010203",
+    );
+    frozen(
+        [BusState::Up, BusState::Down, BusState::Gone],
+        "03000000 000102",
+    );
+}
+
+#[test]
+fn json_of_a_report_has_the_contracted_names() {
+    let json = serde_json::to_value(report()).unwrap();
+    let expected = serde_json::json!({
+        "joints": [{
+            "name": "joint_1",
+            "stiffness": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+            "stiffness_std": [0.5, null, 0.25, 1.0, 2.0, null],
+            "stiffness_verdict":
+                ["identified", "not_observable", "weak", "identified", "identified", "not_observable"],
+            "damping": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6],
+            "damping_std": [null, 0.125, null, null, null, null],
+            "damping_verdict":
+                ["weak", "identified", "identified", "identified", "identified", "identified"],
+        }],
+        "fit": {
+            "records": 3, "frames": 49152, "frames_lost": 7, "ssp": 0.001, "ssp_max": 0.01, "consistency": 1.25,
+            "search_evaluations": 2000, "refine_iterations": 6, "starts": 1, "bridged": 5, "seconds": 2.5,
+            "acceptance": "consistent",
+        },
+        "warnings": ["check the mounting"],
+    });
+    assert_eq!(json, expected);
+    assert_eq!(serde_json::from_value::<Report>(json).unwrap(), report());
+    for (acceptance, name) in [
+        (Acceptance::Consistent, "\"consistent\""),
+        (Acceptance::ModelSuspect, "\"model_suspect\""),
+        (Acceptance::Unsettled, "\"unsettled\""),
+    ] {
+        assert_eq!(serde_json::to_string(&acceptance).unwrap(), name);
+    }
+}
+
+/// Every string and list full, every number as long as it gets.
+#[test]
+fn the_fullest_report_fits_a_frame() {
+    let full = "x".repeat(1000);
+    let joint = JointReport {
+        name: clipped(&full),
+        stiffness_std: [Some(1.0); 6],
+        damping_std: [Some(1.0); 6],
+        ..report().joints[0].clone()
+    };
+    let report = Report {
+        joints: std::iter::repeat_n(joint, MAX_JOINTS).collect(),
+        fit: Fit {
+            records: u64::MAX,
+            frames: u64::MAX,
+            frames_lost: u64::MAX,
+            search_evaluations: u64::MAX,
+            refine_iterations: u64::MAX,
+            starts: u32::MAX,
+            bridged: u64::MAX,
+            ..report().fit
+        },
+        warnings: std::iter::repeat_n(clipped(&full), MAX_WARNINGS).collect(),
+    };
+    let mut buffer = [0; FRAME_BUFFER];
+    let frame = framing::encode(&FromEdge::Report(report), &mut buffer).unwrap();
+    assert!((3000..=MAX_FRAME).contains(&frame.len()), "{}", frame.len());
+}

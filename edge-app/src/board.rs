@@ -1,0 +1,110 @@
+//! The board on which the pipeline puts its latest news, and from which every client reads at its own pace.
+//!
+//! There is one place for each kind of message: a client that is slow misses the values in between and gets
+//! the latest, and nobody ever waits for it.
+
+use std::mem::discriminant;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use flexid_wire::messages::FromEdge;
+
+/// The latest message of every kind.
+#[derive(Debug, Default)]
+pub struct Board {
+    latest: Mutex<Latest>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Latest {
+    /// One of each kind, oldest first, numbered from 1.
+    messages: Vec<(u64, Arc<FromEdge>)>,
+    count: u64,
+    closed: bool,
+}
+
+impl Board {
+    /// An empty board.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Puts up a message in place of the one of its kind.
+    pub fn publish(&self, message: FromEdge) {
+        let message = Arc::new(message);
+        let mut latest = self.lock();
+        latest.messages.retain(|(_, old)| discriminant(&**old) != discriminant(&*message));
+        latest.count += 1;
+        let number = latest.count;
+        latest.messages.push((number, message));
+        self.changed.notify_all();
+    }
+
+    /// No news will follow.
+    pub fn close(&self) {
+        self.lock().closed = true;
+        self.changed.notify_all();
+    }
+
+    /// Waits, at most `timeout`, for what was put up since `seen` (0 at first), and moves `seen` on: the
+    /// messages, oldest first. `None` when the board is closed and all is seen.
+    pub fn news(&self, seen: &mut u64, timeout: Duration) -> Option<Vec<Arc<FromEdge>>> {
+        let (latest, _) = self
+            .changed
+            .wait_timeout_while(self.lock(), timeout, |latest| {
+                latest.count == *seen && !latest.closed
+            })
+            .unwrap_or_else(PoisonError::into_inner);
+        if latest.count == *seen && latest.closed {
+            return None;
+        }
+        let news = latest.messages.iter().filter(|(number, _)| number > seen);
+        let news = news.map(|(_, message)| Arc::clone(message)).collect();
+        *seen = latest.count;
+        Some(news)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Latest> {
+        // The messages are whole whoever panicked.
+        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_wire::messages::{Phase, Progress, Refusal};
+    use flexid_wire::text::clipped;
+
+    use super::*;
+
+    fn progress(records: u64) -> FromEdge {
+        FromEdge::Progress(Progress {
+            phase: Phase::Searching,
+            fraction: 0.0,
+            starts: 0,
+            search_evaluations: 0,
+            refine_iterations: 0,
+            search_loss: 1.0,
+            records,
+        })
+    }
+
+    #[test]
+    fn the_latest_of_each_kind_is_kept() {
+        let board = Board::new();
+        let other = FromEdge::Refused(Refusal { reason: clipped("full") });
+        let mut seen = 0;
+        assert_eq!(board.news(&mut seen, Duration::ZERO), Some(vec![]));
+        for message in [progress(1), other.clone(), progress(2), progress(3)] {
+            board.publish(message);
+        }
+        let news = board.news(&mut seen, Duration::ZERO).unwrap();
+        assert_eq!(news, [Arc::new(other), Arc::new(progress(3))]);
+        assert_eq!(board.news(&mut seen, Duration::ZERO), Some(vec![]));
+        board.publish(progress(4));
+        board.close();
+        assert_eq!(board.news(&mut seen, Duration::ZERO), Some(vec![Arc::new(progress(4))]));
+        assert_eq!(board.news(&mut seen, Duration::from_secs(60)), None);
+    }
+}

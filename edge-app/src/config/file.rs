@@ -1,0 +1,112 @@
+//! `EDGE.toml` as it is written: sections and keys, not yet checked.
+
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+use super::Accelerometer;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct File {
+    pub(super) model: ModelSection,
+    pub(super) bounds: BoundsSection,
+    pub(super) bus: BusSection,
+    pub(super) signals: SignalsSection,
+    pub(super) measurement: MeasurementSection,
+    #[serde(default)]
+    pub(super) search: SearchSection,
+    #[serde(default)]
+    pub(super) server: ServerSection,
+    pub(super) simulation: Option<SimulationSection>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ModelSection {
+    pub(super) file: PathBuf,
+    #[serde(default = "ModelSection::standard_gravity")]
+    pub(super) gravity_m_per_s2: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BoundsSection {
+    pub(super) stiffness_translation_n_per_m: [f64; 2],
+    pub(super) stiffness_rotation_nm_per_rad: [f64; 2],
+    pub(super) damping_translation_ns_per_m: [f64; 2],
+    pub(super) damping_rotation_nms_per_rad: [f64; 2],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BusSection {
+    pub(super) interface: String,
+    pub(super) dbc: PathBuf,
+}
+
+/// Names of signals in the DBC file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SignalsSection {
+    pub(crate) force: [String; 3],
+    pub(crate) force_counter: String,
+    pub(crate) acceleration: [String; 3],
+    pub(crate) acceleration_counter: String,
+    pub(crate) joints: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MeasurementSection {
+    pub(super) rate_hz: f64,
+    pub(super) band_hz: [f64; 2],
+    #[serde(default = "MeasurementSection::mounted_on_the_tool", with = "AccelerometerKey")]
+    pub(super) accelerometer: Accelerometer,
+    pub(super) record_samples: Option<usize>,
+}
+
+/// The names of [`Accelerometer`]'s kinds.
+#[derive(Deserialize)]
+#[serde(remote = "Accelerometer", rename_all = "lowercase")]
+enum AccelerometerKey {
+    Inertial,
+    Strapdown,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SearchSection {
+    #[serde(default)]
+    pub(super) seed: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ServerSection {
+    pub(super) listen: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SimulationSection {
+    pub(super) scenario: PathBuf,
+}
+
+impl ModelSection {
+    fn standard_gravity() -> [f64; 3] {
+        [0.0, 0.0, -9.80665]
+    }
+}
+
+impl MeasurementSection {
+    fn mounted_on_the_tool() -> Accelerometer {
+        Accelerometer::Strapdown
+    }
+}
+
+impl Default for ServerSection {
+    fn default() -> Self {
+        Self { listen: vec!["unix:flexid.sock".to_string()] }
+    }
+}

@@ -1,0 +1,90 @@
+//! Where the daemon listens: `unix:PATH` or `tcp:127.0.0.1:PORT`.
+
+use std::fmt;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+/// An address to listen on, or to connect to.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Listen {
+    /// A Unix socket at this path.
+    Unix(PathBuf),
+    /// A TCP port of the loopback interface.
+    Tcp(SocketAddr),
+}
+
+/// An address that is neither a Unix socket's nor on the loopback interface.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ListenError {
+    /// Neither `unix:` nor `tcp:`, or without what must follow.
+    #[error("{0:?} is no address: write \"unix:PATH\" or \"tcp:127.0.0.1:PORT\"")]
+    Form(String),
+    /// Reachable from elsewhere.
+    #[error(
+        "{0:?} is open to the network, and the protocol has no password: write \"tcp:127.0.0.1:PORT\""
+    )]
+    NotLoopback(String),
+    /// Longer than the kernel takes.
+    #[error("{0:?} is too long for a Unix socket: at most 107 bytes")]
+    TooLong(PathBuf),
+}
+
+/// Bytes that `sun_path` holds, less the closing zero.
+const UNIX_PATH_BYTES: usize = 107;
+
+impl Listen {
+    /// Reads an address; a relative path of a Unix socket starts at `base`.
+    ///
+    /// # Errors
+    /// The address, and the forms there are.
+    pub fn parse(text: &str, base: &Path) -> Result<Self, ListenError> {
+        let form = || ListenError::Form(text.to_string());
+        match text.split_once(':') {
+            Some(("unix", path)) if !path.is_empty() => {
+                let path = base.join(path);
+                if path.as_os_str().len() > UNIX_PATH_BYTES {
+                    return Err(ListenError::TooLong(path));
+                }
+                Ok(Self::Unix(path))
+            }
+            Some(("tcp", address)) => {
+                let address: SocketAddr = address.parse().map_err(|_| form())?;
+                if !address.ip().is_loopback() {
+                    return Err(ListenError::NotLoopback(text.to_string()));
+                }
+                Ok(Self::Tcp(address))
+            }
+            _ => Err(form()),
+        }
+    }
+}
+
+impl fmt::Display for Listen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unix(path) => write!(f, "unix:{}", path.display()),
+            Self::Tcp(address) => write!(f, "tcp:{address}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_this_machine_is_listened_to() {
+        let parse = |text: &str| Listen::parse(text, Path::new("/etc/flexid"));
+        assert_eq!(parse("unix:a.sock"), Ok(Listen::Unix("/etc/flexid/a.sock".into())));
+        assert_eq!(parse("unix:/run/a.sock"), Ok(Listen::Unix("/run/a.sock".into())));
+        assert_eq!(parse("tcp:127.0.0.1:7000").unwrap().to_string(), "tcp:127.0.0.1:7000");
+        assert!(matches!(parse("tcp:[::1]:7000"), Ok(Listen::Tcp(_))));
+        assert!(matches!(parse("tcp:0.0.0.0:7000"), Err(ListenError::NotLoopback(_))));
+        assert!(matches!(parse("tcp:10.0.0.1:7000"), Err(ListenError::NotLoopback(_))));
+        for text in ["", "unix:", "tcp:", "tcp:localhost", "udp:127.0.0.1:1", "flexid.sock"] {
+            assert!(matches!(parse(text), Err(ListenError::Form(_))), "{text:?}");
+        }
+        let long = format!("unix:/{}", "a".repeat(107));
+        assert!(matches!(parse(&long), Err(ListenError::TooLong(_))));
+    }
+}

@@ -1,0 +1,233 @@
+//! `EDGE.toml`: read, checked, and put into the form that the rest works with.
+
+mod file;
+mod listen;
+
+use std::path::{Path, PathBuf};
+
+use flexid_core::parameters::{Bounds, EmptyBounds};
+use flexid_core::spectrum::Measurement;
+use flexid_core::stream::StreamConfig;
+
+use crate::input::{self, BadInput};
+use crate::model::Model;
+use crate::pipeline::{BINS, SAMPLES};
+use crate::signals::SignalTable;
+
+pub(crate) use file::SignalsSection;
+pub use flexid_core::spectrum::Accelerometer;
+pub use listen::{Listen, ListenError};
+
+/// Shortest and longest record, samples.
+const RECORD_SAMPLES: [usize; 2] = [256, SAMPLES];
+/// Fewest and most bins that a fit takes.
+const BAND_BINS: [usize; 2] = [8, BINS];
+/// A record is about this long unless the file says otherwise, s.
+const RECORD_SECONDS: f64 = 4.096;
+
+/// All that the daemon, the simulator and the offline tool must know, checked.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// The file that it was read from.
+    pub file: PathBuf,
+    /// The robot.
+    pub model: Model,
+    /// Base axes, m/s².
+    pub gravity: [f64; 3],
+    /// Where the parameters are sought.
+    pub bounds: Bounds,
+    /// Name of the CAN interface.
+    pub interface: String,
+    /// How frames become readings, and back.
+    pub signals: SignalTable,
+    /// Force and acceleration samples per second, Hz.
+    pub rate_hz: f64,
+    /// Lower and upper edge of the band that is fitted, Hz.
+    pub band_hz: [f64; 2],
+    /// How the acceleration is measured.
+    pub accelerometer: Accelerometer,
+    /// Samples of a record: a power of two.
+    pub record_samples: usize,
+    /// Where clients are served.
+    pub listen: Vec<Listen>,
+    /// Seed of the random search: the same seed and the same frames give the same report.
+    pub seed: u64,
+    /// Truth, forces and noise of the simulated robot; only `flexid simulate` reads it.
+    pub scenario: Option<PathBuf>,
+}
+
+impl Config {
+    /// Reads `EDGE.toml` and the model and DBC files that it names, and checks everything.
+    ///
+    /// # Errors
+    /// One line that names the file, the place, and what would be right.
+    pub fn load(file: &Path) -> Result<Self, BadInput> {
+        Self::parse(file, &input::read(file)?)
+    }
+
+    /// Reads the text of the config file `file`; what it names is still read from disk.
+    ///
+    /// # Errors
+    /// As [`Config::load`].
+    pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
+        let raw: file::File = input::parse_toml(file, text)?;
+        let base = file.parent().unwrap_or(Path::new(""));
+        let bad = |message: String| BadInput::new(file, message);
+
+        let measurement = &raw.measurement;
+        positive("[measurement] rate_hz", measurement.rate_hz).map_err(bad)?;
+        check_band(measurement).map_err(bad)?;
+        let gravity = raw.model.gravity_m_per_s2;
+        if !gravity.iter().all(|g| g.is_finite()) {
+            return Err(bad("[model] gravity_m_per_s2 has a number that is not finite".into()));
+        }
+        let bounds = bounds(&raw.bounds).map_err(bad)?;
+        let interface = interface(&raw.bus.interface).map_err(bad)?;
+        let listen = listen(&raw.server.listen, base).map_err(bad)?;
+        let record_samples = record_samples(measurement).map_err(bad)?;
+
+        let model_file = base.join(&raw.model.file);
+        let model = Model::load(&model_file)?;
+        if raw.signals.joints.len() != model.joints.len() {
+            return Err(bad(format!(
+                "[signals] joints names {}, but {} has {}: name one signal per joint, base first",
+                count(raw.signals.joints.len(), "signal"),
+                model_file.display(),
+                count(model.joints.len(), "joint"),
+            )));
+        }
+        let signals = SignalTable::load(file, &base.join(&raw.bus.dbc), &raw.signals, &model)?;
+
+        Ok(Self {
+            file: file.to_path_buf(),
+            model,
+            gravity,
+            bounds,
+            interface,
+            signals,
+            rate_hz: measurement.rate_hz,
+            band_hz: measurement.band_hz,
+            accelerometer: measurement.accelerometer,
+            record_samples,
+            listen,
+            seed: raw.search.seed,
+            scenario: raw.simulation.map(|simulation| base.join(simulation.scenario)),
+        })
+    }
+
+    /// What was measured, as the fit sees it.
+    pub fn measurement(&self) -> Measurement {
+        Measurement {
+            band_hz: self.band_hz,
+            gravity: self.gravity,
+            accelerometer: self.accelerometer,
+        }
+    }
+
+    /// What the stream must know of the signals.
+    pub fn stream(&self) -> StreamConfig {
+        StreamConfig {
+            rate_hz: self.rate_hz,
+            record_samples: self.record_samples,
+            joints: self.model.joints.len(),
+            counter_bits: self.signals.counter_bits,
+            force_resolution: self.signals.force_resolution,
+            acceleration_resolution: self.signals.acceleration_resolution,
+        }
+    }
+}
+
+fn positive(place: &str, value: f64) -> Result<(), String> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(format!("{place} is {value}: must be positive"))
+    }
+}
+
+fn check_band(measurement: &file::MeasurementSection) -> Result<(), String> {
+    let [lower, upper] = measurement.band_hz;
+    positive("[measurement] band_hz[0]", lower)?;
+    positive("[measurement] band_hz[1]", upper)?;
+    let nyquist = measurement.rate_hz / 2.0;
+    if lower >= upper {
+        return Err(format!(
+            "[measurement] band_hz is [{lower}, {upper}]: the lower edge must be below the upper"
+        ));
+    }
+    if upper >= nyquist {
+        return Err(format!(
+            "[measurement] band_hz ends at {upper} Hz: must stay below {nyquist} Hz, half of rate_hz"
+        ));
+    }
+    Ok(())
+}
+
+fn bounds(section: &file::BoundsSection) -> Result<Bounds, String> {
+    let ranges = [
+        ("stiffness_translation_n_per_m", section.stiffness_translation_n_per_m),
+        ("stiffness_rotation_nm_per_rad", section.stiffness_rotation_nm_per_rad),
+        ("damping_translation_ns_per_m", section.damping_translation_ns_per_m),
+        ("damping_rotation_nms_per_rad", section.damping_rotation_nms_per_rad),
+    ];
+    Bounds::new(ranges[0].1, ranges[1].1, ranges[2].1, ranges[3].1).map_err(
+        |EmptyBounds { damping, dof }| {
+            let (key, [lower, upper]) = ranges[2 * usize::from(damping) + usize::from(dof >= 3)];
+            format!("[bounds] {key} is [{lower:e}, {upper:e}]: must be 0 < lower < upper")
+        },
+    )
+}
+
+fn interface(name: &str) -> Result<String, String> {
+    // The kernel's rule: IFNAMSIZ is 16 with the closing zero.
+    let fits = (1..=15).contains(&name.len())
+        && !name.contains(|c: char| c == '/' || c.is_whitespace() || c.is_control());
+    if fits {
+        Ok(name.to_string())
+    } else {
+        Err(format!("[bus] interface is {name:?}: no interface has such a name; try \"can0\""))
+    }
+}
+
+fn listen(addresses: &[String], base: &Path) -> Result<Vec<Listen>, String> {
+    let mut listen = Vec::new();
+    for text in addresses {
+        let address =
+            Listen::parse(text, base).map_err(|error| format!("[server] listen: {error}"))?;
+        if listen.contains(&address) {
+            return Err(format!("[server] listen has {text:?} twice: name each address once"));
+        }
+        listen.push(address);
+    }
+    Ok(listen)
+}
+
+fn record_samples(measurement: &file::MeasurementSection) -> Result<usize, String> {
+    let [least, most] = RECORD_SAMPLES;
+    let samples = measurement.record_samples.unwrap_or_else(|| {
+        let exponent = (RECORD_SECONDS * measurement.rate_hz).log2().round();
+        (exponent.exp2() as usize).clamp(least, most)
+    });
+    if !samples.is_power_of_two() || !(least..=most).contains(&samples) {
+        return Err(format!(
+            "[measurement] record_samples is {samples}: must be a power of two from {least} to {most}"
+        ));
+    }
+    let per_hz = samples as f64 / measurement.rate_hz;
+    let [lower, upper] = measurement.band_hz.map(|edge| edge * per_hz);
+    let bins = (upper.floor() - lower.ceil() + 1.0).max(0.0) as usize;
+    let [fewest, most] = BAND_BINS;
+    if !(fewest..=most).contains(&bins) {
+        let mend =
+            if bins < fewest { "widen the band or raise" } else { "narrow the band or lower" };
+        return Err(format!(
+            "[measurement] band_hz holds {bins} bins of a record of {samples} samples, {fewest} to {most} \
+             can be fitted: {mend} record_samples"
+        ));
+    }
+    Ok(samples)
+}
+
+fn count(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}

@@ -1,0 +1,129 @@
+//! What a user can get wrong in a file, said in one line: file, place, mend.
+
+use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+
+/// A file that cannot be used as it is. Its text is one line that names file, place and mend.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct BadInput {
+    /// The file, as the user named it.
+    pub file: PathBuf,
+    /// Line, from 1, where one is known.
+    pub line: Option<usize>,
+    /// What is wrong, and what would be right.
+    pub message: String,
+}
+
+impl BadInput {
+    /// A fault of the file as a whole, or of a place that the message names.
+    pub fn new(file: &Path, message: impl fmt::Display) -> Self {
+        Self { file: file.to_path_buf(), line: None, message: one_line(&message.to_string()) }
+    }
+}
+
+impl fmt::Display for BadInput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, "{line}:")?;
+        }
+        write!(f, " {}", self.message)
+    }
+}
+
+/// No file that a person or a tool writes for flexid comes near it, bytes.
+const LARGEST: u64 = 16 << 20;
+
+/// The bytes of `file`.
+pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, BadInput> {
+    let unreadable = |error| BadInput::new(file, format!("cannot be read: {error}"));
+    let mut bytes = Vec::new();
+    let open = File::open(file).map_err(unreadable)?;
+    open.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(BadInput::new(file, "is larger than 16 MiB: name another file"));
+    }
+    Ok(bytes)
+}
+
+/// The text of `file`.
+pub(crate) fn read(file: &Path) -> Result<String, BadInput> {
+    String::from_utf8(read_bytes(file)?)
+        .map_err(|_| BadInput::new(file, "is not text: must be UTF-8"))
+}
+
+/// Reads TOML, unknown keys refused.
+pub(crate) fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, BadInput> {
+    toml::from_str(text).map_err(|error| {
+        let line = error.span().map(|span| {
+            let before = text.as_bytes().get(..span.start).unwrap_or_default();
+            1 + before.iter().filter(|&&byte| byte == b'\n').count()
+        });
+        let place = line.map(|line| place(text, line)).unwrap_or_default();
+        let message = one_line(&format!("{place}{}", mend(error.message())));
+        BadInput { file: file.to_path_buf(), line, message }
+    })
+}
+
+/// The section that a line stands in, and its key: `[measurement] rate_hz: `.
+fn place(text: &str, line: usize) -> String {
+    let lines = || text.lines().take(line).map(|line| line.split('#').next().unwrap_or("").trim());
+    let section = lines().filter(|line| line.starts_with('[')).last().unwrap_or_default();
+    let key = lines().last().and_then(|line| line.split_once('=')).map(|(key, _)| key.trim());
+    match (section, key) {
+        ("", None) => String::new(),
+        ("", Some(key)) => format!("{key}: "),
+        (section, None) => format!("{section} "),
+        (section, Some(key)) => format!("{section} {key}: "),
+    }
+}
+
+/// serde's complaint, with the mend where it can be told: the nearest key, and its unit.
+fn mend(message: &str) -> String {
+    // Quoted with backticks: the culprit, then what would have been right.
+    let mut names = message.split('`').skip(1).step_by(2);
+    let culprit = names.next().unwrap_or_default();
+    if message.starts_with("missing field") {
+        format!("key `{culprit}`{} is missing", unit_phrase(culprit))
+    } else if message.starts_with("unknown field") {
+        let known: Vec<&str> = names.collect();
+        let nearest = known.iter().copied().max_by(|a, b| {
+            strsim::jaro_winkler(a, culprit).total_cmp(&strsim::jaro_winkler(b, culprit))
+        });
+        match nearest.filter(|name| strsim::jaro_winkler(name, culprit) > 0.75) {
+            Some(name) => {
+                format!("unknown key `{culprit}`: did you mean `{name}`{}?", unit_phrase(name))
+            }
+            None => format!("unknown key `{culprit}`: known are {}", known.join(", ")),
+        }
+    } else {
+        message.to_string()
+    }
+}
+
+/// ` (in Hz)` for `rate_hz`.
+fn unit_phrase(key: &str) -> String {
+    // Longer endings first: `_n_per_m` also ends in `_m`.
+    const UNITS: [(&str, &str); 10] = [
+        ("_nm_per_rad", "Nm/rad"),
+        ("_nms_per_rad", "Nms/rad"),
+        ("_ns_per_m", "Ns/m"),
+        ("_n_per_m", "N/m"),
+        ("_m_per_s2", "m/s^2"),
+        ("_kg_m2", "kg m^2"),
+        ("_kg", "kg"),
+        ("_hz", "Hz"),
+        ("_rad", "rad"),
+        ("_m", "m"),
+    ];
+    let unit = UNITS.iter().find(|(ending, _)| key.ends_with(ending));
+    unit.map(|(_, unit)| format!(" (in {unit})")).unwrap_or_default()
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}

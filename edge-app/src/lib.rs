@@ -1,0 +1,14 @@
+//! The daemon on the controller-side Linux box, as a library: it takes its bus, its listeners and its stop
+//! signal as arguments, so that the offline tool and the tests run the daemon's very lines.
+#![forbid(unsafe_code)]
+
+pub mod board;
+pub mod config;
+pub mod daemon;
+pub mod input;
+pub mod model;
+pub mod pipeline;
+pub mod server;
+pub mod signals;
+pub mod source;
+pub mod stop;

@@ -1,0 +1,54 @@
+//! From frames to a report: intake (frames to records) and solver (records to parameters).
+//!
+//! The daemon runs the two on threads of their own ([`crate::daemon`]), the offline tool in turn
+//! ([`run_offline`]); the lines are the same, and so is the report.
+
+mod intake;
+mod offline;
+mod report;
+mod solver;
+mod verdict;
+
+use std::io;
+
+use flexid_wire::report::Report;
+
+pub use intake::{Counts, Intake};
+pub use offline::run_offline;
+pub use solver::Solver;
+
+/// Most samples of a record.
+pub const SAMPLES: usize = 32_768;
+/// Most bins of a band.
+pub const BINS: usize = 4096;
+/// Most poses of which the newest record is kept; the oldest then goes.
+pub const MAX_EXPERIMENTS: usize = 16;
+
+/// Stack of the threads that hold a stream or a solver, bytes: core keeps everything in place, some MB of it,
+/// and passes it on by value when it is made.
+pub(crate) const STACK: usize = 64 << 20;
+
+/// A record of this pipeline.
+pub type Record = flexid_core::stream::Record<SAMPLES>;
+/// An experiment of this pipeline.
+pub type Experiment = flexid_core::spectrum::Experiment<BINS>;
+
+/// What was known when the frames ended.
+#[derive(Debug)]
+pub struct Outcome {
+    /// The parameters; `None` when there was no record to tell them.
+    pub report: Option<Report>,
+    /// What had come in.
+    pub counts: Counts,
+    /// What was still awaited, or why the records told nothing, in words.
+    pub state: String,
+    /// What went wrong at the source, in words; empty when nothing did.
+    pub trouble: String,
+    /// Why the source ended, if it broke. What it had brought has been used.
+    pub broken: Option<io::Error>,
+}
+
+/// [`Config`](crate::config::Config) checks all that core refuses; who builds one by hand hears of it here.
+pub(crate) fn unchecked(error: impl std::fmt::Debug) -> io::Error {
+    io::Error::other(format!("the config was not checked: {error:?}"))
+}

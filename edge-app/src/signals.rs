@@ -1,0 +1,233 @@
+//! Which bits of which frames are force, acceleration and joint angles: the config's signal names, looked up
+//! in the DBC file and put into a table that decodes frames, and encodes them for the simulator.
+
+mod dbc;
+
+use std::collections::HashMap;
+
+use embedded_can::Id;
+use flexid_core::stream::Reading;
+use flexid_wire::signal::{Signal, SignalError};
+
+use crate::source::{Frame, FrameKind};
+
+/// Frames to readings and back. All signals scaled to SI units: N, m/s², rad or m.
+#[derive(Clone, Debug)]
+pub struct SignalTable {
+    messages: HashMap<Id, Message>,
+    /// Width of the force and the acceleration counter, bits.
+    pub counter_bits: u32,
+    /// Smallest step of the force, N; the coarsest axis counts.
+    pub force_resolution: f32,
+    /// Smallest step of the acceleration, m/s²; the coarsest axis counts.
+    pub acceleration_resolution: f32,
+}
+
+/// One frame layout.
+#[derive(Clone, Debug, PartialEq)]
+struct Message {
+    /// Bytes of the payload.
+    length: usize,
+    contents: Vec<Content>,
+}
+
+/// What can be read out of one frame.
+#[derive(Clone, Debug, PartialEq)]
+enum Content {
+    Force { counter: Signal, axes: [Signal; 3] },
+    Acceleration { counter: Signal, axes: [Signal; 3] },
+    Joint { index: u8, value: Signal },
+}
+
+/// Why a frame gives no readings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoReading {
+    /// No signal of the table has this identifier.
+    UnknownId,
+    /// The identifier is known, but the payload is not as long as the DBC file says.
+    WrongLength,
+    /// The bus reports an error.
+    ErrorFrame,
+    /// A known identifier on a frame without classical data: a remote request or CAN FD.
+    NotData,
+}
+
+impl SignalTable {
+    /// Hands every reading in `frame` to `sink`.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn decode(&self, frame: &Frame, sink: impl FnMut(Reading)) -> Result<(), NoReading> {
+        if frame.kind == FrameKind::Error {
+            return Err(NoReading::ErrorFrame);
+        }
+        let message = self.messages.get(&frame.id).ok_or(NoReading::UnknownId)?;
+        if frame.kind != FrameKind::Data {
+            return Err(NoReading::NotData);
+        }
+        if frame.data().len() != message.length {
+            return Err(NoReading::WrongLength);
+        }
+        message.contents.iter().filter_map(|content| content.decode(frame.data())).for_each(sink);
+        Ok(())
+    }
+
+    /// The frames that carry `readings`: one for each message that is touched, in the order of the
+    /// readings. Values are rounded to the nearest step and limited to what the signal can carry,
+    /// counters wrap, signals that are not given are 0.
+    ///
+    /// # Errors
+    /// A value is NaN.
+    pub fn encode(&self, readings: &[Reading]) -> Result<Vec<Frame>, SignalError> {
+        let mut frames: Vec<(Id, Vec<u8>)> = Vec::new();
+        for reading in readings {
+            for (&id, message) in &self.messages {
+                let begun = frames.iter().position(|(other, _)| *other == id);
+                let mut data = match begun {
+                    Some(index) => frames[index].1.clone(),
+                    None => vec![0; message.length],
+                };
+                let mut carries = false;
+                for content in &message.contents {
+                    carries |= content.encode(reading, &mut data)?;
+                }
+                match begun {
+                    Some(index) => frames[index].1 = data,
+                    None if carries => frames.push((id, data)),
+                    None => {}
+                }
+            }
+        }
+        Ok(frames.iter().map(|(id, data)| Frame::new(*id, FrameKind::Data, data)).collect())
+    }
+}
+
+impl Content {
+    /// `None` never happens: the table was checked against the length of the payload.
+    fn decode(&self, data: &[u8]) -> Option<Reading> {
+        let value = |signal: &Signal| signal.decode(data).ok();
+        let vector =
+            |[x, y, z]: &[Signal; 3]| Some([value(x)? as f32, value(y)? as f32, value(z)? as f32]);
+        // The low bits of two's complement count on, whether the DBC file calls the counter signed or not.
+        let count = |signal: &Signal| {
+            let mask = u32::MAX >> (32 - signal.length.clamp(1, 32));
+            Some(signal.decode_raw(data).ok()? as u32 & mask)
+        };
+        Some(match self {
+            Self::Force { counter, axes } => {
+                Reading::Force { counter: count(counter)?, value: vector(axes)? }
+            }
+            Self::Acceleration { counter, axes } => {
+                Reading::Acceleration { counter: count(counter)?, value: vector(axes)? }
+            }
+            Self::Joint { index, value: angle } => {
+                Reading::Joint { index: *index, value: value(angle)? }
+            }
+        })
+    }
+
+    /// Whether this is the place of `reading`; if so it is written into `data`.
+    fn encode(&self, reading: &Reading, data: &mut [u8]) -> Result<bool, SignalError> {
+        match (self, reading) {
+            (Self::Force { counter, axes }, Reading::Force { counter: count, value })
+            | (
+                Self::Acceleration { counter, axes },
+                Reading::Acceleration { counter: count, value },
+            ) => {
+                for (axis, &value) in axes.iter().zip(value) {
+                    axis.encode(value.into(), data)?;
+                }
+                // Wraps where a signal would saturate.
+                let unused = 64 - counter.length.clamp(1, 64);
+                let bits = u64::from(*count) << unused;
+                let raw = if counter.signed {
+                    i128::from(bits as i64 >> unused)
+                } else {
+                    i128::from(bits >> unused)
+                };
+                counter.encode_raw(raw, data)?;
+            }
+            (Self::Joint { index, value: angle }, Reading::Joint { index: joint, value })
+                if index == joint =>
+            {
+                angle.encode(*value, data)?;
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::config::Config;
+
+    fn mill3() -> SignalTable {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/edge.toml");
+        Config::load(&file).unwrap().signals
+    }
+
+    fn standard(id: u16) -> Id {
+        embedded_can::StandardId::new(id).unwrap().into()
+    }
+
+    fn decode(table: &SignalTable, frame: &Frame) -> Result<Vec<Reading>, NoReading> {
+        let mut readings = Vec::new();
+        table.decode(frame, |reading| readings.push(reading)).map(|()| readings)
+    }
+
+    #[test]
+    fn reads_the_frames_of_the_reference_layout() {
+        let table = mill3();
+        assert_eq!((table.counter_bits, table.force_resolution), (16, 0.1));
+        let frame = |id, data: &[u8]| Frame::new(standard(id), FrameKind::Data, data);
+        let force = frame(0x101, &[0x03, 0, 0, 0, 0xFE, 0xFF, 0xFE, 0x0E]);
+        let value = [0.3, 0.0, -0.2].map(|value: f64| value as f32);
+        assert_eq!(decode(&table, &force), Ok(vec![Reading::Force { counter: 0x0EFE, value }]));
+        let joint = frame(0x112, &[0x30, 0x22, 0xF9, 0xFF, 0x38, 0xF6]);
+        assert_eq!(
+            decode(&table, &joint),
+            Ok(vec![Reading::Joint { index: 1, value: -450_000.0 * 1e-6 }])
+        );
+    }
+
+    #[test]
+    fn what_is_encoded_is_decoded() {
+        let table = mill3();
+        let readings = [
+            Reading::Force { counter: 65_535, value: [1.5, -2.0, 3276.7] },
+            Reading::Acceleration { counter: 65_536, value: [0.002, -65.536, 0.0] },
+            Reading::Joint { index: 0, value: 1.25 },
+            Reading::Joint { index: 2, value: -0.000_001 },
+        ];
+        let frames = table.encode(&readings).unwrap();
+        assert_eq!(frames.len(), 4);
+        let read: Vec<_> = frames.iter().flat_map(|frame| decode(&table, frame).unwrap()).collect();
+        assert_eq!((read[0], read[2], read[3]), (readings[0], readings[2], readings[3]));
+        let wrapped = Reading::Acceleration { counter: 0, value: [0.002, -65.536, 0.0] };
+        assert_eq!(read[1], wrapped);
+        assert!(table.encode(&[Reading::Joint { index: 0, value: f64::NAN }]).is_err());
+    }
+
+    #[test]
+    fn says_why_a_frame_gives_no_reading() {
+        let table = mill3();
+        let extended = embedded_can::ExtendedId::new(0x101).unwrap().into();
+        let cases = [
+            (standard(0x101), FrameKind::Data, 7, NoReading::WrongLength),
+            (standard(0x111), FrameKind::Data, 8, NoReading::WrongLength),
+            (standard(0x100), FrameKind::Data, 8, NoReading::UnknownId),
+            (extended, FrameKind::Data, 8, NoReading::UnknownId),
+            (extended, FrameKind::Error, 8, NoReading::ErrorFrame),
+            (standard(0x101), FrameKind::Remote, 0, NoReading::NotData),
+            (standard(0x101), FrameKind::Fd, 8, NoReading::NotData),
+        ];
+        for (id, kind, length, reason) in cases {
+            let frame = Frame::new(id, kind, &[0; 8][..length]);
+            assert_eq!(decode(&table, &frame), Err(reason), "{frame:?}");
+        }
+    }
+}

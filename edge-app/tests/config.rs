@@ -1,0 +1,320 @@
+//! Mistakes in `EDGE.toml` and in the files that it names: each gives one line with file, place and mend.
+
+use std::fs;
+use std::path::Path;
+
+use flexid_edge::config::{Accelerometer, Config, Listen};
+
+const EDGE: &str = include_str!("../../host-tools/scenario/edge.toml");
+const MODEL: &str = include_str!("../../host-tools/scenario/mill3-model.toml");
+const DBC: &str = include_str!("../../host-tools/scenario/mill3.dbc");
+
+/// Loads the scenario with `from` replaced by `to` in one of its files; the error without the folder's name.
+fn load(file: &str, from: &str, to: &str) -> Result<Config, String> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in [("edge.toml", EDGE), ("mill3-model.toml", MODEL), ("mill3.dbc", DBC)] {
+        let text = if name == file {
+            assert!(text.contains(from), "{from:?} is not in {name}");
+            text.replace(from, to)
+        } else {
+            text.to_string()
+        };
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    Config::load(&folder.path().join("edge.toml"))
+        .map_err(|error| error.to_string().replace(&format!("{}/", folder.path().display()), ""))
+}
+
+#[test]
+fn the_reference_scenario_is_read() {
+    let config = load("edge.toml", "", "").unwrap();
+    assert_eq!(config.model.name, "mill3");
+    assert_eq!(config.gravity, [0.0; 3]);
+    assert_eq!(config.bounds.damping[5], [1.0e2, 5.0e4]);
+    assert_eq!(config.accelerometer, Accelerometer::Inertial);
+    assert_eq!(config.record_samples, 8192);
+    assert_eq!(config.seed, 1);
+    assert!(matches!(&config.listen[..], [Listen::Unix(path)] if path.ends_with("flexid.sock")));
+    assert!(config.scenario.unwrap().ends_with("mill3.toml"));
+}
+
+#[test]
+fn what_is_left_out_has_its_default() {
+    let config = load("edge.toml", "gravity_m_per_s2 = [0.0, 0.0, 0.0]", "").unwrap();
+    assert_eq!(config.gravity, [0.0, 0.0, -9.80665]);
+    let config = load("edge.toml", "accelerometer = \"inertial\"", "").unwrap();
+    assert_eq!(config.accelerometer, Accelerometer::Strapdown);
+    let config = load("edge.toml", "[server]\nlisten = [\"unix:flexid.sock\"]", "").unwrap();
+    assert!(matches!(&config.listen[..], [Listen::Unix(path)] if path.ends_with("flexid.sock")));
+    for (rate, samples) in [("rate_hz = 1000.0", 4096), ("rate_hz = 500.0", 2048)] {
+        assert_eq!(load("edge.toml", "rate_hz = 2000.0", rate).unwrap().record_samples, samples);
+    }
+    for (rate, samples) in [("rate_hz = 410.0", 2048), ("rate_hz = 50000.0", 32_768)] {
+        assert_eq!(load("edge.toml", "rate_hz = 2000.0", rate).unwrap().record_samples, samples);
+    }
+}
+
+#[test]
+fn mistakes_in_the_config_name_place_and_mend() {
+    let table = [
+        // Keys and syntax.
+        (
+            "rate_hz = 2000.0",
+            "rate_khz = 2.0",
+            "edge.toml:26: [measurement] rate_khz: unknown key `rate_khz`: did you mean `rate_hz` (in Hz)?",
+        ),
+        (
+            "band_hz",
+            "band",
+            "edge.toml:27: [measurement] band: unknown key `band`: did you mean `band_hz` (in Hz)?",
+        ),
+        (
+            "stiffness_translation_n_per_m =",
+            "stiffness_translation_n_per_mm =",
+            "edge.toml:9: [bounds] stiffness_translation_n_per_mm: unknown key \
+             `stiffness_translation_n_per_mm`: did you mean `stiffness_translation_n_per_m` (in N/m)?",
+        ),
+        (
+            "[measurement]",
+            "[measurements]",
+            "edge.toml:25: [measurements] unknown key `measurements`: did you mean `measurement`?",
+        ),
+        (
+            "seed = 1",
+            "colour = 1",
+            "edge.toml:31: [search] colour: unknown key `colour`: known are seed",
+        ),
+        ("rate_hz = 2000.0\n", "", "edge.toml:25: [measurement] key `rate_hz` (in Hz) is missing"),
+        (
+            "rate_hz = 2000.0",
+            "rate_hz = \"2 kHz\"",
+            "edge.toml:26: [measurement] rate_hz: invalid type: string \"2 kHz\", expected f64",
+        ),
+        (
+            "\"inertial\"",
+            "\"fixed\"",
+            "edge.toml:28: [measurement] accelerometer: unknown variant `fixed`, expected `inertial` or `strapdown`",
+        ),
+        (
+            "band_hz = [2.0, 200.0]",
+            "band_hz = [2.0]",
+            "edge.toml:27: [measurement] band_hz: invalid length 1, expected an array of length 2",
+        ),
+        // Numbers.
+        (
+            "rate_hz = 2000.0",
+            "rate_hz = -5",
+            "edge.toml: [measurement] rate_hz is -5: must be positive",
+        ),
+        (
+            "rate_hz = 2000.0",
+            "rate_hz = nan",
+            "edge.toml: [measurement] rate_hz is NaN: must be positive",
+        ),
+        (
+            "[2.0, 200.0]",
+            "[200.0, 2.0]",
+            "edge.toml: [measurement] band_hz is [200, 2]: the lower edge must be below the upper",
+        ),
+        (
+            "[2.0, 200.0]",
+            "[2.0, 1000.0]",
+            "edge.toml: [measurement] band_hz ends at 1000 Hz: must stay below 1000 Hz, half of rate_hz",
+        ),
+        (
+            "[2.0, 200.0]",
+            "[0.0, 200.0]",
+            "edge.toml: [measurement] band_hz[0] is 0: must be positive",
+        ),
+        (
+            "[1.0e7, 2.0e8]",
+            "[2.0e8, 1.0e7]",
+            "edge.toml: [bounds] stiffness_translation_n_per_m is [2e8, 1e7]: must be 0 < lower < upper",
+        ),
+        (
+            "[1.0e2, 5.0e4]",
+            "[-1.0e2, 5.0e4]",
+            "edge.toml: [bounds] damping_rotation_nms_per_rad is [-1e2, 5e4]: must be 0 < lower < upper",
+        ),
+        (
+            "gravity_m_per_s2 = [0.0, 0.0, 0.0]",
+            "gravity_m_per_s2 = [0.0, 0.0, inf]",
+            "edge.toml: [model] gravity_m_per_s2 has a number that is not finite",
+        ),
+        (
+            "rate_hz = 2000.0",
+            "rate_hz = 2000.0\nrecord_samples = 5000",
+            "edge.toml: [measurement] record_samples is 5000: must be a power of two from 256 to 32768",
+        ),
+        (
+            "[2.0, 200.0]",
+            "[2.0, 3.0]",
+            "edge.toml: [measurement] band_hz holds 4 bins of a record of 8192 samples, 8 to 4096 can be fitted: \
+             widen the band or raise record_samples",
+        ),
+        // Addresses.
+        (
+            "\"vcan0\"",
+            "\"can 0\"",
+            "edge.toml: [bus] interface is \"can 0\": no interface has such a name; try \"can0\"",
+        ),
+        (
+            "unix:flexid.sock",
+            "flexid.sock",
+            "edge.toml: [server] listen: \"flexid.sock\" is no address: write \"unix:PATH\" or \"tcp:127.0.0.1:PORT\"",
+        ),
+        (
+            "unix:flexid.sock",
+            "tcp:0.0.0.0:7000",
+            "edge.toml: [server] listen: \"tcp:0.0.0.0:7000\" is open to the network, and the protocol has no \
+             password: write \"tcp:127.0.0.1:PORT\"",
+        ),
+        // Other files.
+        (
+            "\"mill3-model.toml\"",
+            "\"mill4.toml\"",
+            "mill4.toml: cannot be read: No such file or directory (os error 2)",
+        ),
+        ("dbc = \"mill3.dbc\"", "dbc = \"edge.toml\"", "edge.toml: is not a DBC file:"),
+        // Signals.
+        (
+            "[\"q1\", \"q2\", \"q3\"]",
+            "[\"q1\", \"q2\"]",
+            "edge.toml: [signals] joints names 2 signals, but mill3-model.toml has 3 joints: name one signal \
+             per joint, base first",
+        ),
+        (
+            "[\"q1\", \"q2\", \"q3\"]",
+            "[\"q1\", \"q2\", \"q4\"]",
+            "edge.toml: [signals] joints: \"q4\" is not in mill3.dbc, which has Fx, Fy, Fz, ForceCounter, ax, \
+             ay, az, AccelerationCounter, q1, Joint1Counter, q2, Joint2Counter, q3, Joint3Counter",
+        ),
+        (
+            "[\"q1\", \"q2\", \"q3\"]",
+            "[\"q1\", \"q2\", \"q1\"]",
+            "edge.toml: [signals] names \"q1\" twice: each signal has one meaning",
+        ),
+        (
+            "[\"Fx\", \"Fy\", \"Fz\"]",
+            "[\"Fx\", \"Fy\"]",
+            "edge.toml:19: [signals] force: invalid length 2, expected an array of length 3",
+        ),
+        (
+            "force_counter = \"ForceCounter\"",
+            "force_counter = \"Joint1Counter\"",
+            "edge.toml: [signals] force: \"Fx\" is in message FORCE and \"Joint1Counter\" in JOINT_1: the \
+             three axes and their counter must share a message",
+        ),
+        (
+            "[\"Fx\", \"Fy\", \"Fz\"]",
+            "[\"Fx\", \"ACCELERATION.Fy\", \"Fz\"]",
+            "edge.toml: [signals] force: \"ACCELERATION.Fy\" is not in mill3.dbc",
+        ),
+    ];
+    check("edge.toml", &table);
+}
+
+#[test]
+fn mistakes_in_the_dbc_file_name_the_signal() {
+    let table = [
+        (
+            "[-3276.8|3276.7] \"N\" EDGE\n SG_ Fy",
+            "[-3276.8|3276.7] \"lbf\" EDGE\n SG_ Fy",
+            "mill3.dbc: signal Fx has unit \"lbf\": force must be in one of N, kN, mN",
+        ),
+        (
+            "\"m/s^2\"",
+            "\"\"",
+            "mill3.dbc: signal ax has unit \"\": acceleration must be in one of m/s^2,",
+        ),
+        (
+            "\"rad\"",
+            "\"mm\"",
+            "mill3.dbc: signal q1 has unit \"mm\": angle must be in one of rad, mrad, deg, °",
+        ),
+        (
+            "AccelerationCounter : 48|16@",
+            "AccelerationCounter : 48|12@",
+            "mill3.dbc: ForceCounter has 16 bits and AccelerationCounter has 12: force and acceleration are \
+             joined by their counters, which must be equally wide",
+        ),
+        (
+            "ForceCounter : 48|16@1+ (1,0)",
+            "ForceCounter : 48|16@1+ (2,0)",
+            "mill3.dbc: counter ForceCounter has factor 2 and offset 0: must be (1,0)",
+        ),
+        (
+            "ForceCounter : 48|16@1+",
+            "ForceCounter : 48|4@1+",
+            "mill3.dbc: counter ForceCounter has 4 bits: must have 8 to 32",
+        ),
+        (
+            "FORCE: 8",
+            "FORCE: 7",
+            "mill3.dbc: signal ForceCounter: reaches to byte 8 of a payload of 7: mend start bit or length",
+        ),
+        (
+            "FORCE: 8",
+            "FORCE: 12",
+            "mill3.dbc: message FORCE has 12 bytes: flexid reads classical CAN frames, of at most 8",
+        ),
+        (
+            "BO_ 257 FORCE",
+            "BO_ 4000 FORCE",
+            "mill3.dbc: message FORCE has identifier 4000: above 2047",
+        ),
+        (
+            "SG_ Fx :",
+            "SG_ Fx m0 :",
+            "mill3.dbc: signal Fx is multiplexed: flexid reads plain signals only",
+        ),
+        (
+            "SG_ Joint1Counter :",
+            "SG_ Fx :",
+            "edge.toml: [signals] force: \"Fx\" is in messages FORCE and JOINT_1 of mill3.dbc: write \"FORCE.Fx\"",
+        ),
+        ("VERSION \"\"", "VERSION \"", "mill3.dbc: is not a DBC file:"),
+    ];
+    check("mill3.dbc", &table);
+}
+
+#[test]
+fn known_units_are_converted() {
+    for (from, to, unit) in [("\"N\"", "\"kN\"", 1e3), ("\"N\"", "\"mN\"", 1e-3)] {
+        let table = load("mill3.dbc", from, to).unwrap().signals;
+        assert_eq!(table.force_resolution, (0.1 * unit) as f32);
+    }
+    let table = load("mill3.dbc", "\"m/s^2\"", "\"g\"").unwrap().signals;
+    assert_eq!(table.acceleration_resolution, (0.002 * 9.80665) as f32);
+    assert!(load("mill3.dbc", "\"rad\"", "\"deg\"").is_ok());
+}
+
+#[test]
+fn dbc_files_in_the_old_encoding_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("edge.toml"), EDGE).unwrap();
+    fs::write(folder.path().join("mill3-model.toml"), MODEL).unwrap();
+    let mut dbc = DBC.replace("m/s^2", "m/s?").into_bytes();
+    for byte in dbc.iter_mut().filter(|byte| **byte == b'?') {
+        *byte = 0xB2;
+    }
+    fs::write(folder.path().join("mill3.dbc"), dbc).unwrap();
+    Config::load(&folder.path().join("edge.toml")).unwrap();
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let error = Config::load(Path::new("/nowhere/edge.toml")).unwrap_err().to_string();
+    assert_eq!(error, "/nowhere/edge.toml: cannot be read: No such file or directory (os error 2)");
+}
+
+fn check(file: &str, table: &[(&str, &str, &str)]) {
+    let mut wrong = Vec::new();
+    for (from, to, message) in table {
+        let error = load(file, from, to).expect_err(to);
+        if !error.starts_with(message) || error.contains('\n') {
+            wrong.push(format!("{to}:\n  got  {error}\n  want {message}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

@@ -1,0 +1,183 @@
+//! The real daemon in this process, on a socket pair that carries the same frames as a bus.
+
+use std::io::Read;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::thread;
+use std::time::Duration;
+
+use embedded_can::{Frame as _, StandardId};
+use flexid_core::stream::Reading;
+use flexid_edge::config::{Config, Listen};
+use flexid_edge::daemon;
+use flexid_edge::pipeline::Outcome;
+use flexid_edge::server::Listener;
+use flexid_edge::source::CanSocket;
+use flexid_edge::stop::Stop;
+use flexid_wire::framing::{Decoder, FRAME_BUFFER, encode};
+use flexid_wire::messages::{BusHealth, BusState, FromEdge, Hello, Status, ToEdge};
+use nix::sys::socket::{AddressFamily, SockFlag, SockType, socketpair};
+use socketcan::{CanDataFrame, Socket as _};
+
+/// Nothing here takes nearly as long; a test that waits for it has failed.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The sending end of the bus.
+struct Bus {
+    socket: socketcan::CanSocket,
+    config: Config,
+}
+
+/// A client that has been greeted.
+struct Client {
+    stream: UnixStream,
+    decoder: Decoder,
+}
+
+/// Runs the daemon on the reference scenario while `test` has the bus and a way to connect; its outcome.
+fn with_daemon(test: impl FnOnce(Bus, &dyn Fn() -> Client, &Stop)) -> Outcome {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/edge.toml");
+    let config = Config::load(&file).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
+    let (ours, theirs) =
+        socketpair(AddressFamily::Unix, SockType::SeqPacket, None, SockFlag::SOCK_CLOEXEC).unwrap();
+    let mut source = CanSocket::from_pair(ours).unwrap();
+    let stop = Stop::new();
+    thread::scope(|scope| {
+        let daemon = scope.spawn(|| daemon::run(&config, &mut source, &listeners, &stop));
+        let bus = Bus { socket: theirs.into(), config: config.clone() };
+        let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            test(bus, &|| Client::connect(&path), &stop);
+        }));
+        stop.request();
+        let outcome = outcome.map(|()| daemon.join().unwrap().unwrap());
+        outcome.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+impl Bus {
+    fn send(&self, reading: Reading) {
+        for frame in self.config.signals.encode(&[reading]).unwrap() {
+            self.socket.write_frame(&CanDataFrame::new(frame.id, frame.data()).unwrap()).unwrap();
+        }
+    }
+
+    fn send_raw(&self, id: u16, data: &[u8]) {
+        let id = StandardId::new(id).unwrap();
+        self.socket.write_frame(&CanDataFrame::new(id, data).unwrap()).unwrap();
+    }
+
+    /// One instant of both sensors, in the robot's rest.
+    fn instant(&self, counter: u32) {
+        self.send(Reading::Force { counter, value: [0.0; 3] });
+        self.send(Reading::Acceleration { counter, value: [0.0; 3] });
+    }
+}
+
+impl Client {
+    fn connect(path: &Path) -> Self {
+        let mut stream = UnixStream::connect(path).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut buffer = [0; FRAME_BUFFER];
+        let hello = encode(&ToEdge::Hello(Hello::new("test")), &mut buffer).unwrap();
+        std::io::Write::write_all(&mut stream, hello).unwrap();
+        let mut client = Self { stream, decoder: Decoder::new() };
+        assert!(matches!(client.receive(), Some(FromEdge::Hello(_))));
+        client
+    }
+
+    /// The next message; `None` at the end of the stream.
+    fn receive(&mut self) -> Option<FromEdge> {
+        loop {
+            if let Some(message) = self.decoder.next().unwrap() {
+                return Some(message);
+            }
+            match self.stream.read(self.decoder.space()).unwrap() {
+                0 => return None,
+                bytes => self.decoder.advance(bytes),
+            }
+        }
+    }
+
+    /// Waits for the bus to be as `wanted`.
+    fn bus_health(&mut self, wanted: impl Fn(&BusHealth) -> bool) -> BusHealth {
+        while let Some(message) = self.receive() {
+            match message {
+                FromEdge::BusHealth(health) if wanted(&health) => return health,
+                _ => {}
+            }
+        }
+        panic!("the daemon ended without it")
+    }
+
+    /// Waits for the daemon to say `wanted`.
+    fn state(&mut self, wanted: &str) -> Status {
+        while let Some(message) = self.receive() {
+            match message {
+                FromEdge::Status(status) if status.state.contains(wanted) => return status,
+                _ => {}
+            }
+        }
+        panic!("the daemon ended without saying {wanted:?}")
+    }
+}
+
+#[test]
+fn says_what_it_waits_for() {
+    with_daemon(|bus, connect, _| {
+        let mut client = connect();
+        let status = client.state("waiting for frames");
+        assert_eq!((status.model.as_str(), status.joints), ("mill3", 3));
+        assert_eq!(status.interface, "vcan0");
+        bus.send(Reading::Joint { index: 1, value: 0.5 });
+        client.state("waiting for force frames");
+        bus.instant(0);
+        client.state("waiting for joint angles: joint_1, joint_3 not seen");
+        bus.send(Reading::Joint { index: 0, value: 0.0 });
+        bus.send(Reading::Joint { index: 2, value: 0.0 });
+        client.state("waiting for the first record: 4.1 s of milling at one pose");
+    });
+}
+
+#[test]
+fn counts_what_is_wrong_on_the_bus_and_takes_the_rest() {
+    with_daemon(|bus, connect, _| {
+        for index in 0..3 {
+            bus.send(Reading::Joint { index, value: 0.0 });
+        }
+        for counter in 0..100 {
+            bus.instant(counter);
+            bus.send_raw(0x101, &[0; 7]);
+            bus.send_raw(0x7FF, &[0; 8]);
+        }
+        let health = connect().bus_health(|health| health.frames_unknown == 100);
+        assert_eq!((health.frames, health.frames_lost), (200, 0));
+        assert_eq!((health.frames_wrong_length, health.kernel_dropped), (100, 0));
+        assert_eq!(health.state, BusState::Up);
+        assert!(health.receive_buffer_bytes > 0);
+    });
+}
+
+#[test]
+fn ends_with_its_bus_and_tells_its_clients() {
+    let outcome = with_daemon(|bus, connect, _| {
+        let mut client = connect();
+        client.state("waiting for frames");
+        drop(bus);
+        while client.receive().is_some() {}
+    });
+    assert!(outcome.report.is_none() && outcome.broken.is_none());
+}
+
+#[test]
+fn ends_when_it_is_asked_to() {
+    let outcome = with_daemon(|bus, connect, stop| {
+        let mut client = connect();
+        stop.request();
+        while client.receive().is_some() {}
+        drop(bus);
+    });
+    assert!(outcome.report.is_none() && outcome.broken.is_none());
+}

@@ -1,0 +1,67 @@
+//! `flexid watch`: what a running daemon finds, live.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, bail};
+use flexid_edge::config::Listen;
+
+use super::BadArgument;
+use crate::client::Client;
+use crate::readout::{REDRAW, Screen, View};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The daemon: unix:PATH or tcp:127.0.0.1:PORT
+    address: String,
+    /// Print each report as one line of JSON, and nothing else
+    #[arg(long)]
+    json: bool,
+    /// End as soon as this is reached
+    #[arg(long, value_name = "STATE")]
+    until: Option<Until>,
+    /// Give up after so many seconds, with exit status 1
+    #[arg(long, value_name = "S", requires = "until")]
+    timeout: Option<f64>,
+}
+
+/// What to wait for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Until {
+    /// A report that is settled and consistent with the noise
+    Identified,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let address = Listen::parse(&args.address, Path::new(""))
+        .map_err(|error| BadArgument(format!("ADDRESS: {error}")))?;
+    let deadline = match args.timeout {
+        None => None,
+        Some(seconds) => Some(deadline(seconds)?),
+    };
+    let mut client = Client::connect(&address)?;
+    let mut view = View::default();
+    let mut screen = Screen::new(args.json);
+    loop {
+        let left = deadline.map_or(REDRAW, |end| end.saturating_duration_since(Instant::now()));
+        if let Some(message) = client.next(left.min(REDRAW))? {
+            screen.hear(&message)?;
+            view.take(message);
+        }
+        screen.draw(&view)?;
+        if args.until == Some(Until::Identified) && view.identified() {
+            return screen.end(&view);
+        }
+        if deadline.is_some_and(|end| Instant::now() >= end) {
+            screen.end(&view)?;
+            bail!("{address}: not identified within the --timeout: {}", view.state());
+        }
+    }
+}
+
+fn deadline(seconds: f64) -> Result<Instant, BadArgument> {
+    let wrong =
+        || BadArgument(format!("--timeout {seconds}: must be a positive number of seconds"));
+    let timeout = Duration::try_from_secs_f64(seconds).map_err(|_| wrong())?;
+    Instant::now().checked_add(timeout).filter(|_| seconds > 0.0).ok_or_else(wrong)
+}

@@ -1,0 +1,72 @@
+//! The demo's bus: a real virtual CAN bus where the kernel has one, else a socket pair with the same frames.
+
+use std::fs;
+use std::os::fd::OwnedFd;
+use std::process::Command;
+
+use anyhow::{Context as _, Result, ensure};
+use flexid_edge::source::CanSocket;
+use nix::sched::{CloneFlags, unshare};
+use nix::sys::socket::{AddressFamily, SockFlag, SockType, socketpair};
+use nix::unistd::{getegid, geteuid};
+
+use crate::simulation::bus::BusSender;
+
+/// Both ends of a bus, and what it is, in words.
+pub(super) struct DemoBus {
+    pub(super) robot: BusSender,
+    pub(super) daemon: CanSocket,
+    pub(super) what: String,
+}
+
+impl DemoBus {
+    /// A bus of this process's own. To be called before any thread is started: the kernel gives a new
+    /// user namespace to a process of one thread only.
+    pub(super) fn new(interface: &str) -> Result<Self> {
+        match vcan(interface) {
+            Ok((robot, daemon)) => {
+                let what =
+                    format!("{interface}, a virtual CAN bus in a network namespace of its own");
+                Ok(Self { robot, daemon, what })
+            }
+            Err(reason) => {
+                let (robot, daemon) = pair()?;
+                let what = format!(
+                    "a socket pair that carries the same frames, because there is no vcan here: {reason:#}"
+                );
+                Ok(Self { robot, daemon, what })
+            }
+        }
+    }
+}
+
+/// Root over a network of its own, without being root; there a virtual bus can be made.
+fn vcan(interface: &str) -> Result<(BusSender, CanSocket)> {
+    let (user, group) = (geteuid(), getegid());
+    // Where user namespaces are restricted, root still gets a network of its own.
+    match unshare(CloneFlags::CLONE_NEWUSER | CloneFlags::CLONE_NEWNET) {
+        Ok(()) => {
+            fs::write("/proc/self/setgroups", "deny").context("/proc/self/setgroups")?;
+            fs::write("/proc/self/uid_map", format!("0 {user} 1")).context("/proc/self/uid_map")?;
+            fs::write("/proc/self/gid_map", format!("0 {group} 1"))
+                .context("/proc/self/gid_map")?;
+        }
+        Err(_) => unshare(CloneFlags::CLONE_NEWNET).context("no network namespace")?,
+    }
+    ip(&["link", "add", interface, "type", "vcan"])?;
+    ip(&["link", "set", interface, "up"])?;
+    Ok((BusSender::open(interface)?, CanSocket::open(interface)?))
+}
+
+fn ip(arguments: &[&str]) -> Result<()> {
+    let output = Command::new("ip").args(arguments).output().context("`ip` cannot be run")?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "ip {}: {}", arguments.join(" "), said.trim());
+    Ok(())
+}
+
+fn pair() -> Result<(BusSender, CanSocket)> {
+    let (robot, daemon): (OwnedFd, OwnedFd) =
+        socketpair(AddressFamily::Unix, SockType::SeqPacket, None, SockFlag::SOCK_CLOEXEC)?;
+    Ok((BusSender::from_pair(robot), CanSocket::from_pair(daemon)?))
+}

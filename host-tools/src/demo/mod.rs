@@ -1,0 +1,144 @@
+//! The main job in one command: a simulated robot mills, the daemon identifies it while the frames arrive,
+//! and the readout shows what is found.
+
+mod bus;
+
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result, anyhow, ensure};
+use clap::Parser;
+use flexid_edge::config::{Config, Listen};
+use flexid_edge::daemon;
+use flexid_edge::server::Listener;
+use flexid_edge::stop::Stop;
+
+use crate::client::Client;
+use crate::readout::{REDRAW, Screen, View};
+use crate::simulation::bus::BusSender;
+use crate::simulation::sensor::Quality;
+use crate::simulation::simulator::{PAUSE_S, Simulator, Truth};
+use crate::{table, validation};
+
+use bus::DemoBus;
+
+/// The files of the reference scenario.
+const SCENARIO: [(&str, &str); 4] = [
+    ("edge.toml", include_str!("../../scenario/edge.toml")),
+    ("mill3-model.toml", include_str!("../../scenario/mill3-model.toml")),
+    ("mill3.toml", include_str!("../../scenario/mill3.toml")),
+    ("mill3.dbc", include_str!("../../scenario/mill3.dbc")),
+];
+/// The daemon may work for so long after the last frame.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Shows flexid at work: a simulated milling robot, the daemon, and what it finds.
+#[derive(Debug, Parser)]
+#[command(name = "flexid-demo", version)]
+struct Args {
+    /// Which robot: nominal, or drawn:SEED for one drawn from the scenario's bounds
+    #[arg(long, default_value = "nominal")]
+    truth: Truth,
+    /// Seed of cutting forces and noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// The demo's `main`.
+pub fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("flexid-demo: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<()> {
+    let folder = tempfile::tempdir().context("no temporary folder")?;
+    let config = config(folder.path())?;
+    let quality = Quality { noise: 1.0, drop: 0.0 };
+    let simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
+    let truth = simulator.truth().to_vec();
+    let experiments = simulator.scenario().experiments.len() as u64;
+    let DemoBus { robot, daemon, what } = DemoBus::new(&config.interface)?;
+    println!("bus: {what}");
+    let listeners = config.listen.iter().map(Listener::bind).collect::<Result<Vec<_>, _>>()?;
+    let address = config.listen.first().context("edge.toml: [server] listen is empty")?;
+
+    let stop = Stop::new();
+    let (view, daemon, robot) = thread::scope(|scope| {
+        // The daemon's end closes the bus, and the robot hears of it.
+        let daemon = scope.spawn(|| {
+            let mut source = daemon;
+            daemon::run(&config, &mut source, &listeners, &stop)
+        });
+        let robot = scope.spawn(move || mill(simulator, &robot));
+        let view = watch(address, experiments, || robot.is_finished());
+        stop.request();
+        (view, daemon.join(), robot.join())
+    });
+    let view = view?;
+    let outcome = daemon.map_err(|_| anyhow!("the daemon panicked"))??;
+    robot.map_err(|_| anyhow!("the robot panicked"))??;
+    if let Some(error) = outcome.broken {
+        return Err(error).context("the bus broke");
+    }
+
+    let report = view.report.as_ref().context("the daemon has sent no report")?;
+    print!("{}", table::report(report, Some(&truth)));
+    if let Some(line) = view.bus_line() {
+        println!("{line}");
+    }
+    print!("{}", validation::compare(&config, &truth, &table::bushings(report))?);
+    ensure!(view.identified(), "the robot was not identified: {}", view.state());
+    Ok(())
+}
+
+/// The reference scenario, in a folder that goes with the demo.
+fn config(folder: &Path) -> Result<Config> {
+    for (name, text) in SCENARIO {
+        fs::write(folder.join(name), text).context("temporary folder")?;
+    }
+    Ok(Config::load(&folder.join("edge.toml"))?)
+}
+
+/// The robot does its experiments in real time.
+fn mill(mut simulator: Simulator, bus: &BusSender) -> Result<()> {
+    let experiments = simulator.scenario().experiments.clone();
+    let mut start = Instant::now();
+    for experiment in &experiments {
+        let sent = simulator.perform(experiment)?;
+        start = start.max(Instant::now());
+        bus.play(&sent.frames, start, || {})?;
+        let end_s = sent.frames.last().map_or(0.0, |last| last.time_s) + PAUSE_S;
+        start += Duration::from_secs_f64(end_s);
+    }
+    Ok(())
+}
+
+/// Shows the daemon's news until it has settled on all experiments.
+fn watch(address: &Listen, experiments: u64, robot_is_done: impl Fn() -> bool) -> Result<View> {
+    let mut client = Client::connect(address)?;
+    let (mut view, mut screen) = (View::default(), Screen::new(false));
+    let mut patience = None;
+    loop {
+        if let Some(message) = client.next(REDRAW)? {
+            screen.hear(&message)?;
+            view.take(message);
+        }
+        screen.draw(&view)?;
+        let done = view.settled().is_some_and(|report| report.fit.records >= experiments);
+        if robot_is_done() && patience.is_none() {
+            patience = Some(Instant::now() + PATIENCE);
+        }
+        if done || patience.is_some_and(|end| Instant::now() > end) {
+            screen.clear()?;
+            return Ok(view);
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! The engineer's tools around flexid: import a robot, simulate it, identify it, watch it.
+#![forbid(unsafe_code)]
+
+pub mod client;
+pub mod commands;
+pub mod demo;
+mod progress;
+mod readout;
+pub mod simulation;
+pub mod table;
+pub mod truth;
+pub mod urdf;
+pub mod validation;

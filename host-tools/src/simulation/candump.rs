@@ -1,0 +1,84 @@
+//! Logs as `candump -L` writes them: `(seconds.microseconds) interface ID#DATA`.
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+use embedded_can::Id;
+
+use super::sensor::TimedFrame;
+
+/// Simulated logs start then: 2025-12-29, 09:20 UTC. Seconds since the Unix epoch.
+pub const EPOCH_S: f64 = 1_767_000_000.0;
+
+/// Writes a log.
+#[derive(Debug)]
+pub struct Writer<W> {
+    log: W,
+    interface: String,
+}
+
+impl<W: Write> Writer<W> {
+    /// A log of frames on `interface`.
+    pub fn new(log: W, interface: &str) -> Self {
+        Self { log, interface: interface.to_owned() }
+    }
+
+    /// Adds `frames`, whose times count from `start_s` seconds since the Unix epoch.
+    ///
+    /// # Errors
+    /// The log cannot be written.
+    pub fn write(&mut self, frames: &[TimedFrame], start_s: f64) -> io::Result<()> {
+        let mut line = String::new();
+        for TimedFrame { time_s, frame } in frames {
+            let microseconds = ((start_s + time_s) * 1e6).round() as u64;
+            line.clear();
+            // Writing to a string does not fail.
+            let (seconds, rest) = (microseconds / 1_000_000, microseconds % 1_000_000);
+            let _ = write!(line, "({seconds}.{rest:06}) {} ", self.interface);
+            let _ = match frame.id {
+                Id::Standard(id) => write!(line, "{:03X}#", id.as_raw()),
+                Id::Extended(id) => write!(line, "{:08X}#", id.as_raw()),
+            };
+            for byte in frame.data() {
+                let _ = write!(line, "{byte:02X}");
+            }
+            line.push('\n');
+            self.log.write_all(line.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is still buffered.
+    ///
+    /// # Errors
+    /// The log cannot be written.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.log.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use embedded_can::{ExtendedId, StandardId};
+    use flexid_edge::source::{Frame, FrameKind};
+
+    use super::*;
+
+    #[test]
+    fn lines_are_those_of_candump() {
+        let mut writer = Writer::new(Vec::new(), "can0");
+        let frame = |time_s, id, data: &[u8]| TimedFrame {
+            time_s,
+            frame: Frame::new(id, FrameKind::Data, data),
+        };
+        let frames = [
+            frame(60e-6, StandardId::new(0x41).unwrap().into(), &[0x0A, 0xFF]),
+            frame(1.5, ExtendedId::new(0x1234567).unwrap().into(), &[]),
+        ];
+        writer.write(&frames, EPOCH_S).unwrap();
+        assert_eq!(
+            String::from_utf8(writer.log).unwrap(),
+            "(1767000000.000060) can0 041#0AFF\n(1767000001.500000) can0 01234567#\n"
+        );
+    }
+}

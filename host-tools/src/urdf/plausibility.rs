@@ -1,0 +1,76 @@
+//! Signs that a model's masses were never measured: placeholders, wrong units, wrong frames.
+//!
+//! These are warnings. Whether a robot really is so odd only its owner knows.
+
+use flexid_core::chain::{Chain, Joint};
+
+/// Densities between which a machine's links lie, kg/m³: sheet metal around air to solid lead.
+const DENSITY: [f64; 2] = [50.0, 12_000.0];
+/// Moving mass over reach squared, kg/m²: arms on the market lie between 15 and 200.
+const MASS_PER_REACH_SQUARED: [f64; 2] = [5.0, 250.0];
+/// A centre of mass or a radius of gyration beyond this many link lengths, plus [`SLACK_M`], is odd.
+const LINK_LENGTHS: f64 = 1.5;
+/// Motors and counterweights stand out of short links by so much, m.
+const SLACK_M: f64 = 0.25;
+
+/// What looks suspicious in the chain; `names` are its joints' names.
+pub(super) fn warnings(chain: &Chain, names: &[&str]) -> Vec<String> {
+    let joints = chain.joints();
+    let mut warnings = Vec::new();
+
+    let first = joints[0].link.mass;
+    if joints.len() > 2 && joints.iter().all(|joint| joint.link.mass == first) {
+        warnings.push(format!("every moving link weighs {first} kg: are these placeholders?"));
+    }
+
+    // From each joint to the next, the last one to the TCP.
+    let lengths: Vec<f64> = joints[1..]
+        .iter()
+        .map(|joint| joint.origin.translation.vector.norm())
+        .chain([chain.tcp().translation.vector.norm()])
+        .collect();
+    let reach: f64 = lengths.iter().sum();
+    let mass: f64 = joints.iter().map(|joint| joint.link.mass).sum();
+    let [least, most] = MASS_PER_REACH_SQUARED.map(|ratio| ratio * reach * reach);
+    if !(least..=most).contains(&mass) {
+        warnings.push(format!(
+            "{mass:.0} kg of moving mass does not fit a reach of {reach:.2} m \
+             (usual: {least:.0} to {most:.0} kg)"
+        ));
+    }
+
+    for ((joint, name), &length) in joints.iter().zip(names).zip(&lengths) {
+        let limit = LINK_LENGTHS * length + SLACK_M;
+        let distance = joint.link.centre_of_mass.norm();
+        if distance > limit {
+            warnings.push(format!(
+                "the centre of mass of the link on joint '{name}' lies {distance:.2} m from the joint, \
+                 though the link is {length:.2} m long"
+            ));
+        }
+        let moments = joint.link.inertia.symmetric_eigenvalues();
+        let gyration = (moments.max() / joint.link.mass).sqrt();
+        if gyration > limit {
+            warnings.push(format!(
+                "the inertia of the link on joint '{name}' is that of a body with a radius of gyration \
+                 of {gyration:.2} m, though the link is {length:.2} m long"
+            ));
+        }
+        let density = density(joint);
+        if !(DENSITY[0]..=DENSITY[1]).contains(&density) {
+            warnings.push(format!(
+                "mass and inertia of the link on joint '{name}' make a density of {density:.0} kg/m³"
+            ));
+        }
+    }
+    warnings
+}
+
+/// Of the solid ellipsoid that has the link's mass and inertia, kg/m³.
+fn density(joint: &Joint) -> f64 {
+    let link = &joint.link;
+    let moments = link.inertia.symmetric_eigenvalues();
+    let half_trace = 0.5 * moments.sum();
+    let semi_axes = moments.map(|moment| (5.0 * (half_trace - moment) / link.mass).max(0.0).sqrt());
+    link.mass / (4.0 / 3.0 * std::f64::consts::PI * semi_axes.product())
+}

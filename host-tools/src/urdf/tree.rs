@@ -1,0 +1,131 @@
+//! The tree of links and joints: what URDF demands of a file and its XML schema cannot say.
+
+use std::collections::{HashMap, HashSet};
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use urdf_rs::{Joint, Link, Pose, Robot};
+
+use super::UrdfError;
+
+/// A robot whose links form one tree.
+pub(super) struct Tree<'a> {
+    robot: &'a Robot,
+    links: HashMap<&'a str, &'a Link>,
+    /// The joint above each link but the root.
+    above: HashMap<&'a str, &'a Joint>,
+}
+
+impl<'a> Tree<'a> {
+    /// Checks that names are unique, every joint joins two links that exist, no link hangs on two
+    /// joints, every number is finite, and all links are reached from one root.
+    pub(super) fn new(robot: &'a Robot) -> Result<Self, UrdfError> {
+        let mut links = HashMap::new();
+        for link in &robot.links {
+            if links.insert(link.name.as_str(), link).is_some() {
+                return Err(UrdfError::DuplicateLink(link.name.clone()));
+            }
+            check_finite("link", &link.name, &inertial_numbers(link))?;
+        }
+        let mut names = HashSet::new();
+        let mut above = HashMap::new();
+        for joint in &robot.joints {
+            if !names.insert(joint.name.as_str()) {
+                return Err(UrdfError::DuplicateJoint(joint.name.clone()));
+            }
+            for end in [&joint.parent.link, &joint.child.link] {
+                if !links.contains_key(end.as_str()) {
+                    return Err(UrdfError::NoSuchEnd {
+                        joint: joint.name.clone(),
+                        link: end.clone(),
+                    });
+                }
+            }
+            let origin = &joint.origin;
+            let numbers = [*origin.xyz, *origin.rpy, *joint.axis.xyz].concat();
+            check_finite("joint", &joint.name, &numbers)?;
+            if let Some(other) = above.insert(joint.child.link.as_str(), joint) {
+                return Err(UrdfError::TwoParents {
+                    link: joint.child.link.clone(),
+                    joints: [other.name.clone(), joint.name.clone()],
+                });
+            }
+        }
+        let tree = Self { robot, links, above };
+        tree.check_connected()?;
+        Ok(tree)
+    }
+
+    /// One root, and no link on a ring of joints.
+    fn check_connected(&self) -> Result<(), UrdfError> {
+        let roots: Vec<_> = self
+            .robot
+            .links
+            .iter()
+            .filter(|link| !self.above.contains_key(link.name.as_str()))
+            .map(|link| link.name.clone())
+            .collect();
+        let mut reached: HashSet<&str> = roots.iter().map(String::as_str).collect();
+        let mut next: Vec<&str> = reached.iter().copied().collect();
+        while let Some(link) = next.pop() {
+            for joint in self.joints_below(link) {
+                reached.insert(&joint.child.link);
+                next.push(&joint.child.link);
+            }
+        }
+        match self.robot.links.iter().find(|link| !reached.contains(link.name.as_str())) {
+            Some(link) => Err(UrdfError::Cycle(link.name.clone())),
+            None if roots.len() > 1 => Err(UrdfError::Roots(roots)),
+            None => Ok(()),
+        }
+    }
+
+    /// The joints from the root to a link, or why there are none.
+    pub(super) fn path(&self, link: &str) -> Result<Vec<&'a Joint>, UrdfError> {
+        if !self.links.contains_key(link) {
+            return Err(UrdfError::NoSuchTcp {
+                name: link.to_owned(),
+                links: self.robot.links.iter().map(|link| link.name.clone()).collect(),
+            });
+        }
+        let up = |joint: &&'a Joint| self.above.get(joint.parent.link.as_str()).copied();
+        let mut path: Vec<_> = std::iter::successors(self.above.get(link).copied(), up).collect();
+        path.reverse();
+        Ok(path)
+    }
+
+    /// The link of this name; the tree has one for every end of a joint.
+    pub(super) fn link(&self, name: &str) -> Option<&'a Link> {
+        self.links.get(name).copied()
+    }
+
+    /// The joints that hang on a link, in the order of the file.
+    pub(super) fn joints_below(&self, link: &str) -> impl Iterator<Item = &'a Joint> {
+        self.robot.joints.iter().filter(move |joint| joint.parent.link == link)
+    }
+}
+
+/// A URDF pose: translation, then roll, pitch, yaw about fixed axes.
+pub(super) fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let [x, y, z] = *pose.xyz;
+    let [roll, pitch, yaw] = *pose.rpy;
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
+}
+
+fn inertial_numbers(link: &Link) -> Vec<f64> {
+    let inertial = &link.inertial;
+    let i = &inertial.inertia;
+    let mut numbers = vec![inertial.mass.value, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz];
+    numbers.extend(*inertial.origin.xyz);
+    numbers.extend(*inertial.origin.rpy);
+    numbers
+}
+
+fn check_finite(kind: &'static str, name: &str, numbers: &[f64]) -> Result<(), UrdfError> {
+    match numbers.iter().find(|number| !number.is_finite()) {
+        Some(&number) => Err(UrdfError::NotFinite { kind, name: name.to_owned(), number }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,178 @@
+//! `flexid watch` against the daemon's real server, whose news the test makes up.
+
+use std::io::{Read as _, Write as _};
+use std::os::unix::net::UnixListener;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::thread;
+
+use flexid_edge::board::Board;
+use flexid_edge::config::Listen;
+use flexid_edge::server::{Listener, serve};
+use flexid_edge::stop::Stop;
+use flexid_wire::framing::{FRAME_BUFFER, encode};
+use flexid_wire::messages::{FromEdge, Hello, Phase, Progress, Refusal};
+use flexid_wire::report::{Acceptance, Fit, JointReport, Report, Verdict};
+use flexid_wire::text::clipped;
+
+fn progress(phase: Phase, records: u64) -> FromEdge {
+    FromEdge::Progress(Progress {
+        phase,
+        fraction: 0.5,
+        starts: 2,
+        search_evaluations: 2000,
+        refine_iterations: 8,
+        search_loss: 0.1,
+        records,
+    })
+}
+
+fn report(acceptance: Acceptance, records: u64) -> FromEdge {
+    let joint = JointReport {
+        name: clipped("joint_1"),
+        stiffness: [6.0e7; 6],
+        stiffness_std: [Some(1.0e4), None, Some(1.0e4), Some(1.0e4), Some(1.0e4), Some(1.0e4)],
+        stiffness_verdict: [Verdict::Identified; 6],
+        damping: [2.0e4; 6],
+        damping_std: [Some(1.0e2); 6],
+        damping_verdict: [Verdict::Weak; 6],
+    };
+    let fit = Fit {
+        records,
+        frames: 16_384 * records,
+        frames_lost: 3,
+        ssp: 1e-3,
+        ssp_max: 2e-3,
+        consistency: 1.01,
+        search_evaluations: 2000,
+        refine_iterations: 8,
+        starts: 2,
+        bridged: 3,
+        seconds: 1.5,
+        acceptance,
+    };
+    let joints = [joint].into_iter().collect();
+    FromEdge::Report(Report { joints, fit, warnings: Default::default() })
+}
+
+/// Watches a server that has published `news`.
+fn watch(news: &[FromEdge], arguments: &str) -> Output {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
+    let (board, stop) = (Board::new(), Stop::new());
+    for message in news {
+        board.publish(message.clone());
+    }
+    thread::scope(|scope| {
+        scope.spawn(|| serve(&listeners, &board, &stop));
+        let output = flexid(&path, arguments);
+        board.close();
+        stop.request();
+        output
+    })
+}
+
+fn flexid(path: &Path, arguments: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_flexid"))
+        .args(["watch", &format!("unix:{}", path.display())])
+        .args(arguments.split_whitespace())
+        .output()
+        .unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+#[test]
+fn ends_when_the_parameters_are_identified() {
+    let news = [progress(Phase::Settled, 3), report(Acceptance::Consistent, 3)];
+    let output = watch(&news, "--until identified --timeout 20 --json");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let lines = text(&output.stdout);
+    assert_eq!(lines.lines().count(), 1, "{lines}");
+    let report: serde_json::Value = serde_json::from_str(&lines).unwrap();
+    assert_eq!(report["joints"][0]["stiffness"][0], 6.0e7);
+    assert_eq!(report["joints"][0]["stiffness_std"][1], serde_json::Value::Null);
+    assert_eq!(report["joints"][0]["damping_verdict"][0], "weak");
+    assert_eq!(report["fit"]["frames_lost"], 3);
+
+    let output = watch(&news, "--until identified --timeout 20");
+    let table = text(&output.stdout);
+    assert!(
+        output.status.success() && table.contains("joint_1") && table.contains("6.0000e7"),
+        "{table}"
+    );
+}
+
+#[test]
+fn gives_up_at_the_timeout_and_says_where_the_work_stands() {
+    let consistent = || report(Acceptance::Consistent, 3);
+    for (news, said) in [
+        (vec![], "no news from the daemon"),
+        (vec![progress(Phase::Searching, 3), consistent()], "searching with record 3, start 2"),
+        // The work on a fourth record has ended, and its report is still to come.
+        (vec![progress(Phase::Settled, 4), consistent()], "settled, 4 records"),
+        (vec![progress(Phase::Settled, 3), report(Acceptance::ModelSuspect, 3)], "settled"),
+    ] {
+        let output = watch(&news, "--until identified --timeout 0.7");
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        assert!(
+            errors.contains("not identified within the --timeout") && errors.contains(said),
+            "{errors}"
+        );
+        assert_eq!(errors.lines().count(), 1, "{errors}");
+    }
+    let output = watch(&[], "--until identified --timeout -3");
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_daemon_of_another_version_is_told_apart() {
+    let refusal =
+        Refusal { reason: clipped("client speaks flexid protocol 1, this daemon speaks 9") };
+    let other = Hello { protocol_version: 9, ..Hello::new("flexid-edge 9.0.0") };
+    for (answer, said) in [
+        (FromEdge::Refused(refusal), "this daemon speaks 9"),
+        (
+            FromEdge::Hello(other),
+            "flexid-edge 9.0.0 is of another version: install matching versions",
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flexid.sock");
+        let listener = UnixListener::bind(&path).unwrap();
+        let daemon = thread::spawn(move || {
+            let (mut client, _) = listener.accept().unwrap();
+            let _ = client.read(&mut [0; 256]);
+            client.write_all(encode(&answer, &mut [0; FRAME_BUFFER]).unwrap()).unwrap();
+        });
+        let output = flexid(&path, "--json");
+        daemon.join().unwrap();
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        assert!(errors.contains(said), "{errors}");
+    }
+}
+
+#[test]
+fn the_daemons_end_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
+    let (board, stop) = (Board::new(), Stop::new());
+    board.publish(report(Acceptance::Consistent, 3));
+    thread::scope(|scope| {
+        scope.spawn(|| serve(&listeners, &board, &stop));
+        let watching = scope.spawn(|| flexid(&path, "--json"));
+        thread::sleep(std::time::Duration::from_millis(700));
+        board.close();
+        stop.request();
+        let output = watching.join().unwrap();
+        assert_eq!(output.status.code(), Some(1));
+        assert!(text(&output.stderr).contains("the daemon hung up"), "{}", text(&output.stderr));
+        assert_eq!(text(&output.stdout).lines().count(), 1);
+    });
+}

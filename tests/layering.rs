@@ -1,0 +1,120 @@
+//! What each crate may never reach: its dependency graph, and the few files that may touch the bus.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// Sockets, and what talks through them.
+const SOCKETS: &[&str] = &["socketcan", "nix", "socket2", "rustix", "libc", "tokio", "mio"];
+
+/// Linear algebra.
+const ALGEBRA: &[&str] = &["nalgebra", "simba", "microfft", "fearless_simd"];
+
+/// Robot descriptions, plots and terminal user interfaces.
+const FRONT: &[&str] =
+    &["urdf-rs", "ratatui", "crossterm", "indicatif", "comfy-table", "plotters", "axum"];
+
+#[test]
+fn core_reaches_neither_the_wire_nor_the_system() {
+    let reached = reached("flexid-core");
+    never(
+        "flexid-core",
+        &reached,
+        &["flexid-wire", "flexid-edge", "flexid", "serde_json", "serde"],
+    );
+    never("flexid-core", &reached, SOCKETS);
+    no_std("flexid-core", &reached, "core/src");
+}
+
+#[test]
+fn wire_is_plain_numbers() {
+    let reached = reached("flexid-wire");
+    never("flexid-wire", &reached, &["flexid-core", "flexid-edge", "flexid", "serde_json"]);
+    never("flexid-wire", &reached, SOCKETS);
+    never("flexid-wire", &reached, ALGEBRA);
+    no_std("flexid-wire", &reached, "core/wire/src");
+}
+
+#[test]
+fn edge_knows_no_host_tool() {
+    let reached = reached("flexid-edge");
+    never("flexid-edge", &reached, &["flexid"]);
+    never("flexid-edge", &reached, FRONT);
+}
+
+#[test]
+fn nothing_reaches_the_tests() {
+    for package in ["flexid-core", "flexid-wire", "flexid-edge", "flexid"] {
+        never(package, &reached(package), &["flexid-hil"]);
+    }
+}
+
+#[test]
+fn one_file_of_each_program_opens_the_bus() {
+    for source in ["edge-app/src", "host-tools/src"] {
+        let files = files_with(source, "socketcan::");
+        let openers = files.iter().filter(|file| read(file).contains("CanSocket"));
+        assert_eq!(openers.count(), 1, "{source}: socketcan is imported in {files:?}");
+    }
+}
+
+/// The packages that `package` is built from, as `name`, and their features that are on, as `name/feature`.
+fn reached(package: &str) -> BTreeSet<String> {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--package", package, "--edges", "normal,build", "--no-dedupe"])
+        .args(["--prefix", "none", "--format", "{p}|{f}"])
+        .current_dir(ROOT)
+        .output()
+        .expect("cargo runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut reached = BTreeSet::new();
+    for line in String::from_utf8(output.stdout).expect("UTF-8").lines() {
+        let (described, features) = line.split_once('|').expect("two fields");
+        let name = described.split(' ').next().expect("a name");
+        reached.extend(features.split(',').map(|feature| format!("{name}/{feature}")));
+        reached.insert(name.to_string());
+    }
+    assert!(reached.contains(package), "cargo tree does not print {package}: {reached:?}");
+    reached
+}
+
+fn never(package: &str, reached: &BTreeSet<String>, forbidden: &[&str]) {
+    let found: Vec<_> = forbidden.iter().filter(|name| reached.contains(**name)).collect();
+    assert!(found.is_empty(), "{package} must never reach {found:?}");
+}
+
+/// Neither the standard library nor an allocator: not by a feature of a dependency, not by its own sources.
+fn no_std(package: &str, reached: &BTreeSet<String>, sources: &str) {
+    let found: Vec<_> =
+        reached.iter().filter(|name| name.ends_with("/std") || name.ends_with("/alloc")).collect();
+    assert!(found.is_empty(), "{package} must never reach {found:?}");
+    assert_eq!(files_with(sources, "extern crate alloc"), [""; 0]);
+    let root = read(Path::new(ROOT).join(sources).join("lib.rs"));
+    assert!(root.contains("#![no_std]"), "{package} is not no_std");
+}
+
+/// The Rust files below `folder` that contain `text`.
+fn files_with(folder: &str, text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut folders = vec![PathBuf::from(ROOT).join(folder)];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).expect("a readable folder") {
+            let path = entry.expect("a readable entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs")
+                && read(&path).contains(text)
+            {
+                found.push(path.display().to_string());
+            }
+        }
+    }
+    found
+}
+
+fn read(file: impl AsRef<Path>) -> String {
+    fs::read_to_string(file).expect("a readable text")
+}

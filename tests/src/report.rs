@@ -1,0 +1,64 @@
+//! What `flexid identify --json` and `flexid watch --json` are relied upon to hold; they may hold more.
+
+use anyhow::{Context, Result};
+use serde::Deserialize;
+
+/// Identified joints, and how the fit went.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Report {
+    /// Base first.
+    pub joints: Vec<Joint>,
+    /// How the fit went.
+    pub fit: Fit,
+}
+
+/// One joint; DOF order `tx ty tz rx ry rz`, SI units.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Joint {
+    /// As in the model.
+    pub name: String,
+    /// N/m, Nm/rad.
+    pub stiffness: [f64; 6],
+    /// Unit of the stiffness; none where it is not observable.
+    pub stiffness_std: [Option<f64>; 6],
+    /// `identified`, `weak` or `not_observable`.
+    pub stiffness_verdict: [String; 6],
+    /// Ns/m, Nms/rad.
+    pub damping: [f64; 6],
+    /// Unit of the damping; none where it is not observable.
+    pub damping_std: [Option<f64>; 6],
+    /// `identified`, `weak` or `not_observable`.
+    pub damping_verdict: [String; 6],
+}
+
+/// How the fit went.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Fit {
+    /// Records taken.
+    pub records: u64,
+    /// Force and acceleration frames taken.
+    pub frames: u64,
+    /// Force and acceleration frames that their counters say are missing.
+    pub frames_lost: u64,
+    /// Surface similarity parameter.
+    pub ssp: f64,
+    /// χ² per degree of freedom.
+    pub consistency: f64,
+    /// Samples that the search cost.
+    pub search_evaluations: u64,
+    /// Gauss-Newton iterations.
+    pub refine_iterations: u64,
+    /// Time that it took, s.
+    pub seconds: f64,
+}
+
+impl Report {
+    /// The last of the JSON documents in `text`.
+    pub fn last_of(text: &str) -> Result<Self> {
+        serde_json::Deserializer::from_str(text)
+            .into_iter::<Self>()
+            .last()
+            .with_context(|| format!("no report in {text:?}"))?
+            .with_context(|| format!("not a report: {text}"))
+    }
+}

@@ -1,0 +1,103 @@
+//! The main job on a real CAN bus: the simulated robot, the daemon and the readout are three processes,
+//! and a candump listens beside them.
+
+use std::fs;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Context, Result, ensure};
+use flexid_hil::bench::Bench;
+use flexid_hil::bus::{self, INTERFACE, test};
+use flexid_hil::process::until;
+use flexid_hil::truth::{Bounds, Truth};
+
+fn main() -> ExitCode {
+    bus::main(vec![
+        test("frames_cross_the_bus", frames_cross_the_bus),
+        test("robot_daemon_readout", robot_daemon_readout),
+        test("test_bench_of_the_readme", test_bench_of_the_readme),
+        test("simulated_log_replays", simulated_log_replays),
+    ])
+}
+
+/// The bus itself, with nothing of flexid on it: without this the other tests prove nothing.
+fn frames_cross_the_bus() -> Result<()> {
+    let bench = Bench::empty()?;
+    let listener = bench.candump()?;
+    bus::send("101#00112233AABBCCDD")?;
+    bus::send("7FF#")?;
+    until("both frames arrive", Duration::from_secs(5), || {
+        let log = listener.output()?;
+        Ok(log.contains(" vcan0 101#00112233AABBCCDD\n") && log.contains(" vcan0 7FF#\n"))
+    })
+}
+
+/// Real rate, solver running: the truth is found, no frame is lost, and the end is clean.
+fn robot_daemon_readout() -> Result<()> {
+    let bench = Bench::scenario()?;
+    let listener = bench.candump()?;
+    let edge = bench.edge()?;
+    let robot = bench.flexid("robot", ["simulate", "--config", "edge.toml", "--can", INTERFACE])?;
+    let report = bench.identified(3, Duration::from_secs(180))?;
+    robot.succeed(Duration::from_secs(20))?;
+    bench.stop(edge)?;
+
+    let scenario = bench.path("mill3.toml");
+    let truth = Truth::of_scenario(&scenario)?;
+    let deviation = truth.parameter_deviation(&report, &Bounds::of(&scenario)?)?;
+    let heard =
+        || Ok::<_, anyhow::Error>(listener.output()?.lines().filter(is_measurement).count());
+    until("candump writes what it heard", Duration::from_secs(5), || Ok(heard()? >= 3 * 2 * 8192))?;
+    let heard = heard()? as u64;
+    println!("parameter deviation {deviation:.5}; {heard} frames heard, {:?}", report.fit);
+    ensure!(deviation <= 0.005, "parameter deviation {deviation}");
+    let log = listener.output()? + &listener.errors()?;
+    ensure!(!log.contains("DROPCOUNT"), "candump missed frames");
+    ensure!(heard == 3 * 2 * 8192, "the robot sent {heard} frames");
+    ensure!(report.fit.frames == heard, "{} frames taken, {heard} heard", report.fit.frames);
+    ensure!(report.fit.frames_lost == 0, "{} frames lost", report.fit.frames_lost);
+    ensure!(report.fit.records == 3, "{} records", report.fit.records);
+    Ok(())
+}
+
+/// The commands that the README gives a test bench, word for word.
+fn test_bench_of_the_readme() -> Result<()> {
+    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md");
+    let recipe = fs::read_to_string(readme).context(readme)?;
+    let (_, recipe) = recipe.split_once("## On a test bench\n").context("README: no test bench")?;
+    let (_, recipe) = recipe.split_once("```sh\n").context("README: no commands")?;
+    let (recipe, _) = recipe.split_once("```").context("README: commands without end")?;
+    ensure!(recipe.contains("candump") && recipe.contains("flexid watch"), "README: {recipe}");
+    let bench = Bench::scenario()?;
+    bench
+        .start("recipe", "bash", ["-euo", "pipefail", "-c", recipe])?
+        .succeed(Duration::from_secs(240))?;
+    Ok(())
+}
+
+/// What `simulate --candump` writes is a log to other people's tools: canplayer sends every frame of it.
+fn simulated_log_replays() -> Result<()> {
+    let bench = Bench::scenario()?;
+    bench
+        .flexid("simulate", ["simulate", "--config", "edge.toml", "--candump", "robot.log"])?
+        .succeed(Duration::from_secs(120))?;
+    let listener = bench.candump()?;
+    bench.play("robot.log", INTERFACE)?;
+    let written = fs::read_to_string(bench.path("robot.log"))?;
+    let written = frames(&written);
+    until("the last frame arrives", Duration::from_secs(5), || {
+        Ok(frames(&listener.output()?).len() >= written.len())
+    })?;
+    ensure!(frames(&listener.output()?) == written, "canplayer sent other frames");
+    Ok(())
+}
+
+/// Identifier and data of every frame of a log.
+fn frames(log: &str) -> Vec<&str> {
+    log.lines().filter_map(|line| line.split_whitespace().nth(2)).collect()
+}
+
+/// Whether a line of a log is a force or an acceleration.
+fn is_measurement(line: &&str) -> bool {
+    [" 101#", " 102#"].iter().any(|identifier| line.contains(identifier))
+}
