@@ -17,6 +17,8 @@ use flexid_edge::stop::Stop;
 use flexid_wire::framing::{Decoder, FRAME_BUFFER, encode};
 use flexid_wire::messages::{BusHealth, BusState, FromEdge, Hello, Status, ToEdge};
 use nix::sys::socket::{AddressFamily, SockFlag, SockType, socketpair};
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
 use socketcan::{CanDataFrame, Socket as _};
 
 /// Nothing here takes nearly as long; a test that waits for it has failed.
@@ -34,10 +36,14 @@ struct Client {
     decoder: Decoder,
 }
 
-/// Runs the daemon on the reference scenario while `test` has the bus and a way to connect; its outcome.
+/// Runs the daemon on the reference scenario, but with short records, while `test` has the bus and a way to
+/// connect; its outcome.
 fn with_daemon(test: impl FnOnce(Bus, &dyn Fn() -> Client, &Stop)) -> Outcome {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/edge.toml");
-    let config = Config::load(&file).unwrap();
+    let text = std::fs::read_to_string(&file).unwrap();
+    let text = text.replace("rate_hz = 2000.0", "rate_hz = 2000.0\nrecord_samples = 256");
+    let text = text.replace("[2.0, 200.0]", "[20.0, 150.0]");
+    let config = Config::parse(&file, &text).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
@@ -69,10 +75,16 @@ impl Bus {
         self.socket.write_frame(&CanDataFrame::new(id, data).unwrap()).unwrap();
     }
 
-    /// One instant of both sensors, in the robot's rest.
-    fn instant(&self, counter: u32) {
-        self.send(Reading::Force { counter, value: [0.0; 3] });
-        self.send(Reading::Acceleration { counter, value: [0.0; 3] });
+    /// One instant of both sensors: a block of a ton that is pushed.
+    fn instant(&self, counter: u32, force: [f32; 3]) {
+        self.send(Reading::Force { counter, value: force });
+        self.send(Reading::Acceleration { counter, value: force.map(|force| force * 1e-3) });
+    }
+
+    fn joints(&self) {
+        for index in 0..3 {
+            self.send(Reading::Joint { index, value: 0.0 });
+        }
     }
 }
 
@@ -133,22 +145,20 @@ fn says_what_it_waits_for() {
         assert_eq!(status.interface, "vcan0");
         bus.send(Reading::Joint { index: 1, value: 0.5 });
         client.state("waiting for force frames");
-        bus.instant(0);
+        bus.instant(0, [0.0; 3]);
         client.state("waiting for joint angles: joint_1, joint_3 not seen");
         bus.send(Reading::Joint { index: 0, value: 0.0 });
         bus.send(Reading::Joint { index: 2, value: 0.0 });
-        client.state("waiting for the first record: 4.1 s of milling at one pose");
+        client.state("waiting for the first record: 0.1 s of milling at one pose");
     });
 }
 
 #[test]
 fn counts_what_is_wrong_on_the_bus_and_takes_the_rest() {
     with_daemon(|bus, connect, _| {
-        for index in 0..3 {
-            bus.send(Reading::Joint { index, value: 0.0 });
-        }
+        bus.joints();
         for counter in 0..100 {
-            bus.instant(counter);
+            bus.instant(counter, [0.0; 3]);
             bus.send_raw(0x101, &[0; 7]);
             bus.send_raw(0x7FF, &[0; 8]);
         }
@@ -158,6 +168,30 @@ fn counts_what_is_wrong_on_the_bus_and_takes_the_rest() {
         assert_eq!(health.state, BusState::Up);
         assert!(health.receive_buffer_bytes > 0);
     });
+}
+
+#[test]
+fn a_bus_that_falls_silent_ends_the_record() {
+    let outcome = with_daemon(|bus, connect, _| {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        bus.joints();
+        for counter in 0..640 {
+            let size = if counter < 256 { 0.5 } else { 500.0 };
+            let mut noise = || size * ((rng.next_u32() >> 8) as f32 / (1 << 23) as f32 - 1.0);
+            bus.instant(counter, [noise(), noise(), noise()]);
+        }
+        // No joint angle follows that would tell that the robot stood still to the end.
+        let mut client = connect();
+        let report = loop {
+            match client.receive().expect("the daemon ended") {
+                FromEdge::Report(report) => break report,
+                _ => continue,
+            }
+        };
+        assert_eq!((report.joints.len(), report.fit.frames), (3, 1280));
+        drop(bus);
+    });
+    assert!(outcome.report.is_some());
 }
 
 #[test]

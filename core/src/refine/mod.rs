@@ -30,7 +30,7 @@ const FIRST_DAMPING: f64 = 1e-2;
 /// The damping at which nothing moves any more.
 const LAST_DAMPING: f64 = 1e8;
 /// Steps after which a refinement ends wherever it is.
-const MAX_ITERATIONS: u32 = 100;
+const MAX_ITERATIONS: u32 = 50;
 /// Information per parameter that damping starts from, so that an unobserved one stays put.
 const FLOOR: f64 = 1e-6;
 

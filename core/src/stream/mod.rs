@@ -241,8 +241,7 @@ impl<const N: usize> Cutter<'_, N> {
         match event {
             Aligned::Instant(instant) => {
                 let full = self.config.record_samples;
-                let let_go =
-                    self.stretch.push(&instant, self.config.rate_hz, self.config.force_resolution);
+                let let_go = self.stretch.push(&instant, self.config);
                 self.health.samples_discarded += let_go as u64;
                 if self.stretch.newest_missing() > bridge::MAX_GAP {
                     let standing = self.stretch.len() - self.stretch.newest_missing();
@@ -270,7 +269,8 @@ impl<const N: usize> Cutter<'_, N> {
     fn end(&mut self, standing: usize, sink: &mut impl FnMut(&Record<N>)) {
         let full = self.config.record_samples;
         let (mut standing, mut rest) = (standing, self.stretch.len() - standing);
-        if !self.stretch.pose.is_known(self.config.joints) {
+        // Nothing is known of the pose, or nothing was cut.
+        if !self.stretch.pose.is_known(self.config.joints) || !self.stretch.cutting {
             (standing, rest) = (0, self.stretch.len());
         }
         // A sample or two that were lost at the very end can be bridged, too.
@@ -279,7 +279,7 @@ impl<const N: usize> Cutter<'_, N> {
         if rest == 0 && short > 0 && open <= bridge::MAX_GAP {
             for _ in 0..short {
                 let lost = align::Instant { time_s: self.stretch.start_s, ..Default::default() };
-                self.stretch.push(&lost, self.config.rate_hz, self.config.force_resolution);
+                self.stretch.push(&lost, self.config);
             }
             standing = full;
         }

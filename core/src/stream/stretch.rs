@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::StreamConfig;
 use super::align::Instant;
 use super::noise::{BLOCK, variance};
 use crate::MAX_JOINTS;
@@ -12,8 +13,9 @@ const STATIC: f64 = 5e-4;
 const CUT: f32 = 6.0;
 /// No force that varies by more than this many of its steps is quiet, whatever the sensor's noise.
 const QUIET_STEPS: f32 = 64.0;
-/// What is kept from before the cut, s.
+/// What is kept from before the cut, s, but at most this part of a record.
 const BEFORE_CUT_S: f64 = 1.0;
+const BEFORE_CUT_PART: usize = 4;
 
 /// Why a stretch cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +30,7 @@ pub(super) struct Stretch<const N: usize> {
     pub(super) start_s: f64,
     pub(super) pose: Pose,
     /// Whether the cut has begun; before it only the newest samples are kept.
-    cutting: bool,
+    pub(super) cutting: bool,
     /// Smallest variance of a block so far, N²; known from all stretches.
     quietest: f32,
 }
@@ -42,6 +44,7 @@ pub(super) struct Pose {
 #[derive(Clone, Copy, Debug, Default)]
 struct Angle {
     first: f64,
+    /// Sum of the readings' distances from the first.
     sum: f64,
     readings: u32,
     /// Samples of the stretch when it was last read.
@@ -69,7 +72,7 @@ impl<const N: usize> Stretch<N> {
     }
 
     /// Appends an instant. Returns how many of the oldest samples were let go since nothing is cut yet.
-    pub(super) fn push(&mut self, instant: &Instant, rate_hz: f64, force_step: f32) -> usize {
+    pub(super) fn push(&mut self, instant: &Instant, config: &StreamConfig) -> usize {
         if self.len() == 0 {
             self.start_s = instant.time_s;
             self.cutting = false;
@@ -87,13 +90,16 @@ impl<const N: usize> Stretch<N> {
         let newest = self.len() - BLOCK;
         let varies = self.force.iter().map(|signal| known_variance(&signal[newest..])).sum();
         self.quietest = self.quietest.min(varies);
-        let loudest_quiet = QUIET_STEPS * force_step;
-        self.cutting = varies > CUT * self.quietest || varies > 3.0 * loudest_quiet * loudest_quiet;
-        let before_cut = (BEFORE_CUT_S * rate_hz) as usize;
+        let step = config.force_resolution * config.force_resolution;
+        self.cutting = varies > CUT * self.quietest.max(step)
+            || varies > 3.0 * QUIET_STEPS * QUIET_STEPS * step;
+        let before_cut = ((BEFORE_CUT_S * config.rate_hz) as usize)
+            .min(config.record_samples / BEFORE_CUT_PART)
+            .max(BLOCK);
         if self.cutting || self.len() < before_cut + BLOCK {
             return 0;
         }
-        self.discard(BLOCK, rate_hz);
+        self.discard(BLOCK, config.rate_hz);
         BLOCK
     }
 
@@ -145,7 +151,7 @@ impl Pose {
         if known.readings == 0 {
             known.first = angle;
         }
-        known.sum += angle;
+        known.sum += angle - known.first;
         known.readings += 1;
         known.confirmed = samples;
         Ok(())
@@ -163,10 +169,8 @@ impl Pose {
 
     /// Mean angles.
     pub(super) fn mean(&self, joints: usize) -> Vec<f64, MAX_JOINTS> {
-        self.angles[..joints]
-            .iter()
-            .map(|angle| angle.sum / f64::from(angle.readings.max(1)))
-            .collect()
+        let mean = |angle: &Angle| angle.first + angle.sum / f64::from(angle.readings.max(1));
+        self.angles[..joints].iter().map(mean).collect()
     }
 }
 

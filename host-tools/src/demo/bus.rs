@@ -12,10 +12,11 @@ use nix::unistd::{getegid, geteuid};
 
 use crate::simulation::bus::BusSender;
 
-/// Both ends of a bus, and what it is, in words.
+/// Both ends of a bus, its name, and what it is, in words.
 pub(super) struct DemoBus {
     pub(super) robot: BusSender,
     pub(super) daemon: CanSocket,
+    pub(super) name: String,
     pub(super) what: String,
 }
 
@@ -27,14 +28,14 @@ impl DemoBus {
             Ok((robot, daemon)) => {
                 let what =
                     format!("{interface}, a virtual CAN bus in a network namespace of its own");
-                Ok(Self { robot, daemon, what })
+                Ok(Self { robot, daemon, name: interface.to_owned(), what })
             }
             Err(reason) => {
                 let (robot, daemon) = pair()?;
                 let what = format!(
                     "a socket pair that carries the same frames, because there is no vcan here: {reason:#}"
                 );
-                Ok(Self { robot, daemon, what })
+                Ok(Self { robot, daemon, name: "socket pair".to_owned(), what })
             }
         }
     }

@@ -60,12 +60,13 @@ pub fn main() -> ExitCode {
 
 fn run(args: &Args) -> Result<()> {
     let folder = tempfile::tempdir().context("no temporary folder")?;
-    let config = config(folder.path())?;
+    let mut config = config(folder.path())?;
     let quality = Quality { noise: 1.0, drop: 0.0 };
     let simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
     let truth = simulator.truth().to_vec();
     let experiments = simulator.scenario().experiments.len() as u64;
-    let DemoBus { robot, daemon, what } = DemoBus::new(&config.interface)?;
+    let DemoBus { robot, daemon, name, what } = DemoBus::new(&config.interface)?;
+    config.interface = name;
     println!("bus: {what}");
     let listeners = config.listen.iter().map(Listener::bind).collect::<Result<Vec<_>, _>>()?;
     let address = config.listen.first().context("edge.toml: [server] listen is empty")?;

@@ -1,0 +1,304 @@
+//! From readings to records: what arrives comes out, whatever is lost, late, doubled or moved.
+
+mod common;
+
+use common::Random;
+use flexid_core::stream::{Reading, Record, Stream, StreamConfig, StreamError, StreamHealth};
+use proptest::prelude::*;
+
+const CAPACITY: usize = 4096;
+const PERIOD: f64 = 5e-4;
+
+const CONFIG: StreamConfig = StreamConfig {
+    rate_hz: 2000.0,
+    record_samples: 2048,
+    joints: 2,
+    counter_bits: 16,
+    force_resolution: 0.1,
+    acceleration_resolution: 0.002,
+};
+
+/// A sensor and a robot that feed a stream.
+struct Bench {
+    stream: Box<Stream<CAPACITY>>,
+    random: Random,
+    records: Vec<Record<CAPACITY>>,
+    pose: [f64; 2],
+    now: f64,
+    counter: u32,
+    sent: u32,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            stream: Box::new(Stream::new(CONFIG).expect("a good configuration")),
+            random: Random::new(3),
+            records: Vec::new(),
+            pose: [0.1, -0.7],
+            now: 1000.0,
+            counter: 65_000,
+            sent: 0,
+        }
+    }
+
+    fn push(&mut self, time_s: f64, reading: Reading) {
+        let records = &mut self.records;
+        self.stream.push(time_s, reading, |record| records.push(record.clone()));
+    }
+
+    /// One instant of cutting (or quiet), of which `lost` tells what does not arrive; joint angles at 10 Hz.
+    fn instant(&mut self, cutting: bool, lost: [bool; 2]) {
+        let counter = self.counter & 0xffff;
+        let phase = f64::from(self.sent);
+        let size = if cutting { 300.0 } else { 0.0 };
+        let force = [0.31, 0.47, 0.13]
+            .map(|w| (size * (w * phase).sin() + 0.2 * self.random.normal()) as f32);
+        let motion = [0.05, 0.11, 0.02]
+            .map(|w| ((w * phase).sin() * size / 100.0 + 0.02 * self.random.normal()) as f32);
+        if !lost[0] {
+            self.push(self.now, Reading::Force { counter, value: force });
+        }
+        if !lost[1] {
+            self.push(self.now + 1.3e-4, Reading::Acceleration { counter, value: motion });
+        }
+        if self.sent.is_multiple_of(200) {
+            self.angles();
+        }
+        self.counter = self.counter.wrapping_add(1);
+        self.sent += 1;
+        self.now += PERIOD;
+    }
+
+    fn angles(&mut self) {
+        for (index, value) in self.pose.into_iter().enumerate() {
+            self.push(self.now, Reading::Joint { index: index as u8, value });
+        }
+    }
+
+    fn run(&mut self, instants: usize, cutting: bool) {
+        (0..instants).for_each(|_| self.instant(cutting, [false; 2]));
+    }
+
+    fn finish(mut self) -> (Vec<Record<CAPACITY>>, StreamHealth) {
+        let records = &mut self.records;
+        self.stream.finish(|record| records.push(record.clone()));
+        (self.records, self.stream.health())
+    }
+}
+
+fn lengths(records: &[Record<CAPACITY>]) -> Vec<usize> {
+    records.iter().map(|record| record.force[0].len()).collect()
+}
+
+#[test]
+fn an_experiment_becomes_one_record() {
+    let mut bench = Bench::new();
+    bench.run(300, false);
+    bench.run(1748, true);
+    let (records, health) = bench.finish();
+    assert_eq!(lengths(&records), [2048]);
+    let record = &records[0];
+    assert_eq!(record.pose.as_slice(), [0.1, -0.7]);
+    assert!((record.start_s - 1000.0).abs() < 1e-9);
+    assert!(record.starts_at_rest);
+    assert!(record.force_noise.iter().all(|noise| (noise / 0.2 - 1.0).abs() < 0.1));
+    assert!(record.acceleration_noise.iter().all(|noise| (noise / 0.02 - 1.0).abs() < 0.1));
+    assert_eq!((health.frames, health.frames_lost, health.samples_discarded), (4096, 0, 0));
+}
+
+#[test]
+fn lost_samples_are_bridged_counted_and_paid_for_in_noise() {
+    let run = |loss: f64| {
+        let mut bench = Bench::new();
+        let mut lost = 0;
+        for n in 0..2048 {
+            let drop = [0, 1].map(|_| n > 300 && n < 2040 && bench.random.uniform(0.0, 1.0) < loss);
+            lost += u64::from(drop[0]) + u64::from(drop[1]);
+            bench.instant(n >= 300, drop);
+        }
+        let (records, health) = bench.finish();
+        (records, health, lost)
+    };
+    let (whole, ..) = run(0.0);
+    let (holed, health, lost) = run(0.01);
+    assert!(lost > 20);
+    assert_eq!((health.frames_lost, health.bridged), (lost, lost));
+    assert_eq!(lengths(&holed), [2048]);
+    assert!(holed[0].force[0].iter().all(|value| value.is_finite()));
+    assert!(holed[0].force_noise[0] > whole[0].force_noise[0]);
+}
+
+#[test]
+fn a_sample_lost_at_either_end_does_not_cost_the_record() {
+    for lost in [0, 2047] {
+        let mut bench = Bench::new();
+        for n in 0..2048 {
+            bench.instant(n >= 300, if n == lost { [true, false] } else { [false; 2] });
+        }
+        let (records, health) = bench.finish();
+        assert_eq!(lengths(&records), [2048], "lost {lost}");
+        assert_eq!(health.frames_lost, 1);
+    }
+}
+
+#[test]
+fn a_long_gap_splits_and_keeps_both_sides() {
+    let mut bench = Bench::new();
+    bench.run(300, false);
+    bench.run(1000, true);
+    (0..3).for_each(|_| bench.instant(true, [true; 2]));
+    bench.run(1100, true);
+    let (records, health) = bench.finish();
+    assert_eq!(lengths(&records), [1024, 256, 1024]);
+    assert_eq!(health.frames_lost, 6);
+    assert_eq!(health.samples_discarded, 20 + 76);
+    assert!(records.iter().all(|record| record.pose.as_slice() == [0.1, -0.7]));
+}
+
+/// Angles come every 0.1 s: what lies between the last standing one and the first moved one is not trusted.
+#[test]
+fn a_movement_ends_the_record_where_the_robot_last_stood() {
+    let mut bench = Bench::new();
+    bench.run(200, false);
+    bench.run(1050, true);
+    for _ in 0..1000 {
+        bench.pose[1] += 1e-5;
+        bench.instant(true, [false; 2]);
+    }
+    bench.run(2200, true);
+    let (records, _) = bench.finish();
+    let still = records
+        .iter()
+        .filter(|record| record.pose[1] == -0.7)
+        .map(|r| r.force[0].len())
+        .sum::<usize>();
+    assert!((1024..=1201).contains(&still), "{still}");
+    let after: Vec<&Record<CAPACITY>> =
+        records.iter().filter(|record| record.pose[1] > -0.695).collect();
+    assert!(after.iter().map(|record| record.force[0].len()).sum::<usize>() >= 2048);
+    assert!(
+        records.iter().all(|r| (r.pose[1] + 0.7).abs() < 6e-4 || (r.pose[1] + 0.69).abs() < 6e-4),
+        "no record in motion"
+    );
+}
+
+#[test]
+fn a_restart_begins_a_new_record_and_loses_nothing() {
+    let mut bench = Bench::new();
+    for (pose, counter) in [(-0.7, 65_000), (0.4, 12), (1.0, 40_000)] {
+        bench.pose[1] = pose;
+        bench.counter = counter;
+        bench.run(300, false);
+        bench.run(1748, true);
+        bench.now += 1.0;
+        bench.sent = 0;
+    }
+    let (records, health) = bench.finish();
+    assert_eq!(lengths(&records), [2048; 3]);
+    assert_eq!(records.iter().map(|record| record.pose[1]).collect::<Vec<_>>(), [-0.7, 0.4, 1.0]);
+    assert_eq!((health.frames_lost, health.restarts, health.samples_discarded), (0, 2, 0));
+}
+
+#[test]
+fn a_long_quiet_is_let_go_but_for_what_lies_just_before_the_cut() {
+    let mut bench = Bench::new();
+    bench.run(10_000, false);
+    bench.run(2048, true);
+    let (records, health) = bench.finish();
+    assert_eq!(lengths(&records)[0], 2048);
+    let before_cut = 1000.0 + 5.0 - records[0].start_s;
+    // A quarter of these short records; a second of the usual ones.
+    assert!((0.24..=0.3).contains(&before_cut), "{before_cut} s");
+    assert!(health.samples_discarded > 9000);
+}
+
+#[test]
+fn without_joint_angles_there_is_no_record_and_the_reason_is_told() {
+    let mut bench = Bench::new();
+    bench.sent = 1;
+    bench.run(150, true);
+    assert_eq!(bench.stream.missing_joint(), Some(0));
+    bench.push(bench.now, Reading::Joint { index: 0, value: 0.1 });
+    assert_eq!(bench.stream.missing_joint(), Some(1));
+    bench.push(bench.now, Reading::Joint { index: 7, value: 0.1 });
+    bench.push(bench.now, Reading::Joint { index: 1, value: f64::NAN });
+    let (records, health) = bench.finish();
+    assert!(records.is_empty());
+    assert_eq!(health.refused, 2);
+}
+
+#[test]
+fn refuses_configurations_that_make_no_sense() {
+    let refused = |change: fn(&mut StreamConfig)| {
+        let mut config = CONFIG;
+        change(&mut config);
+        Stream::<CAPACITY>::new(config).err()
+    };
+    assert_eq!(refused(|_| {}), None);
+    assert_eq!(refused(|c| c.rate_hz = f64::NAN), Some(StreamError::Rate));
+    assert_eq!(refused(|c| c.record_samples = 3000), Some(StreamError::RecordSamples));
+    assert_eq!(refused(|c| c.record_samples = 8192), Some(StreamError::RecordSamples));
+    assert_eq!(refused(|c| c.joints = 8), Some(StreamError::Joints));
+    assert_eq!(refused(|c| c.counter_bits = 40), Some(StreamError::CounterBits));
+}
+
+fn any_reading() -> impl Strategy<Value = (f64, Reading)> {
+    let value = prop_oneof![9 => -1e3_f32..1e3, 1 => prop::num::f32::ANY];
+    let values = [value.clone(), value.clone(), value];
+    // Mostly in sequence, so that records come about.
+    let step = prop_oneof![20 => Just(1_u32), 1 => 0..6_u32, 1 => prop::num::u32::ANY];
+    (0.0..2e-3_f64, step, values, 0..40_u8).prop_map(|(wait, step, value, kind)| {
+        let reading = match kind {
+            0 => Reading::Joint { index: (step % 3) as u8, value: f64::from(value[0]) },
+            1 => Reading::Joint { index: 0, value: 0.0 },
+            2 => Reading::Joint { index: 1, value: 0.0 },
+            n if n % 2 == 0 => Reading::Force { counter: step, value },
+            _ => Reading::Acceleration { counter: step, value },
+        };
+        (wait, reading)
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, rng_seed: proptest::test_runner::RngSeed::Fixed(11), failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever arrives: no panic, every record whole and of finite values, every frame counted once.
+    #[test]
+    fn any_readings_give_whole_records(readings in prop::collection::vec(any_reading(), 0..6000)) {
+        let config = StreamConfig { record_samples: 256, ..CONFIG };
+        let mut stream = Box::new(Stream::<CAPACITY>::new(config).expect("good"));
+        let (mut now, mut counter, mut frames) = (0.0, 0_u32, 0);
+        let mut whole = true;
+        for (wait, reading) in readings {
+            now += wait;
+            let reading = match reading {
+                Reading::Force { counter: step, value } => {
+                    counter = counter.wrapping_add(step) & 0xffff;
+                    Reading::Force { counter, value }
+                }
+                Reading::Acceleration { value, .. } => Reading::Acceleration { counter, value },
+                joint => joint,
+            };
+            frames += u64::from(!matches!(reading, Reading::Joint { .. }));
+            stream.push(now, reading, |record| whole &= is_whole(record));
+        }
+        stream.finish(|record| whole &= is_whole(record));
+        prop_assert!(whole);
+        let health = stream.health();
+        prop_assert!(health.frames <= frames && health.frames + health.refused >= frames);
+    }
+}
+
+fn is_whole(record: &Record<CAPACITY>) -> bool {
+    let length = record.force[0].len();
+    let noise = record.force_noise.iter().chain(&record.acceleration_noise);
+    length.is_power_of_two()
+        && record.pose.len() == 2
+        && record
+            .force
+            .iter()
+            .chain(&record.acceleration)
+            .all(|signal| signal.len() == length && signal.iter().all(|value| value.is_finite()))
+        && noise.copied().all(|noise| noise.is_finite() && noise > 0.0)
+}
