@@ -16,6 +16,7 @@ use std::time::Duration;
 use anyhow::{Result, ensure};
 use flexid_hil::bench::Bench;
 use flexid_hil::bus::{self, ip_link, test};
+use flexid_hil::report::Report;
 use flexid_hil::truth::{Bounds, Truth};
 
 fn main() -> ExitCode {
@@ -34,7 +35,8 @@ fn link_down_and_up() -> Result<()> {
         ip_link("set vcan0 down")?;
         std::thread::sleep(Duration::from_secs(2));
         ip_link("set vcan0 up")
-    })
+    })?;
+    Ok(())
 }
 
 fn interface_deleted_and_made_again() -> Result<()> {
@@ -42,7 +44,8 @@ fn interface_deleted_and_made_again() -> Result<()> {
         ip_link("delete vcan0")?;
         std::thread::sleep(Duration::from_secs(2));
         bus::restore()
-    })
+    })?;
+    Ok(())
 }
 
 /// Exit status 2 and one line that names the interface and where it is configured.
@@ -62,13 +65,16 @@ fn interface_missing_at_start() -> Result<()> {
 
 /// Shorter than the DBC says, empty, a request without data, and identifiers that it does not know.
 fn frames_of_wrong_length() -> Result<()> {
-    run_with_fault(|_| {
+    let report = run_with_fault(|_| {
         for frame in ["101#00", "102#", "101#R", "111#0011", "7FF#0011223344556677", "00000101#00"]
         {
             bus::send(frame)?;
         }
         Ok(())
-    })
+    })?;
+    let told = report.warnings.iter().any(|one| one.starts_with("3 frames of another length"));
+    ensure!(told, "the report does not warn of wrong lengths: {:?}", report.warnings);
+    Ok(())
 }
 
 /// Bytes that are no message, a length that would fill the memory, and a hang-up in mid-message.
@@ -89,7 +95,8 @@ fn client_sends_rubbish() -> Result<()> {
             );
         }
         Ok(())
-    })
+    })?;
+    Ok(())
 }
 
 /// Twenty clients that never read a byte, from the first experiment to the end.
@@ -100,12 +107,13 @@ fn client_reads_nothing() -> Result<()> {
             clients.borrow_mut().push(UnixStream::connect(bench.path("flexid.sock"))?);
         }
         Ok(())
-    })
+    })?;
+    Ok(())
 }
 
 /// Three experiments with `fault` after the first: the robot is found from all three, nothing is lost,
 /// and the daemon ends cleanly.
-fn run_with_fault(fault: impl FnOnce(&Bench) -> Result<()>) -> Result<()> {
+fn run_with_fault(fault: impl FnOnce(&Bench) -> Result<()>) -> Result<Report> {
     bus::restore()?;
     let recording = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/nominal"));
     let bench = Bench::recording(recording)?;
@@ -127,5 +135,5 @@ fn run_with_fault(fault: impl FnOnce(&Bench) -> Result<()>) -> Result<()> {
     ensure!(report.fit.frames == 3 * 2 * 8192, "{} frames taken", report.fit.frames);
     ensure!(report.fit.frames_lost == 0, "{} frames lost", report.fit.frames_lost);
     ensure!(deviation <= 0.005, "parameter deviation {deviation}");
-    Ok(())
+    Ok(report)
 }

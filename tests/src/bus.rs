@@ -48,8 +48,9 @@ fn enter() -> Result<std::convert::Infallible> {
 
 /// Runs `ip link ARGUMENTS`, such as `set vcan0 down`.
 pub fn ip_link(arguments: &str) -> Result<()> {
-    let status = Command::new("ip").arg("link").args(arguments.split_whitespace()).status()?;
-    ensure!(status.success(), "ip link {arguments}: {status}");
+    let output = Command::new("ip").arg("link").args(arguments.split_whitespace()).output()?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "ip link {arguments}: {errors}");
     Ok(())
 }
 

@@ -10,6 +10,8 @@ pub struct Report {
     pub joints: Vec<Joint>,
     /// How the fit went.
     pub fit: Fit,
+    /// What a person should know.
+    pub warnings: Vec<String>,
 }
 
 /// One joint; DOF order `tx ty tz rx ry rz`, SI units.
