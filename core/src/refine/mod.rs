@@ -34,6 +34,10 @@ const MAX_ITERATIONS: u32 = 50;
 /// Information per parameter that damping starts from, so that an unobserved one stays put.
 const FLOOR: f64 = 1e-6;
 
+/// What a seam's unknowns cost, as a part of what they explain: with many joints some hardly differ in the band,
+/// and would grow without bound against each other.
+const SMALL_SEAM: f64 = 1e-11;
+
 /// What is held fixed while refining.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {
@@ -201,6 +205,7 @@ impl<T: Precision> Refinement<T> {
             let normal = &mut self.record;
             Assembly { terms: &terms, experiment, unknowns: Unknowns::Seam, reweigh, normal }
                 .run(problem.level);
+            normal.prefer_small(&[0.0; MAX_SEAM][..unknowns(joints)], SMALL_SEAM);
             normal.eliminate(unknowns(joints));
             let mut solution = [0.0; MAX_SEAM];
             normal.substitute(unknowns(joints), &mut solution);
@@ -222,12 +227,14 @@ impl<T: Precision> Refinement<T> {
         for experiment in experiments {
             let terms = self.terms(problem, experiment);
             let unknowns = Unknowns::SeamAndParameters;
+            let standing = experiment.seam;
             let normal = &mut self.record;
             let similarity =
                 Assembly { terms: &terms, experiment, unknowns, reweigh: true, normal }
                     .run(problem.level);
             similarities.push(similarity);
             let seam = seam::unknowns(joints);
+            normal.prefer_small(&standing.to_solution(joints)[..seam], SMALL_SEAM);
             normal.eliminate(seam);
             self.normal.add_complement(normal, seam);
         }

@@ -66,6 +66,18 @@ impl<const L: usize> Normal<L> {
         }
     }
 
+    /// Prefers small values of the first unknowns, which the equations seek the changes of from `standing`: each
+    /// costs `part` of what its column explains.
+    pub(crate) fn prefer_small(&mut self, standing: &[f64], part: f64) {
+        let right = packed(self.size - 1);
+        for (k, value) in standing.iter().enumerate() {
+            let cost = part * self.entries[packed(k + 1) - 1];
+            self.entries[packed(k + 1) - 1] += cost;
+            self.entries[right + k] -= cost * value;
+            self.entries[packed(self.size) - 1] += cost * value * value;
+        }
+    }
+
     /// Eliminates the first `count` unknowns. The factor of those stays in their rows and columns; the rest becomes
     /// the Schur complement. An unknown that nothing tells of is left at zero.
     pub(crate) fn eliminate(&mut self, count: usize) {

@@ -46,4 +46,18 @@ impl Seam {
         seam.slope.copy_from_slice(&jumps[3..JUMPS]);
         seam
     }
+
+    /// The inverse of [`Seam::from_solution`].
+    pub(crate) fn to_solution(self, joints: usize) -> [f64; MAX_SEAM] {
+        let mut solution = [0.0; MAX_SEAM];
+        for joint in 0..joints {
+            let own = &mut solution[PER_JOINT * joint..PER_JOINT * (joint + 1)];
+            own[..DOF].copy_from_slice(&self.impulse[joint]);
+            own[DOF..].copy_from_slice(&self.step[joint]);
+        }
+        let jumps = &mut solution[PER_JOINT * joints..];
+        jumps[..3].copy_from_slice(&self.constant);
+        jumps[3..JUMPS].copy_from_slice(&self.slope);
+        solution
+    }
 }
