@@ -40,10 +40,9 @@ impl fmt::Display for FrameError {
             Self::TrailingBytes(bytes) => {
                 write!(f, "a message ends {bytes} bytes before its frame does")
             }
-            Self::DoesNotFit => write!(
-                f,
-                "the message does not fit into a frame of {MAX_FRAME} bytes"
-            ),
+            Self::DoesNotFit => {
+                write!(f, "the message does not fit into a frame of {MAX_FRAME} bytes")
+            }
         }
     }
 }
@@ -52,9 +51,7 @@ impl core::error::Error for FrameError {}
 
 /// Writes `message` as one frame, prefix included, to the front of `buffer` ([`FRAME_BUFFER`] bytes hold any).
 pub fn encode<'a, T: Serialize>(message: &T, buffer: &'a mut [u8]) -> Result<&'a [u8], FrameError> {
-    let (prefix, body) = buffer
-        .split_at_mut_checked(PREFIX)
-        .ok_or(FrameError::DoesNotFit)?;
+    let (prefix, body) = buffer.split_at_mut_checked(PREFIX).ok_or(FrameError::DoesNotFit)?;
     let allowed = body.len().min(MAX_FRAME);
     let length = postcard::to_slice(message, &mut body[..allowed])
         .map_err(|_| FrameError::DoesNotFit)?
@@ -122,11 +119,7 @@ impl Default for Decoder {
 impl Decoder {
     /// A decoder at the beginning of a stream.
     pub const fn new() -> Self {
-        Self {
-            buffer: [0; FRAME_BUFFER],
-            start: 0,
-            end: 0,
-        }
+        Self { buffer: [0; FRAME_BUFFER], start: 0, end: 0 }
     }
 
     /// Where the next bytes of the stream go. Never empty after [`next`](Self::next) returned `None`.
@@ -174,9 +167,7 @@ mod tests {
     fn some_messages() -> [FromEdge; 3] {
         [
             FromEdge::Hello(Hello::new("flexid-edge 0.1.0")),
-            FromEdge::Refused(Refusal {
-                reason: clipped("because"),
-            }),
+            FromEdge::Refused(Refusal { reason: clipped("because") }),
             FromEdge::Progress(Progress {
                 phase: Phase::Searching,
                 fraction: 0.25,
@@ -191,10 +182,7 @@ mod tests {
 
     fn stream(messages: &[FromEdge]) -> Vec<u8> {
         let mut buffer = [0; FRAME_BUFFER];
-        messages
-            .iter()
-            .flat_map(|message| encode(message, &mut buffer).unwrap().to_vec())
-            .collect()
+        messages.iter().flat_map(|message| encode(message, &mut buffer).unwrap().to_vec()).collect()
     }
 
     /// Feeds `bytes` in pieces of the given sizes (in turn) and collects what comes out.
@@ -242,15 +230,9 @@ mod tests {
 
     #[test]
     fn a_long_stream_passes_through_the_fixed_buffer() {
-        let messages = some_messages()
-            .into_iter()
-            .cycle()
-            .take(1000)
-            .collect::<Vec<_>>();
-        let read: Vec<_> = read(&stream(&messages), &[FRAME_BUFFER])
-            .into_iter()
-            .flatten()
-            .collect();
+        let messages = some_messages().into_iter().cycle().take(1000).collect::<Vec<_>>();
+        let read: Vec<_> =
+            read(&stream(&messages), &[FRAME_BUFFER]).into_iter().flatten().collect();
         assert_eq!(read, messages);
     }
 
@@ -274,10 +256,7 @@ mod tests {
         bytes.extend(stream(&some_messages()[1..2]));
         assert_eq!(
             read(&bytes, &[1]),
-            [
-                Err(FrameError::TrailingBytes(2)),
-                Ok(some_messages()[1].clone())
-            ]
+            [Err(FrameError::TrailingBytes(2)), Ok(some_messages()[1].clone())]
         );
     }
 
@@ -299,18 +278,9 @@ mod tests {
     fn a_small_buffer_is_an_error() {
         let hello = ToEdge::Hello(Hello::new("flexid 0.1.0"));
         for size in 0..PREFIX + 20 {
-            assert_eq!(
-                encode(&hello, &mut [0; 64][..size]),
-                Err(FrameError::DoesNotFit)
-            );
+            assert_eq!(encode(&hello, &mut [0; 64][..size]), Err(FrameError::DoesNotFit));
         }
-        assert_eq!(
-            encode(&[0u64; 1000].as_slice(), &mut [0; 9000]).map(<[u8]>::len),
-            Ok(1006)
-        );
-        assert_eq!(
-            encode(&[0u64; 5000].as_slice(), &mut [0; 9000]),
-            Err(FrameError::DoesNotFit)
-        );
+        assert_eq!(encode(&[0u64; 1000].as_slice(), &mut [0; 9000]).map(<[u8]>::len), Ok(1006));
+        assert_eq!(encode(&[0u64; 5000].as_slice(), &mut [0; 9000]), Err(FrameError::DoesNotFit));
     }
 }

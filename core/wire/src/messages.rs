@@ -38,10 +38,7 @@ pub enum ToEdge {
 
 /// From the daemon to a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is no allocator to box a report with"
-)]
+#[expect(clippy::large_enum_variant, reason = "there is no allocator to box a report with")]
 pub enum FromEdge {
     /// The answer to a client that is accepted.
     Hello(Hello),
@@ -211,10 +208,7 @@ mod tests {
 
     #[test]
     fn a_client_of_another_version_is_told_which() {
-        let client = Hello {
-            protocol_version: 3,
-            ..Hello::new("flexid 0.3.0")
-        };
+        let client = Hello { protocol_version: 3, ..Hello::new("flexid 0.3.0") };
         assert_eq!(
             client.refusal().unwrap().reason,
             "client speaks flexid protocol 3, this daemon speaks 1: install matching versions"
@@ -223,10 +217,7 @@ mod tests {
 
     #[test]
     fn a_client_built_between_two_versions_is_told_so_in_full() {
-        let client = Hello {
-            schema_key: [0xAB; 8],
-            ..Hello::new("flexid 0.1.0")
-        };
+        let client = Hello { schema_key: [0xAB; 8], ..Hello::new("flexid 0.1.0") };
         let reason = client.refusal().unwrap().reason;
         assert!(reason.starts_with("client has schema abababababababab of flexid protocol 1"));
         assert!(reason.ends_with("install matching versions"), "{reason}");

@@ -122,10 +122,7 @@ impl Signal {
         if physical.is_nan() {
             return Err(SignalError::NotANumber);
         }
-        self.encode_raw(
-            libm::rint((physical - self.offset) / self.scale) as i128,
-            payload,
-        )
+        self.encode_raw(libm::rint((physical - self.offset) / self.scale) as i128, payload)
     }
 
     /// The bytes that hold the signal, once it is known to fit.
@@ -145,10 +142,7 @@ impl Signal {
         let end = first + usize::from(self.length);
         let bytes = first / 8..end.div_ceil(8);
         if bytes.end > payload_len {
-            return Err(SignalError::OutsidePayload {
-                needed: bytes.end,
-                payload: payload_len,
-            });
+            return Err(SignalError::OutsidePayload { needed: bytes.end, payload: payload_len });
         }
         let shift = match self.byte_order {
             ByteOrder::Intel => first % 8,
@@ -315,17 +309,9 @@ mod tests {
             (f64::NEG_INFINITY, -3276.8),
         ] {
             FORCE_X.encode(physical, &mut payload).unwrap();
-            assert!(
-                (FORCE_X.decode(&payload).unwrap() - expected).abs() < 1e-9,
-                "{physical}"
-            );
+            assert!((FORCE_X.decode(&payload).unwrap() - expected).abs() < 1e-9, "{physical}");
         }
-        let widest = Signal {
-            length: 64,
-            signed: false,
-            scale: 1.0,
-            ..FORCE_X
-        };
+        let widest = Signal { length: 64, signed: false, scale: 1.0, ..FORCE_X };
         widest.encode(1e30, &mut payload).unwrap();
         assert_eq!(widest.decode_raw(&payload), Ok(u64::MAX.into()));
         widest.encode_raw(-1, &mut payload).unwrap();
@@ -334,10 +320,7 @@ mod tests {
 
     #[test]
     fn rounds_to_nearest_and_ties_to_even() {
-        let whole = Signal {
-            scale: 1.0,
-            ..FORCE_X
-        };
+        let whole = Signal { scale: 1.0, ..FORCE_X };
         let mut payload = [0; 2];
         for (physical, expected) in [(1.4, 1), (1.5, 2), (2.5, 2), (-0.5, 0), (-1.5, -2)] {
             whole.encode(physical, &mut payload).unwrap();
@@ -349,65 +332,32 @@ mod tests {
     fn refuses_what_it_cannot_carry_and_leaves_the_payload() {
         let mut payload = [0xA5; 8];
         let cases = [
+            (Signal { length: 0, ..FORCE_X }, 1.0, "length is 0 bits: must be 1 to 64"),
+            (Signal { length: 65, ..FORCE_X }, 1.0, "length is 65 bits: must be 1 to 64"),
             (
-                Signal {
-                    length: 0,
-                    ..FORCE_X
-                },
-                1.0,
-                "length is 0 bits: must be 1 to 64",
-            ),
-            (
-                Signal {
-                    length: 65,
-                    ..FORCE_X
-                },
-                1.0,
-                "length is 65 bits: must be 1 to 64",
-            ),
-            (
-                Signal {
-                    scale: 0.0,
-                    ..FORCE_X
-                },
+                Signal { scale: 0.0, ..FORCE_X },
                 1.0,
                 "scale must be finite and not 0, offset finite",
             ),
             (
-                Signal {
-                    offset: f64::NAN,
-                    ..FORCE_X
-                },
+                Signal { offset: f64::NAN, ..FORCE_X },
                 1.0,
                 "scale must be finite and not 0, offset finite",
             ),
             (
-                Signal {
-                    start_bit: 49,
-                    ..FORCE_X
-                },
+                Signal { start_bit: 49, ..FORCE_X },
                 1.0,
                 "reaches to byte 9 of a payload of 8: mend start bit or length",
             ),
-            (
-                FORCE_X,
-                f64::NAN,
-                "value is not a number: cannot be sent as an integer",
-            ),
+            (FORCE_X, f64::NAN, "value is not a number: cannot be sent as an integer"),
         ];
         for (signal, value, message) in cases {
-            assert_eq!(
-                signal.encode(value, &mut payload).unwrap_err().to_string(),
-                message
-            );
+            assert_eq!(signal.encode(value, &mut payload).unwrap_err().to_string(), message);
             assert_eq!(payload, [0xA5; 8]);
         }
         assert_eq!(
             FORCE_X.decode(&[0]),
-            Err(SignalError::OutsidePayload {
-                needed: 2,
-                payload: 1
-            })
+            Err(SignalError::OutsidePayload { needed: 2, payload: 1 })
         );
     }
 }

@@ -18,8 +18,7 @@ struct Clip<const N: usize>(String<N>);
 
 impl<const N: usize> Write for Clip<N> {
     fn write_str(&mut self, text: &str) -> core::fmt::Result {
-        text.chars()
-            .try_for_each(|character| self.0.push(character).map_err(|_| core::fmt::Error))
+        text.chars().try_for_each(|character| self.0.push(character).map_err(|_| core::fmt::Error))
     }
 }
 
@@ -37,9 +36,6 @@ mod tests {
 
     #[test]
     fn nothing_follows_a_cut() {
-        assert_eq!(
-            clipped::<5>(format_args!("{}{}", "1234€", "x")).as_str(),
-            "1234"
-        );
+        assert_eq!(clipped::<5>(format_args!("{}{}", "1234€", "x")).as_str(), "1234");
     }
 }

@@ -34,11 +34,7 @@ impl Row {
         Signal {
             start_bit: self.start_bit,
             length: self.length,
-            byte_order: if self.intel {
-                ByteOrder::Intel
-            } else {
-                ByteOrder::Motorola
-            },
+            byte_order: if self.intel { ByteOrder::Intel } else { ByteOrder::Motorola },
             signed: self.signed,
             scale: self.scale,
             offset: self.offset,
@@ -68,11 +64,7 @@ fn reads_what_cantools_reads() {
             assert_eq!(row.signal().decode_raw(&payload), Ok(row.raw), "{place}");
             let physical = row.signal().decode(&payload).unwrap();
             let error = (physical - row.physical).abs();
-            assert!(
-                error <= 1e-12 * row.physical.abs(),
-                "{place}: {physical}, {}",
-                row.physical
-            );
+            assert!(error <= 1e-12 * row.physical.abs(), "{place}: {physical}, {}", row.physical);
         }
     }
 }
@@ -93,14 +85,9 @@ fn writes_what_cantools_writes() {
 fn the_vectors_cover_the_layouts() {
     let vectors = vectors();
     for message in ["FORCE", "ACCELERATION", "JOINT_1", "JOINT_2", "JOINT_3"] {
-        assert!(
-            vectors.iter().any(|vector| vector.message == message),
-            "{message}"
-        );
+        assert!(vectors.iter().any(|vector| vector.message == message), "{message}");
     }
-    let random = vectors
-        .iter()
-        .filter(|vector| vector.message.starts_with("random"));
+    let random = vectors.iter().filter(|vector| vector.message.starts_with("random"));
     let layouts: BTreeSet<_> = random
         .flat_map(|vector| &vector.signals)
         .map(|row| (row.intel, row.signed, row.length))

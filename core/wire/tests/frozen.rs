@@ -39,19 +39,10 @@ fn report() -> Report {
         name: clipped("joint_1"),
         stiffness: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
         stiffness_std: [Some(0.5), None, Some(0.25), Some(1.0), Some(2.0), None],
-        stiffness_verdict: [
-            Identified,
-            NotObservable,
-            Weak,
-            Identified,
-            Identified,
-            NotObservable,
-        ],
+        stiffness_verdict: [Identified, NotObservable, Weak, Identified, Identified, NotObservable],
         damping: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6],
         damping_std: [None, Some(0.125), None, None, None, None],
-        damping_verdict: [
-            Weak, Identified, Identified, Identified, Identified, Identified,
-        ],
+        damping_verdict: [Weak, Identified, Identified, Identified, Identified, Identified],
     };
     Report {
         joints: [joint].into_iter().collect(),
@@ -80,10 +71,7 @@ fn schema_key_belongs_to_the_protocol_version() {
 
 #[test]
 fn to_edge() {
-    frozen(
-        ToEdge::Hello(hello()),
-        "18000000 00 ac02 0102030405060708 0c666c6578696420302e312e30",
-    );
+    frozen(ToEdge::Hello(hello()), "18000000 00 ac02 0102030405060708 0c666c6578696420302e312e30");
 }
 
 #[test]
@@ -97,9 +85,7 @@ fn from_edge_hello() {
 #[test]
 fn from_edge_refused() {
     frozen(
-        FromEdge::Refused(Refusal {
-            reason: clipped("too old"),
-        }),
+        FromEdge::Refused(Refusal { reason: clipped("too old") }),
         "09000000 01 07746f6f206f6c64",
     );
 }
@@ -176,31 +162,16 @@ fn from_edge_bus_health() {
 
 #[test]
 fn variants_keep_their_numbers() {
+    frozen([Verdict::Identified, Verdict::Weak, Verdict::NotObservable], "03000000 000102");
     frozen(
-        [Verdict::Identified, Verdict::Weak, Verdict::NotObservable],
+        [Acceptance::Consistent, Acceptance::ModelSuspect, Acceptance::Unsettled],
         "03000000 000102",
     );
     frozen(
-        [
-            Acceptance::Consistent,
-            Acceptance::ModelSuspect,
-            Acceptance::Unsettled,
-        ],
-        "03000000 000102",
-    );
-    frozen(
-        [
-            Phase::Waiting,
-            Phase::Searching,
-            Phase::Refining,
-            Phase::Settled,
-        ],
+        [Phase::Waiting, Phase::Searching, Phase::Refining, Phase::Settled],
         "04000000 00010203",
     );
-    frozen(
-        [BusState::Up, BusState::Down, BusState::Gone],
-        "03000000 000102",
-    );
+    frozen([BusState::Up, BusState::Down, BusState::Gone], "03000000 000102");
 }
 
 #[test]
