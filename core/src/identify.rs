@@ -228,7 +228,7 @@ impl<R: Rng> Identifier<R> {
     fn judge<const B: usize>(&mut self, fit: Fit, experiments: &[Experiment<B>]) {
         let bushings = self.refinement.bushings(self.chain.joints().len());
         let found = Minimum { bushings, fit };
-        if found.consistency() <= CONSISTENT {
+        if (0.0..=CONSISTENT).contains(&found.consistency()) {
             return self.settle(found, Acceptance::Consistent);
         }
         let again = self.best.as_ref().is_some_and(|best| found.is_as_good_as(best));

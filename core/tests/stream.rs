@@ -229,6 +229,24 @@ fn without_joint_angles_there_is_no_record_and_the_reason_is_told() {
 }
 
 #[test]
+fn another_rate_than_configured_is_refused_and_told() {
+    let mut stream = Box::new(
+        Stream::<CAPACITY>::new(StreamConfig { rate_hz: 1000.0, ..CONFIG }).expect("good"),
+    );
+    let mut records = 0;
+    for n in 0..5000_u32 {
+        let (time_s, value) =
+            (f64::from(n) * PERIOD, [100.0 * (f64::from(n) * 0.3).sin() as f32; 3]);
+        stream.push(time_s, Reading::Force { counter: n, value }, |_| records += 1);
+        stream.push(time_s, Reading::Acceleration { counter: n, value }, |_| records += 1);
+        stream.push(time_s, Reading::Joint { index: (n % 2) as u8, value: 0.5 }, |_| records += 1);
+    }
+    let health = stream.health();
+    assert_eq!((records, health.wrong_rate), (0, 2));
+    assert!((health.measured_rate_hz - 2000.0).abs() < 1.0);
+}
+
+#[test]
 fn refuses_configurations_that_make_no_sense() {
     let refused = |change: fn(&mut StreamConfig)| {
         let mut config = CONFIG;

@@ -73,7 +73,7 @@ pub enum StreamError {
 }
 
 /// What the stream has seen since it was made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StreamHealth {
     /// Force and acceleration readings taken.
     pub frames: u64,
@@ -91,6 +91,10 @@ pub struct StreamHealth {
     pub samples_discarded: u64,
     /// Readings with a value that is not finite, refused.
     pub refused: u64,
+    /// Records refused since the instants arrive at another rate than the configuration says.
+    pub wrong_rate: u64,
+    /// Instants per second of the newest record, as they arrived; 0 before the first. Hz.
+    pub measured_rate_hz: f32,
 }
 
 /// One stretch of force and acceleration at one static pose, without holes.
@@ -116,6 +120,9 @@ pub struct Record<const N: usize> {
 
 /// Shortest record is this part of a full one.
 const SHORTEST: usize = 8;
+
+/// Part by which the measured rate may differ from the configured one: a sender in bursts is no reason to refuse.
+const RATE_TOLERANCE: f64 = 0.1;
 
 /// Turns readings into records of up to `N` samples.
 #[derive(Clone, Debug)]
@@ -294,6 +301,14 @@ impl<const N: usize> Cutter<'_, N> {
     /// Makes a record of the oldest `samples`, bridged, with its noise.
     fn emit(&mut self, samples: usize, sink: &mut impl FnMut(&Record<N>)) {
         let Self { config, stretch, record, health, quiet } = self;
+        if let Some(rate_hz) = stretch.measured_rate_hz() {
+            health.measured_rate_hz = rate_hz as f32;
+            if (rate_hz / config.rate_hz - 1.0).abs() > RATE_TOLERANCE {
+                health.wrong_rate += 1;
+                health.samples_discarded += samples as u64;
+                return stretch.discard(samples, config.rate_hz);
+            }
+        }
         record.start_s = stretch.start_s;
         record.pose = stretch.pose.mean(config.joints);
         let mut bridged = [bridge::Bridged::default(); 6];

@@ -8,7 +8,7 @@ pub(super) const BLOCK: usize = 64;
 /// A block is quiet if its force varies by less than this many times the quietest blocks' variance.
 const QUIET: f32 = 3.0;
 /// The quietest blocks: this part of all.
-const QUIETEST: f32 = 0.1;
+const QUIETEST: f32 = 0.02;
 /// Sum of the squares of the sixth differences' coefficients, C(12, 6).
 const SIXTH: f32 = 924.0;
 /// A robot rests if it moves by less than this part of its motion in the record.
@@ -165,6 +165,14 @@ mod tests {
             );
         }
         assert!(noise.starts_at_rest);
+    }
+
+    #[test]
+    fn a_twentieth_of_quiet_is_enough() {
+        let noise = of(&record(400, 400..8192), None).expect("a quiet stretch");
+        for axis in 0..3 {
+            assert!((noise.force[axis] / 0.16 - 1.0).abs() < 0.12, "{:?}", noise.force);
+        }
     }
 
     #[test]

@@ -29,6 +29,8 @@ pub(super) struct Stretch<const N: usize> {
     /// Of the first sample.
     pub(super) start_s: f64,
     pub(super) pose: Pose,
+    /// Arrival of the first and the newest instant since it was last cleared, and how many came.
+    arrivals: (f64, f64, u32),
     /// Whether the cut has begun; before it only the newest samples are kept.
     pub(super) cutting: bool,
     /// Smallest variance of a block so far, N²; known from all stretches.
@@ -58,6 +60,7 @@ impl<const N: usize> Stretch<N> {
             acceleration: [const { Vec::new() }; 3],
             start_s: 0.0,
             pose: Pose::default(),
+            arrivals: (0.0, 0.0, 0),
             cutting: false,
             quietest: f32::INFINITY,
         }
@@ -77,6 +80,10 @@ impl<const N: usize> Stretch<N> {
             self.start_s = instant.time_s;
             self.cutting = false;
         }
+        if self.arrivals.2 == 0 {
+            self.arrivals.0 = instant.time_s;
+        }
+        self.arrivals = (self.arrivals.0, instant.time_s, self.arrivals.2 + 1);
         let missing = [f32::NAN; 3];
         let force = instant.force.unwrap_or(missing);
         let acceleration = instant.acceleration.unwrap_or(missing);
@@ -101,6 +108,12 @@ impl<const N: usize> Stretch<N> {
         }
         self.discard(BLOCK, config.rate_hz);
         BLOCK
+    }
+
+    /// Instants per second, as they arrived; none while there are too few to tell.
+    pub(super) fn measured_rate_hz(&self) -> Option<f64> {
+        let (first_s, newest_s, count) = self.arrivals;
+        (count > 1 && newest_s > first_s).then(|| f64::from(count - 1) / (newest_s - first_s))
     }
 
     /// How many of the newest samples in a row lack force, or lack acceleration.
@@ -137,6 +150,7 @@ impl<const N: usize> Stretch<N> {
         for angle in &mut self.pose.angles {
             angle.confirmed = 0;
         }
+        self.arrivals.2 = 0;
         self.cutting = false;
     }
 }
