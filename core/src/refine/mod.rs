@@ -2,7 +2,7 @@
 //! gradient, every bin weighted by its noise, and the seam of every record projected out.
 //!
 //! One [`Refinement::step`] tries one step. It ends when the step that is left would lower the sum of squares by
-//! less than [`NEGLIGIBLE`], a hundredth of a standard deviation in all parameters together.
+//! less than 1e-4: a hundredth of a standard deviation in all parameters together.
 
 mod equations;
 pub(crate) mod normal;
