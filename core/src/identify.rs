@@ -1,9 +1,10 @@
 //! The state machine from records to an estimate: search, refine, judge, and search again while the residuals say
 //! that the basin is wrong.
 //!
-//! A refinement that converges is accepted if noise alone explains its residuals. If not, either the basin is
-//! wrong or the model is; another search tells: the best minimum reached twice is accepted as well, with the
-//! remark that the model is suspect. A bare threshold would restart for ever on real data.
+//! A refinement that converges is accepted if noise alone explains its residuals, and the records stand clear of
+//! the noise. If not, either the basin is wrong, or the model is, or the noise hides which; another search tells: the
+//! best minimum reached twice is accepted as well, with the remark that the model is suspect if the noise does not
+//! explain it. A bare threshold would restart for ever on real data.
 //!
 //! Work is budgeted per change of the records, not by the clock, so that the same records give the same estimate
 //! on any machine.
@@ -20,6 +21,9 @@ use crate::spectrum::{Experiment, Measurement};
 /// χ² per degree of freedom up to which noise explains the residuals. The noise itself is known from a few hundred
 /// quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
 const CONSISTENT: f64 = 1.3;
+/// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
+/// one wrong basin in twenty has residuals that noise explains.
+const CLEAR: f64 = 0.05;
 /// Two minima are the same if their sums of squares differ by less than this part.
 const SAME_MINIMUM: f64 = 1e-3;
 /// Searches that one change of the records may cost.
@@ -183,9 +187,10 @@ impl<R: Rng> Identifier<R> {
                     bounds: &self.bounds,
                     level: self.level,
                 };
-                if self.refinement.step(&problem, experiments) == Outcome::Converged {
+                let outcome = self.refinement.step(&problem, experiments);
+                if outcome != Outcome::Improving {
                     let fit = self.refinement.fit(&problem, experiments);
-                    self.judge(fit, experiments);
+                    self.judge(fit, outcome == Outcome::Converged, experiments);
                 }
             }
         }
@@ -224,20 +229,23 @@ impl<R: Rng> Identifier<R> {
         self.phase = Phase::Searching;
     }
 
-    /// Accepts a converged refinement, or searches again.
-    fn judge<const B: usize>(&mut self, fit: Fit, experiments: &[Experiment<B>]) {
+    /// Accepts what a refinement has come to, or searches again.
+    fn judge<const B: usize>(&mut self, fit: Fit, converged: bool, experiments: &[Experiment<B>]) {
         let bushings = self.refinement.bushings(self.chain.joints().len());
         let found = Minimum { bushings, fit };
-        if (0.0..=CONSISTENT).contains(&found.consistency()) {
+        if converged && found.is_beyond_doubt() {
             return self.settle(found, Acceptance::Consistent);
         }
-        let again = self.best.as_ref().is_some_and(|best| found.is_as_good_as(best));
+        let again = converged && self.best.as_ref().is_some_and(|best| found.is_as_good_as(best));
         let best = match self.best.take() {
             Some(best) if best.fit.sum_of_squares < found.fit.sum_of_squares => best,
             _ => found,
         };
         if again {
-            self.settle(best, Acceptance::ModelSuspect);
+            let consistent = (0.0..=CONSISTENT).contains(&best.consistency());
+            let acceptance =
+                if consistent { Acceptance::Consistent } else { Acceptance::ModelSuspect };
+            self.settle(best, acceptance);
         } else if self.starts >= MAX_STARTS {
             self.settle(best, Acceptance::Unsettled);
         } else {
@@ -259,6 +267,11 @@ const TYPICAL_ITERATIONS: f32 = 12.0;
 impl Minimum {
     fn consistency(&self) -> f64 {
         self.fit.sum_of_squares / self.fit.degrees_of_freedom.max(1.0)
+    }
+
+    /// Noise explains the residuals, and is too small to hide a wrong basin.
+    fn is_beyond_doubt(&self) -> bool {
+        (0.0..=CONSISTENT).contains(&self.consistency()) && self.fit.ssp[0] <= CLEAR
     }
 
     fn is_as_good_as(&self, best: &Self) -> bool {

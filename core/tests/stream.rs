@@ -213,6 +213,48 @@ fn a_long_quiet_is_let_go_but_for_what_lies_just_before_the_cut() {
     assert!(health.samples_discarded > 9000);
 }
 
+/// The robot rests after the cut: what follows is no record, however long it lasts.
+#[test]
+fn rest_after_the_cut_is_no_record() {
+    let mut bench = Bench::new();
+    bench.run(300, false);
+    bench.run(1500, true);
+    bench.run(9000, false);
+    bench.run(300, true);
+    bench.run(2000, false);
+    let (records, _) = bench.finish();
+    let loudest =
+        |record: &Record<CAPACITY>| record.force[0].iter().fold(0.0_f32, |a, b| a.max(b.abs()));
+    assert!(records.iter().all(|record| loudest(record) > 100.0));
+    assert_eq!(lengths(&records)[0], 2048);
+}
+
+/// A sensor of fine resolution: its noise is thousands of steps, and still no cut.
+#[test]
+fn noise_of_many_steps_is_no_cut() {
+    let mut bench = Bench::new();
+    let config = StreamConfig { force_resolution: 1e-5, ..CONFIG };
+    bench.stream = Box::new(Stream::new(config).expect("a good configuration"));
+    bench.run(6000, false);
+    let (records, _) = bench.finish();
+    assert!(records.is_empty());
+}
+
+#[test]
+fn angles_that_stop_coming_make_no_record_at_a_wrong_pose() {
+    let mut bench = Bench::new();
+    bench.sent = 1;
+    bench.pose = [0.3, 0.4];
+    // Beyond the capacity, and no angle in all that time.
+    for _ in 0..5000 {
+        bench.instant(true, [false; 2]);
+        bench.sent = 1 + bench.sent % 199;
+    }
+    let (records, health) = bench.finish();
+    assert!(records.is_empty(), "{:?}", records[0].pose);
+    assert_eq!(health.samples_discarded, 5000);
+}
+
 #[test]
 fn without_joint_angles_there_is_no_record_and_the_reason_is_told() {
     let mut bench = Bench::new();
@@ -259,6 +301,8 @@ fn refuses_configurations_that_make_no_sense() {
     assert_eq!(refused(|c| c.record_samples = 8192), Some(StreamError::RecordSamples));
     assert_eq!(refused(|c| c.joints = 8), Some(StreamError::Joints));
     assert_eq!(refused(|c| c.counter_bits = 40), Some(StreamError::CounterBits));
+    assert_eq!(refused(|c| c.force_resolution = 0.0), Some(StreamError::Resolution));
+    assert_eq!(refused(|c| c.acceleration_resolution = f32::NAN), Some(StreamError::Resolution));
 }
 
 fn any_reading() -> impl Strategy<Value = (f64, Reading)> {

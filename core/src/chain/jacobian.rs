@@ -1,5 +1,4 @@
-//! Translational Jacobian of the TCP with respect to the elongations (paper, section 4.1), and the
-//! sensitivities made from it.
+//! Translational Jacobian of the TCP with respect to the elongations (paper, section 4.1).
 
 use super::linearise::LinearChain;
 use crate::{DOF, MAX_JOINTS};

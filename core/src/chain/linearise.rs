@@ -62,13 +62,17 @@ impl Chain {
     /// Linearises about the static equilibrium at joint angles `pose` (one per joint, rad or m) under
     /// `gravity` (base axes, m/s²). The bushings matter only through the sag: without gravity the
     /// result does not depend on them.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one angle and one bushing per joint.
     pub fn linearise(
         &self,
         pose: &[f64],
         gravity: Vector3<f64>,
         bushings: &[Bushing],
     ) -> LinearChain {
-        debug_assert_eq!(pose.len(), self.joints.len());
+        assert_eq!((pose.len(), bushings.len()), (self.joints.len(), self.joints.len()));
         let mut sag = [Vector6::zeros(); MAX_JOINTS];
         if gravity != Vector3::zeros() {
             for _ in 0..EQUILIBRIUM_ROUNDS {

@@ -51,6 +51,8 @@ pub enum ChainError {
     /// The link of this joint (from 0) has an inertia that no body has: not symmetric positive, or a
     /// principal moment above the sum of the two others.
     Inertia(usize),
+    /// A number of this joint (from 0), or of the TCP (one beyond the last joint), is not finite.
+    NotFinite(usize),
 }
 
 /// A serial chain from the base to the TCP.
@@ -67,7 +69,17 @@ impl Chain {
             Ok(joints) if !joints.is_empty() => joints,
             _ => return Err(ChainError::JointCount(joints.len())),
         };
+        let finite = |pose: &Isometry3<f64>| {
+            pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite())
+        };
+        if !finite(&tcp) {
+            return Err(ChainError::NotFinite(joints.len()));
+        }
         for (index, joint) in joints.iter().enumerate() {
+            let others = joint.axis.iter().chain(joint.link.centre_of_mass.iter());
+            if !finite(&joint.origin) || !others.copied().all(f64::is_finite) {
+                return Err(ChainError::NotFinite(index));
+            }
             if !(joint.link.mass.is_finite() && joint.link.mass > 0.0) {
                 return Err(ChainError::Mass(index));
             }

@@ -28,7 +28,7 @@ pub(super) enum Unknowns {
     SeamAndParameters,
 }
 
-/// Squared error and size per direction, for the surface similarity.
+/// Surface similarity parameter per direction.
 pub(super) type Similarity = [f64; 3];
 
 /// Assembles the normal equations of one record.

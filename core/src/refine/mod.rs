@@ -58,6 +58,8 @@ pub enum Outcome {
     Improving,
     /// No step would gain anything.
     Converged,
+    /// It has had its steps, and is not at a minimum.
+    Exhausted,
 }
 
 /// How well the parameters explain the records.
@@ -165,8 +167,10 @@ impl<T: Precision> Refinement<T> {
     }
 
     fn unless_exhausted(&self) -> Outcome {
-        if self.damping > LAST_DAMPING || self.iterations >= MAX_ITERATIONS {
+        if self.damping > LAST_DAMPING {
             Outcome::Converged
+        } else if self.iterations >= MAX_ITERATIONS {
+            Outcome::Exhausted
         } else {
             Outcome::Improving
         }
@@ -270,7 +274,7 @@ impl<T: Precision> Refinement<T> {
             for i in 0..parameters {
                 let (least, most) = (lower[i] - self.logarithms[i], upper[i] - self.logarithms[i]);
                 let inside =
-                    step[i].clamp(least.clamp(-LONGEST_STEP, 0.0), most.clamp(0.0, LONGEST_STEP));
+                    step[i].max(least.clamp(-LONGEST_STEP, 0.0)).min(most.clamp(0.0, LONGEST_STEP));
                 if let Some(value) = put[i] {
                     step[i] = value;
                 } else if inside != step[i] {

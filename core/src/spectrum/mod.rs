@@ -55,6 +55,11 @@ pub struct Spectrum<const B: usize> {
 
 impl<const B: usize> Spectrum<B> {
     const EMPTY: Self = Self { re: [const { Vec::new() }; 3], im: [const { Vec::new() }; 3] };
+
+    /// Sum of the squares.
+    fn power(&self) -> f64 {
+        self.re.iter().chain(&self.im).flatten().map(|part| f64::from(part * part)).sum()
+    }
 }
 
 /// Why a record has no spectrum.
@@ -66,10 +71,15 @@ pub enum SpectrumError {
     Bins(usize),
     /// The record's pose has not one angle per joint.
     Pose(usize),
-    /// The record holds a value that is not finite, or no force at all.
-    Signal,
+    /// The record holds a value that is not finite.
+    NotFinite,
+    /// In the band there is hardly more force than noise.
+    NoForce,
 }
 
+/// Force power in the band, in units of the noise's, below which a record tells nothing: the fit takes the force for exact
+/// where it matters.
+const LEAST_FORCE: f64 = 10.0;
 /// Fewest bins that a fit makes sense of.
 const MIN_BINS: usize = 8;
 
@@ -113,11 +123,9 @@ impl<const B: usize> Experiment<B> {
         if record.pose.len() != chain.joints().len() {
             return Err(SpectrumError::Pose(record.pose.len()));
         }
-        let signals = || record.force.iter().chain(&record.acceleration);
-        if signals().flatten().any(|value| !value.is_finite())
-            || record.force.iter().flatten().all(|&value| value == 0.0)
-        {
-            return Err(SpectrumError::Signal);
+        let mut signals = record.force.iter().chain(&record.acceleration).flatten();
+        if signals.any(|value| !value.is_finite()) {
+            return Err(SpectrumError::NotFinite);
         }
         let period = 1.0 / record.rate_hz;
         let spacing = TAU * record.rate_hz / samples as f64;
@@ -148,6 +156,10 @@ impl<const B: usize> Experiment<B> {
         let mean_square = |sigma: [f32; 3]| {
             sigma.map(|s| f64::from(s) * f64::from(s) * samples as f64 * period * period)
         };
+        let force_noise = mean_square(record.force_noise);
+        if force.power() < LEAST_FORCE * bins as f64 * force_noise.iter().sum::<f64>() {
+            return Err(SpectrumError::NoForce);
+        }
         let search = SearchSpectra::new(chain, record, band, buffer)?;
         Ok(Self {
             pose: record.pose.clone(),
@@ -155,7 +167,7 @@ impl<const B: usize> Experiment<B> {
             first_bin,
             force,
             acceleration,
-            force_noise: mean_square(record.force_noise),
+            force_noise,
             acceleration_noise: mean_square(record.acceleration_noise),
             search,
             seam: Seam::default(),

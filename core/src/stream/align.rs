@@ -40,12 +40,14 @@ const OPEN: usize = 4;
 const MAX_MISSING: i64 = 2;
 /// A silence that ends the sequence, s.
 const SILENCE_S: f64 = 0.5;
-/// How much later than its counter says a frame may come after missing ones, s.
+/// How much later than its counter says a frame may come after a gap too long to be bridged, s.
 const LATE_S: f64 = 0.05;
 /// How many sample periods before its time.
 const EARLY_PERIODS: f64 = 3.0;
 /// How far back a counter counts as a late or doubled frame, not as a restart, instants.
 const RECENT: i64 = 10;
+/// Repeated frames in a row after which the sensor counts as started anew a little further back.
+const MAX_REPEATS: usize = 2 * OPEN;
 /// How fast the earliest arrival is forgotten, so that it follows the sensor's clock: 1000 ppm.
 const DRIFT: f64 = 1e-3;
 
@@ -58,6 +60,19 @@ pub(super) struct Aligner {
     newest: Option<Newest>,
     /// The newest instants, oldest first; the last is the newest.
     open: heapless::Deque<Instant, OPEN>,
+    /// A frame whose counter disagrees with the sequence: the next one tells which of the two is wrong.
+    odd: Option<Frame>,
+    /// Frames in a row that had already been seen.
+    repeats: usize,
+}
+
+/// One frame of a sensor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub(super) time_s: f64,
+    pub(super) counter: u32,
+    pub(super) channel: Channel,
+    pub(super) value: Value,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -71,42 +86,79 @@ struct Newest {
 
 impl Aligner {
     pub(super) fn new(rate_hz: f64, counter_bits: u32) -> Self {
-        Self { period_s: 1.0 / rate_hz, counter_bits, newest: None, open: heapless::Deque::new() }
+        Self {
+            period_s: 1.0 / rate_hz,
+            counter_bits,
+            newest: None,
+            open: heapless::Deque::new(),
+            odd: None,
+            repeats: 0,
+        }
     }
 
     /// Takes one frame; hands on what has become complete.
     pub(super) fn push(
         &mut self,
-        time_s: f64,
-        counter: u32,
-        channel: Channel,
-        value: Value,
+        frame: Frame,
         health: &mut StreamHealth,
-        mut sink: impl FnMut(Aligned, &mut StreamHealth),
+        sink: &mut impl FnMut(Aligned, &mut StreamHealth),
     ) {
         health.frames += 1;
-        let step = self.newest.map(|newest| self.step(newest.counter, counter));
-        match step {
-            Some(step) if step <= 0 && self.enter(step, channel, value) => return,
-            Some(step) if step <= 0 && step > -RECENT && !self.silent(time_s) => {
-                health.repeated += 1;
-                return;
-            }
-            Some(step) if step > 0 && self.agrees(step, time_s) => {
-                self.advance(step, time_s, counter, health, &mut sink);
-            }
-            step => {
-                if step.is_some() {
-                    health.restarts += 1;
-                    self.flush(health, &mut sink);
-                    sink(Aligned::Restart, health);
-                }
-                self.newest = Some(Newest { counter, time_s, delay_s: 0.0 });
-                let _ = self.open.push_back(Instant { time_s, ..Instant::default() });
-            }
+        let Some(newest) = self.newest else { return self.begin(frame) };
+        let step = self.step(newest.counter, frame.counter);
+        let silent = frame.time_s - newest.time_s > SILENCE_S;
+        if step <= 0 && self.enter(step, &frame) {
+            self.settle(health);
+        } else if step <= 0 && step > -RECENT && !silent && self.repeats < MAX_REPEATS {
+            self.repeats += 1;
+            health.repeated += 1;
+        } else if step > 0 && self.agrees(step, frame.time_s) {
+            self.settle(health);
+            self.advance(step, &frame, health, sink);
+        } else {
+            self.disagree(frame, silent, health, sink);
         }
-        // The newest instant is open now, and empty.
-        self.enter(0, channel, value);
+    }
+
+    /// A first frame.
+    fn begin(&mut self, frame: Frame) {
+        let Frame { time_s, counter, .. } = frame;
+        self.newest = Some(Newest { counter, time_s, delay_s: 0.0 });
+        let _ = self.open.push_back(Instant { time_s, ..Instant::default() });
+        self.enter(0, &frame);
+    }
+
+    /// The sequence goes on: a frame that disagreed with it was wrong.
+    fn settle(&mut self, health: &mut StreamHealth) {
+        self.repeats = 0;
+        health.refused += u64::from(self.odd.take().is_some());
+    }
+
+    /// One odd counter is set aside; two that follow each other, or any after a silence, are a restart.
+    fn disagree(
+        &mut self,
+        frame: Frame,
+        silent: bool,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(Aligned, &mut StreamHealth),
+    ) {
+        let follows =
+            |odd: &Frame| (0..=OPEN as i64).contains(&self.step(odd.counter, frame.counter));
+        let first = self.odd.filter(follows);
+        if first.is_none() && !silent && self.repeats < MAX_REPEATS {
+            self.settle(health);
+            self.odd = Some(frame);
+            return;
+        }
+        health.restarts += 1;
+        self.flush(health, sink);
+        sink(Aligned::Restart, health);
+        self.begin(first.unwrap_or(frame));
+        if first.is_some() {
+            // Counted already; the new sequence takes it as its second.
+            health.frames -= 1;
+            self.push(frame, health, sink);
+        }
     }
 
     /// Hands on all that is open: nothing more will come.
@@ -118,7 +170,9 @@ impl Aligner {
         while let Some(instant) = self.open.pop_front() {
             hand_on(instant, health, sink);
         }
+        health.refused += u64::from(self.odd.take().is_some());
         self.newest = None;
+        self.repeats = 0;
     }
 
     /// Signed difference of two counters that wrap.
@@ -128,26 +182,22 @@ impl Aligner {
         if difference > span / 2 { difference - span } else { difference }
     }
 
-    fn silent(&self, time_s: f64) -> bool {
-        self.newest.is_some_and(|newest| time_s - newest.time_s > SILENCE_S)
-    }
-
     /// Puts a value into an open instant, `step` (≤ 0) from the newest; false if there is none or it is taken.
-    fn enter(&mut self, step: i64, channel: Channel, value: Value) -> bool {
+    fn enter(&mut self, step: i64, frame: &Frame) -> bool {
         let place = self.open.len() as i64 - 1 + step;
         let Some(instant) =
             usize::try_from(place).ok().and_then(|place| self.open.iter_mut().nth(place))
         else {
             return false;
         };
-        let slot = match channel {
+        let slot = match frame.channel {
             Channel::Force => &mut instant.force,
             Channel::Acceleration => &mut instant.acceleration,
         };
         if slot.is_some() {
             return false;
         }
-        *slot = Some(value);
+        *slot = Some(frame.value);
         true
     }
 
@@ -160,17 +210,18 @@ impl Aligner {
             return passed <= SILENCE_S;
         }
         let late = passed - step as f64 * self.period_s;
-        late <= LATE_S && newest.delay_s + late >= -EARLY_PERIODS * self.period_s
+        let latest = if step <= 1 + MAX_MISSING { SILENCE_S } else { LATE_S };
+        late <= latest && newest.delay_s + late >= -EARLY_PERIODS * self.period_s
     }
 
     fn advance(
         &mut self,
         step: i64,
-        time_s: f64,
-        counter: u32,
+        frame: &Frame,
         health: &mut StreamHealth,
         sink: &mut impl FnMut(Aligned, &mut StreamHealth),
     ) {
+        let Frame { time_s, counter, .. } = *frame;
         let expected_s = step as f64 * self.period_s;
         let delay_s = self.newest.map_or(0.0, |newest| {
             let late = time_s - newest.time_s - expected_s;
@@ -195,6 +246,7 @@ impl Aligner {
             }
         }
         self.newest = Some(Newest { counter, time_s, delay_s });
+        self.enter(0, frame);
     }
 }
 
@@ -232,17 +284,13 @@ mod tests {
         fn push(&mut self, time_s: f64, counter: u32, channel: Channel) {
             let value = [counter as f32; 3];
             let (instants, breaks) = (&mut self.instants, &mut self.breaks);
-            self.aligner.push(
-                time_s,
-                counter & 0xffff,
-                channel,
-                value,
-                &mut self.health,
-                |event, _| match event {
+            let frame = Frame { time_s, counter: counter & 0xffff, channel, value };
+            self.aligner.push(frame, &mut self.health, &mut |event, _: &mut StreamHealth| {
+                match event {
                     Aligned::Instant(instant) => instants.push(instant),
                     other => breaks.push(other),
-                },
-            );
+                }
+            });
         }
 
         /// Both frames of the instants `counters`, the first at `start_s`.
@@ -326,6 +374,30 @@ mod tests {
         bench.end();
         assert_eq!((bench.health.frames_lost, bench.health.restarts), (0, 0));
         assert_eq!(bench.instants.len(), 300);
+    }
+
+    #[test]
+    fn one_odd_counter_is_refused() {
+        let mut bench = Bench::new();
+        bench.run(0.0, 0..100);
+        bench.push(0.05, 30_000, Channel::Force);
+        bench.push(0.05013, 100, Channel::Acceleration);
+        bench.run(0.0505, 101..200);
+        bench.end();
+        assert_eq!((bench.health.refused, bench.health.restarts), (1, 0));
+        assert_eq!(bench.health.frames_lost, 1, "the force that came with the odd counter");
+        assert_eq!(bench.instants.len(), 200);
+    }
+
+    #[test]
+    fn a_counter_that_falls_back_a_little_is_a_restart() {
+        let mut bench = Bench::new();
+        bench.run(0.0, 0..100);
+        bench.run(0.05, 94..200);
+        bench.end();
+        assert_eq!((bench.health.restarts, bench.health.frames_lost), (1, 0));
+        assert_eq!(bench.breaks, [Aligned::Restart]);
+        assert!(bench.instants.len() >= 100 + 106 - 5);
     }
 
     #[test]

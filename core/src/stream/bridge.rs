@@ -15,6 +15,10 @@ const NEIGHBOURS: usize = 2 * REACH;
 const STRIDE: usize = 3;
 /// Most gaps of one signal in a record.
 const MAX_GAPS: usize = 1024;
+/// Rounds in which gaps close together settle.
+const ROUNDS: usize = 6;
+/// Samples on each side that tell how much a signal changes near an edge.
+const NEARBY: usize = 32;
 /// Longest gap that is bridged, samples.
 pub(super) const MAX_GAP: usize = 2;
 
@@ -47,24 +51,36 @@ pub(super) fn bridge(signal: &mut [f32]) -> Result<Bridged, Unbridgeable> {
     } else {
         [single; 2]
     };
-    let hold = hold_error(signal);
     for &(first, length) in &gaps {
         draw_line(signal, first, length);
     }
     let (mut samples, mut squares) = (0, 0.0);
     for &(first, length) in &gaps {
         for place in 0..length {
-            let (weights, error) = if length == 1 { single } else { double[place] };
-            let inside = first >= REACH && first + length + REACH <= signal.len();
-            // The edges keep the line; its error is at most that of holding the last value.
-            squares += if inside { error } else { hold };
-            if inside {
-                signal[first + place] = weighted(signal, first, length, &weights);
-            }
+            let error = if length == 1 { single.1 } else { double[place].1 };
+            squares +=
+                if is_inside(signal, first, length) { error } else { hold_error(signal, first) };
             samples += 1;
         }
     }
+    // Gaps close together are one another's neighbours: a few rounds settle them.
+    for _ in 0..ROUNDS {
+        for &(first, length) in &gaps {
+            if !is_inside(signal, first, length) {
+                continue;
+            }
+            for place in 0..length {
+                let (weights, _) = if length == 1 { single } else { double[place] };
+                signal[first + place] = weighted(signal, first, length, &weights);
+            }
+        }
+    }
     Ok(Bridged { samples, mean_square_error: squares / samples as f32 })
+}
+
+/// Whether a gap has all its neighbours; at the edges it keeps the line.
+fn is_inside(signal: &[f32], first: usize, length: usize) -> bool {
+    first >= REACH && first + length + REACH <= signal.len()
 }
 
 /// First sample and length of every gap.
@@ -128,11 +144,13 @@ fn fit(signal: &[f32], length: usize, place: usize) -> (Weights, f32) {
     (weights.map(|weight| weight as f32), (normal.sum_of_squares() / freedom) as f32)
 }
 
-/// Mean square of the difference of two samples a gap apart.
-fn hold_error(signal: &[f32]) -> f32 {
-    let differences = signal.iter().zip(&signal[MAX_GAP..]).map(|(a, b)| a - b);
+/// Mean square of the difference of two samples a gap apart, near `place`.
+fn hold_error(signal: &[f32], place: usize) -> f32 {
+    let first = place.saturating_sub(NEARBY);
+    let nearby = &signal[first..(place + NEARBY).min(signal.len())];
+    let differences = nearby.iter().zip(&nearby[MAX_GAP..]).map(|(a, b)| a - b);
     let (mut sum, mut count) = (0.0, 0);
-    for difference in differences.filter(|difference| !difference.is_nan()) {
+    for difference in differences {
         sum += difference * difference;
         count += 1;
     }

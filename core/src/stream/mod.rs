@@ -11,10 +11,11 @@ mod stretch;
 
 use heapless::Vec;
 
-use align::{Aligned, Aligner, Channel};
+use align::{Aligned, Aligner, Channel, Frame};
 use stretch::{Moved, Stretch};
 
 use crate::MAX_JOINTS;
+use crate::spectrum::fft::MIN_SAMPLES;
 
 /// One decoded frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +52,7 @@ pub struct StreamConfig {
     pub record_samples: usize,
     /// Number of joint angles that a pose needs.
     pub joints: usize,
-    /// Width of the counters, bits (1 to 32).
+    /// Width of the counters, bits (8 to 32).
     pub counter_bits: u32,
     /// Smallest step of the force signal, N.
     pub force_resolution: f32,
@@ -70,6 +71,8 @@ pub enum StreamError {
     Joints,
     /// `counter_bits` is not 8 to 32.
     CounterBits,
+    /// A resolution is not positive and finite.
+    Resolution,
 }
 
 /// What the stream has seen since it was made.
@@ -132,7 +135,7 @@ pub struct Stream<const N: usize> {
     stretch: Stretch<N>,
     record: Record<N>,
     health: StreamHealth,
-    /// Force variance of the quietest blocks, and the noise that went with them.
+    /// Noise of the newest record that had a quiet stretch.
     quiet: Option<noise::Noise>,
 }
 
@@ -147,6 +150,11 @@ impl StreamConfig {
             Err(StreamError::Joints)
         } else if !(8..=32).contains(&self.counter_bits) {
             Err(StreamError::CounterBits)
+        } else if ![self.force_resolution, self.acceleration_resolution]
+            .iter()
+            .all(|step| step.is_finite() && *step > 0.0)
+        {
+            Err(StreamError::Resolution)
         } else {
             Ok(())
         }
@@ -188,7 +196,8 @@ impl<const N: usize> Stream<N> {
             return;
         }
         let Self { config, aligner, stretch, record, health, quiet } = self;
-        aligner.push(time_s, counter, channel, value, health, |event, health| {
+        let frame = Frame { time_s, counter, channel, value };
+        aligner.push(frame, health, &mut |event, health| {
             let mut cutter = Cutter { config, stretch, record, health, quiet };
             cutter.take(event, &mut sink);
         });
@@ -256,9 +265,13 @@ impl<const N: usize> Cutter<'_, N> {
                     return self.stretch.clear_samples();
                 }
                 // The end of a record may lie in a movement that the next angle will tell of.
-                let standing = self.stretch.pose.confirmed(self.config.joints) >= full;
-                if self.stretch.len() >= full && (standing || self.stretch.is_full()) {
+                let standing = self.stretch.pose.confirmed(self.config.joints);
+                if standing >= full {
                     self.emit(full, sink);
+                } else if self.stretch.is_full() {
+                    // No angle has come for long: what stood still is kept, the rest cannot be told.
+                    self.end(standing, sink);
+                    self.stretch.clear_samples();
                 }
             }
             Aligned::Gap => {
@@ -285,12 +298,12 @@ impl<const N: usize> Cutter<'_, N> {
         let open = self.stretch.newest_missing() + short;
         if rest == 0 && short > 0 && open <= bridge::MAX_GAP {
             for _ in 0..short {
-                let lost = align::Instant { time_s: self.stretch.start_s, ..Default::default() };
+                let lost = align::Instant { time_s: self.stretch.next_s(), ..Default::default() };
                 self.stretch.push(&lost, self.config);
             }
             standing = full;
         }
-        while standing >= full / SHORTEST {
+        while standing >= (full / SHORTEST).max(MIN_SAMPLES) && self.stretch.cutting {
             let samples = full.min(1 << standing.ilog2());
             self.emit(samples, sink);
             standing -= samples;
@@ -306,7 +319,8 @@ impl<const N: usize> Cutter<'_, N> {
             if (rate_hz / config.rate_hz - 1.0).abs() > RATE_TOLERANCE {
                 health.wrong_rate += 1;
                 health.samples_discarded += samples as u64;
-                return stretch.discard(samples, config.rate_hz);
+                stretch.discard(samples, config.rate_hz);
+                return stretch.look_for_cut(config);
             }
         }
         record.start_s = stretch.start_s;
@@ -324,21 +338,21 @@ impl<const N: usize> Cutter<'_, N> {
             }
         }
         stretch.discard(samples, config.rate_hz);
+        stretch.look_for_cut(config);
         if !bridgeable {
             health.samples_discarded += samples as u64;
             return;
         }
         let force = record.force.each_ref().map(|signal| signal.as_slice());
         let acceleration = record.acceleration.each_ref().map(|signal| signal.as_slice());
-        let own = noise::estimate(force, acceleration, quiet.map(|quiet| quiet.quietest));
-        // A record without a quiet stretch is as noisy as the last that had one.
-        let noise = match (own, **quiet) {
-            (Some(own), _) => own,
-            (None, Some(last)) => noise::Noise { starts_at_rest: false, ..last },
-            (None, None) => noise::Noise::default(),
+        let own = noise::estimate(force, acceleration);
+        // A record without a quiet stretch is as noisy as the last that had one; the first of all, as its white part.
+        let noise = match (own.quiet, **quiet) {
+            (false, Some(last)) => noise::Noise { starts_at_rest: false, ..last },
+            _ => own,
         };
-        if own.is_some_and(|own| quiet.is_none_or(|quiet| own.quietest < 4.0 * quiet.quietest)) {
-            **quiet = own;
+        if own.quiet {
+            **quiet = Some(own);
         }
         let resolution = |step: f32| step * step / 12.0;
         let total = |sensor: f32, step: f32, bridged: &bridge::Bridged| {

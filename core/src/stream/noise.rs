@@ -1,14 +1,20 @@
 //! Noise of the sensors, from the stretches of a record in which nothing is cut.
 //!
-//! Quiet is judged block by block from the force. The robot may still ring then, so the acceleration's noise is read
+//! Quiet is judged block by block from the force: it is quiet if it is white, that is if its variance is hardly more than
+//! its sixth differences tell; or, for a sensor whose noise is not white, if it is far quieter than the loudest
+//! block and about as quiet as the quietest. The robot may still ring then, so the acceleration's noise is read
 //! from its sixth differences, which pass white noise and stop what rings below a fifth of the rate.
 
 /// Samples of a block.
 pub(super) const BLOCK: usize = 64;
-/// A block is quiet if its force varies by less than this many times the quietest blocks' variance.
+/// A block is white if its variance is less than this many times that of its white part.
+pub(super) const WHITE: f32 = 3.0;
+/// A block is as quiet as the quietest if it varies by less than this many times their variance,
 const QUIET: f32 = 3.0;
-/// The quietest blocks: this part of all.
+/// who are this part of all,
 const QUIETEST: f32 = 0.02;
+/// and vary by less than this part of the loudest's variance.
+const CONTRAST: f32 = 1e-3;
 /// Sum of the squares of the sixth differences' coefficients, C(12, 6).
 const SIXTH: f32 = 924.0;
 /// A robot rests if it moves by less than this part of its motion in the record.
@@ -27,53 +33,56 @@ pub(super) struct Noise {
     pub(super) acceleration: [f32; 3],
     /// Whether nothing moves when the record starts.
     pub(super) starts_at_rest: bool,
-    /// Variance of the force in the quietest blocks, sum over the axes, N².
-    pub(super) quietest: f32,
+    /// Whether the record has a quiet stretch; else the noise is the white part of its quietest block.
+    pub(super) quiet: bool,
 }
 
-/// Estimates the noise of one record without holes. `known` is the quietest variance that earlier records had: a record in
-/// which all is louder than that has no quiet stretch, and yields `None`.
-pub(super) fn estimate(
-    force: [&[f32]; 3],
-    acceleration: [&[f32]; 3],
-    known: Option<f32>,
-) -> Option<Noise> {
-    let blocks = force[0].len() / BLOCK;
-    let mut variances = heapless::Vec::<f32, MAX_BLOCKS>::new();
-    for block in 0..blocks.min(MAX_BLOCKS) {
-        let _ = variances.push(force.iter().map(|signal| variance(part(signal, block))).sum());
+/// Estimates the noise of one record without holes.
+pub(super) fn estimate(force: [&[f32]; 3], acceleration: [&[f32]; 3]) -> Noise {
+    let blocks = (force[0].len() / BLOCK).min(MAX_BLOCKS);
+    // Of the force, sum over the axes: variance and its white part.
+    let mut variances = heapless::Vec::<[f32; 2], MAX_BLOCKS>::new();
+    for block in 0..blocks {
+        let sum = |of: fn(&[f32]) -> f32| force.iter().map(|signal| of(part(signal, block))).sum();
+        let _ = variances.push([sum(variance), sum(sixth_difference)]);
     }
-    let mut sorted = variances.clone();
+    let mut sorted: heapless::Vec<f32, MAX_BLOCKS> = variances.iter().map(|v| v[0]).collect();
     sorted.sort_unstable_by(f32::total_cmp);
-    let quietest = *sorted.get((sorted.len() as f32 * QUIETEST) as usize)?;
-    if known.is_some_and(|known| quietest > 4.0 * QUIET * known) {
-        return None;
-    }
-    let is_quiet = |block: &usize| variances[*block] <= QUIET * quietest;
-    let mean_over_quiet = |of: &dyn Fn(usize) -> f32| {
+    let quietest = sorted.get((sorted.len() as f32 * QUIETEST) as usize).copied().unwrap_or(0.0);
+    let loudest = sorted.last().copied().unwrap_or(0.0);
+    let contrasts = quietest <= CONTRAST * loudest;
+    let is_quiet = |block: &usize| {
+        let [all, white] = variances[*block];
+        all <= WHITE * white || (contrasts && all <= QUIET * quietest)
+    };
+    let quiet = (0..blocks).any(|block| is_quiet(&block));
+    // Without a quiet block, the one with the smallest white part.
+    let whitest = (0..blocks).min_by(|a, b| variances[*a][1].total_cmp(&variances[*b][1]));
+    let mean = |signal: &[f32], of: fn(&[f32]) -> f32| {
         let (mut sum, mut count) = (0.0, 0);
-        for block in (0..variances.len()).filter(is_quiet) {
-            sum += of(block);
+        for block in (0..blocks)
+            .filter(|block| if quiet { is_quiet(block) } else { Some(*block) == whitest })
+        {
+            sum += of(part(signal, block));
             count += 1;
         }
         sum / count.max(1) as f32
     };
     let force_variance =
-        force.map(|signal| mean_over_quiet(&|block| variance(part(signal, block))));
-    let acceleration_variance =
-        acceleration.map(|signal| mean_over_quiet(&|block| sixth_difference(part(signal, block))));
-    let leading = (0..variances.len().min(REST_BLOCKS)).take_while(is_quiet).count() * BLOCK;
+        force.map(|signal| mean(signal, if quiet { variance } else { sixth_difference }));
+    let acceleration_variance = acceleration.map(|signal| mean(signal, sixth_difference));
+    let leading = (0..blocks.min(REST_BLOCKS)).take_while(is_quiet).count() * BLOCK;
     let starts_at_rest = leading > 0
         && acceleration.iter().zip(acceleration_variance).all(|(signal, noise)| {
             let motion = RESTING * RESTING * variance(signal);
             variance(&signal[..leading]) <= 2.0 * noise + motion
         });
-    Some(Noise {
+    Noise {
         force: force_variance.map(libm::sqrtf),
         acceleration: acceleration_variance.map(libm::sqrtf),
         starts_at_rest,
-        quietest,
-    })
+        quiet,
+    }
 }
 
 fn part(signal: &[f32], block: usize) -> &[f32] {
@@ -87,8 +96,8 @@ pub(super) fn variance(signal: &[f32]) -> f32 {
     signal.iter().map(|value| (value - mean) * (value - mean)).sum::<f32>() / (count - 1.0)
 }
 
-/// Variance of the white part.
-fn sixth_difference(signal: &[f32]) -> f32 {
+/// Variance of the white part: of what the neighbours do not tell.
+pub(super) fn sixth_difference(signal: &[f32]) -> f32 {
     let differences = signal
         .windows(7)
         .map(|w| w[0] + w[6] - 6.0 * (w[1] + w[5]) + 15.0 * (w[2] + w[4]) - 20.0 * w[3]);
@@ -143,19 +152,16 @@ mod tests {
         (force, acceleration)
     }
 
-    fn of(record: &([Vec<f32>; 3], [Vec<f32>; 3]), known: Option<f32>) -> Option<Noise> {
-        let slices = |signals: &'_ [Vec<f32>; 3]| -> [Vec<f32>; 3] { signals.clone() };
-        let (force, acceleration) = (slices(&record.0), slices(&record.1));
+    fn of((force, acceleration): &([Vec<f32>; 3], [Vec<f32>; 3])) -> Noise {
         estimate(
-            force.each_ref().map(|s| s.as_slice()),
-            acceleration.each_ref().map(|s| s.as_slice()),
-            known,
+            force.each_ref().map(|signal| signal.as_slice()),
+            acceleration.each_ref().map(|signal| signal.as_slice()),
         )
     }
 
     #[test]
     fn finds_the_noise_beside_the_cut_and_under_the_ringing() {
-        let noise = of(&record(400, 400..6500), None).expect("a quiet stretch");
+        let noise = of(&record(400, 400..6500));
         for axis in 0..3 {
             assert!((noise.force[axis] / 0.16 - 1.0).abs() < 0.06, "{:?}", noise.force);
             assert!(
@@ -169,7 +175,7 @@ mod tests {
 
     #[test]
     fn a_twentieth_of_quiet_is_enough() {
-        let noise = of(&record(400, 400..8192), None).expect("a quiet stretch");
+        let noise = of(&record(400, 400..8192));
         for axis in 0..3 {
             assert!((noise.force[axis] / 0.16 - 1.0).abs() < 0.12, "{:?}", noise.force);
         }
@@ -177,17 +183,42 @@ mod tests {
 
     #[test]
     fn a_ringing_start_is_no_rest() {
-        let noise = of(&record(0, 400..6500), None).expect("a quiet stretch");
+        let noise = of(&record(0, 400..6500));
         assert!(!noise.starts_at_rest);
         assert!((noise.acceleration[1] / 0.0155 - 1.0).abs() < 0.06);
     }
 
     #[test]
     fn a_record_cut_out_of_the_milling_has_no_quiet_stretch() {
-        assert_eq!(of(&record(0, 0..8192), Some(0.08)), None);
-        assert!(
-            of(&record(0, 0..8192), None)
-                .is_some_and(|noise| !noise.starts_at_rest || noise.quietest > 1.0)
-        );
+        let noise = of(&record(0, 0..8192));
+        assert!(!noise.quiet && !noise.starts_at_rest);
+        assert!(noise.force.iter().all(|force| *force < 1.0), "{:?}", noise.force);
+    }
+
+    /// A sensor with a filter of its own: neighbours tell of each other.
+    #[test]
+    fn coloured_noise_is_found_by_contrast() {
+        let (mut force, acceleration) = record(400, 400..6500);
+        for signal in &mut force {
+            let mut state = 0.0;
+            for value in signal {
+                state += 0.2 * (*value - state);
+                *value = state;
+            }
+        }
+        let noise = of(&(force, acceleration));
+        // 0.16 N through a first-order filter: sqrt(0.2 / 1.8).
+        assert!(noise.quiet);
+        assert!(noise.force.iter().all(|f| (f / 0.0533 - 1.0).abs() < 0.15), "{:?}", noise.force);
+    }
+
+    #[test]
+    fn a_stuck_block_does_not_hide_the_noise() {
+        let (mut force, acceleration) = record(400, 400..6500);
+        for signal in &mut force {
+            signal[..192].fill(0.0);
+        }
+        let noise = of(&(force, acceleration));
+        assert!(noise.force.iter().all(|f| (f / 0.16 - 1.0).abs() < 0.1), "{:?}", noise.force);
     }
 }

@@ -4,15 +4,16 @@ use heapless::Vec;
 
 use super::StreamConfig;
 use super::align::Instant;
-use super::noise::{BLOCK, variance};
+use super::noise::{self, BLOCK};
 use crate::MAX_JOINTS;
 
 /// How far a joint may move before the pose counts as another: rad or m. A pose wrong by 1e-3 rad biases stiffnesses by 1 %.
 const STATIC: f64 = 5e-4;
-/// A block is part of the cut if its force varies by more than this many times the quietest block's variance.
+/// A block is part of the cut if its force is not white, and varies by more than this many times the quietest block's
+/// variance,
 const CUT: f32 = 6.0;
-/// No force that varies by more than this many of its steps is quiet, whatever the sensor's noise.
-const QUIET_STEPS: f32 = 64.0;
+/// or by more than this many of its steps.
+const LOUD_STEPS: f32 = 64.0;
 /// What is kept from before the cut, s, but at most this part of a record.
 const BEFORE_CUT_S: f64 = 1.0;
 const BEFORE_CUT_PART: usize = 4;
@@ -30,7 +31,7 @@ pub(super) struct Stretch<const N: usize> {
     pub(super) start_s: f64,
     pub(super) pose: Pose,
     /// Arrival of the first and the newest instant since it was last cleared, and how many came.
-    arrivals: (f64, f64, u32),
+    arrivals: (f64, f64, u64),
     /// Whether the cut has begun; before it only the newest samples are kept.
     pub(super) cutting: bool,
     /// Smallest variance of a block so far, N²; known from all stretches.
@@ -94,12 +95,7 @@ impl<const N: usize> Stretch<N> {
         if self.cutting || !self.len().is_multiple_of(BLOCK) {
             return 0;
         }
-        let newest = self.len() - BLOCK;
-        let varies = self.force.iter().map(|signal| known_variance(&signal[newest..])).sum();
-        self.quietest = self.quietest.min(varies);
-        let step = config.force_resolution * config.force_resolution;
-        self.cutting = varies > CUT * self.quietest.max(step)
-            || varies > 3.0 * QUIET_STEPS * QUIET_STEPS * step;
+        self.cutting = self.is_cut(self.len() - BLOCK, config);
         let before_cut = ((BEFORE_CUT_S * config.rate_hz) as usize)
             .min(config.record_samples / BEFORE_CUT_PART)
             .max(BLOCK);
@@ -110,10 +106,41 @@ impl<const N: usize> Stretch<N> {
         BLOCK
     }
 
+    /// Whether something is cut in what is left, after its oldest samples have gone.
+    pub(super) fn look_for_cut(&mut self, config: &StreamConfig) {
+        let blocks = self.len() / BLOCK;
+        self.cutting = (0..blocks).any(|block| self.is_cut(block * BLOCK, config));
+    }
+
+    /// Whether something is cut in the block from `first` on.
+    fn is_cut(&mut self, first: usize, config: &StreamConfig) -> bool {
+        let (mut varies, mut white) = (0.0, 0.0);
+        for signal in &self.force {
+            let block = &signal[first..first + BLOCK];
+            let known: Vec<f32, BLOCK> = block.iter().copied().filter(|v| !v.is_nan()).collect();
+            if known.len() < BLOCK / 2 {
+                return false;
+            }
+            varies += noise::variance(&known);
+            white += noise::sixth_difference(&known);
+        }
+        self.quietest = self.quietest.min(varies);
+        let step = config.force_resolution * config.force_resolution;
+        varies > noise::WHITE * white + step
+            && (varies > CUT * self.quietest.max(step)
+                || varies > 3.0 * LOUD_STEPS * LOUD_STEPS * step)
+    }
+
     /// Instants per second, as they arrived; none while there are too few to tell.
     pub(super) fn measured_rate_hz(&self) -> Option<f64> {
         let (first_s, newest_s, count) = self.arrivals;
-        (count > 1 && newest_s > first_s).then(|| f64::from(count - 1) / (newest_s - first_s))
+        (count > 1 && newest_s > first_s).then(|| (count - 1) as f64 / (newest_s - first_s))
+    }
+
+    /// When the next instant is due, s.
+    pub(super) fn next_s(&self) -> f64 {
+        let (first_s, newest_s, count) = self.arrivals;
+        newest_s + if count > 1 { (newest_s - first_s) / (count - 1) as f64 } else { 0.0 }
     }
 
     /// How many of the newest samples in a row lack force, or lack acceleration.
@@ -186,10 +213,4 @@ impl Pose {
         let mean = |angle: &Angle| angle.first + angle.sum / f64::from(angle.readings.max(1));
         self.angles[..joints].iter().map(mean).collect()
     }
-}
-
-/// Variance of what is not missing; infinite if nearly all is.
-fn known_variance(signal: &[f32]) -> f32 {
-    let known: Vec<f32, BLOCK> = signal.iter().copied().filter(|value| !value.is_nan()).collect();
-    if known.len() < BLOCK / 2 { f32::INFINITY } else { variance(&known) }
 }

@@ -181,8 +181,12 @@ pub struct BusHealth {
     pub repeated: u64,
     /// Frames of a known identifier but another length than the table says.
     pub frames_wrong_length: u64,
-    /// Frames of no signal in the table.
+    /// Frames whose identifier no signal of the table has.
     pub frames_unknown: u64,
+    /// Remote requests and CAN FD frames of a known identifier.
+    pub frames_not_data: u64,
+    /// Force and acceleration frames with a value at the limit of its signal: the sensor is overdriven.
+    pub frames_clipped: u64,
     /// Frames that the kernel dropped because the receive buffer was full.
     pub kernel_dropped: u64,
     /// The receive buffer that the kernel granted, bytes.
@@ -191,6 +195,10 @@ pub struct BusHealth {
     pub samples_discarded: u64,
     /// Readings whose value was not finite, refused.
     pub refused: u64,
+    /// Records refused because frames come at another rate than the daemon was told.
+    pub wrong_rate: u64,
+    /// Rate of the force and acceleration samples as it is seen, Hz; 0 until it is known.
+    pub measured_rate_hz: f32,
     /// Frames of all kinds per second, lately.
     pub frames_per_second: f64,
     /// The last error of the bus in words; empty when there was none.

@@ -60,7 +60,7 @@ pub struct JointReport {
 /// What the parameters rest on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Fit {
-    /// Records that were cut from the stream.
+    /// Records that had been taken in when the numbers were settled: those that they rest on.
     pub records: u64,
     /// Force and acceleration frames taken.
     pub frames: u64,
@@ -70,7 +70,8 @@ pub struct Fit {
     pub ssp: f64,
     /// The largest of them.
     pub ssp_max: f64,
-    /// χ² per degree of freedom; 1 when noise alone explains the residuals.
+    /// χ² per degree of freedom; 1 when noise alone explains the residuals. Where it is larger, all standard
+    /// deviations have been multiplied by its square root.
     pub consistency: f64,
     /// Samples that the searches have cost.
     pub search_evaluations: u64,

@@ -148,14 +148,18 @@ fn from_edge_bus_health() {
             repeated: 5,
             frames_wrong_length: 6,
             frames_unknown: 7,
-            kernel_dropped: 8,
+            frames_not_data: 8,
+            frames_clipped: 9,
+            kernel_dropped: 10,
             receive_buffer_bytes: 425_984,
-            samples_discarded: 9,
-            refused: 10,
+            samples_discarded: 11,
+            refused: 12,
+            wrong_rate: 13,
+            measured_rate_hz: 2000.0,
             frames_per_second: 4030.0,
             error: clipped("vcan0: network is down"),
         }),
-        "2e000000 05 01 01 02 03 04 05 06 07 08 80801a 09 0a 00000000007caf40 \
+        "35000000 05 01 01 02 03 04 05 06 07 08 09 0a 80801a 0b 0c 0d 0000fa44 00000000007caf40 \
          167663616e303a206e6574776f726b20697320646f776e",
     );
 }
