@@ -4,7 +4,6 @@
 //! the board and fetched from there.
 
 use std::io;
-use std::panic::resume_unwind;
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
@@ -36,7 +35,7 @@ type Parcel = (Box<Record>, Counts);
 /// Runs until `stop`, or until `source` ends. What was read by then is used, unless `stop` asks for haste.
 ///
 /// # Errors
-/// The system gave no thread.
+/// The system gave no thread, or one of them has died.
 pub fn run(
     config: &Config,
     source: &mut dyn FrameSource,
@@ -44,47 +43,64 @@ pub fn run(
     stop: &Stop,
 ) -> io::Result<Outcome> {
     let board = Board::new();
-    let (sender, receiver) = bounded(QUEUE);
     thread::scope(|scope| {
         let server = thread::Builder::new().name("flexid-server".into());
-        server.spawn_scoped(scope, || server::serve(listeners, &board, stop))?;
-        // Whatever happens from here on, the threads are told of the end.
-        let ended = End { board: &board, stop };
-        let big = |name: &str| thread::Builder::new().name(name.into()).stack_size(STACK);
-        let reader = Reader { config, board: &board, stop };
-        let reader =
-            big("flexid-reader").spawn_scoped(scope, move || reader.run(source, sender))?;
-        let solver =
-            big("flexid-solver").spawn_scoped(scope, || solve(config, &receiver, &board, stop))?;
-        let mut outcome = join(reader)?;
-        let solver = join(solver)?;
-        outcome.report = solver.report(&outcome.counts, &outcome.trouble);
-        if let Some(refusal) = solver.refusal() {
-            outcome.state = refusal;
-        }
-        if let Some(report) = &outcome.report {
-            board.publish(FromEdge::Report(report.clone()));
-        }
-        drop(ended);
-        Ok(outcome)
+        let server = server.spawn_scoped(scope, || server::serve(listeners, &board, stop))?;
+        let outcome = work(config, source, &board, stop);
+        // Whatever has happened, the server is told of the end.
+        board.close();
+        stop.request();
+        join(server)?;
+        outcome
     })
 }
 
-/// Ends all threads when it goes.
-struct End<'a> {
-    board: &'a Board,
-    stop: &'a Stop,
+/// Reads and solves; the last report is on the board when it is done.
+fn work(
+    config: &Config,
+    source: &mut dyn FrameSource,
+    board: &Board,
+    stop: &Stop,
+) -> io::Result<Outcome> {
+    let (sender, receiver) = bounded(QUEUE);
+    let big = |name: &str| thread::Builder::new().name(name.into()).stack_size(STACK);
+    let (mut outcome, solver) = thread::scope(|scope| {
+        let reader = Reader { config, board, stop };
+        let reader =
+            big("flexid-reader").spawn_scoped(scope, move || reader.run(source, sender))?;
+        let solver = big("flexid-solver").spawn_scoped(scope, move || {
+            // Without a solver there is nothing to read for.
+            let _end = StopAtEnd(stop);
+            solve(config, &receiver, board, stop)
+        });
+        let solver = solver.inspect_err(|_| stop.request())?;
+        let outcome = join(reader);
+        let solver = join(solver)?;
+        Ok::<_, io::Error>((outcome?, solver))
+    })?;
+    outcome.report = solver.report(&outcome.counts, &outcome.trouble);
+    if let Some(refusal) = solver.refusal() {
+        outcome.state = refusal;
+    }
+    if let Some(report) = &outcome.report {
+        board.publish(FromEdge::Report(report.clone()));
+    }
+    Ok(outcome)
 }
 
-impl Drop for End<'_> {
+/// Asks for the end when it goes, even by a panic.
+struct StopAtEnd<'a>(&'a Stop);
+
+impl Drop for StopAtEnd<'_> {
     fn drop(&mut self) {
-        self.board.close();
-        self.stop.request();
+        self.0.request();
     }
 }
 
-fn join<T>(thread: ScopedJoinHandle<'_, T>) -> T {
-    thread.join().unwrap_or_else(|panic| resume_unwind(panic))
+/// What a thread has come to; its panic, which is a bug, is an error here, so that the others end in order.
+fn join<T>(thread: ScopedJoinHandle<'_, io::Result<T>>) -> io::Result<T> {
+    let name = thread.thread().name().unwrap_or_default().to_string();
+    thread.join().unwrap_or_else(|_| Err(io::Error::other(format!("the thread {name} has died"))))
 }
 
 /// The thread that reads the bus.
@@ -134,7 +150,10 @@ impl Reader<'_> {
             report: None,
             counts: intake.counts(),
             state: intake.state(self.config),
-            trouble: health.trouble,
+            trouble: match &broken {
+                Some(error) => format!("the bus cannot be read any more: {error}"),
+                None => health.trouble,
+            },
             broken,
         })
     }
@@ -144,9 +163,16 @@ impl Reader<'_> {
         let mut given_up = 0;
         for record in records {
             info!("record {} at pose {:.4?}", counts.stream.records, record.pose);
-            if let Err(TrySendError::Full((record, _))) = sender.try_send((record, counts)) {
-                warn!("the solver is {QUEUE} records behind: a record is given up");
-                given_up += record.force[0].len() as u64;
+            match sender.try_send((record, counts)) {
+                Ok(()) => {}
+                Err(TrySendError::Full((record, _))) => {
+                    warn!("the solver is {QUEUE} records behind: a record is given up");
+                    given_up += record.force[0].len() as u64;
+                }
+                // It has asked for the end.
+                Err(TrySendError::Disconnected((record, _))) => {
+                    given_up += record.force[0].len() as u64;
+                }
             }
         }
         given_up
@@ -186,10 +212,14 @@ impl Reader<'_> {
             repeated: stream.repeated,
             frames_wrong_length: counts.wrong_length,
             frames_unknown: counts.unknown,
+            frames_not_data: counts.not_data,
+            frames_clipped: counts.clipped,
             kernel_dropped: health.kernel_dropped,
             receive_buffer_bytes: health.receive_buffer_bytes,
             samples_discarded: stream.samples_discarded + given_up,
             refused: stream.refused,
+            wrong_rate: stream.wrong_rate,
+            measured_rate_hz: stream.measured_rate_hz,
             frames_per_second,
             error: clipped(&health.trouble),
         }));
@@ -233,8 +263,12 @@ fn solve<'a>(
             board.publish(FromEdge::Report(report));
         }
         if stop.requested() {
+            solver.leave(records.try_iter().count() as u64);
             break;
         }
+    }
+    if let Some(refusal) = solver.refusal() {
+        warn!("{refusal}");
     }
     Ok(solver)
 }

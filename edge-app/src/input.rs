@@ -39,6 +39,9 @@ impl fmt::Display for BadInput {
 const LARGEST: u64 = 16 << 20;
 
 /// The bytes of `file`.
+///
+/// # Errors
+/// It cannot be read, or is larger than 16 MiB.
 pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, BadInput> {
     let unreadable = |error| BadInput::new(file, format!("cannot be read: {error}"));
     let mut bytes = Vec::new();
@@ -51,20 +54,28 @@ pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, BadInput> {
 }
 
 /// The text of `file`.
-pub(crate) fn read(file: &Path) -> Result<String, BadInput> {
+///
+/// # Errors
+/// It cannot be read, is larger than 16 MiB, or is not UTF-8.
+pub fn read(file: &Path) -> Result<String, BadInput> {
     String::from_utf8(read_bytes(file)?)
         .map_err(|_| BadInput::new(file, "is not text: must be UTF-8"))
 }
 
-/// Reads TOML, unknown keys refused.
-pub(crate) fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, BadInput> {
+/// Reads the TOML `text` of `file`. For a key that `T` does not know (`serde(deny_unknown_fields)`) the nearest is
+/// suggested; endings of keys such as `_hz` tell the unit.
+///
+/// # Errors
+/// One line with the file, the line, section and key, and the mend.
+pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, BadInput> {
     toml::from_str(text).map_err(|error| {
         let line = error.span().map(|span| {
             let before = text.as_bytes().get(..span.start).unwrap_or_default();
             1 + before.iter().filter(|&&byte| byte == b'\n').count()
         });
         let place = line.map(|line| place(text, line)).unwrap_or_default();
-        let message = one_line(&format!("{place}{}", mend(error.message())));
+        let key = place.trim_end_matches(": ").rsplit(' ').next().unwrap_or_default();
+        let message = one_line(&format!("{place}{}", mend(error.message(), key)));
         BadInput { file: file.to_path_buf(), line, message }
     })
 }
@@ -82,8 +93,8 @@ fn place(text: &str, line: usize) -> String {
     }
 }
 
-/// serde's complaint, with the mend where it can be told: the nearest key, and its unit.
-fn mend(message: &str) -> String {
+/// serde's complaint about `key`, with the mend where it can be told: the nearest key, and its unit.
+fn mend(message: &str, key: &str) -> String {
     // Quoted with backticks: the culprit, then what would have been right.
     let mut names = message.split('`').skip(1).step_by(2);
     let culprit = names.next().unwrap_or_default();
@@ -101,7 +112,13 @@ fn mend(message: &str) -> String {
             None => format!("unknown key `{culprit}`: known are {}", known.join(", ")),
         }
     } else {
-        message.to_string()
+        // Rust's names of types tell people nothing.
+        let number = format!("expected a number{}", unit_phrase(key));
+        let whole = "expected a whole number that is not negative";
+        message
+            .replace("expected f64", &number)
+            .replace("expected usize", whole)
+            .replace("expected u64", whole)
     }
 }
 

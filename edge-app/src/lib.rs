@@ -12,3 +12,5 @@ pub mod server;
 pub mod signals;
 pub mod source;
 pub mod stop;
+pub mod summary;
+pub mod usage;

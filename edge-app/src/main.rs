@@ -1,9 +1,9 @@
 //! The daemon's command line.
 #![forbid(unsafe_code)]
 
-mod summary;
+mod log;
 
-use std::io::IsTerminal;
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -15,11 +15,12 @@ use flexid_edge::input::BadInput;
 use flexid_edge::server::Listener;
 use flexid_edge::source::{CanSocket, FrameSource, OpenError};
 use flexid_edge::stop::Stop;
+use flexid_edge::summary::Summary;
+use flexid_edge::usage;
 use sd_notify::NotifyState;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use tracing::{info, warn};
-use tracing_subscriber::EnvFilter;
 
 /// Finds the stiffness and damping of a robot's joints while it mills, from force and acceleration on the CAN
 /// bus. Runs until SIGTERM or SIGINT. Exit status: 0 done, 2 bad input or usage, 1 anything else.
@@ -32,26 +33,16 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let arguments: Arguments = match usage::parse() {
         Ok(arguments) => arguments,
-        Err(help) if !help.use_stderr() => help.exit(),
-        Err(error) => {
-            // The first paragraph says what is wrong; the rest is the usage.
-            let text = error.to_string();
-            let first = text.lines().map(str::trim).take_while(|line| !line.is_empty());
-            let first = first.collect::<Vec<_>>().join(" ");
-            eprintln!("flexid-edge: {} (see --help)", first.trim_start_matches("error: "));
-            return ExitCode::from(2);
-        }
+        Err(status) => return status,
     };
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    let colours = std::io::stderr().is_terminal();
-    let log = tracing_subscriber::fmt().with_env_filter(filter).with_ansi(colours);
-    log.with_writer(std::io::stderr).init();
+    let (mut log, _flush_at_end) = log::start();
     match run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("flexid-edge: {error:#}");
+            // The log's way never waits; it does not fail either.
+            let _ = writeln!(log, "flexid-edge: {error:#}");
             ExitCode::from(if error.is::<BadInput>() { 2 } else { 1 })
         }
     }
@@ -85,10 +76,11 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let outcome = daemon::run(&config, &mut bus, &listeners, &stop)?;
     tell_service_manager(NotifyState::Stopping);
 
-    match &outcome.report {
-        Some(report) => print!("{}", summary::Summary(report)),
-        None => println!("nothing identified: {}", outcome.state),
-    }
+    let result = match &outcome.report {
+        Some(report) => Summary(report).to_string(),
+        None => format!("nothing identified: {}\n", outcome.state),
+    };
+    std::io::stdout().write_all(result.as_bytes()).context("the result cannot be printed")?;
     match outcome.broken {
         Some(error) => {
             Err(error).context(format!("{}: the bus cannot be read any more", config.interface))

@@ -169,6 +169,13 @@ impl Model {
                 ModelError::Mass { joint: name(index), mass_kg: self.joints[index].mass_kg }
             }
             ChainError::Inertia(index) => ModelError::Inertia(name(index)),
+            ChainError::NotFinite(index) => ModelError::NotFinite {
+                place: self
+                    .joints
+                    .get(index)
+                    .map_or("tcp".into(), |j| format!("joint {:?}", j.name)),
+                key: "its pose",
+            },
         })
     }
 }

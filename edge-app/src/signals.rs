@@ -21,7 +21,12 @@ pub struct SignalTable {
     pub force_resolution: f32,
     /// Smallest step of the acceleration, m/s²; the coarsest axis counts.
     pub acceleration_resolution: f32,
+    /// Names of the signals of force and acceleration, as in [`Limits`].
+    pub axes: [String; 6],
 }
+
+/// Which values of a frame lie at the limit of what their signal can carry: force x, y, z, acceleration x, y, z.
+pub type Limits = [bool; 6];
 
 /// One frame layout.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +50,10 @@ pub enum NoReading {
     /// No signal of the table has this identifier.
     UnknownId,
     /// The identifier is known, but the payload is not as long as the DBC file says.
-    WrongLength,
+    WrongLength {
+        /// Bytes by the DBC file.
+        expected: u8,
+    },
     /// The bus reports an error.
     ErrorFrame,
     /// A known identifier on a frame without classical data: a remote request or CAN FD.
@@ -53,11 +61,15 @@ pub enum NoReading {
 }
 
 impl SignalTable {
-    /// Hands every reading in `frame` to `sink`.
+    /// Hands every reading in `frame` to `sink`; which of them are at their limit.
     ///
     /// # Errors
     /// Why there is none.
-    pub fn decode(&self, frame: &Frame, sink: impl FnMut(Reading)) -> Result<(), NoReading> {
+    pub fn decode(
+        &self,
+        frame: &Frame,
+        mut sink: impl FnMut(Reading),
+    ) -> Result<Limits, NoReading> {
         if frame.kind == FrameKind::Error {
             return Err(NoReading::ErrorFrame);
         }
@@ -66,10 +78,14 @@ impl SignalTable {
             return Err(NoReading::NotData);
         }
         if frame.data().len() != message.length {
-            return Err(NoReading::WrongLength);
+            return Err(NoReading::WrongLength { expected: message.length as u8 });
         }
-        message.contents.iter().filter_map(|content| content.decode(frame.data())).for_each(sink);
-        Ok(())
+        let mut limits = Limits::default();
+        for content in &message.contents {
+            content.note_limits(frame.data(), &mut limits);
+            content.decode(frame.data()).into_iter().for_each(&mut sink);
+        }
+        Ok(limits)
     }
 
     /// The frames that carry `readings`: one for each message that is touched, in the order of the
@@ -126,6 +142,19 @@ impl Content {
         })
     }
 
+    /// Notes the axes that are at their limit. An angle turns on; it has none.
+    fn note_limits(&self, data: &[u8], limits: &mut Limits) {
+        let (axes, limits) = match self {
+            Self::Force { axes, .. } => (axes, &mut limits[..3]),
+            Self::Acceleration { axes, .. } => (axes, &mut limits[3..]),
+            Self::Joint { .. } => return,
+        };
+        for (axis, limit) in axes.iter().zip(limits) {
+            let (low, high) = axis.raw_range().into_inner();
+            *limit = axis.decode_raw(data).is_ok_and(|raw| raw == low || raw == high);
+        }
+    }
+
     /// Whether this is the place of `reading`; if so it is written into `data`.
     fn encode(&self, reading: &Reading, data: &mut [u8]) -> Result<bool, SignalError> {
         match (self, reading) {
@@ -176,7 +205,7 @@ mod tests {
 
     fn decode(table: &SignalTable, frame: &Frame) -> Result<Vec<Reading>, NoReading> {
         let mut readings = Vec::new();
-        table.decode(frame, |reading| readings.push(reading)).map(|()| readings)
+        table.decode(frame, |reading| readings.push(reading)).map(|_| readings)
     }
 
     #[test]
@@ -213,12 +242,28 @@ mod tests {
     }
 
     #[test]
+    fn values_at_the_limit_of_their_signal_are_told() {
+        let table = mill3();
+        assert_eq!(table.axes, ["Fx", "Fy", "Fz", "ax", "ay", "az"]);
+        let limits = |reading| {
+            let frames = table.encode(&[reading]).unwrap();
+            table.decode(&frames[0], |_| {}).unwrap()
+        };
+        let (t, f) = (true, false);
+        let force = Reading::Force { counter: 65_535, value: [5000.0, 3276.6, -5000.0] };
+        assert_eq!(limits(force), [t, f, t, f, f, f]);
+        let acceleration = Reading::Acceleration { counter: 0, value: [0.0, 0.0, -65.536] };
+        assert_eq!(limits(acceleration), [f, f, f, f, f, t]);
+        assert_eq!(limits(Reading::Joint { index: 0, value: 1e9 }), [f; 6]);
+    }
+
+    #[test]
     fn says_why_a_frame_gives_no_reading() {
         let table = mill3();
         let extended = embedded_can::ExtendedId::new(0x101).unwrap().into();
         let cases = [
-            (standard(0x101), FrameKind::Data, 7, NoReading::WrongLength),
-            (standard(0x111), FrameKind::Data, 8, NoReading::WrongLength),
+            (standard(0x101), FrameKind::Data, 7, NoReading::WrongLength { expected: 8 }),
+            (standard(0x111), FrameKind::Data, 8, NoReading::WrongLength { expected: 6 }),
             (standard(0x100), FrameKind::Data, 8, NoReading::UnknownId),
             (extended, FrameKind::Data, 8, NoReading::UnknownId),
             (extended, FrameKind::Error, 8, NoReading::ErrorFrame),

@@ -1,44 +1,98 @@
-//! What was identified, as a table for people.
+//! A report in a few lines for people.
 
 use std::fmt;
 
-use flexid_wire::report::{JointReport, Report, Verdict};
+use flexid_wire::report::{Acceptance, Report, Verdict};
 
-const DOF: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
-
-/// Prints a report with one line for each stiffness and damping.
-pub(crate) struct Summary<'a>(pub(crate) &'a Report);
+/// Prints how the fit went in one line, how many parameters it tells in a second, then each warning.
+#[derive(Clone, Copy, Debug)]
+pub struct Summary<'a>(pub &'a Report);
 
 impl fmt::Display for Summary<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Report { joints, fit, warnings } = self.0;
-        let (stiffness, damping) = ("stiffness (N/m, Nm/rad)", "damping (Ns/m, Nms/rad)");
-        writeln!(f, "{:<24}  {stiffness:<26}  {damping}", "joint")?;
-        for joint in joints {
-            for (dof, name) in DOF.iter().enumerate() {
-                let [stiffness, damping] = cells(joint, dof);
-                writeln!(f, "{:<21} {name}  {stiffness:<26}  {damping}", joint.name)?;
-            }
-        }
+        let accepted = match fit.acceptance {
+            Acceptance::Consistent => "consistent",
+            Acceptance::ModelSuspect => "MODEL SUSPECT",
+            Acceptance::Unsettled => "not settled",
+        };
         writeln!(
             f,
-            "{} records, {} frames, {} lost; SSP median {:.4}, largest {:.4}; chi^2/dof {:.3}",
-            fit.records, fit.frames, fit.frames_lost, fit.ssp, fit.ssp_max, fit.consistency
+            "{accepted}: χ²/dof {:.3}, SSP {:.1e} (worst {:.1e}); {}, {}, {} lost; {}, {}, {:.1} s",
+            fit.consistency,
+            fit.ssp,
+            fit.ssp_max,
+            count(fit.records, "record"),
+            count(fit.frames, "frame"),
+            fit.frames_lost,
+            count(fit.search_evaluations, "search sample"),
+            count(fit.refine_iterations, "refinement"),
+            fit.seconds
+        )?;
+        let verdicts = || {
+            joints
+                .iter()
+                .flat_map(|joint| joint.stiffness_verdict.iter().chain(&joint.damping_verdict))
+        };
+        let of = |wanted| verdicts().filter(|verdict| **verdict == wanted).count();
+        writeln!(
+            f,
+            "{} of {} parameters identified, {} weak, {} not observable",
+            of(Verdict::Identified),
+            verdicts().count(),
+            of(Verdict::Weak),
+            of(Verdict::NotObservable)
         )?;
         warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"))
     }
 }
 
-fn cells(joint: &JointReport, dof: usize) -> [String; 2] {
-    let cell = |value: f64, deviation: Option<f64>, verdict: Verdict| match (deviation, verdict) {
-        (Some(deviation), Verdict::Identified) => {
-            format!("{value:.3e} ± {:.2} %", 100.0 * deviation / value)
-        }
-        (Some(deviation), _) => format!("{value:.1e} ± {:.0} %, weak", 100.0 * deviation / value),
-        (None, _) => "not observable".to_string(),
-    };
-    [
-        cell(joint.stiffness[dof], joint.stiffness_std[dof], joint.stiffness_verdict[dof]),
-        cell(joint.damping[dof], joint.damping_std[dof], joint.damping_verdict[dof]),
-    ]
+/// `1 record`, `2 records`.
+pub(crate) fn count(number: u64, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_wire::report::{Fit, JointReport};
+    use flexid_wire::text::clipped;
+
+    use super::*;
+
+    #[test]
+    fn tells_the_fit_the_verdicts_and_the_warnings() {
+        let joint = JointReport {
+            name: clipped("joint_1"),
+            stiffness: [1e7; 6],
+            stiffness_std: [Some(1e4); 6],
+            stiffness_verdict: [Verdict::Identified; 6],
+            damping: [1e3; 6],
+            damping_std: [Some(1e2), Some(1e2), None, None, None, None],
+            damping_verdict: std::array::from_fn(|dof| {
+                if dof < 2 { Verdict::Weak } else { Verdict::NotObservable }
+            }),
+        };
+        let fit = Fit {
+            records: 3,
+            frames: 6000,
+            frames_lost: 2,
+            ssp: 0.001,
+            ssp_max: 0.02,
+            consistency: 1.0,
+            search_evaluations: 2000,
+            refine_iterations: 1,
+            starts: 1,
+            bridged: 2,
+            seconds: 1.25,
+            acceptance: Acceptance::Consistent,
+        };
+        let warnings = [clipped("look at this")].into_iter().collect();
+        let report = Report { joints: [joint].into_iter().collect(), fit, warnings };
+        assert_eq!(
+            Summary(&report).to_string(),
+            "consistent: χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records, 6000 frames, 2 lost; \
+             2000 search samples, 1 refinement, 1.2 s\n\
+             6 of 12 parameters identified, 2 weak, 4 not observable\nwarning: look at this\n"
+        );
+    }
 }

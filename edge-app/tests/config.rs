@@ -88,7 +88,7 @@ fn mistakes_in_the_config_name_place_and_mend() {
         (
             "rate_hz = 2000.0",
             "rate_hz = \"2 kHz\"",
-            "edge.toml:26: [measurement] rate_hz: invalid type: string \"2 kHz\", expected f64",
+            "edge.toml:26: [measurement] rate_hz: invalid type: string \"2 kHz\", expected a number (in Hz)",
         ),
         (
             "\"inertial\"",
@@ -105,6 +105,16 @@ fn mistakes_in_the_config_name_place_and_mend() {
             "rate_hz = 2000.0",
             "rate_hz = -5",
             "edge.toml: [measurement] rate_hz is -5: must be positive",
+        ),
+        (
+            "rate_hz = 2000.0",
+            "rate_hz = 1e300",
+            "edge.toml: [measurement] rate_hz is 1e300: must be at most 1000000",
+        ),
+        (
+            "seed = 1",
+            "seed = -1",
+            "edge.toml:31: [search] seed: invalid value: integer `-1`, expected a whole number that is not negative",
         ),
         (
             "rate_hz = 2000.0",
@@ -210,6 +220,11 @@ fn mistakes_in_the_config_name_place_and_mend() {
             "[\"Fx\", \"ACCELERATION.Fy\", \"Fz\"]",
             "edge.toml: [signals] force: \"ACCELERATION.Fy\" is not in mill3.dbc",
         ),
+        (
+            "[\"Fx\", \"Fy\", \"Fz\"]",
+            "[\"Fx\", \"FORCE.Fx\", \"Fz\"]",
+            "edge.toml: [signals] names FORCE.Fx as \"Fx\" and as \"FORCE.Fx\": each signal has one meaning",
+        ),
     ];
     check("edge.toml", &table);
 }
@@ -272,6 +287,21 @@ fn mistakes_in_the_dbc_file_name_the_signal() {
             "SG_ Joint1Counter :",
             "SG_ Fx :",
             "edge.toml: [signals] force: \"Fx\" is in messages FORCE and JOINT_1 of mill3.dbc: write \"FORCE.Fx\"",
+        ),
+        (
+            "BO_ 258 ACCELERATION",
+            "BO_ 257 ACCELERATION",
+            "mill3.dbc: messages FORCE and ACCELERATION share the identifier 257: each frame has one layout",
+        ),
+        (
+            "SG_ Fy : 16|16@",
+            "SG_ Fy : 8|16@",
+            "mill3.dbc: signals Fx and Fy of message FORCE overlap: mend start bit or length",
+        ),
+        (
+            "ForceCounter : 48|16@1+",
+            "ForceCounter : 40|16@1+",
+            "mill3.dbc: signals Fz and ForceCounter of message FORCE overlap: mend start bit or length",
         ),
         ("VERSION \"\"", "VERSION \"", "mill3.dbc: is not a DBC file:"),
     ];

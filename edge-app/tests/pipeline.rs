@@ -5,11 +5,12 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use embedded_can::StandardId;
 use flexid_core::stream::Reading;
 use flexid_edge::config::Config;
 use flexid_edge::daemon;
-use flexid_edge::pipeline::{Outcome, run_offline};
-use flexid_edge::source::{Arrival, Flow, FrameSource, SourceHealth};
+use flexid_edge::pipeline::{Intake, Outcome, Solver, run_offline};
+use flexid_edge::source::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 use flexid_edge::stop::Stop;
 use flexid_wire::report::Report;
 use rand_core::{Rng, SeedableRng};
@@ -121,13 +122,14 @@ fn a_source_that_breaks_costs_nothing_that_was_taken() {
     let whole = timeless(run_offline(&config, &mut source(&config, false), |_| {}).unwrap());
     let offline = run_offline(&config, &mut source(&config, true), |_| {}).unwrap();
     assert_eq!(offline.broken.as_ref().unwrap().to_string(), "unplugged");
-    assert!(offline.trouble.ends_with("unplugged"));
+    assert_eq!(offline.trouble, "the recording breaks off: unplugged");
     let report = timeless(offline);
     assert_eq!(report.joints, whole.joints);
     assert!(report.warnings.iter().any(|warning| warning.contains("unplugged")));
 
     let daemon = daemon::run(&config, &mut source(&config, true), &[], &Stop::new()).unwrap();
     assert_eq!(daemon.broken.as_ref().unwrap().to_string(), "unplugged");
+    assert_eq!(daemon.trouble, "the bus cannot be read any more: unplugged");
     assert_eq!(timeless(daemon).joints, whole.joints);
 }
 
@@ -149,4 +151,145 @@ fn nothing_to_tell_from_is_said_in_words() {
     let outcome = run_offline(&config, &mut without_joints, |_| {}).unwrap();
     assert!(outcome.report.is_none());
     assert_eq!(outcome.state, "waiting for joint angles: joint_1, joint_2, joint_3 not seen");
+}
+
+/// What is said of frames that have been changed by `spoil`.
+fn spoilt(spoil: impl FnMut(Arrival) -> Arrival) -> Outcome {
+    let config = config();
+    let frames: Vec<_> = frames(&config, &[[0.0, -0.45, 0.95]]).into_iter().map(spoil).collect();
+    let mut source = Replay { frames: frames.into_iter(), breaks: false };
+    run_offline(&config, &mut source, |_| {}).unwrap()
+}
+
+/// The frame with other data, if it is of this identifier.
+fn change(arrival: Arrival, id: u16, change: impl FnOnce(&Frame) -> Frame) -> Arrival {
+    let same = arrival.frame.id == StandardId::new(id).unwrap().into();
+    Arrival { frame: if same { change(&arrival.frame) } else { arrival.frame }, ..arrival }
+}
+
+fn with_counter(frame: &Frame, counter: impl FnOnce(u16) -> u16) -> Frame {
+    let mut data: [u8; 8] = frame.data().try_into().unwrap();
+    let old = u16::from_le_bytes([data[6], data[7]]);
+    data[6..].copy_from_slice(&counter(old).to_le_bytes());
+    Frame::new(frame.id, frame.kind, &data)
+}
+
+#[test]
+fn what_keeps_frames_from_becoming_records_is_named() {
+    let cut = |frame: &Frame| Frame::new(frame.id, frame.kind, &frame.data()[1..]);
+    let kind = |kind| move |frame: &Frame| Frame::new(frame.id, kind, frame.data());
+    let start = 1.0e9;
+    let states = [
+        spoilt(|arrival| change(arrival, 0x101, cut)),
+        spoilt(|arrival| change(arrival, 0x112, cut)),
+        spoilt(|arrival| change(arrival, 0x102, kind(FrameKind::Fd))),
+        spoilt(|arrival| change(arrival, 0x101, kind(FrameKind::Remote))),
+        spoilt(|arrival| change(arrival, 0x101, |frame| with_counter(frame, |_| 7))),
+        spoilt(|arrival| change(arrival, 0x102, |frame| with_counter(frame, |_| 7))),
+        spoilt(|arrival| change(arrival, 0x102, |frame| with_counter(frame, |count| count + 1000))),
+        spoilt(|arrival| {
+            change(arrival, 0x102, |frame| with_counter(frame, |count| count + 30_000))
+        }),
+        spoilt(|arrival| Arrival { time_s: start + (arrival.time_s - start) / 2.0, ..arrival }),
+    ];
+    let expected = [
+        "frames 0x101 have 7 bytes, by [bus] dbc 8: mend the DBC file or the sender (640 so far)",
+        "frames 0x112 have 5 bytes, by [bus] dbc 6: mend the DBC file or the sender (4 so far)",
+        "frames 0x102 are CAN FD: set the sender to classical CAN (634 so far)",
+        "frames 0x101 are remote requests: does the sensor answer? (640 so far)",
+        "[signals] force_counter stands still (639 frames): it must count the instants",
+        "[signals] acceleration_counter stands still (633 frames): it must count the instants",
+        "the counters of force and acceleration do not go together (",
+        "the counters of force and acceleration do not go together (",
+        "edge.toml: [measurement] rate_hz is 2000, but frames come at 4000/s",
+    ];
+    for (outcome, expected) in states.iter().zip(expected) {
+        assert!(outcome.state.starts_with(expected), "{}\n  is not\n{expected}", outcome.state);
+        assert!(outcome.state.len() <= 160, "{} does not fit a message", outcome.state);
+        assert!(outcome.report.is_none());
+    }
+}
+
+#[test]
+fn some_odd_frames_are_warned_of_and_keep_nobody_from_recording() {
+    let mut number = 0;
+    let outcome = spoilt(|arrival| {
+        number += 1;
+        let fx_at_its_limit = |frame: &Frame| {
+            let mut data: [u8; 8] = frame.data().try_into().unwrap();
+            data[..2].copy_from_slice(&i16::MIN.to_le_bytes());
+            Frame::new(frame.id, frame.kind, &data)
+        };
+        match number {
+            100 | 101 => change(arrival, 0x101, |frame| Frame::new(frame.id, frame.kind, &[])),
+            900..=905 => change(arrival, 0x101, fx_at_its_limit),
+            _ => arrival,
+        }
+    });
+    assert_eq!((outcome.counts.clipped, outcome.counts.at_limit), (3, [3, 0, 0, 0, 0, 0]));
+    let warnings = outcome.report.expect("a report").warnings;
+    for warning in [
+        "at the limit: Fx in 3 frames: widen the range of the sensor or the signal",
+        "frames 0x101 have 0 bytes, by [bus] dbc 8: mend the DBC file or the sender (1 so far)",
+    ] {
+        assert!(warnings.iter().any(|text| text == warning), "{warning}\n  is not in {warnings:?}");
+    }
+}
+
+#[test]
+fn a_record_at_hand_is_worked_through_after_the_end_is_asked_for() {
+    let big = std::thread::Builder::new().stack_size(64 << 20);
+    let test = big.spawn(|| {
+        let config = config();
+        let mut intake = Intake::new(&config).unwrap();
+        let mut records = Vec::new();
+        let mut source = source(&config, false);
+        while intake
+            .read(&mut source, Duration::ZERO, |record| records.push(record.clone()))
+            .unwrap()
+            == Flow::Open
+        {}
+        let stop = Stop::new();
+        stop.request();
+        let mut solver = Solver::new(&config).unwrap();
+        assert!(solver.report(&intake.counts(), "").is_none());
+        solver.take(&records[0], &stop, |_| {});
+        let report = solver.report(&intake.counts(), "").expect("the record is not worked through");
+        assert_eq!(report.fit.records, 1);
+        solver.leave(2);
+        let report = solver.report(&intake.counts(), "").unwrap();
+        assert_eq!(report.fit.records, 1);
+        let warning =
+            "ended before the newest 2 records were worked through: they are not in the numbers";
+        assert!(report.warnings.iter().any(|text| text == warning), "{:?}", report.warnings);
+    });
+    test.unwrap().join().unwrap();
+}
+
+#[test]
+fn a_solver_that_dies_ends_the_daemon_with_an_error() {
+    /// A bus on which nothing happens, for ever.
+    struct Silent;
+
+    impl FrameSource for Silent {
+        fn read(&mut self, _: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
+            std::thread::sleep(timeout.min(Duration::from_millis(10)));
+            Ok(Flow::Open)
+        }
+
+        fn health(&self) -> SourceHealth {
+            SourceHealth::default()
+        }
+    }
+
+    let mut config = config();
+    config.model.joints[0].mass_kg = -1.0;
+    let (done, is_done) = std::sync::mpsc::channel();
+    // A thread of its own: it would never end if the reader did not hear of it.
+    std::thread::spawn(move || {
+        let outcome = daemon::run(&config, &mut Silent, &[], &Stop::new());
+        done.send(outcome.map(|_| ())).unwrap();
+    });
+    let outcome = is_done.recv_timeout(Duration::from_secs(60)).expect("the daemon reads on");
+    assert!(outcome.unwrap_err().to_string().starts_with("the config was not checked"));
 }

@@ -3,7 +3,10 @@
 
 pub mod client;
 pub mod commands;
+mod console;
 pub mod demo;
+mod exit;
+mod output;
 mod progress;
 mod readout;
 pub mod simulation;

@@ -1,13 +1,14 @@
 //! The news of a daemon, on a screen, in lines, or as JSON.
 
-use std::io::{IsTerminal as _, Write as _, stdout};
+use std::io::{IsTerminal as _, stdout};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use flexid_wire::messages::{BusHealth, BusState, FromEdge, Phase, Progress, Status};
-use flexid_wire::report::{Acceptance, Report};
+use flexid_wire::report::{Acceptance, JointReport, Report, Verdict};
 
-use crate::table;
+use crate::console::print;
+use crate::table::{self, count};
 
 /// The screen is drawn this often at most.
 pub(crate) const REDRAW: Duration = Duration::from_millis(200);
@@ -42,44 +43,91 @@ impl View {
         (progress.phase == Phase::Settled && current).then_some(report)
     }
 
-    /// Whether the work has ended, and noise explains what is left.
-    pub(crate) fn identified(&self) -> bool {
-        let consistent = |report: &Report| report.fit.acceptance == Acceptance::Consistent;
-        self.settled().is_some_and(consistent)
+    /// Whether the work on at least so many records has ended with a parameter that the data tell, and noise
+    /// explains what is left.
+    pub(crate) fn identified(&self, records: u64) -> bool {
+        let told = |joint: &JointReport| {
+            let verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
+            verdicts.into_iter().any(|verdict| *verdict == Verdict::Identified)
+        };
+        self.settled().is_some_and(|Report { joints, fit, .. }| {
+            fit.records >= records
+                && fit.acceptance == Acceptance::Consistent
+                && joints.iter().any(told)
+        })
     }
 
-    /// What the daemon does, in one line.
-    pub(crate) fn state(&self) -> String {
-        let waiting = || match &self.status {
-            Some(status) => status.state.to_string(),
-            None => "no news from the daemon".to_owned(),
-        };
+    /// What the daemon does, in one line; `None` before it has said anything.
+    pub(crate) fn state(&self) -> Option<String> {
+        let waiting = || self.status.as_ref().map(|status| status.state.to_string());
         let Some(Progress { phase, starts, records, .. }) = self.progress else { return waiting() };
         match phase {
             Phase::Waiting => waiting(),
-            Phase::Searching => format!("searching with record {records}, start {starts}"),
-            Phase::Refining => format!("refining with record {records}, start {starts}"),
-            Phase::Settled => format!("settled, {records} records"),
+            Phase::Searching => Some(format!("searching with record {records}, start {starts}")),
+            Phase::Refining => Some(format!("refining with record {records}, start {starts}")),
+            Phase::Settled => Some(format!("settled, {}", count(records, "record"))),
         }
     }
 
-    /// The bus in one line.
-    pub(crate) fn bus_line(&self) -> Option<String> {
+    /// Why no frames can come.
+    pub(crate) fn dead_bus(&self) -> Option<String> {
         let bus = self.bus.as_ref()?;
         let state = match bus.state {
-            BusState::Up => "up",
+            BusState::Up => return None,
             BusState::Down => "DOWN",
             BusState::Gone => "GONE",
         };
-        let interface = self.status.as_ref().map_or("bus", |status| status.interface.as_str());
+        let error = if bus.error.is_empty() { "" } else { ": " };
+        Some(format!("{} {state}{error}{}", self.interface(), bus.error))
+    }
+
+    /// All of it in one line, the bus first if it is dead.
+    pub(crate) fn summary(&self) -> String {
+        let state = self.state().unwrap_or_else(|| "no news from the daemon".to_owned());
+        match (self.bus_line(), self.dead_bus().is_some()) {
+            (None, _) => state,
+            (Some(bus), false) => format!("{state}; {bus}"),
+            (Some(bus), true) => format!("{bus}; {state}"),
+        }
+    }
+
+    /// The bus in one line: what it delivers, and what does not become of it.
+    pub(crate) fn bus_line(&self) -> Option<String> {
+        let bus = self.bus.as_ref()?;
+        let dead = self.dead_bus();
+        let head = dead.clone().unwrap_or_else(|| format!("{} up", self.interface()));
         let mut line = format!(
-            "{interface} {state}: {:.0} frames/s, {} taken, {} lost, {} dropped by the kernel",
+            "{head}; {:.0} frames/s, {} taken, {} lost, {} dropped by the kernel",
             bus.frames_per_second, bus.frames, bus.frames_lost, bus.kernel_dropped
         );
-        if !bus.error.is_empty() {
+        let rare = [
+            (bus.frames_wrong_length, "of a wrong length"),
+            (bus.frames_unknown, "of no known signal"),
+            (bus.frames_not_data, "not data"),
+            (bus.frames_clipped, "clipped"),
+            (bus.repeated, "repeated"),
+            (bus.refused, "refused"),
+            (bus.bridged, "bridged"),
+            (bus.samples_discarded, "discarded"),
+        ];
+        for (number, what) in rare.iter().filter(|(number, _)| *number > 0) {
+            line += &format!(", {number} {what}");
+        }
+        if bus.restarts > 0 {
+            line += &format!(", {}", count(bus.restarts, "counter restart"));
+        }
+        if bus.wrong_rate > 0 {
+            let records = count(bus.wrong_rate, "record");
+            line += &format!(", {records} at {:.1} Hz refused", bus.measured_rate_hz);
+        }
+        if dead.is_none() && !bus.error.is_empty() {
             line += &format!("; {}", bus.error);
         }
         Some(line)
+    }
+
+    fn interface(&self) -> &str {
+        self.status.as_ref().map_or("bus", |status| status.interface.as_str())
     }
 }
 
@@ -118,12 +166,13 @@ impl Screen {
         match self {
             Self::Json => Ok(()),
             Self::Lines { last } => {
-                let state = view.state();
-                if state == *last {
+                let news: Vec<_> = view.dead_bus().into_iter().chain(view.state()).collect();
+                let news = news.join("; ");
+                if news == *last {
                     return Ok(());
                 }
-                last.clone_from(&state);
-                print(&(state + "\n"))
+                last.clone_from(&news);
+                print(&(news + "\n"))
             }
             Self::Live { drawn } => {
                 if drawn.is_some_and(|drawn| drawn.elapsed() < REDRAW) {
@@ -144,10 +193,11 @@ impl Screen {
     pub(crate) fn end(&mut self, view: &View) -> Result<()> {
         match self {
             Self::Json => Ok(()),
-            Self::Lines { .. } => match &view.report {
-                Some(report) => print(&table::report(report, None)),
-                None => Ok(()),
-            },
+            Self::Lines { .. } => {
+                let report = view.report.as_ref().map(|report| table::report(report, None));
+                let bus = view.bus_line().map(|line| line + "\n");
+                print(&(report.unwrap_or_default() + &bus.unwrap_or_default()))
+            }
             Self::Live { drawn } => {
                 *drawn = None;
                 self.draw(view)
@@ -165,23 +215,18 @@ impl Screen {
 }
 
 fn page(view: &View) -> String {
-    let mut page = String::new();
-    if let Some(status) = &view.status {
-        page +=
-            &format!("{} ({} joints), up {:.0} s\n", status.model, status.joints, status.uptime_s);
-    }
-    if let Some(line) = view.bus_line() {
-        page += &(line + "\n");
+    // A dead bus must meet the eye.
+    let mut page = view.bus_line().map_or_else(String::new, |line| line + "\n");
+    if let Some(Status { model, joints, uptime_s, .. }) = &view.status {
+        let joints = count((*joints).into(), "joint");
+        page += &format!("{model} ({joints}), up {uptime_s:.0} s\n");
     }
     let percent = view.progress.map_or(0.0, |progress| 100.0 * progress.fraction);
-    page += &format!("{} ({percent:.0} %)\n", view.state());
+    if let Some(state) = view.state() {
+        page += &format!("{state} ({percent:.0} %)\n");
+    }
     if let Some(report) = &view.report {
         page += &table::report(report, None);
     }
     page
-}
-
-fn print(text: &str) -> Result<()> {
-    let mut out = stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("stdout")
 }

@@ -5,7 +5,7 @@ use flexid_core::parameters::Bushing;
 use flexid_wire::report::{Acceptance, Report, Verdict};
 
 /// Degrees of freedom in the order of all vectors of six.
-const DOF_NAMES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+pub(crate) const DOF_NAMES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
 
 /// A line below the header, and no other.
 const STYLE: TableStyle =
@@ -69,18 +69,22 @@ pub fn fit(report: &Report) -> String {
         Acceptance::Unsettled => "not settled",
     };
     format!(
-        "{accepted}: χ²/dof {:.3}, SSP {:.1e} (worst {:.1e}); {} records, {} frames, {} lost; \
-         {} search samples, {} refinements, {:.1} s",
+        "{accepted}: χ²/dof {:.3}, SSP {:.1e} (worst {:.1e}); {}, {}, {} lost; {}, {}, {:.1} s",
         fit.consistency,
         fit.ssp,
         fit.ssp_max,
-        fit.records,
-        fit.frames,
+        count(fit.records, "record"),
+        count(fit.frames, "frame"),
         fit.frames_lost,
-        fit.search_evaluations,
-        fit.refine_iterations,
+        count(fit.search_evaluations, "search sample"),
+        count(fit.refine_iterations, "refinement"),
         fit.seconds
     )
+}
+
+/// `1 record`, `2 records`.
+pub(crate) fn count(number: u64, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 
 /// Value, standard deviation in per cent, verdict, and where there is one the truth and the error in per cent.

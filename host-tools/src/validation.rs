@@ -61,22 +61,22 @@ fn band_power(mut series: Vec<f64>, rate_hz: f64, [lower, upper]: [f64; 2]) -> f
 }
 
 /// What the estimate is worth, for people: its parameter deviation, and its displacement error on unseen
-/// poses where the configuration names a scenario.
+/// poses where there is a scenario.
 ///
 /// # Errors
-/// The scenario is wrong.
+/// None for a config that was loaded.
 pub fn compare(
     config: &Config,
+    scenario: Option<&Scenario>,
     truth: &[Bushing],
     estimate: &[Bushing],
 ) -> Result<String, BadInput> {
     let deviation = parameter_deviation(truth, estimate, &config.bounds);
     let mut lines = format!("parameter deviation {deviation:.5}\n");
-    if let Some(file) = &config.scenario {
-        let scenario = Scenario::load(file, &config.model)?;
+    if let Some(scenario) = scenario {
         let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
         let pair = [truth, estimate];
-        let error = on_unseen_poses(&scenario, &config.model, &chain, pair, UNSEEN, UNSEEN_SEED);
+        let error = on_unseen_poses(scenario, &config.model, &chain, pair, UNSEEN, UNSEEN_SEED);
         lines += &format!(
             "displacement error on {UNSEEN} unseen poses: median {:.3} %, maximum {:.3} %\n",
             100.0 * error.median,

@@ -1,14 +1,16 @@
 //! The command line as its users meet it: what it says, where it says it, and its exit status.
 
 use std::fs;
-use std::io::{Read as _, Write as _};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::os::unix::net::UnixListener;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::thread;
 
 use tempfile::TempDir;
 
+const FLEXID: &str = env!("CARGO_BIN_EXE_flexid");
+const DEMO: &str = env!("CARGO_BIN_EXE_flexid-demo");
 const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenario");
 const URDF: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/urdf");
 
@@ -23,11 +25,7 @@ fn folder() -> TempDir {
 }
 
 fn flexid(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_flexid"))
-        .args(arguments.split(' '))
-        .current_dir(folder)
-        .output()
-        .unwrap()
+    Command::new(FLEXID).args(arguments.split_whitespace()).current_dir(folder).output().unwrap()
 }
 
 fn stderr(output: &Output) -> String {
@@ -45,7 +43,7 @@ fn edit(file: &Path, from: &str, to: &str) {
 fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
     // Arguments; file, text and its replacement; what stderr says.
     type Case = (&'static str, Option<[&'static str; 3]>, &'static [&'static str]);
-    let cases: [Case; 16] = [
+    let cases: [Case; 32] = [
         ("model import gone.urdf --tcp tcp -o m.toml", None, &["gone.urdf: cannot be read"]),
         (
             "model import mill3.urdf --tcp hand -o m.toml",
@@ -82,11 +80,56 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
         (
             "simulate --config edge.toml --candump o.log",
             Some(["mill3.toml", "teeth = 2", "teeth = 0"]),
-            &["mill3.toml: [force] teeth is 0: must be at least 1"],
+            &["mill3.toml: [force] teeth is 0: must lie between 1 and 1000"],
         ),
+        (
+            "simulate --config edge.toml --candump o.log",
+            Some(["mill3.toml", "teeth = 2", "tooth = 2"]),
+            &["mill3.toml:", "[force] tooth: unknown key `tooth`: did you mean `teeth`"],
+        ),
+        (
+            "simulate --config edge.toml --candump o.log --truth-json gone/t.json",
+            None,
+            &["gone/t.json: cannot be written: its folder is not there: make it first"],
+        ),
+        (
+            "simulate --config edge.toml --candump gone/o.log",
+            None,
+            &["gone/o.log: cannot be written: its folder is not there: make it first"],
+        ),
+        ("simulate --config edge.toml --repeat 1000000000", None, &["--repeat", "1..=10000"]),
+        ("simulate --config edge.toml --experiments 1000000000", None, &["1..=10000"]),
+        ("simulate --config edge.toml --experiments 0", None, &["--experiments", "1..=10000"]),
         ("simulate --config edge.toml --candump o.log --drop 1", None, &["--drop 1: must be"]),
         ("simulate --config edge.toml --candump o.log --truth me", None, &["drawn:SEED"]),
         ("simulate --config edge.toml --can nocan9", None, &["--can nocan9: interface \"nocan9\""]),
+        ("", None, &["flexid: 'flexid' requires a subcommand", "identify, watch", "(see --help)"]),
+        ("model", None, &["flexid: 'flexid model' requires a subcommand", "import"]),
+        ("simulate", None, &["flexid: ", "--config <EDGE.toml>", "(see --help)"]),
+        ("identify --config edge.toml", None, &["flexid: ", "<LOG>", "(see --help)"]),
+        ("found", None, &["flexid: unrecognized subcommand 'found'"]),
+        ("watch unix:s --records 0 --until identified", None, &["--records", "(see --help)"]),
+        // All of these before the recording is even opened.
+        (
+            "identify --config edge.toml gone.log --json .",
+            None,
+            &[".: cannot be written: is a folder: name"],
+        ),
+        (
+            "identify --config edge.toml gone.log --truth gone.json",
+            None,
+            &["gone.json: cannot be read"],
+        ),
+        (
+            "identify --config edge.toml gone.log --truth edge.toml",
+            None,
+            &["edge.toml: ", "give a file as `flexid simulate --truth-json` writes it"],
+        ),
+        (
+            "model import mill3.urdf --tcp tcp -o gone/m.toml",
+            None,
+            &["gone/m.toml: cannot be written: its folder is not there: make it first"],
+        ),
         ("identify --config edge.toml gone.log", None, &["gone.log: cannot be read"]),
         (
             "identify --config edge.toml mill3.urdf",
@@ -107,12 +150,103 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
             assert!(errors.contains(part), "{arguments}: {errors:?} does not say {part:?}");
         }
         let complaint = errors.lines().filter(|line| !line.starts_with("warning: ")).count();
-        // clap shows the usage below its line.
-        assert!(complaint == 1 || errors.contains("--help"), "{arguments}: {errors}");
+        assert_eq!(complaint, 1, "{arguments}: {errors}");
         for left in ["m.toml", "o.log"] {
             assert!(!folder.path().join(left).exists(), "{arguments} left {left} behind");
         }
     }
+}
+
+#[test]
+fn the_demo_tells_wrong_usage_in_one_line() {
+    let output = Command::new(DEMO).args(["--truth", "me"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let errors = stderr(&output);
+    assert!(errors.starts_with("flexid-demo: ") && errors.contains("drawn:SEED"), "{errors}");
+    assert_eq!(errors.lines().count(), 1, "{errors}");
+}
+
+#[test]
+fn the_demo_says_which_bus_it_took_and_then_only_news() {
+    let mut demo = Command::new(DEMO).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(demo.stdout.take().unwrap()).lines();
+    let [bus, news] = [(); 2].map(|()| lines.next().unwrap().unwrap());
+    demo.kill().unwrap();
+    demo.wait().unwrap();
+    let pair = "bus: a socket pair that carries the same CAN frames (";
+    let vcan = "bus: vcan0, a virtual CAN bus in a network namespace of its own";
+    let reason = bus.strip_prefix(pair).and_then(|rest| rest.strip_suffix(')'));
+    assert!(bus == vcan || reason.is_some(), "{bus}");
+    assert!(!bus.contains("Error") && !bus.contains("RTNETLINK"), "{bus}");
+    assert!(news.starts_with("waiting for "), "{news}");
+}
+
+/// As in `flexid ... | true`.
+fn unheard(folder: &Path, program: &str, arguments: &str) -> Output {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    Command::new(program)
+        .args(arguments.split_whitespace())
+        .current_dir(folder)
+        .stdout(writer)
+        .stderr(Stdio::piped())
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn nobody_who_listens_is_no_reason_to_panic() {
+    let folder = folder();
+    let cases = [
+        (FLEXID, "model import mill3.urdf --tcp tcp -o m.toml", Some("m.toml")),
+        (FLEXID, "simulate --config edge.toml --experiments 1 --candump o.log", Some("o.log")),
+        (FLEXID, "--help", None),
+        (DEMO, "", None),
+    ];
+    for (program, arguments, made) in cases {
+        let output = unheard(folder.path(), program, arguments);
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{arguments}: {:?}", output.status);
+        assert_eq!(stderr(&output), "", "{arguments}");
+        if let Some(made) = made {
+            assert!(folder.path().join(made).exists(), "{arguments}: no {made}");
+        }
+    }
+}
+
+#[test]
+fn what_was_identified_stays_whatever_happens_afterwards() {
+    let folder = folder();
+    let simulated = flexid(folder.path(), "simulate --config edge.toml --candump a.log");
+    assert!(simulated.status.success(), "{}", stderr(&simulated));
+    let log = folder.path().join("a.log");
+    fs::write(&log, "hello\n".to_owned() + &fs::read_to_string(&log).unwrap()).unwrap();
+    let found = || {
+        let file = folder.path().join("o.json");
+        let text = fs::read_to_string(&file).unwrap();
+        fs::remove_file(file).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(report["joints"].as_array().unwrap().len(), 3);
+    };
+
+    // The second recording cannot be read, whoever asks.
+    let command = "identify --config edge.toml a.log /proc/self/mem --json o.json";
+    let output = flexid(folder.path(), command);
+    let (table, errors) = (String::from_utf8(output.stdout.clone()).unwrap(), stderr(&output));
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(table.contains("joint_3") && table.contains("3 records"), "{table}");
+    assert!(errors.contains("the recording breaks off") && errors.lines().count() == 1, "{errors}");
+    found();
+
+    let output = flexid(folder.path(), "identify --config edge.toml a.log --json o.json");
+    let table = String::from_utf8(output.stdout.clone()).unwrap();
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", stderr(&output));
+    assert_eq!(table.matches("a.log:1: no line of candump -L").count(), 1, "{table}");
+    found();
+
+    let command = "identify --config edge.toml a.log --json o.json";
+    let output = unheard(folder.path(), FLEXID, command);
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(1), ""));
+    found();
 }
 
 #[test]

@@ -5,13 +5,16 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use flexid_edge::board::Board;
 use flexid_edge::config::Listen;
 use flexid_edge::server::{Listener, serve};
 use flexid_edge::stop::Stop;
 use flexid_wire::framing::{FRAME_BUFFER, encode};
-use flexid_wire::messages::{FromEdge, Hello, Phase, Progress, Refusal};
+use flexid_wire::messages::{
+    BusHealth, BusState, FromEdge, Hello, Phase, Progress, Refusal, Status,
+};
 use flexid_wire::report::{Acceptance, Fit, JointReport, Report, Verdict};
 use flexid_wire::text::clipped;
 
@@ -55,6 +58,50 @@ fn report(acceptance: Acceptance, records: u64) -> FromEdge {
     FromEdge::Report(Report { joints, fit, warnings: Default::default() })
 }
 
+/// A report in which nothing is told.
+fn unobserved() -> FromEdge {
+    let FromEdge::Report(mut unobserved) = report(Acceptance::Consistent, 3) else {
+        unreachable!()
+    };
+    for joint in &mut unobserved.joints {
+        joint.stiffness_verdict = [Verdict::NotObservable; 6];
+    }
+    FromEdge::Report(unobserved)
+}
+
+fn bus(state: BusState, error: &str) -> FromEdge {
+    FromEdge::BusHealth(BusHealth {
+        state,
+        frames: 1000,
+        frames_lost: 3,
+        bridged: 2,
+        restarts: 1,
+        repeated: 0,
+        frames_wrong_length: 812,
+        frames_unknown: 0,
+        frames_not_data: 0,
+        frames_clipped: 0,
+        kernel_dropped: 0,
+        receive_buffer_bytes: 0,
+        samples_discarded: 77,
+        refused: 0,
+        wrong_rate: 0,
+        measured_rate_hz: 0.0,
+        frames_per_second: 0.0,
+        error: clipped(error),
+    })
+}
+
+fn status(state: &str) -> FromEdge {
+    FromEdge::Status(Status {
+        uptime_s: 1.0,
+        model: clipped("mill3"),
+        joints: 3,
+        interface: clipped("vcan0"),
+        state: clipped(state),
+    })
+}
+
 /// Watches a server that has published `news`.
 fn watch(news: &[FromEdge], arguments: &str) -> Output {
     let folder = tempfile::tempdir().unwrap();
@@ -74,8 +121,12 @@ fn watch(news: &[FromEdge], arguments: &str) -> Output {
 }
 
 fn flexid(path: &Path, arguments: &str) -> Output {
+    watch_at(&format!("unix:{}", path.display()), arguments)
+}
+
+fn watch_at(address: &str, arguments: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_flexid"))
-        .args(["watch", &format!("unix:{}", path.display())])
+        .args(["watch", address])
         .args(arguments.split_whitespace())
         .output()
         .unwrap()
@@ -130,6 +181,97 @@ fn gives_up_at_the_timeout_and_says_where_the_work_stands() {
 }
 
 #[test]
+fn waits_for_as_many_records_as_asked_and_for_a_parameter_that_is_told() {
+    let settled = || progress(Phase::Settled, 3);
+    let consistent = || report(Acceptance::Consistent, 3);
+    for (news, arguments, status) in [
+        ([settled(), consistent()], "--records 3", 0),
+        ([settled(), consistent()], "--records 4", 1),
+        ([settled(), unobserved()], "", 1),
+    ] {
+        let output = watch(&news, &format!("--until identified --timeout 0.7 {arguments}"));
+        assert_eq!(output.status.code(), Some(status), "{arguments}: {}", text(&output.stderr));
+    }
+    let news = [progress(Phase::Settled, 1), report(Acceptance::ModelSuspect, 1)];
+    let output = watch(&news, "--until identified --timeout 0.7");
+    let (lines, errors) = (text(&output.stdout), text(&output.stderr));
+    assert!(errors.contains("settled, 1 record"), "{errors}");
+    assert!(lines.contains("; 1 record, 16384 frames") && !lines.contains("1 records"), "{lines}");
+}
+
+#[test]
+fn a_dead_bus_is_told_first_and_what_went_wrong_on_a_live_one_last() {
+    let waiting = || status("waiting for force frames: none seen");
+    let counts = "0 frames/s, 1000 taken, 3 lost, 0 dropped by the kernel, 812 of a wrong length, \
+                  2 bridged, 77 discarded, 1 counter restart";
+    let down = "vcan0 DOWN: the link of vcan0 is down";
+    let cases = [
+        (
+            bus(BusState::Down, "the link of vcan0 is down"),
+            format!("--timeout: {down}; {counts}; waiting for force frames: none seen\n"),
+            format!("{down}; waiting for force frames: none seen\n"),
+        ),
+        (
+            bus(BusState::Up, ""),
+            format!("--timeout: waiting for force frames: none seen; vcan0 up; {counts}\n"),
+            format!("vcan0 up; {counts}\n"),
+        ),
+    ];
+    for (health, error, line) in cases {
+        let output = watch(&[waiting(), health], "--until identified --timeout 0.7");
+        let (lines, errors) = (text(&output.stdout), text(&output.stderr));
+        assert!(errors.ends_with(&error), "{errors:?} does not end with {error:?}");
+        assert!(lines.contains(&line), "{lines:?} has no {line:?}");
+    }
+    let output = watch(&[], "--until identified --timeout 0.7");
+    assert_eq!(text(&output.stdout), "", "silence is no news");
+}
+
+#[test]
+fn the_timeout_covers_connecting_and_the_greeting() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let begun = Instant::now();
+    let output = flexid(&path, "--until identified --timeout 0.5");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("nobody listens there"), "{}", text(&output.stderr));
+    assert!(begun.elapsed() >= Duration::from_millis(350), "a daemon may still come");
+
+    // Takes clients, and says nothing.
+    let _silent = UnixListener::bind(&path).unwrap();
+    let begun = Instant::now();
+    let output = flexid(&path, "--until identified --timeout 0.5");
+    assert!(begun.elapsed() < Duration::from_secs(3), "{:?}", begun.elapsed());
+    assert!(text(&output.stderr).contains("says nothing"), "{}", text(&output.stderr));
+
+    // A network for documentation, where nobody is.
+    let begun = Instant::now();
+    let output = watch_at("tcp:192.0.2.1:1", "--until identified --timeout 0.5");
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    assert!(begun.elapsed() < Duration::from_secs(3), "{:?}", begun.elapsed());
+}
+
+#[test]
+fn a_daemon_that_comes_later_is_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let (board, stop) = (Board::new(), Stop::new());
+    board.publish(progress(Phase::Settled, 3));
+    board.publish(report(Acceptance::Consistent, 3));
+    thread::scope(|scope| {
+        let watching = scope.spawn(|| flexid(&path, "--until identified --timeout 20"));
+        thread::sleep(Duration::from_millis(500));
+        let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
+        let (board, stop) = (&board, &stop);
+        scope.spawn(move || serve(&listeners, board, stop));
+        let output = watching.join().unwrap();
+        board.close();
+        stop.request();
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    });
+}
+
+#[test]
 fn a_daemon_of_another_version_is_told_apart() {
     let refusal =
         Refusal { reason: clipped("client speaks flexid protocol 1, this daemon speaks 9") };
@@ -167,7 +309,7 @@ fn the_daemons_end_is_told() {
     thread::scope(|scope| {
         scope.spawn(|| serve(&listeners, &board, &stop));
         let watching = scope.spawn(|| flexid(&path, "--json"));
-        thread::sleep(std::time::Duration::from_millis(700));
+        thread::sleep(Duration::from_millis(700));
         board.close();
         stop.request();
         let output = watching.join().unwrap();

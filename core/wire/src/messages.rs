@@ -193,7 +193,7 @@ pub struct BusHealth {
     pub receive_buffer_bytes: u64,
     /// Samples given up because the pose moved, a gap was too long or a stretch too short.
     pub samples_discarded: u64,
-    /// Readings whose value was not finite, refused.
+    /// Readings refused: their value was not finite, or their counter had no part in the sequence.
     pub refused: u64,
     /// Records refused because frames come at another rate than the daemon was told.
     pub wrong_rate: u64,

@@ -93,6 +93,18 @@ pub(super) struct SimulationSection {
     pub(super) scenario: PathBuf,
 }
 
+impl SignalsSection {
+    /// Every name with its key.
+    pub(crate) fn all(&self) -> impl Iterator<Item = (&'static str, &String)> {
+        let with = |key| move |name| (key, name);
+        (self.force.iter().map(with("force")))
+            .chain(self.acceleration.iter().map(with("acceleration")))
+            .chain(self.joints.iter().map(with("joints")))
+            .chain([("force_counter", &self.force_counter)])
+            .chain([("acceleration_counter", &self.acceleration_counter)])
+    }
+}
+
 impl ModelSection {
     fn standard_gravity() -> [f64; 3] {
         [0.0, 0.0, -9.80665]

@@ -13,6 +13,7 @@ use crate::input::{self, BadInput};
 use crate::model::Model;
 use crate::pipeline::{BINS, SAMPLES};
 use crate::signals::SignalTable;
+use crate::summary::count;
 
 pub(crate) use file::SignalsSection;
 pub use flexid_core::spectrum::Accelerometer;
@@ -22,6 +23,8 @@ pub use listen::{Listen, ListenError};
 const RECORD_SAMPLES: [usize; 2] = [256, SAMPLES];
 /// Fewest and most bins that a fit takes.
 const BAND_BINS: [usize; 2] = [8, BINS];
+/// No force sensor is read faster, Hz.
+const HIGHEST_RATE_HZ: f64 = 1e6;
 /// A record is about this long unless the file says otherwise, s.
 const RECORD_SECONDS: f64 = 4.096;
 
@@ -76,6 +79,12 @@ impl Config {
 
         let measurement = &raw.measurement;
         positive("[measurement] rate_hz", measurement.rate_hz).map_err(bad)?;
+        if measurement.rate_hz > HIGHEST_RATE_HZ {
+            let rate = measurement.rate_hz;
+            let message =
+                format!("[measurement] rate_hz is {rate:e}: must be at most {HIGHEST_RATE_HZ}");
+            return Err(bad(message));
+        }
         check_band(measurement).map_err(bad)?;
         let gravity = raw.model.gravity_m_per_s2;
         if !gravity.iter().all(|g| g.is_finite()) {
@@ -91,9 +100,9 @@ impl Config {
         if raw.signals.joints.len() != model.joints.len() {
             return Err(bad(format!(
                 "[signals] joints names {}, but {} has {}: name one signal per joint, base first",
-                count(raw.signals.joints.len(), "signal"),
+                count(raw.signals.joints.len() as u64, "signal"),
                 model_file.display(),
-                count(model.joints.len(), "joint"),
+                count(model.joints.len() as u64, "joint"),
             )));
         }
         let signals = SignalTable::load(file, &base.join(&raw.bus.dbc), &raw.signals, &model)?;
@@ -122,6 +131,11 @@ impl Config {
             gravity: self.gravity,
             accelerometer: self.accelerometer,
         }
+    }
+
+    /// The file's name without its folder, for messages that have little room.
+    pub(crate) fn file_name(&self) -> std::path::Display<'_> {
+        self.file.file_name().map_or(&*self.file, Path::new).display()
     }
 
     /// What the stream must know of the signals.
@@ -226,8 +240,4 @@ fn record_samples(measurement: &file::MeasurementSection) -> Result<usize, Strin
         ));
     }
     Ok(samples)
-}
-
-fn count(number: usize, what: &str) -> String {
-    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }

@@ -4,8 +4,10 @@
 //! ([`run_offline`]); the lines are the same, and so is the report.
 
 mod intake;
+mod obstacle;
 mod offline;
 mod report;
+mod retention;
 mod solver;
 mod verdict;
 
@@ -14,6 +16,7 @@ use std::io;
 use flexid_wire::report::Report;
 
 pub use intake::{Counts, Intake};
+pub use obstacle::{Misfit, MisfitKind};
 pub use offline::run_offline;
 pub use solver::Solver;
 
@@ -21,8 +24,10 @@ pub use solver::Solver;
 pub const SAMPLES: usize = 32_768;
 /// Most bins of a band.
 pub const BINS: usize = 4096;
-/// Most poses of which the newest record is kept; the oldest then goes.
+/// Most records that are kept, and most of one pose; the newest are.
 pub const MAX_EXPERIMENTS: usize = 16;
+/// See [`MAX_EXPERIMENTS`].
+pub const MAX_PER_POSE: usize = 4;
 
 /// Stack of the threads that hold a stream or a solver, bytes: core keeps everything in place, some MB of it,
 /// and passes it on by value when it is made.
@@ -40,9 +45,9 @@ pub struct Outcome {
     pub report: Option<Report>,
     /// What had come in.
     pub counts: Counts,
-    /// What was still awaited, or why the records told nothing, in words.
+    /// What was still awaited, what stood in the way, or why the records told nothing, in words.
     pub state: String,
-    /// What went wrong at the source, in words; empty when nothing did.
+    /// What went wrong at the source, in words; empty when nothing did. Why it broke is in it, too.
     pub trouble: String,
     /// Why the source ended, if it broke. What it had brought has been used.
     pub broken: Option<io::Error>,

@@ -49,10 +49,9 @@ fn run(
         }
     };
     intake.finish(|record| solver.take(record, &go_on, &mut on_progress));
-    let trouble = match &broken {
-        Some(error) => format!("the recording breaks off: {error}"),
-        None => source.health().trouble,
-    };
+    let breaks = broken.iter().map(|error| format!("the recording breaks off: {error}"));
+    let other = Some(source.health().trouble).filter(|trouble| !trouble.is_empty());
+    let trouble = breaks.chain(other).collect::<Vec<_>>().join("; ");
     let counts = intake.counts();
     Ok(Outcome {
         report: solver.report(&counts, &trouble),

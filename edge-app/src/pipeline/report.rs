@@ -9,29 +9,35 @@ use flexid_wire::messages::Progress;
 use flexid_wire::report::{self, Fit, JointReport, Report, Verdict};
 use flexid_wire::text::clipped;
 
-use super::verdict::verdict;
-use super::{Counts, MAX_EXPERIMENTS};
-use crate::model::Model;
+use super::obstacle::wrong_rate;
+use super::verdict::Trust;
+use super::{Counts, MAX_EXPERIMENTS, MisfitKind};
+use crate::config::Config;
 
 /// What a report rests on beside the estimate.
 pub(super) struct Basis<'a> {
     pub(super) progress: Progress,
+    /// Records that were taken in when the estimate settled.
+    pub(super) records: u64,
     pub(super) counts: Counts,
     /// Computing time, s.
     pub(super) seconds: f64,
     /// Which records had no spectrum, and why.
     pub(super) refusal: Option<String>,
+    /// Which records came too late to be in the numbers.
+    pub(super) left_out: Option<String>,
     /// Poses that had to make room.
     pub(super) forgotten: u64,
     /// What went wrong at the source; empty when nothing did.
     pub(super) trouble: &'a str,
 }
 
-pub(super) fn report(model: &Model, estimate: &Estimate, basis: &Basis) -> Report {
+pub(super) fn report(config: &Config, estimate: &Estimate, basis: &Basis) -> Report {
+    let trust = Trust::new(estimate);
     let bushings = estimate.bushings.iter().zip(&estimate.standard_deviations);
-    let joints = model.joints.iter().zip(bushings).map(|(joint, (value, deviation))| {
-        let stiffness = judge(&value.stiffness, &deviation.stiffness);
-        let damping = judge(&value.damping, &deviation.damping);
+    let joints = config.model.joints.iter().zip(bushings).map(|(joint, (value, deviation))| {
+        let stiffness = judge(trust, &value.stiffness, &deviation.stiffness);
+        let damping = judge(trust, &value.damping, &deviation.damping);
         JointReport {
             name: clipped(&joint.name),
             stiffness: value.stiffness,
@@ -46,7 +52,7 @@ pub(super) fn report(model: &Model, estimate: &Estimate, basis: &Basis) -> Repor
     Report {
         joints: joints.take(report::MAX_JOINTS).collect(),
         fit: Fit {
-            records: basis.progress.records,
+            records: basis.records,
             frames: stream.frames,
             frames_lost: stream.frames_lost,
             ssp: estimate.ssp_median,
@@ -63,7 +69,7 @@ pub(super) fn report(model: &Model, estimate: &Estimate, basis: &Basis) -> Repor
                 Acceptance::Unsettled => report::Acceptance::Unsettled,
             },
         },
-        warnings: warnings(estimate, basis)
+        warnings: warnings(config, estimate, basis)
             .iter()
             .take(report::MAX_WARNINGS)
             .map(clipped)
@@ -71,12 +77,16 @@ pub(super) fn report(model: &Model, estimate: &Estimate, basis: &Basis) -> Repor
     }
 }
 
-fn judge(values: &[f64; DOF], deviations: &[f64; DOF]) -> [(Verdict, Option<f64>); DOF] {
-    std::array::from_fn(|dof| verdict(values[dof], deviations[dof]))
+fn judge(
+    trust: Trust,
+    values: &[f64; DOF],
+    deviations: &[f64; DOF],
+) -> [(Verdict, Option<f64>); DOF] {
+    std::array::from_fn(|dof| trust.verdict(values[dof], deviations[dof]))
 }
 
 /// What people should know before they trust the numbers, the gravest first.
-fn warnings(estimate: &Estimate, basis: &Basis) -> Vec<String> {
+fn warnings(config: &Config, estimate: &Estimate, basis: &Basis) -> Vec<String> {
     let mut warnings = Vec::new();
     let mut warn = |warning: &dyn Display| warnings.push(warning.to_string());
     match estimate.acceptance {
@@ -92,20 +102,35 @@ fn warnings(estimate: &Estimate, basis: &Basis) -> Vec<String> {
     if !basis.trouble.is_empty() {
         warn(&basis.trouble);
     }
-    if let Some(refusal) = &basis.refusal {
-        warn(refusal);
+    for reason in [&basis.left_out, &basis.refusal].into_iter().flatten() {
+        warn(reason);
+    }
+    let Counts { wrong_length, bus_errors, misfit, at_limit, .. } = &basis.counts;
+    if let Some(wrong_rate) = wrong_rate(&basis.counts, config) {
+        let records = basis.counts.stream.wrong_rate;
+        warn(&format_args!("{records} records refused: {wrong_rate}"));
+    }
+    let clipped = config.signals.axes.iter().zip(at_limit).filter(|(_, frames)| **frames > 0);
+    let clipped: Vec<_> = clipped.map(|(name, frames)| format!("{name} in {frames}")).collect();
+    if !clipped.is_empty() {
+        warn(&format_args!(
+            "at the limit: {} frames: widen the range of the sensor or the signal",
+            clipped.join(", ")
+        ));
     }
     if basis.forgotten > 0 {
         warn(&format_args!(
-            "{} poses forgotten to keep the newest {MAX_EXPERIMENTS}",
+            "{} poses forgotten to keep the newest {MAX_EXPERIMENTS} records",
             basis.forgotten
         ));
     }
-    let Counts { wrong_length, bus_errors, .. } = &basis.counts;
-    if *wrong_length > 0 {
-        warn(&format_args!(
-            "{wrong_length} frames of another length than the DBC file says, left out"
-        ));
+    match misfit {
+        // Others ask for data, too.
+        Some(misfit) if misfit.kind != MisfitKind::Remote => warn(misfit),
+        _ if *wrong_length > 0 => {
+            warn(&format_args!("{wrong_length} frames of another length than [bus] dbc says"));
+        }
+        _ => {}
     }
     if *bus_errors > 0 {
         warn(&format_args!("the bus reported {bus_errors} errors"));
@@ -119,6 +144,7 @@ pub(super) fn reason(error: SpectrumError) -> String {
         SpectrumError::Length(samples) => format!("{samples} samples are too few"),
         SpectrumError::Bins(bins) => format!("its band holds {bins} bins"),
         SpectrumError::Pose(angles) => format!("its pose has {angles} angles"),
-        SpectrumError::Signal => "it has no force, or values that are not finite".into(),
+        SpectrumError::NotFinite => "it has values that are not finite".into(),
+        SpectrumError::NoForce => "in the band it has hardly more force than noise".into(),
     }
 }

@@ -12,15 +12,16 @@ use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::report::{self, Basis};
+use super::retention::{Entry, Room, find_room};
 use super::{Counts, Experiment, MAX_EXPERIMENTS, Record, SAMPLES};
 use crate::config::Config;
 use crate::model::ModelError;
 use crate::stop::Stop;
 
-/// Poses whose angles differ by no more are the same pose, rad (m).
-const SAME_POSE: f64 = 1e-3;
+/// A record that is being worked on may take so long after the end was asked for.
+const GRACE: Duration = Duration::from_secs(2);
 
-/// Holds the newest record of each pose, and what they tell of the parameters.
+/// Holds the newest records of each pose, and what they tell of the parameters.
 ///
 /// Each record is worked on until the identifier settles before the next is taken, with a budget of steps and
 /// none of time: the same records in the same order give the same parameters on any machine of one SIMD level.
@@ -32,7 +33,11 @@ pub struct Solver<'a> {
     experiments: Vec<Experiment>,
     /// Where core works on one signal.
     buffer: Box<[f32; SAMPLES]>,
+    /// Taken in, and of these the ones that were when the estimate last settled.
     records: u64,
+    settled: u64,
+    /// Left in the queue at the end.
+    waiting: u64,
     refused: Option<(u64, SpectrumError)>,
     forgotten: u64,
     spent: Duration,
@@ -57,20 +62,25 @@ impl<'a> Solver<'a> {
             experiments: Vec::with_capacity(MAX_EXPERIMENTS),
             buffer: Box::new([0.0; SAMPLES]),
             records: 0,
+            settled: 0,
+            waiting: 0,
             refused: None,
             forgotten: 0,
             spent: Duration::ZERO,
         })
     }
 
-    /// Takes a record in and works until all is found that it tells, or until `stop`. `on_progress` hears of
-    /// every step.
+    /// Takes a record in and works until all is found that it tells; once `stop` asks for the end, for 2 s more
+    /// at most. `on_progress` hears of every step.
     pub fn take(&mut self, record: &Record, stop: &Stop, mut on_progress: impl FnMut(&Progress)) {
         let begun = Instant::now();
         match Experiment::new(&self.chain, &self.measurement, record, &mut self.buffer) {
             Ok(experiment) => {
+                let news = self.keep(experiment);
+                // What was settled before this record is so with it, if it is not kept.
+                self.settled += u64::from(!news && self.settled == self.records);
                 self.records += 1;
-                if !self.keep(experiment) {
+                if !news {
                     return;
                 }
             }
@@ -80,14 +90,25 @@ impl<'a> Solver<'a> {
             }
         }
         self.identifier.renew(&self.experiments);
-        while !stop.requested() {
+        let mut deadline = None;
+        let in_time = |deadline: &mut Option<Instant>| {
+            !stop.requested()
+                || Instant::now() < *deadline.get_or_insert_with(|| Instant::now() + GRACE)
+        };
+        while in_time(&mut deadline) {
             let phase = self.identifier.step(&mut self.experiments);
             on_progress(&self.progress());
             if matches!(phase, Phase::Settled | Phase::Waiting) {
+                self.settled = self.records;
                 break;
             }
         }
         self.spent += begun.elapsed();
+    }
+
+    /// There are so many more records that will not be taken: the end has come.
+    pub fn leave(&mut self, records: u64) {
+        self.waiting += records;
     }
 
     /// How the work stands.
@@ -114,13 +135,15 @@ impl<'a> Solver<'a> {
     pub fn report(&self, counts: &Counts, trouble: &str) -> Option<Report> {
         let estimate = self.identifier.estimate()?;
         Some(report::report(
-            &self.config.model,
+            self.config,
             estimate,
             &Basis {
                 progress: self.progress(),
+                records: self.settled,
                 counts: *counts,
                 seconds: self.spent.as_secs_f64(),
-                refusal: self.refusal(),
+                refusal: self.refused(),
+                left_out: self.left_out(),
                 forgotten: self.forgotten,
                 trouble,
             },
@@ -129,25 +152,33 @@ impl<'a> Solver<'a> {
 
     /// Why the records so far tell nothing, in words; `None` when there were none.
     pub fn refusal(&self) -> Option<String> {
+        self.refused().or_else(|| self.left_out())
+    }
+
+    fn refused(&self) -> Option<String> {
         let (count, error) = self.refused?;
         Some(format!("{count} records refused, the first because {}", report::reason(error)))
     }
 
-    /// The newest record of a pose takes the place of the one before, unless it is shorter: what is left of a
-    /// stretch when the robot moves on. Whether there is something new.
+    fn left_out(&self) -> Option<String> {
+        let records = self.records - self.settled + self.waiting;
+        (records > 0).then(|| format!("ended before the newest {records} records were worked through: they are not in the numbers"))
+    }
+
+    /// Keeps an experiment if there is room for it; whether it is kept.
     fn keep(&mut self, experiment: Experiment) -> bool {
-        let same = |other: &Experiment| {
-            other.pose.iter().zip(&experiment.pose).all(|(a, b)| (a - b).abs() <= SAME_POSE)
-        };
-        if let Some(index) = self.experiments.iter().position(same) {
-            // The bins of a shorter record are wider apart.
-            if experiment.spacing > self.experiments[index].spacing {
-                return false;
+        fn entry(experiment: &Experiment) -> Entry<'_> {
+            Entry { pose: &experiment.pose, spacing: experiment.spacing }
+        }
+        let kept: Vec<Entry> = self.experiments.iter().map(entry).collect();
+        match find_room(&kept, &entry(&experiment)) {
+            Room::Free => {}
+            Room::Instead(index) => {
+                let last = kept.iter().filter(|other| other.shares_pose(&kept[index])).count() == 1;
+                self.forgotten += u64::from(last);
+                self.experiments.remove(index);
             }
-            self.experiments.remove(index);
-        } else if self.experiments.len() == MAX_EXPERIMENTS {
-            self.experiments.remove(0);
-            self.forgotten += 1;
+            Room::Nowhere => return false,
         }
         self.experiments.push(experiment);
         true

@@ -3,7 +3,7 @@
 mod client;
 mod listener;
 
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{self, Scope};
@@ -24,14 +24,21 @@ const LOOK: Duration = Duration::from_millis(200);
 
 /// Serves everybody who connects to `listeners` until `stop`; returns once the board is closed and everybody
 /// has read it or is gone.
-pub fn serve(listeners: &[Listener], board: &Board, stop: &Stop) {
+///
+/// # Errors
+/// The system gave no thread; then `stop` is requested.
+pub fn serve(listeners: &[Listener], board: &Board, stop: &Stop) -> io::Result<()> {
     let clients = AtomicUsize::new(0);
     thread::scope(|scope| {
         for listener in listeners {
             let clients = &clients;
-            scope.spawn(move || accept(scope, listener, board, stop, clients));
+            let thread = thread::Builder::new().name("flexid-accept".into());
+            thread
+                .spawn_scoped(scope, move || accept(scope, listener, board, stop, clients))
+                .inspect_err(|_| stop.request())?;
         }
-    });
+        Ok(())
+    })
 }
 
 fn accept<'scope>(
@@ -66,7 +73,8 @@ fn accept<'scope>(
             thread::Builder::new().name("flexid-client".into()).spawn_scoped(scope, || {
                 match client::serve(socket, board, stop) {
                     Ok(()) => debug!("{}: a client has gone", listener.address()),
-                    Err(end) => warn!("{}: a client was dropped: {end}", listener.address()),
+                    // It has been told itself; a crowd of clients shall not flood the log.
+                    Err(end) => debug!("{}: a client was dropped: {end}", listener.address()),
                 }
                 clients.fetch_sub(1, Ordering::Relaxed);
             });

@@ -65,8 +65,7 @@ impl SignalTable {
 
 fn check_distinct(config: &Path, names: &SignalsSection) -> Result<(), BadInput> {
     let mut seen = HashSet::new();
-    let vectors = names.force.iter().chain(&names.acceleration).chain(&names.joints);
-    for name in vectors.chain([&names.force_counter, &names.acceleration_counter]) {
+    for (_, name) in names.all() {
         if !seen.insert(name) {
             let message = format!("[signals] names {name:?} twice: each signal has one meaning");
             return Err(BadInput::new(config, message));
@@ -122,12 +121,58 @@ impl<'a> Lookup<'a> {
             let content = Content::Joint { index: index as u8, value };
             self.add(found, content, &mut messages)?;
         }
+        self.check_apart(names)?;
+        let axis = |name: &String| Ok::<_, BadInput>(self.find("", name)?.signal.name.clone());
+        let [fx, fy, fz] = &names.force;
+        let [ax, ay, az] = &names.acceleration;
         Ok(SignalTable {
             messages,
             counter_bits: counter_bits.into(),
             force_resolution: coarsest(&force),
             acceleration_resolution: coarsest(&acceleration),
+            axes: [axis(fx)?, axis(fy)?, axis(fz)?, axis(ax)?, axis(ay)?, axis(az)?],
         })
+    }
+
+    /// No bit may have two meanings: neither a signal under two names, nor two signals in one place, nor two
+    /// messages of one identifier.
+    fn check_apart(&self, names: &SignalsSection) -> Result<(), BadInput> {
+        let mut seen: Vec<(&String, Found, u64)> = Vec::new();
+        for (key, name) in names.all() {
+            let found = self.find(key, name)?;
+            let Found { message, signal } = found;
+            if let Some(twin) = self
+                .dbc
+                .messages
+                .iter()
+                .find(|other| other.id == message.id && other.name != message.name)
+            {
+                return Err(self.bad_dbc(format!(
+                    "messages {} and {} share the identifier {}: each frame has one layout",
+                    message.name,
+                    twin.name,
+                    message.id.raw()
+                )));
+            }
+            let bits = bits(&self.layout(found)?);
+            let here = seen.iter().filter(|(_, other, _)| other.message.id == message.id);
+            for (other_name, other, other_bits) in here {
+                if other.signal.name == signal.name {
+                    return Err(self.bad_config(format!(
+                        "[signals] names {}.{} as {other_name:?} and as {name:?}: each signal has one meaning",
+                        message.name, signal.name
+                    )));
+                }
+                if bits & other_bits != 0 {
+                    return Err(self.bad_dbc(format!(
+                        "signals {} and {} of message {} overlap: mend start bit or length",
+                        other.signal.name, signal.name, message.name
+                    )));
+                }
+            }
+            seen.push((name, found, bits));
+        }
+        Ok(())
     }
 
     /// Three axes and their counter, which share a message.
@@ -308,6 +353,14 @@ impl<'a> Lookup<'a> {
     fn bad_dbc(&self, message: String) -> BadInput {
         BadInput::new(self.dbc_file, message)
     }
+}
+
+/// The bits that a signal takes of a payload of 8 bytes, which has been checked to hold it.
+fn bits(signal: &Signal) -> u64 {
+    let mut payload = [0; 8];
+    let ones = if signal.signed { -1 } else { *signal.raw_range().end() };
+    let _ = signal.encode_raw(ones, &mut payload);
+    u64::from_le_bytes(payload)
 }
 
 fn coarsest(axes: &[Signal; 3]) -> f32 {

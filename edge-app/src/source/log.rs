@@ -1,6 +1,6 @@
-//! A recording of a bus: the text that `candump -L` writes.
+//! Recordings of a bus: the text that `candump -L` writes.
 
-use std::fs::File;
+use std::collections::{BTreeSet, VecDeque};
 use std::io::{self, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -14,6 +14,8 @@ use crate::input::BadInput;
 
 /// Frames handed over at once.
 const BATCH: usize = 256;
+/// Frames that are looked at to see which buses a log holds: two seconds of two full ones.
+const LOOK_AHEAD: usize = 32_768;
 
 /// Reads a log line by line; lines that are no frames are counted and left out.
 pub struct CandumpLog<R> {
@@ -22,22 +24,17 @@ pub struct CandumpLog<R> {
     line: u64,
     garbage: u64,
     first_garbage: Option<(u64, String)>,
-}
-
-impl CandumpLog<File> {
-    /// Opens a log.
-    ///
-    /// # Errors
-    /// The file cannot be opened.
-    pub fn open(file: &Path) -> Result<Self, BadInput> {
-        let log = File::open(file)
-            .map_err(|error| BadInput::new(file, format!("cannot be read: {error}")))?;
-        Ok(Self::new(file, log))
-    }
+    /// The bus whose frames are taken, if not of all.
+    bus: Option<String>,
+    /// Frames of other buses that were left out.
+    strays: u64,
+    /// Read already, with the error that followed them.
+    ahead: VecDeque<(String, Arrival)>,
+    broken: Option<io::Error>,
 }
 
 impl<R: Read> CandumpLog<R> {
-    /// Reads a log from anywhere; messages call it `file`.
+    /// Reads a log from anywhere, whatever buses it holds; messages call it `file`.
     pub fn new(file: &Path, log: R) -> Self {
         Self {
             file: file.to_path_buf(),
@@ -45,25 +42,66 @@ impl<R: Read> CandumpLog<R> {
             line: 0,
             garbage: 0,
             first_garbage: None,
+            bus: None,
+            strays: 0,
+            ahead: VecDeque::new(),
+            broken: None,
         }
     }
 
-    /// Lines that were no frames.
-    pub fn garbage(&self) -> u64 {
-        self.garbage
+    /// Takes the frames of one bus alone: of `interface`, or of the only one there is, whatever its name.
+    ///
+    /// Reads the first 32,768 frames to see which there are. One that comes later is left out, and told.
+    ///
+    /// # Errors
+    /// The log holds several, none of which is `interface`.
+    pub fn on_bus(mut self, interface: &str) -> Result<Self, BadInput> {
+        while self.ahead.len() < LOOK_AHEAD {
+            match self.parse() {
+                Ok(Some(frame)) => self.ahead.push_back(frame),
+                Ok(None) => break,
+                Err(error) => {
+                    self.broken = Some(error);
+                    break;
+                }
+            }
+        }
+        let buses: BTreeSet<&str> = self.ahead.iter().map(|(bus, _)| bus.as_str()).collect();
+        let bus = match buses.first() {
+            Some(bus) if buses.len() == 1 => bus,
+            Some(_) if !buses.contains(interface) => {
+                let buses = buses.into_iter().collect::<Vec<_>>().join(", ");
+                let message = format!(
+                    "holds frames of {buses}, but none of [bus] interface, {interface:?}: name one of them there"
+                );
+                return Err(BadInput::new(&self.file, message));
+            }
+            _ => interface,
+        };
+        self.bus = Some(bus.to_string());
+        Ok(self)
     }
-}
 
-impl<R: Read + Send> FrameSource for CandumpLog<R> {
-    fn read(&mut self, batch: &mut Vec<Arrival>, _timeout: Duration) -> io::Result<Flow> {
-        for _ in 0..BATCH {
+    /// The next frame and its bus; `None` at the end.
+    fn next(&mut self) -> io::Result<Option<(String, Arrival)>> {
+        if let Some(frame) = self.ahead.pop_front() {
+            return Ok(Some(frame));
+        }
+        self.broken.take().map_or_else(|| self.parse(), Err)
+    }
+
+    /// The next frame of the file.
+    fn parse(&mut self) -> io::Result<Option<(String, Arrival)>> {
+        loop {
             self.line += 1;
             match self.reader.next_record() {
-                Ok(Some(record)) => batch.push(arrival(&record)),
-                Ok(None) => return Ok(Flow::Ended),
+                Ok(Some(record)) => return Ok(Some((record.device.clone(), arrival(&record)))),
+                Ok(None) => return Ok(None),
                 // Bytes that are not even text come as an error of reading.
                 Err(ParseError::Io(error)) if error.kind() != ErrorKind::InvalidData => {
-                    return Err(error);
+                    let Self { file, line, .. } = self;
+                    let message = format!("{}:{line}: cannot be read: {error}", file.display());
+                    return Err(io::Error::new(error.kind(), message));
                 }
                 Err(error) => {
                     self.garbage += 1;
@@ -71,19 +109,81 @@ impl<R: Read + Send> FrameSource for CandumpLog<R> {
                 }
             }
         }
+    }
+}
+
+impl<R: Read + Send> FrameSource for CandumpLog<R> {
+    fn read(&mut self, batch: &mut Vec<Arrival>, _timeout: Duration) -> io::Result<Flow> {
+        for _ in 0..BATCH {
+            match self.next()? {
+                None => return Ok(Flow::Ended),
+                Some((bus, _)) if self.bus.as_ref().is_some_and(|only| *only != bus) => {
+                    self.strays += 1;
+                }
+                Some((_, arrival)) => batch.push(arrival),
+            }
+        }
         Ok(Flow::Open)
     }
 
     fn health(&self) -> SourceHealth {
-        let trouble = match &self.first_garbage {
-            None => String::new(),
-            Some((line, error)) => format!(
-                "{}:{line}: no line of candump -L ({error}), {} such in all, left out",
-                self.file.display(),
+        let file = self.file.display();
+        let mut troubles = Vec::new();
+        if let Some((line, error)) = &self.first_garbage {
+            troubles.push(format!(
+                "{file}:{line}: no line of candump -L ({error}), {} such in all, left out",
                 self.garbage
-            ),
+            ));
+        }
+        if let (Some(bus), 1..) = (&self.bus, self.strays) {
+            troubles
+                .push(format!("{file}: took the frames of {bus}, left out {} others", self.strays));
+        }
+        SourceHealth { trouble: troubles.join("; "), ..SourceHealth::default() }
+    }
+}
+
+/// Several logs, one after the other. One that cannot be read to its end does not keep the next from being read.
+pub struct Logs<R> {
+    open: VecDeque<CandumpLog<R>>,
+    /// What went wrong in those that are read.
+    troubles: Vec<String>,
+    /// The first that could not be read to its end.
+    broken: Option<io::Error>,
+}
+
+impl<R> Logs<R> {
+    /// In the order in which they were recorded.
+    pub fn new(logs: impl IntoIterator<Item = CandumpLog<R>>) -> Self {
+        Self { open: logs.into_iter().collect(), troubles: Vec::new(), broken: None }
+    }
+}
+
+impl<R: Read + Send> FrameSource for Logs<R> {
+    /// An error comes after the last log.
+    fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
+        let Some(log) = self.open.front_mut() else {
+            return self.broken.take().map_or(Ok(Flow::Ended), Err);
         };
-        SourceHealth { trouble, ..SourceHealth::default() }
+        let flow = log.read(batch, timeout);
+        if matches!(flow, Ok(Flow::Open)) {
+            return Ok(Flow::Open);
+        }
+        let trouble = log.health().trouble;
+        if !trouble.is_empty() {
+            self.troubles.push(trouble);
+        }
+        self.open.pop_front();
+        match (flow, &self.broken) {
+            (Err(error), None) => self.broken = Some(error),
+            (Err(error), Some(_)) => self.troubles.push(error.to_string()),
+            (Ok(_), _) => {}
+        }
+        Ok(Flow::Open)
+    }
+
+    fn health(&self) -> SourceHealth {
+        SourceHealth { trouble: self.troubles.join("; "), ..SourceHealth::default() }
     }
 }
 
@@ -148,21 +248,63 @@ mod tests {
         );
     }
 
-    #[test]
-    fn a_failing_disk_keeps_what_was_read() {
-        struct Failing(&'static [u8]);
-        impl Read for Failing {
-            fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-                match self.0.read(into)? {
-                    0 => Err(io::Error::other("worn out")),
-                    bytes => Ok(bytes),
-                }
+    struct Failing(&'static [u8]);
+
+    impl Read for Failing {
+        fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+            match self.0.read(into)? {
+                0 => Err(io::Error::other("worn out")),
+                bytes => Ok(bytes),
             }
         }
-        let log = Failing(b"(1767000000.000060) can0 101#00\n(1767000000.000070) can0 101#");
-        let mut source = CandumpLog::new(Path::new("a.log"), log);
+    }
+
+    #[test]
+    fn a_failing_disk_keeps_what_was_read_and_the_next_log() {
+        let log = |file: &str| {
+            let bytes = Failing(b"(1767000000.000060) can0 101#00\n(1767000000.000070) can0 101#");
+            CandumpLog::new(Path::new(file), bytes)
+        };
         let mut batch = Vec::new();
-        let error = source.read(&mut batch, Duration::ZERO).unwrap_err();
-        assert_eq!((batch.len(), error.to_string().as_str()), (1, "worn out"));
+        let error = log("a.log").read(&mut batch, Duration::ZERO).unwrap_err();
+        assert_eq!(batch.len(), 1);
+        assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out");
+
+        let mut logs = Logs::new([log("a.log").on_bus("can0").unwrap(), log("b.log")]);
+        let mut batch = Vec::new();
+        let error = loop {
+            match logs.read(&mut batch, Duration::ZERO) {
+                Ok(flow) => assert_eq!(flow, Flow::Open),
+                Err(error) => break error,
+            }
+        };
+        assert_eq!(batch.len(), 2);
+        assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out");
+        assert_eq!(logs.health().trouble, "b.log:2: cannot be read: worn out");
+        assert_eq!(logs.read(&mut batch, Duration::ZERO).unwrap(), Flow::Ended);
+    }
+
+    #[test]
+    fn of_several_buses_only_the_named_one_is_taken() {
+        let log = b"(1767000000.000060) can1 101#00\n(1767000000.000070) can0 102#00\n\
+            (1767000000.000080) can1 101#00\n";
+        let mut source = CandumpLog::new(Path::new("a.log"), &log[..]).on_bus("can0").unwrap();
+        let mut batch = Vec::new();
+        while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
+        assert_eq!(batch.len(), 1);
+        assert_eq!(batch[0].frame.id, StandardId::new(0x102).unwrap().into());
+        assert_eq!(source.health().trouble, "a.log: took the frames of can0, left out 2 others");
+
+        let refused = CandumpLog::new(Path::new("a.log"), &log[..]).on_bus("vcan0").err().unwrap();
+        assert_eq!(
+            refused.to_string(),
+            "a.log: holds frames of can0, can1, but none of [bus] interface, \"vcan0\": name one of them there"
+        );
+
+        let one = b"(1767000000.000060) can1 101#00\n(1767000000.000080) can1 101#00\n";
+        let mut source = CandumpLog::new(Path::new("a.log"), &one[..]).on_bus("can0").unwrap();
+        let mut batch = Vec::new();
+        while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
+        assert_eq!((batch.len(), source.health()), (2, SourceHealth::default()));
     }
 }

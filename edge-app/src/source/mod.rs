@@ -8,7 +8,7 @@ use std::io;
 use std::time::Duration;
 
 pub use frame::{Arrival, Frame, FrameKind};
-pub use log::CandumpLog;
+pub use log::{CandumpLog, Logs};
 pub use socket::{CanSocket, OpenError};
 
 /// Brings frames in the order in which they were on the bus.

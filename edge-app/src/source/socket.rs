@@ -345,6 +345,17 @@ mod tests {
     }
 
     #[test]
+    fn the_sysctl_file_allows_the_buffer_that_is_asked_for() {
+        let file = include_str!("../../dist/60-flexid.conf");
+        let limit = file.lines().find_map(|line| line.strip_prefix("net.core.rmem_max = "));
+        assert_eq!(limit.unwrap().parse(), Ok(RECEIVE_BUFFER));
+        // The kernel doubles what is asked for and books 768 bytes a frame; 278 frames are 30 ms of a full bus.
+        let frames = 2 * RECEIVE_BUFFER / 768;
+        assert!(file.contains(" 21,800 frames") && frames / 100 == 218);
+        assert!(file.contains("2.4 s of a full bus") && (frames * 30 / 278).div_ceil(100) == 24);
+    }
+
+    #[test]
     fn a_silent_bus_lets_go_in_time() {
         let (mut source, _bus) = pair();
         let mut batch = Vec::new();

@@ -1,21 +1,23 @@
 //! `flexid identify`: the daemon's pipeline over recordings.
 
 use std::collections::VecDeque;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Result, anyhow};
 use flexid_edge::config::Config;
 use flexid_edge::input::BadInput;
-use flexid_edge::pipeline::run_offline;
+use flexid_edge::pipeline::{Outcome, run_offline};
 use flexid_edge::source::{Arrival, CandumpLog, Flow, FrameSource, SourceHealth};
 use flexid_wire::messages::{Phase, Progress};
 use indicatif::{ProgressBar, ProgressBarIter};
 
-use crate::truth::TruthFile;
-use crate::{progress, table, validation};
+use crate::console::print;
+use crate::output::Output;
+use crate::simulation::scenario::Scenario;
+use crate::{progress, table, truth, validation};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -34,32 +36,39 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
+    // All that can be wrong is found before the work, of which then nothing is lost.
     let config = Config::load(&args.config)?;
-    let truth = match &args.truth {
-        Some(file) => Some(TruthFile::load(file, &config.model)?),
-        None => None,
+    let truth = args.truth.as_deref().map(|file| truth::load(file, &config)).transpose()?;
+    let scenario = match (&truth, &config.scenario) {
+        (Some(_), Some(file)) => Some(Scenario::load(file, &config.model)?),
+        _ => None,
     };
+    let json = args.json.as_deref().map(Output::create).transpose()?;
     let bar = progress::bar(0, "reading");
     let mut logs = Logs::open(&args.logs, &bar)?;
-    let offline = run_offline(&config, &mut logs, |progress| bar.set_message(doing(progress)))?;
+    let Outcome { report, state, trouble, broken, .. } =
+        run_offline(&config, &mut logs, |progress| bar.set_message(doing(progress)))?;
     bar.finish_and_clear();
-    for trouble in &logs.troubles {
-        eprintln!("warning: {trouble}");
-    }
-    let logs: Vec<_> = args.logs.iter().map(|log| log.display().to_string()).collect();
-    let Some(report) = offline.report else {
-        let message = format!("no record to identify from: {}", offline.state);
-        return Err(BadInput::new(Path::new(&logs.join(", ")), message).into());
+
+    let names: Vec<_> = args.logs.iter().map(|log| log.display().to_string()).collect();
+    let names = names.join(", ");
+    let broken = broken.map(|error| anyhow!("{names}: the recording breaks off: {error}"));
+    let Some(report) = report else {
+        let trouble = if trouble.is_empty() { trouble } else { format!("; {trouble}") };
+        let message = format!("no record to identify from: {state}{trouble}");
+        return Err(broken.unwrap_or_else(|| BadInput::new(Path::new(&names), message).into()));
     };
-    if let Some(file) = &args.json {
-        fs::write(file, serde_json::to_string_pretty(&report)? + "\n")
-            .with_context(|| format!("{} cannot be written", file.display()))?;
+    // A closed terminal does not keep the numbers from the file.
+    let printed = print(&table::report(&report, truth.as_deref()));
+    if let Some(json) = json {
+        json.finish(&(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
-    print!("{}", table::report(&report, truth.as_deref()));
+    printed?;
     if let Some(truth) = truth {
-        print!("{}", validation::compare(&config, &truth, &table::bushings(&report))?);
+        let estimate = table::bushings(&report);
+        print(&validation::compare(&config, scenario.as_ref(), &truth, &estimate)?)?;
     }
-    Ok(())
+    broken.map_or(Ok(()), Err)
 }
 
 /// In words, for the progress bar.

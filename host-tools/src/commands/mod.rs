@@ -8,14 +8,12 @@ mod watch;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use flexid_edge::input::BadInput;
 
-/// Exit status for bad input or usage.
-const BAD_INPUT: u8 = 2;
+use crate::exit;
 
 /// Finds the joint stiffness and damping of robots while they mill.
 #[derive(Debug, Parser)]
-#[command(name = "flexid", version)]
+#[command(name = "flexid", version, arg_required_else_help = false)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -34,25 +32,12 @@ enum Command {
     Watch(watch::Args),
 }
 
-/// Bad input that is no file: an argument, an interface, an address.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-struct BadArgument(String);
-
 /// The command line's `main`.
 pub fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
-        Command::Model(command) => model::run(&command),
-        Command::Simulate(args) => simulate::run(&args),
-        Command::Identify(args) => identify::run(&args),
-        Command::Watch(args) => watch::run(&args),
-    };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("flexid: {error:#}");
-            let bad_input = error.is::<BadInput>() || error.is::<BadArgument>();
-            if bad_input { BAD_INPUT.into() } else { ExitCode::FAILURE }
-        }
-    }
+    exit::main(|cli: &Cli| match &cli.command {
+        Command::Model(command) => model::run(command),
+        Command::Simulate(args) => simulate::run(args),
+        Command::Identify(args) => identify::run(args),
+        Command::Watch(args) => watch::run(args),
+    })
 }

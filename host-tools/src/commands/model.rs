@@ -1,15 +1,18 @@
 //! `flexid model import`: from a URDF file to the model that everything else reads.
 
-use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result};
-use flexid_edge::input::BadInput;
+use anyhow::Result;
+use flexid_edge::input::{self, BadInput};
 
+use crate::console::{complain, print};
+use crate::output::Output;
+use crate::table::count;
 use crate::urdf;
 
 /// The subcommands.
 #[derive(Debug, clap::Subcommand)]
+#[command(arg_required_else_help = false)]
 pub(super) enum Command {
     /// Makes a model of the chain from the root of a URDF file to the tool
     Import(ImportArgs),
@@ -29,22 +32,19 @@ pub(super) struct ImportArgs {
 
 pub(super) fn run(Command::Import(args): &Command) -> Result<()> {
     let file = &args.urdf;
-    let text = fs::read_to_string(file)
-        .map_err(|error| BadInput::new(file, format!("cannot be read: {error}")))?;
+    let text = input::read(file)?;
     let imported = urdf::import(&text, &args.tcp).map_err(|error| BadInput::new(file, error))?;
     for warning in &imported.warnings {
-        eprintln!("warning: {}: {warning}", file.display());
+        complain(&format!("warning: {}: {warning}", file.display()));
     }
     let model = imported.model;
-    fs::write(&args.output, model.to_toml()?)
-        .with_context(|| format!("{} cannot be written", args.output.display()))?;
+    Output::create(&args.output)?.finish(&model.to_toml()?)?;
     let mass: f64 = model.joints.iter().map(|joint| joint.mass_kg).sum();
-    println!(
-        "{}: {} with {} joints and {mass:.1} kg of moving mass, tool at '{}'",
+    print(&format!(
+        "{}: {} with {} and {mass:.1} kg of moving mass, tool at '{}'\n",
         args.output.display(),
         model.name,
-        model.joints.len(),
+        count(model.joints.len() as u64, "joint"),
         model.tcp.name
-    );
-    Ok(())
+    ))
 }

@@ -1,25 +1,31 @@
 //! `flexid simulate`: the scenario's robot, onto a bus or into a log.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
+use clap::value_parser;
 use flexid_edge::config::Config;
 use flexid_edge::source::OpenError;
 use indicatif::ProgressBar;
 use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::BadArgument;
+use crate::console::print;
+use crate::exit::BadArgument;
+use crate::output::{Output, unwritable};
 use crate::progress;
 use crate::simulation::bus::BusSender;
 use crate::simulation::candump;
 use crate::simulation::scenario::Experiment;
 use crate::simulation::sensor::{Quality, Transmission};
-use crate::simulation::simulator::{PAUSE_S, Simulator, Truth};
+use crate::simulation::simulator::{Simulator, Truth};
+use crate::table::count;
 use crate::truth::{TrueExperiment, TruthFile};
+
+/// Most experiments and repetitions: half a day of milling each.
+const MOST: u64 = 10_000;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -39,11 +45,11 @@ pub(super) struct Args {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Number of experiments; beyond those of the scenario, poses are drawn within the joints' limits
-    #[arg(long, value_name = "N")]
-    experiments: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..=MOST))]
+    experiments: Option<u64>,
     /// Do all experiments so many times
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    repeat: usize,
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u64).range(1..=MOST))]
+    repeat: u64,
     /// Probability that a force or acceleration frame is lost
     #[arg(long, value_name = "PROB", default_value_t = 0.0)]
     drop: f64,
@@ -60,33 +66,37 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let config = Config::load(&args.config)?;
     let mut simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
     let experiments = experiments(args, &config, &simulator);
+    let truth_json = args.truth_json.as_deref().map(Output::create).transpose()?;
     let mut sink = match &args.candump {
         Some(file) => Sink::log(file, &config.interface)?,
         None => Sink::bus(args.can.as_deref().unwrap_or(&config.interface))?,
     };
     let mut truth = TruthFile::new(&config.model, simulator.truth());
-    let bar = progress::bar(experiments.len() as u64 * sink.ticks(&simulator), "simulating");
-    for experiment in &experiments {
+    let (mut done, mut frames) = (0, 0);
+    let all = experiments.len() as u64 * args.repeat;
+    let bar = progress::bar(all * sink.ticks(&simulator), "simulating");
+    for experiment in (0..args.repeat).flat_map(|_| &experiments) {
         let sent = simulator.perform(experiment)?;
         sink.take(&sent, &bar)?;
-        truth.experiments.push(TrueExperiment {
-            name: experiment.name.clone(),
-            pose: experiment.pose.clone(),
-            seq_start: sent.first_counter,
-            frames: sent.frames.len() as u64,
-            dropped_force: sent.lost_force,
-            dropped_acc: sent.lost_acceleration,
-        });
+        done += 1;
+        frames += sent.frames.len() as u64;
+        if truth_json.is_some() {
+            truth.experiments.push(TrueExperiment {
+                name: experiment.name.clone(),
+                pose: experiment.pose.clone(),
+                seq_start: sent.first_counter,
+                frames: sent.frames.len() as u64,
+                dropped_force: sent.lost_force,
+                dropped_acc: sent.lost_acceleration,
+            });
+        }
     }
     bar.finish_and_clear();
     sink.finish()?;
-    if let Some(file) = &args.truth_json {
-        fs::write(file, serde_json::to_string_pretty(&truth)? + "\n")
-            .with_context(|| format!("{} cannot be written", file.display()))?;
+    if let Some(file) = truth_json {
+        file.finish(&(serde_json::to_string_pretty(&truth)? + "\n"))?;
     }
-    let frames: u64 = truth.experiments.iter().map(|one| one.frames).sum();
-    println!("{frames} frames of {} experiments sent", experiments.len());
-    Ok(())
+    print(&format!("{} of {} sent\n", count(frames, "frame"), count(done, "experiment")))
 }
 
 fn quality(args: &Args) -> Result<Quality, BadArgument> {
@@ -94,35 +104,33 @@ fn quality(args: &Args) -> Result<Quality, BadArgument> {
     if !(0.0..1.0).contains(&drop) {
         return Err(BadArgument(format!("--drop {drop}: must be at least 0 and below 1")));
     }
-    if !(noise >= 0.0 && noise.is_finite()) {
-        return Err(BadArgument(format!("--noise {noise}: must not be negative")));
+    if !(0.0..=1e6).contains(&noise) {
+        return Err(BadArgument(format!("--noise {noise}: must lie between 0 and 1e6")));
     }
     Ok(Quality { noise, drop })
 }
 
-/// Those of the scenario first, then drawn ones; all of them as often as asked for.
+/// Those of the scenario first, then drawn ones.
 fn experiments(args: &Args, config: &Config, simulator: &Simulator) -> Vec<Experiment> {
     let scenario = simulator.scenario();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(args.seed);
     rng.jump(); // away from the forces and the noise, which have the same seed
-    let count = args.experiments.unwrap_or(scenario.experiments.len());
+    let count = args.experiments.map_or(scenario.experiments.len(), |count| count as usize);
     let drawn = std::iter::repeat_with(|| scenario.draw_experiment(&config.model, &mut rng));
-    let all: Vec<_> = scenario.experiments.iter().cloned().chain(drawn).take(count).collect();
-    std::iter::repeat_n(all, args.repeat).flatten().collect()
+    scenario.experiments.iter().cloned().chain(drawn).take(count).collect()
 }
 
 /// Where the frames go.
 enum Sink {
     /// The log, its name, and when the next experiment starts, s since the epoch.
     Log { writer: candump::Writer<BufWriter<File>>, file: PathBuf, start_s: f64 },
-    /// The bus, and when the next experiment starts.
-    Bus { sender: BusSender, start: Instant },
+    /// The bus, in real time.
+    Bus(BusSender),
 }
 
 impl Sink {
     fn log(file: &Path, interface: &str) -> Result<Self> {
-        let log =
-            File::create(file).with_context(|| format!("{} cannot be written", file.display()))?;
+        let log = File::create(file).map_err(|error| unwritable(file, &error))?;
         let writer = candump::Writer::new(BufWriter::new(log), interface);
         Ok(Self::Log { writer, file: file.to_owned(), start_s: candump::EPOCH_S })
     }
@@ -132,37 +140,31 @@ impl Sink {
             OpenError::Io { .. } => anyhow::Error::new(error),
             missing => BadArgument(format!("--can {interface}: {missing}")).into(),
         })?;
-        Ok(Self::Bus { sender, start: Instant::now() })
+        Ok(Self::Bus(sender))
     }
 
-    /// Ticks of the progress bar an experiment: samples where they take their time, else one.
+    /// Ticks of the progress bar an experiment: milliseconds where it takes its time, else one.
     fn ticks(&self, simulator: &Simulator) -> u64 {
         match self {
             Self::Log { .. } => 1,
-            Self::Bus { .. } => (simulator.scenario().measurement.duration_s * 1e3).round() as u64,
+            Self::Bus(_) => (simulator.scenario().measurement.duration_s * 1e3).round() as u64,
         }
     }
 
     fn take(&mut self, sent: &Transmission, bar: &ProgressBar) -> Result<()> {
-        let end_s = sent.frames.last().map_or(0.0, |last| last.time_s) + PAUSE_S;
         match self {
             Self::Log { writer, file, start_s } => {
                 writer
                     .write(&sent.frames, *start_s)
-                    .with_context(|| format!("{} cannot be written", file.display()))?;
-                *start_s += end_s;
+                    .with_context(|| format!("{}: cannot be written", file.display()))?;
+                *start_s += sent.lasts_s();
                 bar.inc(1);
             }
-            Self::Bus { sender, start } => {
-                // Simulating may have taken longer than the pause before.
-                let begin = (*start).max(Instant::now());
+            Self::Bus(sender) => {
                 let done = bar.position();
                 sender
-                    .play(&sent.frames, begin, || {
-                        bar.set_position(done + begin.elapsed().as_millis() as u64);
-                    })
+                    .play(sent, |lasted| bar.set_position(done + lasted.as_millis() as u64))
                     .context("the bus does not take frames")?;
-                *start = begin + Duration::from_secs_f64(end_s);
             }
         }
         Ok(())
@@ -171,9 +173,9 @@ impl Sink {
     fn finish(self) -> Result<()> {
         match self {
             Self::Log { writer, file, .. } => {
-                writer.finish().with_context(|| format!("{} cannot be written", file.display()))
+                writer.finish().with_context(|| format!("{}: cannot be written", file.display()))
             }
-            Self::Bus { .. } => Ok(()),
+            Self::Bus(_) => Ok(()),
         }
     }
 }

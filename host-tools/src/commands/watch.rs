@@ -1,18 +1,17 @@
 //! `flexid watch`: what a running daemon finds, live.
 
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
-use flexid_edge::config::Listen;
+use clap::value_parser;
 
-use super::BadArgument;
-use crate::client::Client;
+use crate::client::{self, Client};
+use crate::exit::BadArgument;
 use crate::readout::{REDRAW, Screen, View};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// The daemon: unix:PATH or tcp:127.0.0.1:PORT
+    /// The daemon: unix:PATH or tcp:IP:PORT
     address: String,
     /// Print each report as one line of JSON, and nothing else
     #[arg(long)]
@@ -20,7 +19,10 @@ pub(super) struct Args {
     /// End as soon as this is reached
     #[arg(long, value_name = "STATE")]
     until: Option<Until>,
-    /// Give up after so many seconds, with exit status 1
+    /// Wait until the report rests on at least so many records
+    #[arg(long, value_name = "N", requires = "until", default_value_t = 1, value_parser = value_parser!(u64).range(1..))]
+    records: u64,
+    /// Give up after so many seconds, with exit status 1; until then wait for a daemon that is not there yet
     #[arg(long, value_name = "S", requires = "until")]
     timeout: Option<f64>,
 }
@@ -28,18 +30,18 @@ pub(super) struct Args {
 /// What to wait for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Until {
-    /// A report that is settled and consistent with the noise
+    /// A report with parameters that the data tell, settled and consistent with the noise
     Identified,
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    let address = Listen::parse(&args.address, Path::new(""))
-        .map_err(|error| BadArgument(format!("ADDRESS: {error}")))?;
+    let address =
+        client::address(&args.address).map_err(|error| BadArgument(format!("ADDRESS: {error}")))?;
     let deadline = match args.timeout {
         None => None,
         Some(seconds) => Some(deadline(seconds)?),
     };
-    let mut client = Client::connect(&address)?;
+    let mut client = Client::connect(&address, deadline)?;
     let mut view = View::default();
     let mut screen = Screen::new(args.json);
     loop {
@@ -49,12 +51,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
             view.take(message);
         }
         screen.draw(&view)?;
-        if args.until == Some(Until::Identified) && view.identified() {
+        if args.until == Some(Until::Identified) && view.identified(args.records) {
             return screen.end(&view);
         }
         if deadline.is_some_and(|end| Instant::now() >= end) {
             screen.end(&view)?;
-            bail!("{address}: not identified within the --timeout: {}", view.state());
+            bail!("{address}: not identified within the --timeout: {}", view.summary());
         }
     }
 }

@@ -17,11 +17,12 @@ use flexid_edge::server::Listener;
 use flexid_edge::stop::Stop;
 
 use crate::client::Client;
+use crate::console::print;
 use crate::readout::{REDRAW, Screen, View};
 use crate::simulation::bus::BusSender;
 use crate::simulation::sensor::Quality;
-use crate::simulation::simulator::{PAUSE_S, Simulator, Truth};
-use crate::{table, validation};
+use crate::simulation::simulator::{Simulator, Truth};
+use crate::{exit, table, validation};
 
 use bus::DemoBus;
 
@@ -49,13 +50,7 @@ struct Args {
 
 /// The demo's `main`.
 pub fn main() -> ExitCode {
-    match run(&Args::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("flexid-demo: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    exit::main(run)
 }
 
 fn run(args: &Args) -> Result<()> {
@@ -64,10 +59,11 @@ fn run(args: &Args) -> Result<()> {
     let quality = Quality { noise: 1.0, drop: 0.0 };
     let simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
     let truth = simulator.truth().to_vec();
-    let experiments = simulator.scenario().experiments.len() as u64;
+    let scenario = simulator.scenario().clone();
+    let experiments = scenario.experiments.len() as u64;
     let DemoBus { robot, daemon, name, what } = DemoBus::new(&config.interface)?;
     config.interface = name;
-    println!("bus: {what}");
+    print(&format!("bus: {what}\n"))?;
     let listeners = config.listen.iter().map(Listener::bind).collect::<Result<Vec<_>, _>>()?;
     let address = config.listen.first().context("edge.toml: [server] listen is empty")?;
 
@@ -78,7 +74,7 @@ fn run(args: &Args) -> Result<()> {
             let mut source = daemon;
             daemon::run(&config, &mut source, &listeners, &stop)
         });
-        let robot = scope.spawn(move || mill(simulator, &robot));
+        let robot = scope.spawn(move || mill(simulator, robot));
         let view = watch(address, experiments, || robot.is_finished());
         stop.request();
         (view, daemon.join(), robot.join())
@@ -91,12 +87,13 @@ fn run(args: &Args) -> Result<()> {
     }
 
     let report = view.report.as_ref().context("the daemon has sent no report")?;
-    print!("{}", table::report(report, Some(&truth)));
+    print(&table::report(report, Some(&truth)))?;
     if let Some(line) = view.bus_line() {
-        println!("{line}");
+        print(&(line + "\n"))?;
     }
-    print!("{}", validation::compare(&config, &truth, &table::bushings(report))?);
-    ensure!(view.identified(), "the robot was not identified: {}", view.state());
+    let estimate = table::bushings(report);
+    print(&validation::compare(&config, Some(&scenario), &truth, &estimate)?)?;
+    ensure!(view.identified(experiments), "the robot was not identified: {}", view.summary());
     Ok(())
 }
 
@@ -109,22 +106,16 @@ fn config(folder: &Path) -> Result<Config> {
 }
 
 /// The robot does its experiments in real time.
-fn mill(mut simulator: Simulator, bus: &BusSender) -> Result<()> {
-    let experiments = simulator.scenario().experiments.clone();
-    let mut start = Instant::now();
-    for experiment in &experiments {
-        let sent = simulator.perform(experiment)?;
-        start = start.max(Instant::now());
-        bus.play(&sent.frames, start, || {})?;
-        let end_s = sent.frames.last().map_or(0.0, |last| last.time_s) + PAUSE_S;
-        start += Duration::from_secs_f64(end_s);
+fn mill(mut simulator: Simulator, mut bus: BusSender) -> Result<()> {
+    for experiment in simulator.scenario().experiments.clone() {
+        bus.play(&simulator.perform(&experiment)?, |_| {})?;
     }
     Ok(())
 }
 
 /// Shows the daemon's news until it has settled on all experiments.
 fn watch(address: &Listen, experiments: u64, robot_is_done: impl Fn() -> bool) -> Result<View> {
-    let mut client = Client::connect(address)?;
+    let mut client = Client::connect(address, None)?;
     let (mut view, mut screen) = (View::default(), Screen::new(false));
     let mut patience = None;
     loop {

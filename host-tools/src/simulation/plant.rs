@@ -18,8 +18,6 @@ const BALANCE: f64 = 600.0;
 pub struct Motion {
     /// m.
     pub displacement: Vector3<f64>,
-    /// m/s.
-    pub velocity: Vector3<f64>,
     /// m/s².
     pub acceleration: Vector3<f64>,
 }
@@ -45,7 +43,7 @@ pub struct Plant {
     transition: DMatrix<f64>,
     start: DMatrix<f64>,
     end: DMatrix<f64>,
-    /// `[displacement; velocity; acceleration]` (9) of the state, and the acceleration's share of the force.
+    /// `[displacement; acceleration]` (6) of the state, and the acceleration's share of the force.
     output: DMatrix<f64>,
     mobility: Matrix3<f64>,
     /// Coordinates, then their rates over [`BALANCE`].
@@ -112,7 +110,8 @@ fn jacobian(
 impl Plant {
     /// A robot at rest, to be advanced by steps of `step_s` seconds.
     ///
-    /// `None` if its mass matrix is not positive definite, which a [`Chain`]'s always is.
+    /// `None` if its mass matrix is not positive definite, which a [`Chain`]'s always is, or if its numbers
+    /// leave the range of floating point.
     pub fn new(motion: &EquationOfMotion, step_s: f64) -> Option<Self> {
         let n = motion.stiffness.len();
         let inverse = motion.mass.clone().cholesky()?.inverse();
@@ -127,15 +126,17 @@ impl Plant {
         flow.view_mut((n, n), (n, n)).copy_from(&(-step_s * &damper));
         flow.view_mut((n, 2 * n), (n, 3)).copy_from(&(step_s / BALANCE * &push));
         flow.view_mut((2 * n, 2 * n + 3), (3, 3)).fill_diagonal(1.0);
+        if !flow.iter().all(|number: &f64| number.is_finite()) {
+            return None;
+        }
         let flow = flow.exp();
         let held = flow.view((0, 2 * n), (2 * n, 3)).into_owned();
         let ramp = flow.view((0, 2 * n + 3), (2 * n, 3)).into_owned();
 
-        let mut output = DMatrix::zeros(9, 2 * n);
+        let mut output = DMatrix::zeros(6, 2 * n);
         output.view_mut((0, 0), (3, n)).copy_from(&motion.tcp);
-        output.view_mut((3, n), (3, n)).copy_from(&(BALANCE * &motion.tcp));
-        output.view_mut((6, 0), (3, n)).copy_from(&(-&motion.tcp * spring));
-        output.view_mut((6, n), (3, n)).copy_from(&(-BALANCE * &motion.tcp * damper));
+        output.view_mut((3, 0), (3, n)).copy_from(&(-&motion.tcp * spring));
+        output.view_mut((3, n), (3, n)).copy_from(&(-BALANCE * &motion.tcp * damper));
         let mobility = &motion.tcp * push;
         Some(Self {
             transition: flow.view((0, 0), (2 * n, 2 * n)).into_owned(),
@@ -159,31 +160,13 @@ impl Plant {
         self.force = force;
     }
 
-    /// [Advances](Self::advance), and gives the motion at the end of the step.
-    pub fn step(&mut self, force: Vector3<f64>) -> Motion {
-        self.advance(force);
-        self.motion()
-    }
-
     /// How the TCP moves now.
     pub fn motion(&self) -> Motion {
         let output = &self.output * &self.state;
         Motion {
             displacement: output.fixed_rows::<3>(0).into_owned(),
-            velocity: output.fixed_rows::<3>(3).into_owned(),
-            acceleration: output.fixed_rows::<3>(6) + self.mobility * self.force,
+            acceleration: output.fixed_rows::<3>(3) + self.mobility * self.force,
         }
-    }
-
-    /// Kinetic energy and that of the springs, and the power that the dampers take: J and W.
-    #[cfg(test)]
-    fn energy(&self, motion: &EquationOfMotion) -> (f64, f64) {
-        let n = motion.stiffness.len();
-        let q = self.state.rows(0, n);
-        let rate = BALANCE * self.state.rows(n, n);
-        let kinetic = 0.5 * rate.dot(&(&motion.mass * &rate));
-        let elastic = 0.5 * q.component_mul(&q).dot(&motion.stiffness);
-        (kinetic + elastic, rate.component_mul(&rate).dot(&motion.damping))
     }
 }
 
@@ -210,11 +193,31 @@ mod tests {
         Vector3::new(300.0, -200.0, 100.0) * shape * (1.0 + (2.0 * t * 300.0).sin())
     }
 
-    fn run(motion: &EquationOfMotion, step: f64, seconds: f64) -> (Plant, Vec<Motion>) {
+    /// One that has been pushed for so long.
+    fn pushed(motion: &EquationOfMotion, step: f64, seconds: f64) -> Plant {
         let mut plant = Plant::new(motion, step).unwrap();
         let steps = (seconds / step).round() as usize;
-        let motions = (1..=steps).map(|n| plant.step(push(n as f64 * step))).collect();
-        (plant, motions)
+        (1..=steps).for_each(|n| plant.advance(push(n as f64 * step)));
+        plant
+    }
+
+    /// Of the bushing coordinates, per second.
+    fn rates(plant: &Plant) -> DVector<f64> {
+        let n = plant.state.len() / 2;
+        BALANCE * plant.state.rows(n, n)
+    }
+
+    /// Of the TCP along its axes, m/s.
+    fn velocity(plant: &Plant, motion: &EquationOfMotion) -> Vector3<f64> {
+        (&motion.tcp * rates(plant)).fixed_rows::<3>(0).into_owned()
+    }
+
+    /// Kinetic energy and that of the springs, and the power that the dampers take: J and W.
+    fn energy(plant: &Plant, motion: &EquationOfMotion) -> (f64, f64) {
+        let (q, rate) = (plant.state.rows(0, motion.stiffness.len()), rates(plant));
+        let kinetic = 0.5 * rate.dot(&(&motion.mass * &rate));
+        let elastic = 0.5 * q.component_mul(&q).dot(&motion.stiffness);
+        (kinetic + elastic, rate.component_mul(&rate).dot(&motion.damping))
     }
 
     /// The same equation by Runge and Kutta's method at a step of 5 µs: nothing shared but M, K, D, J.
@@ -244,7 +247,7 @@ mod tests {
     #[test]
     fn the_motion_does_not_depend_on_the_step() {
         let motion = nominal();
-        let at = |step| run(&motion, step, 0.25).0.motion().displacement;
+        let at = |step| pushed(&motion, step, 0.25).motion().displacement;
         let exact = at(2.5e-6);
         // Straight lines between steps err with the square of the step.
         let errors = [1e-4, 5e-5, 2e-5].map(|step| (at(step) - exact).norm() / exact.norm());
@@ -255,7 +258,7 @@ mod tests {
     #[test]
     fn another_integrator_finds_the_same_motion() {
         let motion = nominal();
-        let here = run(&motion, 2e-6, 0.1).0.motion().displacement;
+        let here = pushed(&motion, 2e-6, 0.1).motion().displacement;
         let there = runge_kutta(&motion, 0.1);
         assert!((here - there).norm() < 1e-6 * there.norm(), "{here} {there}");
     }
@@ -269,13 +272,14 @@ mod tests {
         let (mut power, mut loss) = (0.0, 0.0);
         for n in 1..=30_000 {
             let force = push(f64::from(n) * step);
-            let now = plant.step(force).velocity.dot(&force);
-            let (_, taken) = plant.energy(&motion);
+            plant.advance(force);
+            let now = velocity(&plant, &motion).dot(&force);
+            let (_, taken) = energy(&plant, &motion);
             work += 0.5 * step * (power + now);
             heat += 0.5 * step * (loss + taken);
             (power, loss) = (now, taken);
         }
-        let (stored, _) = plant.energy(&motion);
+        let (stored, _) = energy(&plant, &motion);
         assert!(stored > 0.05 * work && heat > 0.05 * work, "{work} J is {stored} and {heat}");
         assert!((work - stored - heat).abs() < 1e-5 * work, "{work} J is not {stored} + {heat}");
     }
@@ -284,13 +288,15 @@ mod tests {
     fn velocity_and_acceleration_are_the_slopes() {
         let motion = nominal();
         let step = 1e-5;
-        let (_, motions) = run(&motion, step, 0.1);
-        for at in [2_000, 5_000, 9_000] {
-            let [before, now, after] = [motions[at - 1], motions[at], motions[at + 1]];
-            let velocity = (after.displacement - before.displacement) / (2.0 * step);
-            assert!((velocity - now.velocity).norm() < 1e-4 * now.velocity.norm());
-            let acceleration = (after.velocity - before.velocity) / (2.0 * step);
-            assert!((acceleration - now.acceleration).norm() < 1e-3 * now.acceleration.norm());
+        for at in [0.02, 0.05, 0.09] {
+            let [before, now, after] =
+                [at - step, at, at + step].map(|seconds| pushed(&motion, step, seconds));
+            let moved = after.motion().displacement - before.motion().displacement;
+            let speed = velocity(&now, &motion);
+            assert!((moved / (2.0 * step) - speed).norm() < 1e-4 * speed.norm());
+            let gained = velocity(&after, &motion) - velocity(&before, &motion);
+            let acceleration = now.motion().acceleration;
+            assert!((gained / (2.0 * step) - acceleration).norm() < 1e-3 * acceleration.norm());
         }
     }
 
@@ -305,12 +311,12 @@ mod tests {
         let motion = EquationOfMotion::new(&chain, &POSE, &bushings);
         let force = Vector3::new(100.0, 200.0, -50.0);
         let mut plant = Plant::new(&motion, 1e-3).unwrap();
-        let last = (0..20_000).map(|_| plant.step(force)).last().unwrap();
+        (0..20_000).for_each(|_| plant.advance(force));
         let compliance = motion.tcp.clone()
             * DMatrix::from_diagonal(&motion.stiffness.map(f64::recip))
             * motion.tcp.transpose();
         let rest = compliance * force;
-        assert!((last.displacement - rest).norm() < 1e-9 * rest.norm());
+        assert!((plant.motion().displacement - rest).norm() < 1e-9 * rest.norm());
     }
 
     /// Poses of all links and of the TCP with the bushings displaced by `q`: the chain, not linearised.

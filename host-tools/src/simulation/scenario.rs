@@ -1,15 +1,25 @@
 //! The scenario file: the true robot, the experiments, the cutting force and the noise of the sensors.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
-use flexid_core::parameters::{Bounds, Bushing, EmptyBounds};
-use flexid_edge::input::BadInput;
+use flexid_core::parameters::{Bounds, Bushing};
+use flexid_edge::input::{self, BadInput};
 use flexid_edge::model::Model;
 use rand_core::Rng;
 use serde::Deserialize;
 
+use crate::table::{DOF_NAMES, count};
+
 /// Standard gravity, in which accelerometers' noise is given, m/s².
 const STANDARD_GRAVITY: f64 = 9.80665;
+/// No bushing of a robot is softer or harder, SI units: what is beyond is a slip of the pen, and the numbers
+/// that follow from it leave the range of floating point.
+const CONCEIVABLE: RangeInclusive<f64> = 1e-3..=1e12;
+/// No cutter has more teeth.
+const MOST_TEETH: u32 = 1000;
+/// Shortest experiment: what the daemon takes as a record, samples.
+const FEWEST_SAMPLES: usize = 256;
 
 /// A robot to be simulated, and what is done with it.
 #[derive(Clone, Debug)]
@@ -143,30 +153,18 @@ impl Scenario {
     /// # Errors
     /// One line that names the file, the place, and what would be right.
     pub fn load(file: &Path, model: &Model) -> Result<Self, BadInput> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|error| BadInput::new(file, format!("cannot be read: {error}")))?;
-        Self::parse(file, &text, model)
+        Self::parse(file, &input::read(file)?, model)
     }
 
-    fn parse(file: &Path, text: &str, model: &Model) -> Result<Self, BadInput> {
-        let raw: File = toml::from_str(text).map_err(|error| BadInput {
-            line: error.span().map(|span| 1 + text[..span.start].matches('\n').count()),
-            ..BadInput::new(file, error.message())
-        })?;
+    /// Reads and checks the text of the scenario `file`.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Self, BadInput> {
+        let raw: File = input::parse_toml(file, text)?;
         let bad = |message: String| BadInput::new(file, message);
-        let b = &raw.bounds;
-        let bounds = Bounds::new(
-            b.stiffness_translation_n_per_m,
-            b.stiffness_rotation_nm_per_rad,
-            b.damping_translation_ns_per_m,
-            b.damping_rotation_nms_per_rad,
-        )
-        .map_err(|EmptyBounds { damping, dof }| {
-            let kind = if damping { "damping" } else { "stiffness" };
-            let motion = if dof < 3 { "translation" } else { "rotation" };
-            bad(format!("[bounds] {kind}_{motion}: must be 0 < lower < upper"))
-        })?;
-        let truth = truth(&raw.truth, model).map_err(bad)?;
+        let bounds = raw.bounds.check().map_err(bad)?;
+        let truth = truth(&raw.truth, model, &bounds).map_err(bad)?;
         if raw.experiment.is_empty() {
             return Err(bad("no [[experiment]]: give at least one".into()));
         }
@@ -206,8 +204,9 @@ impl Scenario {
                     flexid_edge::model::Kind::Prismatic => 1.0,
                 };
                 let [lower, upper] = joint.limits;
-                let lower = if lower.is_finite() { lower } else { upper.min(open) - 2.0 * open };
-                let upper = if upper.is_finite() { upper } else { lower + 2.0 * open };
+                let limits = |limit: f64| limit.abs() < 1e3;
+                let lower = if limits(lower) { lower } else { upper.min(open) - 2.0 * open };
+                let upper = if limits(upper) { upper } else { lower + 2.0 * open };
                 uniform(rng, [lower, upper])
             })
             .collect();
@@ -226,7 +225,7 @@ fn uniform(rng: &mut impl Rng, [lower, upper]: [f64; 2]) -> f64 {
     lower + (upper - lower) * unit(rng)
 }
 
-fn truth(raw: &[Truth], model: &Model) -> Result<Vec<Bushing>, String> {
+fn truth(raw: &[Truth], model: &Model, bounds: &Bounds) -> Result<Vec<Bushing>, String> {
     let given: Vec<&str> = raw.iter().map(|truth| truth.joint.as_str()).collect();
     let wanted: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
     if given != wanted {
@@ -237,21 +236,52 @@ fn truth(raw: &[Truth], model: &Model) -> Result<Vec<Bushing>, String> {
         ));
     }
     raw.iter()
-        .map(|truth| {
-            let positive = |key: &str, values: &[f64; 6]| match values
-                .iter()
-                .find(|value| !(value.is_finite() && **value > 0.0))
-            {
-                Some(value) => {
-                    Err(format!("[[truth]] {} {key} has {value}: must be positive", truth.joint))
-                }
-                None => Ok(()),
-            };
-            positive("stiffness", &truth.stiffness)?;
-            positive("damping", &truth.damping)?;
-            Ok(Bushing { stiffness: truth.stiffness, damping: truth.damping })
+        .map(|&Truth { ref joint, stiffness, damping }| {
+            let bushing = Bushing { stiffness, damping };
+            check(&bushing, bounds).map_err(|error| format!("[[truth]] {joint} {error}"))?;
+            Ok(bushing)
         })
         .collect()
+}
+
+/// Whether a true bushing is one that can be found; what is wrong with it.
+pub(crate) fn check(bushing: &Bushing, bounds: &Bounds) -> Result<(), String> {
+    let kinds = [
+        ("stiffness", &bushing.stiffness, &bounds.stiffness),
+        ("damping", &bushing.damping, &bounds.damping),
+    ];
+    for (kind, values, ranges) in kinds {
+        for ((value, [lower, upper]), dof) in values.iter().zip(ranges).zip(DOF_NAMES) {
+            if !(lower..=upper).contains(&value) {
+                return Err(format!(
+                    "{kind} {dof} is {value:e}: must lie within [bounds], {lower:e} to {upper:e}"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+impl BoundsSection {
+    fn check(&self) -> Result<Bounds, String> {
+        let ranges = [
+            ("stiffness_translation_n_per_m", self.stiffness_translation_n_per_m),
+            ("stiffness_rotation_nm_per_rad", self.stiffness_rotation_nm_per_rad),
+            ("damping_translation_ns_per_m", self.damping_translation_ns_per_m),
+            ("damping_rotation_nms_per_rad", self.damping_rotation_nms_per_rad),
+        ];
+        for (key, [lower, upper]) in ranges {
+            let both = CONCEIVABLE.contains(&lower) && CONCEIVABLE.contains(&upper);
+            if !(both && lower < upper) {
+                let (least, most) = CONCEIVABLE.into_inner();
+                return Err(format!(
+                    "[bounds] {key} is [{lower:e}, {upper:e}]: must be {least:e} <= lower < upper <= {most:e}"
+                ));
+            }
+        }
+        let [kt, kr, dt, dr] = ranges.map(|(_, range)| range);
+        Bounds::new(kt, kr, dt, dr).map_err(|error| format!("[bounds] {error:?}"))
+    }
 }
 
 impl Experiment {
@@ -259,9 +289,9 @@ impl Experiment {
         let place = format!("[[experiment]] \"{}\"", self.name);
         if self.pose.len() != model.joints.len() {
             return Err(format!(
-                "{place} pose has {} angles, but the model has {} joints",
-                self.pose.len(),
-                model.joints.len()
+                "{place} pose has {}, but the model has {}: one angle a joint, base first",
+                count(self.pose.len() as u64, "angle"),
+                count(model.joints.len() as u64, "joint")
             ));
         }
         for (&angle, joint) in self.pose.iter().zip(&model.joints) {
@@ -273,24 +303,19 @@ impl Experiment {
                 ));
             }
         }
-        match self.spindle_rpm.iter().find(|rpm| !(rpm.is_finite() && **rpm > 0.0)) {
-            Some(rpm) => Err(format!("{place} spindle_rpm has {rpm}: must be positive")),
-            None => Ok(()),
-        }
+        self.spindle_rpm
+            .iter()
+            .try_for_each(|&rpm| within(&format!("{place} spindle_rpm"), rpm, 1e6))
     }
 }
 
 impl Cutting {
     fn check(&self) -> Result<(), String> {
-        if self.teeth == 0 {
-            return Err("[force] teeth is 0: must be at least 1".into());
+        if !(1..=MOST_TEETH).contains(&self.teeth) {
+            let teeth = self.teeth;
+            return Err(format!("[force] teeth is {teeth}: must lie between 1 and {MOST_TEETH}"));
         }
-        if !(self.immersion_deg > 0.0 && self.immersion_deg <= 180.0) {
-            return Err(format!(
-                "[force] immersion_deg is {}: must be above 0 and at most 180",
-                self.immersion_deg
-            ));
-        }
+        within("[force] immersion_deg", self.immersion_deg, 180.0)?;
         not_negative("[force] peak_tangential_n", self.peak_tangential_n)?;
         not_negative("[force] radial_ratio", self.radial_ratio)?;
         not_negative("[force] axial_ratio", self.axial_ratio)?;
@@ -303,34 +328,50 @@ impl Sampling {
     const LONGEST_S: f64 = 120.0;
 
     fn check(&self) -> Result<(), String> {
-        let within = |key: &str, value: f64, most: f64| {
-            if value > 0.0 && value <= most {
-                Ok(())
-            } else {
-                Err(format!("[measurement] {key} is {value}: must be above 0 and at most {most}"))
-            }
-        };
-        within("rate_hz", self.rate_hz, 20_000.0)?;
-        within("duration_s", self.duration_s, Self::LONGEST_S)?;
+        within("[measurement] rate_hz", self.rate_hz, 20_000.0)?;
+        within("[measurement] duration_s", self.duration_s, Self::LONGEST_S)?;
+        if self.samples() < FEWEST_SAMPLES {
+            return Err(format!(
+                "[measurement] duration_s is {}: must hold at least {FEWEST_SAMPLES} samples, {} s",
+                self.duration_s,
+                FEWEST_SAMPLES as f64 / self.rate_hz
+            ));
+        }
         let [lower, upper] = self.band_hz;
         if !(0.0 < lower && lower < upper && upper < self.rate_hz / 2.0) {
             return Err(format!(
                 "[measurement] band_hz is [{lower}, {upper}]: must be 0 < lower < upper < rate_hz / 2"
             ));
         }
-        not_negative(
-            "[measurement] acceleration_noise_g_per_sqrt_hz",
-            self.acceleration_noise_g_per_sqrt_hz,
-        )?;
-        not_negative("[measurement] force_noise_n_per_sqrt_hz", self.force_noise_n_per_sqrt_hz)
+        if (upper - lower) * self.duration_s < 1.0 {
+            return Err(format!(
+                "[measurement] band_hz is [{lower}, {upper}]: must be at least 1 / duration_s wide"
+            ));
+        }
+        let noise = [
+            ("acceleration_noise_g_per_sqrt_hz", self.acceleration_noise_g_per_sqrt_hz),
+            ("force_noise_n_per_sqrt_hz", self.force_noise_n_per_sqrt_hz),
+        ];
+        noise
+            .iter()
+            .try_for_each(|(key, value)| not_negative(&format!("[measurement] {key}"), *value))
     }
 }
 
-fn not_negative(place: &str, value: f64) -> Result<(), String> {
-    if value >= 0.0 && value.is_finite() {
+fn within(place: &str, value: f64, most: f64) -> Result<(), String> {
+    if value > 0.0 && value <= most {
         Ok(())
     } else {
-        Err(format!("{place} is {value}: must not be negative"))
+        Err(format!("{place} is {value}: must be above 0 and at most {most}"))
+    }
+}
+
+/// What is larger than a million is a slip of the pen.
+fn not_negative(place: &str, value: f64) -> Result<(), String> {
+    if (0.0..=1e6).contains(&value) {
+        Ok(())
+    } else {
+        Err(format!("{place} is {value:e}: must lie between 0 and 1e6"))
     }
 }
 
@@ -369,14 +410,30 @@ pub(crate) mod tests {
     fn mistakes_are_named_with_place_and_mend() {
         let table = [
             ("rate_hz = 2000.0", "rate_hz = -5.0", "[measurement] rate_hz is -5: must be above 0"),
-            ("rate_hz = 2000.0", "rate = 2000.0", "unknown field `rate`"),
-            ("teeth = 2", "teeth = 0", "[force] teeth is 0"),
+            (
+                "rate_hz = 2000.0",
+                "rate = 2000.0",
+                "[measurement] rate: unknown key `rate`: did you mean `rate_hz` (in Hz)?",
+            ),
+            ("teeth = 2", "teeth = 0", "[force] teeth is 0: must lie between 1 and 1000"),
+            ("teeth = 2", "teeth = 4_000_000_000", "teeth is 4000000000: must lie between"),
+            ("duration_s = 4.096", "duration_s = 1e-9", "must hold at least 256 samples, 0.128 s"),
+            ("band_hz = [2.0, 200.0]", "band_hz = [2.0, 2.1]", "at least 1 / duration_s wide"),
+            ("400.0", "1e300", "[force] peak_tangential_n is 1e300: must lie between 0 and 1e6"),
+            (
+                "4.8e7,",
+                "1e300,",
+                "[[truth]] joint_3 stiffness tx is 1e300: must lie within [bounds]",
+            ),
+            ("4.8e7,", "1e-300,", "stiffness tx is 1e-300: must lie within [bounds], 1e7 to 2e8"),
+            ("1.2e3, 0.7e4]", "99.0, 0.7e4]", "joint_3 damping ry is 9.9e1: must lie within"),
+            ("[1.0e7, 2.0e8]", "[1e-300, 1e300]", "must be 1e-3 <= lower < upper <= 1e12"),
             (
                 "joint = \"joint_3\"",
                 "joint = \"wrist\"",
                 "[[truth]] is given for the joints [joint_1, joint_2, wrist]",
             ),
-            ("[4.8e7,", "[-4.8e7,", "[[truth]] joint_3 stiffness has -48000000: must be positive"),
+            ("[4.8e7,", "[-4.8e7,", "[[truth]] joint_3 stiffness tx is -4.8e7: must lie within"),
             (
                 "pose = [0.00, ",
                 "pose = [",
@@ -388,11 +445,11 @@ pub(crate) mod tests {
                 "[[experiment]] \"slot, arm half stretched\" pose: -4.5 is outside the limits of joint_2",
             ),
             ("feed = \"x\"", "feed = \"w\"", "unknown variant `w`"),
-            ("[600, 4200]", "[0, 4200]", "spindle_rpm has 0: must be positive"),
+            ("[600, 4200]", "[0, 4200]", "spindle_rpm is 0: must be above 0"),
             (
                 "[1.0e7, 2.0e8]",
                 "[2.0e8, 1.0e7]",
-                "[bounds] stiffness_translation: must be 0 < lower < upper",
+                "[bounds] stiffness_translation_n_per_m is [2e8, 1e7]: must be",
             ),
         ];
         for (right, wrong, message) in table {

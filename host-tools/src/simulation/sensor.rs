@@ -15,6 +15,8 @@ use super::scenario::Sampling;
 const LATENCY_S: f64 = 60e-6;
 /// A full frame at 1 Mbit/s, stuffing included, s.
 const FRAME_S: f64 = 131e-6;
+/// Nothing is on the bus between two experiments, s.
+pub const PAUSE_S: f64 = 1.0;
 /// Joint angles a second.
 const POSE_RATE_HZ: f64 = 10.0;
 
@@ -47,6 +49,13 @@ pub struct Transmission {
     pub lost_force: u64,
     /// Acceleration frames that were lost.
     pub lost_acceleration: u64,
+}
+
+impl Transmission {
+    /// From the first sample until the next experiment may begin, s.
+    pub fn lasts_s(&self) -> f64 {
+        self.frames.last().map_or(0.0, |last| last.time_s) + PAUSE_S
+    }
 }
 
 /// Measures `response` and sends it.

@@ -15,9 +15,6 @@ use super::experiment::Cut;
 use super::scenario::{Experiment, Scenario};
 use super::sensor::{self, Quality, Transmission};
 
-/// Nothing is on the bus between two experiments, s.
-pub const PAUSE_S: f64 = 1.0;
-
 /// Which robot is simulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
@@ -113,10 +110,5 @@ impl Simulator {
     /// What it does.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
-    }
-
-    /// Its geometry and masses.
-    pub fn chain(&self) -> &Chain {
-        &self.chain
     }
 }

@@ -18,6 +18,9 @@ use tree::{Tree, isometry};
 /// A moment of inertia may miss the triangle inequality by this share: files carry rounded numbers.
 const ROUNDING: f64 = 1e-3;
 
+/// No link of a robot is heavier: what is beyond is a slip of the pen.
+const HEAVIEST_KG: f64 = 1e6;
+
 /// Where `[ixx, iyy, izz, ixy, ixz, iyz]` stand in the matrix.
 const INERTIA_ORDER: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
@@ -126,9 +129,9 @@ pub enum UrdfError {
         .0.iter().map(|(link, joint)| format!("link '{link}' (moved by '{joint}')")).collect::<Vec<_>>().join(", ")
     )]
     NoMass(Vec<(String, String)>),
-    /// A negative mass.
-    #[error("link '{link}' has the mass {mass} kg: must be positive")]
-    NegativeMass {
+    /// A negative mass, or one that no robot's link has.
+    #[error("link '{link}' has the mass {mass:?} kg: must be positive and at most {HEAVIEST_KG:e}")]
+    Mass {
         /// The link.
         link: String,
         /// kg.
@@ -212,6 +215,8 @@ pub fn import(text: &str, tcp: &str) -> Result<Imported, UrdfError> {
     let mut warnings = importer.warnings;
     let names: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
     warnings.extend(plausibility::warnings(&chain, &names));
+    // Names may hold line breaks.
+    let warnings = warnings.iter().map(|warning| one_line(warning)).collect();
     Ok(Imported { model, warnings })
 }
 
@@ -272,8 +277,8 @@ impl Importer<'_> {
             inertial.iyz,
             inertial.izz,
         );
-        if mass < 0.0 {
-            return Err(UrdfError::NegativeMass { link: name.to_owned(), mass });
+        if !(0.0..=HEAVIEST_KG).contains(&mass) {
+            return Err(UrdfError::Mass { link: name.to_owned(), mass });
         }
         if mass == 0.0 {
             if inertia != Matrix3::zeros() {

@@ -105,7 +105,11 @@ fn what_cannot_be_simulated_is_refused_with_place_and_mend() {
         ),
         (reason(&arm(&body), "base"), "no movable joint between the root and 'base'"),
         (reason(&arm(""), "tool"), "no mass on link 'arm' (moved by 'shoulder')"),
-        (reason(&arm(&inertial(-1.0, [1.0; 3])), "tool"), "link 'arm' has the mass -1 kg"),
+        (reason(&arm(&inertial(-1.0, [1.0; 3])), "tool"), "link 'arm' has the mass -1.0 kg"),
+        (
+            reason(&arm(&inertial(1e308, [1.0; 3])), "tool"),
+            "link 'arm' has the mass 1e308 kg: must be positive and at most 1e6",
+        ),
         (reason(&arm(&inertial(f64::NAN, [1.0; 3])), "tool"), "link 'arm' has the number NaN"),
         (
             reason(&arm(&inertial(1.0, [0.0; 3])), "tool"),
@@ -183,7 +187,7 @@ fn branches_are_lumped_in_and_said() {
                 "<axis xyz=\"0 0 3\"/><limit lower=\"0\" upper=\"1\" velocity=\"1\"/>",
             ),
             ("bolts", "fixed", "arm", "motor", "<origin xyz=\"0 2 0\"/>"),
-            ("finger", "revolute", "tool", "gripper", "<origin xyz=\"0 0 0\"/>"),
+            ("fin\nger", "revolute", "tool", "gripper", "<origin xyz=\"0 0 0\"/>"),
             ("mount", "fixed", "arm", "tool", "<origin xyz=\"1 0 0\"/>"),
         ],
     );
@@ -196,8 +200,8 @@ fn branches_are_lumped_in_and_said() {
     // About x: three bodies of 1 kg m², 10 kg at y = 2 and 20 kg at y = 0 about y = 2/3.
     assert!((lift.inertia_kg_m2[0] - (3.0 + 10.0 * 16.0 / 9.0 + 20.0 * 4.0 / 9.0)).abs() < 1e-9);
     for said in [
-        "joint 'finger' is not between the root and the TCP: held at 0",
-        "link 'gripper' (10 kg) hangs beside the chain on 'finger': lumped in rigidly",
+        "joint 'fin ger' is not between the root and the TCP: held at 0",
+        "link 'gripper' (10 kg) hangs beside the chain on 'fin ger': lumped in rigidly",
         "link 'motor' (10 kg) hangs beside the chain on 'bolts': lumped in rigidly",
     ] {
         assert!(robot.warnings.iter().any(|warning| warning == said), "{:?}", robot.warnings);

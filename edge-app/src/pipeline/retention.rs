@@ -1,0 +1,126 @@
+//! Which records are kept: the newest of each pose, of as many poses as there is room for.
+
+use super::{MAX_EXPERIMENTS, MAX_PER_POSE};
+
+/// Poses whose angles differ by no more are the same pose, rad (m).
+const SAME_POSE: f64 = 1e-3;
+
+/// What the choice looks at in a record.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry<'a> {
+    /// rad (m).
+    pub(super) pose: &'a [f64],
+    /// Of its bins, rad/s: the shorter a record is, the wider.
+    pub(super) spacing: f64,
+}
+
+/// Where a new record goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Room {
+    /// Beside the others.
+    Free,
+    /// Instead of the one at this index.
+    Instead(usize),
+    /// Nowhere: what is there is better.
+    Nowhere,
+}
+
+impl Entry<'_> {
+    pub(super) fn shares_pose(&self, other: &Self) -> bool {
+        self.pose.iter().zip(other.pose).all(|(a, b)| (a - b).abs() <= SAME_POSE)
+    }
+}
+
+/// Finds room for `new` beside `kept`, which are in the order in which they came.
+///
+/// A pose that is full gives up its shortest record, of equal ones the oldest; if the new one is shorter still (what
+/// is left of a stretch when the robot moves on), it goes. When all is full, the pose that has most gives up its
+/// oldest, but not for the rest of a stretch.
+pub(super) fn find_room(kept: &[Entry], new: &Entry) -> Room {
+    let at_pose = || (0..kept.len()).filter(|&index| kept[index].shares_pose(new));
+    if at_pose().count() >= MAX_PER_POSE {
+        // Of equal ones `min_by` takes the first.
+        let shortest = at_pose().min_by(|&a, &b| kept[b].spacing.total_cmp(&kept[a].spacing));
+        return match shortest {
+            Some(index) if new.spacing <= kept[index].spacing => Room::Instead(index),
+            _ => Room::Nowhere,
+        };
+    }
+    if kept.len() < MAX_EXPERIMENTS {
+        return Room::Free;
+    }
+    if at_pose().any(|index| kept[index].spacing < new.spacing) {
+        return Room::Nowhere;
+    }
+    let alone = |entry: &Entry| kept.len() - kept.iter().filter(|k| k.shares_pose(entry)).count();
+    let oldest = (0..kept.len()).min_by_key(|&index| alone(&kept[index]));
+    oldest.map_or(Room::Free, Room::Instead)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FULL: f64 = 1.0;
+    const SHORT: f64 = 2.0;
+
+    /// Takes in records of (pose, spacing), as the solver does; what is left, by the number of each.
+    fn keep(records: &[(f64, f64)]) -> Vec<usize> {
+        let poses: Vec<[f64; 1]> = records.iter().map(|(pose, _)| [*pose]).collect();
+        let entry = |index: usize| Entry { pose: &poses[index], spacing: records[index].1 };
+        let mut kept: Vec<usize> = Vec::new();
+        for new in 0..records.len() {
+            let entries: Vec<Entry> = kept.iter().map(|&index| entry(index)).collect();
+            match find_room(&entries, &entry(new)) {
+                Room::Free => kept.push(new),
+                Room::Instead(index) => {
+                    kept.remove(index);
+                    kept.push(new);
+                }
+                Room::Nowhere => {}
+            }
+        }
+        kept
+    }
+
+    #[test]
+    fn the_newest_of_a_pose_are_kept_beside_each_other() {
+        assert_eq!(keep(&[(0.0, FULL); 3]), [0, 1, 2]);
+        assert_eq!(keep(&[(0.0, FULL); 6]), [2, 3, 4, 5]);
+        assert_eq!(keep(&[(0.0, FULL), (0.0, SHORT), (0.0009, FULL)]), [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_short_record_makes_room_first_and_takes_none_from_full_ones() {
+        let mut records = vec![(0.0, FULL); 4];
+        records.push((0.0, SHORT));
+        assert_eq!(keep(&records), [0, 1, 2, 3]);
+        records[1].1 = SHORT;
+        records[4].1 = FULL;
+        assert_eq!(keep(&records), [0, 2, 3, 4]);
+    }
+
+    #[test]
+    fn a_new_pose_takes_the_oldest_of_the_pose_that_has_most() {
+        // 13 poses, the sixth three times, the last twice.
+        let mut records: Vec<_> = (0..13).map(|pose| (f64::from(pose), FULL)).collect();
+        records.extend([(5.0, FULL), (12.0, FULL), (5.0, FULL)]);
+        assert_eq!(keep(&records).len(), MAX_EXPERIMENTS);
+        records.push((13.0, FULL));
+        let kept = keep(&records);
+        assert!(!kept.contains(&5) && kept.contains(&16), "{kept:?}");
+        // Now the sixth pose and the thirteenth have two each: the older record goes.
+        records.push((14.0, FULL));
+        let kept = keep(&records);
+        assert!(!kept.contains(&12) && kept.contains(&13) && kept.contains(&17), "{kept:?}");
+    }
+
+    #[test]
+    fn with_one_record_each_the_oldest_pose_goes() {
+        let records: Vec<_> = (0..17).map(|pose| (f64::from(pose), FULL)).collect();
+        assert_eq!(keep(&records), (1..17).collect::<Vec<_>>());
+        let mut records = records[..16].to_vec();
+        records.push((3.0, SHORT));
+        assert_eq!(keep(&records), (0..16).collect::<Vec<_>>());
+    }
+}
