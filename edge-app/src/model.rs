@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::input::{self, BadInput};
 
+/// Heaviest link that is believed, kg.
+const HEAVIEST_KG: f64 = 1e6;
+
 const HEADER: &str = "\
 # A robot as flexid sees it: a chain of driven joints from the base to the tool centre point (TCP).
 # SI units: m, kg, kg m^2; angles in rad. origin_* is the pose of the joint's frame at angle (or stroke) 0
@@ -102,8 +105,8 @@ pub enum ModelError {
         /// As given, rad or m.
         limits: [f64; 2],
     },
-    /// A link without weight.
-    #[error("joint {joint:?}: mass_kg is {mass_kg}: must be positive")]
+    /// A link without weight, or heavier than any robot.
+    #[error("joint {joint:?}: mass_kg is {mass_kg}: must be positive, and at most 1e6")]
     Mass {
         /// Name of the joint.
         joint: String,
@@ -187,6 +190,9 @@ impl ModelJoint {
         finite(&place, "origin_rpy_rad", &self.origin_rpy_rad)?;
         finite(&place, "axis", &self.axis)?;
         finite(&place, "mass_kg", &[self.mass_kg])?;
+        if self.mass_kg > HEAVIEST_KG {
+            return Err(ModelError::Mass { joint: self.name.clone(), mass_kg: self.mass_kg });
+        }
         finite(&place, "centre_of_mass_m", &self.centre_of_mass_m)?;
         finite(&place, "inertia_kg_m2", &self.inertia_kg_m2)?;
         if Vector3::from(self.axis).norm() == 0.0 {

@@ -48,7 +48,7 @@ impl fmt::Display for Summary<'_> {
 }
 
 /// `1 record`, `2 records`.
-pub(crate) fn count(number: u64, what: &str) -> String {
+pub fn count(number: u64, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use embedded_can::{Frame as _, StandardId};
 use flexid_core::stream::Reading;
@@ -174,11 +174,21 @@ fn counts_what_is_wrong_on_the_bus_and_takes_the_rest() {
 fn a_bus_that_falls_silent_ends_the_record() {
     let outcome = with_daemon(|bus, connect, _| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let mut force = [(0.0, 0.0); 3];
         bus.joints();
+        let start = Instant::now();
         for counter in 0..640 {
-            let size = if counter < 256 { 0.5 } else { 500.0 };
-            let mut noise = || size * ((rng.next_u32() >> 8) as f32 / (1 << 23) as f32 - 1.0);
-            bus.instant(counter, [noise(), noise(), noise()]);
+            // At another rate than the config's, records are refused.
+            let due = start + counter * Duration::from_micros(500);
+            thread::sleep(due.saturating_duration_since(Instant::now()));
+            let mut noise = || (rng.next_u32() >> 8) as f32 / (1 << 23) as f32 - 1.0;
+            // White force counts as noise of the sensor: cutting is smooth.
+            let push = if counter < 256 { 0.0 } else { 100.0 };
+            for (smooth, force) in &mut force {
+                *smooth = 0.8 * *smooth + push * noise();
+                *force = 0.8 * *force + *smooth;
+            }
+            bus.instant(counter, force.map(|(_, force)| force + 0.5 * noise()));
         }
         // No joint angle follows that would tell that the robot stood still to the end.
         let mut client = connect();

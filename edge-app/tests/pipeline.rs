@@ -49,7 +49,7 @@ fn config() -> Config {
     Config::parse(&file, &text.replace("[2.0, 200.0]", "[20.0, 150.0]")).unwrap()
 }
 
-/// At each pose a quiet time, then noise that pushes a block of a ton; in every hundredth instant the
+/// At each pose a quiet time, then smooth noise that pushes a block of a ton; in every hundredth instant the
 /// acceleration is lost.
 fn frames(config: &Config, poses: &[[f64; 3]]) -> Vec<Arrival> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
@@ -62,6 +62,7 @@ fn frames(config: &Config, poses: &[[f64; 3]]) -> Vec<Arrival> {
     let period = 1.0 / RATE_HZ;
     for (place, pose) in poses.iter().enumerate() {
         let start = 1.0e9 + 10.0 * place as f64;
+        let mut cutting = [(0.0, 0.0); 3];
         for counter in 0..5 * SAMPLES / 2 {
             let time = start + f64::from(counter) * period;
             if counter % 200 == 0 {
@@ -69,8 +70,13 @@ fn frames(config: &Config, poses: &[[f64; 3]]) -> Vec<Arrival> {
                     send(time, Reading::Joint { index: index as u8, value });
                 }
             }
-            let size = if counter < SAMPLES { 0.5 } else { 500.0 };
-            let value = [noise(size), noise(size), noise(size)];
+            // White force counts as noise of the sensor: cutting is smooth.
+            let size = if counter < SAMPLES { 0.0 } else { 100.0 };
+            for (smooth, force) in &mut cutting {
+                *smooth = 0.8 * *smooth + noise(size);
+                *force = 0.8 * *force + *smooth;
+            }
+            let value = cutting.map(|(_, force)| force + noise(0.5));
             send(time, Reading::Force { counter, value });
             if counter % 100 != 99 {
                 let value = value.map(|force| force * 1e-3 + noise(0.02));

@@ -8,7 +8,8 @@ use flexid_wire::messages::{BusHealth, BusState, FromEdge, Phase, Progress, Stat
 use flexid_wire::report::{Acceptance, JointReport, Report, Verdict};
 
 use crate::console::print;
-use crate::table::{self, count};
+use crate::table;
+use flexid_edge::summary::{Summary, count};
 
 /// The screen is drawn this often at most.
 pub(crate) const REDRAW: Duration = Duration::from_millis(200);
@@ -156,7 +157,7 @@ impl Screen {
             return print(&(serde_json::to_string(report)? + "\n"));
         }
         match (message, &self) {
-            (FromEdge::Report(report), Self::Lines { .. }) => print(&(table::fit(report) + "\n")),
+            (FromEdge::Report(report), Self::Lines { .. }) => print(&Summary(report).to_string()),
             _ => Ok(()),
         }
     }

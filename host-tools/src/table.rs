@@ -2,7 +2,8 @@
 
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use flexid_core::parameters::Bushing;
-use flexid_wire::report::{Acceptance, Report, Verdict};
+use flexid_edge::summary::Summary;
+use flexid_wire::report::{Report, Verdict};
 
 /// Degrees of freedom in the order of all vectors of six.
 pub(crate) const DOF_NAMES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
@@ -50,41 +51,10 @@ pub fn report(report: &Report, truth: Option<&[Bushing]>) -> String {
     for column in table.column_iter_mut().skip(2) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    let mut text = format!(
-        "{table}\n N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them\n\n{}\n",
-        fit(report)
-    );
-    for warning in &report.warnings {
-        text += &format!("warning: {warning}\n");
-    }
-    text
-}
-
-/// How the fit went, in one line.
-pub fn fit(report: &Report) -> String {
-    let fit = &report.fit;
-    let accepted = match fit.acceptance {
-        Acceptance::Consistent => "consistent",
-        Acceptance::ModelSuspect => "MODEL SUSPECT",
-        Acceptance::Unsettled => "not settled",
-    };
     format!(
-        "{accepted}: χ²/dof {:.3}, SSP {:.1e} (worst {:.1e}); {}, {}, {} lost; {}, {}, {:.1} s",
-        fit.consistency,
-        fit.ssp,
-        fit.ssp_max,
-        count(fit.records, "record"),
-        count(fit.frames, "frame"),
-        fit.frames_lost,
-        count(fit.search_evaluations, "search sample"),
-        count(fit.refine_iterations, "refinement"),
-        fit.seconds
+        "{table}\n N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them\n\n{}",
+        Summary(report)
     )
-}
-
-/// `1 record`, `2 records`.
-pub(crate) fn count(number: u64, what: &str) -> String {
-    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 
 /// Value, standard deviation in per cent, verdict, and where there is one the truth and the error in per cent.

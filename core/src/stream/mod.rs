@@ -92,7 +92,7 @@ pub struct StreamHealth {
     pub records: u64,
     /// Samples given up because the pose moved, the gap was too long or the stretch too short.
     pub samples_discarded: u64,
-    /// Readings with a value that is not finite, refused.
+    /// Readings refused: a value that is not finite, a joint that the robot does not have, a single odd counter.
     pub refused: u64,
     /// Records refused since the instants arrive at another rate than the configuration says.
     pub wrong_rate: u64,

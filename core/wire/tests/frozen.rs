@@ -13,7 +13,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 1] = [(1, [66, 79, 204, 145, 85, 132, 28, 17])];
+const SCHEMA_KEYS: [(u16, [u8; 8]); 1] = [(1, [27, 84, 154, 181, 40, 115, 78, 33])];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
 fn frozen<T: Serialize + DeserializeOwned + PartialEq + Debug>(message: T, hexadecimal: &str) {

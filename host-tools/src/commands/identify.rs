@@ -1,16 +1,13 @@
 //! `flexid identify`: the daemon's pipeline over recordings.
 
-use std::collections::VecDeque;
 use std::fs::File;
-use std::io;
-use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
 use flexid_edge::config::Config;
 use flexid_edge::input::BadInput;
 use flexid_edge::pipeline::{Outcome, run_offline};
-use flexid_edge::source::{Arrival, CandumpLog, Flow, FrameSource, SourceHealth};
+use flexid_edge::source::{CandumpLog, Logs};
 use flexid_wire::messages::{Phase, Progress};
 use indicatif::{ProgressBar, ProgressBarIter};
 
@@ -45,18 +42,20 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let bar = progress::bar(0, "reading");
-    let mut logs = Logs::open(&args.logs, &bar)?;
+    let mut logs = open(&args.logs, &config.interface, &bar)?;
     let Outcome { report, state, trouble, broken, .. } =
         run_offline(&config, &mut logs, |progress| bar.set_message(doing(progress)))?;
     bar.finish_and_clear();
 
-    let names: Vec<_> = args.logs.iter().map(|log| log.display().to_string()).collect();
-    let names = names.join(", ");
-    let broken = broken.map(|error| anyhow!("{names}: the recording breaks off: {error}"));
+    let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
     let Some(report) = report else {
+        let others = match args.logs.len() - 1 {
+            0 => String::new(),
+            others => format!(" in it and {others} more"),
+        };
         let trouble = if trouble.is_empty() { trouble } else { format!("; {trouble}") };
-        let message = format!("no record to identify from: {state}{trouble}");
-        return Err(broken.unwrap_or_else(|| BadInput::new(Path::new(&names), message).into()));
+        let message = format!("no record to identify from{others}: {state}{trouble}");
+        return Err(broken.unwrap_or_else(|| BadInput::new(&args.logs[0], message).into()));
     };
     // A closed terminal does not keep the numbers from the file.
     let printed = print(&table::report(&report, truth.as_deref()));
@@ -82,46 +81,22 @@ fn doing(progress: &Progress) -> String {
     }
 }
 
-/// Several logs, one after the other.
-struct Logs {
-    open: VecDeque<CandumpLog<ProgressBarIter<File>>>,
-    /// What went wrong in those that are read.
-    troubles: Vec<String>,
-}
-
-impl Logs {
-    /// Opens all of them, so that a wrong name is told before the work begins.
-    fn open(files: &[PathBuf], bar: &ProgressBar) -> Result<Self, BadInput> {
-        let mut open = VecDeque::new();
-        for file in files {
-            let unreadable = |error| BadInput::new(file, format!("cannot be read: {error}"));
-            let log = File::open(file).map_err(unreadable)?;
-            let metadata = log.metadata().map_err(unreadable)?;
-            if metadata.is_dir() {
-                return Err(BadInput::new(file, "is a folder: name the log files in it"));
-            }
-            bar.inc_length(metadata.len());
-            open.push_back(CandumpLog::new(file, bar.wrap_read(log)));
+/// Opens all logs, so that a wrong name is told before the work begins.
+fn open(
+    files: &[PathBuf],
+    interface: &str,
+    bar: &ProgressBar,
+) -> Result<Logs<ProgressBarIter<File>>, BadInput> {
+    let mut logs = Vec::new();
+    for file in files {
+        let unreadable = |error| BadInput::new(file, format!("cannot be read: {error}"));
+        let log = File::open(file).map_err(unreadable)?;
+        let metadata = log.metadata().map_err(unreadable)?;
+        if metadata.is_dir() {
+            return Err(BadInput::new(file, "is a folder: name the log files in it"));
         }
-        Ok(Self { open, troubles: Vec::new() })
+        bar.inc_length(metadata.len());
+        logs.push(CandumpLog::new(file, bar.wrap_read(log)).on_bus(interface)?);
     }
-}
-
-impl FrameSource for Logs {
-    fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
-        let Some(log) = self.open.front_mut() else { return Ok(Flow::Ended) };
-        let flow = log.read(batch, timeout)?;
-        if flow == Flow::Ended {
-            let trouble = log.health().trouble;
-            if !trouble.is_empty() {
-                self.troubles.push(trouble);
-            }
-            self.open.pop_front();
-        }
-        Ok(if self.open.is_empty() { Flow::Ended } else { Flow::Open })
-    }
-
-    fn health(&self) -> SourceHealth {
-        SourceHealth { trouble: self.troubles.join("; "), ..SourceHealth::default() }
-    }
+    Ok(Logs::new(logs))
 }

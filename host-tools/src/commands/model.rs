@@ -7,8 +7,8 @@ use flexid_edge::input::{self, BadInput};
 
 use crate::console::{complain, print};
 use crate::output::Output;
-use crate::table::count;
 use crate::urdf;
+use flexid_edge::summary::count;
 
 /// The subcommands.
 #[derive(Debug, clap::Subcommand)]

@@ -21,8 +21,8 @@ use crate::simulation::candump;
 use crate::simulation::scenario::Experiment;
 use crate::simulation::sensor::{Quality, Transmission};
 use crate::simulation::simulator::{Simulator, Truth};
-use crate::table::count;
 use crate::truth::{TrueExperiment, TruthFile};
+use flexid_edge::summary::count;
 
 /// Most experiments and repetitions: half a day of milling each.
 const MOST: u64 = 10_000;

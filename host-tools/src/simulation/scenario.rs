@@ -9,7 +9,8 @@ use flexid_edge::model::Model;
 use rand_core::Rng;
 use serde::Deserialize;
 
-use crate::table::{DOF_NAMES, count};
+use crate::table::DOF_NAMES;
+use flexid_edge::summary::count;
 
 /// Standard gravity, in which accelerometers' noise is given, m/s².
 const STANDARD_GRAVITY: f64 = 9.80665;
