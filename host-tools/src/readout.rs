@@ -119,7 +119,7 @@ impl View {
         }
         if bus.wrong_rate > 0 {
             let records = count(bus.wrong_rate, "record");
-            line += &format!(", {records} at {:.1} Hz refused", bus.measured_rate_hz);
+            line += &format!(", {records} at {:.1} Hz", bus.measured_rate_hz);
         }
         if dead.is_none() && !bus.error.is_empty() {
             line += &format!("; {}", bus.error);

@@ -94,9 +94,10 @@ pub struct StreamHealth {
     pub samples_discarded: u64,
     /// Readings refused: a value that is not finite, a joint that the robot does not have, a single odd counter.
     pub refused: u64,
-    /// Records refused since the instants arrive at another rate than the configuration says.
+    /// Records whose instants arrived at another rate than the configuration says. Faster ones are refused; slower
+    /// ones may come from a sender that was held up, and are kept.
     pub wrong_rate: u64,
-    /// Instants per second of the newest record, as they arrived; 0 before the first. Hz.
+    /// Instants per second of the newest of those, as they arrived; 0 before the first. Hz.
     pub measured_rate_hz: f32,
 }
 
@@ -124,7 +125,7 @@ pub struct Record<const N: usize> {
 /// Shortest record is this part of a full one.
 const SHORTEST: usize = 8;
 
-/// Part by which the measured rate may differ from the configured one: a sender in bursts is no reason to refuse.
+/// Part by which the measured rate may differ from the configured one.
 const RATE_TOLERANCE: f64 = 0.1;
 
 /// Turns readings into records of up to `N` samples.
@@ -314,14 +315,15 @@ impl<const N: usize> Cutter<'_, N> {
     /// Makes a record of the oldest `samples`, bridged, with its noise.
     fn emit(&mut self, samples: usize, sink: &mut impl FnMut(&Record<N>)) {
         let Self { config, stretch, record, health, quiet } = self;
-        if let Some(rate_hz) = stretch.measured_rate_hz() {
-            health.measured_rate_hz = rate_hz as f32;
-            if (rate_hz / config.rate_hz - 1.0).abs() > RATE_TOLERANCE {
-                health.wrong_rate += 1;
-                health.samples_discarded += samples as u64;
-                stretch.discard(samples, config.rate_hz);
-                return stretch.look_for_cut(config);
-            }
+        let ratio = stretch.measured_rate_hz().map_or(1.0, |rate_hz| rate_hz / config.rate_hz);
+        if (ratio - 1.0).abs() > RATE_TOLERANCE {
+            health.wrong_rate += 1;
+            health.measured_rate_hz = (ratio * config.rate_hz) as f32;
+        }
+        if ratio > 1.0 + RATE_TOLERANCE {
+            health.samples_discarded += samples as u64;
+            stretch.discard(samples, config.rate_hz);
+            return stretch.look_for_cut(config);
         }
         record.start_s = stretch.start_s;
         record.pose = stretch.pose.mean(config.joints);

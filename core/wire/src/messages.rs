@@ -195,9 +195,9 @@ pub struct BusHealth {
     pub samples_discarded: u64,
     /// Readings refused: their value was not finite, or their counter had no part in the sequence.
     pub refused: u64,
-    /// Records refused because frames come at another rate than the daemon was told.
+    /// Records whose frames came at another rate than the daemon was told; faster ones are refused.
     pub wrong_rate: u64,
-    /// Rate of the force and acceleration samples as it is seen, Hz; 0 until it is known.
+    /// Rate of the force and acceleration samples in the newest of those, Hz; 0 before the first.
     pub measured_rate_hz: f32,
     /// Frames of all kinds per second, lately.
     pub frames_per_second: f64,

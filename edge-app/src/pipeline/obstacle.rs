@@ -159,7 +159,7 @@ pub(super) fn obstacle(counts: &Counts, config: &Config) -> Option<String> {
     (frames > 0 && frames >= of / SHARE).then_some(text)
 }
 
-/// That frames come at another rate than the config says, in words, once a record was refused for it.
+/// That frames come at another rate than the config says, in words, once a record did.
 pub(super) fn wrong_rate(counts: &Counts, config: &Config) -> Option<String> {
     (counts.stream.wrong_rate > 0).then(|| {
         format!(

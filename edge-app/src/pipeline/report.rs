@@ -13,6 +13,7 @@ use super::obstacle::wrong_rate;
 use super::verdict::Trust;
 use super::{Counts, MAX_EXPERIMENTS, MisfitKind};
 use crate::config::Config;
+use crate::summary::count;
 
 /// What a report rests on beside the estimate.
 pub(super) struct Basis<'a> {
@@ -108,7 +109,7 @@ fn warnings(config: &Config, estimate: &Estimate, basis: &Basis) -> Vec<String> 
     let Counts { wrong_length, bus_errors, misfit, at_limit, .. } = &basis.counts;
     if let Some(wrong_rate) = wrong_rate(&basis.counts, config) {
         let records = basis.counts.stream.wrong_rate;
-        warn(&format_args!("{records} records refused: {wrong_rate}"));
+        warn(&format_args!("{}: {wrong_rate}", count(records, "record")));
     }
     let clipped = config.signals.axes.iter().zip(at_limit).filter(|(_, frames)| **frames > 0);
     let clipped: Vec<_> = clipped.map(|(name, frames)| format!("{name} in {frames}")).collect();
