@@ -236,7 +236,7 @@ fn some_odd_frames_are_warned_of_and_keep_nobody_from_recording() {
     let warnings = outcome.report.expect("a report").warnings;
     for warning in [
         "at the limit: Fx in 3 frames: widen the range of the sensor or the signal",
-        "frames 0x101 have 0 bytes, by [bus] dbc 8: mend the DBC file or the sender (1 so far)",
+        "1 frame of another length than [bus] dbc says: frames 0x101 have 0 bytes, by [bus] dbc 8: mend the DBC file or the sender (1 so far)",
     ] {
         assert!(warnings.iter().any(|text| text == warning), "{warning}\n  is not in {warnings:?}");
     }

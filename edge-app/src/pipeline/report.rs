@@ -126,11 +126,12 @@ fn warnings(config: &Config, estimate: &Estimate, basis: &Basis) -> Vec<String> 
         ));
     }
     match misfit {
+        Some(misfit) if matches!(misfit.kind, MisfitKind::Length { .. }) => {
+            let frames = count(*wrong_length, "frame");
+            warn(&format_args!("{frames} of another length than [bus] dbc says: {misfit}"));
+        }
         // Others ask for data, too.
         Some(misfit) if misfit.kind != MisfitKind::Remote => warn(misfit),
-        _ if *wrong_length > 0 => {
-            warn(&format_args!("{wrong_length} frames of another length than [bus] dbc says"));
-        }
         _ => {}
     }
     if *bus_errors > 0 {
