@@ -12,10 +12,12 @@
 use fearless_simd::Level;
 use rand_core::Rng;
 
+use crate::DOF;
 use crate::chain::Chain;
+use crate::loss::spectral;
 use crate::parameters::{Bounds, Bushings};
 use crate::refine::{Fit, Outcome, Problem, Refinement};
-use crate::search::{Schedule, Search};
+use crate::search::{Search, Sensitivities, Strategy, Weighing};
 use crate::spectrum::{Experiment, Measurement};
 
 /// χ² per degree of freedom up to which noise explains the residuals. The noise itself is known from a few hundred
@@ -124,8 +126,8 @@ impl<R: Rng> Identifier<R> {
         level: Level,
         generator: R,
     ) -> Self {
-        let search = Search::new(Schedule::default(), chain.joints().len());
-        let refinement = Refinement::new(&search.centre(&bounds));
+        let search = Search::new(Strategy::default(), 2 * DOF * chain.joints().len());
+        let refinement = Refinement::new(&bounds.bushings(search.centre()));
         Self {
             chain,
             bounds,
@@ -154,7 +156,7 @@ impl<R: Rng> Identifier<R> {
         }
         match (self.phase, &self.estimate) {
             (Phase::Waiting, _) | (Phase::Settled, None) => self.start_search(experiments),
-            (Phase::Searching, _) => self.search.renew(experiments),
+            (Phase::Searching, _) => self.search.renew(self.weighing(experiments)),
             (Phase::Refining, _) => {
                 let joints = self.chain.joints().len();
                 self.refinement.restart(&self.refinement.bushings(joints));
@@ -172,10 +174,11 @@ impl<R: Rng> Identifier<R> {
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
             Phase::Searching => {
-                self.search.step(experiments, &self.bounds, self.level, &mut self.generator);
+                let guess = self.bounds.bushings(self.search.ask(&mut self.generator));
+                self.search.tell(&spectral::losses(experiments, &guess, self.level));
                 self.search_evaluations += 1;
                 if self.search.finished() {
-                    self.refinement.restart(&self.search.centre(&self.bounds));
+                    self.refinement.restart(&self.bounds.bushings(self.search.centre()));
                     self.phase = Phase::Refining;
                 }
             }
@@ -224,9 +227,14 @@ impl<R: Rng> Identifier<R> {
     fn start_search<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         self.starts += 1;
         self.total_starts += 1;
-        self.search = Search::new(Schedule::default(), self.chain.joints().len());
-        self.search.renew(experiments);
+        self.search = Search::new(Strategy::default(), 2 * DOF * self.chain.joints().len());
+        self.search.renew(self.weighing(experiments));
         self.phase = Phase::Searching;
+    }
+
+    fn weighing<const B: usize>(&self, experiments: &[Experiment<B>]) -> Weighing {
+        let jacobians = experiments.iter().map(|experiment| &experiment.search.jacobian);
+        Weighing::Sensitivities(Sensitivities::jacobian(jacobians, self.chain.joints().len()))
     }
 
     /// Accepts what a refinement has come to, or searches again.

@@ -67,6 +67,20 @@ impl Bounds {
         Ok(())
     }
 
+    /// Parameters from `fractions` of the bounds, 0 to 1: joint by joint, six stiffnesses, then six dampings.
+    pub fn bushings(&self, fractions: &[f32]) -> Bushings {
+        let within =
+            |fraction: f32, [lower, upper]: [f64; 2]| lower + f64::from(fraction) * (upper - lower);
+        let (joints, _) = fractions.as_chunks::<{ 2 * DOF }>();
+        joints
+            .iter()
+            .map(|joint| Bushing {
+                stiffness: core::array::from_fn(|dof| within(joint[dof], self.stiffness[dof])),
+                damping: core::array::from_fn(|dof| within(joint[DOF + dof], self.damping[dof])),
+            })
+            .collect()
+    }
+
     /// Logarithms of the lower and upper ends for a chain of `joints`, in the order of [`logarithms`].
     pub(crate) fn logarithms(
         &self,

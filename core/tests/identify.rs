@@ -6,28 +6,31 @@ use common::milling::{Conditions, cut, displacement_error, experiments, motion};
 use common::{MEASUREMENT, Random, bounds, mill3, parameter_deviation};
 use fearless_simd::Level;
 use flexid_core::identify::{Acceptance, Identifier, Phase};
-use flexid_core::search::{Schedule, Search};
+use flexid_core::loss::spectral;
+use flexid_core::search::{Search, Sensitivities, Strategy, Weighing};
 
 #[test]
 fn search_alone_beats_the_papers_deviation() {
     let bounds = bounds();
-    let schedule = Schedule { iterations: 500, ..Schedule::default() };
+    let strategy = Strategy { iterations: 500, ..Strategy::default() };
     let mut deviations = Vec::new();
     for seed in 0..10 {
         let mut random = Random::new(seed);
         let truth = random.bushings(3);
         let experiments = experiments(&truth, &mut random);
-        let mut search = Search::new(schedule, 3);
-        search.renew(&experiments);
+        let mut search = Search::new(strategy, 36);
+        let jacobians = experiments.iter().map(|experiment| &experiment.search.jacobian);
+        search.renew(Weighing::Sensitivities(Sensitivities::jacobian(jacobians, 3)));
         while !search.finished() {
-            search.step(&experiments, &bounds, Level::new(), &mut random.0);
+            let guess = bounds.bushings(search.ask(&mut random.0));
+            search.tell(&spectral::losses(&experiments, &guess, Level::new()));
         }
-        deviations.push(parameter_deviation(&search.centre(&bounds), &truth));
+        deviations.push(parameter_deviation(&bounds.bushings(search.centre()), &truth));
     }
     let mean = deviations.iter().sum::<f64>() / 10.0;
     println!(
         "search alone, 500 iterations of {} samples, ten robots: parameter deviation {mean:.4} (the paper: 0.2124); {deviations:.3?}",
-        schedule.samples
+        strategy.samples
     );
     assert!(mean <= 0.15, "{mean}");
 }

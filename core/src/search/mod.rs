@@ -1,65 +1,81 @@
 //! Random search with annealing (paper, sections 3.2 to 4.2): finds the basin that the refinement needs.
 //!
-//! Parameters are sought as fractions of their bounds, on a linear scale. An iteration draws
-//! [`Schedule::samples`] samples:
+//! Parameters are sought as fractions of their bounds. The search only asks for losses; which loss, of
+//! which model, is the caller's:
+//!
+//! ```
+//! # use flexid_core::search::{Search, Strategy};
+//! # use rand_core::SeedableRng;
+//! # let mut generator = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(1);
+//! let distance = |[x, y]: [f32; 2]| [(x - 0.2).abs(), (y - 0.7).abs()];
+//! let mut search = Search::new(Strategy::default(), 2);
+//! while !search.finished() {
+//!     let sample = search.ask(&mut generator);
+//!     let losses = distance([sample[0], sample[1]]);
+//!     search.tell(&losses);
+//! }
+//! assert!(distance([search.centre()[0], search.centre()[1]]).iter().all(|&error| error < 0.01));
+//! ```
+//!
+//! An iteration draws [`Strategy::samples`] samples:
 //!
 //! - the first is the centre itself, so that a lucky value is not lost;
-//! - then samples from a hypersphere about the centre;
-//! - the last [`Schedule::outside`] _look outside_: one parameter, chosen at random, takes any value within
+//! - then samples from a hypersphere about the centre, clamped to the bounds;
+//! - the last [`Strategy::outside`] _look outside_: one parameter, chosen at random, takes any value within
 //!   its bounds, the others stay.
 //!
-//! Every sample yields the SSP of every direction and experiment, and through the sensitivities a loss of its
-//! own for every parameter. The next centre takes each parameter from the sample that served it best; the
-//! sphere shrinks by a constant factor.
+//! The next centre is the best sample, or, with sensitivities, takes each parameter from the sample that
+//! served it best ([`Weighing`]); then the sphere shrinks ([`Shrinking`]).
 //!
-//! It stops when the schedule has run out, and hands its centre to the refinement: at the default schedule, 100
-//! iterations of 20 samples, this centre lies in the right basin for about 39 of 40 robots drawn from the bounds,
-//! and who is not is found out by the refinement's residuals and searched for again. More iterations lower
-//! the parameter deviation, but not the number of restarts.
+//! It stops when its iterations have run out. At the default strategy the centre then lies in the right
+//! basin for about 39 of 40 robots drawn from the bounds, and who is not is found out by the refinement's
+//! residuals and searched for again. More iterations lower the parameter deviation, but not the number of restarts.
 
-pub mod evaluate;
 mod random;
-pub mod sensitivity;
+mod sensitivity;
+mod shrinking;
 
-use fearless_simd::Level;
-use heapless::Vec;
 use rand_core::Rng;
 
-use crate::DOF;
-use crate::parameters::{Bounds, Bushing, Bushings, MAX_PARAMETERS};
-use crate::spectrum::Experiment;
-use sensitivity::{MAX_EXPERIMENTS, Sensitivities};
+use crate::parameters::MAX_PARAMETERS;
+pub use sensitivity::{MAX_EXPERIMENTS, MAX_LOSSES, Sensitivities, Weighing};
+use shrinking::Radii;
+pub use shrinking::Shrinking;
 
 /// How long to search, and where. What the paper leaves open is chosen here.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Schedule {
+pub struct Strategy {
     /// Iterations.
     pub iterations: u32,
     /// Samples that an iteration costs, the centre and those that look outside included.
     pub samples: u32,
     /// Of these, samples that look outside.
     pub outside: u32,
-    /// Radius of the first hypersphere, in units of the bound ranges. In 36 dimensions a sphere of radius 1 moves
-    /// a single parameter by a sixth of its range.
-    pub first_radius: f32,
-    /// Radius after the last iteration.
-    pub last_radius: f32,
+    /// How the sphere of the others shrinks.
+    pub shrinking: Shrinking,
 }
 
-impl Default for Schedule {
+impl Default for Strategy {
     fn default() -> Self {
-        Self { iterations: 100, samples: 20, outside: 10, first_radius: 1.0, last_radius: 0.05 }
+        let shrinking = Shrinking::Scheduled { first: 1.0, last: 0.05 };
+        Self { iterations: 100, samples: 20, outside: 10, shrinking }
     }
 }
 
 /// State of a search.
 #[derive(Clone, Debug)]
 pub struct Search {
-    schedule: Schedule,
-    joints: usize,
-    sensitivities: Sensitivities,
-    /// Fractions of the bounds: joint by joint, six stiffnesses, six dampings.
+    strategy: Strategy,
+    parameters: usize,
+    weighing: Weighing,
+    radii: Radii,
+    /// Fractions of the bounds.
     centre: [f32; MAX_PARAMETERS],
+    /// The centre before.
+    previous: [f32; MAX_PARAMETERS],
+    /// What [`Search::ask`] gave last, and the parameter that it looks outside with.
+    asked: [f32; MAX_PARAMETERS],
+    looks_at: Option<usize>,
     /// Of the iteration so far: the value that served each parameter best, and its loss.
     best: [f32; MAX_PARAMETERS],
     best_loss: [f32; MAX_PARAMETERS],
@@ -70,13 +86,23 @@ pub struct Search {
 }
 
 impl Search {
-    /// From the middle of the bounds, for a chain of `joints`.
-    pub fn new(schedule: Schedule, joints: usize) -> Self {
+    /// From the middle of the bounds, over so many parameters: at most [`MAX_PARAMETERS`]. Samples are taken
+    /// whole until [`Search::renew`] says otherwise.
+    ///
+    /// # Panics
+    ///
+    /// If there are more parameters.
+    pub fn new(strategy: Strategy, parameters: usize) -> Self {
+        assert!(parameters <= MAX_PARAMETERS);
         Self {
-            schedule,
-            joints,
-            sensitivities: Sensitivities::default(),
+            strategy,
+            parameters,
+            weighing: Weighing::Mean,
+            radii: Radii::new(strategy.shrinking, strategy.iterations),
             centre: [0.5; MAX_PARAMETERS],
+            previous: [0.5; MAX_PARAMETERS],
+            asked: [0.5; MAX_PARAMETERS],
+            looks_at: None,
             best: [0.5; MAX_PARAMETERS],
             best_loss: [f32::INFINITY; MAX_PARAMETERS],
             iteration: 0,
@@ -85,63 +111,66 @@ impl Search {
         }
     }
 
-    /// Takes notice of a changed set of experiments: goes on from the centre, with the iteration begun anew.
-    pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
-        self.sensitivities = Sensitivities::new(experiments.iter().map(|e| &e.search.jacobian));
+    /// Takes notice of changed losses: goes on from the centre, with the iteration begun anew.
+    pub fn renew(&mut self, weighing: Weighing) {
+        self.weighing = weighing;
+        self.centre_loss = f32::INFINITY;
         self.begin_iteration();
     }
 
-    /// Whether the schedule has run out.
+    /// Whether the iterations have run out.
     pub fn finished(&self) -> bool {
-        self.iteration >= self.schedule.iterations
+        self.iteration >= self.strategy.iterations
     }
 
     /// Iterations done, of how many.
     pub fn iterations(&self) -> (u32, u32) {
-        (self.iteration, self.schedule.iterations)
+        (self.iteration, self.strategy.iterations)
     }
 
-    /// Mean SSP of the centre, once evaluated; infinite before.
+    /// Mean loss of the centre, once evaluated; infinite before.
     pub fn loss(&self) -> f32 {
         self.centre_loss
     }
 
-    /// The parameters at the centre.
-    pub fn centre(&self, bounds: &Bounds) -> Bushings {
-        bushings(&self.centre, bounds, self.joints)
+    /// The centre, as fractions of the bounds.
+    pub fn centre(&self) -> &[f32] {
+        &self.centre[..self.parameters]
     }
 
-    /// Draws and evaluates one sample.
-    pub fn step<const B: usize>(
-        &mut self,
-        experiments: &[Experiment<B>],
-        bounds: &Bounds,
-        level: Level,
-        generator: &mut impl Rng,
-    ) {
-        let (sample, looked_at) = self.draw(generator);
-        let guess = bushings(&sample, bounds, self.joints);
-        let mut losses: Vec<f32, { 3 * MAX_EXPERIMENTS }> = Vec::new();
-        for experiment in experiments.iter().take(MAX_EXPERIMENTS) {
-            let _ = losses.extend_from_slice(&evaluate::ssp(&experiment.search, &guess, level));
+    /// Draws the next sample, as fractions of the bounds; tell its losses with [`Search::tell`].
+    pub fn ask(&mut self, generator: &mut impl Rng) -> &[f32] {
+        self.asked = self.centre;
+        self.looks_at = None;
+        if self.sample > 0 {
+            if self.sample + self.strategy.outside >= self.strategy.samples {
+                let parameter = random::choice(generator, self.parameters);
+                self.asked[parameter] = random::uniform(generator);
+                self.looks_at = Some(parameter);
+            } else {
+                self.draw_from_sphere(generator);
+            }
         }
+        &self.asked[..self.parameters]
+    }
+
+    /// Losses of the sample last asked for, per direction and experiment: at most [`MAX_LOSSES`]. One that
+    /// is not a number serves no parameter.
+    pub fn tell(&mut self, losses: &[f32]) {
         if self.sample == 0 {
-            self.centre_loss = losses.iter().sum::<f32>() / losses.len() as f32;
+            self.judge_centre(sensitivity::mean(losses));
         }
-        match looked_at {
-            Some(parameter) => self.consider(parameter, &sample, &losses),
-            None => (0..self.parameters()).for_each(|p| self.consider(p, &sample, &losses)),
+        match (&self.weighing, self.looks_at) {
+            (Weighing::Sensitivities(_), Some(parameter)) => self.consider(parameter, losses),
+            _ => (0..self.parameters).for_each(|parameter| self.consider(parameter, losses)),
         }
         self.sample += 1;
-        if self.sample >= self.schedule.samples {
+        if self.sample >= self.strategy.samples {
+            self.previous = self.centre;
             self.centre = self.best;
             self.iteration += 1;
             self.begin_iteration();
         }
-    }
-
-    fn parameters(&self) -> usize {
-        2 * DOF * self.joints
     }
 
     fn begin_iteration(&mut self) {
@@ -150,53 +179,34 @@ impl Search {
         self.best_loss = [f32::INFINITY; MAX_PARAMETERS];
     }
 
-    /// The next sample, and the parameter that it looks outside with.
-    fn draw(&self, generator: &mut impl Rng) -> ([f32; MAX_PARAMETERS], Option<usize>) {
-        let mut sample = self.centre;
-        if self.sample == 0 {
-            return (sample, None);
+    /// The centre's loss tells how the last iteration did.
+    fn judge_centre(&mut self, loss: f32) {
+        if self.iteration > 0 {
+            let mut step = self.centre;
+            for (step, previous) in step.iter_mut().zip(&self.previous) {
+                *step -= previous;
+            }
+            let bettered = loss < self.centre_loss;
+            self.radii.shrink(self.iteration, bettered, &step[..self.parameters]);
         }
-        let parameters = self.parameters();
-        if self.sample + self.schedule.outside >= self.schedule.samples {
-            let parameter = random::choice(generator, parameters);
-            sample[parameter] = random::uniform(generator);
-            return (sample, Some(parameter));
-        }
+        self.centre_loss = loss;
+    }
+
+    fn draw_from_sphere(&mut self, generator: &mut impl Rng) {
         let mut offset = [0.0; MAX_PARAMETERS];
-        random::in_ball(generator, self.radius(), &mut offset[..parameters]);
-        for (fraction, offset) in sample.iter_mut().zip(&offset) {
-            *fraction = (*fraction + offset).clamp(0.0, 1.0);
+        random::in_unit_ball(generator, &mut offset[..self.parameters]);
+        for ((fraction, offset), radius) in self.asked.iter_mut().zip(&offset).zip(self.radii.get())
+        {
+            *fraction = (*fraction + radius * offset).clamp(0.0, 1.0);
         }
-        (sample, None)
     }
 
-    /// Scheduled shrinking: a constant factor an iteration.
-    fn radius(&self) -> f32 {
-        let Schedule { first_radius, last_radius, iterations, .. } = self.schedule;
-        let part = self.iteration as f32 / iterations as f32;
-        first_radius * libm::powf(last_radius / first_radius, part)
-    }
-
-    /// Keeps a sample's value of one parameter if no other of this iteration has served it better.
-    fn consider(&mut self, parameter: usize, sample: &[f32; MAX_PARAMETERS], losses: &[f32]) {
-        let (joint, dof) = (parameter / (2 * DOF), parameter % DOF);
-        let loss = self.sensitivities.loss(losses, joint, dof);
+    /// Keeps the sample's value of one parameter if no other of this iteration has served it better.
+    fn consider(&mut self, parameter: usize, losses: &[f32]) {
+        let loss = self.weighing.loss(losses, parameter);
         if loss < self.best_loss[parameter] {
             self.best_loss[parameter] = loss;
-            self.best[parameter] = sample[parameter];
+            self.best[parameter] = self.asked[parameter];
         }
     }
-}
-
-fn bushings(fractions: &[f32; MAX_PARAMETERS], bounds: &Bounds, joints: usize) -> Bushings {
-    let within =
-        |fraction: f32, [lower, upper]: [f64; 2]| lower + f64::from(fraction) * (upper - lower);
-    let (own, _) = fractions.as_chunks::<{ 2 * DOF }>();
-    own[..joints]
-        .iter()
-        .map(|joint| Bushing {
-            stiffness: core::array::from_fn(|dof| within(joint[dof], bounds.stiffness[dof])),
-            damping: core::array::from_fn(|dof| within(joint[DOF + dof], bounds.damping[dof])),
-        })
-        .collect()
 }

@@ -12,14 +12,14 @@ pub(super) fn choice(generator: &mut impl Rng, count: usize) -> usize {
     ((u64::from(generator.next_u32()) * count as u64) >> 32) as usize
 }
 
-/// Uniform in the ball of `radius` in as many dimensions as `point` has, about the origin.
-pub(super) fn in_ball(generator: &mut impl Rng, radius: f32, point: &mut [f32]) {
+/// Uniform in the ball of radius 1 about the origin, in as many dimensions as `point` has.
+pub(super) fn in_unit_ball(generator: &mut impl Rng, point: &mut [f32]) {
     for coordinate in point.iter_mut() {
         *coordinate = normal(generator);
     }
     let length = libm::sqrtf(point.iter().map(|x| x * x).sum());
     let depth = libm::powf(uniform(generator), 1.0 / point.len() as f32);
-    let scale = if length > 0.0 { radius * depth / length } else { 0.0 };
+    let scale = if length > 0.0 { depth / length } else { 0.0 };
     for coordinate in point {
         *coordinate *= scale;
     }
@@ -46,7 +46,7 @@ mod tests {
         let (mut radius, mut square, mut mean) = (0.0, 0.0, 0.0);
         for _ in 0..10_000 {
             let mut point = [0.0; N];
-            in_ball(&mut generator, 1.0, &mut point);
+            in_unit_ball(&mut generator, &mut point);
             let length = libm::sqrtf(point.iter().map(|x| x * x).sum());
             assert!(length <= 1.0 + 1e-6);
             radius += length / 1e4;

@@ -1,4 +1,5 @@
-//! The loss of one sample: SSP per direction and experiment.
+//! The SSP of measured acceleration and the model's, straight from the spectra that the search reads: no
+//! series in time is needed, and bins can be left out.
 
 use fearless_simd::Level;
 use heapless::Vec;
@@ -6,7 +7,19 @@ use heapless::Vec;
 use crate::parameters::Bushings;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Terms, receptance};
+use crate::search::{MAX_EXPERIMENTS, MAX_LOSSES};
+use crate::spectrum::Experiment;
 use crate::spectrum::search::SearchSpectra;
+
+/// [`ssp`] of every experiment, one after the other; those beyond [`MAX_EXPERIMENTS`] do not count.
+pub fn losses<const B: usize>(
+    experiments: &[Experiment<B>],
+    bushings: &Bushings,
+    level: Level,
+) -> Vec<f32, MAX_LOSSES> {
+    let experiments = experiments.iter().take(MAX_EXPERIMENTS);
+    experiments.flat_map(|experiment| ssp(&experiment.search, bushings, level)).collect()
+}
 
 /// Surface similarity parameter of measured and modelled motion along each TCP axis, mean over the bins; the
 /// same for displacement as for acceleration, since `s²` cancels.

@@ -1,4 +1,7 @@
-//! Losses that compare a measured signal with the model's (paper, section 3.3).
+//! Losses that compare a measured signal with the model's (paper, section 3.3): MAE and MSE in time, SSP
+//! from spectra.
+
+pub mod spectral;
 
 /// Mean absolute error of two series of the same length; in their unit.
 pub fn mean_absolute_error(measured: &[f32], model: &[f32]) -> f32 {
@@ -16,6 +19,12 @@ pub fn ssp_term(measured: [f64; 2], model: [f64; 2]) -> f64 {
     let square = |[re, im]: [f64; 2]| re * re + im * im;
     let scale = square(measured) + square(model);
     if scale > 0.0 { square([measured[0] - model[0], measured[1] - model[1]]) / scale } else { 0.0 }
+}
+
+/// Surface similarity parameter of two spectra, bin by bin `[re, im]`, of the same length: 0 to 2.
+pub fn surface_similarity(bins: impl ExactSizeIterator<Item = ([f64; 2], [f64; 2])>) -> f64 {
+    let count = bins.len().max(1);
+    bins.map(|(measured, model)| ssp_term(measured, model)).sum::<f64>() / count as f64
 }
 
 fn mean(measured: &[f32], model: &[f32], term: impl Fn(f32, f32) -> f32) -> f32 {

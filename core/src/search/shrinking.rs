@@ -1,0 +1,123 @@
+//! Bound shrinking (paper, section 3.3): how far from the centre an iteration samples.
+//!
+//! The paper names three methods and defines none. Here all of them start at the same radius, and the
+//! adaptive ones end at the same radius as the schedule if half of their iterations fail to better the centre.
+
+use crate::parameters::MAX_PARAMETERS;
+
+/// What the radius of the hypersphere follows. Radii are in units of the bound ranges: in 36 dimensions a
+/// sphere of radius 1 moves a single parameter by a sixth of its range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shrinking {
+    /// The iteration: a constant factor each, from the first radius to the last.
+    Scheduled {
+        /// Radius of the first iteration.
+        first: f32,
+        /// Radius after the last iteration.
+        last: f32,
+    },
+    /// The loss: one radius for all parameters, which shrinks whenever an iteration has not bettered the centre.
+    Global {
+        /// Radius of the first iteration.
+        first: f32,
+        /// Radius after the last iteration if half of them failed.
+        last: f32,
+    },
+    /// The loss: a radius for each parameter, which shrinks whenever an iteration has not bettered the centre, or
+    /// did so with less than a typical step of this parameter.
+    Local {
+        /// Radius of the first iteration.
+        first: f32,
+        /// As for [`Shrinking::Global`].
+        last: f32,
+    },
+}
+
+/// The radii of a search: half axes of an ellipsoid.
+#[derive(Clone, Debug)]
+pub(super) struct Radii {
+    shrinking: Shrinking,
+    iterations: u32,
+    radii: [f32; MAX_PARAMETERS],
+}
+
+impl Radii {
+    /// For a search of so many iterations.
+    pub(super) fn new(shrinking: Shrinking, iterations: u32) -> Self {
+        let (Shrinking::Scheduled { first, .. }
+        | Shrinking::Global { first, .. }
+        | Shrinking::Local { first, .. }) = shrinking;
+        Self { shrinking, iterations, radii: [first; MAX_PARAMETERS] }
+    }
+
+    /// Half axis along each parameter.
+    pub(super) fn get(&self) -> &[f32; MAX_PARAMETERS] {
+        &self.radii
+    }
+
+    /// After `iteration` iterations, the last of which moved the centre by `step` (one entry a parameter).
+    pub(super) fn shrink(&mut self, iteration: u32, bettered: bool, step: &[f32]) {
+        let portion = |iterations: f32| iterations / self.iterations as f32;
+        match self.shrinking {
+            Shrinking::Scheduled { first, last } => {
+                let radius = first * libm::powf(last / first, portion(iteration as f32));
+                self.radii = [radius; MAX_PARAMETERS];
+            }
+            Shrinking::Global { .. } if bettered => {}
+            Shrinking::Global { first, last } => {
+                let factor = libm::powf(last / first, portion(2.0));
+                self.radii.iter_mut().for_each(|radius| *radius *= factor);
+            }
+            Shrinking::Local { first, last } => {
+                let factor = libm::powf(last / first, portion(2.0));
+                let typical = typical_step(step.len());
+                for (radius, step) in self.radii.iter_mut().zip(step) {
+                    if !bettered || step.abs() < typical * *radius {
+                        *radius *= factor;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Median step of one coordinate within a unit ball of so many dimensions: 0.67 standard deviations.
+fn typical_step(dimensions: usize) -> f32 {
+    0.674_49 / libm::sqrtf(dimensions as f32 + 2.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FIRST: f32 = 1.0;
+    const LAST: f32 = 0.01;
+
+    #[test]
+    fn the_schedule_ends_at_the_last_radius() {
+        let mut radii = Radii::new(Shrinking::Scheduled { first: FIRST, last: LAST }, 50);
+        radii.shrink(25, false, &[0.0; 4]);
+        assert!((radii.get()[0] - 0.1).abs() < 1e-6);
+        radii.shrink(50, true, &[0.0; 4]);
+        assert!((radii.get()[3] - LAST).abs() < 1e-7);
+    }
+
+    #[test]
+    fn the_global_radius_shrinks_by_failures_alone() {
+        let mut radii = Radii::new(Shrinking::Global { first: FIRST, last: LAST }, 50);
+        for iteration in 1..=50 {
+            radii.shrink(iteration, iteration % 2 == 0, &[0.0; 4]);
+        }
+        assert!((radii.get()[0] - LAST).abs() < 1e-6, "{}", radii.get()[0]);
+    }
+
+    #[test]
+    fn a_local_radius_shrinks_where_the_centre_hardly_moved() {
+        let mut radii = Radii::new(Shrinking::Local { first: FIRST, last: LAST }, 50);
+        radii.shrink(1, true, &[0.0, 0.9, 0.1, -0.9]);
+        let [still, moved, crept, back, ..] = *radii.get();
+        assert!(still < 1.0 && crept < 1.0 && moved == 1.0 && back == 1.0);
+        radii.shrink(2, false, &[0.0; 4]);
+        assert!(radii.get()[1] < 1.0);
+    }
+}
