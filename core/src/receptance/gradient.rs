@@ -39,6 +39,20 @@ pub fn response<V: Lanes>(
     force: &[Complex<V>; 3],
     seam: &PerDof<V>,
 ) -> Response<V> {
+    if terms.gravity {
+        respond::<V, true>(terms, s, force, seam)
+    } else {
+        respond::<V, false>(terms, s, force, seam)
+    }
+}
+
+#[inline(always)]
+fn respond<V: Lanes, const GRAVITY: bool>(
+    terms: &Terms<V::Scalar>,
+    s: Complex<V>,
+    force: &[Complex<V>; 3],
+    seam: &PerDof<V>,
+) -> Response<V> {
     let like = s.re;
     let zero = Complex::zero(like);
     let s2 = s * s;
@@ -55,36 +69,36 @@ pub fn response<V: Lanes>(
     // Of each joint: Δ⁻¹ B by columns, and the displacements of the three readings and of the record.
     let mut gain = [[[zero; DOF]; DOF]; MAX_JOINTS];
     let mut moved = [[[zero; DOF]; 4]; MAX_JOINTS];
+    let mut passed = Passed::<V, GRAVITY>::new(like);
     for (index, joint) in joints.iter().enumerate().rev() {
-        let passed = Passed::new(joint, terms.gravity, s, s2, &mut stiffness);
+        passed.eliminate(joint, s, s2, &stiffness);
+        passed.couple();
         for i in 0..DOF {
             loads[6][i] = loads[6][i] + seam[index][i];
         }
         let mut solved = loads;
-        for (column, values) in solved.iter_mut().enumerate() {
+        for (column, load) in loads.iter_mut().enumerate() {
             if column < loads_count || column == 6 {
-                passed.factor.solve(values);
+                let solved = &mut solved[column];
+                passed.factor.forward(solved, 0);
+                passed.factor.scale(solved);
+                let mut handed_on = passed.handed_on(solved);
+                if column == 6 {
+                    for i in 0..DOF {
+                        handed_on[i] = handed_on[i] - seam[index][i];
+                    }
+                }
+                *load = load_before(joint, &handed_on);
+                passed.factor.backward(solved);
             }
         }
         moved[index] = combine(&solved, s2, force, terms.strapdown);
         gain[index] = passed.forward;
         for column in &mut gain[index] {
+            passed.factor.scale(column);
             passed.factor.backward(column);
         }
-        if index > 0 {
-            stiffness = passed.seen_from_before(joint, &stiffness);
-            for (column, solved) in solved.iter().enumerate() {
-                if column < loads_count || column == 6 {
-                    let mut reaction = passed.reaction(solved);
-                    if column == 6 {
-                        for i in 0..DOF {
-                            reaction[i] = reaction[i] - seam[index][i];
-                        }
-                    }
-                    loads[column] = load_before(joint, &reaction);
-                }
-            }
-        }
+        passed.seen_from_before(joint, &mut stiffness);
     }
 
     // Base to tip.

@@ -12,7 +12,7 @@
 //! ([`crate::chain::linearise`]); without it B = b is diagonal.
 
 use super::complex::Complex;
-use super::lanes::{Lanes, Scalar};
+use super::lanes::Lanes;
 use super::symmetric::{Factor, PACKED, Symmetric, at};
 use super::terms::{JointTerms, Terms};
 use crate::DOF;
@@ -25,140 +25,192 @@ pub(super) type Column<V> = [Complex<V>; DOF];
 /// `s` is `iω`, or `α + iω`, rad/s.
 #[inline(always)]
 pub fn receptance<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Complex<V>; 6] {
+    if terms.gravity { recurse::<V, true>(terms, s) } else { recurse::<V, false>(terms, s) }
+}
+
+#[inline(always)]
+fn recurse<V: Lanes, const GRAVITY: bool>(
+    terms: &Terms<V::Scalar>,
+    s: Complex<V>,
+) -> [Complex<V>; 6] {
     let like = s.re;
     let s2 = s * s;
     let mut stiffness: Symmetric<V> = [Complex::zero(like); PACKED];
-    let mut loads: [Column<V>; 3] = terms.force.map(|load| real_column(like, &load));
+    let mut loads = [[Complex::zero(like); DOF]; 3];
+    for (load, force) in loads.iter_mut().zip(&terms.force) {
+        *load = real_column(like, force);
+    }
     let mut receptance = [Complex::zero(like); 6];
+    let mut passed = Passed::<V, GRAVITY>::new(like);
     for (index, joint) in terms.joints.iter().enumerate().rev() {
-        let passed = Passed::new(joint, terms.gravity, s, s2, &mut stiffness);
+        passed.eliminate(joint, s, s2, &stiffness);
+        // Halfway through the solution: L⁻¹ p, and D⁻¹ L⁻¹ p.
         let mut moved = loads;
-        for column in &mut moved {
-            passed.factor.solve(column);
+        for (load, moved) in loads.iter_mut().zip(&mut moved) {
+            passed.factor.forward(load, 0);
+            *moved = *load;
+            passed.factor.scale(moved);
         }
-        let mut packed = 0;
-        for a in 0..3 {
-            for b in 0..=a {
-                for i in 0..DOF {
-                    receptance[packed] = receptance[packed].plus(loads[a][i], moved[b][i]);
-                }
-                packed += 1;
+        for (packed, [a, b]) in LOWER.into_iter().enumerate() {
+            for i in 0..DOF {
+                receptance[packed] = receptance[packed].plus(loads[a][i], moved[b][i]);
             }
         }
         if index > 0 {
-            stiffness = passed.seen_from_before(joint, &stiffness);
+            passed.couple();
+            passed.seen_from_before(joint, &mut stiffness);
             for (load, moved) in loads.iter_mut().zip(&moved) {
-                *load = load_before(joint, &passed.reaction(moved));
+                *load = load_before(joint, &passed.handed_on(moved));
             }
         }
     }
     receptance
 }
 
-/// A joint whose link has been eliminated.
-pub(super) struct Passed<V> {
+/// Rows and columns of a packed symmetric 3×3.
+const LOWER: [[usize; 2]; 6] = [[0, 0], [1, 0], [1, 1], [2, 0], [2, 1], [2, 2]];
+
+/// A joint whose link has been eliminated; one for all joints in turn, for it is large.
+pub(super) struct Passed<V, const GRAVITY: bool> {
     /// Of Δ.
     pub(super) factor: Factor<V>,
-    /// B, by columns.
-    coupled: [Column<V>; DOF],
+    /// b − Cᵀ − C.
+    own: Symmetric<V>,
+    /// b.
+    bushing: Column<V>,
+    /// B, the columns of the turns; those of the slides are b's. Without gravity B = b.
+    coupled: [Column<V>; 3],
     /// L⁻¹ B, by columns.
     pub(super) forward: [Column<V>; DOF],
-    gravity: bool,
 }
 
-impl<V: Lanes> Passed<V> {
-    /// Adds the link's inertia to `stiffness` and factorises it with the bushing; `stiffness` becomes
-    /// `b − Cᵀ − C`, what [`Passed::seen_from_before`] starts from.
+impl<V: Lanes, const GRAVITY: bool> Passed<V, GRAVITY> {
+    /// No joint yet.
     #[inline(always)]
-    pub(super) fn new(
+    pub(super) fn new(like: V) -> Self {
+        let zero = Complex::zero(like);
+        Self {
+            factor: Factor::zero(like),
+            own: [zero; PACKED],
+            bushing: [zero; DOF],
+            coupled: [[zero; DOF]; 3],
+            forward: [[zero; DOF]; DOF],
+        }
+    }
+
+    /// Factorises the link's inertia, the bushing, and `stiffness`, what the links beyond oppose.
+    #[inline(always)]
+    pub(super) fn eliminate(
+        &mut self,
         joint: &JointTerms<V::Scalar>,
-        gravity: bool,
         s: Complex<V>,
         s2: Complex<V>,
-        stiffness: &mut Symmetric<V>,
-    ) -> Self {
+        stiffness: &Symmetric<V>,
+    ) {
         let like = s.re;
-        let zero = Complex::zero(like);
-        let bushing: Column<V> = core::array::from_fn(|i| {
-            let damping = s.scale(like.fill(joint.damping[i]));
-            Complex::new(like.fill(joint.stiffness[i]) + damping.re, damping.im)
-        });
-        let mut own = [zero; PACKED];
-        let mut coupled = [[zero; DOF]; DOF];
-        for i in 0..DOF {
-            own[at(i, i)] = bushing[i];
-            coupled[i][i] = bushing[i];
-        }
-        if gravity {
-            for i in 0..3 {
-                for j in 0..3 {
-                    let turns = like.fill(joint.gravity_turns[i][j]);
-                    if j <= i {
-                        own[at(3 + i, 3 + j)].re = own[at(3 + i, 3 + j)].re + turns;
-                    }
-                    coupled[3 + j][3 + i].re = coupled[3 + j][3 + i].re + turns;
-                }
-            }
-        }
-        let mut delta = own;
+        let delta = self.factor.matrix();
         for entry in 0..PACKED {
-            let inertia = s2.scale(like.fill(joint.inertia[entry]));
-            delta[entry] = own[entry] + stiffness[entry] + inertia;
-        }
-        if gravity {
-            for i in 0..DOF {
-                for j in 0..3 {
-                    let coupling = like.fill(joint.gravity_coupling[i][j]);
-                    let entry = &mut own[at(i, 3 + j)].re;
-                    // The symmetric sum C + Cᵀ has each off-diagonal entry of the turns twice.
-                    *entry = *entry - if i == 3 + j { coupling + coupling } else { coupling };
-                    coupled[3 + j][i].re = coupled[3 + j][i].re - coupling;
-                }
-            }
-        }
-        *stiffness = own;
-        let factor = Factor::new(&delta);
-        let mut forward = coupled;
-        for (j, column) in forward.iter_mut().enumerate() {
-            factor.forward(column, if gravity { 0 } else { j });
-        }
-        Self { factor, coupled, forward, gravity }
-    }
-
-    /// `Xᵀ (own − Bᵀ Δ⁻¹ B) X`: the dynamic stiffness at the link before.
-    #[inline(always)]
-    pub(super) fn seen_from_before(
-        &self,
-        joint: &JointTerms<V::Scalar>,
-        own: &Symmetric<V>,
-    ) -> Symmetric<V> {
-        let mut seen = *own;
-        let mut scaled = self.forward;
-        for (j, column) in scaled.iter_mut().enumerate() {
-            for k in if self.gravity { 0 } else { j }..DOF {
-                column[k] = column[k] * self.factor.reciprocal(k);
-            }
+            delta[entry] = stiffness[entry].plus_real(s2, like.fill(joint.inertia[entry]));
         }
         for i in 0..DOF {
-            for j in 0..=i {
-                for k in if self.gravity { 0 } else { i }..DOF {
-                    seen[at(i, j)] = seen[at(i, j)].minus(self.forward[i][k], scaled[j][k]);
+            let (stiffness, damping) = (like.fill(joint.stiffness[i]), like.fill(joint.damping[i]));
+            self.bushing[i] = Complex::new(s.re.mul_add(damping, stiffness), s.im * damping);
+            self.own[at(i, i)] = self.bushing[i];
+            delta[at(i, i)] = delta[at(i, i)] + self.bushing[i];
+        }
+        if GRAVITY {
+            self.gravitate(joint);
+        }
+        self.factor.factorise();
+    }
+
+    /// Gravity's share of Δ, B and b − Cᵀ − C.
+    #[inline(always)]
+    fn gravitate(&mut self, joint: &JointTerms<V::Scalar>) {
+        let delta = self.factor.matrix();
+        let like = delta[0].re;
+        for entry in 0..PACKED {
+            let diagonal = (0..DOF).any(|i| at(i, i) == entry);
+            if !diagonal {
+                self.own[entry] = Complex::zero(like);
+            }
+        }
+        for j in 0..3 {
+            self.coupled[j] = [Complex::zero(like); DOF];
+            self.coupled[j][3 + j] = self.bushing[3 + j];
+            for i in 0..3 {
+                let turns = like.fill(joint.gravity_turns[i][j]);
+                if j <= i {
+                    let entry = at(3 + i, 3 + j);
+                    delta[entry].re = delta[entry].re + turns;
+                    self.own[entry].re = self.own[entry].re + turns;
+                }
+                self.coupled[j][3 + i].re = self.coupled[j][3 + i].re + turns;
+            }
+            for i in 0..DOF {
+                let coupling = like.fill(joint.gravity_coupling[i][j]);
+                let entry = &mut self.own[at(i, 3 + j)].re;
+                // The symmetric sum C + Cᵀ has each off-diagonal entry of the turns twice.
+                *entry = *entry - if i == 3 + j { coupling + coupling } else { coupling };
+                self.coupled[j][i].re = self.coupled[j][i].re - coupling;
+            }
+        }
+    }
+
+    /// First row of a column of B that is not zero.
+    #[inline(always)]
+    const fn first(column: usize) -> usize {
+        if GRAVITY && column >= 3 { 0 } else { column }
+    }
+
+    /// `L⁻¹ B`.
+    #[inline(always)]
+    pub(super) fn couple(&mut self) {
+        for j in 0..DOF {
+            if GRAVITY && j >= 3 {
+                self.forward[j] = self.coupled[j - 3];
+            } else {
+                let zero = Complex::zero(self.bushing[j].re);
+                self.forward[j][j] = self.bushing[j];
+                self.forward[j][j + 1..].fill(zero);
+            }
+            self.factor.forward(&mut self.forward[j], Self::first(j));
+        }
+    }
+
+    /// `Xᵀ (b − Cᵀ − C − Bᵀ Δ⁻¹ B) X`: the dynamic stiffness at the link before.
+    #[inline(always)]
+    pub(super) fn seen_from_before(&self, joint: &JointTerms<V::Scalar>, seen: &mut Symmetric<V>) {
+        *seen = self.own;
+        for k in 0..DOF {
+            let reciprocal = self.factor.reciprocal(k);
+            for i in 0..DOF {
+                if k < Self::first(i) {
+                    continue;
+                }
+                let scaled = self.forward[i][k] * reciprocal;
+                for j in 0..=i {
+                    if k >= Self::first(j) {
+                        seen[at(i, j)] = seen[at(i, j)].minus(scaled, self.forward[j][k]);
+                    }
                 }
             }
         }
-        congruence(joint, &seen)
+        congruence(joint, seen);
     }
 
-    /// `Bᵀ u`: what the bushing hands on to the link before.
+    /// `(L⁻¹ B)ᵀ v`: what the bushing hands on to the link before, of a load with `v = D⁻¹ L⁻¹ p`.
     #[inline(always)]
-    pub(super) fn reaction(&self, moved: &Column<V>) -> Column<V> {
-        core::array::from_fn(|i| {
-            let own = self.coupled[i][i] * moved[i];
-            if !self.gravity || i < 3 {
-                return own;
+    pub(super) fn handed_on(&self, v: &Column<V>) -> Column<V> {
+        let mut handed_on = [Complex::zero(v[0].re); DOF];
+        for i in 0..DOF {
+            let mut sum = handed_on[i];
+            for k in Self::first(i)..DOF {
+                sum = sum.plus(self.forward[i][k], v[k]);
             }
-            (0..DOF).filter(|&k| k != i).fold(own, |sum, k| sum.plus(self.coupled[i][k], moved[k]))
-        })
+            handed_on[i] = sum;
+        }
+        handed_on
     }
 }
 
@@ -194,9 +246,9 @@ pub(super) fn carried<V: Lanes>(joint: &JointTerms<V::Scalar>, before: &Column<V
     carried
 }
 
-/// `Xᵀ M X`.
+/// `M ← Xᵀ M X`.
 #[inline(always)]
-fn congruence<V: Lanes>(joint: &JointTerms<V::Scalar>, m: &Symmetric<V>) -> Symmetric<V> {
+fn congruence<V: Lanes>(joint: &JointTerms<V::Scalar>, m: &mut Symmetric<V>) {
     let like = m[0].re;
     let zero = Complex::zero(like);
     // M X by its blocks: translation rows times both columns, turn rows times the turn column.
@@ -216,7 +268,7 @@ fn congruence<V: Lanes>(joint: &JointTerms<V::Scalar>, m: &Symmetric<V>) -> Symm
             }
         }
     }
-    let mut result = [zero; PACKED];
+    *m = [zero; PACKED];
     for k in 0..3 {
         for i in 0..3 {
             let (rotate, lever, turn) = (
@@ -226,21 +278,22 @@ fn congruence<V: Lanes>(joint: &JointTerms<V::Scalar>, m: &Symmetric<V>) -> Symm
             );
             for j in 0..3 {
                 if j <= i {
-                    result[at(i, j)] = result[at(i, j)].plus_real(tt[k][j], rotate);
-                    result[at(3 + i, 3 + j)] = result[at(3 + i, 3 + j)]
-                        .plus_real(tr[k][j], lever)
-                        .plus_real(rr[k][j], turn);
+                    m[at(i, j)] = m[at(i, j)].plus_real(tt[k][j], rotate);
+                    m[at(3 + i, 3 + j)] =
+                        m[at(3 + i, 3 + j)].plus_real(tr[k][j], lever).plus_real(rr[k][j], turn);
                 }
-                result[at(3 + j, i)] = result[at(3 + j, i)].plus_real(tr[k][j], rotate);
+                m[at(3 + j, i)] = m[at(3 + j, i)].plus_real(tr[k][j], rotate);
             }
         }
     }
-    result
 }
 
 /// A real load in every lane.
 #[inline(always)]
 pub(super) fn real_column<V: Lanes>(like: V, load: &[V::Scalar; DOF]) -> Column<V> {
-    let zero = like.fill(V::Scalar::from_f64(0.0));
-    load.map(|value| Complex::new(like.fill(value), zero))
+    let mut column = [Complex::zero(like); DOF];
+    for i in 0..DOF {
+        column[i].re = like.fill(load[i]);
+    }
+    column
 }

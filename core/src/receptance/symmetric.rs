@@ -25,55 +25,68 @@ pub struct Factor<V> {
 }
 
 impl<V: Lanes> Factor<V> {
-    /// Factorises.
+    /// Of no matrix yet.
     #[inline(always)]
-    pub fn new(matrix: &Symmetric<V>) -> Self {
-        let mut packed = *matrix;
+    pub fn zero(like: V) -> Self {
+        Self { packed: [Complex::zero(like); PACKED] }
+    }
+
+    /// Where the matrix is put that [`Factor::factorise`] is to factorise.
+    #[inline(always)]
+    pub fn matrix(&mut self) -> &mut Symmetric<V> {
+        &mut self.packed
+    }
+
+    /// Factorises in place.
+    #[inline(always)]
+    pub fn factorise(&mut self) {
+        let packed = &mut self.packed;
         for j in 0..DOF {
-            // Here column j still holds L·D; the rows above have been divided.
             let reciprocal = packed[at(j, j)].reciprocal();
             packed[at(j, j)] = reciprocal;
-            let column: [Complex<V>; DOF] = core::array::from_fn(|i| packed[at(i, j)]);
+            // Column j still holds L·D below row i.
             for i in j + 1..DOF {
-                packed[at(i, j)] = column[i] * reciprocal;
-            }
-            for i in j + 1..DOF {
+                let entry = packed[at(i, j)] * reciprocal;
                 for k in j + 1..=i {
-                    packed[at(i, k)] = packed[at(i, k)].minus(packed[at(i, j)], column[k]);
+                    packed[at(i, k)] = packed[at(i, k)].minus(entry, packed[at(k, j)]);
                 }
             }
+            for i in j + 1..DOF {
+                packed[at(i, j)] = packed[at(i, j)] * reciprocal;
+            }
         }
-        Self { packed }
     }
 
     /// `L⁻¹ x` where the entries of x before `first` are zero.
     #[inline(always)]
     pub fn forward(&self, x: &mut [Complex<V>; DOF], first: usize) {
-        for j in first..DOF {
-            for i in j + 1..DOF {
-                x[i] = x[i].minus(self.packed[at(i, j)], x[j]);
+        for i in first + 1..DOF {
+            let mut sum = x[i];
+            for j in first..i {
+                sum = sum.minus(self.packed[at(i, j)], x[j]);
             }
+            x[i] = sum;
         }
     }
 
-    /// `L⁻ᵀ D⁻¹ x`.
+    /// `D⁻¹ x`.
     #[inline(always)]
-    pub fn backward(&self, x: &mut [Complex<V>; DOF]) {
+    pub fn scale(&self, x: &mut [Complex<V>; DOF]) {
         for i in 0..DOF {
             x[i] = x[i] * self.packed[at(i, i)];
         }
-        for j in (1..DOF).rev() {
-            for i in 0..j {
-                x[i] = x[i].minus(self.packed[at(j, i)], x[j]);
-            }
-        }
     }
 
-    /// `matrix⁻¹ x`.
+    /// `L⁻ᵀ x`.
     #[inline(always)]
-    pub fn solve(&self, x: &mut [Complex<V>; DOF]) {
-        self.forward(x, 0);
-        self.backward(x);
+    pub fn backward(&self, x: &mut [Complex<V>; DOF]) {
+        for i in (0..DOF).rev() {
+            let mut sum = x[i];
+            for j in i + 1..DOF {
+                sum = sum.minus(self.packed[at(j, i)], x[j]);
+            }
+            x[i] = sum;
+        }
     }
 
     /// 1/D, entry i.

@@ -138,6 +138,12 @@ impl Search {
         &self.centre[..self.parameters]
     }
 
+    /// Half axis along each parameter of what the present iteration samples from, in bound ranges; of the
+    /// iteration before until the centre's losses are told.
+    pub fn radii(&self) -> &[f32] {
+        &self.radii.get()[..self.parameters]
+    }
+
     /// Draws the next sample, as fractions of the bounds; tell its losses with [`Search::tell`].
     pub fn ask(&mut self, generator: &mut impl Rng) -> &[f32] {
         self.asked = self.centre;
