@@ -14,6 +14,7 @@ extern crate std;
 pub mod chain;
 pub mod identify;
 pub mod loss;
+pub mod motion;
 pub mod parameters;
 pub mod receptance;
 pub mod refine;

@@ -1,0 +1,72 @@
+//! Forward dynamics: the motion that loads cause, O(J).
+//!
+//! This is the articulated-body recursion, and bushings make it short. A joint that can move in all six
+//! directions has a square motion subspace S: the articulated inertia `I − I S (Sᵀ I S)⁻¹ Sᵀ I` that it
+//! passes to the link before is 0, and the load that it passes is `S⁻ᵀ τ`, the spring's and damper's. So
+//! every link is a free body under loads that the state alone decides.
+
+use nalgebra::{Vector3, Vector6};
+
+use super::inverse::LinkMotion;
+use super::kinematics::{Link, Placed, halves, joined};
+use super::{Coordinates, EquationOfMotion, State};
+use crate::MAX_JOINTS;
+
+impl EquationOfMotion {
+    /// `q̈` under `force` on the TCP (N, TCP axes at rest), m/s² and rad/s²; not finite where a bushing has
+    /// turned to `ry = ±90°`.
+    pub fn forward_dynamics(&self, state: &State, force: &Vector3<f64>) -> Coordinates {
+        let placed = self.placed(&state.elongation);
+        let motions = self.link_motions(state, &placed, force);
+        let mut acceleration = [Vector6::zeros(); MAX_JOINTS];
+        let mut before = self.base();
+        for (index, link) in self.links.iter().enumerate() {
+            let (place, motion) = (&placed[index], motions[index]);
+            let carried = before.carry(link, place, &state.rate[index]);
+            acceleration[index] = joined(
+                place.turned * (motion.acceleration - carried.acceleration),
+                place.turns_inverse() * (motion.spin_rate - carried.spin_rate),
+            );
+            before = motion;
+        }
+        acceleration
+    }
+
+    /// How the links move under the loads of state and `force`.
+    pub(super) fn link_motions(
+        &self,
+        state: &State,
+        placed: &[Placed; MAX_JOINTS],
+        force: &Vector3<f64>,
+    ) -> [LinkMotion; MAX_JOINTS] {
+        let mut motions = [LinkMotion::default(); MAX_JOINTS];
+        let mut spin = Vector3::zeros();
+        let mut push = self.rest_axes * force;
+        for index in 0..self.links.len() {
+            let (_, turn_rate) = halves(&state.rate[index]);
+            spin = placed[index].rotation.tr_mul(&spin) + placed[index].turns * turn_rate;
+            push = placed[index].rotation.tr_mul(&push);
+            motions[index].spin = spin;
+        }
+        let mut passed = (push, self.tcp.translation.cross(&push));
+        for (index, link) in self.links.iter().enumerate().rev() {
+            let place = &placed[index];
+            let (slide, turn) = halves(&-self.bushing_load(state, index));
+            let held = (place.turned.tr_mul(&slide), place.turns_inverse().tr_mul(&turn));
+            motions[index].accelerate(link, passed.0 + held.0, passed.1 + held.1);
+            let force = place.rotation * held.0;
+            passed = (-force, -(place.rotation * held.1 + place.lever.cross(&force)));
+        }
+        motions
+    }
+}
+
+impl LinkMotion {
+    /// Newton and Euler for a free body that spins so, under a force and a torque about its origin.
+    fn accelerate(&mut self, link: &Link, force: Vector3<f64>, torque: Vector3<f64>) {
+        let gyroscopic = self.spin.cross(&(link.central_inertia * self.spin));
+        self.spin_rate = link.central_mobility * (torque - link.centre.cross(&force) - gyroscopic);
+        // Nothing else accelerates yet: what is left at the centre is due to the spin.
+        self.acceleration = force / link.mass - self.acceleration_of(&link.centre);
+    }
+}

@@ -1,0 +1,117 @@
+//! Inverse dynamics: the loads that a motion needs (recursive Newton-Euler; Featherstone, _Rigid Body
+//! Dynamics Algorithms_, chapter 5), in link axes and with the acceleration of each link's origin, O(J).
+//!
+//! Gravity enters as an acceleration of the base upwards.
+
+use heapless::Vec;
+use nalgebra::{Vector3, Vector6};
+
+use super::kinematics::{Link, Placed, halves, joined};
+use super::{Coordinates, EquationOfMotion, State};
+use crate::MAX_JOINTS;
+
+/// How a link moves, in its own axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct LinkMotion {
+    /// ω, rad/s.
+    pub(super) spin: Vector3<f64>,
+    /// ω̇, rad/s².
+    pub(super) spin_rate: Vector3<f64>,
+    /// Of the link's origin, less gravity's, m/s².
+    pub(super) acceleration: Vector3<f64>,
+}
+
+/// The loads of all coordinates that do not cancel.
+pub(super) struct Imbalance {
+    /// N and Nm.
+    pub(super) load: Coordinates,
+    /// What should cancel, added up without signs.
+    pub(super) size: f64,
+}
+
+impl LinkMotion {
+    /// Acceleration of the link's point at `point`, less gravity's, m/s².
+    pub(super) fn acceleration_of(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.acceleration + self.spin_rate.cross(point) + self.spin.cross(&self.spin.cross(point))
+    }
+
+    /// How the next link moves when this one moves so and the bushing between them has these rates, which
+    /// do not change.
+    pub(super) fn carry(&self, link: &Link, placed: &Placed, rate: &Vector6<f64>) -> Self {
+        let (slide, turn) = halves(rate);
+        let (carried, turning) = (placed.rotation.tr_mul(&self.spin), placed.turns * turn);
+        let origin =
+            self.acceleration_of(&placed.lever) + 2.0 * self.spin.cross(&(link.axes * slide));
+        Self {
+            spin: carried + turning,
+            spin_rate: placed.rotation.tr_mul(&self.spin_rate)
+                + carried.cross(&turning)
+                + placed.turns_rate(turn) * turn,
+            acceleration: placed.rotation.tr_mul(&origin),
+        }
+    }
+
+    /// Force and torque about the origin that the link needs to move so, N and Nm.
+    fn load(&self, link: &Link) -> (Vector3<f64>, Vector3<f64>) {
+        let force = link.mass * self.acceleration_of(&link.centre);
+        let torque = link.inertia * self.spin_rate
+            + self.spin.cross(&(link.inertia * self.spin))
+            + link.mass * link.centre.cross(&self.acceleration);
+        (force, torque)
+    }
+}
+
+impl EquationOfMotion {
+    /// `M q̈ + C(q, q̇) q̇ + G(q) + D q̇ + K q − Jᵀ F`, N and Nm: what else must act on the coordinates for
+    /// this `acceleration`, m/s² and rad/s², under `force` on the TCP (N, TCP axes at rest).
+    pub fn inverse_dynamics(
+        &self,
+        state: &State,
+        acceleration: &Coordinates,
+        force: &Vector3<f64>,
+    ) -> Coordinates {
+        self.imbalance(state, acceleration, force).load
+    }
+
+    pub(super) fn imbalance(
+        &self,
+        state: &State,
+        acceleration: &Coordinates,
+        force: &Vector3<f64>,
+    ) -> Imbalance {
+        let mut placed: Vec<Placed, MAX_JOINTS> = Vec::new();
+        let mut loads: Vec<(Vector3<f64>, Vector3<f64>), MAX_JOINTS> = Vec::new();
+        let mut motion = self.base();
+        let mut push = self.rest_axes * force;
+        let mut size = push.norm();
+        for (index, link) in self.links.iter().enumerate() {
+            let place = link.placed(&state.elongation[index]);
+            let (slide, turn) = halves(&acceleration[index]);
+            motion = motion.carry(link, &place, &state.rate[index]);
+            motion.acceleration += place.turned.tr_mul(&slide);
+            motion.spin_rate += place.turns * turn;
+            push = place.rotation.tr_mul(&push);
+            let load = motion.load(link);
+            size += load.0.norm() + load.1.norm();
+            // A chain has no more joints than the vectors hold.
+            let _ = (loads.push(load), placed.push(place));
+        }
+
+        let mut imbalance = Coordinates::default();
+        let mut passed = (-push, -self.tcp.translation.cross(&push));
+        for (index, (place, load)) in placed.iter().zip(&loads).enumerate().rev() {
+            let (force, torque) = (passed.0 + load.0, passed.1 + load.1);
+            let bushing = self.bushing_load(state, index);
+            size += bushing.norm();
+            imbalance[index] = bushing + joined(place.turned * force, place.turns.tr_mul(&torque));
+            let force = place.rotation * force;
+            passed = (force, place.rotation * torque + place.lever.cross(&force));
+        }
+        Imbalance { load: imbalance, size }
+    }
+
+    /// The base stands still, and gravity is an acceleration upwards.
+    pub(super) fn base(&self) -> LinkMotion {
+        LinkMotion { acceleration: -self.gravity, ..LinkMotion::default() }
+    }
+}

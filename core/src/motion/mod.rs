@@ -1,0 +1,205 @@
+//! The equation of motion, not linearised: `M(q) q̈ + C(q, q̇) q̇ + G(q) + D q̇ + K q = Jᵀ F` (paper, section
+//! 3.1).
+//!
+//! The reference that the linear model is checked against, and the physics of the simulated robot. The
+//! drives hold the joint angles; q are the bushings' coordinates, per joint slides `tx ty tz` along the axes
+//! of the joint frame, then turns `rx ry rz` about x, the new y, the new z. F pushes the moving TCP along
+//! axes that stay in space: those of the TCP at rest, in the static equilibrium under gravity.
+//!
+//! | module         | holds                                                     |
+//! | -------------- | --------------------------------------------------------- |
+//! | `kinematics`   | where a bushing holds its link, and how it lets it move    |
+//! | [`inverse`]    | loads from motion: recursive Newton-Euler                  |
+//! | [`forward`]    | motion from loads: the articulated-body recursion          |
+//! | `impedance`    | `s²M + sD + K` of the chain frozen in a posture, factored  |
+//! | [`radau`]      | time integration                                           |
+
+pub mod forward;
+pub mod inverse;
+pub mod radau;
+
+mod impedance;
+mod kinematics;
+
+use heapless::Vec;
+use nalgebra::{Matrix3, Vector3, Vector6};
+
+use crate::MAX_JOINTS;
+use crate::chain::Chain;
+use crate::parameters::Bushing;
+use crate::spectrum::Accelerometer;
+use kinematics::{Link, Placed};
+
+/// One number per bushing coordinate, joint by joint from the base, `tx ty tz rx ry rz`; joints beyond the
+/// chain's stay zero.
+pub type Coordinates = [Vector6<f64>; MAX_JOINTS];
+
+/// Where the bushings are and how fast they move.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    /// q: m and rad.
+    pub elongation: Coordinates,
+    /// q̇: m/s and rad/s.
+    pub rate: Coordinates,
+}
+
+/// The equation of motion of a robot whose drives hold one pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EquationOfMotion {
+    links: Vec<Link, MAX_JOINTS>,
+    /// Diagonals of K and D.
+    stiffness: Coordinates,
+    damping: Coordinates,
+    /// Base axes, m/s².
+    gravity: Vector3<f64>,
+    /// The TCP in the last link.
+    tcp: Pose,
+    /// The static equilibrium.
+    rest: Coordinates,
+    /// The TCP's axes at rest, in base axes: force and readings are along these.
+    rest_axes: Matrix3<f64>,
+    /// The TCP at rest, base axes, m.
+    rest_tcp: Vector3<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Pose {
+    axes: Matrix3<f64>,
+    translation: Vector3<f64>,
+}
+
+impl EquationOfMotion {
+    /// At joint angles `pose` (one per joint, rad or m) under `gravity` (base axes, m/s²).
+    ///
+    /// # Panics
+    ///
+    /// If there is not one angle and one bushing per joint.
+    pub fn new(chain: &Chain, pose: &[f64], gravity: Vector3<f64>, bushings: &[Bushing]) -> Self {
+        let mut rest = Coordinates::default();
+        let equilibrium = chain.linearise(pose, gravity, bushings);
+        for (rest, joint) in rest.iter_mut().zip(&equilibrium.joints) {
+            *rest = joint.sag;
+        }
+        let per_joint = |of: fn(&Bushing) -> [f64; 6]| {
+            let mut all = Coordinates::default();
+            all.iter_mut().zip(bushings).for_each(|(one, bushing)| *one = of(bushing).into());
+            all
+        };
+        let tcp = chain.tcp();
+        let mut equation = Self {
+            links: chain.joints().iter().zip(pose).map(|(joint, &q)| Link::new(joint, q)).collect(),
+            stiffness: per_joint(|bushing| bushing.stiffness),
+            damping: per_joint(|bushing| bushing.damping),
+            gravity,
+            tcp: Pose {
+                axes: tcp.rotation.to_rotation_matrix().into_inner(),
+                translation: tcp.translation.vector,
+            },
+            rest,
+            rest_axes: Matrix3::identity(),
+            rest_tcp: Vector3::zeros(),
+        };
+        let tcp = equation.tcp_pose(&equation.placed(&rest));
+        (equation.rest_axes, equation.rest_tcp) = (tcp.axes, tcp.translation);
+        equation
+    }
+
+    /// At rest in the static equilibrium under gravity.
+    pub fn rest(&self) -> State {
+        State { elongation: self.rest, rate: Coordinates::default() }
+    }
+
+    /// Joints of the chain.
+    pub fn joints(&self) -> usize {
+        self.links.len()
+    }
+
+    /// From the TCP at rest to the TCP, along its axes at rest, m.
+    pub fn tcp_displacement(&self, state: &State) -> Vector3<f64> {
+        let tcp = self.tcp_pose(&self.placed(&state.elongation));
+        self.rest_axes.tr_mul(&(tcp.translation - self.rest_tcp))
+    }
+
+    /// What the accelerometer at the TCP reads under `force`, less its reading at rest, m/s²: along the
+    /// axes at rest if inertial, along its own if strapdown.
+    pub fn tcp_acceleration(
+        &self,
+        state: &State,
+        force: &Vector3<f64>,
+        accelerometer: Accelerometer,
+    ) -> Vector3<f64> {
+        let placed = self.placed(&state.elongation);
+        let motions = self.link_motions(state, &placed, force);
+        // Along the TCP's axes, gravity felt.
+        let felt = self
+            .tcp
+            .axes
+            .tr_mul(&motions[self.links.len() - 1].acceleration_of(&self.tcp.translation));
+        let at_rest = self.rest_axes.tr_mul(&-self.gravity);
+        match accelerometer {
+            Accelerometer::Strapdown => felt - at_rest,
+            Accelerometer::Inertial => {
+                self.rest_axes.tr_mul(&(self.tcp_pose(&placed).axes * felt)) - at_rest
+            }
+        }
+    }
+
+    /// `K q + D q̇` of one joint.
+    fn bushing_load(&self, state: &State, joint: usize) -> Vector6<f64> {
+        self.stiffness[joint].component_mul(&state.elongation[joint])
+            + self.damping[joint].component_mul(&state.rate[joint])
+    }
+
+    fn placed(&self, elongation: &Coordinates) -> [Placed; MAX_JOINTS] {
+        let mut placed = [Placed::default(); MAX_JOINTS];
+        for ((placed, link), elongation) in placed.iter_mut().zip(&self.links).zip(elongation) {
+            *placed = link.placed(elongation);
+        }
+        placed
+    }
+
+    /// Of the TCP in the base.
+    fn tcp_pose(&self, placed: &[Placed; MAX_JOINTS]) -> Pose {
+        let mut pose = Pose { axes: Matrix3::identity(), translation: Vector3::zeros() };
+        for place in &placed[..self.links.len()] {
+            pose.translation += pose.axes * place.lever;
+            pose.axes *= place.rotation;
+        }
+        pose.translation += pose.axes * self.tcp.translation;
+        pose.axes *= self.tcp.axes;
+        pose
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Isometry3;
+
+    use super::*;
+    use crate::chain::{self, Joint, JointKind};
+
+    /// Of a robot of three joints.
+    pub(super) fn equation() -> EquationOfMotion {
+        let joint = |x: f64, axis, kind| Joint {
+            origin: Isometry3::new(Vector3::new(x, 0.3, -0.2), Vector3::new(0.4, x, -0.7)),
+            axis,
+            kind,
+            link: chain::Link {
+                mass: 30.0 * x,
+                centre_of_mass: Vector3::new(0.2, -0.1, x),
+                inertia: Matrix3::from_diagonal(&Vector3::new(3.0, 4.0, 2.5)),
+            },
+        };
+        let joints = [
+            joint(0.5, Vector3::z_axis(), JointKind::Revolute),
+            joint(0.9, Vector3::y_axis(), JointKind::Prismatic),
+            joint(0.3, Vector3::x_axis(), JointKind::Revolute),
+        ];
+        let chain = Chain::new(&joints, Isometry3::translation(0.4, 0.1, 0.2)).unwrap();
+        let bushing = Bushing {
+            stiffness: [2e7, 3e7, 1e7, 5e6, 2e6, 4e6],
+            damping: [2e4, 1e4, 3e4, 4e3, 5e3, 1e3],
+        };
+        EquationOfMotion::new(&chain, &[0.4, -0.3, 1.1], Vector3::zeros(), &[bushing; 3])
+    }
+}

@@ -1,0 +1,12 @@
+//! The equation of motion and its integrator, against what shares no code with them.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod convergence;
+mod dynamics;
+mod energy;
+mod linear;
+mod mechanics;
+mod mujoco;
+#[rustfmt::skip]
+mod reference;
