@@ -28,7 +28,7 @@ pub struct ErrorSummary {
 }
 
 /// Displacement of the TCP along its axes at the sample instants of `cut`, m: what a robot with
-/// `bushings` does, from rest.
+/// `bushings` does, from rest. Not a number from where it gives way.
 pub fn displacement(chain: &Chain, bushings: &[Bushing], cut: &Cut) -> Vec<Vector3<f64>> {
     cut.response(chain, bushings).displacement
 }

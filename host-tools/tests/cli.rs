@@ -43,7 +43,7 @@ fn edit(file: &Path, from: &str, to: &str) {
 fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
     // Arguments; file, text and its replacement; what stderr says.
     type Case = (&'static str, Option<[&'static str; 3]>, &'static [&'static str]);
-    let cases: [Case; 32] = [
+    let cases: [Case; 31] = [
         ("model import gone.urdf --tcp tcp -o m.toml", None, &["gone.urdf: cannot be read"]),
         (
             "model import mill3.urdf --tcp hand -o m.toml",
@@ -66,11 +66,6 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
             "simulate --config edge.toml --candump o.log",
             Some(["edge.toml", "[simulation] ", "[simulations] "]),
             &["edge.toml:", "simulations"],
-        ),
-        (
-            "simulate --config edge.toml --candump o.log",
-            Some(["edge.toml", "[0.0, 0.0, 0.0]", "[0.0, 0.0, -9.8]"]),
-            &["edge.toml: [model] gravity_m_per_s2", "write [0.0, 0.0, 0.0]"],
         ),
         (
             "simulate --config edge.toml --candump o.log",
@@ -247,6 +242,26 @@ fn what_was_identified_stays_whatever_happens_afterwards() {
     let output = unheard(folder.path(), FLEXID, command);
     assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(1), ""));
     found();
+}
+
+/// The simulated robot sags and the simulated accelerometer turns with the tool, as the fit assumes.
+#[test]
+fn what_gravity_does_to_the_simulated_robot_is_what_the_fit_expects() {
+    let folder = folder();
+    let edge = folder.path().join("edge.toml");
+    edit(&edge, "[0.0, 0.0, 0.0]", "[0.0, 0.0, -9.80665]");
+    edit(&edge, "\"inertial\"", "\"strapdown\"");
+    for command in [
+        "simulate --config edge.toml --candump o.log --truth drawn:1",
+        "identify --config edge.toml o.log --json o.json",
+    ] {
+        let output = flexid(folder.path(), command);
+        assert!(output.status.success(), "{}", stderr(&output));
+    }
+    let report = fs::read_to_string(folder.path().join("o.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let consistency = report["fit"]["consistency"].as_f64().unwrap();
+    assert!((0.9..1.1).contains(&consistency), "chi^2/dof is {consistency}");
 }
 
 #[test]

@@ -1,22 +1,27 @@
 //! One cut, from rest: what happens at the TCP, at the instants that the sensors sample.
 
 use flexid_core::chain::Chain;
+use flexid_core::motion::EquationOfMotion;
+use flexid_core::motion::radau::Radau;
 use flexid_core::parameters::Bushing;
+use flexid_core::spectrum::Accelerometer;
 use nalgebra::Vector3;
 use rand_core::Rng;
 
 use super::force::{self, OVERSAMPLING};
-use super::plant::{EquationOfMotion, Plant};
 use super::scenario::{Cutting, Experiment, Sampling};
 
-/// Force and motion at the sensors' instants, TCP axes, without noise.
+/// Steps of the integration a sample. At 2 kHz, and with modes of up to 400 Hz, an error of 1e-6.
+const STEPS: usize = 4;
+
+/// Force and motion at the sensors' instants, TCP axes at rest, without noise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Response {
     /// N.
     pub force: Vec<Vector3<f64>>,
-    /// m.
+    /// From the static equilibrium, m.
     pub displacement: Vec<Vector3<f64>>,
-    /// m/s².
+    /// What the accelerometer reads, less its reading at rest, m/s².
     pub acceleration: Vec<Vector3<f64>>,
 }
 
@@ -25,14 +30,19 @@ pub struct Response {
 pub struct Cut {
     /// Joint angles, rad (m).
     pub pose: Vec<f64>,
+    /// Base axes, m/s².
+    pub gravity: Vector3<f64>,
+    /// How the acceleration is measured.
+    pub accelerometer: Accelerometer,
     /// Samples of the sensors per second.
     pub rate_hz: f64,
-    /// On the robot, N, TCP axes, [`OVERSAMPLING`] values a sample.
+    /// On the robot, N, TCP axes at rest, [`OVERSAMPLING`] values a sample.
     pub force: Vec<Vector3<f64>>,
 }
 
 impl Cut {
-    /// The cut of `experiment`, its roughness drawn from `rng`.
+    /// The cut of `experiment` without gravity, its roughness drawn from `rng`; the accelerometer is
+    /// inertial.
     pub fn new(
         experiment: &Experiment,
         cutting: &Cutting,
@@ -41,27 +51,100 @@ impl Cut {
     ) -> Self {
         Self {
             pose: experiment.pose.clone(),
+            gravity: Vector3::zeros(),
+            accelerometer: Accelerometer::Inertial,
             rate_hz: sampling.rate_hz,
             force: force::milling(cutting, experiment, sampling, rng),
         }
     }
 
-    /// What it does to a robot with one of `bushings` a joint.
+    /// What it does to a robot with one of `bushings` a joint. Not a number from where the robot gives way
+    /// altogether: a bushing turns by 90°.
     pub fn response(&self, chain: &Chain, bushings: &[Bushing]) -> Response {
-        let motion = EquationOfMotion::new(chain, &self.pose, bushings);
-        let step = 1.0 / (self.rate_hz * OVERSAMPLING as f64);
-        // A chain's masses are positive: there always is a plant.
-        let Some(mut plant) = Plant::new(&motion, step) else { return Response::default() };
+        let equation = EquationOfMotion::new(chain, &self.pose, self.gravity, bushings);
+        let start = equation.rest();
+        let mut robot = Radau::new(equation, start, 1.0 / (self.rate_hz * STEPS as f64));
+        let mut stands = true;
         let mut response = Response::default();
-        for (index, &force) in self.force.iter().enumerate() {
-            plant.advance(force);
-            if index % OVERSAMPLING == 0 {
-                let motion = plant.motion();
-                response.force.push(force);
-                response.displacement.push(motion.displacement);
-                response.acceleration.push(motion.acceleration);
+        for (sample, &force) in self.force.iter().step_by(OVERSAMPLING).enumerate() {
+            let (equation, state) = (robot.equation(), robot.state());
+            let [displacement, acceleration] = if stands {
+                let acceleration = equation.tcp_acceleration(state, &force, self.accelerometer);
+                [equation.tcp_displacement(state), acceleration]
+            } else {
+                [Vector3::repeat(f64::NAN); 2]
+            };
+            response.force.push(force);
+            response.displacement.push(displacement);
+            response.acceleration.push(acceleration);
+            for step in 0..STEPS {
+                let at = |part: f64| sample as f64 + (step as f64 + part) / STEPS as f64;
+                stands = stands && robot.step(|part| force::between(&self.force, at(part))).is_ok();
             }
         }
         response
+    }
+}
+
+impl Response {
+    /// Whether the robot has stood it.
+    pub fn is_finite(&self) -> bool {
+        self.displacement.last().is_none_or(|last| last.iter().all(|x| x.is_finite()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Translation3;
+    use rand_core::SeedableRng as _;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+    use crate::simulation::scenario::tests::mill3;
+    use crate::validation::displacement_error;
+
+    /// The same cut with sixteen times as many steps.
+    #[test]
+    fn four_steps_a_sample_are_enough() {
+        let (scenario, chain) = mill3();
+        let sampling = &scenario.measurement;
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let cut = Cut::new(&scenario.experiments[1], &scenario.cutting, sampling, &mut rng);
+        let found = cut.response(&chain, &scenario.truth).displacement;
+        let equation = EquationOfMotion::new(&chain, &cut.pose, cut.gravity, &scenario.truth);
+        let start = equation.rest();
+        let steps = 16 * STEPS;
+        let mut robot = Radau::new(equation, start, 1.0 / (cut.rate_hz * steps as f64));
+        let mut exact = Vec::new();
+        for sample in 0..found.len() {
+            exact.push(robot.equation().tcp_displacement(robot.state()));
+            for step in 0..steps {
+                let at = |part: f64| sample as f64 + (step as f64 + part) / steps as f64;
+                robot.step(|part| force::between(&cut.force, at(part))).unwrap();
+            }
+        }
+        let error = displacement_error(&exact, &found, cut.rate_hz, sampling.band_hz);
+        assert!(error.iter().all(|&error| error < 1e-6), "{error:?}");
+    }
+
+    #[test]
+    fn a_robot_that_gives_way_is_not_a_number() {
+        let (_, chain) = mill3();
+        // In a plane, straight to where it points along the force.
+        let mut joint = chain.joints()[2];
+        joint.link.centre_of_mass = Vector3::x();
+        let arm = Chain::new(&[joint], Translation3::new(1.0, 0.0, 0.0).into()).unwrap();
+        let soft = Bushing { stiffness: [1e6, 1e6, 1e6, 1e6, 10.0, 1e6], damping: [100.0; 6] };
+        let cut = Cut {
+            pose: vec![0.0],
+            gravity: Vector3::zeros(),
+            accelerometer: Accelerometer::Inertial,
+            rate_hz: 2000.0,
+            force: vec![Vector3::new(0.0, 0.0, 1e4); 1000 * OVERSAMPLING],
+        };
+        let response = cut.response(&arm, &[soft]);
+        assert!(response.displacement[10].norm() > 0.0);
+        assert!(!response.is_finite());
+        assert_eq!(response.displacement.len(), 1000);
     }
 }

@@ -1,10 +1,10 @@
-//! The robot of the scenario, simulated in time, and its sensors' frames.
+//! The robot of the scenario, simulated in time with core's [equation of motion](flexid_core::motion), and its
+//! sensors' frames.
 //!
 //! | module         | holds                                                        |
 //! | -------------- | ------------------------------------------------------------ |
 //! | [`scenario`]   | the scenario file, and robots and poses drawn at random      |
 //! | [`force`]      | the milling cutter                                           |
-//! | [`plant`]      | the equation of motion, integrated                           |
 //! | [`experiment`] | one cut: force, displacement and acceleration at the samples |
 //! | [`sensor`]     | noise, counters, and the frames on the bus                   |
 //! | [`simulator`]  | experiment after experiment                                  |
@@ -15,7 +15,6 @@ pub mod bus;
 pub mod candump;
 pub mod experiment;
 pub mod force;
-pub mod plant;
 pub mod scenario;
 pub mod sensor;
 pub mod simulator;

@@ -1,13 +1,15 @@
 //! Experiment after experiment, as a robot would do them.
 
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use flexid_core::chain::Chain;
 use flexid_core::parameters::Bushing;
-use flexid_edge::config::{Accelerometer, Config};
+use flexid_core::spectrum::Accelerometer;
+use flexid_edge::config::Config;
 use flexid_edge::input::BadInput;
 use flexid_edge::signals::SignalTable;
-use flexid_wire::signal::SignalError;
+use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -40,9 +42,14 @@ impl FromStr for Truth {
 /// The robot, its work and its sensors.
 #[derive(Clone, Debug)]
 pub struct Simulator {
+    /// The scenario's.
+    file: PathBuf,
     chain: Chain,
     scenario: Scenario,
     truth: Vec<Bushing>,
+    /// Base axes, m/s².
+    gravity: Vector3<f64>,
+    accelerometer: Accelerometer,
     signals: SignalTable,
     quality: Quality,
     rng: Xoshiro256PlusPlus,
@@ -52,7 +59,7 @@ impl Simulator {
     /// The robot and the scenario that `config` names.
     ///
     /// # Errors
-    /// The config names no scenario, or asks for what the simulator does not have, or the scenario is wrong.
+    /// The config names no scenario, or the scenario is wrong.
     pub fn new(
         config: &Config,
         truth: Truth,
@@ -63,15 +70,6 @@ impl Simulator {
         let file = config.scenario.as_deref().ok_or_else(|| {
             bad("[simulation] is missing: write [simulation] scenario = \"FILE.toml\"")
         })?;
-        if config.gravity != [0.0; 3] {
-            return Err(bad("[model] gravity_m_per_s2: the simulated robot knows no gravity: \
-                            write [0.0, 0.0, 0.0]"));
-        }
-        if config.accelerometer != Accelerometer::Inertial {
-            return Err(bad(
-                "[measurement] accelerometer: the simulated one is \"inertial\": write that",
-            ));
-        }
         let scenario = Scenario::load(file, &config.model)?;
         if scenario.measurement.rate_hz != config.rate_hz {
             return Err(bad(&format!(
@@ -87,19 +85,40 @@ impl Simulator {
             Truth::Drawn(seed) => scenario.draw_truth(&mut Xoshiro256PlusPlus::seed_from_u64(seed)),
         };
         let rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-        Ok(Self { chain, scenario, truth, signals: config.signals.clone(), quality, rng })
+        Ok(Self {
+            file: file.to_owned(),
+            chain,
+            scenario,
+            truth,
+            gravity: config.gravity.into(),
+            accelerometer: config.accelerometer,
+            signals: config.signals.clone(),
+            quality,
+            rng,
+        })
     }
 
     /// Does one experiment.
     ///
     /// # Errors
-    /// A signal of the frame layout cannot be written.
-    pub fn perform(&mut self, experiment: &Experiment) -> Result<Transmission, SignalError> {
+    /// The robot gives way, or a signal of the frame layout cannot be written.
+    pub fn perform(&mut self, experiment: &Experiment) -> Result<Transmission, BadInput> {
         let Scenario { cutting, measurement, .. } = &self.scenario;
-        let cut = Cut::new(experiment, cutting, measurement, &mut self.rng);
+        let cut = Cut {
+            gravity: self.gravity,
+            accelerometer: self.accelerometer,
+            ..Cut::new(experiment, cutting, measurement, &mut self.rng)
+        };
         let response = cut.response(&self.chain, &self.truth);
+        if !response.is_finite() {
+            let name = &experiment.name;
+            let message =
+                format!("the robot gives way in {name:?}: make [[truth]], or [bounds], stiffer");
+            return Err(BadInput::new(&self.file, message));
+        }
         let rng = &mut self.rng;
         sensor::transmit(&response, &cut.pose, measurement, self.quality, &self.signals, rng)
+            .map_err(|error| BadInput::new(&self.file, format!("cannot be sent: {error}")))
     }
 
     /// The robot's true bushings, base first.
