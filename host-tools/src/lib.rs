@@ -9,6 +9,7 @@ mod exit;
 mod output;
 mod progress;
 mod readout;
+pub mod reproduce;
 pub mod simulation;
 pub mod table;
 pub mod truth;

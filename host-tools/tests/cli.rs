@@ -98,7 +98,15 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
         ("simulate --config edge.toml --candump o.log --drop 1", None, &["--drop 1: must be"]),
         ("simulate --config edge.toml --candump o.log --truth me", None, &["drawn:SEED"]),
         ("simulate --config edge.toml --can nocan9", None, &["--can nocan9: interface \"nocan9\""]),
-        ("", None, &["flexid: 'flexid' requires a subcommand", "identify, watch", "(see --help)"]),
+        (
+            "",
+            None,
+            &[
+                "flexid: 'flexid' requires a subcommand",
+                "identify, reproduce, watch",
+                "(see --help)",
+            ],
+        ),
         ("model", None, &["flexid: 'flexid model' requires a subcommand", "import"]),
         ("simulate", None, &["flexid: ", "--config <EDGE.toml>", "(see --help)"]),
         ("identify --config edge.toml", None, &["flexid: ", "<LOG>", "(see --help)"]),

@@ -2,6 +2,7 @@
 
 mod identify;
 mod model;
+mod reproduce;
 mod simulate;
 mod watch;
 
@@ -28,6 +29,8 @@ enum Command {
     Simulate(simulate::Args),
     /// Identifies the joints from candump logs, as the daemon would
     Identify(identify::Args),
+    /// Reproduces the paper's tables and figures
+    Reproduce(reproduce::Args),
     /// Shows what a running daemon finds
     Watch(watch::Args),
 }
@@ -38,6 +41,7 @@ pub fn main() -> ExitCode {
         Command::Model(command) => model::run(command),
         Command::Simulate(args) => simulate::run(args),
         Command::Identify(args) => identify::run(args),
+        Command::Reproduce(args) => reproduce::run(args),
         Command::Watch(args) => watch::run(args),
     })
 }

@@ -97,8 +97,8 @@ fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// The reference scenario, in a folder that goes with the demo.
-fn config(folder: &Path) -> Result<Config> {
+/// The reference scenario, written to a folder.
+pub(crate) fn config(folder: &Path) -> Result<Config> {
     for (name, text) in SCENARIO {
         fs::write(folder.join(name), text).context("temporary folder")?;
     }

@@ -1,0 +1,106 @@
+//! `flexid reproduce`: the paper's tables and figures.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use clap::value_parser;
+use fearless_simd::Level;
+use flexid_edge::config::Config;
+use flexid_edge::input::BadInput;
+use rayon::ThreadPoolBuilder;
+
+use crate::console::print;
+use crate::output::Output;
+use crate::reproduce::robot::Study;
+use crate::reproduce::tables::Tables;
+use crate::reproduce::{self, Effort, report};
+use crate::{demo, progress};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Folder for tables.json and report.html; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Another robot and scenario than the reference: its [model] and its [simulation] scenario are used
+    #[arg(long, value_name = "EDGE.toml")]
+    config: Option<PathBuf>,
+    /// Robots that every method meets, drawn uniformly from the bounds [default: each method as many as its
+    /// comparisons need, up to 160]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(2..=10_000))]
+    robots: Option<u64>,
+    /// Iterations of the random search [default: 500]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    iterations: Option<u32>,
+    /// Seed of robots, forces, noise and searches
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    /// The same report from 3 robots and 50 iterations, in less than a minute
+    #[arg(long)]
+    quick: bool,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let effort = args.effort();
+    let study = study(args.config.as_deref())?;
+    make_folder(&args.out)?;
+    let json = Output::create(&args.out.join("tables.json"))?;
+    let html = Output::create(&args.out.join("report.html"))?;
+    let threads = ThreadPoolBuilder::new()
+        .stack_size(reproduce::STACK)
+        .build()
+        .context("no threads to work with")?;
+    let bar = progress::bar(effort.trials() as u64, "reproducing");
+    let tables =
+        threads.install(|| reproduce::run(&study, &effort, Level::new(), || bar.inc(1))).context(
+            "the global sensitivity analysis fails: are the scenario's numbers those of a robot?",
+        )?;
+    bar.finish_and_clear();
+    json.finish(&(serde_json::to_string_pretty(&tables)? + "\n"))?;
+    html.finish(&report::render(&tables))?;
+    print(&summary(&tables, &args.out))
+}
+
+impl Args {
+    fn effort(&self) -> Effort {
+        let usual = if self.quick { Effort::QUICK } else { Effort::FULL };
+        Effort {
+            seed: self.seed,
+            robots: self.robots.map(|robots| robots as usize).or(usual.robots),
+            iterations: self.iterations.unwrap_or(usual.iterations),
+            ..usual
+        }
+    }
+}
+
+/// The robot and scenario of `config`, or the reference.
+fn study(config: Option<&Path>) -> Result<Study> {
+    let Some(file) = config else {
+        let folder = tempfile::tempdir().context("no temporary folder")?;
+        return Ok(Study::new(&demo::config(folder.path())?)?);
+    };
+    Ok(Study::new(&Config::load(file)?)?)
+}
+
+fn make_folder(folder: &Path) -> Result<(), BadInput> {
+    fs::create_dir_all(folder).map_err(|error| {
+        let why = match error.kind() {
+            ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "a file is in its place".into(),
+            ErrorKind::PermissionDenied => "no permission".into(),
+            _ => error.to_string(),
+        };
+        BadInput::new(folder, format!("cannot be made: {why}: name a folder elsewhere"))
+    })
+}
+
+fn summary(tables: &Tables, out: &Path) -> String {
+    let mut text = format!("{:<36}{:>12}{:>10}\n", "parameter deviation, %", "here", "paper");
+    for row in &tables.methods {
+        let half = 50.0 * (row.deviation.interval[1] - row.deviation.interval[0]);
+        let paper = row.paper_deviation.map_or("".into(), |paper| format!("{:.2}", 100.0 * paper));
+        let ours = format!("{:.2} ± {half:.2}", 100.0 * row.deviation.mean);
+        text += &format!("{:<36}{ours:>12}{paper:>10}\n", row.name);
+    }
+    text + &format!("{} and tables.json are written\n", out.join("report.html").display())
+}

@@ -1,0 +1,105 @@
+//! A robot on the test bench: every guess of its parameters has its losses and its parameter deviation.
+
+use fearless_simd::Level;
+use flexid_core::parameters::{Bushing, Bushings};
+use flexid_core::search::Sensitivities;
+use nalgebra::Vector3;
+
+use super::Effort;
+use super::displacement::{Loss, Scratch};
+use super::robot::{Robot, Study};
+use super::sobol::{self, SobolError};
+use crate::simulation::scenario::Sampling;
+use crate::validation;
+
+/// One robot, and room to work.
+pub struct Bench<'a> {
+    /// What is known.
+    pub study: &'a Study,
+    /// What is sought.
+    pub robot: &'a Robot,
+    /// SIMD level of the model's evaluation.
+    pub level: Level,
+    scratch: Scratch,
+    /// Evaluations so far, of all experiments each.
+    pub evaluations: u64,
+}
+
+impl<'a> Bench<'a> {
+    /// Nothing evaluated yet.
+    pub fn new(study: &'a Study, robot: &'a Robot, level: Level) -> Self {
+        Self { study, robot, level, scratch: Scratch::default(), evaluations: 0 }
+    }
+
+    /// The parameters at `fractions` of the bounds.
+    pub fn bushings(&self, fractions: &[f32]) -> Bushings {
+        self.study.bounds().bushings(fractions)
+    }
+
+    /// Losses of the guess at `fractions` of the bounds, direction by direction, experiment by experiment.
+    pub fn losses(&mut self, loss: Loss, fractions: &[f32]) -> Vec<f32> {
+        self.evaluations += 1;
+        let bushings = self.bushings(fractions);
+        let losses = self.robot.seen.iter().flat_map(|trial| {
+            trial.reference.losses(loss, &bushings, self.level, &mut self.scratch)
+        });
+        losses.collect()
+    }
+
+    /// Mean of the losses.
+    pub fn loss(&mut self, loss: Loss, fractions: &[f32]) -> f64 {
+        let losses = self.losses(loss, fractions);
+        losses.iter().map(|&loss| f64::from(loss)).sum::<f64>() / losses.len() as f64
+    }
+
+    /// Parameter deviation of the guess at `fractions` of the bounds.
+    pub fn deviation(&self, fractions: &[f32]) -> f64 {
+        self.deviation_of(&self.bushings(fractions))
+    }
+
+    /// Parameter deviation of these bushings.
+    pub fn deviation_of(&self, bushings: &[Bushing]) -> f64 {
+        validation::parameter_deviation(&self.robot.truth, bushings, self.study.bounds())
+    }
+
+    /// Displacement errors of the equation of motion with these bushings on the unseen experiments, direction by
+    /// direction.
+    pub fn unseen_errors(&self, bushings: &[Bushing]) -> Vec<f64> {
+        let Sampling { rate_hz, band_hz, .. } = self.study.scenario.measurement;
+        let errors = self.robot.unseen.iter().flat_map(|unseen| {
+            let model = validation::displacement(&self.study.chain, bushings, &unseen.cut);
+            validation::displacement_error(&unseen.displacement, &model, rate_hz, band_hz)
+        });
+        errors.collect()
+    }
+
+    /// Jacobian sensitivities of the experiments: no evaluation.
+    pub fn jacobian_sensitivities(&self) -> Sensitivities {
+        let chain = &self.study.chain;
+        let any = Bushing { stiffness: [1.0; 6], damping: [1.0; 6] };
+        let bushings = vec![any; chain.joints().len()];
+        let jacobians: Vec<_> = (self.robot.seen.iter())
+            .map(|trial| chain.linearise(&trial.pose, Vector3::zeros(), &bushings).jacobian())
+            .collect();
+        Sensitivities::jacobian(&jacobians, chain.joints().len())
+    }
+
+    /// Sensitivities from the Sobol total-order indices of the losses over the bounds.
+    ///
+    /// # Errors
+    /// The sequence has not so many samples or dimensions, or a loss is not finite.
+    pub fn global_sensitivities(
+        &mut self,
+        loss: Loss,
+        effort: &Effort,
+    ) -> Result<Sensitivities, SobolError> {
+        let (parameters, outputs) = (self.study.parameters(), 3 * self.robot.seen.len());
+        let seed = effort.seed.wrapping_add(self.robot.number) as u32;
+        let evaluate = |fractions: &[f32], values: &mut [f32]| {
+            values.copy_from_slice(&self.losses(loss, fractions));
+        };
+        let total = sobol::total_order(parameters, outputs, effort.sobol_samples, seed, evaluate)?;
+        let index = |row, column| total.indices[(row, column)] as f32;
+        Ok(Sensitivities::new(outputs, parameters, index))
+    }
+}

@@ -1,0 +1,159 @@
+//! The paper's tables and figures, made anew: every method on the same robots, with the same experiments and the
+//! same number of evaluations, compared by paired tests.
+//!
+//! | module                        | holds                                                                    |
+//! | ----------------------------- | ------------------------------------------------------------------------ |
+//! | [`method`]                    | the methods, as combinations of what the paper tests one by one          |
+//! | [`robot`]                     | a robot drawn from the bounds, and its experiments                       |
+//! | [`displacement`]              | the displacement of reference and model, and the losses between them     |
+//! | [`bench`]                     | losses and parameter deviation of a guess                                |
+//! | [`sobol`], [`rivals`]         | global sensitivity analysis; genetic algorithm, particle swarm, CMA-ES   |
+//! | [`solve`], [`flexid`]         | one method on one robot                                                  |
+//! | [`statistics`], [`compare`]   | intervals, paired tests, power                                           |
+//! | [`illustration`]              | figures 3 and 5                                                          |
+//! | [`choices`]                   | what the paper leaves open                                               |
+//! | [`tables`], [`report`]        | the outcome: `tables.json` and `report.html`                             |
+
+pub mod bench;
+pub mod choices;
+pub mod compare;
+pub mod displacement;
+pub mod flexid;
+pub mod illustration;
+pub mod method;
+pub mod report;
+pub mod rivals;
+pub mod robot;
+pub mod sobol;
+pub mod solve;
+pub mod statistics;
+pub mod tables;
+
+use std::time::Instant;
+
+use fearless_simd::Level;
+use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
+
+use method::{METHODS, Method, SAMPLES};
+use robot::{Robot, Study};
+use sobol::SobolError;
+use solve::Outcome;
+use tables::{DisplacementIllustration, Run, SearchIllustration, Tables};
+
+/// How much work is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effort {
+    /// Of everything random.
+    pub seed: u64,
+    /// Robots that every method meets; none: each as many as it is worth ([`method::Method::robots`]).
+    pub robots: Option<usize>,
+    /// Of the random search.
+    pub iterations: u32,
+    /// Samples of the global sensitivity analysis, which costs so many evaluations times P + 1.
+    pub sobol_samples: u32,
+}
+
+impl Effort {
+    /// A full reproduction: half an hour on two cores.
+    pub const FULL: Self = Self { seed: 1, robots: None, iterations: 500, sobol_samples: 256 };
+    /// The same report, rough, in less than a minute.
+    pub const QUICK: Self = Self { seed: 1, robots: Some(3), iterations: 50, sobol_samples: 16 };
+
+    /// Robots that `method` meets: the first so many.
+    pub fn robots_of(&self, method: &Method) -> usize {
+        self.robots.unwrap_or(method.robots)
+    }
+
+    /// Robots altogether.
+    pub fn robots(&self) -> usize {
+        METHODS.iter().map(|method| self.robots_of(method)).max().unwrap_or(0)
+    }
+
+    /// How often a method meets a robot.
+    pub fn trials(&self) -> usize {
+        METHODS.iter().map(|method| self.robots_of(method)).sum()
+    }
+
+    /// Evaluations of every method.
+    pub fn evaluations(&self) -> u64 {
+        u64::from(self.iterations) * u64::from(SAMPLES)
+    }
+}
+
+/// Stack of a thread that runs methods, bytes: flexid's records and experiments have a fixed size.
+pub const STACK: usize = 64 << 20;
+
+/// All that was done to one robot.
+struct Findings {
+    /// In the order of [`METHODS`]; none of a method that does not meet it.
+    outcomes: Vec<Option<Outcome>>,
+    /// Figures 3 and 5: of the first robot only.
+    illustrations: Option<(SearchIllustration, DisplacementIllustration)>,
+}
+
+/// Runs every method on every robot, on all threads of the present pool, whose stacks must have [`STACK`] bytes;
+/// `tick` is called after each of [`Effort::trials`].
+///
+/// # Errors
+/// A scenario whose losses leave the range of floating point has no global sensitivities.
+pub fn run(
+    study: &Study,
+    effort: &Effort,
+    level: Level,
+    tick: impl Fn() + Sync,
+) -> Result<Tables, SobolError> {
+    let start = Instant::now();
+    let mut findings: Vec<Findings> = (0..effort.robots() as u64)
+        .into_par_iter()
+        .map(|number| examine(study, &study.draw(effort.seed, number), effort, level, &tick))
+        .collect::<Result<_, _>>()?;
+    let illustrations = findings.first_mut().and_then(|first| first.illustrations.take());
+    let (search, displacement) = illustrations.unwrap_or_default();
+    let methods = compare::rows(&findings);
+    Ok(Tables {
+        run: Run {
+            seed: effort.seed,
+            robots: effort.robots(),
+            iterations: effort.iterations,
+            samples: SAMPLES,
+            evaluations: effort.evaluations(),
+            parameters: study.parameters(),
+            experiments: study.scenario.experiments.len(),
+            unseen: robot::UNSEEN,
+            simd: format!("{level:?}").split('(').next().unwrap_or_default().to_lowercase(),
+        },
+        comparisons: compare::comparisons(&methods),
+        methods,
+        sensitivity_cost: compare::sensitivity_costs(&findings),
+        search,
+        displacement,
+        choices: choices::choices(study, effort),
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// Every method on one robot.
+fn examine(
+    study: &Study,
+    robot: &Robot,
+    effort: &Effort,
+    level: Level,
+    tick: &(impl Fn() + Sync),
+) -> Result<Findings, SobolError> {
+    let solve = |method| {
+        if robot.number >= effort.robots_of(method) as u64 {
+            return Ok(None);
+        }
+        let outcome = solve::solve(method, study, robot, effort, level);
+        tick();
+        outcome.map(Some)
+    };
+    let outcomes = METHODS.iter().map(solve).collect::<Result<Vec<_>, _>>()?;
+    let illustrations = (robot.number == 0).then(|| {
+        (
+            illustration::search(study, robot, effort, level),
+            illustration::displacement(study, robot, &outcomes),
+        )
+    });
+    Ok(Findings { outcomes, illustrations })
+}

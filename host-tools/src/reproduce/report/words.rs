@@ -1,0 +1,101 @@
+//! Comparisons in words.
+
+use super::format::{change, change_interval, count, number, p_in_words, probability};
+use super::{Comparison, Measure, MethodRow, Tables, name};
+use crate::reproduce::tables::Verdict;
+
+/// Power that a test should have.
+pub(super) const POWER: f64 = 0.8;
+
+/// What is measured.
+pub(super) fn measure(measure: Measure) -> &'static str {
+    match measure {
+        Measure::ParameterDeviation => "parameter deviation",
+        Measure::DisplacementError => "displacement error",
+    }
+}
+
+/// One word for where we stand.
+pub(super) fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Agrees => "agrees",
+        Verdict::Contradicts => "contradicts",
+        Verdict::Undecided => "undecided",
+    }
+}
+
+/// Of "Look Outside (LO)" what is in brackets; of a name without brackets all.
+pub(super) fn short(name: &str) -> &str {
+    brackets(name).map_or(name, |(_, short)| short)
+}
+
+/// What the short names of these methods stand for.
+pub(super) fn abbreviations(rows: &[&MethodRow]) -> String {
+    let explained = rows.iter().filter_map(|row| brackets(&row.name));
+    explained.map(|(long, short)| format!("{short}: {long}")).collect::<Vec<_>>().join("; ")
+}
+
+fn brackets(name: &str) -> Option<(&str, &str)> {
+    let (long, short) = name.strip_suffix(')')?.split_once(" (")?;
+    (!short.is_empty()).then_some((long, short))
+}
+
+/// What a comparison found and what the paper says on it, one sentence.
+pub(super) fn sentence(tables: &Tables, comparison: &Comparison) -> String {
+    let [method, against] =
+        [&comparison.method, &comparison.against].map(|key| name(tables, key.as_str()));
+    let measure = measure(comparison.measure);
+    let subject = match comparison.verdict {
+        Some(Verdict::Undecided) => format!("{method} against {against}, {measure}"),
+        _ if comparison.effect < 0.0 => format!("{method} has a lower {measure} than {against}"),
+        _ => format!("{method} has a higher {measure} than {against}"),
+    };
+    let [low, high] = comparison.interval;
+    let paper = match comparison.paper_effect {
+        Some(effect) if effect < low || effect > high => {
+            format!("the paper has {}, outside this interval", change(effect))
+        }
+        Some(effect) => format!("the paper has {}", change(effect)),
+        None => "the paper says without figures that random search is better".to_owned(),
+    };
+    let mut sentence = format!("{subject}: {}; {paper}", test(comparison));
+    if let Some(doubt) = doubt(comparison) {
+        sentence += &format!(". {doubt}");
+    }
+    sentence + "."
+}
+
+/// Effect, interval and p.
+pub(super) fn test(comparison: &Comparison) -> String {
+    format!(
+        "{} (95\u{a0}%\u{a0}CI {}, {})",
+        change(comparison.effect),
+        change_interval(comparison.interval),
+        p_in_words(comparison.p)
+    )
+}
+
+/// What an undecided test could have seen.
+fn doubt(comparison: &Comparison) -> Option<String> {
+    let power = comparison.power.filter(|power| power.is_finite())?;
+    if comparison.verdict != Some(Verdict::Undecided) {
+        return None;
+    }
+    if power >= POWER {
+        return Some(format!(
+            "The test would have seen the paper's effect with a probability of {}: here the effect is smaller, if there \
+             is one",
+            probability(power)
+        ));
+    }
+    let seen = format!(
+        "The test would have seen the paper's effect with a probability of {} only",
+        probability(power)
+    );
+    Some(match comparison.pairs_for_power {
+        Some(pairs) => {
+            format!("{seen}; {} robots would be needed for {}", count(pairs), number(POWER, 1))
+        }
+        None => seen,
+    })
+}

@@ -1,0 +1,179 @@
+//! The reproduction of the paper, held in place: a quick run whose numbers are frozen, and the same bytes again.
+
+use std::path::Path;
+use std::process::Command;
+
+use flexid::reproduce::robot::Study;
+use flexid::reproduce::tables::Tables;
+use flexid::reproduce::{self, Effort, report};
+use flexid_edge::config::Config;
+use rayon::ThreadPoolBuilder;
+use serde_json::{Map, Value, json};
+
+fn study() -> Study {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario");
+    Study::new(&Config::load(&folder.join("edge.toml")).unwrap()).unwrap()
+}
+
+fn quick(level: fearless_simd::Level) -> Tables {
+    let threads = ThreadPoolBuilder::new().stack_size(reproduce::STACK).build().unwrap();
+    threads.install(|| reproduce::run(&study(), &Effort::QUICK, level, || {})).unwrap()
+}
+
+/// Numbers to six digits, without what differs from run to run.
+fn frozen(value: Value) -> Value {
+    let entry = |(key, value): (String, Value)| (key != "seconds").then(|| (key, frozen(value)));
+    match value {
+        Value::Object(map) => {
+            Value::Object(map.into_iter().filter_map(entry).collect::<Map<_, _>>())
+        }
+        Value::Array(values) => Value::Array(values.into_iter().map(frozen).collect()),
+        Value::Number(number) if number.is_f64() => {
+            let digits = format!("{:.5e}", number.as_f64().unwrap());
+            json!(digits.parse::<f64>().unwrap())
+        }
+        other => other,
+    }
+}
+
+/// What is too long to be read gives way to its sum and its length.
+fn summarise(value: &mut Value) {
+    fn sum(value: &Value) -> (f64, usize) {
+        match value {
+            Value::Array(values) => {
+                values.iter().map(sum).fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1))
+            }
+            Value::Object(values) => {
+                values.values().map(sum).fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1))
+            }
+            number => (number.as_f64().unwrap_or(0.0), 1),
+        }
+    }
+    let short = |value: &mut Value| {
+        let (sum, count) = sum(value);
+        *value = json!({ "count": count, "sum": sum });
+    };
+    for method in value["methods"].as_array_mut().unwrap() {
+        short(&mut method["curve"]);
+    }
+    short(&mut value["search"]["loss"]);
+    for series in ["time_s", "reference_m", "models_m"] {
+        short(&mut value["displacement"][series]);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn a_quick_run_gives_the_frozen_numbers() {
+    let level = fearless_simd::Level::new().as_avx2().expect("the numbers are frozen for AVX2");
+    let tables = quick(fearless_simd::Level::Avx2(level));
+    let mut value = serde_json::to_value(&tables).unwrap();
+    summarise(&mut value);
+    // The crate of CMA-ES chooses its own instruction set.
+    value["methods"].as_array_mut().unwrap().retain(|method| method["key"] != "cma_es");
+    value["comparisons"].as_array_mut().unwrap().retain(|test| test["method"] != "cma_es");
+    let text = serde_json::to_string_pretty(&frozen(value)).unwrap();
+    insta::assert_snapshot!("quick", text);
+
+    // What must hold whatever the numbers are frozen to.
+    let deviation =
+        |key: &str| tables.methods.iter().find(|method| method.key == key).unwrap().deviation.mean;
+    assert!(deviation("flexid") < 0.005, "{}", deviation("flexid"));
+    assert!(deviation("jacobian") < deviation("baseline"));
+    let html = report::render(&tables);
+    assert!(html.contains("Jacobian Sensitivity") && !html.contains("NaN"));
+}
+
+/// Two processes, one with a single thread: the same bytes, times left out.
+#[test]
+fn the_same_seed_gives_the_same_bytes() {
+    let run = |threads: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let done = Command::new(env!("CARGO_BIN_EXE_flexid"))
+            .args(["reproduce", "--robots", "2", "--iterations", "2", "--out"])
+            .arg(folder.path())
+            .env("RAYON_NUM_THREADS", threads)
+            .output()
+            .unwrap();
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let json = std::fs::read_to_string(folder.path().join("tables.json")).unwrap();
+        let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+        let lines = json.lines().filter(|line| !line.contains("\"seconds\""));
+        (lines.collect::<Vec<_>>().join("\n"), without_seconds(&html))
+    };
+    let (first, second) = (run("1"), run("2"));
+    assert!(first.0.len() > 1000 && first.1.len() > 1000);
+    assert!(first == second, "two runs differ");
+}
+
+/// Elements of the class `seconds` emptied.
+fn without_seconds(html: &str) -> String {
+    let mut parts = html.split("class=\"seconds\"");
+    let mut kept = parts.next().unwrap().to_owned();
+    for part in parts {
+        let (_, after) = part.split_once('>').unwrap();
+        kept += &after[after.find('<').unwrap()..];
+    }
+    kept
+}
+
+/// The reference scenario in a folder of its own, with `from` replaced by `to` in one of its files.
+fn scenario_with(file: &str, from: &str, to: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario")).unwrap()
+    {
+        let entry = entry.unwrap();
+        let mut text = std::fs::read_to_string(entry.path()).unwrap();
+        if entry.file_name() == file {
+            assert!(text.contains(from), "{file} has no {from}");
+            text = text.replacen(from, to, 1);
+        }
+        std::fs::write(folder.path().join(entry.file_name()), text).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn bad_input_is_told_in_one_line_with_status_2() {
+    let model = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-model.toml"),
+    )
+    .unwrap();
+    let joints = &model[model.find("[[joint").unwrap()..model.find("[tcp]").unwrap_or(model.len())];
+    for (folder, arguments, told) in [
+        (scenario_with("", "", ""), "--out /proc/here", "/proc/here: cannot be made: "),
+        (
+            scenario_with("", "", ""),
+            "--out edge.toml",
+            "edge.toml: cannot be made: a file is in its place",
+        ),
+        (scenario_with("", "", ""), "--out . --iterations 0", "--iterations"),
+        (scenario_with("", "", ""), "--out . --robots 1", "--robots"),
+        (
+            scenario_with("mill3.toml", "6.0e7, 6.6e7", "6.0e9, 6.6e7"),
+            "--out . --config edge.toml",
+            "mill3.toml: [[truth]] joint_1 stiffness tx is 6e9: must lie within [bounds], 1e7 to 2e8",
+        ),
+        (
+            scenario_with("edge.toml", "scenario = \"mill3.toml\"", ""),
+            "--out . --config edge.toml",
+            "edge.toml",
+        ),
+        (
+            scenario_with("mill3-model.toml", joints, ""),
+            "--out . --config edge.toml",
+            "mill3-model.toml",
+        ),
+    ] {
+        let done = Command::new(env!("CARGO_BIN_EXE_flexid"))
+            .arg("reproduce")
+            .args(arguments.split_whitespace())
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let error = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(2), "{arguments}: {error}");
+        assert!(error.contains(told) && error.trim_end().lines().count() == 1, "{error}");
+        assert!(!folder.path().join("tables.json").exists());
+    }
+}
