@@ -11,7 +11,7 @@ fn truth(parameter: usize) -> f32 {
     0.1 + 0.8 * (parameter as f32 * 0.37).fract()
 }
 
-/// Three losses, each of a third of the parameters: half a valley, half a mere slope.
+/// Three losses, each of a third of the parameters.
 fn losses(sample: &[f32]) -> [f32; 3] {
     let mut losses = [0.0; 3];
     for (parameter, value) in sample.iter().enumerate() {

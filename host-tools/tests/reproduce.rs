@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 
 fn study() -> Study {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario");
-    Study::new(&Config::load(&folder.join("edge.toml")).unwrap()).unwrap()
+    Study::new(&Config::load(&folder.join("edge.toml")).unwrap(), None).unwrap()
 }
 
 fn quick(level: fearless_simd::Level) -> Tables {
@@ -157,12 +157,12 @@ fn bad_input_is_told_in_one_line_with_status_2() {
         (
             scenario_with("edge.toml", "scenario = \"mill3.toml\"", ""),
             "--out . --config edge.toml",
-            "edge.toml",
+            "[simulation] key `scenario` is missing",
         ),
         (
             scenario_with("mill3-model.toml", joints, ""),
             "--out . --config edge.toml",
-            "mill3-model.toml",
+            "mill3-model.toml:1: key `joint` is missing",
         ),
     ] {
         let done = Command::new(env!("CARGO_BIN_EXE_flexid"))

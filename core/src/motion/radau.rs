@@ -189,7 +189,7 @@ impl Radau {
             // What this correction has left is foretold by what the one before it left.
             if done || left * left <= TOLERANCE * size * before {
                 let end = self.stages(&acceleration)[2];
-                if end.elongation.iter().any(|q| q[4].abs() > MOST_TURN) {
+                if !end.elongation.iter().all(|q| q[4].abs() <= MOST_TURN) || !size.is_finite() {
                     break;
                 }
                 self.state = end;

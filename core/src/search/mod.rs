@@ -19,13 +19,14 @@
 //!
 //! An iteration draws [`Strategy::samples`] samples:
 //!
-//! - the first is the centre itself, so that a lucky value is not lost;
+//! - the first is the centre itself, so that a value is not given up for a worse one;
 //! - then samples from a hypersphere about the centre, clamped to the bounds;
 //! - the last [`Strategy::outside`] _look outside_: one parameter, chosen at random, takes any value within
 //!   its bounds, the others stay.
 //!
 //! The next centre is the best sample, or, with sensitivities, takes each parameter from the sample that
-//! served it best ([`Weighing`]); then the sphere shrinks ([`Shrinking`]).
+//! served it best ([`Weighing`]): a combination that has not been tried, and may be worse. Then the sphere
+//! shrinks ([`Shrinking`]).
 //!
 //! It stops when its iterations have run out. At the default strategy the centre then lies in the right
 //! basin for about 39 of 40 robots drawn from the bounds, and who is not is found out by the refinement's
@@ -115,6 +116,7 @@ impl Search {
     pub fn renew(&mut self, weighing: Weighing) {
         self.weighing = weighing;
         self.centre_loss = f32::INFINITY;
+        self.previous = self.centre;
         self.begin_iteration();
     }
 
@@ -187,7 +189,8 @@ impl Search {
 
     /// The centre's loss tells how the last iteration did.
     fn judge_centre(&mut self, loss: f32) {
-        if self.iteration > 0 {
+        // The first of all, or the first since the losses have changed, tells nothing.
+        if self.centre_loss != f32::INFINITY {
             let mut step = self.centre;
             for (step, previous) in step.iter_mut().zip(&self.previous) {
                 *step -= previous;

@@ -1,7 +1,7 @@
 //! Bound shrinking (paper, section 3.3): how far from the centre an iteration samples.
 //!
 //! The paper names three methods and defines none. Here all of them start at the same radius, and the
-//! adaptive ones end at the same radius as the schedule if half of their iterations fail to better the centre.
+//! adaptive ones end at the schedule's last radius if half of their iterations fail to better the centre.
 
 use crate::parameters::MAX_PARAMETERS;
 
@@ -28,7 +28,7 @@ pub enum Shrinking {
     Local {
         /// Radius of the first iteration.
         first: f32,
-        /// As for [`Shrinking::Global`].
+        /// As for [`Shrinking::Global`], if half of the steps that better the centre are typical.
         last: f32,
     },
 }
@@ -65,11 +65,13 @@ impl Radii {
             }
             Shrinking::Global { .. } if bettered => {}
             Shrinking::Global { first, last } => {
+                // Every second iteration.
                 let factor = libm::powf(last / first, portion(2.0));
                 self.radii.iter_mut().for_each(|radius| *radius *= factor);
             }
             Shrinking::Local { first, last } => {
-                let factor = libm::powf(last / first, portion(2.0));
+                // Every second iteration, and every second time in the others: three of four.
+                let factor = libm::powf(last / first, portion(4.0 / 3.0));
                 let typical = typical_step(step.len());
                 for (radius, step) in self.radii.iter_mut().zip(step) {
                     if !bettered || step.abs() < typical * *radius {
@@ -119,5 +121,15 @@ mod tests {
         assert!(still < 1.0 && crept < 1.0 && moved == 1.0 && back == 1.0);
         radii.shrink(2, false, &[0.0; 4]);
         assert!(radii.get()[1] < 1.0);
+    }
+
+    #[test]
+    fn a_local_radius_ends_like_the_global_one() {
+        let mut radii = Radii::new(Shrinking::Local { first: FIRST, last: LAST }, 60);
+        for iteration in 1..=60 {
+            let step = if iteration % 4 == 0 { 2.0 } else { 0.0 };
+            radii.shrink(iteration, iteration % 2 == 0, &[step; 4]);
+        }
+        assert!((radii.get()[0] - LAST).abs() < 1e-6, "{}", radii.get()[0]);
     }
 }

@@ -4,10 +4,11 @@ use fearless_simd::Level;
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::search::Sensitivities;
 use nalgebra::Vector3;
+use rand_core::Rng as _;
 
 use super::Effort;
 use super::displacement::{Loss, Scratch};
-use super::robot::{Robot, Study};
+use super::robot::{Purpose, Robot, Study, generator};
 use super::sobol::{self, SobolError};
 use crate::simulation::scenario::Sampling;
 use crate::validation;
@@ -94,7 +95,7 @@ impl<'a> Bench<'a> {
         effort: &Effort,
     ) -> Result<Sensitivities, SobolError> {
         let (parameters, outputs) = (self.study.parameters(), 3 * self.robot.seen.len());
-        let seed = effort.seed.wrapping_add(self.robot.number) as u32;
+        let seed = generator(effort.seed, self.robot.number, Purpose::Analysis).next_u32();
         let evaluate = |fractions: &[f32], values: &mut [f32]| {
             values.copy_from_slice(&self.losses(loss, fractions));
         };

@@ -11,7 +11,7 @@ pub fn choices(study: &Study, effort: &Effort) -> Vec<Choice> {
     let scenario = &study.scenario;
     let sampling = &scenario.measurement;
     let bounds = study.bounds();
-    let range = |[lower, upper]: [f64; 2], unit: &str| format!("{lower:.0e} to {upper:.0e} {unit}");
+    let range = |[lower, upper]: [f64; 2], unit: &str| format!("{lower:e} to {upper:e} {unit}");
     let rows: [(&str, String, &str); 14] = [
         (
             "Robot",
@@ -35,7 +35,8 @@ pub fn choices(study: &Study, effort: &Effort) -> Vec<Choice> {
         (
             "Truth",
             format!("{} robots, each parameter uniform within its bounds", effort.robots()),
-            "the paper runs ten simulations, and does not say what changes between them",
+            "the paper runs ten simulations, and does not say what changes between them; how many robots a comparison \
+             needs was taken from a pilot with others",
         ),
         (
             "Initial centre",
@@ -50,7 +51,8 @@ pub fn choices(study: &Study, effort: &Effort) -> Vec<Choice> {
         (
             "Samples an iteration",
             format!("{SAMPLES}, the first of them the centre itself, in every variant"),
-            "with the centre among them the search cannot lose what it has",
+            "with the centre among them nothing is given up for a worse sample; the combination that sensitivities make \
+             of several samples may be worse all the same",
         ),
         (
             "Look Outside",
@@ -64,12 +66,12 @@ pub fn choices(study: &Study, effort: &Effort) -> Vec<Choice> {
             format!(
                 "radius {FIRST} to {LAST} of the bound ranges, a constant factor an iteration; samples uniform in the ball"
             ),
-            "in 36 dimensions a ball of radius 1 moves a single parameter by a sixth of its range",
+            "a ball of radius 1 moves a single parameter by 1/√(P + 2) of its range: a sixth of it where P is 36",
         ),
         (
             "Adaptive bounds, global and local",
             "the radius shrinks when an iteration has not bettered the centre; locally also where a parameter's step \
-             was less than its typical one; as fast as the schedule if half of the iterations fail"
+             was less than its typical one; both end at the schedule's last radius if half of the iterations fail"
                 .into(),
             "the paper says only that they follow the loss; not tuned",
         ),
@@ -112,8 +114,9 @@ pub fn choices(study: &Study, effort: &Effort) -> Vec<Choice> {
         (
             "Validation",
             format!(
-                "{UNSEEN} experiments a robot, poses drawn within the joints' limits; RMS(x − x̂)/RMS(x) from {:.0} to \
-                 {:.0} Hz for every direction, median over all; mean over the robots",
+                "{UNSEEN} experiments a robot, poses drawn within the joints' limits, the equation of motion integrated with \
+                 the fitted parameters; RMS(x − x̂)/RMS(x) from {:.0} to {:.0} Hz for every direction, median over all; \
+                 geometric mean over the robots",
                 sampling.band_hz[0], sampling.band_hz[1]
             ),
             "“relative error” is not defined",

@@ -4,15 +4,11 @@ use super::Findings;
 use super::method::{Kind, METHODS, Method, Sensitivity};
 use super::robot::median;
 use super::solve::Outcome;
-use super::statistics;
+use super::statistics::{self, POWER, Paired, SIGNIFICANT};
 use super::tables::{Comparison, CurvePoint, Mean, Measure, MethodRow, SensitivityCost, Verdict};
 
 /// What the paper says, without figures, that its random search outperforms.
 const OUTPERFORMED: [&str; 2] = ["ga", "pso"];
-/// Power that a comparison should have.
-const POWER: f64 = 0.8;
-/// Two-sided p below which a comparison is decided.
-const SIGNIFICANT: f64 = 0.05;
 
 use Measure::{DisplacementError, ParameterDeviation};
 
@@ -85,7 +81,9 @@ fn row(method: &Method, index: usize, findings: &[Findings]) -> MethodRow {
     let deviations: Vec<f64> = outcomes.iter().map(|outcome| outcome.deviation).collect();
     let validated = || outcomes.iter().filter(|outcome| !outcome.errors.is_empty());
     let errors: Vec<f64> = validated().map(|outcome| median(&outcome.errors)).collect();
-    let all_errors = validated().flat_map(|outcome| outcome.errors.iter().copied());
+    // A fit that gives way altogether has errors that are no numbers.
+    let all_errors = validated().flat_map(|outcome| &outcome.errors);
+    let all_errors = all_errors.map(|&error| if error.is_nan() { f64::INFINITY } else { error });
     let points = outcomes.iter().map(|outcome| outcome.curve.len()).min().unwrap_or(0);
     let curve = (0..points).map(|point| {
         let values: Vec<f64> = outcomes.iter().map(|outcome| outcome.curve[point]).collect();
@@ -99,7 +97,7 @@ fn row(method: &Method, index: usize, findings: &[Findings]) -> MethodRow {
         origin: method.origin(),
         deviation: with_interval(&deviations),
         paper_deviation: method.paper_deviation,
-        displacement_error: (!errors.is_empty()).then(|| with_interval(&errors)),
+        displacement_error: (!errors.is_empty()).then(|| geometric(&errors)),
         paper_displacement_error: method.paper_displacement_error,
         largest_displacement_error: all_errors.reduce(f64::max),
         curve: curve.collect(),
@@ -128,7 +126,19 @@ fn compare(method: &MethodRow, against: &MethodRow, measure: Measure) -> Option<
         ParameterDeviation => difference,
         DisplacementError => difference.exp_m1(),
     };
-    let test = statistics::paired(&ours, &other).ok()?;
+    if ours.is_empty() {
+        return None;
+    }
+    // Where a fit has given way, nothing is decided.
+    let test = statistics::paired(&ours, &other).unwrap_or(Paired {
+        difference: statistics::Mean {
+            count: ours.len(),
+            mean: f64::NAN,
+            standard_deviation: f64::NAN,
+            interval: [f64::NAN; 2],
+        },
+        p: f64::NAN,
+    });
     let deviation = test.difference.standard_deviation;
     let outperformed = OUTPERFORMED.contains(&method.key.as_str()) && measure == ParameterDeviation;
     let expected = paper.or(outperformed.then_some(1.0));
@@ -163,6 +173,13 @@ fn with_interval(values: &[f64]) -> Mean {
         Ok(mean) => Mean { mean: mean.mean, interval: mean.interval },
         Err(_) => Mean { mean: mean(values.iter().copied()), interval: [f64::NAN; 2] },
     }
+}
+
+/// Of values that differ by factors.
+fn geometric(values: &[f64]) -> Mean {
+    let logarithms: Vec<f64> = values.iter().map(|value| value.ln()).collect();
+    let Mean { mean, interval } = with_interval(&logarithms);
+    Mean { mean: mean.exp(), interval: interval.map(f64::exp) }
 }
 
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
@@ -248,6 +265,18 @@ mod tests {
         let compared = compare(&few, &baseline(), ParameterDeviation).unwrap();
         assert_eq!(compared.pairs, 3);
         assert!((compared.effect + 0.05).abs() < 1e-12, "{compared:?}");
+    }
+
+    #[test]
+    fn a_fit_that_gives_way_decides_nothing() {
+        let gone = row(
+            "adapted",
+            [0.21, 0.16, 0.26, 0.23],
+            [0.02, f64::NAN, 0.04, 0.03],
+            Some([0.2, 0.03]),
+        );
+        let compared = compare(&gone, &baseline(), DisplacementError).unwrap();
+        assert_eq!((compared.verdict, compared.pairs), (Some(Verdict::Undecided), 4));
     }
 
     #[test]

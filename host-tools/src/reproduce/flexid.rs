@@ -11,13 +11,12 @@ use nalgebra::Vector3;
 use rand_core::Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 
-use super::robot::{Robot, Study, Trial, generator};
+use super::robot::{Purpose, Robot, Study, Trial, generator};
 use crate::simulation::scenario::Sampling;
 
 /// What it finds; the middle of the bounds where it finds nothing.
 pub fn identify(study: &Study, robot: &Robot, seed: u64, level: Level) -> Vec<Bushing> {
-    let mut rng = generator(seed, robot.number);
-    rng.long_jump();
+    let mut rng = generator(seed, robot.number, Purpose::Flexid);
     let sampling = &study.scenario.measurement;
     let measurement = Measurement {
         band_hz: sampling.band_hz,

@@ -3,14 +3,12 @@
 use fearless_simd::Level;
 use flexid_core::search::{Search, Shrinking, Strategy};
 use nalgebra::Vector3;
-use rand_core::SeedableRng as _;
-use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::Effort;
 use super::bench::Bench;
 use super::displacement::Loss;
 use super::method::METHODS;
-use super::robot::{Robot, Study, Unseen};
+use super::robot::{Purpose, Robot, Study, Unseen, generator};
 use super::solve::Outcome;
 use super::tables::{DisplacementIllustration, SearchIllustration, SearchIteration};
 use crate::validation;
@@ -48,7 +46,7 @@ pub fn search(study: &Study, robot: &Robot, effort: &Effort, level: Level) -> Se
     };
     let map = (0..GRID).map(|y| row(&mut loss, y)).collect();
 
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(effort.seed);
+    let mut rng = generator(effort.seed, robot.number, Purpose::Illustration);
     let mut search = Search::new(STRATEGY, 2);
     let mut iterations = Vec::new();
     let pair = |point: &[f32]| [f64::from(point[0]), f64::from(point[1])];

@@ -27,10 +27,11 @@ pub struct Method {
     pub description: &'static str,
     /// How it works.
     pub kind: Kind,
-    /// Robots that it meets in a full run: enough for a power of 0.8 at the paper's effects, as far as half an
-    /// hour on two cores goes.
+    /// Robots that it meets in a full run: as many as the scatter of a pilot of ten other robots asks for a power of 0.8
+    /// at the paper's effects, as far as half an hour on two cores goes. It does not go far enough where the paper's
+    /// effect is half a percent: for ABL, and for the Jacobian against GSA.
     pub robots: usize,
-    /// The paper's parameter deviation (tables 1 and 2).
+    /// The paper's parameter deviation: from its table 1, and the differences of its section 5.1.
     pub paper_deviation: Option<f64>,
     /// The paper's displacement error (table 3).
     pub paper_displacement_error: Option<f64>,

@@ -1,5 +1,7 @@
 //! A robot drawn from the bounds, and what it does: the experiments to identify it from, and those to try a fit on.
 
+use std::path::PathBuf;
+
 use flexid_core::chain::Chain;
 use flexid_core::parameters::{Bounds, Bushing};
 use flexid_core::search::MAX_EXPERIMENTS;
@@ -7,7 +9,7 @@ use flexid_edge::config::Config;
 use flexid_edge::input::BadInput;
 use flexid_edge::model::Model;
 use nalgebra::Vector3;
-use rand_core::SeedableRng as _;
+use rand_core::{Rng as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::displacement::Reference;
@@ -21,6 +23,10 @@ pub const UNSEEN: usize = 5;
 /// What is known of every robot.
 #[derive(Clone, Debug)]
 pub struct Study {
+    /// As the user called it; none: the reference scenario.
+    pub name: Option<String>,
+    /// Of the scenario.
+    pub file: PathBuf,
     /// Kinematics, masses, inertias.
     pub chain: Chain,
     /// The same, with the limits of the joints.
@@ -60,11 +66,11 @@ pub struct Robot {
 }
 
 impl Study {
-    /// The robot and the scenario that `config` names.
+    /// The robot and the scenario that `config` names; `name` is what the user calls it, if it is not the reference.
     ///
     /// # Errors
     /// It names no scenario, or the scenario is wrong, or has more experiments than the search weighs.
-    pub fn new(config: &Config) -> Result<Self, BadInput> {
+    pub fn new(config: &Config, name: Option<String>) -> Result<Self, BadInput> {
         let bad = |message: &str| BadInput::new(&config.file, message);
         let file = config.scenario.as_deref().ok_or_else(|| {
             bad("[simulation] is missing: write [simulation] scenario = \"FILE.toml\"")
@@ -77,7 +83,7 @@ impl Study {
             return Err(BadInput::new(file, message));
         }
         let chain = config.model.chain().map_err(|error| bad(&error.to_string()))?;
-        Ok(Self { chain, model: config.model.clone(), scenario })
+        Ok(Self { name, file: file.to_owned(), chain, model: config.model.clone(), scenario })
     }
 
     /// Where parameters are sought.
@@ -91,8 +97,11 @@ impl Study {
     }
 
     /// Robot `number` of those that `seed` stands for, and what it does.
-    pub fn draw(&self, seed: u64, number: u64) -> Robot {
-        let mut rng = generator(seed, number);
+    ///
+    /// # Errors
+    /// It does not stand the cutting force.
+    pub fn draw(&self, seed: u64, number: u64) -> Result<Robot, BadInput> {
+        let mut rng = generator(seed, number, Purpose::Robot);
         let scenario = &self.scenario;
         let truth = scenario.draw_truth(&mut rng);
         let sampling = &scenario.measurement;
@@ -103,23 +112,57 @@ impl Study {
             let reference = Reference::new(&self.chain, &cut.pose, &response, sampling);
             Trial { pose: cut.pose, response, reference }
         };
-        let seen = scenario.experiments.iter().map(&mut cut).map(trial).collect();
-        let mut poses = generator(seed, number);
-        poses.jump();
+        let seen: Vec<_> = scenario.experiments.iter().map(&mut cut).map(trial).collect();
+        let mut poses = generator(seed, number, Purpose::Poses);
         let unseen = (0..UNSEEN).map(|_| {
             let cut = cut(&scenario.draw_experiment(&self.model, &mut poses));
             let displacement = validation::displacement(&self.chain, &truth, &cut);
             Unseen { cut, displacement }
         });
-        let unseen = unseen.collect();
-        Robot { number, truth, seen, unseen }
+        let robot = Robot { number, unseen: unseen.collect(), seen, truth };
+        if robot.stands() {
+            Ok(robot)
+        } else {
+            let message =
+                "a robot drawn from [bounds] gives way altogether: stiffer bounds, or less [force]";
+            Err(BadInput::new(&self.file, message))
+        }
     }
 }
 
-/// Of everything random about robot `number`.
-pub(super) fn generator(seed: u64, number: u64) -> Xoshiro256PlusPlus {
-    // Seeded through SplitMix64, so that neighbours have nothing in common.
-    Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(1 << 32).wrapping_add(number))
+impl Robot {
+    /// Whether it has stood all of its experiments.
+    fn stands(&self) -> bool {
+        let finite = |end: &Vector3<f64>| end.iter().all(|x| x.is_finite());
+        let seen = self.seen.iter().map(|trial| &trial.response.displacement);
+        let unseen = self.unseen.iter().map(|unseen| &unseen.displacement);
+        seen.chain(unseen).all(|displacement| displacement.last().is_none_or(finite))
+    }
+}
+
+/// What random numbers are for: each purpose has its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// Truth and cuts.
+    Robot,
+    /// Poses of the unseen experiments.
+    Poses,
+    /// The random search: the same numbers for every variant, so that robots make pairs.
+    Search,
+    /// A rival.
+    Rival,
+    /// The samples of the global sensitivity analysis.
+    Analysis,
+    /// The noise of flexid's sensors, and its own search.
+    Flexid,
+    /// Fig. 3.
+    Illustration,
+}
+
+/// For one purpose and one robot of those that `seed` stands for; nothing in common with any other.
+pub(super) fn generator(seed: u64, number: u64, purpose: Purpose) -> Xoshiro256PlusPlus {
+    let hash = |word: u64, next: u64| Xoshiro256PlusPlus::seed_from_u64(word).next_u64() ^ next;
+    Xoshiro256PlusPlus::seed_from_u64(hash(hash(seed, number), purpose as u64))
 }
 
 /// Of any number of values; NaN of none.
@@ -129,5 +172,39 @@ pub(super) fn median(values: &[f64]) -> f64 {
     match sorted.len() {
         0 => f64::NAN,
         len => 0.5 * (sorted[(len - 1) / 2] + sorted[len / 2]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::scenario::tests::{mill3, model};
+
+    #[test]
+    fn a_robot_that_gives_way_is_told() {
+        let (mut scenario, chain) = mill3();
+        scenario.bounds = Bounds::new([1e7, 2e8], [1.0, 2.0], [1e3, 1e5], [1.0, 2.0]).unwrap();
+        scenario.cutting.peak_tangential_n = 1e5;
+        let (name, file) = (None, PathBuf::from("s.toml"));
+        let study = Study { name, file, chain, model: model(), scenario };
+        let Err(error) = study.draw(1, 0) else { panic!("it stands") };
+        assert!(error.to_string().starts_with("s.toml: a robot drawn from [bounds] gives way"));
+    }
+
+    #[test]
+    fn nothing_random_has_anything_in_common() {
+        let purposes = [Purpose::Robot, Purpose::Search, Purpose::Rival, Purpose::Flexid];
+        let mut firsts = Vec::new();
+        for seed in [0, 1, 1 << 32] {
+            for number in [0, 1, 2] {
+                firsts.extend(purposes.map(|purpose| generator(seed, number, purpose).next_u64()));
+            }
+        }
+        let count = firsts.len();
+        firsts.sort_unstable();
+        firsts.dedup();
+        assert_eq!(firsts.len(), count);
+        let again = || generator(5, 6, Purpose::Rival).next_u64();
+        assert_eq!(again(), again());
     }
 }

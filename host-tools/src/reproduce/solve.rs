@@ -6,11 +6,13 @@ use fearless_simd::Level;
 use flexid_core::parameters::Bushing;
 use flexid_core::search::{Search, Weighing};
 
+use rand_core::Rng as _;
+
 use super::bench::Bench;
 use super::displacement::Loss;
 use super::method::{Kind, Method, SAMPLES, Sensitivity, Variant};
 use super::rivals::Minimise;
-use super::robot::{Robot, Study, generator};
+use super::robot::{Purpose, Robot, Study, generator};
 use super::sobol::SobolError;
 use super::{Effort, flexid};
 
@@ -90,9 +92,7 @@ fn search(
     bench: &mut Bench<'_>,
     effort: &Effort,
 ) -> (Vec<f64>, Vec<Bushing>) {
-    // The same random numbers for every method: robots make pairs.
-    let mut rng = generator(effort.seed, bench.robot.number);
-    rng.long_jump();
+    let mut rng = generator(effort.seed, bench.robot.number, Purpose::Search);
     let mut search = Search::new(variant.strategy(effort.iterations), bench.study.parameters());
     search.renew(weighing);
     let mut curve = vec![bench.deviation(search.centre())];
@@ -108,7 +108,7 @@ fn search(
 
 fn compete(minimise: Minimise, bench: &mut Bench<'_>, effort: &Effort) -> (Vec<f64>, Vec<Bushing>) {
     let parameters = bench.study.parameters();
-    let seed = effort.seed.wrapping_add(bench.robot.number);
+    let seed = generator(effort.seed, bench.robot.number, Purpose::Rival).next_u64();
     let mut loss = |fractions: &[f32]| bench.loss(Loss::Mae, fractions);
     let progress = minimise(parameters, effort.evaluations(), SAMPLES.into(), seed, &mut loss);
     let middle = vec![0.5; parameters];

@@ -8,6 +8,10 @@ use thiserror::Error;
 
 /// Confidence of all intervals; tests are at the remainder.
 pub const CONFIDENCE: f64 = 0.95;
+/// Two-sided p below which a test is decided.
+pub const SIGNIFICANT: f64 = 1.0 - CONFIDENCE;
+/// Power that a test should have.
+pub const POWER: f64 = 0.8;
 
 /// Most pairs that [`pairs_for_power`] thinks of.
 pub const MAX_PAIRS: usize = 10_000;

@@ -1,6 +1,6 @@
 //! What a reproduction found: `tables.json`, and all that the report shows.
 //!
-//! Everything but `seconds` is the same again for the same arguments at the same SIMD level.
+//! Everything but `seconds` is the same again for the same arguments on the same machine.
 
 use serde::Serialize;
 
@@ -36,7 +36,7 @@ pub struct Run {
     pub iterations: u32,
     /// Evaluations an iteration.
     pub samples: u32,
-    /// Evaluations that every method may spend on a robot.
+    /// Evaluations that every search and every rival may spend on a robot, sensitivities not counted.
     pub evaluations: u64,
     /// Parameters of a robot, P.
     pub parameters: usize,
@@ -44,6 +44,8 @@ pub struct Run {
     pub experiments: usize,
     /// Experiments that a fit is tried on.
     pub unseen: usize,
+    /// The config of the robot and the scenario, as the user called it; none: the reference scenario.
+    pub scenario: Option<String>,
     /// SIMD level.
     pub simd: String,
 }
@@ -75,8 +77,8 @@ pub struct MethodRow {
     pub deviation: Mean,
     /// The paper's.
     pub paper_deviation: Option<f64>,
-    /// Displacement error on the unseen experiments, median over directions and experiments (section 5.2): mean over
-    /// the robots; none of methods that the paper does not validate.
+    /// Displacement error on the unseen experiments, median over directions and experiments (section 5.2): geometric
+    /// mean over the robots; none of methods that the paper does not validate.
     pub displacement_error: Option<Mean>,
     /// The paper's.
     pub paper_displacement_error: Option<f64>,

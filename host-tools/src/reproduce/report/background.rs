@@ -2,7 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::{Tables, words};
+use super::Tables;
+use crate::reproduce::statistics::POWER;
 
 pub(super) fn choices(tables: &Tables) -> Markup {
     html! {
@@ -40,19 +41,21 @@ pub(super) fn tests(tables: &Tables) -> Markup {
             p {
                 strong { "Displacement error" }
                 " (section 5.2): RMS(" i { "x̂" } " − " i { "x" } ") / RMS(" i { "x" } ") of the displacement of the tool \
-                 centre point, for every direction and experiment; of one robot, the median over them."
+                 centre point, for every direction and experiment; of one robot, the median over them; of all, the geometric \
+                 mean."
             }
             p {
                 strong { "Tests. " }
-                "All methods met the same robots, up to " (robots) " of them, with the same experiments and the same budget, so \
-                 methods are compared in pairs, over the robots that both met: a two-sided paired "
+                "There were " (robots) " robots, and a method met the first so many of them as its table says. Two methods are \
+                 compared over the robots that both met, from the same experiments and with the same budget of evaluations; what \
+                 sensitivities cost comes on top, and flexid has data and a budget of its own. The test is a two-sided paired "
                 i { "t" } " test over the robots, of the differences of the parameter deviation and of the differences of the \
                  logarithm of the displacement error. Intervals are 95\u{a0}% confidence intervals of Student's "
                 i { "t" } ", those of single means included; p is not corrected for the number of tests. A comparison "
                 em { "agrees" } " if p < 0.05 and the sign is the paper's, " em { "contradicts" }
                 " if p < 0.05 and the sign is the other, and is " em { "undecided" }
                 " otherwise. Power is the probability that this test, with this scatter and so many robots, finds p < 0.05 if \
-                 the paper's effect is the true one; " (words::POWER) " is the usual demand."
+                 the paper's effect is the true one; " (POWER) " is the usual demand."
             }
         }
     }

@@ -45,6 +45,7 @@ pub(super) fn tables() -> Tables {
             parameters: 36,
             experiments: 3,
             unseen: 5,
+            scenario: None,
             simd: "avx2".to_owned(),
         },
         methods,

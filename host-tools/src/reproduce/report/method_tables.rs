@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::format::{self, NOTHING, change, change_interval, count, probability, value};
 use super::{BASELINE, Comparison, Measure, MethodRow, Origin, Tables, comparison, name, words};
+use crate::reproduce::statistics::POWER;
 use crate::reproduce::tables::Verdict;
 
 /// One row a method: its measure, and its difference to the baseline.
@@ -130,7 +131,7 @@ fn test_cells(comparison: Option<&Comparison>) -> Markup {
 fn verdict(comparison: &Comparison) -> Markup {
     let Some(verdict) = comparison.verdict else { return html! { (NOTHING) } };
     let word = words::verdict(verdict);
-    let weak = comparison.power.is_some_and(|power| power < words::POWER);
+    let weak = comparison.power.is_some_and(|power| power < POWER);
     html! {
         span class=(word) { (word) }
         @if let (Verdict::Undecided, true, Some(pairs)) =

@@ -2,10 +2,8 @@
 
 use super::format::{change, change_interval, count, number, p_in_words, probability};
 use super::{Comparison, Measure, MethodRow, Tables, name};
+use crate::reproduce::statistics::POWER;
 use crate::reproduce::tables::Verdict;
-
-/// Power that a test should have.
-pub(super) const POWER: f64 = 0.8;
 
 /// What is measured.
 pub(super) fn measure(measure: Measure) -> &'static str {
@@ -82,10 +80,16 @@ fn doubt(comparison: &Comparison) -> Option<String> {
         return None;
     }
     if power >= POWER {
+        let [low, high] = comparison.interval;
+        let excluded = comparison.paper_effect.is_some_and(|effect| effect < low || effect > high);
         return Some(format!(
-            "The test would have seen the paper's effect with a probability of {}: here the effect is smaller, if there \
-             is one",
-            probability(power)
+            "The test would have seen the paper's effect with a probability of {}: {}",
+            probability(power),
+            if excluded {
+                "here it is smaller, or the other way"
+            } else {
+                "it has not, and does not exclude it"
+            },
         ));
     }
     let seen = format!(

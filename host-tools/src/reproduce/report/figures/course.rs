@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use plotters::prelude::*;
 
-use super::super::{COMBINATIONS, MethodRow, Tables, rows_and_own, words};
+use super::super::{COMBINATIONS, MethodRow, Tables, method, rows_and_own, words};
 use super::{Canvas, Chart, Drawn, RGBColor, axes, colour, legend, range, svg};
 use crate::reproduce::tables::CurvePoint;
 
@@ -26,8 +26,22 @@ pub(in super::super) fn combinations(tables: &Tables) -> Markup {
         strong { "Fig. 4. " }
         "Course of the optimization when using the different method combinations: mean over the robots, band of ± one \
          standard deviation. Diamonds at the right edge: the paper's figures after 500 iterations."
+        @if let Some(overtaking) = overtaking(tables) { " " (overtaking) }
     };
     figure(&lines, "iteration", "Parameter deviation against iteration", caption)
+}
+
+/// The paper's remark on the course.
+fn overtaking(tables: &Tables) -> Option<String> {
+    let [gsa, jacobian] = ["gsa", "jacobian"].map(|key| Some(&method(tables, key)?.curve));
+    let (gsa, jacobian) = (gsa?, jacobian?);
+    let pairs = gsa.iter().zip(jacobian);
+    let here = match pairs.clone().rposition(|(gsa, jacobian)| gsa.mean < jacobian.mean) {
+        Some(last) if last + 1 == pairs.len() => "it is not below it at the end".to_owned(),
+        Some(last) => format!("from iteration {} on", last + 1),
+        None => "from the start".to_owned(),
+    };
+    Some(format!("In the paper the Jacobian is below GSA after 320 iterations, here {here}."))
 }
 
 /// The rivals beside the baseline.
