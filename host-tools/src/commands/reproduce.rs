@@ -27,7 +27,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "EDGE.toml")]
     config: Option<PathBuf>,
     /// Robots that every method meets, drawn uniformly from the bounds [default: each method as many as its
-    /// comparisons need, up to 160]
+    /// comparisons need, up to 130]
     #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(2..=10_000))]
     robots: Option<u64>,
     /// Iterations of the random search [default: 500]

@@ -36,7 +36,7 @@ pub fn choices(study: &Study, effort: &Effort) -> Vec<Choice> {
             "Truth",
             format!("{} robots, each parameter uniform within its bounds", effort.robots()),
             "the paper runs ten simulations, and does not say what changes between them; how many robots a comparison \
-             needs was taken from a pilot with others",
+             needs follows from the scatter between robots, not from its outcome",
         ),
         (
             "Initial centre",
