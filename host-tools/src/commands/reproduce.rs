@@ -23,7 +23,8 @@ pub(super) struct Args {
     /// Folder for tables.json and report.html; made if it is not there
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Another robot and scenario than the reference: its [model] and its [simulation] scenario are used
+    /// Another robot and scenario than the reference: the model and the scenario that it names are used, with the
+    /// scenario's bounds and without gravity
     #[arg(long, value_name = "EDGE.toml")]
     config: Option<PathBuf>,
     /// Robots that every method meets, drawn uniformly from the bounds [default: each method as many as its
@@ -76,9 +77,9 @@ impl Args {
 fn study(config: Option<&Path>) -> Result<Study> {
     let Some(file) = config else {
         let folder = tempfile::tempdir().context("no temporary folder")?;
-        return Ok(Study::new(&demo::config(folder.path())?, None)?);
+        return Ok(Study::new(&demo::config(folder.path())?, true)?);
     };
-    Ok(Study::new(&Config::load(file)?, Some(file.display().to_string()))?)
+    Ok(Study::new(&Config::load(file)?, false)?)
 }
 
 fn make_folder(folder: &Path) -> Result<(), BadInput> {
@@ -93,12 +94,14 @@ fn make_folder(folder: &Path) -> Result<(), BadInput> {
 }
 
 fn summary(tables: &Tables, out: &Path) -> String {
-    let mut text = format!("{:<36}{:>12}{:>10}\n", "parameter deviation, %", "here", "paper");
+    let mut text =
+        format!("{:<36}{:>15}{:>9}\n", "parameter deviation, %", "here (95 % CI)", "paper");
     for row in &tables.methods {
         let half = 50.0 * (row.deviation.interval[1] - row.deviation.interval[0]);
         let paper = row.paper_deviation.map_or("".into(), |paper| format!("{:.2}", 100.0 * paper));
         let ours = format!("{:.2} ± {half:.2}", 100.0 * row.deviation.mean);
-        text += &format!("{:<36}{ours:>12}{paper:>10}\n", row.name);
+        let line = format!("{:<36}{ours:>15}{paper:>9}", row.name);
+        text += &format!("{}\n", line.trim_end());
     }
     text + &format!("{} and tables.json are written\n", out.join("report.html").display())
 }

@@ -5,12 +5,12 @@ use flexid_core::search::{Search, Shrinking, Strategy};
 use nalgebra::Vector3;
 
 use super::Effort;
-use super::bench::Bench;
 use super::displacement::Loss;
 use super::method::METHODS;
 use super::robot::{Purpose, Robot, Study, Unseen, generator};
 use super::solve::Outcome;
 use super::tables::{DisplacementIllustration, SearchIllustration, SearchIteration};
+use super::test_stand::TestStand;
 use crate::validation;
 
 /// Points of the loss map along each parameter.
@@ -33,11 +33,11 @@ pub fn search(study: &Study, robot: &Robot, effort: &Effort, level: Level) -> Se
     let (first, last) = (&joints[0].name, &joints[joints.len() - 1].name);
     let places = [5, 12 * (joints.len() - 1) + 4];
     let truth = fractions(study, robot);
-    let mut bench = Bench::new(study, robot, level);
+    let mut stand = TestStand::new(study, robot, level);
     let mut loss = |point: [f32; 2]| {
         let mut guess = truth.clone();
         places.iter().zip(point).for_each(|(&place, value)| guess[place] = value);
-        bench.loss(Loss::Mae, &guess)
+        stand.loss(Loss::Mae, &guess)
     };
 
     let along = |index: usize| index as f32 / (GRID - 1) as f32;

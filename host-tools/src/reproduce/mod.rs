@@ -7,7 +7,7 @@
 //! | [`method`]                    | the methods, as combinations of what the paper tests one by one          |
 //! | [`robot`]                     | a robot drawn from the bounds, and its experiments                       |
 //! | [`displacement`]              | the displacement of reference and model, and the losses between them     |
-//! | [`bench`]                     | losses and parameter deviation of a guess                                |
+//! | [`test_stand`]                | losses and parameter deviation of a guess                                |
 //! | [`sobol`], [`rivals`]         | global sensitivity analysis; genetic algorithm, particle swarm, CMA-ES   |
 //! | [`solve`], [`flexid`]         | one method on one robot                                                  |
 //! | [`statistics`], [`compare`]   | intervals, paired tests, power                                           |
@@ -15,7 +15,6 @@
 //! | [`choices`]                   | what the paper leaves open                                               |
 //! | [`tables`], [`report`]        | the outcome: `tables.json` and `report.html`                             |
 
-pub mod bench;
 pub mod choices;
 pub mod compare;
 pub mod displacement;
@@ -29,6 +28,7 @@ pub mod sobol;
 pub mod solve;
 pub mod statistics;
 pub mod tables;
+pub mod test_stand;
 
 use std::time::Instant;
 
@@ -121,7 +121,7 @@ pub fn run(
             parameters: study.parameters(),
             experiments: study.scenario.experiments.len(),
             unseen: robot::UNSEEN,
-            scenario: study.name.clone(),
+            scenario: (!study.is_reference).then(|| study.file.display().to_string()),
             simd: format!("{level:?}").split('(').next().unwrap_or_default().to_lowercase(),
         },
         comparisons: compare::comparisons(&methods),

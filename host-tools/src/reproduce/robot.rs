@@ -23,10 +23,10 @@ pub const UNSEEN: usize = 5;
 /// What is known of every robot.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// As the user called it; none: the reference scenario.
-    pub name: Option<String>,
     /// Of the scenario.
     pub file: PathBuf,
+    /// Whether it is the reference scenario.
+    pub is_reference: bool,
     /// Kinematics, masses, inertias.
     pub chain: Chain,
     /// The same, with the limits of the joints.
@@ -66,11 +66,11 @@ pub struct Robot {
 }
 
 impl Study {
-    /// The robot and the scenario that `config` names; `name` is what the user calls it, if it is not the reference.
+    /// The robot and the scenario that `config` names; `is_reference` says whether they are those that come with flexid.
     ///
     /// # Errors
     /// It names no scenario, or the scenario is wrong, or has more experiments than the search weighs.
-    pub fn new(config: &Config, name: Option<String>) -> Result<Self, BadInput> {
+    pub fn new(config: &Config, is_reference: bool) -> Result<Self, BadInput> {
         let bad = |message: &str| BadInput::new(&config.file, message);
         let file = config.scenario.as_deref().ok_or_else(|| {
             bad("[simulation] is missing: write [simulation] scenario = \"FILE.toml\"")
@@ -83,7 +83,13 @@ impl Study {
             return Err(BadInput::new(file, message));
         }
         let chain = config.model.chain().map_err(|error| bad(&error.to_string()))?;
-        Ok(Self { name, file: file.to_owned(), chain, model: config.model.clone(), scenario })
+        Ok(Self {
+            file: file.to_owned(),
+            is_reference,
+            chain,
+            model: config.model.clone(),
+            scenario,
+        })
     }
 
     /// Where parameters are sought.
@@ -185,8 +191,8 @@ mod tests {
         let (mut scenario, chain) = mill3();
         scenario.bounds = Bounds::new([1e7, 2e8], [1.0, 2.0], [1e3, 1e5], [1.0, 2.0]).unwrap();
         scenario.cutting.peak_tangential_n = 1e5;
-        let (name, file) = (None, PathBuf::from("s.toml"));
-        let study = Study { name, file, chain, model: model(), scenario };
+        let (file, is_reference) = (PathBuf::from("s.toml"), false);
+        let study = Study { file, is_reference, chain, model: model(), scenario };
         let Err(error) = study.draw(1, 0) else { panic!("it stands") };
         assert!(error.to_string().starts_with("s.toml: a robot drawn from [bounds] gives way"));
     }

@@ -8,12 +8,12 @@ use flexid_core::search::{Search, Weighing};
 
 use rand_core::Rng as _;
 
-use super::bench::Bench;
 use super::displacement::Loss;
 use super::method::{Kind, Method, SAMPLES, Sensitivity, Variant};
 use super::rivals::Minimise;
 use super::robot::{Purpose, Robot, Study, generator};
 use super::sobol::SobolError;
+use super::test_stand::TestStand;
 use super::{Effort, flexid};
 
 /// What one method made of one robot.
@@ -54,34 +54,34 @@ pub fn solve(
     level: Level,
 ) -> Result<Outcome, SobolError> {
     let start = Instant::now();
-    let mut bench = Bench::new(study, robot, level);
+    let mut stand = TestStand::new(study, robot, level);
     let mut sensitivities = Cost::default();
     let (curve, fitted) = match method.kind {
         Kind::Search(variant) => {
-            let weighing = weigh(&variant, &mut bench, effort)?;
+            let weighing = weigh(&variant, &mut stand, effort)?;
             let seconds = start.elapsed().as_secs_f64();
-            sensitivities = Cost { evaluations: bench.evaluations, seconds };
-            search(&variant, weighing, &mut bench, effort)
+            sensitivities = Cost { evaluations: stand.evaluations, seconds };
+            search(&variant, weighing, &mut stand, effort)
         }
-        Kind::Rival(minimise) => compete(minimise, &mut bench, effort),
+        Kind::Rival(minimise) => compete(minimise, &mut stand, effort),
         Kind::Flexid => (Vec::new(), flexid::identify(study, robot, effort.seed, level)),
     };
     let seconds = start.elapsed().as_secs_f64();
-    let deviation = bench.deviation_of(&fitted);
-    let errors = if method.is_validated() { bench.unseen_errors(&fitted) } else { Vec::new() };
+    let deviation = stand.deviation_of(&fitted);
+    let errors = if method.is_validated() { stand.unseen_errors(&fitted) } else { Vec::new() };
     Ok(Outcome { curve, deviation, errors, fitted, seconds, sensitivities })
 }
 
 fn weigh(
     variant: &Variant,
-    bench: &mut Bench<'_>,
+    stand: &mut TestStand<'_>,
     effort: &Effort,
 ) -> Result<Weighing, SobolError> {
     Ok(match variant.sensitivity {
         Sensitivity::None => Weighing::Mean,
-        Sensitivity::Jacobian => Weighing::Sensitivities(bench.jacobian_sensitivities()),
+        Sensitivity::Jacobian => Weighing::Sensitivities(stand.jacobian_sensitivities()),
         Sensitivity::Global => {
-            Weighing::Sensitivities(bench.global_sensitivities(variant.loss, effort)?)
+            Weighing::Sensitivities(stand.global_sensitivities(variant.loss, effort)?)
         }
     })
 }
@@ -89,30 +89,34 @@ fn weigh(
 fn search(
     variant: &Variant,
     weighing: Weighing,
-    bench: &mut Bench<'_>,
+    stand: &mut TestStand<'_>,
     effort: &Effort,
 ) -> (Vec<f64>, Vec<Bushing>) {
-    let mut rng = generator(effort.seed, bench.robot.number, Purpose::Search);
-    let mut search = Search::new(variant.strategy(effort.iterations), bench.study.parameters());
+    let mut rng = generator(effort.seed, stand.robot.number, Purpose::Search);
+    let mut search = Search::new(variant.strategy(effort.iterations), stand.study.parameters());
     search.renew(weighing);
-    let mut curve = vec![bench.deviation(search.centre())];
+    let mut curve = vec![stand.deviation(search.centre())];
     while !search.finished() {
         for _ in 0..SAMPLES {
-            let losses = bench.losses(variant.loss, search.ask(&mut rng));
+            let losses = stand.losses(variant.loss, search.ask(&mut rng));
             search.tell(&losses);
         }
-        curve.push(bench.deviation(search.centre()));
+        curve.push(stand.deviation(search.centre()));
     }
-    (curve, bench.bushings(search.centre()).to_vec())
+    (curve, stand.bushings(search.centre()).to_vec())
 }
 
-fn compete(minimise: Minimise, bench: &mut Bench<'_>, effort: &Effort) -> (Vec<f64>, Vec<Bushing>) {
-    let parameters = bench.study.parameters();
-    let seed = generator(effort.seed, bench.robot.number, Purpose::Rival).next_u64();
-    let mut loss = |fractions: &[f32]| bench.loss(Loss::Mae, fractions);
+fn compete(
+    minimise: Minimise,
+    stand: &mut TestStand<'_>,
+    effort: &Effort,
+) -> (Vec<f64>, Vec<Bushing>) {
+    let parameters = stand.study.parameters();
+    let seed = generator(effort.seed, stand.robot.number, Purpose::Rival).next_u64();
+    let mut loss = |fractions: &[f32]| stand.loss(Loss::Mae, fractions);
     let progress = minimise(parameters, effort.evaluations(), SAMPLES.into(), seed, &mut loss);
     let middle = vec![0.5; parameters];
     let points = std::iter::once(&middle).chain(&progress.curve);
-    let curve = points.map(|point| bench.deviation(point)).collect();
-    (curve, bench.bushings(&progress.best).to_vec())
+    let curve = points.map(|point| stand.deviation(point)).collect();
+    (curve, stand.bushings(&progress.best).to_vec())
 }

@@ -44,7 +44,7 @@ pub struct Run {
     pub experiments: usize,
     /// Experiments that a fit is tried on.
     pub unseen: usize,
-    /// The config of the robot and the scenario, as the user called it; none: the reference scenario.
+    /// The scenario's file; none: the reference scenario.
     pub scenario: Option<String>,
     /// SIMD level.
     pub simd: String,

@@ -90,8 +90,8 @@ fn combinations(tables: &Tables) -> Markup {
                 tables,
                 "Table 2",
                 "Results from sensitivity-based optimization; below the line, what the paper does not have. Means are over the robots \
-                 that a method met, differences over those that both met; the paper's are its table 1 and the differences of \
-                 its section 5.1.",
+                 that a method met, differences over those that both met; the paper's are those of its own Table 1 and \
+                 of the differences in its section 5.1.",
                 &rows,
                 measure,
             ))
@@ -113,7 +113,7 @@ fn validation(tables: &Tables) -> Markup {
                 "Validation results: displacement error in experiments that were not identified from. Median over \
                  directions and experiments, geometric mean over the robots that the method met; largest of any robot, direction \
                  and experiment. \
-                 The paper's changes are those of its rounded errors.",
+                 The paper's changes are computed from its rounded errors.",
                 &rows,
                 measure,
             ))

@@ -20,8 +20,8 @@ pub(super) fn section(tables: &Tables) -> Markup {
                     (tables.run.iterations) ", so nothing below is a verdict on them."
                 } }
             }
-            (list(tables, Verdict::Agrees, "Where we agree with the paper"))
-            (list(tables, Verdict::Contradicts, "Where we do not"))
+            (list(tables, Verdict::Agrees, "Where the direction is the paper's"))
+            (list(tables, Verdict::Contradicts, "Where it is not"))
             (list(tables, Verdict::Undecided, "Where our robots do not decide it"))
             (beyond(tables))
         }
@@ -59,9 +59,14 @@ fn count_of_verdicts(tables: &Tables) -> String {
     let [agree, contradict, undecided] =
         [Verdict::Agrees, Verdict::Contradicts, Verdict::Undecided]
             .map(|verdict| paper_comparisons(tables, verdict).count());
+    let of_another_size = |comparison: &&Comparison| {
+        let [low, high] = comparison.interval;
+        comparison.paper_effect.is_some_and(|effect| effect < low || effect > high)
+    };
+    let other = paper_comparisons(tables, Verdict::Agrees).filter(of_another_size).count();
     format!(
-        "Of {} comparisons that the paper makes, {agree} are significant and as in the paper, {contradict} significant and \
-         the other way, {undecided} not significant. All are paired tests over the robots; negative is better. Differences \
+        "Of {} comparisons that the paper makes, {agree} are significant and as in the paper ({other} of them not in size: the \
+         paper's effect lies outside our interval), {contradict} significant and the other way, {undecided} not significant. All are paired tests over the robots; negative is better. Differences \
          of the parameter deviation are percent of the bound range, those of the displacement error are relative.",
         agree + contradict + undecided,
     )

@@ -1,4 +1,4 @@
-//! A robot on the test bench: every guess of its parameters has its losses and its parameter deviation.
+//! A robot on the test stand: every guess of its parameters has its losses and its parameter deviation.
 
 use fearless_simd::Level;
 use flexid_core::parameters::{Bushing, Bushings};
@@ -14,7 +14,7 @@ use crate::simulation::scenario::Sampling;
 use crate::validation;
 
 /// One robot, and room to work.
-pub struct Bench<'a> {
+pub struct TestStand<'a> {
     /// What is known.
     pub study: &'a Study,
     /// What is sought.
@@ -26,7 +26,7 @@ pub struct Bench<'a> {
     pub evaluations: u64,
 }
 
-impl<'a> Bench<'a> {
+impl<'a> TestStand<'a> {
     /// Nothing evaluated yet.
     pub fn new(study: &'a Study, robot: &'a Robot, level: Level) -> Self {
         Self { study, robot, level, scratch: Scratch::default(), evaluations: 0 }
