@@ -82,13 +82,15 @@ fn respond<V: Lanes, const GRAVITY: bool>(
                 let solved = &mut solved[column];
                 passed.factor.forward(solved, 0);
                 passed.factor.scale(solved);
-                let mut handed_on = passed.handed_on(solved);
-                if column == 6 {
-                    for i in 0..DOF {
-                        handed_on[i] = handed_on[i] - seam[index][i];
+                if index > 0 {
+                    let mut handed_on = passed.handed_on(solved);
+                    if column == 6 {
+                        for i in 0..DOF {
+                            handed_on[i] = handed_on[i] - seam[index][i];
+                        }
                     }
+                    *load = load_before(joint, &handed_on);
                 }
-                *load = load_before(joint, &handed_on);
                 passed.factor.backward(solved);
             }
         }
@@ -98,7 +100,9 @@ fn respond<V: Lanes, const GRAVITY: bool>(
             passed.factor.scale(column);
             passed.factor.backward(column);
         }
-        passed.seen_from_before(joint, &mut stiffness);
+        if index > 0 {
+            passed.seen_from_before(joint, &mut stiffness);
+        }
     }
 
     // Base to tip.
