@@ -93,7 +93,7 @@ pub fn displacement(
     robot: &Robot,
     outcomes: &[Option<Outcome>],
 ) -> DisplacementIllustration {
-    let Some(Unseen { cut, displacement }) = robot.unseen.first() else {
+    let Some(Unseen { cut, response }) = robot.unseen.first() else {
         return DisplacementIllustration::default();
     };
     let x = |series: &[Vector3<f64>]| series.iter().step_by(THINNING).map(|x| x[0]).collect();
@@ -104,14 +104,14 @@ pub fn displacement(
         Some((method.key.to_owned(), x(&moved)))
     });
     let pose: Vec<_> = cut.pose.iter().map(|angle| format!("{angle:.2}")).collect();
-    let instants = (0..displacement.len()).step_by(THINNING);
+    let instants = (0..response.displacement.len()).step_by(THINNING);
     DisplacementIllustration {
         title: format!(
             "x at the TCP, first unseen experiment of the first robot, pose ({})",
             pose.join(", ").replace('-', "−")
         ),
         time_s: instants.map(|n| n as f64 / cut.rate_hz).collect(),
-        reference_m: x(displacement),
+        reference_m: x(&response.displacement),
         models_m: models.collect(),
     }
 }

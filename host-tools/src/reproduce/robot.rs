@@ -8,14 +8,12 @@ use flexid_core::search::MAX_EXPERIMENTS;
 use flexid_edge::config::Config;
 use flexid_edge::input::BadInput;
 use flexid_edge::model::Model;
-use nalgebra::Vector3;
 use rand_core::{Rng as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::displacement::Reference;
 use crate::simulation::experiment::{Cut, Response};
 use crate::simulation::scenario::{Experiment, Scenario};
-use crate::validation;
 
 /// Experiments that a fit is tried on.
 pub const UNSEEN: usize = 5;
@@ -49,8 +47,8 @@ pub struct Trial {
 pub struct Unseen {
     /// Pose and force.
     pub cut: Cut,
-    /// Of the reference model, m.
-    pub displacement: Vec<Vector3<f64>>,
+    /// Force and motion of the reference model at the sensors' instants.
+    pub response: Response,
 }
 
 /// A robot that is to be found.
@@ -122,8 +120,8 @@ impl Study {
         let mut poses = generator(seed, number, Purpose::Poses);
         let unseen = (0..UNSEEN).map(|_| {
             let cut = cut(&scenario.draw_experiment(&self.model, &mut poses));
-            let displacement = validation::displacement(&self.chain, &truth, &cut);
-            Unseen { cut, displacement }
+            let response = cut.response(&self.chain, &truth);
+            Unseen { cut, response }
         });
         let robot = Robot { number, unseen: unseen.collect(), seen, truth };
         if robot.stands() {
@@ -139,10 +137,9 @@ impl Study {
 impl Robot {
     /// Whether it has stood all of its experiments.
     fn stands(&self) -> bool {
-        let finite = |end: &Vector3<f64>| end.iter().all(|x| x.is_finite());
-        let seen = self.seen.iter().map(|trial| &trial.response.displacement);
-        let unseen = self.unseen.iter().map(|unseen| &unseen.displacement);
-        seen.chain(unseen).all(|displacement| displacement.last().is_none_or(finite))
+        let seen = self.seen.iter().map(|trial| &trial.response);
+        let unseen = self.unseen.iter().map(|unseen| &unseen.response);
+        seen.chain(unseen).all(Response::is_finite)
     }
 }
 

@@ -69,7 +69,7 @@ impl<'a> TestStand<'a> {
         let Sampling { rate_hz, band_hz, .. } = self.study.scenario.measurement;
         let errors = self.robot.unseen.iter().flat_map(|unseen| {
             let model = validation::displacement(&self.study.chain, bushings, &unseen.cut);
-            validation::displacement_error(&unseen.displacement, &model, rate_hz, band_hz)
+            validation::displacement_error(&unseen.response.displacement, &model, rate_hz, band_hz)
         });
         errors.collect()
     }
