@@ -13,7 +13,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use fearless_simd::Level;
 use flexid_core::loss::spectral;
 use flexid_core::receptance::lanes::{Kernel, Lanes, Precision};
-use flexid_core::receptance::{Complex, Terms, receptance, response};
+use flexid_core::receptance::{Complex, Response, Terms, receptance};
 use nalgebra::Vector3;
 
 /// Those of one experiment of the reference scenario, up to a whole vector.
@@ -58,15 +58,14 @@ impl<T: Precision> Kernel<T> for Gradients<'_, T> {
             Complex::new(force, force)
         });
         let seam = [[Complex::zero(like); 6]; 7];
+        let mut found = Response::new(like);
         for first in (0..omega.len()).step_by(V::WIDTH) {
             let s = Complex::new(like.fill(T::default()), like.load(&omega[first..]));
-            let found = response(terms, s, &force, &seam);
+            found.evaluate(terms, s, &force, &seam);
             for joint in 0..3 {
                 for dof in 0..6 {
-                    for axis in 0..3 {
-                        for part in found.derivatives(terms, s, joint, dof, axis) {
-                            sum = sum + part.re + part.im;
-                        }
+                    for part in found.derivatives(terms, s, joint, dof).as_flattened() {
+                        sum = sum + part.re + part.im;
                     }
                 }
             }

@@ -2,7 +2,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch, f32x16, f64x8};
+use fearless_simd::{Level, Simd, SimdBase, SimdFloat, f32x16, f64x8};
 
 /// The precision of a computation.
 pub trait Scalar: Copy + Default + Send + Sync + 'static {
@@ -111,7 +111,8 @@ pub trait Kernel<T: Scalar> {
 
 /// A precision that kernels run in.
 pub trait Precision: Scalar {
-    /// Runs `kernel` in the lanes of `level`'s instruction set: 64 bytes wide, or one lane where there is none.
+    /// Runs `kernel` in vectors of 64 bytes with AVX-512, AVX2 or NEON, as `level` has them, else in one lane. There
+    /// is a copy of every kernel for each.
     fn dispatch<K: Kernel<Self>>(level: Level, kernel: K) -> K::Output;
 }
 
@@ -120,11 +121,25 @@ macro_rules! precision {
         impl Precision for $scalar {
             #[inline]
             fn dispatch<K: Kernel<Self>>(level: Level, kernel: K) -> K::Output {
-                if level.is_fallback() {
-                    kernel.run::<$scalar>(0.0)
-                } else {
-                    dispatch!(level, simd => kernel.run($vector::splat(simd, 0.0)))
+                macro_rules! run {
+                    ($simd:expr) => {
+                        if let Some(simd) = $simd {
+                            return simd.vectorize(
+                                #[inline(always)]
+                                || kernel.run($vector::splat(simd, 0.0)),
+                            );
+                        }
+                    };
                 }
+                #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+                {
+                    run!(level.as_avx512());
+                    run!(level.as_avx2());
+                }
+                #[cfg(target_arch = "aarch64")]
+                run!(level.as_neon());
+                let _ = level;
+                kernel.run::<$scalar>(0.0)
             }
         }
     };

@@ -1,19 +1,23 @@
-//! Articulated-body recursion on the dynamic stiffness, tip to base: the receptance in O(J).
+//! Articulated-body recursion on the dynamic stiffness, base to tip: the receptance in O(J).
 //!
-//! `Z` is the dynamic stiffness that link j and all beyond it oppose to a displacement of link j. A joint
-//! is passed by eliminating that displacement η against the bushing, whose elongation is e = η − x:
+//! `Z` is the dynamic stiffness that link j, held by all before it, opposes to its displacement η. The next bushing is
+//! passed by eliminating x, the displacement that the link before would carry it along by:
 //!
 //! ```text
-//! Δ = Z + b       Δ η = p + B x       b = diag(k + s d) + Γ       B = b − Cᵀ
-//! Z ← Xᵀ (b − Cᵀ − C − Bᵀ Δ⁻¹ B) X        p ← Xᵀ Bᵀ Δ⁻¹ p         H ← H + pᵀ Δ⁻¹ p
+//! Z̃ = X⁻ᵀ Z X⁻¹       Δ = Z̃ + b − C − Cᵀ       Δ x = Bᵀ η       b = diag(k + s d) + Γ       B = b − Cᵀ
+//! Z ← b − B Δ⁻¹ Bᵀ + s² I                                       at the tip:   H = pᵀ Z⁻¹ p
 //! ```
 //!
 //! Everything is complex symmetric: transposed, never conjugated. Γ and C are gravity's
-//! ([`crate::chain::linearise`]); without it B = b is diagonal.
+//! ([`crate::chain::linearise`]); without it B = b is diagonal. From tip to base, the order of textbooks, the loads of
+//! three forces would have to be handed on beside the stiffness, and a link that its bushing holds much more stiffly
+//! than the links beyond would cost single precision most of its digits.
+
+use seq_macro::seq;
 
 use super::complex::Complex;
 use super::lanes::Lanes;
-use super::symmetric::{Factor, PACKED, Symmetric, at};
+use super::symmetric::{Factor, Symmetric, at};
 use super::terms::{JointTerms, Terms};
 use crate::DOF;
 
@@ -25,275 +29,317 @@ pub(super) type Column<V> = [Complex<V>; DOF];
 /// `s` is `iω`, or `α + iω`, rad/s.
 #[inline(always)]
 pub fn receptance<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Complex<V>; 6] {
-    if terms.gravity { recurse::<V, true>(terms, s) } else { recurse::<V, false>(terms, s) }
-}
-
-#[inline(always)]
-fn recurse<V: Lanes, const GRAVITY: bool>(
-    terms: &Terms<V::Scalar>,
-    s: Complex<V>,
-) -> [Complex<V>; 6] {
     let like = s.re;
-    let s2 = s * s;
-    let mut stiffness: Symmetric<V> = [Complex::zero(like); PACKED];
+    let tip = if terms.gravity { reach::<V, true>(terms, s) } else { reach::<V, false>(terms, s) };
+    // Halfway through the solution: L⁻¹ p, and D⁻¹ L⁻¹ p.
     let mut loads = [[Complex::zero(like); DOF]; 3];
-    for (load, force) in loads.iter_mut().zip(&terms.force) {
-        *load = real_column(like, force);
+    for axis in 0..3 {
+        for i in 0..DOF {
+            loads[axis][i].re = like.fill(terms.force[axis][i]);
+        }
     }
+    tip.forward(&mut loads);
+    let mut moved = loads;
+    tip.scale(&mut moved);
     let mut receptance = [Complex::zero(like); 6];
-    let mut passed = Passed::<V, GRAVITY>::new(like);
-    for (index, joint) in terms.joints.iter().enumerate().rev() {
-        passed.eliminate(joint, s, s2, &stiffness);
-        // Halfway through the solution: L⁻¹ p, and D⁻¹ L⁻¹ p.
-        let mut moved = loads;
-        for (load, moved) in loads.iter_mut().zip(&mut moved) {
-            passed.factor.forward(load, 0);
-            *moved = *load;
-            passed.factor.scale(moved);
+    seq!(PACKED in 0..6 {
+        let [a, b] = LOWER[PACKED];
+        for i in 0..DOF {
+            receptance[PACKED] = receptance[PACKED].plus(loads[a][i], moved[b][i]);
         }
-        for (packed, [a, b]) in LOWER.into_iter().enumerate() {
-            for i in 0..DOF {
-                receptance[packed] = receptance[packed].plus(loads[a][i], moved[b][i]);
-            }
-        }
-        if index > 0 {
-            passed.couple();
-            passed.seen_from_before(joint, &mut stiffness);
-            for (load, moved) in loads.iter_mut().zip(&moved) {
-                *load = load_before(joint, &passed.handed_on(moved));
-            }
-        }
-    }
+    });
     receptance
 }
 
 /// Rows and columns of a packed symmetric 3×3.
 const LOWER: [[usize; 2]; 6] = [[0, 0], [1, 0], [1, 1], [2, 0], [2, 1], [2, 2]];
 
-/// A joint whose link has been eliminated; one for all joints in turn, for it is large.
-pub(super) struct Passed<V, const GRAVITY: bool> {
-    /// Of Δ.
-    pub(super) factor: Factor<V>,
-    /// b − Cᵀ − C.
-    own: Symmetric<V>,
-    /// b.
-    bushing: Column<V>,
-    /// B, the columns of the turns; those of the slides are b's. Without gravity B = b.
-    coupled: [Column<V>; 3],
-    /// L⁻¹ B, by columns.
-    pub(super) forward: [Column<V>; DOF],
+/// The dynamic stiffness of the last link, factorised.
+#[inline(always)]
+fn reach<V: Lanes, const GRAVITY: bool>(terms: &Terms<V::Scalar>, s: Complex<V>) -> Factor<V> {
+    let s2 = s * s;
+    let mut tip = Factor::zero(s.re);
+    let mut passage = Passage::new(s.re);
+    for (index, joint) in terms.joints.iter().enumerate() {
+        if index > 0 {
+            passage.pass::<GRAVITY>(joint, s, s2, tip.matrix());
+        } else {
+            hold::<V, GRAVITY>(joint, s, s2, tip.matrix());
+        }
+    }
+    tip.factorise();
+    tip
 }
 
-impl<V: Lanes, const GRAVITY: bool> Passed<V, GRAVITY> {
-    /// No joint yet.
+/// A bushing between two links, passed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passage<V> {
+    /// Of Δ.
+    factor: Factor<V>,
+    /// L⁻¹ Bᵀ, by columns.
+    forward: [Column<V>; DOF],
+}
+
+impl<V: Lanes> Passage<V> {
+    /// Through no bushing yet.
     #[inline(always)]
     pub(super) fn new(like: V) -> Self {
         let zero = Complex::zero(like);
-        Self {
-            factor: Factor::zero(like),
-            own: [zero; PACKED],
-            bushing: [zero; DOF],
-            coupled: [[zero; DOF]; 3],
-            forward: [[zero; DOF]; DOF],
-        }
+        Self { factor: Factor::zero(like), forward: [[zero; DOF]; DOF] }
     }
 
-    /// Factorises the link's inertia, the bushing, and `stiffness`, what the links beyond oppose.
+    /// `Z ← b − B Δ⁻¹ Bᵀ + s² I`: from the stiffness of the link before to that of the link beyond.
     #[inline(always)]
-    pub(super) fn eliminate(
+    pub(super) fn pass<const GRAVITY: bool>(
         &mut self,
         joint: &JointTerms<V::Scalar>,
         s: Complex<V>,
         s2: Complex<V>,
-        stiffness: &Symmetric<V>,
+        stiffness: &mut Symmetric<V>,
     ) {
-        let like = s.re;
+        let bushing = bushing(joint, s);
         let delta = self.factor.matrix();
-        for entry in 0..PACKED {
-            delta[entry] = stiffness[entry].plus_real(s2, like.fill(joint.inertia[entry]));
-        }
+        congruence(joint, stiffness, delta);
         for i in 0..DOF {
-            let (stiffness, damping) = (like.fill(joint.stiffness[i]), like.fill(joint.damping[i]));
-            self.bushing[i] = Complex::new(s.re.mul_add(damping, stiffness), s.im * damping);
-            self.own[at(i, i)] = self.bushing[i];
-            delta[at(i, i)] = delta[at(i, i)] + self.bushing[i];
+            delta[at(i, i)] = delta[at(i, i)] + bushing[i];
         }
         if GRAVITY {
-            self.gravitate(joint);
+            gravitate(joint, delta);
+            couple(joint, delta);
         }
         self.factor.factorise();
-    }
-
-    /// Gravity's share of Δ, B and b − Cᵀ − C.
-    #[inline(always)]
-    fn gravitate(&mut self, joint: &JointTerms<V::Scalar>) {
-        let delta = self.factor.matrix();
-        let like = delta[0].re;
-        for entry in 0..PACKED {
-            let diagonal = (0..DOF).any(|i| at(i, i) == entry);
-            if !diagonal {
-                self.own[entry] = Complex::zero(like);
+        self.couple::<GRAVITY>(joint, &bushing);
+        seq!(I in 0..6 {
+            let mut scaled = [Complex::zero(s.re); DOF];
+            for k in first::<GRAVITY>(I)..DOF {
+                scaled[k] = self.forward[I][k] * self.factor.reciprocal(k);
             }
-        }
-        for j in 0..3 {
-            self.coupled[j] = [Complex::zero(like); DOF];
-            self.coupled[j][3 + j] = self.bushing[3 + j];
-            for i in 0..3 {
-                let turns = like.fill(joint.gravity_turns[i][j]);
-                if j <= i {
-                    let entry = at(3 + i, 3 + j);
-                    delta[entry].re = delta[entry].re + turns;
-                    self.own[entry].re = self.own[entry].re + turns;
+            for j in 0..=I {
+                let mut entry = Complex::zero(s.re);
+                for k in first::<GRAVITY>(I)..DOF {
+                    entry = entry.minus(scaled[k], self.forward[j][k]);
                 }
-                self.coupled[j][3 + i].re = self.coupled[j][3 + i].re + turns;
+                stiffness[at(I, j)] = entry.plus_real(s2, s.re.fill(joint.inertia[at(I, j)]));
             }
-            for i in 0..DOF {
-                let coupling = like.fill(joint.gravity_coupling[i][j]);
-                let entry = &mut self.own[at(i, 3 + j)].re;
-                // The symmetric sum C + Cᵀ has each off-diagonal entry of the turns twice.
-                *entry = *entry - if i == 3 + j { coupling + coupling } else { coupling };
-                self.coupled[j][i].re = self.coupled[j][i].re - coupling;
-            }
+            stiffness[at(I, I)] = stiffness[at(I, I)] + bushing[I];
+        });
+        if GRAVITY {
+            gravitate(joint, stiffness);
         }
     }
 
-    /// First row of a column of B that is not zero.
+    /// `L⁻¹ Bᵀ`.
     #[inline(always)]
-    const fn first(column: usize) -> usize {
-        if GRAVITY && column >= 3 { 0 } else { column }
-    }
-
-    /// `L⁻¹ B`.
-    #[inline(always)]
-    pub(super) fn couple(&mut self) {
-        for j in 0..DOF {
-            if GRAVITY && j >= 3 {
-                self.forward[j] = self.coupled[j - 3];
-            } else {
-                let zero = Complex::zero(self.bushing[j].re);
-                self.forward[j][j] = self.bushing[j];
-                self.forward[j][j + 1..].fill(zero);
-            }
-            self.factor.forward(&mut self.forward[j], Self::first(j));
-        }
-    }
-
-    /// `Xᵀ (b − Cᵀ − C − Bᵀ Δ⁻¹ B) X`: the dynamic stiffness at the link before.
-    #[inline(always)]
-    pub(super) fn seen_from_before(&self, joint: &JointTerms<V::Scalar>, seen: &mut Symmetric<V>) {
-        *seen = self.own;
-        for k in 0..DOF {
-            let reciprocal = self.factor.reciprocal(k);
-            for i in 0..DOF {
-                if k < Self::first(i) {
-                    continue;
-                }
-                let scaled = self.forward[i][k] * reciprocal;
-                for j in 0..=i {
-                    if k >= Self::first(j) {
-                        seen[at(i, j)] = seen[at(i, j)].minus(scaled, self.forward[j][k]);
+    fn couple<const GRAVITY: bool>(&mut self, joint: &JointTerms<V::Scalar>, bushing: &Column<V>) {
+        let like = bushing[0].re;
+        seq!(K in 0..6 {
+            for i in first::<GRAVITY>(K)..DOF {
+                let mut entry = if i == K { bushing[K] } else { Complex::zero(like) };
+                if GRAVITY && i >= 3 {
+                    entry.re = entry.re - like.fill(joint.gravity_coupling[K][i - 3]);
+                    if K >= 3 {
+                        entry.re = entry.re + like.fill(joint.gravity_turns[K - 3][i - 3]);
                     }
                 }
+                for j in first::<GRAVITY>(K)..i {
+                    entry = entry.minus(self.factor.below(i, j), self.forward[K][j]);
+                }
+                self.forward[K][i] = entry;
             }
-        }
-        congruence(joint, seen);
+        });
     }
 
-    /// `(L⁻¹ B)ᵀ v`: what the bushing hands on to the link before, of a load with `v = D⁻¹ L⁻¹ p`.
+    /// `D⁻¹ L⁻¹ f` of a load on x, in place.
     #[inline(always)]
-    pub(super) fn handed_on(&self, v: &Column<V>) -> Column<V> {
-        let mut handed_on = [Complex::zero(v[0].re); DOF];
-        for i in 0..DOF {
-            let mut sum = handed_on[i];
-            for k in Self::first(i)..DOF {
-                sum = sum.plus(self.forward[i][k], v[k]);
+    pub(super) fn halfway(&self, load: &mut Column<V>) {
+        let columns = core::array::from_mut(load);
+        self.factor.forward(columns);
+        self.factor.scale(columns);
+    }
+
+    /// `f ← f + B Δ⁻¹ g`: what the bushing hands on of a load g on x, from [`Passage::halfway`].
+    #[inline(always)]
+    pub(super) fn hand_on<const GRAVITY: bool>(&self, halfway: &Column<V>, load: &mut Column<V>) {
+        seq!(I in 0..6 {
+            for k in first::<GRAVITY>(I)..DOF {
+                load[I] = load[I].plus(self.forward[I][k], halfway[k]);
             }
-            handed_on[i] = sum;
+        });
+    }
+
+    /// `x = Δ⁻¹ (Bᵀ η + f)` of four displacements η; a load f, from [`Passage::halfway`], has the last alone.
+    #[inline(always)]
+    pub(super) fn carry<const GRAVITY: bool>(
+        &self,
+        displacements: &[Column<V>; 4],
+        halfway: &Column<V>,
+        carried: &mut [Column<V>; 4],
+    ) {
+        seq!(I in 0..6 {
+            for column in 0..4 {
+                let mut sum = Complex::zero(halfway[0].re);
+                for k in 0..DOF {
+                    if first::<GRAVITY>(k) <= I {
+                        sum = sum.plus(self.forward[k][I], displacements[column][k]);
+                    }
+                }
+                carried[column][I] = sum;
+            }
+        });
+        self.factor.scale(carried);
+        for i in 0..DOF {
+            carried[3][i] = carried[3][i] + halfway[i];
         }
-        handed_on
+        self.factor.backward(carried);
     }
 }
 
-/// `Xᵀ f`: a load on this link as the link before feels it.
+/// First row of a column of Bᵀ that is not zero.
 #[inline(always)]
-pub(super) fn load_before<V: Lanes>(joint: &JointTerms<V::Scalar>, load: &Column<V>) -> Column<V> {
+const fn first<const GRAVITY: bool>(column: usize) -> usize {
+    if GRAVITY && column >= 3 { 3 } else { column }
+}
+
+/// k + s d.
+#[inline(always)]
+fn bushing<V: Lanes>(joint: &JointTerms<V::Scalar>, s: Complex<V>) -> Column<V> {
+    let mut bushing = [Complex::zero(s.re); DOF];
+    for i in 0..DOF {
+        let (stiffness, damping) = (s.re.fill(joint.stiffness[i]), s.re.fill(joint.damping[i]));
+        bushing[i] = Complex::new(s.re.mul_add(damping, stiffness), s.im * damping);
+    }
+    bushing
+}
+
+/// `Z ← b + s² I`: held by the bushing alone.
+#[inline(always)]
+pub(super) fn hold<V: Lanes, const GRAVITY: bool>(
+    joint: &JointTerms<V::Scalar>,
+    s: Complex<V>,
+    s2: Complex<V>,
+    stiffness: &mut Symmetric<V>,
+) {
+    for (entry, &inertia) in stiffness.iter_mut().zip(&joint.inertia) {
+        *entry = s2.scale(s.re.fill(inertia));
+    }
+    let bushing = bushing(joint, s);
+    for i in 0..DOF {
+        stiffness[at(i, i)] = stiffness[at(i, i)] + bushing[i];
+    }
+    if GRAVITY {
+        gravitate(joint, stiffness);
+    }
+}
+
+/// `Z ← Z + Γ`.
+#[inline(always)]
+fn gravitate<V: Lanes>(joint: &JointTerms<V::Scalar>, stiffness: &mut Symmetric<V>) {
+    for i in 0..3 {
+        for j in 0..=i {
+            let entry = &mut stiffness[at(3 + i, 3 + j)].re;
+            *entry = *entry + entry.fill(joint.gravity_turns[i][j]);
+        }
+    }
+}
+
+/// `Z ← Z − C − Cᵀ`.
+#[inline(always)]
+fn couple<V: Lanes>(joint: &JointTerms<V::Scalar>, stiffness: &mut Symmetric<V>) {
+    for j in 0..3 {
+        for i in 0..DOF {
+            let entry = &mut stiffness[at(i, 3 + j)].re;
+            let coupling = entry.fill(joint.gravity_coupling[i][j]);
+            // The symmetric sum has each off-diagonal entry of the turns twice.
+            *entry = *entry - if i == 3 + j { coupling + coupling } else { coupling };
+        }
+    }
+}
+
+/// `X⁻ᵀ f − g`: a load f on the link before as this bushing feels it, and −g on the bushing itself.
+#[inline(always)]
+pub(super) fn load_here<V: Lanes>(
+    joint: &JointTerms<V::Scalar>,
+    load: &Column<V>,
+    own: &Column<V>,
+    here: &mut Column<V>,
+) {
     let like = load[0].re;
-    let mut before = [Complex::zero(like); DOF];
-    for i in 0..3 {
+    seq!(I in 0..3 {
+        here[I] = -own[I];
+        here[3 + I] = -own[3 + I];
         for k in 0..3 {
-            before[i] = before[i].plus_real(load[k], like.fill(joint.rotate[k][i]));
-            before[3 + i] = before[3 + i]
-                .plus_real(load[k], like.fill(joint.lever[k][i]))
-                .plus_real(load[3 + k], like.fill(joint.turn[k][i]));
+            here[I] = here[I].plus_real(load[k], like.fill(joint.rotate[k][I]));
+            here[3 + I] = here[3 + I]
+                .plus_real(load[k], like.fill(joint.lever[k][I]))
+                .plus_real(load[3 + k], like.fill(joint.turn[k][I]));
         }
-    }
-    before
+    });
 }
 
-/// `X y`: a displacement of the link before, as it carries this joint along.
+/// `X⁻¹ x`: the displacement of the link before that carries this bushing by x.
 #[inline(always)]
-pub(super) fn carried<V: Lanes>(joint: &JointTerms<V::Scalar>, before: &Column<V>) -> Column<V> {
-    let like = before[0].re;
-    let mut carried = [Complex::zero(like); DOF];
-    for i in 0..3 {
+pub(super) fn before<V: Lanes>(
+    joint: &JointTerms<V::Scalar>,
+    carried: &Column<V>,
+    before: &mut Column<V>,
+) {
+    let like = carried[0].re;
+    *before = [Complex::zero(like); DOF];
+    seq!(I in 0..3 {
         for k in 0..3 {
-            carried[i] = carried[i]
-                .plus_real(before[k], like.fill(joint.rotate[i][k]))
-                .plus_real(before[3 + k], like.fill(joint.lever[i][k]));
-            carried[3 + i] = carried[3 + i].plus_real(before[3 + k], like.fill(joint.turn[i][k]));
+            before[I] = before[I]
+                .plus_real(carried[k], like.fill(joint.rotate[I][k]))
+                .plus_real(carried[3 + k], like.fill(joint.lever[I][k]));
+            before[3 + I] =
+                before[3 + I].plus_real(carried[3 + k], like.fill(joint.turn[I][k]));
         }
-    }
-    carried
+    });
 }
 
-/// `M ← Xᵀ M X`.
+/// `X⁻ᵀ M X⁻¹`.
 #[inline(always)]
-fn congruence<V: Lanes>(joint: &JointTerms<V::Scalar>, m: &mut Symmetric<V>) {
+fn congruence<V: Lanes>(
+    joint: &JointTerms<V::Scalar>,
+    m: &Symmetric<V>,
+    result: &mut Symmetric<V>,
+) {
     let like = m[0].re;
     let zero = Complex::zero(like);
-    // M X by its blocks: translation rows times both columns, turn rows times the turn column.
+    let rotate = |i: usize, j: usize| like.fill(joint.rotate[i][j]);
+    let lever = |i: usize, j: usize| like.fill(joint.lever[i][j]);
+    let turn = |i: usize, j: usize| like.fill(joint.turn[i][j]);
+    // M X⁻¹ by its blocks: translation rows times both columns, turn rows times the turn column.
     let (mut tt, mut tr, mut rr) = ([[zero; 3]; 3], [[zero; 3]; 3], [[zero; 3]; 3]);
-    for k in 0..3 {
+    seq!(I in 0..3 {
         for j in 0..3 {
-            let (rotate, lever, turn) = (
-                like.fill(joint.rotate[k][j]),
-                like.fill(joint.lever[k][j]),
-                like.fill(joint.turn[k][j]),
-            );
-            for i in 0..3 {
-                tt[i][j] = tt[i][j].plus_real(m[at(i, k)], rotate);
-                tr[i][j] = tr[i][j].plus_real(m[at(i, k)], lever).plus_real(m[at(i, 3 + k)], turn);
-                rr[i][j] =
-                    rr[i][j].plus_real(m[at(3 + i, k)], lever).plus_real(m[at(3 + i, 3 + k)], turn);
+            for k in 0..3 {
+                tt[I][j] = tt[I][j].plus_real(m[at(I, k)], rotate(k, j));
+                tr[I][j] = tr[I][j]
+                    .plus_real(m[at(I, k)], lever(k, j))
+                    .plus_real(m[at(I, 3 + k)], turn(k, j));
+                rr[I][j] = rr[I][j]
+                    .plus_real(m[at(3 + I, k)], lever(k, j))
+                    .plus_real(m[at(3 + I, 3 + k)], turn(k, j));
             }
         }
-    }
-    *m = [zero; PACKED];
-    for k in 0..3 {
-        for i in 0..3 {
-            let (rotate, lever, turn) = (
-                like.fill(joint.rotate[k][i]),
-                like.fill(joint.lever[k][i]),
-                like.fill(joint.turn[k][i]),
-            );
-            for j in 0..3 {
-                if j <= i {
-                    m[at(i, j)] = m[at(i, j)].plus_real(tt[k][j], rotate);
-                    m[at(3 + i, 3 + j)] =
-                        m[at(3 + i, 3 + j)].plus_real(tr[k][j], lever).plus_real(rr[k][j], turn);
+    });
+    seq!(I in 0..3 {
+        for j in 0..3 {
+            if j <= I {
+                let (mut translation, mut turning) = (zero, zero);
+                for k in 0..3 {
+                    translation = translation.plus_real(tt[k][j], rotate(k, I));
+                    turning =
+                        turning.plus_real(tr[k][j], lever(k, I)).plus_real(rr[k][j], turn(k, I));
                 }
-                m[at(3 + j, i)] = m[at(3 + j, i)].plus_real(tr[k][j], rotate);
+                result[at(I, j)] = translation;
+                result[at(3 + I, 3 + j)] = turning;
             }
+            let mut mixed = zero;
+            for k in 0..3 {
+                mixed = mixed.plus_real(tr[k][j], rotate(k, I));
+            }
+            result[at(3 + j, I)] = mixed;
         }
-    }
-}
-
-/// A real load in every lane.
-#[inline(always)]
-pub(super) fn real_column<V: Lanes>(like: V, load: &[V::Scalar; DOF]) -> Column<V> {
-    let mut column = [Complex::zero(like); DOF];
-    for i in 0..DOF {
-        column[i].re = like.fill(load[i]);
-    }
-    column
+    });
 }

@@ -1,5 +1,7 @@
 //! Complex symmetric 6×6 matrices in lanes, lower triangle packed by rows, and their `L D Lᵀ`.
 
+use seq_macro::seq;
+
 use super::complex::Complex;
 use super::lanes::Lanes;
 use crate::DOF;
@@ -18,7 +20,7 @@ pub const fn at(i: usize, j: usize) -> usize {
 
 /// `L D Lᵀ` of a symmetric matrix, without pivots: a sum of a passive mechanism's dynamic stiffnesses
 /// off its undamped poles has none that vanish.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Factor<V> {
     /// L below the diagonal (which is 1), 1/D on it.
     packed: Symmetric<V>,
@@ -37,56 +39,71 @@ impl<V: Lanes> Factor<V> {
         &mut self.packed
     }
 
-    /// Factorises in place.
+    /// Factorises in place, row by row.
     #[inline(always)]
     pub fn factorise(&mut self) {
         let packed = &mut self.packed;
-        for j in 0..DOF {
-            let reciprocal = packed[at(j, j)].reciprocal();
-            packed[at(j, j)] = reciprocal;
-            // Column j still holds L·D below row i.
-            for i in j + 1..DOF {
-                let entry = packed[at(i, j)] * reciprocal;
-                for k in j + 1..=i {
-                    packed[at(i, k)] = packed[at(i, k)].minus(entry, packed[at(k, j)]);
+        seq!(I in 0..6 {
+            // Row I of L·D, from left to right.
+            for j in 0..I {
+                let mut entry = packed[at(I, j)];
+                for k in 0..j {
+                    entry = entry.minus(packed[at(I, k)], packed[at(j, k)]);
                 }
+                packed[at(I, j)] = entry;
             }
-            for i in j + 1..DOF {
-                packed[at(i, j)] = packed[at(i, j)] * reciprocal;
+            let mut pivot = packed[at(I, I)];
+            for j in 0..I {
+                let scaled = packed[at(I, j)];
+                packed[at(I, j)] = scaled * packed[at(j, j)];
+                pivot = pivot.minus(scaled, packed[at(I, j)]);
             }
-        }
+            packed[at(I, I)] = pivot.reciprocal();
+        });
     }
 
-    /// `L⁻¹ x` where the entries of x before `first` are zero.
+    /// `L⁻¹ x` of each column x.
     #[inline(always)]
-    pub fn forward(&self, x: &mut [Complex<V>; DOF], first: usize) {
-        for i in first + 1..DOF {
-            let mut sum = x[i];
-            for j in first..i {
-                sum = sum.minus(self.packed[at(i, j)], x[j]);
+    pub fn forward<const N: usize>(&self, columns: &mut [[Complex<V>; DOF]; N]) {
+        seq!(I in 1..6 {
+            for x in columns.iter_mut() {
+                let mut sum = x[I];
+                for j in 0..I {
+                    sum = sum.minus(self.packed[at(I, j)], x[j]);
+                }
+                x[I] = sum;
             }
-            x[i] = sum;
-        }
+        });
     }
 
-    /// `D⁻¹ x`.
+    /// Entry (i, j < i) of L.
     #[inline(always)]
-    pub fn scale(&self, x: &mut [Complex<V>; DOF]) {
-        for i in 0..DOF {
-            x[i] = x[i] * self.packed[at(i, i)];
-        }
+    pub fn below(&self, i: usize, j: usize) -> Complex<V> {
+        self.packed[at(i, j)]
     }
 
-    /// `L⁻ᵀ x`.
+    /// `D⁻¹ x` of each column x.
     #[inline(always)]
-    pub fn backward(&self, x: &mut [Complex<V>; DOF]) {
-        for i in (0..DOF).rev() {
-            let mut sum = x[i];
-            for j in i + 1..DOF {
-                sum = sum.minus(self.packed[at(j, i)], x[j]);
+    pub fn scale<const N: usize>(&self, columns: &mut [[Complex<V>; DOF]; N]) {
+        seq!(I in 0..6 {
+            for x in columns.iter_mut() {
+                x[I] = x[I] * self.packed[at(I, I)];
             }
-            x[i] = sum;
-        }
+        });
+    }
+
+    /// `L⁻ᵀ x` of each column x.
+    #[inline(always)]
+    pub fn backward<const N: usize>(&self, columns: &mut [[Complex<V>; DOF]; N]) {
+        seq!(I in 1..6 {
+            for x in columns.iter_mut() {
+                let mut sum = x[5 - I];
+                for j in 6 - I..DOF {
+                    sum = sum.minus(self.packed[at(j, 5 - I)], x[j]);
+                }
+                x[5 - I] = sum;
+            }
+        });
     }
 
     /// 1/D, entry i.

@@ -1,7 +1,7 @@
 //! The linearised chain and its bushings in the precision of the recursion.
 
 use heapless::Vec;
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::lanes::Scalar;
 use super::symmetric::{PACKED, at};
@@ -9,9 +9,10 @@ use crate::chain::linearise::{LinearChain, LinearJoint};
 use crate::parameters::Bushing;
 use crate::{DOF, MAX_JOINTS};
 
-/// One joint as the recursion reads it; the meaning of each is [`LinearJoint`]'s.
+/// One joint as the recursion reads it; the meaning of the others is [`LinearJoint`]'s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct JointTerms<T> {
+    /// `X⁻¹ = [[rotate, lever], [0, turn]]` takes what this bushing is carried by to the link before.
     pub(crate) rotate: [[T; 3]; 3],
     pub(crate) lever: [[T; 3]; 3],
     pub(crate) turn: [[T; 3]; 3],
@@ -79,10 +80,13 @@ impl<T: Scalar> JointTerms<T> {
                 inertia[at(i, j)] = T::from_f64(joint.inertia[(i, j)]);
             }
         }
+        // The axes of the turns coincide only at a sag of a quarter turn.
+        let turn = joint.turn.try_inverse().unwrap_or_else(Matrix3::identity);
+        let rotate = joint.rotate.transpose();
         Self {
-            rotate: rows(&joint.rotate),
-            lever: rows(&joint.lever),
-            turn: rows(&joint.turn),
+            rotate: rows(&rotate),
+            lever: rows(&(-rotate * joint.lever * turn)),
+            turn: rows(&turn),
             inertia,
             gravity_turns: rows(&joint.gravity_turns),
             gravity_coupling: rows(&joint.gravity_coupling),

@@ -8,7 +8,7 @@ use super::whitening::Whitening;
 use crate::parameters::MAX_PARAMETERS;
 use crate::receptance::gradient::PerDof;
 use crate::receptance::lanes::{Kernel, Lanes, Precision, Scalar};
-use crate::receptance::{Complex, Response, Terms, response};
+use crate::receptance::{Complex, Response, Terms};
 use crate::spectrum::Experiment;
 use crate::{DOF, MAX_JOINTS};
 
@@ -67,9 +67,10 @@ impl<T: Scalar, const B: usize> Kernel<T> for Assembly<'_, T, B> {
         let seam = if with_parameters { experiment.seam } else { Seam::default() };
         let mut similarity = [0.0; 3];
         let mut rows = [[[0.0; COLUMNS]; 6]; MAX_WIDTH];
+        let mut response = Response::new(like);
         for first in (0..bins).step_by(V::WIDTH) {
             let batch = Batch::new(like, experiment, &seam, joints, first);
-            let response = response(terms, batch.s, &batch.force, &batch.seam);
+            response.evaluate(terms, batch.s, &batch.force, &batch.seam);
             write_seam(&mut rows, &response, &batch, joints);
             if with_parameters {
                 write_parameters(&mut rows, &response, terms, &batch, seam_columns);
@@ -210,11 +211,11 @@ fn write_parameters<V: Lanes>(
     batch: &Batch<V>,
     first: usize,
 ) {
-    for axis in 0..3 {
-        for joint in 0..terms.joints.len() {
-            for dof in 0..DOF {
-                let [stiffness, damping] = response.derivatives(terms, batch.s, joint, dof, axis);
-                let column = first + 2 * DOF * joint + dof;
+    for joint in 0..terms.joints.len() {
+        for dof in 0..DOF {
+            let derivatives = response.derivatives(terms, batch.s, joint, dof);
+            let column = first + 2 * DOF * joint + dof;
+            for (axis, [stiffness, damping]) in derivatives.into_iter().enumerate() {
                 write(rows, axis, column, stiffness);
                 write(rows, axis, column + DOF, damping);
             }

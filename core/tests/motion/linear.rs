@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use flexid_core::motion::EquationOfMotion;
 use flexid_core::motion::radau::Radau;
-use flexid_core::receptance::{Complex, Terms, receptance, response};
+use flexid_core::receptance::{Complex, Response, Terms, receptance};
 use flexid_core::spectrum::Accelerometer::{Inertial, Strapdown};
 use nalgebra::Vector3;
 
@@ -92,6 +92,7 @@ fn errors(
     let force: Vec<_> = force.iter().map(|&force| force.into()).collect();
     let seconds = SAMPLES as f64 / RATE;
     let mut powers = [[[0.0; 2]; 3]; QUANTITIES];
+    let mut response = Response::new(0.0);
     for bin in (8..820).step_by(7) {
         let s = Complex { re: WEIGHT / seconds, im: TAU * f64::from(bin) / seconds };
         let pushed = transform(&force, s);
@@ -99,8 +100,10 @@ fn errors(
         let moved = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
             .map(|row| row[0] * pushed[0] + row[1] * pushed[1] + row[2] * pushed[2]);
         let unjointed = [[Complex::default(); 6]; 7];
-        let [fixed, turning] = [&inertial, &strapdown]
-            .map(|terms| response(terms, s, &pushed, &unjointed).acceleration);
+        let [fixed, turning] = [&inertial, &strapdown].map(|terms| {
+            response.evaluate(terms, s, &pushed, &unjointed);
+            response.acceleration
+        });
         for (quantity, expected) in [moved, fixed, turning].into_iter().enumerate() {
             let found = transform(&seen[quantity], s);
             for axis in 0..3 {
