@@ -10,15 +10,19 @@
 //! on any machine.
 
 use fearless_simd::Level;
+use heapless::Vec;
 use rand_core::Rng;
 
 use crate::DOF;
+use crate::calibration::Nuisances;
 use crate::chain::Chain;
 use crate::loss::spectral;
 use crate::parameters::{Bounds, Bushings};
-use crate::refine::{Fit, Outcome, Problem, Refinement};
-use crate::search::{Search, Sensitivities, Strategy, Weighing};
+use crate::refine::{Agreement, Fit, Outcome, Problem, Refinement};
+use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
 use crate::spectrum::{Experiment, Measurement};
+use crate::unknowns::{Coordinates, MAX_NUISANCES, Nuisance, Sought};
+use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS};
 
 /// χ² per degree of freedom up to which noise explains the residuals. The noise itself is known from a few hundred
 /// quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
@@ -28,6 +32,8 @@ const CONSISTENT: f64 = 1.3;
 const CLEAR: f64 = 0.05;
 /// Two minima are the same if their sums of squares differ by less than this part.
 const SAME_MINIMUM: f64 = 1e-3;
+/// Excess of the retired records' sum of squares per unknown up to which they may agree with those that are kept.
+const AGREEING: f64 = 3.0;
 /// Searches that one change of the records may cost.
 const MAX_STARTS: u32 = 8;
 
@@ -71,6 +77,21 @@ pub struct Estimate {
     pub consistency: f64,
     /// How far to believe it.
     pub acceptance: Acceptance,
+    /// Residuals' whiteness, about N(0, 1); far above, the model or the colour of the noise is wrong.
+    pub whiteness: f64,
+    /// Covariance of the unknowns; [`Identifier::sought`] says which they are.
+    pub covariance: Covariance,
+    /// Combinations of unknowns that the data tell badly, the worst first.
+    pub weak_directions: Vec<Direction, MAX_DIRECTIONS>,
+    /// How well each experiment is foretold by the others, in their order; empty if there are no others.
+    pub held_out: Vec<Agreement, MAX_EXPERIMENTS>,
+    /// What was sought beside the parameters.
+    pub nuisances: Vec<Nuisance, MAX_NUISANCES>,
+    /// Records that are not kept any more, whose information is in the numbers.
+    pub retired: u64,
+    /// Retired records that had to be forgotten, since the newer ones contradict them: the robot has changed.
+    pub forgotten: u64,
+    coordinates: Coordinates,
 }
 
 /// How the work stands.
@@ -99,8 +120,9 @@ pub struct Identifier<R> {
     level: Level,
     generator: R,
     phase: Phase,
+    sought: Sought,
     search: Search,
-    refinement: Refinement<f64>,
+    refinement: Refinement,
     /// Searches since the records last changed.
     starts: u32,
     total_starts: u32,
@@ -109,11 +131,13 @@ pub struct Identifier<R> {
     /// The best minimum since the records last changed.
     best: Option<Minimum>,
     estimate: Option<Estimate>,
+    /// Retired records that had to be forgotten.
+    forgotten: u64,
 }
 
 #[derive(Clone, Debug)]
 struct Minimum {
-    bushings: Bushings,
+    coordinates: Coordinates,
     fit: Fit,
 }
 
@@ -127,7 +151,8 @@ impl<R: Rng> Identifier<R> {
         generator: R,
     ) -> Self {
         let search = Search::new(Strategy::default(), 2 * DOF * chain.joints().len());
-        let refinement = Refinement::new(&bounds.bushings(search.centre()));
+        let sought = Sought::new(chain.joints().len(), &Nuisances::default());
+        let refinement = Refinement::new(&sought, &bounds.bushings(search.centre()));
         Self {
             chain,
             bounds,
@@ -135,6 +160,7 @@ impl<R: Rng> Identifier<R> {
             level,
             generator,
             phase: Phase::Waiting,
+            sought,
             search,
             refinement,
             starts: 0,
@@ -143,7 +169,20 @@ impl<R: Rng> Identifier<R> {
             refine_iterations: 0,
             best: None,
             estimate: None,
+            forgotten: 0,
         }
+    }
+
+    /// Seeks something else than every parameter for itself: before the first record.
+    pub fn seeking(mut self, sought: Sought) -> Self {
+        self.refinement = Refinement::new(&sought, &self.bounds.bushings(self.search.centre()));
+        self.sought = sought;
+        self
+    }
+
+    /// What is sought.
+    pub fn sought(&self) -> &Sought {
+        &self.sought
     }
 
     /// Takes notice of a changed set of experiments: goes on from where it stands, with a new budget.
@@ -158,14 +197,34 @@ impl<R: Rng> Identifier<R> {
             (Phase::Waiting, _) | (Phase::Settled, None) => self.start_search(experiments),
             (Phase::Searching, _) => self.search.renew(self.weighing(experiments)),
             (Phase::Refining, _) => {
-                let joints = self.chain.joints().len();
-                self.refinement.restart(&self.refinement.bushings(joints));
+                let standing = *self.refinement.coordinates();
+                self.refinement.restart_at(&standing);
             }
             (Phase::Settled, Some(estimate)) => {
-                self.refinement.restart(&estimate.bushings);
+                self.refinement.restart_at(&estimate.coordinates);
                 self.phase = Phase::Refining;
             }
         }
+    }
+
+    /// Folds an experiment that will not be kept into what is known, if the estimate that rests on it can be believed; whether
+    /// it has. Before the [`Identifier::renew`] that tells of its going.
+    pub fn retire<const B: usize>(&mut self, experiment: &mut Experiment<B>) -> bool {
+        let believed = |estimate: &&Estimate| estimate.acceptance == Acceptance::Consistent;
+        let settled = self.phase == Phase::Settled;
+        let Some(estimate) = self.estimate.as_ref().filter(believed).filter(|_| settled) else {
+            return false;
+        };
+        self.refinement.restart_at(&estimate.coordinates);
+        let problem = Problem {
+            chain: &self.chain,
+            measurement: &self.measurement,
+            bounds: &self.bounds,
+            sought: &self.sought,
+            level: self.level,
+        };
+        self.refinement.retire(&problem, experiment);
+        true
     }
 
     /// One sample of the search, or one step of the refinement. Call with the experiments that [`Identifier::renew`]
@@ -174,11 +233,13 @@ impl<R: Rng> Identifier<R> {
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
             Phase::Searching => {
-                let guess = self.bounds.bushings(self.search.ask(&mut self.generator));
+                let mut guess = self.bounds.bushings(self.search.ask(&mut self.generator));
+                self.sought.impose(&mut guess);
                 self.search.tell(&spectral::losses(experiments, &guess, self.level));
                 self.search_evaluations += 1;
                 if self.search.finished() {
-                    self.refinement.restart(&self.bounds.bushings(self.search.centre()));
+                    let found = self.bounds.bushings(self.search.centre());
+                    self.refinement.restart(&self.sought, &found);
                     self.phase = Phase::Refining;
                 }
             }
@@ -188,6 +249,7 @@ impl<R: Rng> Identifier<R> {
                     chain: &self.chain,
                     measurement: &self.measurement,
                     bounds: &self.bounds,
+                    sought: &self.sought,
                     level: self.level,
                 };
                 let outcome = self.refinement.step(&problem, experiments);
@@ -238,11 +300,18 @@ impl<R: Rng> Identifier<R> {
     }
 
     /// Accepts what a refinement has come to, or searches again.
-    fn judge<const B: usize>(&mut self, fit: Fit, converged: bool, experiments: &[Experiment<B>]) {
-        let bushings = self.refinement.bushings(self.chain.joints().len());
-        let found = Minimum { bushings, fit };
+    fn judge<const B: usize>(
+        &mut self,
+        fit: Fit,
+        converged: bool,
+        experiments: &mut [Experiment<B>],
+    ) {
+        let found = Minimum { coordinates: *self.refinement.coordinates(), fit };
+        if converged && self.reconsiders(&found) {
+            return;
+        }
         if converged && found.is_beyond_doubt() {
-            return self.settle(found, Acceptance::Consistent);
+            return self.settle(&found, Acceptance::Consistent, experiments);
         }
         let again = converged && self.best.as_ref().is_some_and(|best| found.is_as_good_as(best));
         let best = match self.best.take() {
@@ -250,20 +319,67 @@ impl<R: Rng> Identifier<R> {
             _ => found,
         };
         if again {
-            let consistent = (0.0..=CONSISTENT).contains(&best.consistency());
-            let acceptance =
-                if consistent { Acceptance::Consistent } else { Acceptance::ModelSuspect };
-            self.settle(best, acceptance);
+            let acceptance = if best.is_consistent() {
+                Acceptance::Consistent
+            } else {
+                Acceptance::ModelSuspect
+            };
+            self.settle(&best, acceptance, experiments);
         } else if self.starts >= MAX_STARTS {
-            self.settle(best, Acceptance::Unsettled);
+            self.settle(&best, Acceptance::Unsettled, experiments);
         } else {
             self.best = Some(best);
             self.start_search(experiments);
         }
     }
 
-    fn settle(&mut self, minimum: Minimum, acceptance: Acceptance) {
-        self.estimate = Some(minimum.estimate(&self.bounds, acceptance));
+    /// Where retired records and those that are kept cannot both be right, those that are kept are tried alone; whether
+    /// this is what comes next. What is retired is forgotten only if they do better without.
+    fn reconsiders(&mut self, found: &Minimum) -> bool {
+        let refinement = &mut self.refinement;
+        if refinement.retired() > 0 && !(found.is_consistent() && found.agrees()) {
+            refinement.shelve(&self.sought);
+            refinement.restart_at(&found.coordinates);
+            return true;
+        }
+        self.forgotten += refinement.unshelve(!found.is_consistent());
+        false
+    }
+
+    fn settle<const B: usize>(
+        &mut self,
+        minimum: &Minimum,
+        acceptance: Acceptance,
+        experiments: &mut [Experiment<B>],
+    ) {
+        let Self { chain, measurement, bounds, sought, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, level: self.level };
+        refinement.restart_at(&minimum.coordinates);
+        let fit = refinement.fit(&problem, experiments);
+        let weak_directions = refinement.weak_directions();
+        let mut held_out = Vec::new();
+        if experiments.len() > 1 {
+            for experiment in experiments.iter_mut().take(MAX_EXPERIMENTS) {
+                let _ = held_out.push(refinement.hold_out(&problem, experiment));
+            }
+        }
+        let bushings = refinement.bushings(sought);
+        self.estimate = Some(Estimate {
+            standard_deviations: within(bounds, &bushings, &fit),
+            bushings,
+            ssp_median: fit.ssp[0],
+            ssp_max: fit.ssp[1],
+            consistency: fit.sum_of_squares / fit.degrees_of_freedom.max(1.0),
+            acceptance,
+            whiteness: fit.whiteness,
+            weak_directions,
+            held_out,
+            nuisances: sought.found(&minimum.coordinates, &fit.covariance),
+            covariance: fit.covariance,
+            retired: refinement.retired(),
+            forgotten: self.forgotten,
+            coordinates: minimum.coordinates,
+        });
         self.best = None;
         self.phase = Phase::Settled;
     }
@@ -273,13 +389,14 @@ impl<R: Rng> Identifier<R> {
 const TYPICAL_ITERATIONS: f32 = 12.0;
 
 impl Minimum {
-    fn consistency(&self) -> f64 {
-        self.fit.sum_of_squares / self.fit.degrees_of_freedom.max(1.0)
+    fn is_consistent(&self) -> bool {
+        (0.0..=CONSISTENT)
+            .contains(&(self.fit.sum_of_squares / self.fit.degrees_of_freedom.max(1.0)))
     }
 
     /// Noise explains the residuals, and is too small to hide a wrong basin.
     fn is_beyond_doubt(&self) -> bool {
-        (0.0..=CONSISTENT).contains(&self.consistency()) && self.fit.ssp[0] <= CLEAR
+        self.is_consistent() && self.fit.ssp[0] <= CLEAR
     }
 
     fn is_as_good_as(&self, best: &Self) -> bool {
@@ -287,28 +404,26 @@ impl Minimum {
         (found - best).abs() <= SAME_MINIMUM * best
     }
 
-    /// A parameter that lies on a bound has no standard deviation: the data push it further than they may.
-    fn estimate(self, bounds: &Bounds, acceptance: Acceptance) -> Estimate {
-        let consistency = self.consistency();
-        let mut standard_deviations = self.bushings.clone();
-        for (joint, bushing) in standard_deviations.iter_mut().enumerate() {
-            let ranges = bounds.stiffness.iter().chain(&bounds.damping);
-            let values = bushing.stiffness.iter_mut().chain(&mut bushing.damping);
-            for (index, (value, &[lower, upper])) in values.zip(ranges).enumerate() {
-                let inside = *value > lower * (1.0 + ON_BOUND) && *value < upper * (1.0 - ON_BOUND);
-                let relative = self.fit.deviations[2 * crate::DOF * joint + index];
-                *value = if inside { *value * relative } else { f64::INFINITY };
-            }
-        }
-        Estimate {
-            bushings: self.bushings,
-            standard_deviations,
-            ssp_median: self.fit.ssp[0],
-            ssp_max: self.fit.ssp[1],
-            consistency,
-            acceptance,
+    /// Whether retired records do not contradict it.
+    fn agrees(&self) -> bool {
+        self.fit.disagreement <= AGREEING
+    }
+}
+
+/// Standard deviations in the parameters' units. One that lies on a bound has none: the data push it further than it may.
+fn within(bounds: &Bounds, bushings: &Bushings, fit: &Fit) -> Bushings {
+    let mut deviations = bushings.clone();
+    for (joint, bushing) in deviations.iter_mut().enumerate() {
+        let ranges = bounds.stiffness.iter().chain(&bounds.damping);
+        let values = bushing.stiffness.iter_mut().chain(&mut bushing.damping);
+        for (index, (value, &[lower, upper])) in values.zip(ranges).enumerate() {
+            let inside = *value > lower * (1.0 + ON_BOUND) && *value < upper * (1.0 - ON_BOUND);
+            let relative = fit.deviations[2 * DOF * joint + index];
+            // A parameter that is fixed may lie anywhere.
+            *value = if inside || relative == 0.0 { *value * relative } else { f64::INFINITY };
         }
     }
+    deviations
 }
 
 /// Relative distance from a bound that counts as on it.

@@ -11,6 +11,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod calibration;
 pub mod chain;
 pub mod identify;
 pub mod loss;
@@ -21,6 +22,8 @@ pub mod refine;
 pub mod search;
 pub mod spectrum;
 pub mod stream;
+pub mod unknowns;
+pub mod verdict;
 
 /// Most joints a chain may have.
 pub const MAX_JOINTS: usize = 7;

@@ -3,6 +3,7 @@
 mod common;
 
 use common::{Dense, Random};
+use flexid_core::calibration::Calibration;
 use flexid_core::chain::linearise::LinearChain;
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::gradient::PerDof;
@@ -125,6 +126,65 @@ proptest! {
                 let gap = full[a][b] - full[b][a];
                 prop_assert!(gap.re.hypot(gap.im) < 1e-12 * size);
             }
+        }
+    }
+
+    /// Derivatives in the links' masses, against central differences of a chain that weighs more and less.
+    #[test]
+    fn mass_derivatives_equal_finite_differences(seed in 0_u64..10_000, joints in 1_usize..=7) {
+        let mut random = Random::new(seed);
+        let (chain, pose) = (random.chain(joints), random.pose(joints));
+        let bushings = random.bushings(joints);
+        let s = Complex { re: 0.0, im: random.uniform(10.0, 1300.0) };
+        let mut complex = |size: f64| Complex { re: random.uniform(-size, size), im: random.uniform(-size, size) };
+        let force: [Complex<f64>; 3] = std::array::from_fn(|_| complex(100.0));
+        let seam: PerDof<f64> = std::array::from_fn(|_| std::array::from_fn(|_| complex(50.0)));
+        let calibration = Calibration { delay: 2e-3, misalignment: [0.1, -0.2, 0.3], ..Calibration::default() };
+        let at = |scale: &[f64]| {
+            let linear = chain.weighing(scale).linearise(&pose, Vector3::zeros(), &bushings);
+            let terms = Terms::calibrated(&linear, &bushings, false, &calibration).with_masses();
+            respond(&terms, s, &force, &seam)
+        };
+        let here = at(&vec![1.0; joints]);
+        let size = here.acceleration.iter().map(|a| a.re.hypot(a.im)).fold(0.0, f64::max);
+        for link in 0..joints {
+            let with = |logarithm: f64| {
+                let mut scale = vec![1.0; joints];
+                scale[link] = logarithm.exp();
+                at(&scale).acceleration
+            };
+            let (up, down) = (with(1e-5), with(-1e-5));
+            for axis in 0..3 {
+                let gap = here.per_mass[axis][link] - (up[axis] - down[axis]).scale(0.5e5);
+                let ours = here.per_mass[axis][link];
+                prop_assert!(gap.re.hypot(gap.im) < 1e-5 * (size + ours.re.hypot(ours.im)), "{link} {axis}");
+            }
+        }
+    }
+
+    /// A delayed, turned and amplified reading is the ideal one, delayed, turned and amplified.
+    #[test]
+    fn calibration_acts_on_the_reading(seed in 0_u64..10_000, delay in -5e-3_f64..5e-3) {
+        let case = case(seed, 3, EARTH);
+        let mut random = Random::new(seed ^ 0xca1);
+        let turn: [f64; 3] = std::array::from_fn(|_| random.uniform(-0.3, 0.3));
+        let gain: [f64; 3] = std::array::from_fn(|_| random.uniform(0.5, 2.0));
+        let calibration = Calibration { delay, misalignment: turn, acceleration_gain: gain, ..Calibration::default() };
+        let force = [Complex { re: 3.0, im: 1.0 }; 3];
+        let none = [[Complex::default(); 6]; 7];
+        let ideal = respond(&Terms::new(&case.linear, &case.bushings, true), case.s, &force, &none).acceleration;
+        let terms = Terms::calibrated(&case.linear, &case.bushings, true, &calibration);
+        let real = respond(&terms, case.s, &force, &none).acceleration;
+        let back = nalgebra::Rotation3::new(turn.into()).inverse();
+        let s = nalgebra::Complex::new(case.s.re, case.s.im);
+        let size = ideal.iter().map(|a| a.re.hypot(a.im)).fold(0.0, f64::max);
+        for axis in 0..3 {
+            let turned: nalgebra::Complex<f64> = (0..3)
+                .map(|k| nalgebra::Complex::new(ideal[k].re, ideal[k].im) * back.matrix()[(axis, k)])
+                .sum();
+            let expected = turned * gain[axis] * (-s * delay).exp();
+            let gap = nalgebra::Complex::new(real[axis].re, real[axis].im) - expected;
+            prop_assert!(gap.norm() < 1e-11 * size, "{axis}: {gap}");
         }
     }
 

@@ -5,11 +5,12 @@ mod common;
 use common::milling::{Conditions, SAMPLES, cut, experiments, record};
 use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use fearless_simd::Level;
+use flexid_core::calibration::Nuisances;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::parameters::Bushings;
-use flexid_core::receptance::lanes::Precision;
 use flexid_core::refine::{Fit, Outcome, Problem, Refinement};
 use flexid_core::spectrum::{Accelerometer, Experiment, Measurement};
+use flexid_core::unknowns::Sought;
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
 /// The truth, every parameter off by 5 %, either way.
@@ -23,26 +24,28 @@ fn nearby(truth: &Bushings, random: &mut Random) -> Bushings {
     guess
 }
 
-fn refine<T: Precision>(
+fn refine(
     guess: &Bushings,
     measurement: &Measurement,
     experiments: &mut [Experiment<BINS>],
 ) -> (Bushings, Fit, u32) {
-    refine_chain::<T>(&mill3(), guess, measurement, experiments)
+    refine_chain(&mill3(), guess, measurement, experiments)
 }
 
-fn refine_chain<T: Precision>(
+fn refine_chain(
     chain: &Chain,
     guess: &Bushings,
     measurement: &Measurement,
     experiments: &mut [Experiment<BINS>],
 ) -> (Bushings, Fit, u32) {
     let bounds = bounds();
-    let problem = Problem { chain, measurement, bounds: &bounds, level: Level::new() };
-    let mut refinement = Box::new(Refinement::<T>::new(guess));
+    let sought = Sought::new(guess.len(), &Nuisances::default());
+    let problem =
+        Problem { chain, measurement, bounds: &bounds, sought: &sought, level: Level::new() };
+    let mut refinement = Box::new(Refinement::new(&sought, guess));
     while refinement.step(&problem, experiments) == Outcome::Improving {}
     let fit = refinement.fit(&problem, experiments);
-    (refinement.bushings(guess.len()), fit, refinement.iterations())
+    (refinement.bushings(&sought), fit, refinement.iterations())
 }
 
 /// Errors of the logarithms in standard deviations.
@@ -70,21 +73,9 @@ fn reaches_the_noise_limit_from_rest() {
     let truth = random.bushings(3);
     let mut experiments = experiments(&truth, &mut random);
     let guess = nearby(&truth, &mut random);
-    let (found, fit, iterations) = refine::<f64>(&guess, &MEASUREMENT, &mut experiments);
+    let (found, fit, iterations) = refine(&guess, &MEASUREMENT, &mut experiments);
     assert!(iterations <= 10, "{iterations}");
     assert_at_the_noise_limit(&found, &truth, &fit);
-}
-
-#[test]
-fn single_precision_recursion_finds_the_same() {
-    let mut random = Random::new(1);
-    let truth = random.bushings(3);
-    let mut experiments = experiments(&truth, &mut random);
-    let guess = nearby(&truth, &mut random);
-    let (double, fit, _) = refine::<f64>(&guess, &MEASUREMENT, &mut experiments);
-    let (single, _, _) = refine::<f32>(&guess, &MEASUREMENT, &mut experiments);
-    let apart = scores(&single, &double, &fit);
-    assert!(apart.iter().all(|z| z.abs() < 0.1), "{apart:.3?}");
 }
 
 /// Ten robots, records cut out in mid-milling: the robot rings at both ends.
@@ -106,7 +97,7 @@ fn the_seam_mends_records_cut_out_of_the_milling() {
             })
             .collect();
         let guess = nearby(&truth, &mut random);
-        let (found, fit, _) = refine::<f64>(&guess, &MEASUREMENT, &mut experiments);
+        let (found, fit, _) = refine(&guess, &MEASUREMENT, &mut experiments);
         assert_at_the_noise_limit(&found, &truth, &fit);
     }
 }
@@ -128,8 +119,7 @@ fn reaches_the_noise_limit_with_any_number_of_joints() {
                 Experiment::new(&chain, &MEASUREMENT, &record, &mut buffer).expect("a good record")
             })
             .collect();
-        let (found, fit, iterations) =
-            refine_chain::<f64>(&chain, &truth, &MEASUREMENT, &mut experiments);
+        let (found, fit, iterations) = refine_chain(&chain, &truth, &MEASUREMENT, &mut experiments);
         assert!(iterations <= 12, "{joints} joints: {iterations} iterations");
         let consistency = fit.sum_of_squares / fit.degrees_of_freedom;
         assert!((consistency - 1.0).abs() < 0.05, "{joints} joints: {consistency}");
@@ -162,11 +152,11 @@ fn gravity_leaves_no_bias() {
         })
         .collect();
     let guess = nearby(&truth, &mut random);
-    let (found, fit, _) = refine::<f64>(&guess, &measurement, &mut experiments);
+    let (found, fit, _) = refine(&guess, &measurement, &mut experiments);
     assert_at_the_noise_limit(&found, &truth, &fit);
     // The proof can fail: without gravity in the model many parameters are far off.
     let ignorant = Measurement { accelerometer: Accelerometer::Inertial, ..MEASUREMENT };
-    let (found, fit, _) = refine::<f64>(&guess, &ignorant, &mut experiments);
+    let (found, fit, _) = refine(&guess, &ignorant, &mut experiments);
     let scores = scores(&found, &truth, &fit);
     assert!(scores.iter().filter(|z| z.abs() > 2.0).count() >= 8, "{scores:.1?}");
 }
@@ -194,9 +184,15 @@ fn what_no_force_excites_has_no_confident_deviation() {
     let mut buffer = [0.0; SAMPLES];
     let experiment: Experiment<BINS> =
         Experiment::new(&chain, &MEASUREMENT, &record, &mut buffer).expect("a good record");
-    let problem =
-        Problem { chain: &chain, measurement: &MEASUREMENT, bounds: &bounds, level: Level::new() };
-    let mut refinement = Box::new(Refinement::<f64>::new(&truth));
+    let sought = Sought::new(1, &Nuisances::default());
+    let problem = Problem {
+        chain: &chain,
+        measurement: &MEASUREMENT,
+        bounds: &bounds,
+        sought: &sought,
+        level: Level::new(),
+    };
+    let mut refinement = Box::new(Refinement::new(&sought, &truth));
     let fit = refinement.fit(&problem, &mut [experiment]);
     let (stiffness, damping) = fit.deviations[..12].split_at(6);
     assert!(stiffness[..5].iter().all(|deviation| *deviation < 0.01), "{stiffness:?}");

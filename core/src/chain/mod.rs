@@ -95,6 +95,16 @@ impl Chain {
         &self.joints
     }
 
+    /// The same chain with each link's mass and inertia times `scale`, base first: positive.
+    pub fn weighing(&self, scale: &[f64]) -> Self {
+        let mut chain = self.clone();
+        for (joint, &scale) in chain.joints.iter_mut().zip(scale) {
+            joint.link.mass *= scale;
+            joint.link.inertia *= scale;
+        }
+        chain
+    }
+
     /// Pose of the TCP in the last joint's frame.
     pub fn tcp(&self) -> &Isometry3<f64> {
         &self.tcp

@@ -8,8 +8,8 @@ use crate::parameters::Bushings;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Terms, receptance};
 use crate::search::{MAX_EXPERIMENTS, MAX_LOSSES};
-use crate::spectrum::Experiment;
 use crate::spectrum::search::SearchSpectra;
+use crate::spectrum::{Experiment, Spectrum};
 
 /// [`ssp`] of every experiment, one after the other; those beyond [`MAX_EXPERIMENTS`] do not count.
 pub fn losses<const B: usize>(
@@ -23,55 +23,74 @@ pub fn losses<const B: usize>(
 
 /// Surface similarity parameter of measured and modelled motion along each TCP axis, mean over the bins; the
 /// same for displacement as for acceleration, since `s²` cancels.
-pub fn ssp<const B: usize>(
-    spectra: &SearchSpectra<B>,
+pub fn ssp<'a, const B: usize>(
+    spectra: &'a SearchSpectra<B>,
     bushings: &Bushings,
     level: Level,
 ) -> [f32; 3] {
     let mut terms = spectra.terms.clone();
     terms.set_bushings(bushings);
-    f32::dispatch(level, Ssp { spectra, terms: &terms })
+    let parts = |spectrum: &'a Spectrum<B>| {
+        core::array::from_fn(|axis| [&spectrum.re[axis][..], &spectrum.im[axis][..]])
+    };
+    Ssp {
+        terms: &terms,
+        alpha: spectra.alpha,
+        omega: &spectra.omega,
+        bins: spectra.bins,
+        force: parts(&spectra.force),
+        acceleration: parts(&spectra.acceleration),
+    }
+    .of(level)
 }
 
-struct Ssp<'a, const B: usize> {
-    spectra: &'a SearchSpectra<B>,
+/// Spectra as slices, so that there is one kernel for all capacities.
+struct Ssp<'a> {
     terms: &'a Terms<f32>,
+    alpha: f32,
+    omega: &'a [f32],
+    /// Bins that are not filling.
+    bins: usize,
+    /// Per axis real and imaginary parts.
+    force: [[&'a [f32]; 2]; 3],
+    acceleration: [[&'a [f32]; 2]; 3],
 }
 
-impl<const B: usize> Kernel<f32> for Ssp<'_, B> {
+impl Ssp<'_> {
+    fn of(self, level: Level) -> [f32; 3] {
+        f32::dispatch(level, self)
+    }
+}
+
+impl Kernel<f32> for Ssp<'_> {
     type Output = [f32; 3];
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f32>>(self, like: V) -> [f32; 3] {
-        let Self { spectra, terms } = self;
-        let at = |values: &Vec<f32, B>, first: usize| like.load(&values[first..]);
+        let Self { terms, alpha, omega, bins, force, acceleration } = self;
+        let at = |[re, im]: [&[f32]; 2], first: usize| {
+            Complex::new(like.load(&re[first..]), like.load(&im[first..]))
+        };
+        let square = |z: Complex<V>| z.re.mul_add(z.re, z.im * z.im);
         let mut sums = [like.fill(0.0); 3];
-        for first in (0..spectra.omega.len()).step_by(V::WIDTH) {
-            let s = Complex::new(like.fill(spectra.alpha), at(&spectra.omega, first));
+        for first in (0..omega.len()).step_by(V::WIDTH) {
+            let s = Complex::new(like.fill(alpha), like.load(&omega[first..]));
             let [xx, yx, yy, zx, zy, zz] = receptance(terms, s);
             let s2 = s * s;
-            let force: [Complex<V>; 3] = core::array::from_fn(|axis| {
-                let force = &spectra.force;
-                Complex::new(at(&force.re[axis], first), at(&force.im[axis], first)) * s2
-            });
+            let pushed =
+                [at(force[0], first) * s2, at(force[1], first) * s2, at(force[2], first) * s2];
             for (axis, row) in [[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]].iter().enumerate() {
-                let model = (row[0] * force[0]).plus(row[1], force[1]).plus(row[2], force[2]);
-                let acceleration = &spectra.acceleration;
-                let measured = Complex::new(
-                    at(&acceleration.re[axis], first),
-                    at(&acceleration.im[axis], first),
-                );
-                let gap = measured - model;
-                let square = |z: Complex<V>| z.re.mul_add(z.re, z.im * z.im);
+                let model = (row[0] * pushed[0]).plus(row[1], pushed[1]).plus(row[2], pushed[2]);
+                let measured = at(acceleration[axis], first);
                 // Filling bins are silent on both sides: 0 / tiny.
                 let size = square(measured) + square(model) + like.fill(f32::MIN_POSITIVE);
-                sums[axis] = sums[axis] + square(gap) / size;
+                sums[axis] = sums[axis] + square(measured - model) / size;
             }
         }
         sums.map(|sum| {
             let mut lanes = [0.0; 16];
             sum.store(&mut lanes);
-            lanes.iter().sum::<f32>() / spectra.bins as f32
+            lanes.iter().sum::<f32>() / bins as f32
         })
     }
 }

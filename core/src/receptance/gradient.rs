@@ -10,8 +10,8 @@
 use super::complex::Complex;
 use super::lanes::{Lanes, Scalar};
 use super::recursion::{Column, Passage, before, hold, load_here};
-use super::symmetric::Factor;
-use super::terms::Terms;
+use super::symmetric::{Factor, at};
+use super::terms::{JointTerms, Terms};
 use crate::{DOF, MAX_JOINTS};
 
 /// One value per degree of freedom, joint by joint.
@@ -28,6 +28,9 @@ pub struct Response<V> {
     pub per_load: [PerDof<V>; 3],
     /// q: elongations in this record, m and rad (times seconds).
     pub elongation: PerDof<V>,
+    /// `∂A/∂ln m`: reading along `[axis]` by the mass and inertia of link `[j]`, where the terms want it; of the share that
+    /// gravity's stiffness has in it (below a hundredth above 5 Hz) nothing.
+    pub per_mass: [[Complex<V>; MAX_JOINTS]; 3],
     /// The bushings as the way out has passed them, from the second on, and what the seam loads them with.
     passages: [Passage<V>; MAX_JOINTS],
     halfway: PerDof<V>,
@@ -44,6 +47,7 @@ impl<V: Lanes> Response<V> {
             accelerance: [[zero; 3]; 3],
             per_load: [per_dof; 3],
             elongation: per_dof,
+            per_mass: [[zero; MAX_JOINTS]; 3],
             passages: [Passage::new(like); MAX_JOINTS],
             halfway: per_dof,
         }
@@ -106,6 +110,16 @@ impl<V: Lanes> Response<V> {
                 self.per_load[axis][index] = moved[axis];
             }
             self.elongation[index] = moved[3];
+            if terms.masses {
+                let inert = weigh(joint, s * s, &moved[3]);
+                for axis in 0..3 {
+                    self.per_mass[axis][index] = Complex::zero(s.re);
+                    for i in 0..DOF {
+                        let derivative = &mut self.per_mass[axis][index];
+                        *derivative = derivative.minus(moved[axis][i], inert[i]);
+                    }
+                }
+            }
             if index > 0 {
                 self.passages[index].carry::<GRAVITY>(&moved, &self.halfway[index], &mut carried);
                 for i in 0..DOF {
@@ -173,19 +187,45 @@ impl<V: Lanes> Response<V> {
     }
 }
 
-/// What the accelerometer reads of a displacement of the last link, per axis: `s²` along it, and how gravity tilts.
+/// What the accelerometer reads of a displacement of the last link, per axis: `s²` along it, and how gravity tilts it, later
+/// by the delay.
 #[inline(always)]
 fn readings<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Column<V>; 3] {
     let s2 = s * s;
+    let delayed = terms.delay.to_f64() != 0.0;
+    let mut lag = s;
+    if delayed {
+        lag = (-s.scale(s.re.fill(terms.delay))).exponential();
+    }
     let mut readings = [[s2; DOF]; 3];
     for axis in 0..3 {
         for i in 0..DOF {
             let reading = &mut readings[axis][i];
-            *reading = reading.scale(s.re.fill(terms.force[axis][i]));
+            *reading = reading.scale(s.re.fill(terms.reading[axis][i]));
             if terms.strapdown {
                 reading.re = reading.re + s.re.fill(terms.tilt[axis][i]);
+            }
+            if delayed {
+                *reading = *reading * lag;
             }
         }
     }
     readings
+}
+
+/// `s² I y`.
+#[inline(always)]
+fn weigh<V: Lanes>(
+    joint: &JointTerms<V::Scalar>,
+    s2: Complex<V>,
+    displacement: &Column<V>,
+) -> Column<V> {
+    let mut inert = [Complex::zero(s2.re); DOF];
+    for i in 0..DOF {
+        for j in 0..DOF {
+            inert[i] = inert[i].plus_real(displacement[j], s2.re.fill(joint.inertia[at(i, j)]));
+        }
+        inert[i] = inert[i] * s2;
+    }
+    inert
 }

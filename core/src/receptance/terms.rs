@@ -1,10 +1,11 @@
 //! The linearised chain and its bushings in the precision of the recursion.
 
 use heapless::Vec;
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
 use super::lanes::Scalar;
 use super::symmetric::{PACKED, at};
+use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearJoint};
 use crate::parameters::Bushing;
 use crate::{DOF, MAX_JOINTS};
@@ -30,37 +31,67 @@ pub struct Terms<T> {
     pub(crate) joints: Vec<JointTerms<T>, MAX_JOINTS>,
     /// Loads of unit forces at the TCP, one per axis.
     pub(crate) force: [[T; DOF]; 3],
+    /// Loads whose displacements are what the accelerometer reads along each of its axes.
+    pub(crate) reading: [[T; DOF]; 3],
     /// Loads whose elongations tell how the sensor's axis turns in gravity; zero when it does not.
     pub(crate) tilt: [[T; DOF]; 3],
     /// Whether gravity's stiffness enters.
     pub(crate) gravity: bool,
     /// Whether the accelerometer feels gravity as it turns.
     pub(crate) strapdown: bool,
+    /// By how much the acceleration comes later than the force, s.
+    pub(crate) delay: T,
+    /// Whether derivatives in the links' masses are wanted.
+    pub(crate) masses: bool,
 }
 
 impl<T: Scalar> Terms<T> {
     /// Of a linearised chain with one bushing per joint, base first. A `strapdown` accelerometer turns
     /// with the TCP and feels gravity: it reads `a + θ × g`, its reading at rest removed.
     pub fn new(chain: &LinearChain, bushings: &[Bushing], strapdown: bool) -> Self {
+        Self::calibrated(chain, bushings, strapdown, &Calibration::default())
+    }
+
+    /// The same, read by an accelerometer with this delay, misalignment and gain. Masses are the chain's, and force gains
+    /// the force's own.
+    pub fn calibrated(
+        chain: &LinearChain,
+        bushings: &[Bushing],
+        strapdown: bool,
+        calibration: &Calibration,
+    ) -> Self {
         debug_assert_eq!(chain.joints.len(), bushings.len());
         let mut joints = Vec::new();
         for (joint, bushing) in chain.joints.iter().zip(bushings) {
             let _ = joints.push(JointTerms::new(joint, bushing));
         }
+        let strapdown = strapdown && chain.gravity_at_tip != Vector3::zeros();
+        let axes = Rotation3::new(calibration.misalignment.into());
+        let mut reading = SMatrix::<f64, 6, 3>::zeros();
         let mut tilt = SMatrix::<f64, 6, 3>::zeros();
-        if strapdown {
-            for axis in 0..3 {
-                let torque = chain.gravity_at_tip.cross(&Vector3::ith(axis, 1.0));
+        for axis in 0..3 {
+            let direction = axes.matrix().column(axis) * calibration.acceleration_gain[axis];
+            reading.set_column(axis, &(chain.tip_force * direction));
+            if strapdown {
+                let torque = chain.gravity_at_tip.cross(&direction);
                 tilt.set_column(axis, &(chain.tip_torque * torque));
             }
         }
         Self {
             joints,
             force: columns(&chain.tip_force),
+            reading: columns(&reading),
             tilt: columns(&tilt),
             gravity: chain.gravity_at_tip != Vector3::zeros(),
-            strapdown: strapdown && chain.gravity_at_tip != Vector3::zeros(),
+            strapdown,
+            delay: T::from_f64(calibration.delay),
+            masses: false,
         }
+    }
+
+    /// The same, with [`Response::per_mass`](super::Response::per_mass) wanted.
+    pub fn with_masses(self) -> Self {
+        Self { masses: true, ..self }
     }
 
     /// The same chain with other bushings; the sag stays that of the first.

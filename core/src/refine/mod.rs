@@ -5,21 +5,29 @@
 //! less than 1e-4: a hundredth of a standard deviation in all parameters together.
 
 mod equations;
+mod knowledge;
 pub(crate) mod normal;
+pub(crate) mod residuals;
 pub(crate) mod seam;
+mod summary;
 pub(crate) mod whitening;
 
 use fearless_simd::Level;
 
+use crate::calibration::Calibration;
 use crate::chain::Chain;
-use crate::parameters::{Bounds, Bushings, MAX_PARAMETERS, from_logarithms, logarithms};
+use crate::parameters::{Bounds, Bushings, MAX_PARAMETERS};
 use crate::receptance::Terms;
-use crate::receptance::lanes::Precision;
 use crate::spectrum::{Accelerometer, Experiment, Measurement};
-use crate::{DOF, MAX_JOINTS};
-use equations::{Assembly, RecordNormal, Similarity, Unknowns};
+use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
+use crate::verdict::{self, Covariance, Direction, MAX_DIRECTIONS};
+use equations::{Assembly, Bins, RecordNormal, Unknowns};
+use knowledge::Knowledge;
 use normal::{Normal, packed};
+pub use residuals::Agreement;
+use residuals::Residuals;
 use seam::{MAX_SEAM, Seam, unknowns};
+use summary::Summary;
 
 /// Predicted gain in the sum of squares (whose expectation is its degrees of freedom) that ends the refinement.
 const NEGLIGIBLE: f64 = 1e-4;
@@ -47,6 +55,8 @@ pub struct Problem<'a> {
     pub measurement: &'a Measurement,
     /// Where the parameters may lie.
     pub bounds: &'a Bounds,
+    /// What is sought.
+    pub sought: &'a Sought,
     /// Instruction set.
     pub level: Level,
 }
@@ -69,44 +79,61 @@ pub struct Fit {
     pub sum_of_squares: f64,
     /// Its expectation if the model is right: real residuals less unknowns.
     pub degrees_of_freedom: f64,
-    /// Standard deviation of the logarithm of each parameter; infinite where the data do not tell.
+    /// Standard deviation of the logarithm of each parameter; infinite where the data do not tell, zero where it is fixed.
     pub deviations: [f64; MAX_PARAMETERS],
+    /// Covariance of the unknowns that are sought.
+    pub covariance: Covariance,
     /// Surface similarity parameter per direction and experiment, median and largest.
     pub ssp: [f64; 2],
+    /// Ljung and Box's statistic of the whitened residuals, less its expectation and in its standard deviations: about
+    /// N(0, 1) if the model and the colour of the noise are right.
+    pub whiteness: f64,
+    /// By how much retired records disagree: the excess of their sum of squares per unknown, 1 or less if nothing
+    /// has changed.
+    pub disagreement: f64,
 }
 
-type ParameterNormal = Normal<{ packed(MAX_PARAMETERS + 1) }>;
+pub(crate) type ParameterNormal = Normal<{ packed(MAX_UNKNOWNS + 1) }>;
 
-/// State of a refinement. `T` is the precision of the recursion; the normal equations are always solved in `f64`.
+/// State of a refinement, in double precision.
 #[derive(Clone, Debug)]
-pub struct Refinement<T> {
-    logarithms: [f64; MAX_PARAMETERS],
-    /// Normal equations at `logarithms`, the seams projected out.
+pub struct Refinement {
+    coordinates: Coordinates,
+    /// Normal equations at `coordinates`, the seams projected out.
     normal: ParameterNormal,
     record: RecordNormal,
+    /// What retired records tell.
+    knowledge: Knowledge,
+    /// Put aside, to see whether the records that are kept do better without.
+    shelf: Option<Knowledge>,
     assembled: bool,
     damping: f64,
     iterations: u32,
-    precision: core::marker::PhantomData<T>,
 }
 
-impl<T: Precision> Refinement<T> {
+impl Refinement {
     /// From a first guess, one bushing per joint.
-    pub fn new(guess: &Bushings) -> Self {
+    pub fn new(sought: &Sought, guess: &Bushings) -> Self {
         Self {
-            logarithms: logarithms(guess),
+            coordinates: sought.coordinates(guess),
             normal: Normal::new(),
             record: Normal::new(),
+            knowledge: Knowledge::none(sought.unknowns()),
+            shelf: None,
             assembled: false,
             damping: FIRST_DAMPING,
             iterations: 0,
-            precision: core::marker::PhantomData,
         }
     }
 
     /// Starts anew from `guess`.
-    pub fn restart(&mut self, guess: &Bushings) {
-        self.logarithms = logarithms(guess);
+    pub fn restart(&mut self, sought: &Sought, guess: &Bushings) {
+        self.restart_at(&sought.coordinates(guess));
+    }
+
+    /// Starts anew from some coordinates.
+    pub(crate) fn restart_at(&mut self, coordinates: &Coordinates) {
+        self.coordinates = *coordinates;
         self.assembled = false;
         self.damping = FIRST_DAMPING;
         self.iterations = 0;
@@ -118,8 +145,22 @@ impl<T: Precision> Refinement<T> {
     }
 
     /// The parameters as they stand.
-    pub fn bushings(&self, joints: usize) -> Bushings {
-        from_logarithms(&self.logarithms, joints)
+    pub fn bushings(&self, sought: &Sought) -> Bushings {
+        sought.bushings(&self.coordinates)
+    }
+
+    /// The nuisances as they stand.
+    pub fn calibration(&self, sought: &Sought) -> Calibration {
+        sought.calibration(&self.coordinates)
+    }
+
+    pub(crate) fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
+    }
+
+    /// Combinations of the unknowns that the data tell badly, where the last [`Refinement::fit`] was.
+    pub fn weak_directions(&self) -> heapless::Vec<Direction, MAX_DIRECTIONS> {
+        verdict::weak_directions(&self.normal)
     }
 
     /// Tries one step; keeps it if the residuals shrink.
@@ -133,9 +174,9 @@ impl<T: Precision> Refinement<T> {
             self.assemble(problem, experiments);
         }
         self.iterations += 1;
-        let before = self.logarithms;
+        let before = self.coordinates;
         let standing = self.normal.sum_of_squares();
-        let (step, predicted) = self.propose(problem);
+        let (step, predicted) = self.propose(problem, &self.normal, self.damping);
         if predicted < NEGLIGIBLE {
             if predicted >= 0.0 && self.damping <= FIRST_DAMPING {
                 return Outcome::Converged;
@@ -144,10 +185,8 @@ impl<T: Precision> Refinement<T> {
             self.damping *= if predicted < 0.0 { 10.0 } else { 0.1 };
             return self.unless_exhausted();
         }
-        for (logarithm, step) in self.logarithms.iter_mut().zip(&step) {
-            *logarithm += step;
-        }
-        let reached = self.fit_seams(problem, experiments, false);
+        problem.sought.advance(&mut self.coordinates, &step);
+        let reached = self.fit_seams(problem, experiments, false) + self.beside(problem);
         if reached < standing {
             let agreement = (standing - reached) / predicted;
             self.damping *= if agreement > 0.75 {
@@ -160,7 +199,7 @@ impl<T: Precision> Refinement<T> {
             self.damping = self.damping.max(1e-9);
             self.assemble(problem, experiments);
         } else {
-            self.logarithms = before;
+            self.coordinates = before;
             self.damping *= 10.0;
         }
         self.unless_exhausted()
@@ -182,17 +221,83 @@ impl<T: Precision> Refinement<T> {
         problem: &Problem<'_>,
         experiments: &mut [Experiment<B>],
     ) -> Fit {
-        self.fit_seams(problem, experiments, true);
-        let ssp = self.assemble(problem, experiments);
+        let sum_of_squares = self.fit_seams(problem, experiments, true);
+        let summary = self.assemble(problem, experiments);
         let joints = problem.chain.joints().len();
+        let unknowns = problem.sought.unknowns();
         let residuals: usize = experiments.iter().map(|e| 6 * e.bins()).sum();
-        let sought = 2 * DOF * joints + experiments.len() * unknowns(joints);
+        // Retired records have told the unknowns before.
+        let told = if self.knowledge.records() > 0 { 0 } else { unknowns };
+        let sought = told + experiments.len() * seam::unknowns(joints);
+        let values = problem.sought.values(&self.coordinates);
+        let covariance = Covariance::of(&self.normal);
         Fit {
-            sum_of_squares: self.normal.sum_of_squares(),
+            sum_of_squares,
             degrees_of_freedom: residuals.saturating_sub(sought) as f64,
-            deviations: self.deviations(),
-            ssp,
+            deviations: deviations(problem.sought, &covariance),
+            covariance,
+            whiteness: summary.whiteness(),
+            ssp: summary.similarities.median_and_largest(),
+            disagreement: self.knowledge.disagreement(&values) / unknowns.max(1) as f64,
         }
+    }
+
+    /// Folds a record that will not be kept into what is known, at the parameters as they stand.
+    pub fn retire<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &mut Experiment<B>,
+    ) {
+        self.fit_seam(problem, experiment, true);
+        self.assemble_record(problem, experiment);
+        let values = problem.sought.values(&self.coordinates);
+        let seam = unknowns(problem.chain.joints().len());
+        self.knowledge.take(&self.record, seam, &values);
+        self.assembled = false;
+    }
+
+    /// Puts all retired records aside.
+    pub(crate) fn shelve(&mut self, sought: &Sought) {
+        let none = Knowledge::none(sought.unknowns());
+        self.shelf = Some(core::mem::replace(&mut self.knowledge, none));
+        self.assembled = false;
+    }
+
+    /// Takes back what was put aside, or forgets it; returns how many records are forgotten.
+    pub(crate) fn unshelve(&mut self, take_back: bool) -> u64 {
+        match self.shelf.take() {
+            Some(shelved) if take_back => {
+                self.knowledge = shelved;
+                self.assembled = false;
+                0
+            }
+            shelved => shelved.map_or(0, |shelved| shelved.records()),
+        }
+    }
+
+    /// Retired records that the fit rests on beside those that are kept.
+    pub fn retired(&self) -> u64 {
+        self.knowledge.records()
+    }
+
+    /// How well all other records, and what is known, foretell this one, after [`Refinement::fit`]: one step of
+    /// Gauss and Newton takes its share out of the estimate.
+    pub fn hold_out<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &mut Experiment<B>,
+    ) -> Agreement {
+        let standing = self.coordinates;
+        self.assemble_record(problem, experiment);
+        let mut others = self.normal.clone();
+        others.subtract_complement(&self.record, unknowns(problem.chain.joints().len()));
+        let (step, _) = self.propose(problem, &others, 0.0);
+        problem.sought.advance(&mut self.coordinates, &step);
+        self.fit_seam(problem, experiment, false);
+        let agreement = self.assemble_record(problem, experiment).agreement();
+        self.coordinates = standing;
+        self.fit_seam(problem, experiment, true);
+        agreement
     }
 
     /// The seams that fit best at the parameters; returns the sum of squares that remains.
@@ -202,77 +307,129 @@ impl<T: Precision> Refinement<T> {
         experiments: &mut [Experiment<B>],
         reweigh: bool,
     ) -> f64 {
-        let joints = problem.chain.joints().len();
-        let mut total = 0.0;
-        for experiment in experiments {
-            let terms = self.terms(problem, experiment);
-            let normal = &mut self.record;
-            Assembly { terms: &terms, experiment, unknowns: Unknowns::Seam, reweigh, normal }
-                .run(problem.level);
-            normal.prefer_small(&[0.0; MAX_SEAM][..unknowns(joints)], SMALL_SEAM);
-            normal.eliminate(unknowns(joints));
-            let mut solution = [0.0; MAX_SEAM];
-            normal.substitute(unknowns(joints), &mut solution);
-            experiment.seam = Seam::from_solution(&solution[..unknowns(joints)], joints);
-            total += normal.sum_of_squares();
-        }
-        total
+        experiments.iter_mut().map(|experiment| self.fit_seam(problem, experiment, reweigh)).sum()
     }
 
-    /// The normal equations of the parameters; returns median and largest SSP.
+    fn fit_seam<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &mut Experiment<B>,
+        reweigh: bool,
+    ) -> f64 {
+        let joints = problem.chain.joints().len();
+        self.run(problem, experiment, Unknowns::Seam, reweigh);
+        let normal = &mut self.record;
+        normal.prefer_small(&[0.0; MAX_SEAM][..unknowns(joints)], SMALL_SEAM);
+        normal.eliminate(unknowns(joints));
+        let mut solution = [0.0; MAX_SEAM];
+        normal.substitute(unknowns(joints), &mut solution);
+        experiment.seam = Seam::from_solution(&solution[..unknowns(joints)], joints);
+        normal.sum_of_squares()
+    }
+
+    /// Sum of squares of what is known beside the records that are kept: priors and retired records.
+    fn beside(&self, problem: &Problem<'_>) -> f64 {
+        let priors = problem.sought.priors(&self.coordinates).map(|(_, value)| value * value);
+        priors.sum::<f64>()
+            + self.knowledge.sum_of_squares(&problem.sought.values(&self.coordinates))
+    }
+
+    /// The normal equations of all unknowns.
     fn assemble<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &mut [Experiment<B>],
-    ) -> [f64; 2] {
-        let joints = problem.chain.joints().len();
-        self.normal.reset(2 * DOF * joints);
-        let mut similarities = Similarities::default();
+    ) -> Summary {
+        let mut total = self.normal.clone();
+        total.reset(problem.sought.unknowns());
+        let mut summary = Summary::default();
         for experiment in experiments {
-            let terms = self.terms(problem, experiment);
-            let unknowns = Unknowns::SeamAndParameters;
-            let standing = experiment.seam;
-            let normal = &mut self.record;
-            let similarity =
-                Assembly { terms: &terms, experiment, unknowns, reweigh: true, normal }
-                    .run(problem.level);
-            similarities.push(similarity);
-            let seam = seam::unknowns(joints);
-            normal.prefer_small(&standing.to_solution(joints)[..seam], SMALL_SEAM);
-            normal.eliminate(seam);
-            self.normal.add_complement(normal, seam);
+            summary.push(&self.assemble_record(problem, experiment));
+            total.add_complement(&self.record, unknowns(problem.chain.joints().len()));
         }
+        for (unknown, value) in problem.sought.priors(&self.coordinates) {
+            total.add_prior(unknown, value);
+        }
+        self.knowledge.add_to(&mut total, &problem.sought.values(&self.coordinates));
+        self.normal = total;
         self.assembled = true;
-        similarities.median_and_largest()
+        summary
     }
 
-    fn terms<const B: usize>(&self, problem: &Problem<'_>, experiment: &Experiment<B>) -> Terms<T> {
-        let bushings = self.bushings(problem.chain.joints().len());
-        let gravity = problem.measurement.gravity();
-        let linear = problem.chain.linearise(&experiment.pose, gravity, &bushings);
-        let strapdown = problem.measurement.accelerometer == Accelerometer::Strapdown;
-        Terms::new(&linear, &bushings, strapdown)
+    /// The normal equations of one record, the seam eliminated.
+    fn assemble_record<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &mut Experiment<B>,
+    ) -> Residuals {
+        let joints = problem.chain.joints().len();
+        let standing = experiment.seam;
+        let residuals = self.run(problem, experiment, Unknowns::All, true);
+        let seam = unknowns(joints);
+        self.record.prefer_small(&standing.to_solution(joints)[..seam], SMALL_SEAM);
+        self.record.eliminate(seam);
+        residuals
+    }
+
+    /// Fills the record's normal equations.
+    fn run<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &mut Experiment<B>,
+        unknowns: Unknowns,
+        reweigh: bool,
+    ) -> Residuals {
+        let Problem { chain, measurement, sought, .. } = *problem;
+        let bushings = self.bushings(sought);
+        let calibration = self.calibration(sought);
+        let gravity = measurement.gravity();
+        let linear = if sought.seeks_masses() {
+            chain.weighing(&calibration.mass).linearise(&experiment.pose, gravity, &bushings)
+        } else {
+            chain.linearise(&experiment.pose, gravity, &bushings)
+        };
+        let strapdown = measurement.accelerometer == Accelerometer::Strapdown;
+        let mut terms = Terms::calibrated(&linear, &bushings, strapdown, &calibration);
+        if sought.seeks_masses() {
+            terms = terms.with_masses();
+        }
+        Assembly {
+            terms: &terms,
+            record: Bins::of(experiment),
+            sought,
+            calibration: &calibration,
+            unknowns,
+            reweigh,
+            normal: &mut self.record,
+        }
+        .run(problem.level)
     }
 
     /// The damped step within the bounds, and the gain it promises.
-    fn propose(&self, problem: &Problem<'_>) -> ([f64; MAX_PARAMETERS], f64) {
-        let parameters = self.normal.unknowns();
-        let (lower, upper) = problem.bounds.logarithms(parameters / (2 * DOF));
-        // A parameter that would pass its bound, or go too far, is put there, and the others are solved for again.
-        let mut put = [None; MAX_PARAMETERS];
-        let mut step = [0.0; MAX_PARAMETERS];
+    fn propose(
+        &self,
+        problem: &Problem<'_>,
+        normal: &ParameterNormal,
+        damping: f64,
+    ) -> ([f64; MAX_UNKNOWNS], f64) {
+        let unknowns = normal.unknowns();
+        let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
+        // An unknown that would pass its bound, or go too far, is put there, and the others are solved for again.
+        let mut put = [None; MAX_UNKNOWNS];
+        let mut step = [0.0; MAX_UNKNOWNS];
         loop {
-            let mut damped = self.normal.clone();
-            for i in 0..parameters {
+            let mut damped = normal.clone();
+            for i in 0..unknowns {
                 let diagonal = damped.entry(i, i);
-                *diagonal += self.damping * (*diagonal + FLOOR) + FLOOR;
+                *diagonal += damping * (*diagonal + FLOOR) + FLOOR;
             }
-            damped.fix(&put[..parameters]);
-            damped.eliminate(parameters);
-            damped.substitute(parameters, &mut step);
+            damped.fix(&put[..unknowns]);
+            damped.eliminate(unknowns);
+            damped.substitute(unknowns, &mut step);
             let mut beyond = false;
-            for i in 0..parameters {
-                let (least, most) = (lower[i] - self.logarithms[i], upper[i] - self.logarithms[i]);
+            for i in 0..unknowns {
+                let [value, lower, upper] = ranges[i];
+                let (least, most) = (lower - value, upper - value);
                 let inside =
                     step[i].max(least.clamp(-LONGEST_STEP, 0.0)).min(most.clamp(0.0, LONGEST_STEP));
                 if let Some(value) = put[i] {
@@ -286,50 +443,17 @@ impl<T: Precision> Refinement<T> {
                 break;
             }
         }
-        (step, self.normal.gain(&step))
-    }
-
-    /// Standard deviations of the logarithms: the diagonal of the inverse.
-    fn deviations(&self) -> [f64; MAX_PARAMETERS] {
-        let parameters = self.normal.unknowns();
-        let mut factor = self.normal.clone();
-        for i in 0..parameters {
-            *factor.entry(i, i) += FLOOR;
-        }
-        factor.eliminate(parameters);
-        let mut deviations = [f64::INFINITY; MAX_PARAMETERS];
-        for (i, deviation) in deviations[..parameters].iter_mut().enumerate() {
-            *deviation = libm::sqrt(factor.inverse_diagonal(i));
-        }
-        deviations
+        (step, normal.gain(&step))
     }
 }
 
-/// SSP per direction and experiment, of as many experiments as fit; the rest count only to the largest.
-#[derive(Default)]
-struct Similarities {
-    values: heapless::Vec<f64, { 3 * 64 }>,
-    largest: f64,
-}
-
-impl Similarities {
-    fn push(&mut self, similarity: Similarity) {
-        for value in similarity {
-            let _ = self.values.push(value);
-            self.largest = self.largest.max(value);
+/// Standard deviation of each parameter's logarithm.
+fn deviations(sought: &Sought, covariance: &Covariance) -> [f64; MAX_PARAMETERS] {
+    let mut deviations = [0.0; MAX_PARAMETERS];
+    for (index, unknown) in sought.sought() {
+        if let Some(deviation) = deviations.get_mut(index) {
+            *deviation = covariance.deviation(unknown);
         }
     }
-
-    fn median_and_largest(mut self) -> [f64; 2] {
-        self.values.sort_unstable_by(f64::total_cmp);
-        let middle = self.values.len() / 2;
-        let median = match (self.values.len() % 2, self.values.get(middle)) {
-            (0, Some(upper)) => 0.5 * (self.values[middle - 1] + upper),
-            (_, Some(value)) => *value,
-            _ => 0.0,
-        };
-        [median, self.largest]
-    }
+    deviations
 }
-
-const _: () = assert!(MAX_PARAMETERS == 2 * DOF * MAX_JOINTS);

@@ -4,8 +4,6 @@
 //! factorisation) leaves the Schur complement in place: the same equations with those unknowns projected out,
 //! and in the last corner the sum of squares that then remains.
 
-use crate::parameters::MAX_PARAMETERS;
-
 /// An unknown that keeps less than this part of its diagonal depends on those before it.
 const DEPENDENT: f64 = 1e-13;
 
@@ -156,28 +154,42 @@ impl<const L: usize> Normal<L> {
         gain
     }
 
-    /// Entry (i, i) of the inverse, after [`Normal::eliminate`] of all unknowns; infinite if it has none.
-    pub(crate) fn inverse_diagonal(&self, i: usize) -> f64 {
-        // Column i of L⁻¹ by forward substitution; its square length.
-        let unknowns = self.unknowns();
-        let mut column = [0.0; MAX_PARAMETERS];
-        let mut sum = 0.0;
-        for row in i..unknowns {
-            let entries = self.row(row);
-            let mut value = if row == i { 1.0 } else { 0.0 };
-            for k in i..row {
-                value -= entries[k] * column[k];
-            }
-            if entries[row] == 0.0 {
-                if value == 0.0 {
-                    continue;
+    /// The same problem from `step` on: what is sought is then the rest of the way. Before eliminating.
+    pub(crate) fn shift(&mut self, step: &[f64]) {
+        let gain = self.gain(step);
+        let right = packed(self.size - 1);
+        for i in 0..self.unknowns() {
+            for j in 0..=i {
+                let entry = self.entries[packed(i) + j];
+                self.entries[right + i] -= entry * step[j];
+                if j < i {
+                    self.entries[right + j] -= entry * step[i];
                 }
-                return f64::INFINITY;
             }
-            column[row] = value / entries[row];
-            sum += column[row] * column[row];
         }
-        sum
+        self.entries[packed(self.size) - 1] -= gain;
+    }
+
+    /// Takes away what [`Normal::add_complement`] added.
+    pub(crate) fn subtract_complement<const M: usize>(
+        &mut self,
+        other: &Normal<M>,
+        eliminated: usize,
+    ) {
+        for i in 0..self.size {
+            let row = &other.row(eliminated + i)[eliminated..];
+            for (target, value) in self.entries[packed(i)..packed(i + 1)].iter_mut().zip(row) {
+                *target -= value;
+            }
+        }
+    }
+
+    /// Adds the square of `value + step` of one unknown.
+    pub(crate) fn add_prior(&mut self, unknown: usize, value: f64) {
+        let right = packed(self.size - 1);
+        self.entries[packed(unknown + 1) - 1] += 1.0;
+        self.entries[right + unknown] -= value;
+        self.entries[packed(self.size) - 1] += value * value;
     }
 
     /// Entry (i, j), j ≤ i.

@@ -1,0 +1,70 @@
+//! What is left of records that are no longer kept: their normal equations, the seam projected out.
+//!
+//! About the estimate at which a record retires, its sum of squares is a quadratic of the unknowns; all retired records
+//! together are one such quadratic, however many they are.
+
+use super::ParameterNormal;
+use super::normal::Normal;
+use crate::unknowns::MAX_UNKNOWNS;
+
+/// Sum of squares of all retired records as a quadratic about one point.
+#[derive(Clone, Debug)]
+pub(crate) struct Knowledge {
+    normal: ParameterNormal,
+    /// Where it is expanded: the value of each unknown.
+    at: [f64; MAX_UNKNOWNS],
+    records: u64,
+}
+
+impl Knowledge {
+    /// Of no record, about `so` many unknowns.
+    pub(crate) fn none(unknowns: usize) -> Self {
+        let mut normal = Normal::new();
+        normal.reset(unknowns);
+        Self { normal, at: [0.0; MAX_UNKNOWNS], records: 0 }
+    }
+
+    /// Records that it stands for.
+    pub(crate) fn records(&self) -> u64 {
+        self.records
+    }
+
+    /// Takes in a record's normal equations, of which the first `eliminated` unknowns are gone, at these values.
+    pub(crate) fn take<const M: usize>(
+        &mut self,
+        record: &Normal<M>,
+        eliminated: usize,
+        values: &[f64; MAX_UNKNOWNS],
+    ) {
+        self.normal.shift(&self.from(values));
+        self.at = *values;
+        self.normal.add_complement(record, eliminated);
+        self.records += 1;
+    }
+
+    /// Adds it to the normal equations of a step from these values.
+    pub(crate) fn add_to(&self, normal: &mut ParameterNormal, values: &[f64; MAX_UNKNOWNS]) {
+        if self.records > 0 {
+            let mut own = self.normal.clone();
+            own.shift(&self.from(values));
+            normal.add_complement(&own, 0);
+        }
+    }
+
+    /// Its sum of squares at these values.
+    pub(crate) fn sum_of_squares(&self, values: &[f64; MAX_UNKNOWNS]) -> f64 {
+        self.normal.sum_of_squares() - self.normal.gain(&self.from(values))
+    }
+
+    /// By how much its sum of squares at these values exceeds the least that it could have: as many as there are
+    /// unknowns, about, unless the robot has changed.
+    pub(crate) fn disagreement(&self, values: &[f64; MAX_UNKNOWNS]) -> f64 {
+        let mut least = self.normal.clone();
+        least.eliminate(least.unknowns());
+        self.sum_of_squares(values) - least.sum_of_squares()
+    }
+
+    fn from(&self, values: &[f64; MAX_UNKNOWNS]) -> [f64; MAX_UNKNOWNS] {
+        core::array::from_fn(|i| values[i] - self.at[i])
+    }
+}

@@ -1,0 +1,145 @@
+//! What a record's residuals say of the model: similarity, agreement, and whether what is left is white.
+
+use crate::loss::ssp_term;
+
+/// Lags at which the residuals of one axis are correlated with themselves.
+const LAGS: usize = 16;
+
+/// How far model and measurement of one record agree, per TCP axis: 1 where they are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Agreement {
+    /// Frequency response assurance criterion: `|Σ X* X̂|² / (Σ |X|² Σ |X̂|²)` (Heylen and Lammens, 1996).
+    pub frac: [f64; 3],
+    /// Variance accounted for: `1 − Σ |X − X̂|² / Σ |X|²`; below 0 where the model is worse than none.
+    pub vaf: [f64; 3],
+}
+
+/// Sums over the bins of one record.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Residuals {
+    bins: usize,
+    taken: usize,
+    axes: [Axis; 3],
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Axis {
+    similarity: f64,
+    measured: f64,
+    model: f64,
+    gap: f64,
+    cross: [f64; 2],
+    /// Of the whitened residual: power, and its cosine transform over the band.
+    power: f64,
+    lags: [f64; LAGS],
+}
+
+impl Residuals {
+    /// Of a record with so many bins, none of them taken yet.
+    pub(crate) fn new(bins: usize) -> Self {
+        Self { bins, ..Self::default() }
+    }
+
+    /// Takes the next bin, `[re, im]` per axis.
+    pub(crate) fn take(
+        &mut self,
+        measured: &[[f64; 2]; 3],
+        model: &[[f64; 2]; 3],
+        white: &[[f64; 2]; 3],
+    ) {
+        let square = |[re, im]: [f64; 2]| re * re + im * im;
+        let angle = core::f64::consts::PI * (self.taken as f64 + 0.5) / self.bins as f64;
+        let cosine = libm::cos(angle);
+        for (axis, sums) in self.axes.iter_mut().enumerate() {
+            let (x, y) = (measured[axis], model[axis]);
+            sums.similarity += ssp_term(x, y);
+            sums.measured += square(x);
+            sums.model += square(y);
+            sums.gap += square([x[0] - y[0], x[1] - y[1]]);
+            sums.cross[0] += x[0] * y[0] + x[1] * y[1];
+            sums.cross[1] += x[0] * y[1] - x[1] * y[0];
+            let power = square(white[axis]);
+            sums.power += power;
+            // cos(nφ) by Chebyshev's recurrence.
+            let (mut before, mut now) = (1.0, cosine);
+            for lag in &mut sums.lags {
+                *lag += power * now;
+                (before, now) = (now, 2.0 * cosine * now - before);
+            }
+        }
+        self.taken += 1;
+    }
+
+    /// Surface similarity parameter per axis.
+    pub(crate) fn similarity(&self) -> [f64; 3] {
+        self.axes.map(|axis| axis.similarity / self.bins.max(1) as f64)
+    }
+
+    /// How far model and measurement agree.
+    pub(crate) fn agreement(&self) -> Agreement {
+        let ratio = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
+        Agreement {
+            frac: self.axes.map(|axis| {
+                let [re, im] = axis.cross;
+                ratio(re * re + im * im, axis.measured * axis.model)
+            }),
+            vaf: self.axes.map(|axis| 1.0 - ratio(axis.gap, axis.measured)),
+        }
+    }
+
+    /// Ljung and Box's statistic of the residuals' autocorrelation, added up over the axes, and its expectation: the band
+    /// is taken as the spectrum of a series sampled at twice its width.
+    pub(crate) fn whiteness(&self) -> [f64; 2] {
+        let statistic = |axis: &Axis| {
+            let correlations = axis.lags.iter().map(|lag| lag / axis.power.max(f64::MIN_POSITIVE));
+            2.0 * self.bins as f64 * correlations.map(|r| r * r).sum::<f64>()
+        };
+        [self.axes.iter().map(statistic).sum(), (3 * LAGS) as f64]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BINS: usize = 800;
+
+    /// Complex white noise of unit variance in each part, times what `shape` says of a bin.
+    fn residuals(shape: impl Fn(usize) -> f64) -> Residuals {
+        let mut state = 7_u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            ((state >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+        };
+        let mut residuals = Residuals::new(BINS);
+        for bin in 0..BINS {
+            let white = core::array::from_fn(|_| {
+                let radius = libm::sqrt(-2.0 * libm::log(uniform())) * shape(bin);
+                let angle = core::f64::consts::TAU * uniform();
+                [radius * libm::cos(angle), radius * libm::sin(angle)]
+            });
+            residuals.take(&[[1.0, 0.0]; 3], &[[1.0, 1.0]; 3], &white);
+        }
+        residuals
+    }
+
+    #[test]
+    fn white_residuals_have_the_expected_statistic() {
+        let [statistic, expected] = residuals(|_| 1.0).whiteness();
+        assert!((statistic - expected).abs() < 3.0 * libm::sqrt(2.0 * expected), "{statistic}");
+    }
+
+    #[test]
+    fn a_resonance_that_is_left_is_seen() {
+        let bump = |bin: usize| if (300..360).contains(&bin) { 1.7 } else { 1.0 };
+        let [statistic, expected] = residuals(bump).whiteness();
+        assert!(statistic - expected > 5.0 * libm::sqrt(2.0 * expected), "{statistic}");
+    }
+
+    #[test]
+    fn agreement_of_a_known_pair() {
+        let Agreement { frac, vaf } = residuals(|_| 1.0).agreement();
+        assert!(frac.iter().all(|frac| (frac - 1.0).abs() < 1e-12), "{frac:?}");
+        assert!(vaf.iter().all(|vaf| vaf.abs() < 1e-12), "{vaf:?}");
+    }
+}

@@ -1,0 +1,54 @@
+//! What the residuals of all records together say.
+
+use super::residuals::Residuals;
+
+/// Sums over records.
+#[derive(Default)]
+pub(super) struct Summary {
+    pub(super) similarities: Similarities,
+    /// Ljung and Box's statistic, and its expectation.
+    statistic: f64,
+    expected: f64,
+}
+
+impl Summary {
+    /// Takes a record.
+    pub(super) fn push(&mut self, residuals: &Residuals) {
+        self.similarities.push(residuals.similarity());
+        let [statistic, expected] = residuals.whiteness();
+        self.statistic += statistic;
+        self.expected += expected;
+    }
+
+    /// In its standard deviations.
+    pub(super) fn whiteness(&self) -> f64 {
+        (self.statistic - self.expected) / libm::sqrt(2.0 * self.expected.max(1.0))
+    }
+}
+
+/// SSP per direction and experiment, of as many experiments as fit; the rest count only to the largest.
+#[derive(Default)]
+pub(super) struct Similarities {
+    values: heapless::Vec<f64, { 3 * 64 }>,
+    largest: f64,
+}
+
+impl Similarities {
+    fn push(&mut self, similarity: [f64; 3]) {
+        for value in similarity {
+            let _ = self.values.push(value);
+            self.largest = self.largest.max(value);
+        }
+    }
+
+    pub(super) fn median_and_largest(mut self) -> [f64; 2] {
+        self.values.sort_unstable_by(f64::total_cmp);
+        let middle = self.values.len() / 2;
+        let median = match (self.values.len() % 2, self.values.get(middle)) {
+            (0, Some(upper)) => 0.5 * (self.values[middle - 1] + upper),
+            (_, Some(value)) => *value,
+            _ => 0.0,
+        };
+        [median, self.largest]
+    }
+}

@@ -1,0 +1,325 @@
+//! What a fit seeks: the joints' parameters, some of them perhaps fixed or tied to each other, and nuisances.
+//!
+//! All of it has a place among [`MAX_UNKNOWNS`] coordinates: the logarithms of the parameters, joint by joint six
+//! stiffnesses and six dampings, and behind [`MAX_PARAMETERS`] the nuisances in units of their prior's standard
+//! deviation. A fit has one unknown per coordinate that is sought; coordinates that are tied share one.
+
+use core::ops::Range;
+
+use heapless::Vec;
+
+use crate::calibration::{Calibration, Nuisances};
+use crate::parameters::{Bounds, Bushings, MAX_PARAMETERS, from_logarithms, logarithms};
+use crate::verdict::Covariance;
+use crate::{DOF, MAX_JOINTS};
+
+/// Most nuisances: a delay, two sensors' gains, a misalignment, and the masses.
+pub const MAX_NUISANCES: usize = 10 + MAX_JOINTS;
+/// Most coordinates, and most unknowns of a fit.
+pub const MAX_UNKNOWNS: usize = MAX_PARAMETERS + MAX_NUISANCES;
+
+/// Where the nuisances stand.
+const DELAY: usize = MAX_PARAMETERS;
+const ACCELERATION_GAIN: usize = DELAY + 1;
+const FORCE_GAIN: usize = ACCELERATION_GAIN + 3;
+const MISALIGNMENT: usize = FORCE_GAIN + 3;
+const MASS: usize = MISALIGNMENT + 3;
+
+/// One value per coordinate.
+pub(crate) type Coordinates = [f64; MAX_UNKNOWNS];
+
+/// What a coordinate is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coordinate {
+    /// Logarithm of a stiffness.
+    Stiffness {
+        /// From 0, base first.
+        joint: usize,
+        /// 0..6.
+        dof: usize,
+    },
+    /// Logarithm of a damping.
+    Damping {
+        /// From 0, base first.
+        joint: usize,
+        /// 0..6.
+        dof: usize,
+    },
+    /// [`Calibration::delay`].
+    Delay,
+    /// Logarithm of [`Calibration::acceleration_gain`] of an axis.
+    AccelerationGain(usize),
+    /// Logarithm of [`Calibration::force_gain`] of an axis.
+    ForceGain(usize),
+    /// [`Calibration::misalignment`] about an axis.
+    Misalignment(usize),
+    /// Logarithm of [`Calibration::mass`] of a link, from 0.
+    Mass(usize),
+}
+
+impl Coordinate {
+    pub(crate) const fn index(self) -> usize {
+        match self {
+            Self::Stiffness { joint, dof } => 2 * DOF * joint + dof,
+            Self::Damping { joint, dof } => 2 * DOF * joint + DOF + dof,
+            Self::Delay => DELAY,
+            Self::AccelerationGain(axis) => ACCELERATION_GAIN + axis,
+            Self::ForceGain(axis) => FORCE_GAIN + axis,
+            Self::Misalignment(axis) => MISALIGNMENT + axis,
+            Self::Mass(link) => MASS + link,
+        }
+    }
+
+    pub(crate) const fn of(index: usize) -> Self {
+        let (joint, dof) = (index / (2 * DOF), index % (2 * DOF));
+        match index {
+            0..DELAY if dof < DOF => Self::Stiffness { joint, dof },
+            0..DELAY => Self::Damping { joint, dof: dof - DOF },
+            DELAY => Self::Delay,
+            ACCELERATION_GAIN..FORCE_GAIN => Self::AccelerationGain(index - ACCELERATION_GAIN),
+            FORCE_GAIN..MISALIGNMENT => Self::ForceGain(index - FORCE_GAIN),
+            MISALIGNMENT..MASS => Self::Misalignment(index - MISALIGNMENT),
+            _ => Self::Mass(index - MASS),
+        }
+    }
+}
+
+/// A nuisance as a fit has found it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nuisance {
+    /// What.
+    pub coordinate: Coordinate,
+    /// s, rad, or a factor (gains and masses).
+    pub value: f64,
+    /// Standard deviation: s, rad, or relative.
+    pub deviation: f64,
+}
+
+/// What a fit of a chain of some joints seeks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sought {
+    joints: usize,
+    /// The unknown that moves each coordinate; none where it stays.
+    unknown: [Option<u8>; MAX_UNKNOWNS],
+    /// How many.
+    unknowns: usize,
+    /// Standard deviation of each nuisance's prior, in its own unit.
+    width: [f64; MAX_UNKNOWNS],
+    /// Logarithm of each parameter that is fixed.
+    fixed: [f64; MAX_PARAMETERS],
+}
+
+impl Sought {
+    /// All parameters of a chain of `joints`, each for itself, and `nuisances`.
+    pub fn new(joints: usize, nuisances: &Nuisances) -> Self {
+        let mut sought = Self {
+            joints,
+            unknown: [None; MAX_UNKNOWNS],
+            unknowns: 0,
+            width: [0.0; MAX_UNKNOWNS],
+            fixed: [0.0; MAX_PARAMETERS],
+        };
+        sought.unknown[..2 * DOF * joints].fill(Some(0));
+        let kinds: [(Range<usize>, Option<f64>); 5] = [
+            (DELAY..ACCELERATION_GAIN, nuisances.delay),
+            (ACCELERATION_GAIN..FORCE_GAIN, nuisances.acceleration_gain),
+            (FORCE_GAIN..MISALIGNMENT, nuisances.force_gain),
+            (MISALIGNMENT..MASS, nuisances.misalignment),
+            (MASS..MASS + joints, nuisances.mass),
+        ];
+        for (range, width) in kinds {
+            if let Some(width) = width {
+                sought.unknown[range.clone()].fill(Some(0));
+                sought.width[range].fill(width);
+            }
+        }
+        sought.number();
+        sought
+    }
+
+    /// Every coordinate that is sought becomes an unknown of its own.
+    fn number(&mut self) {
+        self.unknowns = 0;
+        for unknown in self.unknown.iter_mut().flatten() {
+            *unknown = self.unknowns as u8;
+            self.unknowns += 1;
+        }
+    }
+
+    /// Holds a parameter at `value` (its own unit).
+    pub fn fix(&mut self, parameter: Coordinate, value: f64) {
+        let index = parameter.index();
+        if let (Some(gone), true) = (self.unknown[index], index < MAX_PARAMETERS) {
+            self.fixed[index] = libm::log(value);
+            self.unknown[index] = None;
+            self.close(gone);
+        }
+    }
+
+    /// Lets a parameter have the value of `other`.
+    pub fn tie(&mut self, parameter: Coordinate, other: Coordinate) {
+        let (index, other) = (parameter.index(), other.index());
+        if let (Some(gone), Some(unknown)) = (self.unknown[index], self.unknown[other])
+            && gone != unknown
+        {
+            for each in self.unknown.iter_mut().filter(|each| **each == Some(gone)) {
+                *each = Some(unknown);
+            }
+            self.close(gone);
+        }
+    }
+
+    /// Closes the gap that an unknown leaves which no coordinate has any more.
+    fn close(&mut self, gone: u8) {
+        if self.unknown.contains(&Some(gone)) {
+            return;
+        }
+        for unknown in self.unknown.iter_mut().flatten().filter(|unknown| **unknown > gone) {
+            *unknown -= 1;
+        }
+        self.unknowns -= 1;
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+
+    /// The unknown that moves a coordinate.
+    pub fn unknown(&self, coordinate: Coordinate) -> Option<usize> {
+        self.unknown[coordinate.index()].map(usize::from)
+    }
+
+    /// The first coordinate that an unknown moves: its name.
+    pub fn coordinate(&self, unknown: usize) -> Option<Coordinate> {
+        self.sought().find(|(_, own)| *own == unknown).map(|(index, _)| Coordinate::of(index))
+    }
+
+    /// Prior standard deviation of a nuisance: s, rad, or of a logarithm; 0 of a parameter.
+    pub fn width(&self, coordinate: Coordinate) -> f64 {
+        self.width[coordinate.index()]
+    }
+
+    /// Sets parameters that are fixed, and those that are tied to the first of them.
+    pub fn impose(&self, bushings: &mut Bushings) {
+        let mut coordinates = [0.0; MAX_UNKNOWNS];
+        coordinates[..MAX_PARAMETERS].copy_from_slice(&logarithms(bushings));
+        self.impose_on(&mut coordinates);
+        *bushings = self.bushings(&coordinates);
+    }
+
+    fn impose_on(&self, coordinates: &mut Coordinates) {
+        let mut value = [None; MAX_UNKNOWNS];
+        for index in 0..2 * DOF * self.joints {
+            coordinates[index] = match self.unknown[index] {
+                None => self.fixed[index],
+                Some(unknown) => *value[usize::from(unknown)].get_or_insert(coordinates[index]),
+            };
+        }
+    }
+
+    /// Coordinates of a guess, the nuisances at their prior.
+    pub(crate) fn coordinates(&self, guess: &Bushings) -> Coordinates {
+        let mut coordinates = [0.0; MAX_UNKNOWNS];
+        coordinates[..MAX_PARAMETERS].copy_from_slice(&logarithms(guess));
+        self.impose_on(&mut coordinates);
+        coordinates
+    }
+
+    /// The parameters at some coordinates.
+    pub(crate) fn bushings(&self, coordinates: &Coordinates) -> Bushings {
+        from_logarithms(coordinates.first_chunk().unwrap_or(&[0.0; MAX_PARAMETERS]), self.joints)
+    }
+
+    /// The nuisances at some coordinates.
+    pub(crate) fn calibration(&self, coordinates: &Coordinates) -> Calibration {
+        let scaled = |index: usize| coordinates[index] * self.width[index];
+        Calibration {
+            delay: scaled(DELAY),
+            acceleration_gain: core::array::from_fn(|a| libm::exp(scaled(ACCELERATION_GAIN + a))),
+            force_gain: core::array::from_fn(|axis| libm::exp(scaled(FORCE_GAIN + axis))),
+            misalignment: core::array::from_fn(|axis| scaled(MISALIGNMENT + axis)),
+            mass: core::array::from_fn(|link| libm::exp(scaled(MASS + link))),
+        }
+    }
+
+    /// Coordinates that are sought, each with its unknown.
+    pub(crate) fn sought(&self) -> impl Iterator<Item = (usize, usize)> {
+        let with = |(index, unknown): (usize, &Option<u8>)| Some((index, usize::from((*unknown)?)));
+        self.unknown.iter().enumerate().filter_map(with)
+    }
+
+    /// Nuisances that are sought, each with its unknown.
+    pub(crate) fn nuisances(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.sought().filter(|(index, _)| *index >= MAX_PARAMETERS)
+    }
+
+    /// The nuisances that are sought, at some coordinates.
+    pub(crate) fn found(
+        &self,
+        coordinates: &Coordinates,
+        covariance: &Covariance,
+    ) -> Vec<Nuisance, MAX_NUISANCES> {
+        let nuisance = |(index, unknown)| {
+            let scaled = self.width[index] * coordinates[index];
+            let coordinate = Coordinate::of(index);
+            let value = match coordinate {
+                Coordinate::Delay | Coordinate::Misalignment(_) => scaled,
+                _ => libm::exp(scaled),
+            };
+            let deviation = self.width[index] * covariance.deviation(unknown);
+            Nuisance { coordinate, value, deviation }
+        };
+        self.nuisances().map(nuisance).collect()
+    }
+
+    /// Value of each unknown.
+    pub(crate) fn values(&self, coordinates: &Coordinates) -> [f64; MAX_UNKNOWNS] {
+        let mut values = [0.0; MAX_UNKNOWNS];
+        for (index, unknown) in self.sought() {
+            values[unknown] = coordinates[index];
+        }
+        values
+    }
+
+    /// Whether any link's mass is sought.
+    pub(crate) fn seeks_masses(&self) -> bool {
+        self.unknown[MASS..].iter().any(Option::is_some)
+    }
+
+    /// Whether this is the first coordinate that its unknown moves.
+    pub(crate) fn leads(&self, index: usize) -> bool {
+        !self.unknown[..index].contains(&self.unknown[index])
+    }
+
+    /// Of each unknown: the value, and the least and the most that it may have; nuisances have no bounds.
+    pub(crate) fn ranges(
+        &self,
+        coordinates: &Coordinates,
+        bounds: &Bounds,
+    ) -> [[f64; 3]; MAX_UNKNOWNS] {
+        let (lower, upper) = bounds.logarithms(self.joints);
+        let mut ranges = [[0.0, f64::NEG_INFINITY, f64::INFINITY]; MAX_UNKNOWNS];
+        for (index, unknown) in self.sought() {
+            let range = &mut ranges[unknown];
+            range[0] = coordinates[index];
+            if index < MAX_PARAMETERS {
+                range[1] = range[1].max(lower[index]);
+                range[2] = range[2].min(upper[index]);
+            }
+        }
+        ranges
+    }
+
+    /// Moves coordinates by a step of the unknowns.
+    pub(crate) fn advance(&self, coordinates: &mut Coordinates, step: &[f64]) {
+        for (index, unknown) in self.sought() {
+            coordinates[index] += step[unknown];
+        }
+    }
+
+    /// Unknowns that have a prior, each with where it stands, in units of its standard deviation.
+    pub(crate) fn priors(&self, coordinates: &Coordinates) -> impl Iterator<Item = (usize, f64)> {
+        self.nuisances().map(|(index, unknown)| (unknown, coordinates[index]))
+    }
+}

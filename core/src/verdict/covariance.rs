@@ -1,0 +1,306 @@
+//! Covariance of the unknowns: the inverse of the information matrix, where it has one.
+//!
+//! The matrix is scaled to unit diagonal and swept in place (Goodnight, "A tutorial on the SWEEP operator", 1979), the
+//! largest pivot first. With the independent unknowns S swept and the rest T dependent on them it holds
+//!
+//! ```text
+//!     [ −N_SS⁻¹       N_SS⁻¹ N_ST            ]
+//!     [     ·         N_TT − N_TS N_SS⁻¹ N_ST ]    ≈ 0 in the last corner
+//! ```
+//!
+//! The second column's upper part is, less its sign, how the unknowns of S move when one of T does and the data are to
+//! notice nothing: who takes part in that has no finite variance. For the others `N_SS⁻¹` is the covariance.
+
+use super::{RANK, told_of};
+use crate::refine::normal::{Normal, packed};
+use crate::unknowns::MAX_UNKNOWNS;
+
+/// How far an unknown that depends on others may go, in the standard deviations that it would have if the others were
+/// known: beyond any bounds.
+///
+/// An unknown that moves with it by less than its own standard deviation over all that way is told nevertheless.
+/// Rounding moves one by a thousandth of that, and real information that falls below [`RANK`] by a tenth.
+const FAR: f64 = 1e5;
+/// Standard deviations of more than this, in the same unit, count as this: whoever is told so badly must not pass for
+/// told because of it.
+const WIDE: f64 = 1e3;
+
+/// Covariance of the unknowns of a fit, lower triangle packed by rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Covariance {
+    unknowns: usize,
+    /// Variance infinite and covariances zero where the data do not tell.
+    entries: [f64; packed(MAX_UNKNOWNS)],
+}
+
+impl Covariance {
+    /// Inverts an information matrix, of which nothing has been eliminated.
+    pub(crate) fn of<const L: usize>(information: &Normal<L>) -> Self {
+        let unknowns = information.unknowns();
+        let told = told_of(information);
+        let scale: [f64; MAX_UNKNOWNS] = core::array::from_fn(|i| {
+            if told[i] { 1.0 / libm::sqrt(information.row(i)[i]) } else { 0.0 }
+        });
+        let mut covariance = Self { unknowns, entries: [0.0; packed(MAX_UNKNOWNS)] };
+        for i in (0..unknowns).filter(|&i| told[i]) {
+            for j in (0..=i).filter(|&j| told[j]) {
+                *covariance.entry(i, j) = information.row(i)[j] * scale[i] * scale[j];
+            }
+        }
+        let independent = covariance.sweep_all();
+        covariance.unscale(&scale, &independent);
+        covariance
+    }
+
+    /// Sweeps every unknown that does not depend on those swept before it; says which.
+    fn sweep_all(&mut self) -> [bool; MAX_UNKNOWNS] {
+        let mut swept = [false; MAX_UNKNOWNS];
+        loop {
+            let left = (0..self.unknowns).filter(|&i| !swept[i] && self.get(i, i) > RANK);
+            let pivot = left.max_by(|&i, &j| self.get(i, i).total_cmp(&self.get(j, j)));
+            let Some(pivot) = pivot else { return swept };
+            self.sweep(pivot);
+            swept[pivot] = true;
+        }
+    }
+
+    /// Solves the equation of unknown `k` for it, and puts that into the others.
+    fn sweep(&mut self, k: usize) {
+        let inverse = 1.0 / self.get(k, k);
+        let column: [f64; MAX_UNKNOWNS] =
+            core::array::from_fn(|i| if i < self.unknowns { self.get(i, k) } else { 0.0 });
+        for i in 0..self.unknowns {
+            let factor = column[i] * inverse;
+            let row = &mut self.entries[packed(i)..packed(i + 1)];
+            for (entry, other) in row.iter_mut().zip(&column) {
+                *entry -= factor * other;
+            }
+        }
+        for i in 0..self.unknowns {
+            *self.entry(i, k) = column[i] * inverse;
+        }
+        *self.entry(k, k) = -inverse;
+    }
+
+    /// From the swept matrix to the covariance, in the unknowns' own units.
+    fn unscale(&mut self, scale: &[f64; MAX_UNKNOWNS], independent: &[bool; MAX_UNKNOWNS]) {
+        let finite: [bool; MAX_UNKNOWNS] = core::array::from_fn(|i| {
+            i < self.unknowns && independent[i] && {
+                let dependent = (0..self.unknowns).filter(|&j| !independent[j]);
+                let along: f64 = dependent.map(|j| self.get(i, j) * self.get(i, j)).sum();
+                along * FAR * FAR <= (-self.get(i, i)).min(WIDE * WIDE)
+            }
+        });
+        for i in 0..self.unknowns {
+            for j in 0..=i {
+                let covariance = -self.get(i, j) * scale[i] * scale[j];
+                *self.entry(i, j) = match (finite[i] && finite[j], i == j) {
+                    (true, _) => covariance,
+                    (false, true) => f64::INFINITY,
+                    (false, false) => 0.0,
+                };
+            }
+        }
+    }
+
+    /// How many unknowns the fit has.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+
+    /// Standard deviation of unknown `i`, in its unit; infinite where the data do not tell it.
+    ///
+    /// # Panics
+    ///
+    /// If `i` is not less than [`Covariance::unknowns`].
+    pub fn deviation(&self, i: usize) -> f64 {
+        libm::sqrt(self.get(i, i))
+    }
+
+    /// Correlation of the unknowns `i` and `j`, −1 to 1; 0 where one of the two is not told.
+    ///
+    /// # Panics
+    ///
+    /// If `i` or `j` is not less than [`Covariance::unknowns`].
+    pub fn correlation(&self, i: usize, j: usize) -> f64 {
+        let both = self.deviation(i) * self.deviation(j);
+        if both.is_finite() { (self.get(i, j) / both).clamp(-1.0, 1.0) } else { 0.0 }
+    }
+
+    fn get(&self, i: usize, j: usize) -> f64 {
+        self.entries[packed(i.max(j)) + i.min(j)]
+    }
+
+    fn entry(&mut self, i: usize, j: usize) -> &mut f64 {
+        &mut self.entries[packed(i.max(j)) + i.min(j)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use proptest::collection::vec;
+    use proptest::prelude::*;
+
+    use super::super::testing::{information, jacobian};
+    use super::*;
+
+    fn covariance(matrix: &DMatrix<f64>) -> Covariance {
+        Covariance::of(&information(matrix))
+    }
+
+    /// Whether the unknowns `own` have the covariance `expected`, and all others an infinite one.
+    fn agrees(
+        covariance: &Covariance,
+        own: &[usize],
+        expected: &DMatrix<f64>,
+        limit: f64,
+    ) -> Result<(), TestCaseError> {
+        for i in 0..covariance.unknowns() {
+            let Some(k) = own.iter().position(|&own| own == i) else {
+                prop_assert_eq!(covariance.deviation(i), f64::INFINITY, "unknown {}", i);
+                continue;
+            };
+            let ratio = covariance.deviation(i) / expected[(k, k)].sqrt();
+            prop_assert!((ratio - 1.0).abs() < limit, "unknown {}: {} times", i, ratio);
+            for (l, &j) in own.iter().enumerate() {
+                let scale = (expected[(k, k)] * expected[(l, l)]).sqrt();
+                let error = covariance.correlation(i, j) - expected[(k, l)] / scale;
+                prop_assert!(error.abs() < limit, "unknowns {}, {}: off by {}", i, j, error);
+            }
+        }
+        Ok(())
+    }
+
+    /// The inverse of `JᵀJ` of columns of any size, scaled for the sake of the inversion.
+    fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, TestCaseError> {
+        let sizes = jacobian.column_iter().map(|column| 1.0 / column.norm());
+        let sizes = DVector::from_iterator(jacobian.ncols(), sizes);
+        let sizes = DMatrix::from_diagonal(&sizes);
+        let scaled = jacobian * &sizes;
+        let inverse = (scaled.transpose() * scaled).try_inverse();
+        let inverse = inverse.ok_or(TestCaseError::reject("singular"))?;
+        Ok(&sizes * inverse * sizes)
+    }
+
+    const COLUMNS: usize = 8;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(128) })]
+
+        /// Whatever the sizes of the columns.
+        #[test]
+        fn inverts(
+            values in vec(-1.0_f64..1.0, 24 * COLUMNS),
+            magnitudes in vec(-3.0_f64..5.0, COLUMNS),
+        ) {
+            let jacobian = jacobian(COLUMNS, &values, &magnitudes);
+            let covariance = covariance(&(jacobian.transpose() * &jacobian));
+            let all: std::vec::Vec<usize> = (0..COLUMNS).collect();
+            agrees(&covariance, &all, &inverse(&jacobian)?, 1e-9)?;
+        }
+
+        /// Columns 2, 5 and 7 depend on each other, 3 and 4 nearly do, 0 is empty: the others have the covariance that
+        /// they have without 0 and 7, and without 4 if its difference from 3 is nearly lost in rounding.
+        #[test]
+        fn dependent_unknowns_are_not_told(
+            values in vec(-1.0_f64..1.0, 24 * COLUMNS),
+            magnitudes in vec(-3.0_f64..5.0, COLUMNS),
+            [a, b] in [0.3_f64..3.0, -3.0_f64..-0.3],
+        ) {
+            let cases: [(f64, &[usize], &[usize]); 3] = [
+                (1e-4, &[1, 2, 3, 4, 5, 6], &[1, 3, 4, 6]),
+                (1e-7, &[1, 2, 3, 5, 6], &[1, 6]),
+                (1e-9, &[1, 2, 3, 5, 6], &[1, 6]),
+            ];
+            for (difference, independent, told) in cases {
+                let mut jacobian = jacobian(COLUMNS, &values, &[0.0; COLUMNS]);
+                let combined = a * jacobian.column(2) + b * jacobian.column(5);
+                jacobian.set_column(7, &combined);
+                let near = jacobian.column(3) + difference * jacobian.column(4);
+                jacobian.set_column(4, &near);
+                jacobian.column_mut(0).fill(0.0);
+                for (mut column, magnitude) in jacobian.column_iter_mut().zip(&magnitudes) {
+                    column *= 10_f64.powf(*magnitude);
+                }
+                let covariance = covariance(&(jacobian.transpose() * &jacobian));
+                let expected = inverse(&jacobian.select_columns(independent))?;
+                let places: std::vec::Vec<usize> =
+                    (0..independent.len()).filter(|&k| told.contains(&independent[k])).collect();
+                let expected = expected.select_rows(&places).select_columns(&places);
+                agrees(&covariance, told, &expected, 1e-5)?;
+            }
+        }
+    }
+
+    /// 0 is told so badly that a part in the trade of 2 and 3 is small beside its own standard deviation.
+    #[test]
+    fn told_badly_does_not_hide_a_trade() {
+        let mut jacobian = DMatrix::from_fn(24, 4, |row, column| {
+            ((row * row + 1) as f64 * (column + 1) as f64).sin()
+        });
+        let near = jacobian.column(0) + 3e-6 * jacobian.column(1);
+        jacobian.set_column(1, &near);
+        let combined = jacobian.column(0) + jacobian.column(2);
+        jacobian.set_column(3, &combined);
+        let covariance = covariance(&(jacobian.transpose() * &jacobian));
+        let finite = [0, 1, 2, 3].map(|i| covariance.deviation(i).is_finite());
+        assert_eq!(finite, [false, true, false, false]);
+    }
+
+    #[test]
+    fn equal_columns_leave_the_third_alone() {
+        let matrix = DMatrix::from_row_slice(3, 3, &[4.0, 4.0, 2.0, 4.0, 4.0, 2.0, 2.0, 2.0, 5.0]);
+        let covariance = covariance(&matrix);
+        assert_eq!([0, 1].map(|i| covariance.deviation(i)), [f64::INFINITY; 2]);
+        // Of [[4, 2], [2, 5]].
+        assert!((covariance.deviation(2) - 0.25_f64.sqrt()).abs() < 1e-15);
+        assert_eq!(covariance.correlation(0, 1), 0.0);
+        assert_eq!(covariance.correlation(2, 2), 1.0);
+    }
+
+    /// As many unknowns as there can be, the first twenty in ten pairs that differ by their size only, all of them
+    /// alike to a part in a hundred.
+    #[test]
+    fn rank_is_found_at_full_size() -> Result<(), TestCaseError> {
+        const PAIRED: usize = 20;
+        let jacobian = DMatrix::from_fn(400, MAX_UNKNOWNS, |row, column| {
+            let shape = if column < PAIRED { column / 2 } else { column };
+            let phase = (row * row + 3) as f64 * (shape + 1) as f64 * 0.618_033_988_75;
+            10_f64.powi(column as i32 % 7) * (1.0 + 0.01 * phase.sin())
+        });
+        let covariance = covariance(&(jacobian.transpose() * &jacobian));
+        let different: std::vec::Vec<usize> =
+            (1..PAIRED).step_by(2).chain(PAIRED..MAX_UNKNOWNS).collect();
+        let expected = inverse(&jacobian.select_columns(&different))?;
+        let expected = expected.view_range(PAIRED / 2.., PAIRED / 2..).into_owned();
+        let own: std::vec::Vec<usize> = (PAIRED..MAX_UNKNOWNS).collect();
+        agrees(&covariance, &own, &expected, 1e-8)
+    }
+
+    /// An unknown that only rounding tells of is not told, and leaves the one alone that it seems to depend on.
+    #[test]
+    fn rounding_tells_nothing() {
+        let matrix = DMatrix::from_row_slice(2, 2, &[1e6, 1e-10, 1e-10, 1e-26]);
+        let covariance = covariance(&matrix);
+        assert_eq!([covariance.deviation(0), covariance.deviation(1)], [1e-3, f64::INFINITY]);
+    }
+
+    #[test]
+    fn no_number_without_information() {
+        let broken = |value| DMatrix::from_row_slice(2, 2, &[1.0, value, value, 1.0]);
+        // Nothing can be said of one unknown while it is not known how the other takes part in it.
+        let beside = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, f64::NAN]);
+        let broken = [f64::NAN, f64::INFINITY].map(broken);
+        for matrix in
+            broken.into_iter().chain([DMatrix::zeros(2, 2), -DMatrix::identity(2, 2), beside])
+        {
+            let covariance = covariance(&matrix);
+            for i in 0..2 {
+                assert_eq!(covariance.deviation(i), f64::INFINITY);
+                assert_eq!([0, 1].map(|j| covariance.correlation(i, j)), [0.0; 2]);
+            }
+        }
+        assert_eq!(covariance(&DMatrix::zeros(0, 0)).unknowns(), 0);
+    }
+}

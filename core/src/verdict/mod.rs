@@ -1,0 +1,69 @@
+//! How far an estimate can be trusted, from the information matrix of its fit.
+//!
+//! The information matrix `N` is the inverse covariance of the unknowns, which are all dimensionless: logarithms of
+//! parameters, nuisances in units of their prior. [`Covariance`] is its inverse where it has one, [`Direction`]s are
+//! its eigenvectors that the data tell badly, and [`Trust`] makes a verdict of a standard deviation.
+
+mod covariance;
+mod directions;
+mod jacobi;
+mod trust;
+
+pub use covariance::Covariance;
+pub(crate) use directions::weak_directions;
+pub use directions::{Direction, MAX_DIRECTIONS};
+pub use trust::{Trust, Verdict};
+
+use crate::refine::normal::Normal;
+use crate::unknowns::MAX_UNKNOWNS;
+
+/// Part of its diagonal's information below which a combination of unknowns has none.
+///
+/// The sums behind the matrix and the factorisation of a hundred unknowns leave of an exact dependence some 1e-14, and
+/// what is near that may be rounding. Nothing is lost by staying a hundredfold above: what falls below is told a
+/// million times worse than if the other unknowns were known, and few are told better than to 1e-5 even then.
+const RANK: f64 = 1e-12;
+
+/// Information up to which an unknown is not told at all, and takes no part in what is told of the others.
+///
+/// A logarithm that moves by 10, a factor of 22,000, then moves the residuals by a thousandth of their noise. What a
+/// column of rounding errors seems to share with another must not spoil that one.
+const NOTHING: f64 = 1e-8;
+
+/// Which unknowns the data tell something of; none at all if the matrix is broken.
+fn told_of<const L: usize>(information: &Normal<L>) -> [bool; MAX_UNKNOWNS] {
+    let unknowns = information.unknowns();
+    let sound = (0..unknowns).all(|i| information.row(i).iter().all(|entry| entry.is_finite()));
+    core::array::from_fn(|i| sound && i < unknowns && information.row(i)[i] > NOTHING)
+}
+
+#[cfg(test)]
+mod testing {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::refine::normal::packed;
+
+    pub(super) type Information = Normal<{ packed(MAX_UNKNOWNS + 1) }>;
+
+    /// The information matrix of a fit.
+    pub(super) fn information(matrix: &DMatrix<f64>) -> Information {
+        let mut information = Normal::new();
+        information.reset(matrix.nrows());
+        for i in 0..matrix.nrows() {
+            for j in 0..=i {
+                *information.entry(i, j) = matrix[(i, j)];
+            }
+        }
+        information
+    }
+
+    /// Rows of `columns` values, column `i` scaled by `10^magnitudes[i]`.
+    pub(super) fn jacobian(columns: usize, values: &[f64], magnitudes: &[f64]) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::from_row_slice(values.len() / columns, columns, values);
+        for (mut column, magnitude) in jacobian.column_iter_mut().zip(magnitudes) {
+            column *= 10_f64.powf(*magnitude);
+        }
+        jacobian
+    }
+}

@@ -1,0 +1,81 @@
+//! How far a parameter can be trusted, by its relative standard deviation.
+
+/// Up to this relative standard deviation a parameter is identified.
+const IDENTIFIED: f64 = 0.05;
+/// Up to this one it is weak; beyond, the data do not tell it.
+pub(super) const WEAK: f64 = 0.30;
+
+/// How far a parameter can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The data tell it: its standard deviation is at most 5 % of its value.
+    Identified,
+    /// The data tell it roughly: to at most 30 %, or in a fit that may have missed the right minimum.
+    Weak,
+    /// The data do not tell it.
+    NotObservable,
+}
+
+/// What the fit as a whole says of every parameter in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trust {
+    /// Standard deviations are this much larger than the noise makes them; NaN where nothing is to be trusted.
+    inflation: f64,
+    /// Whether the minimum is known to be the right one.
+    settled: bool,
+}
+
+impl Trust {
+    /// From χ² per degree of freedom of the fit, and whether its minimum is known to be the right one.
+    ///
+    /// Residuals that are larger than the noise explains come from something else that moves the parameters
+    /// as well: as much as a noise of their size would.
+    pub fn new(consistency: f64, settled: bool) -> Self {
+        let sane = consistency.is_finite() && consistency >= 0.0;
+        Self { inflation: if sane { libm::sqrt(consistency.max(1.0)) } else { f64::NAN }, settled }
+    }
+
+    /// The verdict on a parameter, and its standard deviation where there is one to speak of, both deviations in the
+    /// unit of the value.
+    pub fn verdict(&self, value: f64, standard_deviation: f64) -> (Verdict, Option<f64>) {
+        let standard_deviation = self.inflation * standard_deviation;
+        let relative = standard_deviation / value;
+        if !value.is_finite() || !(0.0..=WEAK).contains(&relative) {
+            (Verdict::NotObservable, None)
+        } else if relative <= IDENTIFIED && self.settled {
+            (Verdict::Identified, Some(standard_deviation))
+        } else {
+            (Verdict::Weak, Some(standard_deviation))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_confident_number_without_data() {
+        let sound = Trust::new(1.0, true);
+        assert_eq!(sound.verdict(1e7, 5e5), (Verdict::Identified, Some(5e5)));
+        assert_eq!(sound.verdict(1e7, 5.1e5), (Verdict::Weak, Some(5.1e5)));
+        assert_eq!(sound.verdict(1e7, 3.1e6), (Verdict::NotObservable, None));
+        for nothing in [f64::INFINITY, f64::NAN, -1.0] {
+            assert_eq!(sound.verdict(1e7, nothing), (Verdict::NotObservable, None));
+            assert_eq!(sound.verdict(nothing, 1.0), (Verdict::NotObservable, None));
+        }
+    }
+
+    #[test]
+    fn no_confident_number_from_a_bad_fit() {
+        let verdict = |consistency, settled| Trust::new(consistency, settled).verdict(1e7, 1e5);
+        assert_eq!(verdict(0.5, true), (Verdict::Identified, Some(1e5)));
+        assert_eq!(verdict(4.0, true), (Verdict::Identified, Some(2e5)));
+        assert_eq!(verdict(100.0, true), (Verdict::Weak, Some(1e6)));
+        assert_eq!(verdict(1e4, true), (Verdict::NotObservable, None));
+        assert_eq!(verdict(1.0, false), (Verdict::Weak, Some(1e5)));
+        for broken in [f64::NAN, f64::INFINITY, -1.0] {
+            assert_eq!(verdict(broken, true), (Verdict::NotObservable, None));
+        }
+    }
+}
