@@ -3,7 +3,7 @@
 //!
 //! A refinement that converges is accepted if noise alone explains its residuals, and the records stand clear of
 //! the noise. If not, either the basin is wrong, or the model is, or the noise hides which; another search tells: the
-//! best minimum reached twice is accepted as well, with the remark that the model is suspect if the noise does not
+//! best minimum reached again and again is accepted as well, with the remark that the model is suspect if the noise does not
 //! explain it. A bare threshold would restart for ever on real data.
 //!
 //! Work is budgeted per change of the records, not by the clock, so that the same records give the same estimate
@@ -32,6 +32,10 @@ const CONSISTENT: f64 = 1.3;
 const CLEAR: f64 = 0.05;
 /// Two minima are the same if their sums of squares differ by less than this part.
 const SAME_MINIMUM: f64 = 1e-3;
+/// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin,
+const TIMES_CONSISTENT: u32 = 2;
+/// and where its residuals are larger than the noise explains: two robots of 1200 reach a wrong basin twice in a row.
+const TIMES_SUSPECT: u32 = 4;
 /// Excess of the retired records' sum of squares per unknown up to which they may agree with those that are kept.
 const AGREEING: f64 = 3.0;
 /// Searches that one change of the records may cost.
@@ -55,7 +59,7 @@ pub enum Phase {
 pub enum Acceptance {
     /// The residuals are as large as the noise explains.
     Consistent,
-    /// The same minimum was reached from two searches, and its residuals are larger than the noise
+    /// The same minimum was reached from several searches, and its residuals are larger than the noise
     /// explains: the model is wrong.
     ModelSuspect,
     /// The budget of starts ran out before either.
@@ -139,6 +143,8 @@ pub struct Identifier<R> {
 struct Minimum {
     coordinates: Coordinates,
     fit: Fit,
+    /// How often it has been reached.
+    times: u32,
 }
 
 impl<R: Rng> Identifier<R> {
@@ -306,25 +312,25 @@ impl<R: Rng> Identifier<R> {
         converged: bool,
         experiments: &mut [Experiment<B>],
     ) {
-        let found = Minimum { coordinates: *self.refinement.coordinates(), fit };
+        let mut found = Minimum { coordinates: *self.refinement.coordinates(), fit, times: 1 };
         if converged && self.reconsiders(&found) {
             return;
         }
         if converged && found.is_beyond_doubt() {
             return self.settle(&found, Acceptance::Consistent, experiments);
         }
-        let again = converged && self.best.as_ref().is_some_and(|best| found.is_as_good_as(best));
         let best = match self.best.take() {
+            Some(best) if converged && found.is_as_good_as(&best) => {
+                found.times += best.times;
+                found
+            }
             Some(best) if best.fit.sum_of_squares < found.fit.sum_of_squares => best,
             _ => found,
         };
-        if again {
-            let acceptance = if best.is_consistent() {
-                Acceptance::Consistent
-            } else {
-                Acceptance::ModelSuspect
-            };
-            self.settle(&best, acceptance, experiments);
+        if best.times >= TIMES_CONSISTENT && best.is_consistent() {
+            self.settle(&best, Acceptance::Consistent, experiments);
+        } else if best.times >= TIMES_SUSPECT {
+            self.settle(&best, Acceptance::ModelSuspect, experiments);
         } else if self.starts >= MAX_STARTS {
             self.settle(&best, Acceptance::Unsettled, experiments);
         } else {

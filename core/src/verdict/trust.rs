@@ -2,6 +2,8 @@
 
 /// Up to this relative standard deviation a parameter is identified.
 const IDENTIFIED: f64 = 0.05;
+/// Where residuals are larger than this many times what the noise explains, nothing is identified: it may be a wrong minimum.
+const SUSPECT: f64 = 2.0;
 /// Up to this one it is weak; beyond, the data do not tell it.
 pub(super) const WEAK: f64 = 0.30;
 
@@ -42,7 +44,7 @@ impl Trust {
         let relative = standard_deviation / value;
         if !value.is_finite() || !(0.0..=WEAK).contains(&relative) {
             (Verdict::NotObservable, None)
-        } else if relative <= IDENTIFIED && self.settled {
+        } else if relative <= IDENTIFIED && self.settled && self.inflation <= SUSPECT {
             (Verdict::Identified, Some(standard_deviation))
         } else {
             (Verdict::Weak, Some(standard_deviation))
@@ -71,6 +73,7 @@ mod tests {
         let verdict = |consistency, settled| Trust::new(consistency, settled).verdict(1e7, 1e5);
         assert_eq!(verdict(0.5, true), (Verdict::Identified, Some(1e5)));
         assert_eq!(verdict(4.0, true), (Verdict::Identified, Some(2e5)));
+        assert_eq!(verdict(4.01, true).0, Verdict::Weak);
         assert_eq!(verdict(100.0, true), (Verdict::Weak, Some(1e6)));
         assert_eq!(verdict(1e4, true), (Verdict::NotObservable, None));
         assert_eq!(verdict(1.0, false), (Verdict::Weak, Some(1e5)));
