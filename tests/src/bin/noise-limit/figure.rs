@@ -1,0 +1,118 @@
+//! One number with its limit, and the table of all.
+
+use std::fmt;
+use std::time::Duration;
+
+/// A measured number and its limit.
+pub(crate) struct Figure {
+    pub(crate) what: String,
+    pub(crate) limit: String,
+    pub(crate) measured: String,
+    pub(crate) held: bool,
+    /// Runs that it rests on.
+    pub(crate) runs: usize,
+}
+
+/// What a part of the proof came to.
+pub(crate) struct Proven {
+    pub(crate) part: &'static str,
+    pub(crate) figures: Vec<Figure>,
+    pub(crate) took: Duration,
+}
+
+/// All parts as a Markdown table.
+pub(crate) struct Table(pub(crate) Vec<Proven>);
+
+impl Figure {
+    /// A number that must not pass `limit`; `digits` after the point.
+    pub(crate) fn at_most(
+        what: impl Into<String>,
+        runs: usize,
+        limit: f64,
+        measured: f64,
+        unit: &str,
+    ) -> Self {
+        Self {
+            what: what.into(),
+            limit: format!("≤ {limit:.3}{unit}"),
+            measured: format!("{measured:.3}{unit}"),
+            held: measured <= limit,
+            runs,
+        }
+    }
+
+    /// A number that must lie within `[least, most]`.
+    pub(crate) fn within(
+        what: impl Into<String>,
+        runs: usize,
+        [least, most]: [f64; 2],
+        measured: f64,
+        unit: &str,
+    ) -> Self {
+        Self {
+            what: what.into(),
+            limit: format!("{least:.1} to {most:.1}{unit}"),
+            measured: format!("{measured:.2}{unit}"),
+            held: (least..=most).contains(&measured),
+            runs,
+        }
+    }
+
+    /// A count of runs.
+    pub(crate) fn count(
+        what: impl Into<String>,
+        runs: usize,
+        held: bool,
+        count: usize,
+        limit: &str,
+    ) -> Self {
+        Self {
+            what: what.into(),
+            limit: limit.into(),
+            measured: format!("{count} of {runs}"),
+            held,
+            runs,
+        }
+    }
+
+    /// What else the measured number is, in words.
+    pub(crate) fn remark(mut self, remark: impl fmt::Display) -> Self {
+        self.measured = format!("{} ({remark})", self.measured);
+        self
+    }
+}
+
+impl Table {
+    pub(crate) fn held(&self) -> bool {
+        self.0.iter().flat_map(|proven| &proven.figures).all(|figure| figure.held)
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "| part | figure | limit | measured | held | runs | s |")?;
+        writeln!(f, "| ---- | ------ | ----- | -------- | ---- | ---- | - |")?;
+        for Proven { part, figures, took } in &self.0 {
+            for Figure { what, limit, measured, held, runs } in figures {
+                let (held, seconds) = (if *held { "yes" } else { "**no**" }, took.as_secs());
+                writeln!(
+                    f,
+                    "| {part} | {what} | {limit} | {measured} | {held} | {runs} | {seconds} |"
+                )?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The middle of values; of an even number the mean of the two in the middle.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let len = values.len();
+    if len == 0 { f64::NAN } else { 0.5 * (values[(len - 1) / 2] + values[len / 2]) }
+}
+
+/// Root of the mean of the squares.
+pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
+}

@@ -1,0 +1,83 @@
+//! Without noise, neither the basin nor the ends of the records leave a trace.
+
+use anyhow::Result;
+use rayon::prelude::*;
+
+use crate::bound::{deviations, information};
+use crate::figure::{Figure, median};
+use crate::find::{Task, find};
+use crate::linear::motion;
+use crate::records::{SAMPLES, Signals};
+use crate::study::{Purpose, Study, name, random};
+
+/// Robots of the full proof.
+const ROBOTS: usize = 200;
+/// Largest error, in standard deviations that the noise would give.
+const LIMIT: f64 = 0.1;
+
+/// The parameter that is furthest off, in standard deviations.
+struct Worst {
+    robot: u64,
+    parameter: usize,
+    score: f64,
+    consistency: f64,
+    starts: u32,
+}
+
+pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
+    let robots = robots.min(ROBOTS);
+    let cuts = study.cuts();
+    let one = |robot: u64| -> Result<Worst> {
+        let truth = study.robot(robot);
+        let mut records = Vec::new();
+        let mut told = Vec::new();
+        for cut in &cuts[robot as usize % cuts.len()] {
+            let motion = motion(&study.chain, &truth, cut);
+            records.push(Signals::new(&cut.pose, &motion).exact(study));
+            told.push(information(study, &study.chain, &truth, cut, &motion, 0..SAMPLES)?);
+        }
+        let deviations = deviations(&told.into_iter().sum())?;
+        let (chain, bounds) = (&study.chain, study.scenario.bounds);
+        let task = Task { chain, bounds, measurement: study.measurement };
+        let found = find(&task, &records, random(Purpose::Search, robot).0)?;
+        let scores = found.errors(&truth).into_iter().zip(deviations).map(|(e, d)| (e / d).abs());
+        let (parameter, score) =
+            scores.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::NAN));
+        let (consistency, starts) = (found.consistency, found.starts);
+        Ok(Worst { robot, parameter, score, consistency, starts })
+    };
+    let mut all = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
+    all.sort_by(|a, b| a.score.total_cmp(&b.score));
+    if details {
+        for worst in all.iter().rev().take(10) {
+            eprintln!(
+                "robot {}: {} off by {:.4} σ, χ²/dof {:.2e}, {} starts",
+                worst.robot,
+                name(worst.parameter),
+                worst.score,
+                worst.consistency,
+                worst.starts
+            );
+        }
+    }
+    let found = all.iter().filter(|worst| worst.score <= LIMIT).count();
+    let first = all.iter().filter(|worst| worst.starts == 1).count();
+    let largest = all.last();
+    Ok(vec![
+        Figure::count("robots found without noise", robots, found == robots, found, "all")
+            .remark(format_args!("{first} at the first start")),
+        Figure::at_most(
+            "largest error of a parameter",
+            robots,
+            LIMIT,
+            largest.map_or(f64::NAN, |worst| worst.score),
+            " σ",
+        )
+        .remark(format_args!(
+            "median of the robots {:.4} σ; worst is robot {}, {}",
+            median(all.iter().map(|worst| worst.score).collect()),
+            largest.map_or(0, |worst| worst.robot),
+            name(largest.map_or(0, |worst| worst.parameter))
+        )),
+    ])
+}
