@@ -17,20 +17,18 @@ use flexid_core::chain::Chain;
 use flexid_core::loss;
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::receptance::lanes::{Kernel, Lanes, Precision};
-use flexid_core::receptance::{Complex, Terms, receptance};
+use flexid_core::receptance::{Complex, Terms};
 use nalgebra::Vector3;
 use realfft::num_complex::Complex as Bin;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
+use super::thinning::{Entries, Line, ROWS};
 use crate::simulation::experiment::Response;
 use crate::simulation::scenario::Sampling;
 
 /// αT: what rings on after the record is damped by `e^(−αT)`, and the receptance's rounding grows by `e^(αT)`; together
 /// they are a thousandth of the displacement.
 const DECAY: f64 = 6.5;
-/// Bins come in groups of this many, the widest vector.
-const GROUP: usize = 16;
-
 /// The part of the band, up to its edge, in which it rolls off.
 pub const ROLL_OFF: f64 = 0.2;
 
@@ -48,12 +46,9 @@ pub enum Loss {
 /// One experiment of the reference model, ready to be compared with.
 pub struct Reference {
     terms: Terms<f32>,
-    alpha: f32,
-    /// Imaginary parts of the complex frequencies, rad/s; as many as [`GROUP`] divides.
-    omega: Vec<f32>,
-    /// Weighted force along each axis, real and imaginary parts, Ns.
+    line: Line,
+    /// Weighted force along each axis, real and imaginary parts, Ns, at the line's places.
     force: [[Vec<f32>; 2]; 3],
-    /// Bins that are not filling.
     bins: usize,
     /// `e^(αt) / T` at the samples: from the transform to the series.
     growth: Vec<f32>,
@@ -69,6 +64,7 @@ pub struct Reference {
 /// Room for one model's displacement; may serve any number of references.
 #[derive(Default)]
 pub struct Scratch {
+    receptance: Entries,
     weighted: [Vec<Bin<f32>>; 3],
     series: [Vec<f32>; 3],
     spectrum: Vec<Bin<f32>>,
@@ -100,16 +96,14 @@ impl Reference {
             spectrum.into_iter().enumerate().map(scaled).collect::<Vec<_>>()
         };
 
-        let filled = bins.next_multiple_of(GROUP);
-        let part = |spectrum: &[Bin<f64>], part: usize| {
-            let mut values: Vec<f32> =
-                spectrum.iter().map(|bin| [bin.re, bin.im][part] as f32).collect();
-            values.resize(filled, 0.0);
-            values
-        };
+        let places = Line::new(alpha, TAU / duration, bins);
         let force = [0, 1, 2].map(|axis| {
             let spectrum = line(&response.force, axis);
-            [0, 1].map(|which| part(&spectrum, which))
+            let at = |bin: usize| spectrum.get(bin).copied().unwrap_or_default();
+            let parts = |part: fn(Bin<f64>) -> f64| {
+                places.bins.iter().map(|&bin| part(at(bin)) as f32).collect()
+            };
+            [parts(|bin| bin.re), parts(|bin| bin.im)]
         });
 
         let any = Bushing { stiffness: [1.0; 6], damping: [1.0; 6] };
@@ -119,8 +113,7 @@ impl Reference {
         let growth = |n: usize| (alpha * n as f64 / rate_hz).exp() / duration;
         let mut reference = Self {
             terms: Terms::new(&linear, &bushings, false),
-            alpha: alpha as f32,
-            omega: (0..filled).map(|bin| (TAU * bin as f64 / duration) as f32).collect(),
+            line: places,
             force,
             bins,
             growth: (0..kept).map(|n| growth(n) as f32).collect(),
@@ -159,10 +152,12 @@ impl Reference {
     ) -> &'a [Vec<f32>; 3] {
         let mut terms = self.terms.clone();
         terms.set_bushings(bushings);
+        self.line.receptance(&terms, level, &mut scratch.receptance);
         for weighted in &mut scratch.weighted {
-            weighted.resize(self.omega.len(), Bin::default());
+            weighted.resize(self.bins, Bin::default());
         }
-        f32::dispatch(level, Move { reference: self, terms: &terms, moved: &mut scratch.weighted });
+        let Scratch { receptance, weighted, .. } = scratch;
+        f32::dispatch(level, Move { reference: self, receptance, moved: weighted });
         self.to_series(scratch);
         &scratch.series
     }
@@ -237,7 +232,7 @@ fn roll_off(bin: usize, bins: usize) -> f64 {
 /// `X̂ = H F` on the line.
 struct Move<'a> {
     reference: &'a Reference,
-    terms: &'a Terms<f32>,
+    receptance: &'a Entries,
     moved: &'a mut [Vec<Bin<f32>>; 3],
 }
 
@@ -246,22 +241,24 @@ impl Kernel<f32> for Move<'_> {
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f32>>(self, like: V) {
-        let Self { reference, terms, moved } = self;
-        for first in (0..reference.omega.len()).step_by(V::WIDTH) {
-            let s = Complex::new(like.fill(reference.alpha), like.load(&reference.omega[first..]));
-            let [xx, yx, yy, zx, zy, zz] = receptance(terms, s);
-            let [x, y, z] = [0, 1, 2].map(|axis| {
-                let [re, im] = &reference.force[axis];
+        let Self { reference, receptance, moved } = self;
+        for (first, bins) in reference.line.bins.chunks_exact(V::WIDTH).enumerate() {
+            let first = first * V::WIDTH;
+            let at = |[re, im]: &[Vec<f32>; 2]| {
                 Complex::new(like.load(&re[first..]), like.load(&im[first..]))
-            });
-            for (axis, row) in [[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]].into_iter().enumerate() {
-                let displacement = (row[0] * x).plus(row[1], y).plus(row[2], z);
-                let (mut re, mut im) = ([0.0_f32; GROUP], [0.0_f32; GROUP]);
+            };
+            let force = reference.force.each_ref().map(at);
+            let entries = receptance.each_ref().map(at);
+            for (row, moved) in ROWS.into_iter().zip(moved.iter_mut()) {
+                let [x, y, z] = row.map(|entry| entries[entry]);
+                let displacement = (x * force[0]).plus(y, force[1]).plus(z, force[2]);
+                let (mut re, mut im) = ([0.0_f32; 16], [0.0_f32; 16]);
                 displacement.re.store(&mut re);
                 displacement.im.store(&mut im);
-                let moved = &mut moved[axis][first..first + V::WIDTH];
-                for (moved, (&re, &im)) in moved.iter_mut().zip(re.iter().zip(&im)) {
-                    *moved = Bin::new(re, im);
+                for (&bin, (&re, &im)) in bins.iter().zip(re.iter().zip(&im)) {
+                    if let Some(moved) = moved.get_mut(bin) {
+                        *moved = Bin::new(re, im);
+                    }
                 }
             }
         }

@@ -28,7 +28,7 @@ pub struct Method {
     /// How it works.
     pub kind: Kind,
     /// Robots that it meets in a full run: as many as the scatter between robots asks for a power of 0.8 at the paper's
-    /// effects, as far as half an hour on two cores goes. It does not go far enough where the paper's effect is half a
+    /// effects, as far as ten minutes on two cores go. They do not go far enough where the paper's effect is half a
     /// percent: for ABL (it would take 360), and for the Jacobian against GSA (690).
     pub robots: usize,
     /// The paper's parameter deviation: from its table 1, and the differences of its section 5.1.

@@ -15,7 +15,7 @@ use super::displacement::Reference;
 use crate::simulation::experiment::{Cut, Response};
 use crate::simulation::scenario::{Experiment, Scenario};
 
-/// Experiments that a fit is tried on.
+/// Experiments of a robot that fits are tried on.
 pub const UNSEEN: usize = 5;
 
 /// What is known of every robot.
@@ -59,7 +59,7 @@ pub struct Robot {
     pub truth: Vec<Bushing>,
     /// The scenario's experiments.
     pub seen: Vec<Trial>,
-    /// [`UNSEEN`] others, at poses drawn within the joints' limits.
+    /// Others, at poses drawn within the joints' limits.
     pub unseen: Vec<Unseen>,
 }
 
@@ -100,11 +100,11 @@ impl Study {
         12 * self.chain.joints().len()
     }
 
-    /// Robot `number` of those that `seed` stands for, and what it does.
+    /// Robot `number` of those that `seed` stands for, and what it does; so many experiments are `unseen`.
     ///
     /// # Errors
     /// It does not stand the cutting force.
-    pub fn draw(&self, seed: u64, number: u64) -> Result<Robot, BadInput> {
+    pub fn draw(&self, seed: u64, number: u64, unseen: usize) -> Result<Robot, BadInput> {
         let mut rng = generator(seed, number, Purpose::Robot);
         let scenario = &self.scenario;
         let truth = scenario.draw_truth(&mut rng);
@@ -118,7 +118,7 @@ impl Study {
         };
         let seen: Vec<_> = scenario.experiments.iter().map(&mut cut).map(trial).collect();
         let mut poses = generator(seed, number, Purpose::Poses);
-        let unseen = (0..UNSEEN).map(|_| {
+        let unseen = (0..unseen).map(|_| {
             let cut = cut(&scenario.draw_experiment(&self.model, &mut poses));
             let response = cut.response(&self.chain, &truth);
             Unseen { cut, response }
@@ -190,7 +190,7 @@ mod tests {
         scenario.cutting.peak_tangential_n = 1e5;
         let (file, is_reference) = (PathBuf::from("s.toml"), false);
         let study = Study { file, is_reference, chain, model: model(), scenario };
-        let Err(error) = study.draw(1, 0) else { panic!("it stands") };
+        let Err(error) = study.draw(1, 0, UNSEEN) else { panic!("it stands") };
         assert!(error.to_string().starts_with("s.toml: a robot drawn from [bounds] gives way"));
     }
 

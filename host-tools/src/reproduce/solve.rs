@@ -13,7 +13,7 @@ use super::method::{Kind, Method, SAMPLES, Sensitivity, Variant};
 use super::rivals::Minimise;
 use super::robot::{Purpose, Robot, Study, generator};
 use super::sobol::SobolError;
-use super::test_stand::TestStand;
+use super::test_stand::{TestStand, mean};
 use super::{Effort, flexid};
 
 /// What one method made of one robot.
@@ -23,7 +23,8 @@ pub struct Outcome {
     pub curve: Vec<f64>,
     /// Parameter deviation at the end.
     pub deviation: f64,
-    /// Displacement errors on the unseen experiments, direction by direction; empty where the paper validates none.
+    /// Displacement errors on the unseen experiments, direction by direction; empty where there are none, or the paper
+    /// does not try the method.
     pub errors: Vec<f64>,
     /// The parameters that it ends with.
     pub fitted: Vec<Bushing>,
@@ -94,16 +95,38 @@ fn search(
 ) -> (Vec<f64>, Vec<Bushing>) {
     let mut rng = generator(effort.seed, stand.robot.number, Purpose::Search);
     let mut search = Search::new(variant.strategy(effort.iterations), stand.study.parameters());
+    // Only where samples are taken whole is one that is worse than another of no use at all.
+    let taken_whole = matches!(weighing, Weighing::Mean);
     search.renew(weighing);
     let mut curve = vec![stand.deviation(search.centre())];
+    let mut best = Tried::default();
     while !search.finished() {
+        let mut least = f32::INFINITY;
         for _ in 0..SAMPLES {
-            let losses = stand.losses(variant.loss, search.ask(&mut rng));
-            search.tell(&losses);
+            let sample = search.ask(&mut rng);
+            // Mostly the centre: the best sample of the iteration before.
+            if sample != best.sample {
+                let limit = if taken_whole { least } else { f32::INFINITY };
+                let losses = stand.losses_below(limit, variant.loss, sample);
+                if mean(&losses) >= least {
+                    search.tell(&losses);
+                    continue;
+                }
+                best = Tried { sample: sample.to_vec(), losses };
+            }
+            least = mean(&best.losses);
+            search.tell(&best.losses);
         }
         curve.push(stand.deviation(search.centre()));
     }
     (curve, stand.bushings(search.centre()).to_vec())
+}
+
+/// A sample, and its losses.
+#[derive(Default)]
+struct Tried {
+    sample: Vec<f32>,
+    losses: Vec<f32>,
 }
 
 fn compete(
@@ -119,4 +142,50 @@ fn compete(
     let points = std::iter::once(&middle).chain(&progress.curve);
     let curve = points.map(|point| stand.deviation(point)).collect();
     (curve, stand.bushings(&progress.best).to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+    use crate::reproduce::method::METHODS;
+    use crate::simulation::scenario::tests::{mill3, model};
+
+    /// Every sample with all of its losses, the centre again and again.
+    fn plain(variant: &Variant, stand: &mut TestStand<'_>, effort: &Effort) -> Vec<f64> {
+        let mut rng = generator(effort.seed, stand.robot.number, Purpose::Search);
+        let parameters = stand.study.parameters();
+        let mut search = Search::new(variant.strategy(effort.iterations), parameters);
+        search.renew(weigh(variant, stand, effort).unwrap());
+        let mut curve = vec![stand.deviation(search.centre())];
+        while !search.finished() {
+            for _ in 0..SAMPLES {
+                let losses = stand.losses(variant.loss, search.ask(&mut rng));
+                search.tell(&losses);
+            }
+            curve.push(stand.deviation(search.centre()));
+        }
+        curve
+    }
+
+    #[test]
+    fn what_is_left_out_changes_nothing() {
+        let (scenario, chain) = mill3();
+        let file = PathBuf::from("scenario.toml");
+        let study = Study { file, is_reference: true, chain, model: model(), scenario };
+        let robot = study.draw(3, 0, 0).unwrap();
+        let effort = Effort { iterations: 25, ..Effort::QUICK };
+        for key in ["baseline", "ssp", "abl", "lo", "jacobian"] {
+            let method = METHODS.iter().find(|method| method.key == key).unwrap();
+            let Kind::Search(variant) = method.kind else { panic!("{key} does not search") };
+            let mut stand = TestStand::new(&study, &robot, Level::new());
+            let plain = plain(&variant, &mut stand, &effort);
+            let all = std::mem::take(&mut stand.evaluations);
+            let weighing = weigh(&variant, &mut stand, &effort).unwrap();
+            let (curve, _) = search(&variant, weighing, &mut stand, &effort);
+            assert_eq!(curve, plain, "{key}");
+            println!("{key}: {} of {all} evaluated", stand.evaluations);
+        }
+    }
 }

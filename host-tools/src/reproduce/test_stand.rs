@@ -22,6 +22,8 @@ pub struct TestStand<'a> {
     /// SIMD level of the model's evaluation.
     pub level: Level,
     scratch: Scratch,
+    /// The experiments, that with the largest losses first.
+    order: Vec<usize>,
     /// Evaluations so far, of all experiments each.
     pub evaluations: u64,
 }
@@ -29,7 +31,8 @@ pub struct TestStand<'a> {
 impl<'a> TestStand<'a> {
     /// Nothing evaluated yet.
     pub fn new(study: &'a Study, robot: &'a Robot, level: Level) -> Self {
-        Self { study, robot, level, scratch: Scratch::default(), evaluations: 0 }
+        let order = (0..robot.seen.len()).collect();
+        Self { study, robot, level, scratch: Scratch::default(), order, evaluations: 0 }
     }
 
     /// The parameters at `fractions` of the bounds.
@@ -39,12 +42,28 @@ impl<'a> TestStand<'a> {
 
     /// Losses of the guess at `fractions` of the bounds, direction by direction, experiment by experiment.
     pub fn losses(&mut self, loss: Loss, fractions: &[f32]) -> Vec<f32> {
+        self.losses_below(f32::INFINITY, loss, fractions)
+    }
+
+    /// The same, where their mean is below `limit`. Where it is not, it is not made sure by how much: experiments that
+    /// are not needed to know this are left out, and have losses of 0.
+    pub fn losses_below(&mut self, limit: f32, loss: Loss, fractions: &[f32]) -> Vec<f32> {
         self.evaluations += 1;
         let bushings = self.bushings(fractions);
-        let losses = self.robot.seen.iter().flat_map(|trial| {
-            trial.reference.losses(loss, &bushings, self.level, &mut self.scratch)
-        });
-        losses.collect()
+        let mut losses = vec![0.0; 3 * self.robot.seen.len()];
+        for &experiment in &self.order {
+            let reference = &self.robot.seen[experiment].reference;
+            let found = reference.losses(loss, &bushings, self.level, &mut self.scratch);
+            losses[3 * experiment..3 * experiment + 3].copy_from_slice(&found);
+            // None is negative, and sums that round to less than they are stay below by less than this.
+            if mean(&losses) > limit * (1.0 + 1e-5) {
+                return losses;
+            }
+        }
+        let size =
+            |experiment: usize| losses[3 * experiment..3 * experiment + 3].iter().sum::<f32>();
+        self.order.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+        losses
     }
 
     /// Mean of the losses.
@@ -103,4 +122,9 @@ impl<'a> TestStand<'a> {
         let index = |row, column| total.indices[(row, column)] as f32;
         Ok(Sensitivities::new(outputs, parameters, index))
     }
+}
+
+/// Of the losses of a sample, as the search takes it.
+pub(super) fn mean(losses: &[f32]) -> f32 {
+    losses.iter().sum::<f32>() / losses.len() as f32
 }

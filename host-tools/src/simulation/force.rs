@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 use rand_core::Rng;
 use rand_distr::{Distribution, StandardNormal};
+use realfft::RealFftPlanner;
 
 use super::scenario::{Cutting, Experiment, Feed, Sampling};
 
@@ -20,6 +21,8 @@ const CUT: [f64; 2] = [0.05, 0.80];
 const EDGES: [f64; 2] = [0.25, 0.40];
 /// Attenuation of what must not pass, dB.
 const ATTENUATION_DB: f64 = 90.0;
+/// Transforms have a multiple of this power of two: such lengths are fast.
+const SMOOTH: u32 = 12;
 
 /// Force along the TCP's axes, N, one value each `1 / (OVERSAMPLING · rate_hz)` seconds from time 0.
 pub fn milling(
@@ -51,7 +54,7 @@ pub fn milling(
 /// misses a sine of 200 Hz by 1e-8 at the 50 kHz of the reference scenario. 0 outside.
 pub fn between(force: &[Vector3<f64>], time: f64) -> Vector3<f64> {
     let step = time * OVERSAMPLING as f64;
-    let (before, x) = (step.floor() as isize, step - step.floor());
+    let (first, x) = (step.floor() as isize - 1, step - step.floor());
     let weights = [
         -x * (x - 1.0) * (x - 2.0) / 6.0,
         (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
@@ -59,7 +62,13 @@ pub fn between(force: &[Vector3<f64>], time: f64) -> Vector3<f64> {
         (x + 1.0) * x * (x - 1.0) / 6.0,
     ];
     let value = |step: isize| usize::try_from(step).ok().and_then(|step| force.get(step));
-    (before - 1..).zip(weights).filter_map(|(step, weight)| Some(weight * value(step)?)).sum()
+    let inside = usize::try_from(first).ok().and_then(|first| force.get(first..first + 4));
+    match inside {
+        Some(values) => values.iter().zip(weights).map(|(value, weight)| weight * value).sum(),
+        None => {
+            (first..).zip(weights).filter_map(|(step, weight)| Some(weight * value(step)?)).sum()
+        }
+    }
 }
 
 /// Angle that the spindle has turned after `time` of a cut in which its speed grows evenly, rad.
@@ -121,15 +130,51 @@ fn bessel_i0(x: f64) -> f64 {
     })
 }
 
-/// Convolution with a symmetric filter, of which `half` is the half from the centre; zero outside.
+/// Convolution with a symmetric filter, of which `half` is the half from the centre; zero outside. By way of the
+/// spectra: the taps are many.
 fn filter(raw: &[Vector3<f64>], half: &[f64]) -> Vec<Vector3<f64>> {
-    let mut filtered: Vec<_> = raw.iter().map(|value| half[0] * value).collect();
-    for (shift, &tap) in half.iter().enumerate().skip(1) {
-        for (out, value) in filtered.iter_mut().zip(&raw[shift.min(raw.len())..]) {
-            *out += tap * value;
+    let mut filtered = vec![Vector3::zeros(); raw.len()];
+    let is_loaded = |force: &Vector3<f64>| *force != Vector3::zeros();
+    let (Some(first), Some(last)) =
+        (raw.iter().position(is_loaded), raw.iter().rposition(is_loaded))
+    else {
+        return filtered;
+    };
+    // Beyond the reach of the taps it is silent, not only quiet.
+    let reach = half.len() - 1;
+    let start = first.saturating_sub(reach);
+    let filtered_part = &mut filtered[start..raw.len().min(last + reach + 1)];
+    let loaded = &raw[first..=last];
+    let length = (loaded.len() + 2 * reach).next_multiple_of(1 << SMOOTH);
+    let mut planner = RealFftPlanner::new();
+    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let mut series = forward.make_input_vec();
+    let spectrum = |series: &mut [f64]| {
+        let mut spectrum = forward.make_output_vec();
+        // All buffers have the lengths that the plans ask for.
+        let _ = forward.process(series, &mut spectrum);
+        spectrum
+    };
+    // Centred on 0, and around the end, so that nothing is shifted: the spectrum is real.
+    series[..=reach].copy_from_slice(half);
+    for (tap, &value) in half.iter().enumerate().skip(1) {
+        series[length - tap] = value;
+    }
+    let passes: Vec<f64> = spectrum(&mut series).iter().map(|bin| bin.re / length as f64).collect();
+    for axis in 0..3 {
+        series.fill(0.0);
+        for (value, force) in series.iter_mut().zip(loaded) {
+            *value = force[axis];
         }
-        for (out, value) in filtered.iter_mut().skip(shift).zip(raw) {
-            *out += tap * value;
+        let mut spectrum = spectrum(&mut series);
+        for (bin, passes) in spectrum.iter_mut().zip(&passes) {
+            *bin *= passes;
+        }
+        let _ = inverse.process(&mut spectrum, &mut series);
+        // What was before the first is at the end.
+        let values = series.iter().cycle().skip(length - (first - start));
+        for (force, &value) in filtered_part.iter_mut().zip(values) {
+            force[axis] = value;
         }
     }
     filtered
@@ -185,6 +230,26 @@ mod tests {
             let ratio = (error / power).sqrt();
             assert!(ratio < 1e-5, "axis {axis}: {ratio:e}");
             assert!(ratio > 1e-12, "axis {axis}: {ratio:e} is too good to be a comparison");
+        }
+    }
+
+    /// The sum that a convolution is; loaded to both ends, in the middle, and not at all.
+    #[test]
+    fn the_filter_is_a_convolution() {
+        let half = [0.5, 0.2, -0.1, 0.03];
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);
+        for loaded in [0..50, 20..23, 0..1, 49..50, 0..0, 1..48] {
+            let mut raw = vec![Vector3::zeros(); 50];
+            for force in &mut raw[loaded] {
+                *force = Vector3::from_fn(|_, _| StandardNormal.sample(&mut rng));
+            }
+            for (n, found) in filter(&raw, &half).into_iter().enumerate() {
+                let tap = |m: usize| half.get(n.abs_diff(m)).copied().unwrap_or(0.0);
+                let sum: Vector3<f64> = raw.iter().enumerate().map(|(m, f)| tap(m) * f).sum();
+                assert!((found - sum).norm() < 1e-15, "{n}: {found} is not {sum}");
+                let is_silent = raw.iter().enumerate().all(|(m, f)| tap(m) * f == Vector3::zeros());
+                assert!(!is_silent || found == Vector3::zeros(), "{n}: {found} is not silent");
+            }
         }
     }
 

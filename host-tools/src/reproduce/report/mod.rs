@@ -111,7 +111,7 @@ fn validation(tables: &Tables) -> Markup {
                 tables,
                 "Table 3",
                 "Validation results: displacement error in experiments that were not identified from. Median over \
-                 directions and experiments, geometric mean over the robots that the method met; largest of any robot, direction \
+                 directions and experiments, geometric mean over the first robots, which all of these methods met; largest of any robot, direction \
                  and experiment. \
                  The paper's changes are computed from its rounded errors.",
                 &rows,
