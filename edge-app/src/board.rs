@@ -32,12 +32,18 @@ impl Board {
 
     /// Puts up a message in place of the one of its kind.
     pub fn publish(&self, message: FromEdge) {
-        let message = Arc::new(message);
+        self.publish_together([message]);
+    }
+
+    /// Puts up messages that belong together: whoever gets one gets the others right after it.
+    pub fn publish_together<const N: usize>(&self, messages: [FromEdge; N]) {
         let mut latest = self.lock();
-        latest.messages.retain(|(_, old)| discriminant(&**old) != discriminant(&*message));
-        latest.count += 1;
-        let number = latest.count;
-        latest.messages.push((number, message));
+        for message in messages.map(Arc::new) {
+            latest.messages.retain(|(_, old)| discriminant(&**old) != discriminant(&*message));
+            latest.count += 1;
+            let number = latest.count;
+            latest.messages.push((number, message));
+        }
         self.changed.notify_all();
     }
 
@@ -106,5 +112,31 @@ mod tests {
         board.close();
         assert_eq!(board.news(&mut seen, Duration::ZERO), Some(vec![Arc::new(progress(4))]));
         assert_eq!(board.news(&mut seen, Duration::from_secs(60)), None);
+    }
+
+    /// Whoever looks at any moment gets the two of one pair, and in their order.
+    #[test]
+    fn what_belongs_together_comes_together() {
+        let board = Board::new();
+        let other = |records| {
+            let reason = clipped(format_args!("{records}"));
+            FromEdge::Refused(Refusal { reason })
+        };
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for records in 0..2000 {
+                    board.publish_together([progress(records), other(records)]);
+                }
+                board.close();
+            });
+            let mut seen = 0;
+            let mut pairs = 0;
+            while let Some(news) = board.news(&mut seen, Duration::from_secs(60)) {
+                let FromEdge::Progress(first) = *news[0] else { panic!("{news:?}") };
+                assert_eq!((news.len(), &*news[1]), (2, &other(first.records)));
+                pairs += 1;
+            }
+            assert!(pairs > 0);
+        });
     }
 }

@@ -78,12 +78,12 @@ fn work(
         let solver = join(solver)?;
         Ok::<_, io::Error>((outcome?, solver))
     })?;
-    outcome.report = solver.report(&outcome.counts, &outcome.trouble);
+    outcome.finding = solver.finding(&outcome.counts, &outcome.trouble);
     if let Some(refusal) = solver.refusal() {
         outcome.state = refusal;
     }
-    if let Some(report) = &outcome.report {
-        board.publish(FromEdge::Report(report.clone()));
+    if let Some(finding) = &outcome.finding {
+        board.publish_together(finding.messages());
     }
     Ok(outcome)
 }
@@ -147,7 +147,7 @@ impl Reader<'_> {
             }
         }
         Ok(Outcome {
-            report: None,
+            finding: None,
             counts: intake.counts(),
             state: intake.state(self.config),
             trouble: match &broken {
@@ -259,8 +259,8 @@ fn solve<'a>(
             }
         });
         board.publish(FromEdge::Progress(solver.progress()));
-        if let Some(report) = solver.report(&counts, "") {
-            board.publish(FromEdge::Report(report));
+        if let Some(finding) = solver.finding(&counts, "") {
+            board.publish_together(finding.messages());
         }
         if stop.requested() {
             solver.leave(records.try_iter().count() as u64);

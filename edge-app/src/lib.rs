@@ -5,6 +5,7 @@
 pub mod board;
 pub mod config;
 pub mod daemon;
+pub mod finding;
 pub mod input;
 pub mod model;
 pub mod pipeline;

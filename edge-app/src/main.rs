@@ -76,8 +76,8 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let outcome = daemon::run(&config, &mut bus, &listeners, &stop)?;
     tell_service_manager(NotifyState::Stopping);
 
-    let result = match &outcome.report {
-        Some(report) => Summary(report).to_string(),
+    let result = match &outcome.finding {
+        Some(finding) => Summary(&finding.report).to_string(),
         None => format!("nothing identified: {}\n", outcome.state),
     };
     std::io::stdout().write_all(result.as_bytes()).context("the result cannot be printed")?;

@@ -35,7 +35,7 @@ impl fmt::Display for Summary<'_> {
                 .flat_map(|joint| joint.stiffness_verdict.iter().chain(&joint.damping_verdict))
         };
         let of = |wanted| verdicts().filter(|verdict| **verdict == wanted).count();
-        writeln!(
+        write!(
             f,
             "{} of {} parameters identified, {} weak, {} not observable",
             of(Verdict::Identified),
@@ -43,6 +43,10 @@ impl fmt::Display for Summary<'_> {
             of(Verdict::Weak),
             of(Verdict::NotObservable)
         )?;
+        match of(Verdict::Fixed) {
+            0 => writeln!(f)?,
+            fixed => writeln!(f, ", {fixed} fixed")?,
+        }
         warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"))
     }
 }
@@ -87,12 +91,15 @@ mod tests {
             acceptance: Acceptance::Consistent,
         };
         let warnings = [clipped("look at this")].into_iter().collect();
-        let report = Report { joints: [joint].into_iter().collect(), fit, warnings };
+        let mut report = Report { joints: [joint].into_iter().collect(), fit, warnings };
         assert_eq!(
             Summary(&report).to_string(),
             "consistent: χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records, 6000 frames, 2 lost; \
              2000 search samples, 1 refinement, 1.2 s\n\
              6 of 12 parameters identified, 2 weak, 4 not observable\nwarning: look at this\n"
         );
+        report.joints[0].damping_verdict[0] = Verdict::Fixed;
+        let text = Summary(&report).to_string();
+        assert!(text.contains("identified, 1 weak, 4 not observable, 1 fixed\n"), "{text}");
     }
 }

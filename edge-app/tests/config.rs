@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use flexid_core::unknowns::Coordinate;
 use flexid_edge::config::{Accelerometer, Config, Listen};
 
 const EDGE: &str = include_str!("../../host-tools/scenario/edge.toml");
@@ -55,6 +56,60 @@ fn what_is_left_out_has_its_default() {
 }
 
 #[test]
+fn what_is_sought_can_be_chosen() {
+    let sections = "[calibration]\ndelay_s = 1e-3\nlink_mass = 0.05\n\n[parameters]\n\
+        fixed = { \"joint_1.stiffness.tx\" = 1e8 }\n\
+        tied = [[\"joint_2.damping.rx\", \"joint_2.damping.ry\", \"joint_3.damping.rz\"]]\n\n[search]";
+    let sought = load("edge.toml", "[search]", sections).unwrap().sought;
+    // 36, less one that is fixed and two that follow a third; a delay and three masses.
+    assert_eq!(sought.unknowns(), 36 - 1 - 2 + 1 + 3);
+    assert_eq!(sought.unknown(Coordinate::Stiffness { joint: 0, dof: 0 }), None);
+    let tied = |joint, dof| sought.unknown(Coordinate::Damping { joint, dof }).unwrap();
+    assert_eq!((tied(1, 3), tied(1, 3)), (tied(1, 4), tied(2, 5)));
+    assert_eq!(sought.width(Coordinate::Delay), 1e-3);
+    assert_eq!(sought.unknown(Coordinate::ForceGain(0)), None);
+}
+
+#[test]
+fn mistakes_in_what_is_sought_name_place_and_mend() {
+    let table = [
+        ("[calibration]\ndelay_s = 0.0", "[calibration] delay_s is 0: must be positive"),
+        (
+            "[parameters]\nfixed = { \"joint_1.stiffness.tx\" = -1.0 }",
+            "[parameters] fixed \"joint_1.stiffness.tx\" is -1: must be positive",
+        ),
+        (
+            "[parameters]\nfixed = { \"stiffness.tx\" = 1.0 }",
+            "[parameters] fixed has \"stiffness.tx\": write it like \"joint_1.stiffness.tx\"",
+        ),
+        (
+            "[parameters]\nfixed = { \"joint_9.stiffness.tx\" = 1.0 }",
+            "[parameters] fixed has \"joint_9.stiffness.tx\": the model has no joint \"joint_9\", it has joint_1, joint_2, joint_3",
+        ),
+        (
+            "[parameters]\nfixed = { \"joint_1.stiffness.tq\" = 1.0 }",
+            "[parameters] fixed has \"joint_1.stiffness.tq\": \"tq\" is no degree of freedom: one of tx, ty, tz, rx, ry, rz",
+        ),
+        (
+            "[parameters]\nfixed = { \"joint_1.mass.tx\" = 1.0 }",
+            "[parameters] fixed has \"joint_1.mass.tx\": \"mass\" is neither \"stiffness\" nor \"damping\"",
+        ),
+        (
+            "[parameters]\ntied = [[\"joint_1.stiffness.tx\", \"joint_1.stiffness.rx\"]]",
+            "[parameters] tied: \"joint_1.stiffness.tx\" and \"joint_1.stiffness.rx\" have different [bounds]: tie like to like",
+        ),
+        (
+            "[parameters]\ntied = [[\"joint_1.stiffness.tx\", \"joint_1.stiffness.tx\"]]",
+            "[parameters] tied: \"joint_1.stiffness.tx\" is there twice: fix or tie it once",
+        ),
+    ];
+    for (section, message) in table {
+        let error = load("edge.toml", "[search]", &format!("{section}\n\n[search]")).unwrap_err();
+        assert_eq!(error, format!("edge.toml: {message}"));
+    }
+}
+
+#[test]
 fn mistakes_in_the_config_name_place_and_mend() {
     let table = [
         // Keys and syntax.
@@ -82,7 +137,7 @@ fn mistakes_in_the_config_name_place_and_mend() {
         (
             "seed = 1",
             "colour = 1",
-            "edge.toml:31: [search] colour: unknown key `colour`: known are seed",
+            "edge.toml:44: [search] colour: unknown key `colour`: known are seed",
         ),
         ("rate_hz = 2000.0\n", "", "edge.toml:25: [measurement] key `rate_hz` (in Hz) is missing"),
         (
@@ -114,7 +169,7 @@ fn mistakes_in_the_config_name_place_and_mend() {
         (
             "seed = 1",
             "seed = -1",
-            "edge.toml:31: [search] seed: invalid value: integer `-1`, expected a whole number that is not negative",
+            "edge.toml:44: [search] seed: invalid value: integer `-1`, expected a whole number that is not negative",
         ),
         (
             "rate_hz = 2000.0",

@@ -199,9 +199,14 @@ fn a_bus_that_falls_silent_ends_the_record() {
             }
         };
         assert_eq!((report.joints.len(), report.fit.frames), (3, 1280));
+        // Right after it, whatever else has been put up meanwhile.
+        match client.receive() {
+            Some(FromEdge::Confidence(confidence)) => assert_eq!(confidence.joints.len(), 3),
+            other => panic!("a report without its confidence: {other:?}"),
+        }
         drop(bus);
     });
-    assert!(outcome.report.is_some());
+    assert!(outcome.finding.is_some());
 }
 
 #[test]
@@ -212,7 +217,7 @@ fn ends_with_its_bus_and_tells_its_clients() {
         drop(bus);
         while client.receive().is_some() {}
     });
-    assert!(outcome.report.is_none() && outcome.broken.is_none());
+    assert!(outcome.finding.is_none() && outcome.broken.is_none());
 }
 
 #[test]
@@ -223,5 +228,5 @@ fn ends_when_it_is_asked_to() {
         while client.receive().is_some() {}
         drop(bus);
     });
-    assert!(outcome.report.is_none() && outcome.broken.is_none());
+    assert!(outcome.finding.is_none() && outcome.broken.is_none());
 }

@@ -9,10 +9,11 @@ use embedded_can::StandardId;
 use flexid_core::stream::Reading;
 use flexid_edge::config::Config;
 use flexid_edge::daemon;
+use flexid_edge::finding::Finding;
 use flexid_edge::pipeline::{Intake, Outcome, Solver, run_offline};
 use flexid_edge::source::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 use flexid_edge::stop::Stop;
-use flexid_wire::report::Report;
+use flexid_wire::report::Verdict;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -92,11 +93,11 @@ fn source(config: &Config, breaks: bool) -> Replay {
     Replay { frames: frames.into_iter(), breaks }
 }
 
-/// A report without the one field that differs between equal runs.
-fn timeless(outcome: Outcome) -> Report {
-    let mut report = outcome.report.expect("a report");
-    report.fit.seconds = 0.0;
-    report
+/// A finding without the one field that differs between equal runs.
+fn timeless(outcome: Outcome) -> Finding {
+    let mut finding = outcome.finding.expect("a finding");
+    finding.report.fit.seconds = 0.0;
+    finding
 }
 
 #[test]
@@ -110,9 +111,9 @@ fn the_daemon_and_the_offline_tool_say_the_same() {
     });
     let offline = timeless(offline.unwrap());
     assert!(phases.lock().unwrap().len() >= 3, "search, refinement and end should be told");
-    assert!(offline.fit.records >= 2);
-    assert_eq!(offline.fit.frames_lost, 12);
-    assert_eq!(offline.joints.len(), 3);
+    assert!(offline.report.fit.records >= 2);
+    assert_eq!(offline.report.fit.frames_lost, 12);
+    assert_eq!(offline.report.joints.len(), 3);
 
     let again = run_offline(&config, &mut source(&config, false), |_| {}).unwrap();
     assert_eq!(timeless(again), offline);
@@ -122,6 +123,56 @@ fn the_daemon_and_the_offline_tool_say_the_same() {
     assert_eq!(timeless(daemon), offline);
 }
 
+/// What is asked of the shape of a confidence, whatever it says; a block of a ton is no robot, so it says much.
+#[test]
+fn a_confidence_goes_with_its_report() {
+    let config = config();
+    let Finding { report, confidence } =
+        timeless(run_offline(&config, &mut source(&config, false), |_| {}).unwrap());
+    let mut told = 0;
+    for (joint, intervals) in report.joints.iter().zip(&confidence.joints) {
+        assert_eq!(joint.name, intervals.name);
+        let stiffness = joint.stiffness.iter().zip(&joint.stiffness_std);
+        let damping = joint.damping.iter().zip(&joint.damping_std);
+        let ends = intervals.stiffness_interval.iter().chain(&intervals.damping_interval);
+        for ((value, std), ends) in stiffness.chain(damping).zip(ends) {
+            let Some([lower, upper]) = ends else { continue };
+            let relative = std.expect("an interval without a standard deviation") / value;
+            assert!(lower < value && value < upper, "{value} is not in {lower} to {upper}");
+            assert!(((upper / lower).ln() / (2.0 * 1.959_964 * relative) - 1.0).abs() < 1e-9);
+            told += 1;
+        }
+    }
+    let verdicts = report
+        .joints
+        .iter()
+        .flat_map(|joint| joint.stiffness_verdict.iter().chain(&joint.damping_verdict).copied());
+    let observable = verdicts.filter(|verdict| *verdict != Verdict::NotObservable).count();
+    assert_eq!(told, if report.fit.consistency <= 10.0 { observable } else { 0 });
+
+    let correlations = &confidence.correlations;
+    assert_eq!((correlations.unknowns.len(), correlations.percent.len()), (36, 36 * 35 / 2));
+    assert_eq!(correlations.unknowns[0], "joint_1 tx stiffness");
+    assert_eq!(correlations.unknowns[35], "joint_3 rz damping");
+    assert!(correlations.percent.iter().all(|percent| (-100..=100).contains(percent)));
+    assert!(!confidence.weak_directions.is_empty(), "an eighth of a second tells all of a robot");
+    for direction in &confidence.weak_directions {
+        assert!(direction.relative_std.is_none_or(|std| std > 0.3), "{direction:?}");
+        assert!(direction.text.contains(direction.shares[0].name.as_str()), "{direction:?}");
+        for share in &direction.shares {
+            assert!(correlations.unknowns.contains(&share.name), "{direction:?}");
+        }
+    }
+    assert_eq!(confidence.held_out.len() as u64, report.fit.records);
+    let poses = [[0.0, -0.45, 0.95], [0.7, -1.1, 1.9]];
+    for held_out in &confidence.held_out {
+        let near =
+            |pose: &[f64; 3]| pose.iter().zip(&held_out.pose).all(|(a, b)| (a - b).abs() < 1e-3);
+        assert!(poses.iter().any(near), "{held_out:?}");
+    }
+    assert!(confidence.nuisances.is_empty(), "none is asked for");
+}
+
 #[test]
 fn a_source_that_breaks_costs_nothing_that_was_taken() {
     let config = config();
@@ -129,14 +180,14 @@ fn a_source_that_breaks_costs_nothing_that_was_taken() {
     let offline = run_offline(&config, &mut source(&config, true), |_| {}).unwrap();
     assert_eq!(offline.broken.as_ref().unwrap().to_string(), "unplugged");
     assert_eq!(offline.trouble, "the recording breaks off: unplugged");
-    let report = timeless(offline);
-    assert_eq!(report.joints, whole.joints);
+    let report = timeless(offline).report;
+    assert_eq!(report.joints, whole.report.joints);
     assert!(report.warnings.iter().any(|warning| warning.contains("unplugged")));
 
     let daemon = daemon::run(&config, &mut source(&config, true), &[], &Stop::new()).unwrap();
     assert_eq!(daemon.broken.as_ref().unwrap().to_string(), "unplugged");
     assert_eq!(daemon.trouble, "the bus cannot be read any more: unplugged");
-    assert_eq!(timeless(daemon).joints, whole.joints);
+    assert_eq!(timeless(daemon).report.joints, whole.report.joints);
 }
 
 #[test]
@@ -144,18 +195,18 @@ fn nothing_to_tell_from_is_said_in_words() {
     let config = config();
     let mut empty = Replay { frames: Vec::new().into_iter(), breaks: false };
     let outcome = run_offline(&config, &mut empty, |_| {}).unwrap();
-    assert!(outcome.report.is_none());
+    assert!(outcome.finding.is_none());
     assert_eq!(outcome.state, "waiting for frames");
     let mut short = frames(&config, &[[0.0; 3]]);
     short.truncate(100);
     let without_joints = short.split_off(3);
     let mut short = Replay { frames: short.into_iter(), breaks: false };
     let outcome = run_offline(&config, &mut short, |_| {}).unwrap();
-    assert!(outcome.report.is_none());
+    assert!(outcome.finding.is_none());
     assert_eq!(outcome.state, "waiting for force frames: none seen");
     let mut without_joints = Replay { frames: without_joints.into_iter(), breaks: false };
     let outcome = run_offline(&config, &mut without_joints, |_| {}).unwrap();
-    assert!(outcome.report.is_none());
+    assert!(outcome.finding.is_none());
     assert_eq!(outcome.state, "waiting for joint angles: joint_1, joint_2, joint_3 not seen");
 }
 
@@ -212,7 +263,7 @@ fn what_keeps_frames_from_becoming_records_is_named() {
     for (outcome, expected) in states.iter().zip(expected) {
         assert!(outcome.state.starts_with(expected), "{}\n  is not\n{expected}", outcome.state);
         assert!(outcome.state.len() <= 160, "{} does not fit a message", outcome.state);
-        assert!(outcome.report.is_none());
+        assert!(outcome.finding.is_none());
     }
 }
 
@@ -233,7 +284,7 @@ fn some_odd_frames_are_warned_of_and_keep_nobody_from_recording() {
         }
     });
     assert_eq!((outcome.counts.clipped, outcome.counts.at_limit), (3, [3, 0, 0, 0, 0, 0]));
-    let warnings = outcome.report.expect("a report").warnings;
+    let warnings = outcome.finding.expect("a finding").report.warnings;
     for warning in [
         "at the limit: Fx in 3 frames: widen the range of the sensor or the signal",
         "1 frame of another length than [bus] dbc says: frames 0x101 have 0 bytes, by [bus] dbc 8: mend the DBC file or the sender (1 so far)",
@@ -258,12 +309,14 @@ fn a_record_at_hand_is_worked_through_after_the_end_is_asked_for() {
         let stop = Stop::new();
         stop.request();
         let mut solver = Solver::new(&config).unwrap();
-        assert!(solver.report(&intake.counts(), "").is_none());
+        assert!(solver.finding(&intake.counts(), "").is_none());
         solver.take(&records[0], &stop, |_| {});
-        let report = solver.report(&intake.counts(), "").expect("the record is not worked through");
-        assert_eq!(report.fit.records, 1);
+        let finding =
+            solver.finding(&intake.counts(), "").expect("the record is not worked through");
+        assert_eq!(finding.report.fit.records, 1);
+        assert!(finding.confidence.held_out.is_empty(), "there is no other to foretell it");
         solver.leave(2);
-        let report = solver.report(&intake.counts(), "").unwrap();
+        let report = solver.finding(&intake.counts(), "").unwrap().report;
         assert_eq!(report.fit.records, 1);
         let warning =
             "ended before the newest 2 records were worked through: they are not in the numbers";

@@ -3,6 +3,7 @@
 
 pub mod client;
 pub mod commands;
+mod confidence;
 mod console;
 pub mod demo;
 mod exit;

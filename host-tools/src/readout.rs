@@ -9,6 +9,7 @@ use flexid_wire::report::{Acceptance, JointReport, Report, Verdict};
 
 use crate::console::print;
 use crate::table;
+use flexid_edge::finding::Finding;
 use flexid_edge::summary::{Summary, count};
 
 /// The screen is drawn this often at most.
@@ -22,23 +23,31 @@ pub(crate) struct View {
     pub(crate) status: Option<Status>,
     pub(crate) progress: Option<Progress>,
     pub(crate) bus: Option<BusHealth>,
-    pub(crate) report: Option<Report>,
+    pub(crate) finding: Option<Finding>,
+    /// A report whose confidence is still to come.
+    report: Option<Report>,
 }
 
 impl View {
-    pub(crate) fn take(&mut self, message: FromEdge) {
+    /// Takes a message; the finding that it completes.
+    pub(crate) fn take(&mut self, message: FromEdge) -> Option<&Finding> {
         match message {
             FromEdge::Status(status) => self.status = Some(status),
             FromEdge::Progress(progress) => self.progress = Some(progress),
             FromEdge::BusHealth(bus) => self.bus = Some(bus),
             FromEdge::Report(report) => self.report = Some(report),
+            FromEdge::Confidence(confidence) => {
+                let report = self.report.take()?;
+                return Some(self.finding.insert(Finding { report, confidence }));
+            }
             FromEdge::Hello(_) | FromEdge::Refused(_) => {}
         }
+        None
     }
 
     /// The report on all records that the daemon has, once the work on them has ended.
     pub(crate) fn settled(&self) -> Option<&Report> {
-        let (progress, report) = (self.progress.as_ref()?, self.report.as_ref()?);
+        let (progress, report) = (self.progress.as_ref()?, &self.finding.as_ref()?.report);
         // Progress is told before the report that goes with it.
         let current = report.fit.records >= progress.records;
         (progress.phase == Phase::Settled && current).then_some(report)
@@ -151,14 +160,12 @@ impl Screen {
         }
     }
 
-    /// What is printed for each message.
-    pub(crate) fn hear(&mut self, message: &FromEdge) -> Result<()> {
-        if let (FromEdge::Report(report), Self::Json) = (message, &self) {
-            return print(&(serde_json::to_string(report)? + "\n"));
-        }
-        match (message, &self) {
-            (FromEdge::Report(report), Self::Lines { .. }) => print(&Summary(report).to_string()),
-            _ => Ok(()),
+    /// What is printed for each finding.
+    pub(crate) fn hear(&mut self, finding: &Finding) -> Result<()> {
+        match self {
+            Self::Json => print(&(serde_json::to_string(finding)? + "\n")),
+            Self::Lines { .. } => print(&Summary(&finding.report).to_string()),
+            Self::Live { .. } => Ok(()),
         }
     }
 
@@ -195,9 +202,9 @@ impl Screen {
         match self {
             Self::Json => Ok(()),
             Self::Lines { .. } => {
-                let report = view.report.as_ref().map(|report| table::report(report, None));
+                let table = view.finding.as_ref().map(|finding| table::finding(finding, None));
                 let bus = view.bus_line().map(|line| line + "\n");
-                print(&(report.unwrap_or_default() + &bus.unwrap_or_default()))
+                print(&(table.unwrap_or_default() + &bus.unwrap_or_default()))
             }
             Self::Live { drawn } => {
                 *drawn = None;
@@ -226,8 +233,8 @@ fn page(view: &View) -> String {
     if let Some(state) = view.state() {
         page += &format!("{state} ({percent:.0} %)\n");
     }
-    if let Some(report) = &view.report {
-        page += &table::report(report, None);
+    if let Some(finding) = &view.finding {
+        page += &table::finding(finding, None);
     }
     page
 }

@@ -1,12 +1,14 @@
-//! A report as a table for people.
+//! What was found, as a table for people.
 
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use flexid_core::parameters::Bushing;
+use flexid_edge::finding::Finding;
+pub(crate) use flexid_edge::pipeline::DOF_NAMES;
 use flexid_edge::summary::Summary;
+use flexid_wire::confidence::{Confidence, Interval};
 use flexid_wire::report::{Report, Verdict};
 
-/// Degrees of freedom in the order of all vectors of six.
-pub(crate) const DOF_NAMES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+use crate::confidence;
 
 /// A line below the header, and no other.
 const STYLE: TableStyle =
@@ -21,30 +23,30 @@ pub fn bushings(report: &Report) -> Vec<Bushing> {
     report.joints.iter().map(bushing).collect()
 }
 
-/// All parameters, how the fit went, and the warnings; with `truth` (base first) also the true values and
-/// how far the estimates are from them.
-pub fn report(report: &Report, truth: Option<&[Bushing]>) -> String {
+/// All parameters, how far to trust them, how the fit went, and the warnings; with `truth` (base first) also the
+/// true values and how far the estimates are from them.
+pub fn finding(Finding { report, confidence }: &Finding, truth: Option<&[Bushing]>) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
     let mut header = vec!["joint", "DOF"];
     for name in ["stiffness", "damping"] {
-        header.extend([name, "±", "verdict"]);
+        header.extend([name, "95 %", "verdict"]);
         if truth.is_some() {
             header.extend(["true", "off by"]);
         }
     }
     table.set_header(header);
-    for (index, joint) in report.joints.iter().enumerate() {
+    for (index, (joint, intervals)) in report.joints.iter().zip(&confidence.joints).enumerate() {
         let truth = truth.and_then(|truth| truth.get(index));
         for (dof, name) in DOF_NAMES.iter().enumerate() {
             let joint_name = if dof == 0 { joint.name.as_str() } else { "" };
             let mut row = vec![joint_name.to_owned(), (*name).to_owned()];
-            let (value, deviation) = (joint.stiffness[dof], joint.stiffness_std[dof]);
+            let (value, interval) = (joint.stiffness[dof], intervals.stiffness_interval[dof]);
             let true_value = truth.map(|truth| truth.stiffness[dof]);
-            row.extend(cells(value, deviation, joint.stiffness_verdict[dof], true_value));
-            let (value, deviation) = (joint.damping[dof], joint.damping_std[dof]);
+            row.extend(cells(value, interval, joint.stiffness_verdict[dof], true_value));
+            let (value, interval) = (joint.damping[dof], intervals.damping_interval[dof]);
             let true_value = truth.map(|truth| truth.damping[dof]);
-            row.extend(cells(value, deviation, joint.damping_verdict[dof], true_value));
+            row.extend(cells(value, interval, joint.damping_verdict[dof], true_value));
             table.add_row(row);
         }
     }
@@ -52,28 +54,64 @@ pub fn report(report: &Report, truth: Option<&[Bushing]>) -> String {
         column.set_cell_alignment(CellAlignment::Right);
     }
     format!(
-        "{table}\n N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them\n\n{}",
+        "{table}\n N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them\n{}\n{}{}",
+        caveat(report, confidence),
+        confidence::lines(confidence),
         Summary(report)
     )
 }
 
-/// Value, standard deviation in per cent, verdict, and where there is one the truth and the error in per cent.
-fn cells(value: f64, deviation: Option<f64>, verdict: Verdict, truth: Option<f64>) -> Vec<String> {
-    let percent = |part: f64| format!("{:.2} %", 100.0 * part);
-    let verdict = match verdict {
+/// What to know of the intervals where the residuals are larger than the noise.
+fn caveat(report: &Report, confidence: &Confidence) -> String {
+    if !confidence.residuals.size_objects {
+        return String::new();
+    }
+    let times = report.fit.consistency.sqrt();
+    let mut intervals = confidence
+        .joints
+        .iter()
+        .flat_map(|joint| joint.stiffness_interval.iter().chain(&joint.damping_interval));
+    if intervals.any(Option::is_some) {
+        format!(" intervals are √(χ²/dof) = {times:.1} times as wide as the noise makes them\n")
+    } else {
+        format!(
+            " no intervals: residuals of {times:.1} times the noise have another cause, and how far that moves the numbers \
+             nobody knows\n"
+        )
+    }
+}
+
+/// Value, interval, verdict, and where there is one the truth and the error in per cent.
+fn cells(value: f64, interval: Option<Interval>, told: Verdict, truth: Option<f64>) -> Vec<String> {
+    let mut cells = vec![
+        format!("{value:.4e}"),
+        interval.map_or_else(|| "-".to_owned(), |interval| relative(value, interval)),
+        verdict(told).to_owned(),
+    ];
+    if let Some(truth) = truth {
+        cells.extend([format!("{truth:.4e}"), format!("{:.2} %", 100.0 * (value / truth - 1.0))]);
+    }
+    cells
+}
+
+/// An interval in per cent of the value: one number where both sides are about equal.
+fn relative(value: f64, [lower, upper]: Interval) -> String {
+    let (down, up) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
+    if up - down <= 0.1 * up {
+        format!("±{:.2} %", 0.5 * (down + up))
+    } else {
+        format!("-{down:.0} to +{up:.0} %")
+    }
+}
+
+/// In words.
+pub(crate) fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
         Verdict::Identified => "identified",
         Verdict::Weak => "weak",
         Verdict::NotObservable => "not observable",
-    };
-    let mut cells = vec![
-        format!("{value:.4e}"),
-        deviation.map_or_else(|| "-".to_owned(), |deviation| percent(deviation / value)),
-        verdict.to_owned(),
-    ];
-    if let Some(truth) = truth {
-        cells.extend([format!("{truth:.4e}"), percent(value / truth - 1.0)]);
+        Verdict::Fixed => "fixed",
     }
-    cells
 }
 
 #[cfg(test)]
@@ -81,10 +119,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_row_tells_value_deviation_verdict_and_truth() {
-        let cells = cells(2.02e6, Some(1.01e4), Verdict::Weak, Some(2.0e6));
-        assert_eq!(cells, ["2.0200e6", "0.50 %", "weak", "2.0000e6", "1.00 %"]);
-        let cells = super::cells(3.0e6, None, Verdict::NotObservable, None);
-        assert_eq!(cells, ["3.0000e6", "-", "not observable"]);
+    fn a_row_tells_value_interval_verdict_and_truth() {
+        let row = cells(2.02e6, Some([2.0e6, 2.04e6]), Verdict::Weak, Some(2.0e6));
+        assert_eq!(row, ["2.0200e6", "±0.99 %", "weak", "2.0000e6", "1.00 %"]);
+        let row = cells(3.0e6, None, Verdict::NotObservable, None);
+        assert_eq!(row, ["3.0000e6", "-", "not observable"]);
+    }
+
+    #[test]
+    fn a_lopsided_interval_has_both_its_ends() {
+        let interval = |relative: f64| {
+            let factor = (1.959_964 * relative).exp();
+            super::relative(1e7, [1e7 / factor, 1e7 * factor])
+        };
+        assert_eq!(interval(0.0004), "±0.08 %");
+        assert_eq!(interval(0.05), "±9.82 %");
+        assert_eq!(interval(0.06), "-11 to +12 %");
+        assert_eq!(interval(0.3), "-44 to +80 %");
     }
 }

@@ -252,6 +252,104 @@ fn what_was_identified_stays_whatever_happens_afterwards() {
     found();
 }
 
+/// Simulates and identifies; the table and the result file.
+fn identified(folder: &Path, simulation: &str, before_identifying: impl FnOnce()) -> [String; 2] {
+    let simulated =
+        flexid(folder, &format!("simulate --config edge.toml --candump o.log {simulation}"));
+    assert!(simulated.status.success(), "{}", stderr(&simulated));
+    before_identifying();
+    let output = flexid(folder, "identify --config edge.toml o.log --json o.json");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let table = String::from_utf8(output.stdout).unwrap();
+    [table, fs::read_to_string(folder.join("o.json")).unwrap()]
+}
+
+#[test]
+fn the_result_says_how_far_to_trust_it() {
+    let folder = folder();
+    let [table, json] = identified(folder.path(), "--truth-json t.json", || ());
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let truth = fs::read_to_string(folder.path().join("t.json")).unwrap();
+    let truth: serde_json::Value = serde_json::from_str(&truth).unwrap();
+    let confidence = &report["confidence"];
+
+    let mut covered = 0;
+    for joint in confidence["joints"].as_array().unwrap() {
+        let truth = &truth["truth"][joint["name"].as_str().unwrap()];
+        for kind in ["stiffness", "damping"] {
+            let intervals = joint[format!("{kind}_interval")].as_array().unwrap();
+            assert_eq!(intervals.len(), 6);
+            for (interval, truth) in intervals.iter().zip(truth[kind].as_array().unwrap()) {
+                let [lower, upper] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+                let truth = truth.as_f64().unwrap();
+                // Neither is wide enough to cover all that there could be.
+                assert!(upper / lower < 1.1, "{joint}");
+                covered += u32::from((lower..=upper).contains(&truth));
+            }
+        }
+    }
+    // Of 36 intervals of 95 % fewer cover once in a thousand robots, if their errors are correlated as they are.
+    assert!(covered >= 28, "{covered} of 36 intervals cover the truth");
+    assert_eq!(confidence["correlations"]["unknowns"].as_array().unwrap().len(), 36);
+    assert_eq!(confidence["correlations"]["percent"].as_array().unwrap().len(), 630);
+    assert_eq!(confidence["weak_directions"].as_array().unwrap().len(), 0);
+    assert_eq!(confidence["residuals"]["size_objects"], false);
+    assert_eq!(confidence["residuals"]["whiteness_objects"], false);
+    let held_out = confidence["held_out"].as_array().unwrap();
+    assert_eq!(held_out.len(), 3);
+    for record in held_out {
+        assert_eq!(record["pose"].as_array().unwrap().len(), 3);
+        for axis in 0..3 {
+            let [frac, vaf] = ["frac", "vaf"].map(|key| record[key][axis].as_f64().unwrap());
+            assert!(frac > 0.99 && frac <= 1.0 && vaf > 0.99 && vaf <= 1.0, "{record}");
+        }
+    }
+    for part in
+        [" 95 % ", "±0.0", "residuals    noise explains them (", "foretold     each of 3 records"]
+    {
+        assert!(table.contains(part), "{part:?} is not in\n{table}");
+    }
+    for part in ["warning: ", "weak  ", "no intervals", "intervals are"] {
+        assert!(!table.contains(part), "{part:?} is in\n{table}");
+    }
+}
+
+/// One pose tells little, and says so.
+#[test]
+fn what_a_single_pose_does_not_tell_is_named() {
+    let folder = folder();
+    let [table, json] = identified(folder.path(), "--experiments 1", || ());
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let confidence = &report["confidence"];
+    assert_eq!(confidence["held_out"].as_array().unwrap().len(), 0);
+    assert!(!table.contains("foretold"), "{table}");
+    for direction in confidence["weak_directions"].as_array().unwrap() {
+        let text = direction["text"].as_str().unwrap();
+        assert!(text.contains(direction["shares"][0]["name"].as_str().unwrap()), "{text}");
+        assert!(table.contains(text), "{text:?} is not in\n{table}");
+    }
+}
+
+/// A link that weighs a fifth less than it should: the advice is to look at the model, not for more data.
+#[test]
+fn a_wrong_model_is_told_as_one() {
+    let folder = folder();
+    let model = folder.path().join("mill3-model.toml");
+    let lighter = || edit(&model, "mass_kg = 485.0", "mass_kg = 388.0");
+    let [table, json] = identified(folder.path(), "", lighter);
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(report["confidence"]["residuals"]["size_objects"], true);
+    let warnings = report["warnings"].as_array().unwrap();
+    let said = |part: &str| warnings.iter().any(|line| line.as_str().unwrap().contains(part));
+    assert!(said("the model is wrong") && said("masses") && !said("more poses"), "{warnings:?}");
+    let consistency = report["fit"]["consistency"].as_f64().unwrap();
+    let caveat =
+        if consistency > 10.0 { " no intervals: " } else { " intervals are √(χ²/dof) = " };
+    assert!(table.contains(caveat), "{table}");
+    let interval = &report["confidence"]["joints"][0]["stiffness_interval"][0];
+    assert!(consistency <= 10.0 || interval.is_null(), "{interval} at {consistency}");
+}
+
 /// The simulated robot sags and the simulated accelerometer turns with the tool, as the fit assumes.
 #[test]
 fn what_gravity_does_to_the_simulated_robot_is_what_the_fit_expects() {

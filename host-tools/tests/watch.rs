@@ -11,6 +11,7 @@ use flexid_edge::board::Board;
 use flexid_edge::config::Listen;
 use flexid_edge::server::{Listener, serve};
 use flexid_edge::stop::Stop;
+use flexid_wire::confidence::{Confidence, JointIntervals, Residuals};
 use flexid_wire::framing::{FRAME_BUFFER, encode};
 use flexid_wire::messages::{
     BusHealth, BusState, FromEdge, Hello, Phase, Progress, Refusal, Status,
@@ -56,6 +57,36 @@ fn report(acceptance: Acceptance, records: u64) -> FromEdge {
     };
     let joints = [joint].into_iter().collect();
     FromEdge::Report(Report { joints, fit, warnings: Default::default() })
+}
+
+/// What goes with each of these reports.
+fn confidence() -> FromEdge {
+    let joint = JointIntervals {
+        name: clipped("joint_1"),
+        stiffness_interval: [Some([5.9e7, 6.1e7]); 6],
+        damping_interval: [None; 6],
+    };
+    FromEdge::Confidence(Confidence {
+        joints: [joint].into_iter().collect(),
+        nuisances: Default::default(),
+        correlations: serde_json::from_str(r#"{"unknowns": ["a", "b"], "percent": [97]}"#).unwrap(),
+        weak_directions: Default::default(),
+        residuals: Residuals {
+            whiteness: 0.5,
+            size_objects: false,
+            whiteness_objects: false,
+            text: clipped("noise explains them"),
+        },
+        held_out: Default::default(),
+    })
+}
+
+/// As the daemon does: a report never without its confidence.
+fn publish(board: &Board, message: FromEdge) {
+    match message {
+        FromEdge::Report(_) => board.publish_together([message, confidence()]),
+        _ => board.publish(message),
+    }
 }
 
 /// A report in which nothing is told.
@@ -109,7 +140,7 @@ fn watch(news: &[FromEdge], arguments: &str) -> Output {
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
     let (board, stop) = (Board::new(), Stop::new());
     for message in news {
-        board.publish(message.clone());
+        publish(&board, message.clone());
     }
     thread::scope(|scope| {
         scope.spawn(|| serve(&listeners, &board, &stop));
@@ -148,6 +179,11 @@ fn ends_when_the_parameters_are_identified() {
     assert_eq!(report["joints"][0]["stiffness_std"][1], serde_json::Value::Null);
     assert_eq!(report["joints"][0]["damping_verdict"][0], "weak");
     assert_eq!(report["fit"]["frames_lost"], 3);
+    let confidence = &report["confidence"];
+    assert_eq!(confidence["joints"][0]["stiffness_interval"][0], serde_json::json!([5.9e7, 6.1e7]));
+    assert_eq!(confidence["joints"][0]["damping_interval"][5], serde_json::Value::Null);
+    assert_eq!(confidence["correlations"]["percent"][0], 97);
+    assert_eq!(confidence["residuals"]["whiteness"], 0.5);
 
     let output = watch(&news, "--until identified --timeout 20");
     let table = text(&output.stdout);
@@ -155,6 +191,10 @@ fn ends_when_the_parameters_are_identified() {
         output.status.success() && table.contains("joint_1") && table.contains("6.0000e7"),
         "{table}"
     );
+    for part in ["±1.67 %", "residuals    noise explains them\n", "correlated   +0.97  a and b\n"]
+    {
+        assert!(table.contains(part), "{part:?} is not in {table}");
+    }
 }
 
 #[test]
@@ -257,7 +297,7 @@ fn a_daemon_that_comes_later_is_waited_for() {
     let path = folder.path().join("flexid.sock");
     let (board, stop) = (Board::new(), Stop::new());
     board.publish(progress(Phase::Settled, 3));
-    board.publish(report(Acceptance::Consistent, 3));
+    publish(&board, report(Acceptance::Consistent, 3));
     thread::scope(|scope| {
         let watching = scope.spawn(|| flexid(&path, "--until identified --timeout 20"));
         thread::sleep(Duration::from_millis(500));
@@ -299,13 +339,30 @@ fn a_daemon_of_another_version_is_told_apart() {
     }
 }
 
+/// Half of a finding is none.
+#[test]
+fn a_report_is_shown_with_its_confidence_or_not_at_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
+    let (board, stop) = (Board::new(), Stop::new());
+    board.publish(report(Acceptance::Consistent, 3));
+    thread::scope(|scope| {
+        scope.spawn(|| serve(&listeners, &board, &stop));
+        let output = flexid(&path, "--until identified --timeout 0.7 --json");
+        board.close();
+        stop.request();
+        assert_eq!((output.status.code(), text(&output.stdout).as_str()), (Some(1), ""));
+    });
+}
+
 #[test]
 fn the_daemons_end_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
     let (board, stop) = (Board::new(), Stop::new());
-    board.publish(report(Acceptance::Consistent, 3));
+    publish(&board, report(Acceptance::Consistent, 3));
     thread::scope(|scope| {
         scope.spawn(|| serve(&listeners, &board, &stop));
         let watching = scope.spawn(|| flexid(&path, "--json"));

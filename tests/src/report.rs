@@ -12,6 +12,8 @@ pub struct Report {
     pub fit: Fit,
     /// What a person should know.
     pub warnings: Vec<String>,
+    /// How far to trust it.
+    pub confidence: Confidence,
 }
 
 /// One joint; DOF order `tx ty tz rx ry rz`, SI units.
@@ -52,6 +54,57 @@ pub struct Fit {
     pub refine_iterations: u64,
     /// Time that it took, s.
     pub seconds: f64,
+}
+
+/// How far to trust a report.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Confidence {
+    /// Base first.
+    pub joints: Vec<Intervals>,
+    /// How what was sought depends on each other.
+    pub correlations: Correlations,
+    /// What is left between model and measurement.
+    pub residuals: Residuals,
+    /// Each record as the others foretell it.
+    pub held_out: Vec<HeldOut>,
+}
+
+/// The 95 % intervals of one joint.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Intervals {
+    /// As in the model.
+    pub name: String,
+    /// Least and most, N/m, Nm/rad; none where there is no honest one.
+    pub stiffness_interval: [Option<[f64; 2]>; 6],
+    /// Least and most, Ns/m, Nms/rad; none where there is no honest one.
+    pub damping_interval: [Option<[f64; 2]>; 6],
+}
+
+/// The correlation matrix, per cent.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Correlations {
+    /// Of rows and columns.
+    pub unknowns: Vec<String>,
+    /// The lower triangle without its diagonal.
+    pub percent: Vec<i8>,
+}
+
+/// What is left between model and measurement.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Residuals {
+    /// They are larger than noise explains.
+    pub size_objects: bool,
+    /// They have more structure than noise explains.
+    pub whiteness_objects: bool,
+}
+
+/// How well a record is foretold by the others, along the axes of the TCP.
+#[derive(Clone, Debug, Deserialize)]
+pub struct HeldOut {
+    /// Frequency response assurance criterion.
+    pub frac: [f64; 3],
+    /// Variance accounted for.
+    pub vaf: [f64; 3],
 }
 
 impl Report {

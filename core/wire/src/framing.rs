@@ -8,8 +8,8 @@ use core::fmt;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Most bytes of the message in one frame; the fullest report takes about 3200.
-pub const MAX_FRAME: usize = 4096;
+/// Most bytes of the message in one frame; the fullest report takes about 3200, the fullest confidence 19,000.
+pub const MAX_FRAME: usize = 20_480;
 /// Bytes of the length before each message.
 pub const PREFIX: usize = 4;
 /// A buffer of this many bytes holds any one frame with its prefix.
@@ -239,10 +239,10 @@ mod tests {
     #[test]
     fn a_frame_that_is_too_long_is_refused_by_its_prefix_alone() {
         let announced = (MAX_FRAME as u32 + 1).to_le_bytes();
-        assert_eq!(take_frame(&announced), Err(FrameError::TooLong(4097)));
+        assert_eq!(take_frame(&announced), Err(FrameError::TooLong(20_481)));
         assert_eq!(
-            FrameError::TooLong(4097).to_string(),
-            "a frame of 4097 bytes is announced, at most 4096 are allowed: \
+            FrameError::TooLong(20_481).to_string(),
+            "a frame of 20481 bytes is announced, at most 20480 are allowed: \
              the peer does not speak flexid's protocol"
         );
         assert_eq!(take_frame(&(MAX_FRAME as u32).to_le_bytes()), Ok(None));
@@ -281,6 +281,9 @@ mod tests {
             assert_eq!(encode(&hello, &mut [0; 64][..size]), Err(FrameError::DoesNotFit));
         }
         assert_eq!(encode(&[0u64; 1000].as_slice(), &mut [0; 9000]).map(<[u8]>::len), Ok(1006));
-        assert_eq!(encode(&[0u64; 5000].as_slice(), &mut [0; 9000]), Err(FrameError::DoesNotFit));
+        assert_eq!(
+            encode(&[0u64; 25_000].as_slice(), &mut [0; 30_000]),
+            Err(FrameError::DoesNotFit)
+        );
     }
 }

@@ -4,7 +4,8 @@
 //! | ---- | ----------------- | --------------------------------------------------------------------- |
 //! | 1    | [`ToEdge::Hello`] |                                                                       |
 //! | 2    |                   | [`FromEdge::Hello`], or [`FromEdge::Refused`] and the connection ends |
-//! | then |                   | `Status`, `Progress`, `Report` and `BusHealth`, as they change        |
+//! | then |                   | `Status`, `Progress`, `Report` and `BusHealth`, as they change;       |
+//! |      |                   | after each `Report` its `Confidence`, with nothing between them       |
 //!
 //! The enums are append-only: a new message goes at the end, a published one never changes, since postcard knows
 //! variants and fields by their position alone. [`Hello`] and [`Refusal`] stay as they are for ever, so that two programs of
@@ -15,11 +16,12 @@ use postcard_schema::Schema;
 use postcard_schema::key::Key;
 use serde::{Deserialize, Serialize};
 
+use crate::confidence::Confidence;
 use crate::report::Report;
 use crate::text::clipped;
 
 /// The version of the messages. Both sides must have the same.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
 
 /// A hash over names and types of all messages: tells programs apart that were built between two versions.
 pub const SCHEMA_KEY: [u8; 8] = Key::for_path::<(ToEdge, FromEdge)>("flexid").to_bytes();
@@ -52,6 +54,8 @@ pub enum FromEdge {
     Report(Report),
     /// What the bus delivers.
     BusHealth(BusHealth),
+    /// How far to trust the report that came just before; since version 2.
+    Confidence(Confidence),
 }
 
 /// Who speaks, and which messages it knows.
@@ -219,7 +223,7 @@ mod tests {
         let client = Hello { protocol_version: 3, ..Hello::new("flexid 0.3.0") };
         assert_eq!(
             client.refusal().unwrap().reason,
-            "client speaks flexid protocol 3, this daemon speaks 1: install matching versions"
+            "client speaks flexid protocol 3, this daemon speaks 2: install matching versions"
         );
     }
 
@@ -227,7 +231,7 @@ mod tests {
     fn a_client_built_between_two_versions_is_told_so_in_full() {
         let client = Hello { schema_key: [0xAB; 8], ..Hello::new("flexid 0.1.0") };
         let reason = client.refusal().unwrap().reason;
-        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 1"));
+        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 2"));
         assert!(reason.ends_with("install matching versions"), "{reason}");
     }
 }

@@ -1,7 +1,8 @@
 //! The identified parameters, as they go to the screen, to the wire and to the JSON file.
 //!
-//! Serialised with `serde_json`, a [`Report`] is the result file of `flexid identify --json`: field names are part of
-//! the contract. Vectors of six are in the order `tx ty tz rx ry rz` of the joint frame, SI units.
+//! Serialised with `serde_json`, a [`Report`] is the result file of `flexid identify --json`, but for what stands there
+//! under `confidence` ([`crate::confidence`]): field names are part of the contract. Vectors of six are in the order
+//! `tx ty tz rx ry rz` of the joint frame, SI units.
 
 use heapless::Vec;
 use postcard_schema::Schema;
@@ -24,6 +25,8 @@ pub enum Verdict {
     Weak,
     /// The data do not tell it.
     NotObservable,
+    /// It was not sought, but held at the value that the user gave; since version 2.
+    Fixed,
 }
 
 /// How far a fit as a whole can be believed.
@@ -45,13 +48,13 @@ pub struct JointReport {
     pub name: Name,
     /// N/m for translations, Nm/rad for rotations.
     pub stiffness: [f64; 6],
-    /// Standard deviation in the unit of the stiffness; `None` where it is not observable.
+    /// Standard deviation in the unit of the stiffness; `None` where it is not observable or fixed.
     pub stiffness_std: [Option<f64>; 6],
     /// How far to trust each stiffness.
     pub stiffness_verdict: [Verdict; 6],
     /// Ns/m for translations, Nms/rad for rotations.
     pub damping: [f64; 6],
-    /// Standard deviation in the unit of the damping; `None` where it is not observable.
+    /// Standard deviation in the unit of the damping; `None` where it is not observable or fixed.
     pub damping_std: [Option<f64>; 6],
     /// How far to trust each damping.
     pub damping_verdict: [Verdict; 6],

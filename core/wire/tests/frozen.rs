@@ -5,6 +5,7 @@
 
 use std::fmt::Debug;
 
+use flexid_wire::confidence::*;
 use flexid_wire::framing::{self, FRAME_BUFFER, MAX_FRAME, PREFIX};
 use flexid_wire::messages::*;
 use flexid_wire::report::*;
@@ -13,7 +14,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 1] = [(1, [27, 84, 154, 181, 40, 115, 78, 33])];
+const SCHEMA_KEYS: [(u16, [u8; 8]); 2] =
+    [(1, [27, 84, 154, 181, 40, 115, 78, 33]), (2, [23, 204, 38, 130, 81, 2, 144, 80])];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
 fn frozen<T: Serialize + DeserializeOwned + PartialEq + Debug>(message: T, hexadecimal: &str) {
@@ -61,6 +63,49 @@ fn report() -> Report {
             acceptance: Acceptance::Consistent,
         },
         warnings: [clipped("check the mounting")].into_iter().collect(),
+    }
+}
+
+fn confidence() -> Confidence {
+    let joint = JointIntervals {
+        name: clipped("joint_1"),
+        stiffness_interval: [Some([0.5, 2.0]), None, None, None, None, None],
+        damping_interval: [None, None, None, None, None, Some([0.25, 4.0])],
+    };
+    let nuisance = Nuisance {
+        name: clipped("delay"),
+        unit: clipped("s"),
+        value: 0.5,
+        std: Some(0.25),
+        interval: Some([0.0, 1.0]),
+        verdict: Verdict::Identified,
+    };
+    let unknowns = ["joint_1 tx stiffness", "joint_1 rz damping", "delay"];
+    let direction = WeakDirection {
+        relative_std: Some(0.5),
+        shares: [("joint_1 rz damping", 0.75), ("delay", -0.5)]
+            .map(|(name, weight)| Share { name: clipped(name), weight })
+            .into_iter()
+            .collect(),
+        text: clipped("they trade off"),
+    };
+    let held_out =
+        HeldOut { pose: [1.0, 2.0].into_iter().collect(), frac: [1.0, 0.5, 0.25], vaf: [-1.0; 3] };
+    Confidence {
+        joints: [joint].into_iter().collect(),
+        nuisances: [nuisance].into_iter().collect(),
+        correlations: Correlations {
+            unknowns: unknowns.into_iter().map(clipped).collect(),
+            percent: [-100, 0, 99].into_iter().collect(),
+        },
+        weak_directions: [direction].into_iter().collect(),
+        residuals: Residuals {
+            whiteness: 1.5,
+            size_objects: false,
+            whiteness_objects: true,
+            text: clipped("not white"),
+        },
+        held_out: [held_out].into_iter().collect(),
     }
 }
 
@@ -164,9 +209,27 @@ fn from_edge_bus_health() {
     );
 }
 
+/// Since version 2.
+#[test]
+fn from_edge_confidence() {
+    frozen(
+        FromEdge::Confidence(confidence()),
+        "26010000 06 01 076a6f696e745f31 01000000000000e03f0000000000000040 00 00 00 00 00 \
+         00 00 00 00 00 01000000000000d03f0000000000001040 01 0564656c6179 0173 000000000000e03f \
+         01000000000000d03f 010000000000000000000000000000f03f 00 \
+         03 146a6f696e745f312074782073746966666e657373 126a6f696e745f3120727a2064616d70696e67 \
+         0564656c6179 03 9c 00 63 01 01000000000000e03f 02 126a6f696e745f3120727a2064616d70696e67 \
+         0000403f 0564656c6179 000000bf 0e74686579207472616465206f6666 000000000000f83f 00 01 \
+         096e6f74207768697465 01 02 000000000000f03f 0000000000000040 000000000000f03f \
+         000000000000e03f 000000000000d03f 000000000000f0bf 000000000000f0bf 000000000000f0bf",
+    );
+}
+
 #[test]
 fn variants_keep_their_numbers() {
     frozen([Verdict::Identified, Verdict::Weak, Verdict::NotObservable], "03000000 000102");
+    // Since version 2.
+    frozen([Verdict::Fixed], "01000000 03");
     frozen(
         [Acceptance::Consistent, Acceptance::ModelSuspect, Acceptance::Unsettled],
         "03000000 000102",
@@ -211,6 +274,37 @@ fn json_of_a_report_has_the_contracted_names() {
     }
 }
 
+#[test]
+fn json_of_a_confidence_has_the_contracted_names() {
+    let json = serde_json::to_value(confidence()).unwrap();
+    let expected = serde_json::json!({
+        "joints": [{
+            "name": "joint_1",
+            "stiffness_interval": [[0.5, 2.0], null, null, null, null, null],
+            "damping_interval": [null, null, null, null, null, [0.25, 4.0]],
+        }],
+        "nuisances": [{
+            "name": "delay", "unit": "s", "value": 0.5, "std": 0.25, "interval": [0.0, 1.0], "verdict": "identified",
+        }],
+        "correlations": {
+            "unknowns": ["joint_1 tx stiffness", "joint_1 rz damping", "delay"],
+            "percent": [-100, 0, 99],
+        },
+        "weak_directions": [{
+            "relative_std": 0.5,
+            "shares": [{ "name": "joint_1 rz damping", "weight": 0.75 }, { "name": "delay", "weight": -0.5 }],
+            "text": "they trade off",
+        }],
+        "residuals": {
+            "whiteness": 1.5, "size_objects": false, "whiteness_objects": true, "text": "not white",
+        },
+        "held_out": [{ "pose": [1.0, 2.0], "frac": [1.0, 0.5, 0.25], "vaf": [-1.0, -1.0, -1.0] }],
+    });
+    assert_eq!(json, expected);
+    assert_eq!(serde_json::from_value::<Confidence>(json).unwrap(), confidence());
+    assert_eq!(serde_json::to_string(&Verdict::Fixed).unwrap(), "\"fixed\"");
+}
+
 /// Every string and list full, every number as long as it gets.
 #[test]
 fn the_fullest_report_fits_a_frame() {
@@ -238,4 +332,42 @@ fn the_fullest_report_fits_a_frame() {
     let mut buffer = [0; FRAME_BUFFER];
     let frame = framing::encode(&FromEdge::Report(report), &mut buffer).unwrap();
     assert!((3000..=MAX_FRAME).contains(&frame.len()), "{}", frame.len());
+}
+
+/// The same.
+#[test]
+fn the_fullest_confidence_fits_a_frame() {
+    let full = "x".repeat(1000);
+    let some = confidence();
+    let intervals = JointIntervals {
+        name: clipped(&full),
+        stiffness_interval: [Some([1.0, 2.0]); 6],
+        damping_interval: [Some([1.0, 2.0]); 6],
+    };
+    let nuisance =
+        Nuisance { name: clipped(&full), unit: clipped(&full), ..some.nuisances[0].clone() };
+    let direction = WeakDirection {
+        relative_std: Some(1.0),
+        shares: std::iter::repeat_n(Share { name: clipped(&full), weight: 1.0 }, MAX_SHARES)
+            .collect(),
+        text: clipped(&full),
+    };
+    let held_out = HeldOut {
+        pose: std::iter::repeat_n(1.0, MAX_JOINTS).collect(),
+        ..some.held_out[0].clone()
+    };
+    let confidence = Confidence {
+        joints: std::iter::repeat_n(intervals, MAX_JOINTS).collect(),
+        nuisances: std::iter::repeat_n(nuisance, MAX_NUISANCES).collect(),
+        correlations: Correlations {
+            unknowns: std::iter::repeat_n(clipped(&full), MAX_UNKNOWNS).collect(),
+            percent: std::iter::repeat_n(-100, MAX_PAIRS).collect(),
+        },
+        weak_directions: std::iter::repeat_n(direction, MAX_DIRECTIONS).collect(),
+        residuals: Residuals { text: clipped(&full), ..some.residuals },
+        held_out: std::iter::repeat_n(held_out, MAX_HELD_OUT).collect(),
+    };
+    let mut buffer = [0; FRAME_BUFFER];
+    let frame = framing::encode(&FromEdge::Confidence(confidence), &mut buffer).unwrap();
+    assert!((18_000..=MAX_FRAME).contains(&frame.len()), "{}", frame.len());
 }

@@ -1,5 +1,6 @@
 //! `EDGE.toml` as it is written: sections and keys, not yet checked.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::Deserialize;
@@ -14,6 +15,10 @@ pub(super) struct File {
     pub(super) bus: BusSection,
     pub(super) signals: SignalsSection,
     pub(super) measurement: MeasurementSection,
+    #[serde(default)]
+    pub(super) calibration: CalibrationSection,
+    #[serde(default)]
+    pub(super) parameters: ParametersSection,
     #[serde(default)]
     pub(super) search: SearchSection,
     #[serde(default)]
@@ -72,6 +77,28 @@ pub(super) struct MeasurementSection {
 enum AccelerometerKey {
     Inertial,
     Strapdown,
+}
+
+/// What else may be off, and by how much: one standard deviation each.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CalibrationSection {
+    pub(super) delay_s: Option<f64>,
+    pub(super) acceleration_gain: Option<f64>,
+    pub(super) force_gain: Option<f64>,
+    pub(super) misalignment_rad: Option<f64>,
+    pub(super) link_mass: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ParametersSection {
+    /// Values by parameter.
+    #[serde(default)]
+    pub(super) fixed: BTreeMap<String, f64>,
+    /// Groups of parameters that have one value.
+    #[serde(default)]
+    pub(super) tied: Vec<Vec<String>>,
 }
 
 #[derive(Default, Deserialize)]

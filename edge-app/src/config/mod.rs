@@ -2,12 +2,14 @@
 
 mod file;
 mod listen;
+mod sought;
 
 use std::path::{Path, PathBuf};
 
 use flexid_core::parameters::{Bounds, EmptyBounds};
 use flexid_core::spectrum::Measurement;
 use flexid_core::stream::StreamConfig;
+use flexid_core::unknowns::Sought;
 
 use crate::input::{self, BadInput};
 use crate::model::Model;
@@ -39,6 +41,8 @@ pub struct Config {
     pub gravity: [f64; 3],
     /// Where the parameters are sought.
     pub bounds: Bounds,
+    /// What is sought: parameters that are not fixed, and nuisances.
+    pub sought: Sought,
     /// Name of the CAN interface.
     pub interface: String,
     /// How frames become readings, and back.
@@ -105,6 +109,8 @@ impl Config {
                 count(model.joints.len() as u64, "joint"),
             )));
         }
+        let sought =
+            sought::sought(&raw.calibration, &raw.parameters, &model, &bounds).map_err(bad)?;
         let signals = SignalTable::load(file, &base.join(&raw.bus.dbc), &raw.signals, &model)?;
 
         Ok(Self {
@@ -112,6 +118,7 @@ impl Config {
             model,
             gravity,
             bounds,
+            sought,
             interface,
             signals,
             rate_hz: measurement.rate_hz,

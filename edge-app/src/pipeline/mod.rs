@@ -3,19 +3,25 @@
 //! The daemon runs the two on threads of their own ([`crate::daemon`]), the offline tool in turn
 //! ([`run_offline`]); the lines are the same, and so is the report.
 
+mod confidence;
 mod intake;
+mod names;
 mod obstacle;
 mod offline;
 mod report;
+mod residuals;
 mod retention;
 mod solver;
-mod verdict;
+mod warnings;
 
 use std::io;
 
-use flexid_wire::report::Report;
+use flexid_core::MAX_JOINTS;
+
+use crate::finding::Finding;
 
 pub use intake::{Counts, Intake};
+pub use names::DOF_NAMES;
 pub use obstacle::{Misfit, MisfitKind};
 pub use offline::run_offline;
 pub use solver::Solver;
@@ -37,12 +43,14 @@ pub(crate) const STACK: usize = 64 << 20;
 pub type Record = flexid_core::stream::Record<SAMPLES>;
 /// An experiment of this pipeline.
 pub type Experiment = flexid_core::spectrum::Experiment<BINS>;
+/// Joint angles, rad (m).
+type Pose = heapless::Vec<f64, MAX_JOINTS>;
 
 /// What was known when the frames ended.
 #[derive(Debug)]
 pub struct Outcome {
     /// The parameters; `None` when there was no record to tell them.
-    pub report: Option<Report>,
+    pub finding: Option<Finding>,
     /// What had come in.
     pub counts: Counts,
     /// What was still awaited, what stood in the way, or why the records told nothing, in words.

@@ -54,7 +54,7 @@ fn run(
     let trouble = breaks.chain(other).collect::<Vec<_>>().join("; ");
     let counts = intake.counts();
     Ok(Outcome {
-        report: solver.report(&counts, &trouble),
+        finding: solver.finding(&counts, &trouble),
         counts,
         state: solver.refusal().unwrap_or_else(|| intake.state(config)),
         trouble,

@@ -1,19 +1,16 @@
 //! The one report that the daemon sends and the offline tool writes.
 
-use std::fmt::Display;
-
-use flexid_core::DOF;
 use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::spectrum::SpectrumError;
+use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_core::verdict::{self, Trust};
 use flexid_wire::messages::Progress;
 use flexid_wire::report::{self, Fit, JointReport, Report, Verdict};
 use flexid_wire::text::clipped;
 
-use super::obstacle::wrong_rate;
-use super::verdict::Trust;
-use super::{Counts, MAX_EXPERIMENTS, MisfitKind};
+use super::Counts;
+use super::warnings::warnings;
 use crate::config::Config;
-use crate::summary::count;
 
 /// What a report rests on beside the estimate.
 pub(super) struct Basis<'a> {
@@ -33,14 +30,33 @@ pub(super) struct Basis<'a> {
     pub(super) trouble: &'a str,
 }
 
-pub(super) fn report(config: &Config, estimate: &Estimate, basis: &Basis) -> Report {
-    let trust = Trust::new(estimate);
+pub(super) fn report(
+    config: &Config,
+    sought: &Sought,
+    estimate: &Estimate,
+    basis: &Basis,
+) -> Report {
+    let trust = Trust::new(estimate.consistency, estimate.acceptance != Acceptance::Unsettled);
+    let judge = |coordinate, value, deviation| {
+        if sought.unknown(coordinate).is_none() {
+            return (Verdict::Fixed, None);
+        }
+        let (told, deviation) = trust.verdict(value, deviation);
+        (verdict(told), deviation)
+    };
     let bushings = estimate.bushings.iter().zip(&estimate.standard_deviations);
-    let joints = config.model.joints.iter().zip(bushings).map(|(joint, (value, deviation))| {
-        let stiffness = judge(trust, &value.stiffness, &deviation.stiffness);
-        let damping = judge(trust, &value.damping, &deviation.damping);
+    let joints = config.model.joints.iter().zip(bushings).enumerate();
+    let joints = joints.map(|(joint, (model, (value, deviation)))| {
+        let stiffness: [_; 6] = std::array::from_fn(|dof| {
+            let coordinate = Coordinate::Stiffness { joint, dof };
+            judge(coordinate, value.stiffness[dof], deviation.stiffness[dof])
+        });
+        let damping: [_; 6] = std::array::from_fn(|dof| {
+            let coordinate = Coordinate::Damping { joint, dof };
+            judge(coordinate, value.damping[dof], deviation.damping[dof])
+        });
         JointReport {
-            name: clipped(&joint.name),
+            name: clipped(&model.name),
             stiffness: value.stiffness,
             stiffness_std: stiffness.map(|(_, deviation)| deviation),
             stiffness_verdict: stiffness.map(|(verdict, _)| verdict),
@@ -70,7 +86,7 @@ pub(super) fn report(config: &Config, estimate: &Estimate, basis: &Basis) -> Rep
                 Acceptance::Unsettled => report::Acceptance::Unsettled,
             },
         },
-        warnings: warnings(config, estimate, basis)
+        warnings: warnings(config, sought, estimate, basis)
             .iter()
             .take(report::MAX_WARNINGS)
             .map(clipped)
@@ -78,66 +94,13 @@ pub(super) fn report(config: &Config, estimate: &Estimate, basis: &Basis) -> Rep
     }
 }
 
-fn judge(
-    trust: Trust,
-    values: &[f64; DOF],
-    deviations: &[f64; DOF],
-) -> [(Verdict, Option<f64>); DOF] {
-    std::array::from_fn(|dof| trust.verdict(values[dof], deviations[dof]))
-}
-
-/// What people should know before they trust the numbers, the gravest first.
-fn warnings(config: &Config, estimate: &Estimate, basis: &Basis) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let mut warn = |warning: &dyn Display| warnings.push(warning.to_string());
-    match estimate.acceptance {
-        Acceptance::Consistent => {}
-        Acceptance::ModelSuspect => warn(&format_args!(
-            "residuals are larger than the noise explains (chi^2/dof {:.2}): check masses, TCP, gravity and sensors",
-            estimate.consistency
-        )),
-        Acceptance::Unsettled => {
-            warn(&"the search ended before it was sure of the minimum: record more poses");
-        }
+/// As it goes onto the wire.
+pub(super) fn verdict(verdict: verdict::Verdict) -> Verdict {
+    match verdict {
+        verdict::Verdict::Identified => Verdict::Identified,
+        verdict::Verdict::Weak => Verdict::Weak,
+        verdict::Verdict::NotObservable => Verdict::NotObservable,
     }
-    if !basis.trouble.is_empty() {
-        warn(&basis.trouble);
-    }
-    for reason in [&basis.left_out, &basis.refusal].into_iter().flatten() {
-        warn(reason);
-    }
-    let Counts { wrong_length, bus_errors, misfit, at_limit, .. } = &basis.counts;
-    if let Some(wrong_rate) = wrong_rate(&basis.counts, config) {
-        let records = basis.counts.stream.wrong_rate;
-        warn(&format_args!("{}: {wrong_rate}", count(records, "record")));
-    }
-    let clipped = config.signals.axes.iter().zip(at_limit).filter(|(_, frames)| **frames > 0);
-    let clipped: Vec<_> = clipped.map(|(name, frames)| format!("{name} in {frames}")).collect();
-    if !clipped.is_empty() {
-        warn(&format_args!(
-            "at the limit: {} frames: widen the range of the sensor or the signal",
-            clipped.join(", ")
-        ));
-    }
-    if basis.forgotten > 0 {
-        warn(&format_args!(
-            "{} poses forgotten to keep the newest {MAX_EXPERIMENTS} records",
-            basis.forgotten
-        ));
-    }
-    match misfit {
-        Some(misfit) if matches!(misfit.kind, MisfitKind::Length { .. }) => {
-            let frames = count(*wrong_length, "frame");
-            warn(&format_args!("{frames} of another length than [bus] dbc says: {misfit}"));
-        }
-        // Others ask for data, too.
-        Some(misfit) if misfit.kind != MisfitKind::Remote => warn(misfit),
-        _ => {}
-    }
-    if *bus_errors > 0 {
-        warn(&format_args!("the bus reported {bus_errors} errors"));
-    }
-    warnings
 }
 
 /// Why a record has no spectrum, in words.

@@ -6,15 +6,17 @@ use fearless_simd::Level;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Identifier, Phase};
 use flexid_core::spectrum::{Measurement, SpectrumError};
+use flexid_core::unknowns::Sought;
 use flexid_wire::messages::{self, Progress};
-use flexid_wire::report::Report;
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::report::{self, Basis};
+use super::confidence::confidence;
+use super::report::{self, Basis, report};
 use super::retention::{Entry, Room, find_room};
-use super::{Counts, Experiment, MAX_EXPERIMENTS, Record, SAMPLES};
+use super::{Counts, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES};
 use crate::config::Config;
+use crate::finding::Finding;
 use crate::model::ModelError;
 use crate::stop::Stop;
 
@@ -29,6 +31,7 @@ pub struct Solver<'a> {
     config: &'a Config,
     chain: Chain,
     measurement: Measurement,
+    sought: Sought,
     identifier: Box<Identifier<Xoshiro256PlusPlus>>,
     experiments: Vec<Experiment>,
     /// Where core works on one signal.
@@ -36,6 +39,8 @@ pub struct Solver<'a> {
     /// Taken in, and of these the ones that were when the estimate last settled.
     records: u64,
     settled: u64,
+    /// Of the experiments that the estimate rests on.
+    poses: Vec<Pose>,
     /// Left in the queue at the end.
     waiting: u64,
     refused: Option<(u64, SpectrumError)>,
@@ -52,17 +57,21 @@ impl<'a> Solver<'a> {
         let chain = config.model.chain()?;
         let measurement = config.measurement();
         let rng = Xoshiro256PlusPlus::seed_from_u64(config.seed);
+        let sought = config.sought.clone();
         let identifier =
-            Identifier::new(chain.clone(), config.bounds, measurement, Level::new(), rng);
+            Identifier::new(chain.clone(), config.bounds, measurement, Level::new(), rng)
+                .seeking(sought.clone());
         Ok(Self {
             config,
             chain,
             measurement,
+            sought,
             identifier: Box::new(identifier),
             experiments: Vec::with_capacity(MAX_EXPERIMENTS),
             buffer: Box::new([0.0; SAMPLES]),
             records: 0,
             settled: 0,
+            poses: Vec::new(),
             waiting: 0,
             refused: None,
             forgotten: 0,
@@ -100,6 +109,7 @@ impl<'a> Solver<'a> {
             on_progress(&self.progress());
             if matches!(phase, Phase::Settled | Phase::Waiting) {
                 self.settled = self.records;
+                self.poses = self.experiments.iter().map(|each| each.pose.clone()).collect();
                 break;
             }
         }
@@ -132,22 +142,22 @@ impl<'a> Solver<'a> {
 
     /// The parameters as they stand, once there are any; `counts` says what they rest on, `trouble` what went
     /// wrong at the source.
-    pub fn report(&self, counts: &Counts, trouble: &str) -> Option<Report> {
+    pub fn finding(&self, counts: &Counts, trouble: &str) -> Option<Finding> {
+        let Self { config, sought, .. } = self;
         let estimate = self.identifier.estimate()?;
-        Some(report::report(
-            self.config,
-            estimate,
-            &Basis {
-                progress: self.progress(),
-                records: self.settled,
-                counts: *counts,
-                seconds: self.spent.as_secs_f64(),
-                refusal: self.refused(),
-                left_out: self.left_out(),
-                forgotten: self.forgotten,
-                trouble,
-            },
-        ))
+        let basis = Basis {
+            progress: self.progress(),
+            records: self.settled,
+            counts: *counts,
+            seconds: self.spent.as_secs_f64(),
+            refusal: self.refused(),
+            left_out: self.left_out(),
+            forgotten: self.forgotten,
+            trouble,
+        };
+        let report = report(config, sought, estimate, &basis);
+        let confidence = confidence(config, sought, estimate, &report, &self.poses);
+        Some(Finding { report, confidence })
     }
 
     /// Why the records so far tell nothing, in words; `None` when there were none.
@@ -175,8 +185,10 @@ impl<'a> Solver<'a> {
             Room::Free => {}
             Room::Instead(index) => {
                 let last = kept.iter().filter(|other| other.shares_pose(&kept[index])).count() == 1;
-                self.forgotten += u64::from(last);
-                self.experiments.remove(index);
+                // What it tells stays, if it is known what that is.
+                let mut retiring = self.experiments.remove(index);
+                let retired = self.identifier.retire(&mut retiring);
+                self.forgotten += u64::from(last && !retired);
             }
             Room::Nowhere => return false,
         }

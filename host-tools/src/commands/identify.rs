@@ -43,12 +43,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let bar = progress::bar(0, "reading");
     let mut logs = open(&args.logs, &config.interface, &bar)?;
-    let Outcome { report, state, trouble, broken, .. } =
+    let Outcome { finding, state, trouble, broken, .. } =
         run_offline(&config, &mut logs, |progress| bar.set_message(doing(progress)))?;
     bar.finish_and_clear();
 
     let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
-    let Some(report) = report else {
+    let Some(finding) = finding else {
         let others = match args.logs.len() - 1 {
             0 => String::new(),
             others => format!(" in it and {others} more"),
@@ -58,13 +58,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
         return Err(broken.unwrap_or_else(|| BadInput::new(&args.logs[0], message).into()));
     };
     // A closed terminal does not keep the numbers from the file.
-    let printed = print(&table::report(&report, truth.as_deref()));
+    let printed = print(&table::finding(&finding, truth.as_deref()));
     if let Some(json) = json {
-        json.finish(&(serde_json::to_string_pretty(&report)? + "\n"))?;
+        json.finish(&(serde_json::to_string_pretty(&finding)? + "\n"))?;
     }
     printed?;
     if let Some(truth) = truth {
-        let estimate = table::bushings(&report);
+        let estimate = table::bushings(&finding.report);
         print(&validation::compare(&config, scenario.as_ref(), &truth, &estimate)?)?;
     }
     broken.map_or(Ok(()), Err)

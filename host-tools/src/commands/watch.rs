@@ -46,9 +46,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut screen = Screen::new(args.json);
     loop {
         let left = deadline.map_or(REDRAW, |end| end.saturating_duration_since(Instant::now()));
-        if let Some(message) = client.next(left.min(REDRAW))? {
-            screen.hear(&message)?;
-            view.take(message);
+        let message = client.next(left.min(REDRAW))?;
+        if let Some(finding) = message.and_then(|message| view.take(message)) {
+            screen.hear(finding)?;
         }
         screen.draw(&view)?;
         if args.until == Some(Until::Identified) && view.identified(args.records) {

@@ -86,12 +86,12 @@ fn run(args: &Args) -> Result<()> {
         return Err(error).context("the bus broke");
     }
 
-    let report = view.report.as_ref().context("the daemon has sent no report")?;
-    print(&table::report(report, Some(&truth)))?;
+    let finding = view.finding.as_ref().context("the daemon has sent no report")?;
+    print(&table::finding(finding, Some(&truth)))?;
     if let Some(line) = view.bus_line() {
         print(&(line + "\n"))?;
     }
-    let estimate = table::bushings(report);
+    let estimate = table::bushings(&finding.report);
     print(&validation::compare(&config, Some(&scenario), &truth, &estimate)?)?;
     ensure!(view.identified(experiments), "the robot was not identified: {}", view.summary());
     Ok(())
@@ -119,9 +119,9 @@ fn watch(address: &Listen, experiments: u64, robot_is_done: impl Fn() -> bool) -
     let (mut view, mut screen) = (View::default(), Screen::new(false));
     let mut patience = None;
     loop {
-        if let Some(message) = client.next(REDRAW)? {
-            screen.hear(&message)?;
-            view.take(message);
+        let message = client.next(REDRAW)?;
+        if let Some(finding) = message.and_then(|message| view.take(message)) {
+            screen.hear(finding)?;
         }
         screen.draw(&view)?;
         let done = view.settled().is_some_and(|report| report.fit.records >= experiments);

@@ -1,0 +1,100 @@
+//! What is sought: sections `[calibration]` and `[parameters]`.
+
+use flexid_core::calibration::Nuisances;
+use flexid_core::parameters::Bounds;
+use flexid_core::unknowns::{Coordinate, Sought};
+
+use super::file::{CalibrationSection, ParametersSection};
+use super::positive;
+use crate::model::Model;
+
+/// Degrees of freedom in the order of all vectors of six.
+const DOF_NAMES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+
+/// Nuisances, and which parameters are fixed or tied to others.
+pub(super) fn sought(
+    calibration: &CalibrationSection,
+    parameters: &ParametersSection,
+    model: &Model,
+    bounds: &Bounds,
+) -> Result<Sought, String> {
+    let mut sought = Sought::new(model.joints.len(), &nuisances(calibration)?);
+    let mut taken = Vec::new();
+    let mut once = |place: &str, name: &str, coordinate: Coordinate| {
+        if taken.contains(&coordinate) {
+            return Err(format!(
+                "[parameters] {place}: {name:?} is there twice: fix or tie it once"
+            ));
+        }
+        taken.push(coordinate);
+        Ok(coordinate)
+    };
+    for (name, &value) in &parameters.fixed {
+        positive(&format!("[parameters] fixed {name:?}"), value)?;
+        sought.fix(once("fixed", name, parameter("fixed", name, model)?)?, value);
+    }
+    for names in &parameters.tied {
+        let mut coordinates = Vec::new();
+        for name in names {
+            coordinates.push(once("tied", name, parameter("tied", name, model)?)?);
+        }
+        let [first, others @ ..] = coordinates.as_slice() else { continue };
+        for (other, name) in others.iter().zip(&names[1..]) {
+            if range(bounds, *first) != range(bounds, *other) {
+                return Err(format!(
+                    "[parameters] tied: {:?} and {name:?} have different [bounds]: tie like to like",
+                    names[0]
+                ));
+            }
+            sought.tie(*other, *first);
+        }
+    }
+    if sought.unknowns() == 0 {
+        return Err("[parameters] fixed names every parameter: leave one to be sought".into());
+    }
+    Ok(sought)
+}
+
+fn nuisances(section: &CalibrationSection) -> Result<Nuisances, String> {
+    let width = |key: &str, width: Option<f64>| match width {
+        Some(width) => positive(&format!("[calibration] {key}"), width).map(|()| Some(width)),
+        None => Ok(None),
+    };
+    Ok(Nuisances {
+        delay: width("delay_s", section.delay_s)?,
+        acceleration_gain: width("acceleration_gain", section.acceleration_gain)?,
+        force_gain: width("force_gain", section.force_gain)?,
+        misalignment: width("misalignment_rad", section.misalignment_rad)?,
+        mass: width("link_mass", section.link_mass)?,
+    })
+}
+
+/// `joint_1.stiffness.tx`: the joint may have points in its name.
+fn parameter(place: &str, name: &str, model: &Model) -> Result<Coordinate, String> {
+    let wrong = |mend: String| format!("[parameters] {place} has {name:?}: {mend}");
+    let shape = || wrong("write it like \"joint_1.stiffness.tx\"".into());
+    let mut parts = name.rsplitn(3, '.');
+    let (Some(dof), Some(kind), Some(joint)) = (parts.next(), parts.next(), parts.next()) else {
+        return Err(shape());
+    };
+    let joint = model.joints.iter().position(|own| own.name == joint).ok_or_else(|| {
+        let names: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+        wrong(format!("the model has no joint {joint:?}, it has {}", names.join(", ")))
+    })?;
+    let dof = DOF_NAMES.iter().position(|own| *own == dof).ok_or_else(|| {
+        wrong(format!("{dof:?} is no degree of freedom: one of {}", DOF_NAMES.join(", ")))
+    })?;
+    match kind {
+        "stiffness" => Ok(Coordinate::Stiffness { joint, dof }),
+        "damping" => Ok(Coordinate::Damping { joint, dof }),
+        _ => Err(wrong(format!("{kind:?} is neither \"stiffness\" nor \"damping\""))),
+    }
+}
+
+fn range(bounds: &Bounds, parameter: Coordinate) -> Option<[f64; 2]> {
+    match parameter {
+        Coordinate::Stiffness { dof, .. } => bounds.stiffness.get(dof).copied(),
+        Coordinate::Damping { dof, .. } => bounds.damping.get(dof).copied(),
+        _ => None,
+    }
+}

@@ -1,0 +1,69 @@
+//! What unknowns are called, and how to enumerate names in a line.
+
+use flexid_core::unknowns::{Coordinate, Sought};
+
+use crate::model::Model;
+
+/// Degrees of freedom in the order of all vectors of six.
+pub const DOF_NAMES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Such as `joint_1 tx stiffness` or `delay`.
+pub(super) fn name(model: &Model, coordinate: Coordinate) -> String {
+    let joint = |joint: usize| model.joints.get(joint).map_or("?", |joint| joint.name.as_str());
+    match coordinate {
+        Coordinate::Stiffness { joint: index, dof } => {
+            format!("{} {} stiffness", joint(index), DOF_NAMES[dof])
+        }
+        Coordinate::Damping { joint: index, dof } => {
+            format!("{} {} damping", joint(index), DOF_NAMES[dof])
+        }
+        Coordinate::Delay => "delay".into(),
+        Coordinate::AccelerationGain(axis) => format!("acceleration gain {}", AXES[axis]),
+        Coordinate::ForceGain(axis) => format!("force gain {}", AXES[axis]),
+        Coordinate::Misalignment(axis) => format!("misalignment about {}", AXES[axis]),
+        Coordinate::Mass(link) => format!("mass of {}'s link", joint(link)),
+    }
+}
+
+/// The names of all unknowns of a fit, in their order.
+pub(super) fn names(model: &Model, sought: &Sought) -> Vec<String> {
+    let coordinates = (0..sought.unknowns()).filter_map(|unknown| sought.coordinate(unknown));
+    coordinates.map(|coordinate| name(model, coordinate)).collect()
+}
+
+/// `a`, `a and b`, `a, b and c`; of names that are longer than `room` bytes together the first, `a, b and 3 more`.
+pub(super) fn enumerate(names: &[impl AsRef<str>], room: usize) -> String {
+    let mut used = 0;
+    let fitting = names.iter().take_while(|name| {
+        used += name.as_ref().len() + 2;
+        used <= room
+    });
+    let shown = fitting.count().max(1).min(names.len());
+    let (shown, rest) = names.split_at(shown);
+    let more = format!("{} more", rest.len());
+    let mut parts: Vec<&str> = shown.iter().map(AsRef::as_ref).collect();
+    if !rest.is_empty() {
+        parts.push(&more);
+    }
+    match parts.split_last() {
+        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => parts.concat(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn enumerates_what_there_is_room_for() {
+        let abcd = ["aaaa", "bbbb", "cccc", "dddd"];
+        assert_eq!(enumerate(&abcd[..0], 100), "");
+        assert_eq!(enumerate(&abcd[..1], 100), "aaaa");
+        assert_eq!(enumerate(&abcd[..2], 100), "aaaa and bbbb");
+        assert_eq!(enumerate(&abcd[..3], 100), "aaaa, bbbb and cccc");
+        assert_eq!(enumerate(&abcd, 14), "aaaa, bbbb and 2 more");
+        assert_eq!(enumerate(&abcd, 1), "aaaa and 3 more");
+    }
+}

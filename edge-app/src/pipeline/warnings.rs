@@ -1,0 +1,184 @@
+//! What people should know before they trust the numbers, and what to do about it.
+
+use std::fmt::Display;
+
+use flexid_core::identify::{Acceptance, Estimate};
+use flexid_core::parameters::{Bounds, Bushings};
+use flexid_core::unknowns::{Coordinate, Sought};
+
+use super::names::{enumerate, name};
+use super::obstacle::wrong_rate;
+use super::report::Basis;
+use super::residuals::Residuals;
+use super::{Counts, MAX_EXPERIMENTS, MisfitKind};
+use crate::config::Config;
+use crate::summary::count;
+
+/// Relative distance from a bound that counts as on it.
+const ON_BOUND: f64 = 1e-9;
+/// Median SSP up to which records stand clear of the noise, as the identifier has it.
+const CLEAR: f64 = 0.05;
+/// Bytes for the names of parameters: the line has 160.
+const ROOM: usize = 115;
+
+/// The gravest first.
+pub(super) fn warnings(
+    config: &Config,
+    sought: &Sought,
+    estimate: &Estimate,
+    basis: &Basis,
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let residuals = Residuals::of(estimate);
+    if estimate.acceptance == Acceptance::Unsettled {
+        let directions = estimate.weak_directions.len();
+        warnings.push(unsettled(residuals, directions, estimate.ssp_median));
+    }
+    warnings.extend(residuals.advice());
+    warnings.extend(on_bounds(config, sought, &estimate.bushings));
+    warnings.extend(of_the_records(config, basis));
+    warnings
+}
+
+/// That no minimum could be made sure of, with what can be done about the likely cause; where the residuals are too large
+/// the model is that, of which they speak for themselves.
+fn unsettled(residuals: Residuals, weak_directions: usize, ssp_median: f64) -> String {
+    let found = "no minimum was reached twice: the numbers may be those of a wrong one";
+    if residuals.size_objects() {
+        found.to_owned()
+    } else if weak_directions > 0 {
+        let directions = count(weak_directions as u64, "combination");
+        format!("{found}; these poses hardly tell {directions} of parameters: record more poses")
+    } else if ssp_median > CLEAR {
+        format!(
+            "{found}; records hardly stand clear of the noise (SSP {ssp_median:.2}): cut harder"
+        )
+    } else {
+        found.to_owned()
+    }
+}
+
+/// Which parameters the data push further than they may go.
+fn on_bounds(config: &Config, sought: &Sought, bushings: &Bushings) -> Option<String> {
+    let Bounds { stiffness, damping } = &config.bounds;
+    let mut there = Vec::new();
+    let mut look = |coordinate, value: f64, range: &[f64; 2]| {
+        let ends = range.map(|bound| (value / bound - 1.0).abs() <= ON_BOUND);
+        let end = match ends {
+            // Who is fixed may lie anywhere.
+            _ if sought.unknown(coordinate).is_none() => return,
+            [true, _] => "lower",
+            [_, true] => "upper",
+            _ => return,
+        };
+        there.push(format!("{} ({end})", name(&config.model, coordinate)));
+    };
+    for (joint, bushing) in bushings.iter().enumerate() {
+        for (dof, range) in stiffness.iter().enumerate() {
+            look(Coordinate::Stiffness { joint, dof }, bushing.stiffness[dof], range);
+        }
+        for (dof, range) in damping.iter().enumerate() {
+            look(Coordinate::Damping { joint, dof }, bushing.damping[dof], range);
+        }
+    }
+    let lie = if there.len() == 1 { "lies on it" } else { "lie on them" };
+    let names = enumerate(&there, ROOM);
+    (!there.is_empty()).then(|| format!("widen [bounds]: {names} {lie}"))
+}
+
+/// What is wrong with the records, or was on their way.
+fn of_the_records(config: &Config, basis: &Basis) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let mut warn = |warning: &dyn Display| warnings.push(warning.to_string());
+    if !basis.trouble.is_empty() {
+        warn(&basis.trouble);
+    }
+    for reason in [&basis.left_out, &basis.refusal].into_iter().flatten() {
+        warn(reason);
+    }
+    let Counts { wrong_length, bus_errors, misfit, at_limit, .. } = &basis.counts;
+    if let Some(wrong_rate) = wrong_rate(&basis.counts, config) {
+        let records = basis.counts.stream.wrong_rate;
+        warn(&format_args!("{}: {wrong_rate}", count(records, "record")));
+    }
+    let clipped = config.signals.axes.iter().zip(at_limit).filter(|(_, frames)| **frames > 0);
+    let clipped: Vec<_> = clipped.map(|(name, frames)| format!("{name} in {frames}")).collect();
+    if !clipped.is_empty() {
+        warn(&format_args!(
+            "at the limit: {} frames: widen the range of the sensor or the signal",
+            clipped.join(", ")
+        ));
+    }
+    if basis.forgotten > 0 {
+        warn(&format_args!(
+            "{} poses forgotten to keep the newest {MAX_EXPERIMENTS} records",
+            basis.forgotten
+        ));
+    }
+    match misfit {
+        Some(misfit) if matches!(misfit.kind, MisfitKind::Length { .. }) => {
+            let frames = count(*wrong_length, "frame");
+            warn(&format_args!("{frames} of another length than [bus] dbc says: {misfit}"));
+        }
+        // Others ask for data, too.
+        Some(misfit) if misfit.kind != MisfitKind::Remote => warn(misfit),
+        _ => {}
+    }
+    if *bus_errors > 0 {
+        warn(&format_args!("the bus reported {bus_errors} errors"));
+    }
+    warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use flexid_core::calibration::Nuisances;
+    use flexid_core::parameters::Bushing;
+
+    use super::*;
+
+    #[test]
+    fn more_poses_are_asked_for_only_where_poses_lack() {
+        let told = |consistency, directions, ssp| {
+            unsettled(Residuals::new(consistency, 0.0), directions, ssp)
+        };
+        let poses = "hardly tell 1 combination of parameters: record more poses";
+        assert!(told(1.0, 1, 0.3).ends_with(poses));
+        assert!(told(1.0, 0, 0.2).ends_with("clear of the noise (SSP 0.20): cut harder"));
+        for line in [told(1.0, 0, 0.01), told(1.4, 8, 0.3), told(f64::NAN, 8, 0.3)] {
+            assert!(line.ends_with("those of a wrong one"), "{line}");
+        }
+        assert!([told(1.0, 8, 0.3), told(1.0, 0, 0.3)].iter().all(|line| line.len() <= 160));
+    }
+
+    #[test]
+    fn who_lies_on_a_bound_is_named_with_its_end() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/edge.toml");
+        let config = Config::load(&file).unwrap();
+        let Bounds { stiffness, damping } = config.bounds;
+        let middle = Bushing {
+            stiffness: stiffness.map(|[lower, upper]| (lower * upper).sqrt()),
+            damping: damping.map(|[lower, upper]| (lower * upper).sqrt()),
+        };
+        let mut bushings = Bushings::from_iter([middle; 3]);
+        let mut sought = Sought::new(3, &Nuisances::default());
+        assert_eq!(on_bounds(&config, &sought, &bushings), None);
+        bushings[1].damping[5] = damping[5][0];
+        bushings[0].stiffness[0] = stiffness[0][1] * (1.0 - 1e-14);
+        bushings[2].stiffness[2] = stiffness[2][1];
+        bushings[2].stiffness[3] = stiffness[3][1];
+        sought.fix(Coordinate::Stiffness { joint: 2, dof: 3 }, stiffness[3][1]);
+        assert_eq!(
+            on_bounds(&config, &sought, &bushings).unwrap(),
+            "widen [bounds]: joint_1 tx stiffness (upper), joint_2 rz damping (lower) and \
+             joint_3 tz stiffness (upper) lie on them",
+        );
+        for bushing in &mut bushings {
+            bushing.damping = damping.map(|[_, upper]| upper);
+        }
+        let line = on_bounds(&config, &sought, &bushings).unwrap();
+        assert!(line.ends_with("and 16 more lie on them") && line.len() <= 160, "{line}");
+    }
+}
