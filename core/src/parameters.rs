@@ -72,7 +72,7 @@ impl Bounds {
 
     /// Parameters from `fractions` of the bounds, 0 to 1: joint by joint, six stiffnesses, then six dampings.
     ///
-    /// The scale is linear, as in the paper; but bounds wider than a factor of [`WIDE`] tell hardly more than the order of
+    /// The scale is linear, as in the paper; but bounds wider than a factor of a thousand tell hardly more than the order of
     /// magnitude, and there it is that of the fourth root. With bounds ten times wider on both sides than the
     /// reference scenario's it finds 30 robots of 30, the linear scale 12 of 20; within the scenario's bounds the linear one
     /// finds more at the first start (59 of 60, and 55), and the logarithm less than either (63 of 100).
