@@ -54,7 +54,7 @@ pub fn finding(Finding { report, confidence }: &Finding, truth: Option<&[Bushing
         column.set_cell_alignment(CellAlignment::Right);
     }
     format!(
-        "{table}\n N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them\n{}\n{}{}",
+        "{table}\n N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them\n{}\n{}\n{}",
         caveat(report, confidence),
         confidence::lines(confidence),
         Summary(report)

@@ -350,6 +350,36 @@ fn a_wrong_model_is_told_as_one() {
     assert!(consistency <= 10.0 || interval.is_null(), "{interval} at {consistency}");
 }
 
+/// The simulated sensors are in time, and joint 1 is as stiff as it is said to be.
+#[test]
+fn what_is_sought_beside_the_joints_and_what_is_fixed_is_told() {
+    let folder = folder();
+    let sections = "\n[calibration]\ndelay_s = 5e-4\n\n[parameters]\n\
+                    fixed = { \"joint_1.stiffness.tx\" = 6.0e7 }\n";
+    let config = folder.path().join("edge.toml");
+    fs::write(&config, fs::read_to_string(&config).unwrap() + sections).unwrap();
+    let [table, json] = identified(folder.path(), "", || ());
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let joint = &report["joints"][0];
+    assert_eq!(joint["stiffness_verdict"][0], "fixed");
+    assert!((joint["stiffness"][0].as_f64().unwrap() / 6.0e7 - 1.0).abs() < 1e-12, "{joint}");
+    assert_eq!(joint["stiffness_std"][0], serde_json::Value::Null);
+    let confidence = &report["confidence"];
+    assert_eq!(confidence["joints"][0]["stiffness_interval"][0], serde_json::Value::Null);
+    let unknowns = confidence["correlations"]["unknowns"].as_array().unwrap();
+    assert_eq!((unknowns.len(), &unknowns[0]), (36, &"joint_1 ty stiffness".into()));
+    assert_eq!(unknowns[35], "delay");
+    let [delay] = confidence["nuisances"].as_array().unwrap().as_slice() else { panic!("{json}") };
+    assert_eq!((&delay["name"], &delay["unit"]), (&"delay".into(), &"s".into()));
+    assert_eq!(delay["verdict"], "identified");
+    let [value, std] = ["value", "std"].map(|key| delay[key].as_f64().unwrap());
+    // A hundredth of a sample, and four standard deviations.
+    assert!(std < 5e-6 && value.abs() < 4.0 * std, "{delay}");
+    for part in ["     fixed ", ", 1 fixed\n", "calibration  delay "] {
+        assert!(table.contains(part), "{part:?} is not in\n{table}");
+    }
+}
+
 /// The simulated robot sags and the simulated accelerometer turns with the tool, as the fit assumes.
 #[test]
 fn what_gravity_does_to_the_simulated_robot_is_what_the_fit_expects() {

@@ -7,9 +7,7 @@ use flexid_core::unknowns::{Coordinate, Sought};
 use super::file::{CalibrationSection, ParametersSection};
 use super::positive;
 use crate::model::Model;
-
-/// Degrees of freedom in the order of all vectors of six.
-const DOF_NAMES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+use crate::pipeline::DOF_NAMES;
 
 /// Nuisances, and which parameters are fixed or tied to others.
 pub(super) fn sought(

@@ -86,16 +86,16 @@ impl Residuals {
                  the signals, then gravity, delay, gains"
             )),
             (true, true) => Some(format!(
-                "the model is wrong by a little (chi^2/dof {consistency:.1}): check delay, gains and mounting of the \
-                 sensors, then gravity, masses, TCP"
+                "the model is wrong by a little (chi^2/dof {consistency:.1}): let [calibration] find delay, \
+                 gains, mounting and masses; if that does not help, check gravity, TCP"
             )),
             (true, false) => Some(format!(
                 "residuals are larger than the noise, but random (chi^2/dof {consistency:.1}): the sensors are \
                  noisier in the cut than at rest"
             )),
             (false, true) => Some(format!(
-                "residuals are small, but not random (whiteness {whiteness:.0}): check gravity, mounting and delay \
-                 of the accelerometer, colour of its noise"
+                "residuals are small, but not random (whiteness {whiteness:.0}): let [calibration] find delay, gains \
+                 and mounting; if that does not help, check gravity, filters"
             )),
         }
     }
@@ -111,7 +111,12 @@ mod tests {
             (1.01, 0.4, "noise explains them (χ²/dof 1.01, whiteness 0.4)", None),
             (2.1, 0.4, "χ²/dof 2.10 objects, whiteness 0.4 does not", Some("noisier in the cut")),
             (1.1, 9.0, "whiteness 9.0 objects, χ²/dof 1.10 does not", Some("small, but not")),
-            (2.1, 9.0, "χ²/dof 2.10 and whiteness 9.0 object: ", Some("check delay, gains")),
+            (
+                2.1,
+                9.0,
+                "χ²/dof 2.10 and whiteness 9.0 object: ",
+                Some("let [calibration] find delay"),
+            ),
             (84.2, 99.0, "χ²/dof 84.20 and whiteness 99.0 object: ", Some("check masses, TCP")),
             (f64::NAN, f64::NAN, "χ²/dof NaN and whiteness NaN object", Some("check masses, TCP")),
             (f64::INFINITY, 0.0, "χ²/dof inf objects, ", Some("check masses, TCP")),

@@ -19,7 +19,7 @@ const ON_BOUND: f64 = 1e-9;
 /// Median SSP up to which records stand clear of the noise, as the identifier has it.
 const CLEAR: f64 = 0.05;
 /// Bytes for the names of parameters: the line has 160.
-const ROOM: usize = 115;
+const ROOM: usize = 100;
 
 /// The gravest first.
 pub(super) fn warnings(
@@ -35,7 +35,17 @@ pub(super) fn warnings(
         warnings.push(unsettled(residuals, directions, estimate.ssp_median));
     }
     warnings.extend(residuals.advice());
-    warnings.extend(on_bounds(config, sought, &estimate.bushings));
+    if let Some(names) = on_bounds(config, sought, &estimate.bushings) {
+        // A wrong model drives parameters anywhere.
+        let mend = if residuals.allow_intervals() { "widen them" } else { "mend the model first" };
+        warnings.push(format!("on an end of [bounds]: {names}: {mend}"));
+    }
+    if estimate.forgotten > 0 {
+        let records = count(estimate.forgotten, "older record");
+        warnings.push(format!(
+            "{records} forgotten that contradict the newer ones: the robot or its tool has changed"
+        ));
+    }
     warnings.extend(of_the_records(config, basis));
     warnings
 }
@@ -43,7 +53,7 @@ pub(super) fn warnings(
 /// That no minimum could be made sure of, with what can be done about the likely cause; where the residuals are too large
 /// the model is that, of which they speak for themselves.
 fn unsettled(residuals: Residuals, weak_directions: usize, ssp_median: f64) -> String {
-    let found = "no minimum was reached twice: the numbers may be those of a wrong one";
+    let found = "the search is not sure of the minimum: the numbers may be those of a wrong one";
     if residuals.size_objects() {
         found.to_owned()
     } else if weak_directions > 0 {
@@ -81,9 +91,7 @@ fn on_bounds(config: &Config, sought: &Sought, bushings: &Bushings) -> Option<St
             look(Coordinate::Damping { joint, dof }, bushing.damping[dof], range);
         }
     }
-    let lie = if there.len() == 1 { "lies on it" } else { "lie on them" };
-    let names = enumerate(&there, ROOM);
-    (!there.is_empty()).then(|| format!("widen [bounds]: {names} {lie}"))
+    (!there.is_empty()).then(|| enumerate(&there, ROOM))
 }
 
 /// What is wrong with the records, or was on their way.
@@ -172,13 +180,12 @@ mod tests {
         sought.fix(Coordinate::Stiffness { joint: 2, dof: 3 }, stiffness[3][1]);
         assert_eq!(
             on_bounds(&config, &sought, &bushings).unwrap(),
-            "widen [bounds]: joint_1 tx stiffness (upper), joint_2 rz damping (lower) and \
-             joint_3 tz stiffness (upper) lie on them",
+            "joint_1 tx stiffness (upper), joint_2 rz damping (lower) and joint_3 tz stiffness (upper)",
         );
         for bushing in &mut bushings {
             bushing.damping = damping.map(|[_, upper]| upper);
         }
-        let line = on_bounds(&config, &sought, &bushings).unwrap();
-        assert!(line.ends_with("and 16 more lie on them") && line.len() <= 160, "{line}");
+        let names = on_bounds(&config, &sought, &bushings).unwrap();
+        assert!(names.ends_with("(upper) and 17 more") && names.len() <= 115, "{names}");
     }
 }
