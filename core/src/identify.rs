@@ -218,18 +218,13 @@ impl<R: Rng> Identifier<R> {
     pub fn retire<const B: usize>(&mut self, experiment: &mut Experiment<B>) -> bool {
         let believed = |estimate: &&Estimate| estimate.acceptance == Acceptance::Consistent;
         let settled = self.phase == Phase::Settled;
-        let Some(estimate) = self.estimate.as_ref().filter(believed).filter(|_| settled) else {
+        let Self { chain, measurement, bounds, sought, refinement, estimate, .. } = self;
+        let Some(estimate) = estimate.as_ref().filter(believed).filter(|_| settled) else {
             return false;
         };
-        self.refinement.restart_at(&estimate.coordinates);
-        let problem = Problem {
-            chain: &self.chain,
-            measurement: &self.measurement,
-            bounds: &self.bounds,
-            sought: &self.sought,
-            level: self.level,
-        };
-        self.refinement.retire(&problem, experiment);
+        let problem = Problem { chain, measurement, bounds, sought, level: self.level };
+        refinement.restart_at(&estimate.coordinates);
+        refinement.retire(&problem, experiment);
         true
     }
 
@@ -251,16 +246,11 @@ impl<R: Rng> Identifier<R> {
             }
             Phase::Refining => {
                 self.refine_iterations += 1;
-                let problem = Problem {
-                    chain: &self.chain,
-                    measurement: &self.measurement,
-                    bounds: &self.bounds,
-                    sought: &self.sought,
-                    level: self.level,
-                };
-                let outcome = self.refinement.step(&problem, experiments);
+                let Self { chain, measurement, bounds, sought, refinement, .. } = self;
+                let problem = Problem { chain, measurement, bounds, sought, level: self.level };
+                let outcome = refinement.step(&problem, experiments);
                 if outcome != Outcome::Improving {
-                    let fit = self.refinement.fit(&problem, experiments);
+                    let fit = refinement.fit(&problem, experiments);
                     self.judge(fit, outcome == Outcome::Converged, experiments);
                 }
             }

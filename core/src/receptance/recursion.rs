@@ -10,8 +10,8 @@
 //!
 //! Everything is complex symmetric: transposed, never conjugated. Γ and C are gravity's
 //! ([`crate::chain::linearise`]); without it B = b is diagonal. From tip to base, the order of textbooks, the loads of
-//! three forces would have to be handed on beside the stiffness, and a link that its bushing holds much more stiffly
-//! than the links beyond would cost single precision most of its digits.
+//! three forces would have to be handed on beside the stiffness, half as much work again, and single precision would lose
+//! half a digit more.
 
 use seq_macro::seq;
 
