@@ -21,10 +21,11 @@ use crate::parameters::{Bounds, Bushings};
 use crate::refine::{Agreement, Fit, Outcome, Problem, Refinement};
 use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
 use crate::spectrum::{Experiment, Measurement};
+use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use crate::unknowns::{Coordinates, MAX_NUISANCES, Nuisance, Sought};
 use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS};
 
-/// χ² per degree of freedom up to which noise explains the residuals. The noise itself is known from a few hundred
+/// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a few hundred
 /// quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
 const CONSISTENT: f64 = 1.3;
 /// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
@@ -79,6 +80,9 @@ pub struct Estimate {
     pub ssp_max: f64,
     /// χ² per degree of freedom; 1 when noise alone explains the residuals.
     pub consistency: f64,
+    /// Sum of squares of the static tests' residuals per displacement measured, about 1 or less when their noise alone
+    /// explains them; none without static tests.
+    pub static_consistency: Option<f64>,
     /// How far to believe it.
     pub acceptance: Acceptance,
     /// Residuals' whiteness, about N(0, 1); far above, the model or the colour of the noise is wrong.
@@ -125,6 +129,7 @@ pub struct Identifier<R> {
     generator: R,
     phase: Phase,
     sought: Sought,
+    statics: Vec<StaticTest, MAX_STATIC_TESTS>,
     search: Search,
     refinement: Refinement,
     /// Searches since the records last changed.
@@ -167,6 +172,7 @@ impl<R: Rng> Identifier<R> {
             generator,
             phase: Phase::Waiting,
             sought,
+            statics: Vec::new(),
             search,
             refinement,
             starts: 0,
@@ -186,6 +192,17 @@ impl<R: Rng> Identifier<R> {
         self
     }
 
+    /// Rests the fit on static tests as well: before the first record. They need none: [`Identifier::renew`] with no
+    /// experiments has their estimate worked out, in which the dampings are not told.
+    ///
+    /// # Errors
+    /// The first test that no fit can take.
+    pub fn with_statics(mut self, tests: &[StaticTest]) -> Result<Self, StaticTestError> {
+        statics::check(tests, self.chain.joints().len())?;
+        self.statics = tests.iter().cloned().collect();
+        Ok(self)
+    }
+
     /// What is sought.
     pub fn sought(&self) -> &Sought {
         &self.sought
@@ -197,9 +214,16 @@ impl<R: Rng> Identifier<R> {
         self.starts = 0;
         if experiments.is_empty() {
             self.phase = Phase::Waiting;
+            if !self.statics.is_empty() {
+                let middle = self.bounds.middle(self.chain.joints().len());
+                self.refinement.restart(&self.sought, &middle);
+                self.phase = Phase::Refining;
+            }
             return;
         }
         match (self.phase, &self.estimate) {
+            // What static tests tell alone is no basin of the records.
+            _ if self.total_starts == 0 => self.start_search(experiments),
             (Phase::Waiting, _) | (Phase::Settled, None) => self.start_search(experiments),
             (Phase::Searching, _) => self.search.renew(self.weighing(experiments)),
             (Phase::Refining, _) => {
@@ -218,11 +242,11 @@ impl<R: Rng> Identifier<R> {
     pub fn retire<const B: usize>(&mut self, experiment: &mut Experiment<B>) -> bool {
         let believed = |estimate: &&Estimate| estimate.acceptance == Acceptance::Consistent;
         let settled = self.phase == Phase::Settled;
-        let Self { chain, measurement, bounds, sought, refinement, estimate, .. } = self;
+        let Self { chain, measurement, bounds, sought, statics, refinement, estimate, .. } = self;
         let Some(estimate) = estimate.as_ref().filter(believed).filter(|_| settled) else {
             return false;
         };
-        let problem = Problem { chain, measurement, bounds, sought, level: self.level };
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.restart_at(&estimate.coordinates);
         refinement.retire(&problem, experiment);
         true
@@ -246,8 +270,8 @@ impl<R: Rng> Identifier<R> {
             }
             Phase::Refining => {
                 self.refine_iterations += 1;
-                let Self { chain, measurement, bounds, sought, refinement, .. } = self;
-                let problem = Problem { chain, measurement, bounds, sought, level: self.level };
+                let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+                let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
                 let outcome = refinement.step(&problem, experiments);
                 if outcome != Outcome::Improving {
                     let fit = refinement.fit(&problem, experiments);
@@ -309,6 +333,12 @@ impl<R: Rng> Identifier<R> {
         if converged && found.is_beyond_doubt() {
             return self.settle(&found, Acceptance::Consistent, experiments);
         }
+        if experiments.is_empty() {
+            // Static tests have one basin.
+            let acceptance =
+                if converged { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
+            return self.settle(&found, acceptance, experiments);
+        }
         let best = match self.best.take() {
             Some(best) if converged && found.is_as_good_as(&best) => {
                 found.times += best.times;
@@ -348,8 +378,8 @@ impl<R: Rng> Identifier<R> {
         acceptance: Acceptance,
         experiments: &mut [Experiment<B>],
     ) {
-        let Self { chain, measurement, bounds, sought, refinement, .. } = self;
-        let problem = Problem { chain, measurement, bounds, sought, level: self.level };
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.restart_at(&minimum.coordinates);
         let fit = refinement.fit(&problem, experiments);
         let weak_directions = refinement.weak_directions();
@@ -366,6 +396,8 @@ impl<R: Rng> Identifier<R> {
             ssp_median: fit.ssp[0],
             ssp_max: fit.ssp[1],
             consistency: fit.sum_of_squares / fit.degrees_of_freedom.max(1.0),
+            static_consistency: (fit.static_residuals > 0)
+                .then(|| fit.static_sum_of_squares / fit.static_residuals as f64),
             acceptance,
             whiteness: fit.whiteness,
             weak_directions,
@@ -385,9 +417,14 @@ impl<R: Rng> Identifier<R> {
 const TYPICAL_ITERATIONS: f32 = 12.0;
 
 impl Minimum {
+    /// Noise explains the residuals, and by themselves those of the static tests, which the many of the records would
+    /// outvote.
     fn is_consistent(&self) -> bool {
-        (0.0..=CONSISTENT)
-            .contains(&(self.fit.sum_of_squares / self.fit.degrees_of_freedom.max(1.0)))
+        let Fit { sum_of_squares, degrees_of_freedom, .. } = self.fit;
+        let most = (CONSISTENT * degrees_of_freedom).max(rarely_exceeded(degrees_of_freedom));
+        let statics = self.fit.static_sum_of_squares;
+        (0.0..=most).contains(&sum_of_squares)
+            && statics <= rarely_exceeded(self.fit.static_residuals as f64)
     }
 
     /// Noise explains the residuals, and is too small to hide a wrong basin.
@@ -404,6 +441,11 @@ impl Minimum {
     fn agrees(&self) -> bool {
         self.fit.disagreement <= AGREEING
     }
+}
+
+/// What χ² of so many degrees of freedom exceeds with a chance below e⁻¹⁰ (Laurent and Massart, 2000, lemma 1).
+fn rarely_exceeded(degrees_of_freedom: f64) -> f64 {
+    degrees_of_freedom + 2.0 * libm::sqrt(10.0 * degrees_of_freedom) + 2.0 * 10.0
 }
 
 /// Standard deviations in the parameters' units. One that lies on a bound has none: the data push it further than it may.

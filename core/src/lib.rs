@@ -21,6 +21,7 @@ pub mod receptance;
 pub mod refine;
 pub mod search;
 pub mod spectrum;
+pub mod statics;
 pub mod stream;
 pub mod unknowns;
 pub mod verdict;

@@ -97,6 +97,12 @@ impl Bounds {
             .collect()
     }
 
+    /// The middle of the bounds, by their logarithms, for every joint of a chain.
+    pub(crate) fn middle(&self, joints: usize) -> Bushings {
+        let (lower, upper) = self.logarithms(joints);
+        from_logarithms(&core::array::from_fn(|i| 0.5 * (lower[i] + upper[i])), joints)
+    }
+
     /// Logarithms of the lower and upper ends for a chain of `joints`, in the order of [`logarithms`].
     pub(crate) fn logarithms(
         &self,

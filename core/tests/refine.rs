@@ -40,8 +40,14 @@ fn refine_chain(
 ) -> (Bushings, Fit, u32) {
     let bounds = bounds();
     let sought = Sought::new(guess.len(), &Nuisances::default());
-    let problem =
-        Problem { chain, measurement, bounds: &bounds, sought: &sought, level: Level::new() };
+    let problem = Problem {
+        chain,
+        measurement,
+        bounds: &bounds,
+        sought: &sought,
+        statics: &[],
+        level: Level::new(),
+    };
     let mut refinement = Box::new(Refinement::new(&sought, guess));
     while refinement.step(&problem, experiments) == Outcome::Improving {}
     let fit = refinement.fit(&problem, experiments);
@@ -190,6 +196,7 @@ fn what_no_force_excites_has_no_confident_deviation() {
         measurement: &MEASUREMENT,
         bounds: &bounds,
         sought: &sought,
+        statics: &[],
         level: Level::new(),
     };
     let mut refinement = Box::new(Refinement::new(&sought, &truth));

@@ -89,6 +89,23 @@ impl<T: Scalar> Terms<T> {
         }
     }
 
+    /// Of the chain at rest under a wrench (N and Nm on the TCP, along its axes): at s = 0 a response to 1 along the first
+    /// axis "reads" the displacement of the TCP.
+    pub(crate) fn at_rest(chain: &LinearChain, bushings: &[Bushing], wrench: &[f64; 6]) -> Self {
+        let [fx, fy, fz, mx, my, mz] = *wrench;
+        let load = chain.tip_force * Vector3::new(fx, fy, fz)
+            + chain.tip_torque * Vector3::new(mx, my, mz);
+        let mut force = SMatrix::<f64, 6, 3>::zeros();
+        force.set_column(0, &load);
+        Self {
+            force: columns(&force),
+            tilt: columns(&chain.tip_force),
+            // What the elongations are read by regardless of the frequency.
+            strapdown: true,
+            ..Self::new(chain, bushings, false)
+        }
+    }
+
     /// The same, with [`Response::per_mass`](super::Response::per_mass) wanted.
     pub fn with_masses(self) -> Self {
         Self { masses: true, ..self }

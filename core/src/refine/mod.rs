@@ -9,6 +9,7 @@ mod knowledge;
 pub(crate) mod normal;
 pub(crate) mod residuals;
 pub(crate) mod seam;
+mod statics;
 mod summary;
 pub(crate) mod whitening;
 
@@ -16,9 +17,11 @@ use fearless_simd::Level;
 
 use crate::calibration::Calibration;
 use crate::chain::Chain;
+use crate::chain::linearise::LinearChain;
 use crate::parameters::{Bounds, Bushings, MAX_PARAMETERS};
 use crate::receptance::Terms;
 use crate::spectrum::{Accelerometer, Experiment, Measurement};
+use crate::statics::StaticTest;
 use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::verdict::{self, Covariance, Direction, MAX_DIRECTIONS};
 use equations::{Assembly, Bins, RecordNormal, Unknowns};
@@ -27,6 +30,7 @@ use normal::{Normal, packed};
 pub use residuals::Agreement;
 use residuals::Residuals;
 use seam::{MAX_SEAM, Seam, unknowns};
+use statics::Statics;
 use summary::Summary;
 
 /// Predicted gain in the sum of squares (whose expectation is its degrees of freedom) that ends the refinement.
@@ -57,8 +61,27 @@ pub struct Problem<'a> {
     pub bounds: &'a Bounds,
     /// What is sought.
     pub sought: &'a Sought,
+    /// Static tests that the fit rests on beside the records: [checked](crate::statics::check).
+    pub statics: &'a [StaticTest],
     /// Instruction set.
     pub level: Level,
+}
+
+impl Problem<'_> {
+    /// The chain at a pose, with the masses that it is taken to have.
+    fn linearise(
+        &self,
+        pose: &[f64],
+        bushings: &Bushings,
+        calibration: &Calibration,
+    ) -> LinearChain {
+        let gravity = self.measurement.gravity();
+        if self.sought.seeks_masses() {
+            self.chain.weighing(&calibration.mass).linearise(pose, gravity, bushings)
+        } else {
+            self.chain.linearise(pose, gravity, bushings)
+        }
+    }
 }
 
 /// How a refinement stands.
@@ -77,8 +100,12 @@ pub enum Outcome {
 pub struct Fit {
     /// Sum of squares of the whitened residuals.
     pub sum_of_squares: f64,
-    /// Its expectation if the model is right: real residuals less unknowns.
+    /// Its expectation if the model is right: real residuals less unknowns that are told.
     pub degrees_of_freedom: f64,
+    /// Share of the static tests in the sum of squares.
+    pub static_sum_of_squares: f64,
+    /// Displacements that the static tests have measured.
+    pub static_residuals: usize,
     /// Standard deviation of the logarithm of each parameter; infinite where the data do not tell, zero where it is fixed.
     pub deviations: [f64; MAX_PARAMETERS],
     /// Covariance of the unknowns that are sought.
@@ -221,18 +248,22 @@ impl Refinement {
         problem: &Problem<'_>,
         experiments: &mut [Experiment<B>],
     ) -> Fit {
-        let sum_of_squares = self.fit_seams(problem, experiments, true);
+        let static_sum_of_squares = self.statics(problem).sum_of_squares();
+        let sum_of_squares = self.fit_seams(problem, experiments, true) + static_sum_of_squares;
         let summary = self.assemble(problem, experiments);
         let joints = problem.chain.joints().len();
         let unknowns = problem.sought.unknowns();
-        let residuals: usize = experiments.iter().map(|e| 6 * e.bins()).sum();
+        let covariance = Covariance::of(&self.normal);
+        let static_residuals = problem.statics.iter().map(|test| test.readings().count()).sum();
+        let residuals = experiments.iter().map(|e| 6 * e.bins()).sum::<usize>() + static_residuals;
         // Retired records have told the unknowns before.
-        let told = if self.knowledge.records() > 0 { 0 } else { unknowns };
+        let told = if self.knowledge.records() > 0 { 0 } else { covariance.rank() };
         let sought = told + experiments.len() * seam::unknowns(joints);
         let values = problem.sought.values(&self.coordinates);
-        let covariance = Covariance::of(&self.normal);
         Fit {
             sum_of_squares,
+            static_sum_of_squares,
+            static_residuals,
             degrees_of_freedom: residuals.saturating_sub(sought) as f64,
             deviations: deviations(problem.sought, &covariance),
             covariance,
@@ -327,11 +358,17 @@ impl Refinement {
         normal.sum_of_squares()
     }
 
-    /// Sum of squares of what is known beside the records that are kept: priors and retired records.
+    /// Sum of squares of what is known beside the records that are kept: priors, static tests and retired records.
     fn beside(&self, problem: &Problem<'_>) -> f64 {
         let priors = problem.sought.priors(&self.coordinates).map(|(_, value)| value * value);
         priors.sum::<f64>()
+            + self.statics(problem).sum_of_squares()
             + self.knowledge.sum_of_squares(&problem.sought.values(&self.coordinates))
+    }
+
+    fn statics<'a>(&self, problem: &'a Problem<'a>) -> Statics<'a> {
+        let sought = problem.sought;
+        Statics { problem, bushings: self.bushings(sought), calibration: self.calibration(sought) }
     }
 
     /// The normal equations of all unknowns.
@@ -350,6 +387,7 @@ impl Refinement {
         for (unknown, value) in problem.sought.priors(&self.coordinates) {
             total.add_prior(unknown, value);
         }
+        self.statics(problem).add_to(&mut total);
         self.knowledge.add_to(&mut total, &problem.sought.values(&self.coordinates));
         self.normal = total;
         self.assembled = true;
@@ -379,15 +417,10 @@ impl Refinement {
         unknowns: Unknowns,
         reweigh: bool,
     ) -> Residuals {
-        let Problem { chain, measurement, sought, .. } = *problem;
+        let Problem { measurement, sought, .. } = *problem;
         let bushings = self.bushings(sought);
         let calibration = self.calibration(sought);
-        let gravity = measurement.gravity();
-        let linear = if sought.seeks_masses() {
-            chain.weighing(&calibration.mass).linearise(&experiment.pose, gravity, &bushings)
-        } else {
-            chain.linearise(&experiment.pose, gravity, &bushings)
-        };
+        let linear = problem.linearise(&experiment.pose, &bushings, &calibration);
         let strapdown = measurement.accelerometer == Accelerometer::Strapdown;
         let mut terms = Terms::calibrated(&linear, &bushings, strapdown, &calibration);
         if sought.seeks_masses() {

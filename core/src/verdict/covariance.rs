@@ -29,6 +29,7 @@ const WIDE: f64 = 1e3;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Covariance {
     unknowns: usize,
+    rank: usize,
     /// Variance infinite and covariances zero where the data do not tell.
     entries: [f64; packed(MAX_UNKNOWNS)],
 }
@@ -41,13 +42,14 @@ impl Covariance {
         let scale: [f64; MAX_UNKNOWNS] = core::array::from_fn(|i| {
             if told[i] { 1.0 / libm::sqrt(information.row(i)[i]) } else { 0.0 }
         });
-        let mut covariance = Self { unknowns, entries: [0.0; packed(MAX_UNKNOWNS)] };
+        let mut covariance = Self { unknowns, rank: 0, entries: [0.0; packed(MAX_UNKNOWNS)] };
         for i in (0..unknowns).filter(|&i| told[i]) {
             for j in (0..=i).filter(|&j| told[j]) {
                 *covariance.entry(i, j) = information.row(i)[j] * scale[i] * scale[j];
             }
         }
         let independent = covariance.sweep_all();
+        covariance.rank = independent.iter().filter(|own| **own).count();
         covariance.unscale(&scale, &independent);
         covariance
     }
@@ -106,6 +108,11 @@ impl Covariance {
     /// How many unknowns the fit has.
     pub fn unknowns(&self) -> usize {
         self.unknowns
+    }
+
+    /// How many combinations of them the data tell.
+    pub fn rank(&self) -> usize {
+        self.rank
     }
 
     /// Standard deviation of unknown `i`, in its unit; infinite where the data do not tell it.

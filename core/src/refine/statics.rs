@@ -1,0 +1,60 @@
+//! What static tests add to the normal equations: a row for each displacement that was measured, and no seam.
+
+use super::{ParameterNormal, Problem};
+use crate::DOF;
+use crate::calibration::Calibration;
+use crate::parameters::Bushings;
+use crate::statics::{Deflection, StaticTest};
+use crate::unknowns::{Coordinate, MAX_UNKNOWNS};
+
+/// Unknowns and residual.
+const COLUMNS: usize = MAX_UNKNOWNS + 1;
+
+/// The static tests of a problem, where the parameters stand.
+pub(super) struct Statics<'a> {
+    pub(super) problem: &'a Problem<'a>,
+    pub(super) bushings: Bushings,
+    pub(super) calibration: Calibration,
+}
+
+impl Statics<'_> {
+    /// Sum of squares of the residuals, each in its standard deviations.
+    pub(super) fn sum_of_squares(&self) -> f64 {
+        let squares = |test: &StaticTest| {
+            let model = self.deflection(test).displacement;
+            let square = |residual: f64| residual * residual;
+            test.readings().map(|(a, r)| square((r.value - model[a]) / r.deviation)).sum::<f64>()
+        };
+        self.problem.statics.iter().map(squares).sum()
+    }
+
+    /// Adds them to the normal equations.
+    pub(super) fn add_to(&self, normal: &mut ParameterNormal) {
+        let sought = self.problem.sought;
+        for test in self.problem.statics {
+            let model = self.deflection(test);
+            let mut rows = [[0.0; COLUMNS]; 6];
+            for (axis, reading) in test.readings() {
+                let row = &mut rows[axis];
+                for (joint, gradient) in
+                    model.gradient[axis][..self.bushings.len()].iter().enumerate()
+                {
+                    for dof in 0..DOF {
+                        // Stiffnesses that are tied add up.
+                        if let Some(k) = sought.unknown(Coordinate::Stiffness { joint, dof }) {
+                            row[k] += gradient[dof] / reading.deviation;
+                        }
+                    }
+                }
+                row[sought.unknowns()] =
+                    (reading.value - model.displacement[axis]) / reading.deviation;
+            }
+            normal.add(&rows);
+        }
+    }
+
+    fn deflection(&self, test: &StaticTest) -> Deflection {
+        let linear = self.problem.linearise(&test.pose, &self.bushings, &self.calibration);
+        Deflection::new(&linear, &self.bushings, &test.wrench)
+    }
+}

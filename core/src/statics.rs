@@ -1,0 +1,111 @@
+//! Static experiments: a load is put on the TCP of the robot at rest, and a laser tracker or a dial gauge tells how far
+//! it gives way.
+//!
+//! That is the receptance at s = 0: with the elongations e_out of a unit force along each measured direction, and q
+//! those under the load, a displacement is `−k e_out q` by the logarithm of each stiffness, and the dampings have no
+//! part in it. Gravity's stiffness and the sag that it works at are those of the records. The load keeps its
+//! direction while the robot gives way: what it does to the stiffness is of the order of the rotation, and left out.
+
+use heapless::Vec;
+
+use crate::chain::linearise::LinearChain;
+use crate::parameters::Bushing;
+use crate::receptance::{Complex, Response, Terms};
+use crate::{DOF, MAX_JOINTS};
+
+/// Most static tests of one robot.
+pub const MAX_STATIC_TESTS: usize = 64;
+
+/// One load at one pose, and how far the TCP gave way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StaticTest {
+    /// Joint angles (or strokes), base first, rad (or m).
+    pub pose: Vec<f64, MAX_JOINTS>,
+    /// Force on the TCP and torque about it, N and Nm, along the TCP's axes in the unloaded robot.
+    pub wrench: [f64; 6],
+    /// Displacement of the TCP, loaded less unloaded, along the same axes; `None` where it was not measured.
+    pub displacement: [Option<Reading>; 3],
+}
+
+/// A displacement as it was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// m.
+    pub value: f64,
+    /// Standard deviation of its noise, m.
+    pub deviation: f64,
+}
+
+/// Why static tests are refused; tests count from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StaticTestError {
+    /// There are so many, more than [`MAX_STATIC_TESTS`].
+    Count(usize),
+    /// The pose of this test has another number of angles than the chain has joints.
+    Pose(usize),
+    /// A number of this test is not finite.
+    NotFinite(usize),
+    /// A standard deviation of this test is not positive.
+    Deviation(usize),
+}
+
+impl StaticTest {
+    /// Displacements that were measured, each with its axis.
+    pub fn readings(&self) -> impl Iterator<Item = (usize, Reading)> {
+        self.displacement.iter().enumerate().filter_map(|(axis, reading)| Some((axis, (*reading)?)))
+    }
+}
+
+/// Whether a fit of a chain of `joints` can take these tests.
+///
+/// # Errors
+/// The first test that is wrong, and what is wrong with it.
+pub fn check(tests: &[StaticTest], joints: usize) -> Result<(), StaticTestError> {
+    if tests.len() > MAX_STATIC_TESTS {
+        return Err(StaticTestError::Count(tests.len()));
+    }
+    for (index, test) in tests.iter().enumerate() {
+        if test.pose.len() != joints {
+            return Err(StaticTestError::Pose(index));
+        }
+        let numbers = test.pose.iter().chain(&test.wrench).copied();
+        let readings = test.readings().flat_map(|(_, reading)| [reading.value, reading.deviation]);
+        if !numbers.chain(readings).all(f64::is_finite) {
+            return Err(StaticTestError::NotFinite(index));
+        }
+        if test.readings().any(|(_, reading)| reading.deviation <= 0.0) {
+            return Err(StaticTestError::Deviation(index));
+        }
+    }
+    Ok(())
+}
+
+/// How the TCP gives way under a load, by the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Deflection {
+    /// Displacement of the TCP along its axes, m.
+    pub displacement: [f64; 3],
+    /// Its derivatives by the logarithm of each stiffness, `[axis][joint][dof]`, m; the sag stays what it is.
+    pub gradient: [[[f64; DOF]; MAX_JOINTS]; 3],
+}
+
+impl Deflection {
+    /// Of a chain that is linearised at the test's pose, under a wrench (N and Nm on the TCP, along its axes).
+    pub fn new(chain: &LinearChain, bushings: &[Bushing], wrench: &[f64; 6]) -> Self {
+        let terms = Terms::at_rest(chain, bushings, wrench);
+        let rest = Complex::zero(0.0);
+        let full = Complex::new(1.0, 0.0);
+        let mut response = Response::new(0.0);
+        response.evaluate(&terms, rest, &[full, rest, rest], &[[rest; DOF]; MAX_JOINTS]);
+        let mut gradient = [[[0.0; DOF]; MAX_JOINTS]; 3];
+        for joint in 0..bushings.len() {
+            for dof in 0..DOF {
+                let derivatives = response.derivatives(&terms, rest, joint, dof);
+                for (axis, [stiffness, _]) in derivatives.into_iter().enumerate() {
+                    gradient[axis][joint][dof] = stiffness.re;
+                }
+            }
+        }
+        Self { displacement: response.acceleration.map(|reading| reading.re), gradient }
+    }
+}

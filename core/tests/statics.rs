@@ -1,0 +1,289 @@
+//! Static tests: the displacement against a dense solve, its gradient against finite differences, and fits that rest
+//! on them, with records and without.
+
+mod common;
+
+use common::milling::{Conditions, SAMPLES, cut, experiments, record};
+use common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3};
+use fearless_simd::Level;
+use flexid_core::calibration::Nuisances;
+use flexid_core::chain::Chain;
+use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
+use flexid_core::parameters::Bushings;
+use flexid_core::refine::{Fit, Outcome, Problem, Refinement};
+use flexid_core::spectrum::Experiment;
+use flexid_core::statics::{Deflection, MAX_STATIC_TESTS, Reading, StaticTest, StaticTestError};
+use flexid_core::unknowns::Sought;
+use nalgebra::{Complex, DVector, Vector3};
+use proptest::prelude::*;
+
+const EARTH: Vector3<f64> = Vector3::new(0.0, 0.0, -9.80665);
+/// Standard deviation of a reading: a laser tracker's, m.
+const NOISE: f64 = 5e-6;
+
+/// Displacement by a dense solve, TCP axes, m.
+fn dense_displacement(
+    chain: &Chain,
+    pose: &[f64],
+    gravity: Vector3<f64>,
+    bushings: &Bushings,
+    wrench: &[f64; 6],
+) -> [f64; 3] {
+    let linear = chain.linearise(pose, gravity, bushings);
+    let sag: Vec<[f64; 6]> = linear.joints.iter().map(|joint| joint.sag.into()).collect();
+    let dense = Dense::new(chain, pose, gravity, &sag);
+    let tip = dense.tip();
+    let load = tip.transpose() * DVector::from_row_slice(wrench);
+    let compliance = dense.compliance(bushings, Complex::from(0.0)).map(|entry| entry.re);
+    let moved = tip.rows(0, 3) * compliance * load;
+    [moved[0], moved[1], moved[2]]
+}
+
+fn wrench(random: &mut Random) -> [f64; 6] {
+    std::array::from_fn(
+        |i| if i < 3 { random.uniform(-2e3, 2e3) } else { random.uniform(-5e2, 5e2) },
+    )
+}
+
+/// Tests of the scenario's robot, every axis read.
+fn measure(truth: &Bushings, count: usize, random: &mut Random) -> Vec<StaticTest> {
+    let test = |_| {
+        let pose = [random.uniform(-2.0, 2.0), random.uniform(-1.5, 0.0), random.uniform(0.0, 2.0)];
+        let wrench = wrench(random);
+        let exact = dense_displacement(&mill3(), &pose, Vector3::zeros(), truth, &wrench);
+        StaticTest {
+            pose: pose.into_iter().collect(),
+            wrench,
+            displacement: exact
+                .map(|d| Some(Reading { value: d + NOISE * random.normal(), deviation: NOISE })),
+        }
+    };
+    (0..count).map(test).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(7), ..ProptestConfig::with_cases(256) })]
+
+    #[test]
+    fn displacement_equals_a_dense_solve(seed in 0_u64..100_000, joints in 1_usize..=7, weight in any::<bool>()) {
+        let mut random = Random::new(seed);
+        let (chain, pose) = (random.chain(joints), random.pose(joints));
+        let bushings = random.bushings(joints);
+        let gravity = if weight { EARTH } else { Vector3::zeros() };
+        let wrench = wrench(&mut random);
+        let linear = chain.linearise(&pose, gravity, &bushings);
+        let ours = Deflection::new(&linear, &bushings, &wrench).displacement;
+        let dense = dense_displacement(&chain, &pose, gravity, &bushings, &wrench);
+        let size = Vector3::from(dense).norm();
+        let gap = (Vector3::from(ours) - Vector3::from(dense)).norm();
+        prop_assert!(gap < 1e-10 * size, "{:e} of {:e}", gap, size);
+    }
+
+    #[test]
+    fn gradient_equals_finite_differences(seed in 0_u64..100_000, joints in 1_usize..=7) {
+        let mut random = Random::new(seed);
+        let (chain, pose) = (random.chain(joints), random.pose(joints));
+        let bushings = random.bushings(joints);
+        let wrench = wrench(&mut random);
+        let linear = chain.linearise(&pose, EARTH, &bushings);
+        let here = Deflection::new(&linear, &bushings, &wrench);
+        let size = Vector3::from(here.displacement).norm();
+        for joint in 0..joints {
+            for dof in 0..6 {
+                let moved = |by: f64| {
+                    let mut bushings = bushings.clone();
+                    bushings[joint].stiffness[dof] *= by.exp();
+                    Deflection::new(&linear, &bushings, &wrench).displacement
+                };
+                let (up, down) = (moved(1e-4), moved(-1e-4));
+                for axis in 0..3 {
+                    let gap = here.gradient[axis][joint][dof] - (up[axis] - down[axis]) / 2e-4;
+                    prop_assert!(gap.abs() < 1e-8 * size, "{} {} {}: {:e} of {:e}", joint, dof, axis, gap, size);
+                }
+            }
+        }
+    }
+}
+
+fn refine(
+    guess: &Bushings,
+    statics: &[StaticTest],
+    experiments: &mut [Experiment<BINS>],
+) -> (Bushings, Fit) {
+    let (chain, bounds) = (mill3(), bounds());
+    let sought = Sought::new(guess.len(), &Nuisances::default());
+    let problem = Problem {
+        chain: &chain,
+        measurement: &MEASUREMENT,
+        bounds: &bounds,
+        sought: &sought,
+        statics,
+        level: Level::new(),
+    };
+    let mut refinement = Box::new(Refinement::new(&sought, guess));
+    while refinement.step(&problem, experiments) == Outcome::Improving {}
+    let fit = refinement.fit(&problem, experiments);
+    (refinement.bushings(&sought), fit)
+}
+
+/// Errors of the stiffnesses' logarithms, in standard deviations, of those that are told to `limit`.
+fn stiffness_scores(found: &Bushings, truth: &Bushings, fit: &Fit, limit: f64) -> Vec<f64> {
+    let mut scores = Vec::new();
+    for (joint, (found, truth)) in found.iter().zip(truth).enumerate() {
+        for dof in 0..6 {
+            let deviation = fit.deviations[12 * joint + dof];
+            if deviation <= limit {
+                scores.push((found.stiffness[dof] / truth.stiffness[dof]).ln() / deviation);
+            }
+        }
+    }
+    scores
+}
+
+/// One record with thirty times the noise: a cut that hardly moves the robot.
+fn faint(truth: &Bushings, random: &mut Random) -> Experiment<BINS> {
+    let (pose, rpm, feed) = EXPERIMENTS[0];
+    let force = cut(random, rpm, feed);
+    let conditions = Conditions { noise: 30.0, ..Conditions::default() };
+    let record = record(&mill3(), &pose, truth, &force, &conditions, random);
+    Experiment::new(&mill3(), &MEASUREMENT, &record, &mut [0.0; SAMPLES]).expect("a good record")
+}
+
+#[test]
+fn static_tests_identify_what_records_hardly_excite() {
+    let mut scores = Vec::new();
+    for seed in 80..85 {
+        let mut random = Random::new(seed);
+        let truth = random.bushings(3);
+        let records = [faint(&truth, &mut random)];
+        let tests = measure(&truth, 60, &mut random);
+        let told = |statics: &[StaticTest]| {
+            let (found, fit) = refine(&truth, statics, &mut records.clone());
+            let consistency = fit.sum_of_squares / fit.degrees_of_freedom;
+            assert!((consistency - 1.0).abs() < 0.06, "robot {seed}: {consistency}");
+            stiffness_scores(&found, &truth, &fit, 0.05)
+        };
+        let (before, after) = (told(&[]), told(&tests));
+        println!(
+            "robot {seed}: {} of 18 stiffnesses to 5 %, with tests {}",
+            before.len(),
+            after.len()
+        );
+        assert!(after.len() >= before.len() + 3, "{} and {}", before.len(), after.len());
+        scores.extend(after);
+    }
+    let mean_square = scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64;
+    assert!((0.5..1.7).contains(&mean_square), "{mean_square}: {scores:.1?}");
+}
+
+fn identifier(tests: &[StaticTest]) -> Box<Identifier<rand_xoshiro::Xoshiro256PlusPlus>> {
+    let generator = Random::new(5).0;
+    let identifier = Identifier::new(mill3(), bounds(), MEASUREMENT, Level::new(), generator);
+    Box::new(identifier.with_statics(tests).expect("good tests"))
+}
+
+fn settle(
+    identifier: &mut Identifier<rand_xoshiro::Xoshiro256PlusPlus>,
+    records: &mut [Experiment<BINS>],
+) -> Estimate {
+    identifier.renew(records);
+    while identifier.step(records) != Phase::Settled {}
+    identifier.estimate().expect("settled").clone()
+}
+
+/// Without a record the stiffnesses are found where the tests tell them, and no damping passes for found.
+#[test]
+fn static_tests_alone() {
+    let (mut all, mut told) = (Vec::new(), 0);
+    for seed in 90..100 {
+        let mut random = Random::new(seed);
+        let truth = random.bushings(3);
+        let tests = measure(&truth, 60, &mut random);
+        let estimate = settle(&mut identifier(&tests), &mut []);
+        assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}: {estimate:?}");
+        for ((found, truth), deviation) in
+            estimate.bushings.iter().zip(&truth).zip(&estimate.standard_deviations)
+        {
+            assert!(deviation.damping.iter().all(|deviation| deviation.is_infinite()));
+            for dof in 0..6 {
+                let relative = deviation.stiffness[dof] / found.stiffness[dof];
+                if relative < 0.05 {
+                    told += 1;
+                    // By logarithms: what is found is not normal at 5 %.
+                    all.push((found.stiffness[dof] / truth.stiffness[dof]).ln() / relative);
+                }
+            }
+        }
+    }
+    let mean_square = all.iter().map(|z| z * z).sum::<f64>() / all.len() as f64;
+    println!(
+        "ten robots: {told} of 180 stiffnesses told to 5 %, mean square score {mean_square:.2}"
+    );
+    assert!(told >= 30, "{told}");
+    assert!((0.7..1.4).contains(&mean_square), "{mean_square}: {all:.1?}");
+}
+
+/// Fewer displacements than stiffnesses: an estimate, and nothing in it that is sure without reason.
+#[test]
+fn one_dial_gauge_tells_next_to_nothing() {
+    let mut random = Random::new(101);
+    let truth = random.bushings(3);
+    let mut tests = measure(&truth, 1, &mut random);
+    tests[0].displacement[0] = None;
+    tests[0].displacement[2] = None;
+    let estimate = settle(&mut identifier(&tests), &mut []);
+    assert_eq!(estimate.acceptance, Acceptance::Consistent);
+    for deviation in &estimate.standard_deviations {
+        assert!(deviation.stiffness.iter().chain(&deviation.damping).all(|d| d.is_infinite()));
+    }
+}
+
+/// Records that come later start a search of their own and add the dampings; tests of another robot are seen.
+#[test]
+fn records_join_and_contradiction_is_seen() {
+    let mut random = Random::new(103);
+    let truth = random.bushings(3);
+    let mut records = experiments(&truth, &mut random);
+    let mut own = identifier(&measure(&truth, 20, &mut random));
+    settle(&mut own, &mut []);
+    assert_eq!(own.progress().starts, 0);
+    let estimate = settle(&mut own, &mut records);
+    assert!(own.progress().starts > 0);
+    assert_eq!(estimate.acceptance, Acceptance::Consistent);
+    assert!(estimate.standard_deviations[0].damping[0].is_finite());
+    let consistency = estimate.static_consistency.expect("there are tests");
+    assert!((0.5..1.6).contains(&consistency), "{consistency}");
+
+    let mut other = truth.clone();
+    other[1].stiffness.iter_mut().for_each(|stiffness| *stiffness *= 1.2);
+    let estimate = settle(&mut identifier(&measure(&other, 4, &mut random)), &mut records);
+    assert!(estimate.consistency < 1.3, "outvoted: {}", estimate.consistency);
+    assert_eq!(estimate.acceptance, Acceptance::ModelSuspect, "{:?}", estimate.static_consistency);
+}
+
+#[test]
+fn tests_that_no_fit_can_take_are_refused() {
+    type Mistake = fn(&mut Vec<StaticTest>);
+    let table: [(Mistake, StaticTestError); 6] = [
+        (|t| *t = vec![t[0].clone(); MAX_STATIC_TESTS + 1], StaticTestError::Count(65)),
+        (|t| t[1].pose.truncate(2), StaticTestError::Pose(1)),
+        (|t| t[2].pose[0] = f64::INFINITY, StaticTestError::NotFinite(2)),
+        (|t| t[0].wrench[5] = f64::NAN, StaticTestError::NotFinite(0)),
+        (
+            |t| t[0].displacement[1] = Some(Reading { value: f64::NAN, deviation: 1e-6 }),
+            StaticTestError::NotFinite(0),
+        ),
+        (
+            |t| t[2].displacement[1] = Some(Reading { value: 0.0, deviation: 0.0 }),
+            StaticTestError::Deviation(2),
+        ),
+    ];
+    let good = measure(&Random::new(1).bushings(3), 3, &mut Random::new(2));
+    for (mistake, error) in table {
+        let mut tests = good.clone();
+        mistake(&mut tests);
+        let identifier =
+            Identifier::new(mill3(), bounds(), MEASUREMENT, Level::new(), Random::new(5).0);
+        assert_eq!(identifier.with_statics(&tests).err(), Some(error));
+    }
+}
