@@ -114,6 +114,7 @@ fn cases() -> Vec<Case> {
             measurement: &MEASUREMENT,
             bounds: &bounds,
             sought: &sought,
+            statics: &[],
             level,
         };
         kept(refinement.step(&problem, &mut refined));

@@ -248,8 +248,11 @@ fn solve<'a>(
     board: &Board,
     stop: &Stop,
 ) -> io::Result<Solver<'a>> {
-    let mut solver = Solver::new(config).map_err(unchecked)?;
+    let mut solver = Solver::new(config)?;
     board.publish(FromEdge::Progress(solver.progress()));
+    if let Some(finding) = solver.finding(&Counts::default(), "") {
+        board.publish_together(finding.messages());
+    }
     for (record, counts) in records {
         let (mut told, mut phase) = (Instant::now(), Phase::Waiting);
         solver.take(&record, stop, |progress| {

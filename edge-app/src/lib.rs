@@ -12,6 +12,7 @@ pub mod pipeline;
 pub mod server;
 pub mod signals;
 pub mod source;
+pub mod statics;
 pub mod stop;
 pub mod summary;
 pub mod usage;

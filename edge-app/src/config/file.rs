@@ -15,6 +15,8 @@ pub(super) struct File {
     pub(super) bus: BusSection,
     pub(super) signals: SignalsSection,
     pub(super) measurement: MeasurementSection,
+    #[serde(rename = "static")]
+    pub(super) statics: Option<StaticSection>,
     #[serde(default)]
     pub(super) calibration: CalibrationSection,
     #[serde(default)]
@@ -99,6 +101,12 @@ pub(super) struct ParametersSection {
     /// Groups of parameters that have one value.
     #[serde(default)]
     pub(super) tied: Vec<Vec<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StaticSection {
+    pub(super) file: PathBuf,
 }
 
 #[derive(Default, Deserialize)]

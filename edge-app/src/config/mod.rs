@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use flexid_core::parameters::{Bounds, EmptyBounds};
 use flexid_core::spectrum::Measurement;
+use flexid_core::statics::StaticTest;
 use flexid_core::stream::StreamConfig;
 use flexid_core::unknowns::Sought;
 
@@ -15,6 +16,7 @@ use crate::input::{self, BadInput};
 use crate::model::Model;
 use crate::pipeline::{BINS, SAMPLES};
 use crate::signals::SignalTable;
+use crate::statics;
 use crate::summary::count;
 
 pub(crate) use file::SignalsSection;
@@ -55,6 +57,8 @@ pub struct Config {
     pub accelerometer: Accelerometer,
     /// Samples of a record: a power of two.
     pub record_samples: usize,
+    /// Static tests that the fit rests on beside the records; empty without any.
+    pub statics: Vec<StaticTest>,
     /// Where clients are served.
     pub listen: Vec<Listen>,
     /// Seed of the random search: the same seed and the same frames give the same report.
@@ -113,6 +117,11 @@ impl Config {
             sought::sought(&raw.calibration, &raw.parameters, &model, &bounds).map_err(bad)?;
         let signals = SignalTable::load(file, &base.join(&raw.bus.dbc), &raw.signals, &model)?;
 
+        let statics = match &raw.statics {
+            Some(section) => statics::load(&base.join(&section.file), &model)?,
+            None => Vec::new(),
+        };
+
         Ok(Self {
             file: file.to_path_buf(),
             model,
@@ -125,6 +134,7 @@ impl Config {
             band_hz: measurement.band_hz,
             accelerometer: measurement.accelerometer,
             record_samples,
+            statics,
             listen,
             seed: raw.search.seed,
             scenario: raw.simulation.map(|simulation| base.join(simulation.scenario)),

@@ -36,7 +36,7 @@ fn run(
     mut on_progress: impl FnMut(&Progress),
 ) -> io::Result<Outcome> {
     let mut intake = Intake::new(config).map_err(unchecked)?;
-    let mut solver = Solver::new(config).map_err(unchecked)?;
+    let mut solver = Solver::new(config)?;
     let go_on = Stop::new();
     let broken = loop {
         let read = intake.read(source, Duration::MAX, |record| {

@@ -1,5 +1,6 @@
 //! Records in, parameters out.
 
+use std::io;
 use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
@@ -14,10 +15,9 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::confidence::confidence;
 use super::report::{self, Basis, report};
 use super::retention::{Entry, Room, find_room};
-use super::{Counts, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES};
+use super::{Counts, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES, unchecked};
 use crate::config::Config;
 use crate::finding::Finding;
-use crate::model::ModelError;
 use crate::stop::Stop;
 
 /// A record that is being worked on may take so long after the end was asked for.
@@ -49,19 +49,21 @@ pub struct Solver<'a> {
 }
 
 impl<'a> Solver<'a> {
-    /// A solver that knows nothing. Needs a thread with a large stack.
+    /// A solver that knows what the static tests tell. Needs a thread with a large stack.
     ///
     /// # Errors
     /// None for a checked config.
-    pub fn new(config: &'a Config) -> Result<Self, ModelError> {
-        let chain = config.model.chain()?;
+    pub fn new(config: &'a Config) -> io::Result<Self> {
+        let chain = config.model.chain().map_err(unchecked)?;
         let measurement = config.measurement();
         let rng = Xoshiro256PlusPlus::seed_from_u64(config.seed);
         let sought = config.sought.clone();
         let identifier =
             Identifier::new(chain.clone(), config.bounds, measurement, Level::new(), rng)
-                .seeking(sought.clone());
-        Ok(Self {
+                .seeking(sought.clone())
+                .with_statics(&config.statics)
+                .map_err(unchecked)?;
+        let mut solver = Self {
             config,
             chain,
             measurement,
@@ -76,7 +78,12 @@ impl<'a> Solver<'a> {
             refused: None,
             forgotten: 0,
             spent: Duration::ZERO,
-        })
+        };
+        let identifier = &mut solver.identifier;
+        identifier.renew(&solver.experiments);
+        while !matches!(identifier.step(&mut solver.experiments), Phase::Settled | Phase::Waiting) {
+        }
+        Ok(solver)
     }
 
     /// Takes a record in and works until all is found that it tells; once `stop` asks for the end, for 2 s more

@@ -35,6 +35,13 @@ pub(super) fn warnings(
         warnings.push(unsettled(residuals, directions, estimate.ssp_median));
     }
     warnings.extend(residuals.advice());
+    let suspect = estimate.acceptance == Acceptance::ModelSuspect;
+    if let Some(excess) = estimate.static_consistency.filter(|excess| suspect && *excess > 2.0) {
+        warnings.push(format!(
+            "static tests are off by {:.1} of their standard deviations: check poses, loads and signs in [static] file",
+            excess.sqrt()
+        ));
+    }
     if let Some(names) = on_bounds(config, sought, &estimate.bushings) {
         // A wrong model drives parameters anywhere.
         let mend = if residuals.allow_intervals() { "widen them" } else { "mend the model first" };

@@ -1,0 +1,224 @@
+//! Static tests as a spreadsheet exports them: one test a line, comma-separated, the first line names the columns.
+//!
+//! ```text
+//! q1,q2,q3,fx,fy,fz,mx,my,mz,dx,dy,dz,sx,sy,sz
+//! 0,-0.45,0.95,0,0,-981,0,0,0,,,-1.12e-4,,,5e-6
+//! ```
+//!
+//! Joint angles from the base (rad, or m), force and torque that are put on the TCP (N, Nm), its displacement loaded less
+//! unloaded (m), and the standard deviation of that (m); all but the joints along the TCP's axes. An empty displacement
+//! was not measured. Columns may come in any order; lines that begin with `#` or hold nothing are left out.
+
+use std::path::Path;
+
+use csv::{Position, ReaderBuilder, StringRecord, Trim};
+use flexid_core::statics::{MAX_STATIC_TESTS, Reading, StaticTest};
+
+use crate::input::{self, BadInput};
+use crate::model::{Kind, Model};
+
+/// Columns behind those of the joints, each with its unit.
+const COLUMNS: [(&str, &str); 12] = [
+    ("fx", "N"),
+    ("fy", "N"),
+    ("fz", "N"),
+    ("mx", "Nm"),
+    ("my", "Nm"),
+    ("mz", "Nm"),
+    ("dx", "m"),
+    ("dy", "m"),
+    ("dz", "m"),
+    ("sx", "m"),
+    ("sy", "m"),
+    ("sz", "m"),
+];
+/// Where the displacements and their deviations begin in [`COLUMNS`].
+const DISPLACEMENT: usize = 6;
+const DEVIATION: usize = 9;
+/// No robot that keeps its shape gives way by more, m.
+const LARGEST_DISPLACEMENT_M: f64 = 0.1;
+
+/// Reads the static tests of a robot.
+///
+/// # Errors
+/// One line with the file, the line, the column, and what would be right.
+pub fn load(file: &Path, model: &Model) -> Result<Vec<StaticTest>, BadInput> {
+    parse(file, &input::read(file)?, model)
+}
+
+/// Reads the text of the file of static tests `file`.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Vec<StaticTest>, BadInput> {
+    let mut reader = ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(Trim::All)
+        .flexible(true)
+        .has_headers(false)
+        .from_reader(text.as_bytes());
+    let mut table: Option<Table> = None;
+    let mut tests = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| BadInput::new(file, error))?;
+        if record.iter().all(str::is_empty) {
+            continue;
+        }
+        let line = record.position().map(|position| line(text, position));
+        let bad = |message| BadInput { line, ..BadInput::new(file, message) };
+        match &table {
+            None => table = Some(Table::new(&record, model).map_err(bad)?),
+            Some(table) => tests.push(table.test(&record).map_err(bad)?),
+        }
+        if tests.len() > MAX_STATIC_TESTS {
+            return Err(bad(format!("is one test too many: at most {MAX_STATIC_TESTS} are used")));
+        }
+    }
+    if tests.is_empty() {
+        let mend = format!("the first line is {}, each other a test", names(model).join(","));
+        return Err(BadInput::new(file, format!("has no static test: {mend}")));
+    }
+    Ok(tests)
+}
+
+/// Names of all columns.
+fn names(model: &Model) -> Vec<String> {
+    let joints = (1..=model.joints.len()).map(|joint| format!("q{joint}"));
+    joints.chain(COLUMNS.map(|(name, _)| name.to_string())).collect()
+}
+
+/// The line of a record, whose position is before the empty lines and comments that precede it.
+fn line(text: &str, position: &Position) -> usize {
+    let ahead = text.get(position.byte() as usize..).unwrap_or_default().lines();
+    let skipped = ahead.take_while(|line| line.is_empty() || line.starts_with('#')).count();
+    position.line() as usize + skipped
+}
+
+/// Where everything stands in a line.
+struct Table<'a> {
+    model: &'a Model,
+    cells: usize,
+    /// Of each joint, and of each of [`COLUMNS`].
+    joints: Vec<usize>,
+    columns: [usize; COLUMNS.len()],
+}
+
+impl<'a> Table<'a> {
+    /// From the line that names the columns.
+    fn new(header: &StringRecord, model: &'a Model) -> Result<Self, String> {
+        let known = names(model);
+        for (index, name) in header.iter().enumerate() {
+            if !known.iter().any(|known| known == name) {
+                let mend = if name.contains([';', '\t']) {
+                    "separate columns with commas".to_string()
+                } else {
+                    format!("known are {}", known.join(","))
+                };
+                return Err(format!("unknown column {name:?}: {mend}"));
+            }
+            if header.iter().skip(index + 1).any(|other| other == name) {
+                return Err(format!("column {name} is there twice: name each once"));
+            }
+        }
+        let place = |name: &str| {
+            let missing = || format!("column {name} is missing: name {}", known.join(","));
+            header.iter().position(|own| own == name).ok_or_else(missing)
+        };
+        let (joints, _) = known.split_at(model.joints.len());
+        let mut columns = [0; COLUMNS.len()];
+        for (column, (name, _)) in columns.iter_mut().zip(COLUMNS) {
+            *column = place(name)?;
+        }
+        Ok(Self {
+            model,
+            cells: header.len(),
+            joints: joints.iter().map(|name| place(name)).collect::<Result<_, _>>()?,
+            columns,
+        })
+    }
+
+    /// The test that a line describes.
+    fn test(&self, line: &StringRecord) -> Result<StaticTest, String> {
+        if line.len() != self.cells {
+            let (own, cells) = (line.len(), self.cells);
+            return Err(format!("has {own} cells, the first line {cells}: write as many"));
+        }
+        let pose = (0..self.joints.len()).map(|joint| self.angle(line, joint));
+        let mut wrench = [0.0; 6];
+        for (column, value) in wrench.iter_mut().enumerate() {
+            *value = self.needed(line, column, "write 0 where there is no load")?;
+        }
+        if wrench == [0.0; 6] {
+            return Err("has no load: one of fx,fy,fz,mx,my,mz must not be 0".to_string());
+        }
+        let mut displacement = [None; 3];
+        for (axis, reading) in displacement.iter_mut().enumerate() {
+            *reading = self.reading(line, axis)?;
+        }
+        if displacement == [None; 3] {
+            return Err("has no displacement: fill one of dx,dy,dz".to_string());
+        }
+        Ok(StaticTest { pose: pose.collect::<Result<_, _>>()?, wrench, displacement })
+    }
+
+    /// Within the joint's limits, which an angle in degrees hardly ever is.
+    fn angle(&self, line: &StringRecord, joint: usize) -> Result<f64, String> {
+        let (own, name) = (&self.model.joints[joint], format!("q{}", joint + 1));
+        let unit = match own.kind {
+            Kind::Revolute => "rad",
+            Kind::Prismatic => "m",
+        };
+        let angle = number(&line[self.joints[joint]], &name, unit)?
+            .ok_or_else(|| format!("column {name} is empty: must be a number (in {unit})"))?;
+        let [lower, upper] = own.limits;
+        if !(lower..=upper).contains(&angle) {
+            let limits = format!("[{lower}, {upper}] {unit}");
+            return Err(format!(
+                "column {name} is {angle}: joint {:?} moves in {limits}",
+                own.name
+            ));
+        }
+        Ok(angle)
+    }
+
+    /// A displacement and its deviation, where there is one.
+    fn reading(&self, line: &StringRecord, axis: usize) -> Result<Option<Reading>, String> {
+        let Some(value) = self.number(line, DISPLACEMENT + axis)? else {
+            return Ok(None);
+        };
+        let (name, _) = COLUMNS[DISPLACEMENT + axis];
+        if value.abs() > LARGEST_DISPLACEMENT_M {
+            return Err(format!(
+                "column {name} is {value}: must be at most {LARGEST_DISPLACEMENT_M} (in m)"
+            ));
+        }
+        let mend = format!("write the standard deviation of {name} (in m)");
+        let deviation = self.needed(line, DEVIATION + axis, &mend)?;
+        if deviation <= 0.0 {
+            let (name, _) = COLUMNS[DEVIATION + axis];
+            return Err(format!("column {name} is {deviation}: must be positive"));
+        }
+        Ok(Some(Reading { value, deviation }))
+    }
+
+    fn needed(&self, line: &StringRecord, column: usize, mend: &str) -> Result<f64, String> {
+        let empty = || format!("column {} is empty: {mend}", COLUMNS[column].0);
+        self.number(line, column)?.ok_or_else(empty)
+    }
+
+    fn number(&self, line: &StringRecord, column: usize) -> Result<Option<f64>, String> {
+        let (name, unit) = COLUMNS[column];
+        number(&line[self.columns[column]], name, unit)
+    }
+}
+
+/// What a cell holds; nothing where it is empty.
+fn number(cell: &str, column: &str, unit: &str) -> Result<Option<f64>, String> {
+    if cell.is_empty() {
+        return Ok(None);
+    }
+    match cell.parse() {
+        Ok(number) if f64::is_finite(number) => Ok(Some(number)),
+        _ => Err(format!("column {column} is {cell:?}: must be a number (in {unit})")),
+    }
+}
