@@ -25,8 +25,8 @@ use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use crate::unknowns::{Coordinates, MAX_NUISANCES, Nuisance, Sought};
 use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS};
 
-/// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a few hundred
-/// quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
+/// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a
+/// few hundred quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
 const CONSISTENT: f64 = 1.3;
 /// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
 /// one wrong basin in twenty has residuals that noise explains.
@@ -334,7 +334,7 @@ impl<R: Rng> Identifier<R> {
             return self.settle(&found, Acceptance::Consistent, experiments);
         }
         if experiments.is_empty() {
-            // Static tests have one basin.
+            // In the compliances static tests are linear, but for gravity: another start would end here, too.
             let acceptance =
                 if converged { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
             return self.settle(&found, acceptance, experiments);

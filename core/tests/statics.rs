@@ -11,7 +11,7 @@ use flexid_core::chain::Chain;
 use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::{Fit, Outcome, Problem, Refinement};
-use flexid_core::spectrum::Experiment;
+use flexid_core::spectrum::{Experiment, Measurement};
 use flexid_core::statics::{Deflection, MAX_STATIC_TESTS, Reading, StaticTest, StaticTestError};
 use flexid_core::unknowns::Sought;
 use nalgebra::{Complex, DVector, Vector3};
@@ -46,11 +46,16 @@ fn wrench(random: &mut Random) -> [f64; 6] {
 }
 
 /// Tests of the scenario's robot, every axis read.
-fn measure(truth: &Bushings, count: usize, random: &mut Random) -> Vec<StaticTest> {
+fn measure(
+    truth: &Bushings,
+    count: usize,
+    gravity: Vector3<f64>,
+    random: &mut Random,
+) -> Vec<StaticTest> {
     let test = |_| {
         let pose = [random.uniform(-2.0, 2.0), random.uniform(-1.5, 0.0), random.uniform(0.0, 2.0)];
         let wrench = wrench(random);
-        let exact = dense_displacement(&mill3(), &pose, Vector3::zeros(), truth, &wrench);
+        let exact = dense_displacement(&mill3(), &pose, gravity, truth, &wrench);
         StaticTest {
             pose: pose.into_iter().collect(),
             wrench,
@@ -156,7 +161,7 @@ fn static_tests_identify_what_records_hardly_excite() {
         let mut random = Random::new(seed);
         let truth = random.bushings(3);
         let records = [faint(&truth, &mut random)];
-        let tests = measure(&truth, 60, &mut random);
+        let tests = measure(&truth, 60, Vector3::zeros(), &mut random);
         let told = |statics: &[StaticTest]| {
             let (found, fit) = refine(&truth, statics, &mut records.clone());
             let consistency = fit.sum_of_squares / fit.degrees_of_freedom;
@@ -177,8 +182,15 @@ fn static_tests_identify_what_records_hardly_excite() {
 }
 
 fn identifier(tests: &[StaticTest]) -> Box<Identifier<rand_xoshiro::Xoshiro256PlusPlus>> {
+    identifier_of(tests, MEASUREMENT)
+}
+
+fn identifier_of(
+    tests: &[StaticTest],
+    measurement: Measurement,
+) -> Box<Identifier<rand_xoshiro::Xoshiro256PlusPlus>> {
     let generator = Random::new(5).0;
-    let identifier = Identifier::new(mill3(), bounds(), MEASUREMENT, Level::new(), generator);
+    let identifier = Identifier::new(mill3(), bounds(), measurement, Level::new(), generator);
     Box::new(identifier.with_statics(tests).expect("good tests"))
 }
 
@@ -191,15 +203,17 @@ fn settle(
     identifier.estimate().expect("settled").clone()
 }
 
-/// Without a record the stiffnesses are found where the tests tell them, and no damping passes for found.
+/// Without a record the stiffnesses are found where the tests tell them, in gravity and without, and no damping passes for found.
 #[test]
 fn static_tests_alone() {
     let (mut all, mut told) = (Vec::new(), 0);
     for seed in 90..100 {
         let mut random = Random::new(seed);
         let truth = random.bushings(3);
-        let tests = measure(&truth, 60, &mut random);
-        let estimate = settle(&mut identifier(&tests), &mut []);
+        let gravity = if seed % 2 == 0 { Vector3::zeros() } else { EARTH };
+        let tests = measure(&truth, 60, gravity, &mut random);
+        let measurement = Measurement { gravity: gravity.into(), ..MEASUREMENT };
+        let estimate = settle(&mut identifier_of(&tests, measurement), &mut []);
         assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}: {estimate:?}");
         for ((found, truth), deviation) in
             estimate.bushings.iter().zip(&truth).zip(&estimate.standard_deviations)
@@ -219,7 +233,7 @@ fn static_tests_alone() {
     println!(
         "ten robots: {told} of 180 stiffnesses told to 5 %, mean square score {mean_square:.2}"
     );
-    assert!(told >= 30, "{told}");
+    assert!(told >= 20, "{told}");
     assert!((0.7..1.4).contains(&mean_square), "{mean_square}: {all:.1?}");
 }
 
@@ -228,7 +242,7 @@ fn static_tests_alone() {
 fn one_dial_gauge_tells_next_to_nothing() {
     let mut random = Random::new(101);
     let truth = random.bushings(3);
-    let mut tests = measure(&truth, 1, &mut random);
+    let mut tests = measure(&truth, 1, Vector3::zeros(), &mut random);
     tests[0].displacement[0] = None;
     tests[0].displacement[2] = None;
     let estimate = settle(&mut identifier(&tests), &mut []);
@@ -244,7 +258,7 @@ fn records_join_and_contradiction_is_seen() {
     let mut random = Random::new(103);
     let truth = random.bushings(3);
     let mut records = experiments(&truth, &mut random);
-    let mut own = identifier(&measure(&truth, 20, &mut random));
+    let mut own = identifier(&measure(&truth, 20, Vector3::zeros(), &mut random));
     settle(&mut own, &mut []);
     assert_eq!(own.progress().starts, 0);
     let estimate = settle(&mut own, &mut records);
@@ -256,7 +270,8 @@ fn records_join_and_contradiction_is_seen() {
 
     let mut other = truth.clone();
     other[1].stiffness.iter_mut().for_each(|stiffness| *stiffness *= 1.2);
-    let estimate = settle(&mut identifier(&measure(&other, 4, &mut random)), &mut records);
+    let estimate =
+        settle(&mut identifier(&measure(&other, 4, Vector3::zeros(), &mut random)), &mut records);
     assert!(estimate.consistency < 1.3, "outvoted: {}", estimate.consistency);
     assert_eq!(estimate.acceptance, Acceptance::ModelSuspect, "{:?}", estimate.static_consistency);
 }
@@ -278,7 +293,7 @@ fn tests_that_no_fit_can_take_are_refused() {
             StaticTestError::Deviation(2),
         ),
     ];
-    let good = measure(&Random::new(1).bushings(3), 3, &mut Random::new(2));
+    let good = measure(&Random::new(1).bushings(3), 3, Vector3::zeros(), &mut Random::new(2));
     for (mistake, error) in table {
         let mut tests = good.clone();
         mistake(&mut tests);
