@@ -8,6 +8,7 @@ mod console;
 pub mod demo;
 mod exit;
 mod output;
+pub mod plan;
 mod progress;
 mod readout;
 pub mod reproduce;

@@ -11,7 +11,7 @@ use flexid_wire::report::{Report, Verdict};
 use crate::confidence;
 
 /// A line below the header, and no other.
-const STYLE: TableStyle =
+pub(crate) const STYLE: TableStyle =
     TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
 
 /// The estimate in a report, base first.

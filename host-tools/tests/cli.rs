@@ -43,7 +43,7 @@ fn edit(file: &Path, from: &str, to: &str) {
 fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
     // Arguments; file, text and its replacement; what stderr says.
     type Case = (&'static str, Option<[&'static str; 3]>, &'static [&'static str]);
-    let cases: [Case; 31] = [
+    let cases: [Case; 36] = [
         ("model import gone.urdf --tcp tcp -o m.toml", None, &["gone.urdf: cannot be read"]),
         (
             "model import mill3.urdf --tcp hand -o m.toml",
@@ -138,6 +138,19 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
             "identify --config edge.toml mill3.urdf",
             None,
             &["mill3.urdf: no record to identify from: waiting for frames"],
+        ),
+        ("plan --config edge.toml --force -1", None, &["--force -1: must be above 0 N"]),
+        ("plan --config edge.toml --poses 1 --force 0.001", None, &["--force 0.001: is lost in"]),
+        ("plan --config edge.toml --from gone.json", None, &["gone.json: cannot be read"]),
+        (
+            "plan --config edge.toml --from edge.toml",
+            None,
+            &["edge.toml: ", "give a file as `flexid identify --json` writes it"],
+        ),
+        (
+            "plan --config edge.toml",
+            Some(["mill3.toml", "g_per_sqrt_hz = 5.0e-5", "g_per_sqrt_hz = 0.0"]),
+            &["mill3.toml: [measurement] acceleration_noise_g_per_sqrt_hz is 0: give"],
         ),
         ("watch flexid.sock", None, &["ADDRESS: \"flexid.sock\" is no address", "unix:PATH"]),
     ];

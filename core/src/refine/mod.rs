@@ -5,6 +5,7 @@
 //! less than 1e-4: a hundredth of a standard deviation in all parameters together.
 
 mod equations;
+mod information;
 mod knowledge;
 pub(crate) mod normal;
 pub(crate) mod residuals;
@@ -25,6 +26,7 @@ use crate::statics::StaticTest;
 use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::verdict::{self, Covariance, Direction, MAX_DIRECTIONS};
 use equations::{Assembly, Bins, RecordNormal, Unknowns};
+pub use information::Information;
 use knowledge::Knowledge;
 use normal::{Normal, packed};
 pub use residuals::Agreement;
@@ -329,6 +331,20 @@ impl Refinement {
         self.coordinates = standing;
         self.fit_seam(problem, experiment, true);
         agreement
+    }
+
+    /// What one experiment tells of the unknowns at the parameters as they stand, its seam projected out.
+    ///
+    /// The measured acceleration has no part in it, so that an experiment may be asked that has not been done: a
+    /// record of the force alone, its acceleration zero.
+    pub fn information<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &mut Experiment<B>,
+    ) -> Information {
+        self.assemble_record(problem, experiment);
+        let seam = unknowns(problem.chain.joints().len());
+        Information::of_complement(&self.record, seam, problem.sought)
     }
 
     /// The seams that fit best at the parameters; returns the sum of squares that remains.

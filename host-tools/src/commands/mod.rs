@@ -2,6 +2,7 @@
 
 mod identify;
 mod model;
+mod plan;
 mod reproduce;
 mod simulate;
 mod watch;
@@ -29,6 +30,8 @@ enum Command {
     Simulate(simulate::Args),
     /// Identifies the joints from candump logs, as the daemon would
     Identify(identify::Args),
+    /// Plans which experiments to do next
+    Plan(plan::Args),
     /// Reproduces the paper's tables and figures
     Reproduce(reproduce::Args),
     /// Shows what a running daemon finds
@@ -41,6 +44,7 @@ pub fn main() -> ExitCode {
         Command::Model(command) => model::run(command),
         Command::Simulate(args) => simulate::run(args),
         Command::Identify(args) => identify::run(args),
+        Command::Plan(args) => plan::run(args),
         Command::Reproduce(args) => reproduce::run(args),
         Command::Watch(args) => watch::run(args),
     })

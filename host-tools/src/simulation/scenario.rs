@@ -4,10 +4,11 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use flexid_core::parameters::{Bounds, Bushing};
+use flexid_edge::config::Config;
 use flexid_edge::input::{self, BadInput};
-use flexid_edge::model::Model;
+use flexid_edge::model::{Kind, Model, ModelJoint};
 use rand_core::Rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::table::DOF_NAMES;
 use flexid_edge::summary::count;
@@ -52,7 +53,7 @@ pub struct Experiment {
 }
 
 /// An axis of the TCP.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Feed {
     /// Along x; the tool's axis is z.
@@ -149,6 +150,27 @@ impl Sampling {
 }
 
 impl Scenario {
+    /// Reads and checks the scenario that `config` names.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`]; and where there is none, or its rate is another.
+    pub fn of(config: &Config) -> Result<Self, BadInput> {
+        let bad = |message: &str| BadInput::new(&config.file, message);
+        let file = config.scenario.as_deref().ok_or_else(|| {
+            bad("[simulation] is missing: write [simulation] scenario = \"FILE.toml\"")
+        })?;
+        let scenario = Self::load(file, &config.model)?;
+        if scenario.measurement.rate_hz != config.rate_hz {
+            return Err(bad(&format!(
+                "[measurement] rate_hz is {}, but {} has {}: make them equal",
+                config.rate_hz,
+                file.display(),
+                scenario.measurement.rate_hz
+            )));
+        }
+        Ok(scenario)
+    }
+
     /// Reads and checks the scenario `file` of the robot `model`.
     ///
     /// # Errors
@@ -196,25 +218,24 @@ impl Scenario {
     /// An experiment that the file does not have: a pose drawn uniformly between the joints' limits
     /// (between ± π or ± 1 m where there is none), spindle speeds and feed like those of the file.
     pub fn draw_experiment(&self, model: &Model, rng: &mut impl Rng) -> Experiment {
-        let pose = model
-            .joints
-            .iter()
-            .map(|joint| {
-                let open = match joint.kind {
-                    flexid_edge::model::Kind::Revolute => std::f64::consts::PI,
-                    flexid_edge::model::Kind::Prismatic => 1.0,
-                };
-                let [lower, upper] = joint.limits;
-                let limits = |limit: f64| limit.abs() < 1e3;
-                let lower = if limits(lower) { lower } else { upper.min(open) - 2.0 * open };
-                let upper = if limits(upper) { upper } else { lower + 2.0 * open };
-                uniform(rng, [lower, upper])
-            })
-            .collect();
+        let pose = model.joints.iter().map(|joint| uniform(rng, reach(joint))).collect();
         let feed = [Feed::X, Feed::Y, Feed::Z][(3.0 * unit(rng)) as usize];
         let spindle_rpm = [uniform(rng, [600.0, 900.0]), uniform(rng, [3000.0, 5400.0])];
         Experiment { name: "drawn".into(), pose, spindle_rpm, feed }
     }
+}
+
+/// Where a joint can be, rad (m): between its limits, or ± π or ± 1 m where there is none.
+pub(crate) fn reach(joint: &ModelJoint) -> [f64; 2] {
+    let open = match joint.kind {
+        Kind::Revolute => std::f64::consts::PI,
+        Kind::Prismatic => 1.0,
+    };
+    let [lower, upper] = joint.limits;
+    let limits = |limit: f64| limit.abs() < 1e3;
+    let lower = if limits(lower) { lower } else { upper.min(open) - 2.0 * open };
+    let upper = if limits(upper) { upper } else { lower + 2.0 * open };
+    [lower, upper]
 }
 
 /// In [0, 1).

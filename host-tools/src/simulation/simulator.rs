@@ -66,19 +66,7 @@ impl Simulator {
         quality: Quality,
         seed: u64,
     ) -> Result<Self, BadInput> {
-        let bad = |message: &str| BadInput::new(&config.file, message);
-        let file = config.scenario.as_deref().ok_or_else(|| {
-            bad("[simulation] is missing: write [simulation] scenario = \"FILE.toml\"")
-        })?;
-        let scenario = Scenario::load(file, &config.model)?;
-        if scenario.measurement.rate_hz != config.rate_hz {
-            return Err(bad(&format!(
-                "[measurement] rate_hz is {}, but {} has {}: make them equal",
-                config.rate_hz,
-                file.display(),
-                scenario.measurement.rate_hz
-            )));
-        }
+        let scenario = Scenario::of(config)?;
         let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
         let truth = match truth {
             Truth::Nominal => scenario.truth.clone(),
@@ -86,7 +74,7 @@ impl Simulator {
         };
         let rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         Ok(Self {
-            file: file.to_owned(),
+            file: config.scenario.clone().unwrap_or_else(|| config.file.clone()),
             chain,
             scenario,
             truth,

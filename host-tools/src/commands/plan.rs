@@ -1,0 +1,111 @@
+//! `flexid plan`: which experiments to do next.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use clap::value_parser;
+use flexid_core::calibration::Nuisances;
+use flexid_core::spectrum::SpectrumError;
+use flexid_core::unknowns::Sought;
+use flexid_edge::config::Config;
+use flexid_edge::input::BadInput;
+use rayon::ThreadPoolBuilder;
+
+use crate::console::print;
+use crate::exit::BadArgument;
+use crate::output::Output;
+use crate::plan::candidates::Candidates;
+use crate::plan::greedy::Criterion;
+use crate::plan::start::Start;
+use crate::plan::{self, table};
+use crate::progress;
+use crate::simulation::scenario::{Cutting, Scenario};
+
+/// Room for a record and its spectra, bytes.
+const STACK: usize = 16 << 20;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The daemon's configuration; the scenario of its [simulation] section has cutter, spindle speeds and noise
+    #[arg(long, value_name = "EDGE.toml")]
+    config: PathBuf,
+    /// What is known already, as `identify --json` writes it [default: the bounds alone]
+    #[arg(long, value_name = "FOUND.json")]
+    from: Option<PathBuf>,
+    /// Number of experiments to plan
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = value_parser!(u64).range(1..=100))]
+    experiments: u64,
+    /// Largest force of a tooth along the cutting speed, N [default: the scenario's peak_tangential_n]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    force: Option<f64>,
+    /// What makes one experiment better than another
+    #[arg(long, value_enum, default_value_t = Criterion::D)]
+    criterion: Criterion,
+    /// Poses to choose from, spread evenly between the joints' limits
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = value_parser!(u64).range(1..=4096))]
+    poses: u64,
+    /// Write the plan as JSON
+    #[arg(long, value_name = "OUT.json")]
+    json: Option<PathBuf>,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let config = Config::load(&args.config)?;
+    let scenario = Scenario::of(&config)?;
+    let cutting = cutting(args, &scenario)?;
+    if scenario.measurement.acceleration_noise() == 0.0 {
+        let file = config.scenario.as_deref().unwrap_or(&config.file);
+        let message = "[measurement] acceleration_noise_g_per_sqrt_hz is 0: give the sensor's";
+        return Err(BadInput::new(file, message).into());
+    }
+    let sought = Sought::new(config.model.joints.len(), &Nuisances::default());
+    let start = match &args.from {
+        Some(file) => Start::load(file, &config, &sought)?,
+        None => Start::unknown(&config, &sought),
+    };
+    let json = args.json.as_deref().map(Output::create).transpose()?;
+    let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
+    let candidates = Candidates {
+        config: &config,
+        chain: &chain,
+        scenario: &scenario,
+        cutting,
+        bushings: &start.bushings,
+        sought: &sought,
+    };
+    let bar = progress::bar(args.poses * candidates.cuts_per_pose() as u64, "weighing");
+    let threads =
+        ThreadPoolBuilder::new().stack_size(STACK).build().context("no threads can be started")?;
+    let (criterion, count) = (args.criterion, args.experiments as usize);
+    let planned = threads.install(|| {
+        let all = candidates.evaluate(&candidates.poses(args.poses as usize), || bar.inc(1))?;
+        Ok(plan::plan(&candidates, &start, &all, criterion, count))
+    });
+    bar.finish_and_clear();
+    let planned = planned.map_err(|error| unusable(error, &cutting))?;
+    let printed = print(&table::plan(&planned));
+    if let Some(json) = json {
+        json.finish(&(serde_json::to_string_pretty(&planned)? + "\n"))?;
+    }
+    printed
+}
+
+/// The scenario's cutter, its force within the budget.
+fn cutting(args: &Args, scenario: &Scenario) -> Result<Cutting, BadArgument> {
+    let Some(force) = args.force else { return Ok(scenario.cutting) };
+    if !(force > 0.0 && force <= 1e6) {
+        return Err(BadArgument(format!("--force {force}: must be above 0 N and at most 1e6 N")));
+    }
+    Ok(Cutting { peak_tangential_n: force, ..scenario.cutting })
+}
+
+fn unusable(error: SpectrumError, cutting: &Cutting) -> BadArgument {
+    let force = cutting.peak_tangential_n;
+    BadArgument(match error {
+        SpectrumError::NoForce => {
+            format!("--force {force}: is lost in the force sensor's noise: allow more")
+        }
+        // All else has been checked with the configuration.
+        other => format!("--force {force}: makes no record that can be evaluated ({other:?})"),
+    })
+}

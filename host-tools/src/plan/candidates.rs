@@ -1,0 +1,197 @@
+//! The experiments to choose from, and what each of them would tell.
+
+use fearless_simd::Level;
+use flexid_core::chain::Chain;
+use flexid_core::parameters::Bushings;
+use flexid_core::refine::{Information, Problem, Refinement};
+use flexid_core::spectrum::{self, SpectrumError};
+use flexid_core::stream::Record;
+use flexid_core::unknowns::Sought;
+use flexid_edge::config::Config;
+use flexid_edge::pipeline::{BINS, SAMPLES};
+use rand_core::SeedableRng as _;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::iter::{IntoParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _};
+
+use crate::simulation::experiment::Cut;
+use crate::simulation::force::{self, OVERSAMPLING};
+use crate::simulation::scenario::{Cutting, Experiment, Feed, Sampling, Scenario, reach};
+
+/// Seed of the poses and of the cuts' roughness.
+const SEED: u32 = 1;
+
+/// An experiment that could be done.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Pose and cut.
+    pub experiment: Experiment,
+    /// What it would tell.
+    pub information: Information,
+}
+
+/// The robot and its work, as they are thought to be.
+#[derive(Clone, Debug)]
+pub struct Candidates<'a> {
+    /// Limits of the joints, bounds, gravity, and how long a record is.
+    pub config: &'a Config,
+    /// The robot without its joints' bushings.
+    pub chain: &'a Chain,
+    /// Spindle speeds and the noise of the sensors.
+    pub scenario: &'a Scenario,
+    /// The cutter, its force within the budget.
+    pub cutting: Cutting,
+    /// The parameters that the information is taken at.
+    pub bushings: &'a Bushings,
+    /// What is sought.
+    pub sought: &'a Sought,
+}
+
+impl Candidates<'_> {
+    /// What is known of the parameters from their bounds alone.
+    pub fn prior(&self) -> Information {
+        let measurement = self.config.measurement();
+        Information::prior(&self.problem(&measurement))
+    }
+
+    /// Every cut at each of `poses`; `done` is told of each.
+    ///
+    /// # Errors
+    /// The force is lost in the noise, or the robot cannot hold a pose.
+    pub fn evaluate(
+        &self,
+        poses: &[Vec<f64>],
+        done: impl Fn() + Sync,
+    ) -> Result<Vec<Candidate>, SpectrumError> {
+        let cuts: Vec<_> =
+            self.cuts().into_par_iter().map(|cut| (self.record(&cut), cut)).collect();
+        let pairs: Vec<_> =
+            cuts.iter().flat_map(|cut| poses.iter().map(move |pose| (cut, pose))).collect();
+        let measurement = self.config.measurement();
+        let workplace =
+            || (Box::new([0.0; SAMPLES]), Box::new(Refinement::new(self.sought, self.bushings)));
+        let evaluate =
+            |(buffer, refinement): &mut (Box<[f32; SAMPLES]>, Box<Refinement>),
+             ((record, cut), pose): &(&(Box<Record<SAMPLES>>, Experiment), &Vec<f64>)| {
+                let mut record = record.clone();
+                record.pose = pose.iter().copied().collect();
+                let mut spectra = Box::new(spectrum::Experiment::<BINS>::new(
+                    self.chain,
+                    &measurement,
+                    &record,
+                    buffer,
+                )?);
+                let information = refinement.information(&self.problem(&measurement), &mut spectra);
+                done();
+                let experiment = Experiment { pose: pose.to_vec(), ..cut.clone() };
+                Ok(Candidate { experiment, information })
+            };
+        pairs.par_iter().map_init(workplace, evaluate).collect()
+    }
+
+    /// What an experiment tells once it has been simulated; `None` if the robot does not stand it.
+    ///
+    /// [`Candidates::evaluate`] takes a record for one period of a periodic motion. A mode that outlasts the record rings
+    /// into its beginning then, and seems told up to twice as well as it is.
+    pub fn simulate(&self, experiment: &Experiment) -> Option<Information> {
+        let mut record = self.record(experiment);
+        let sampling = self.sampling();
+        let cut = Cut {
+            gravity: self.config.gravity.into(),
+            accelerometer: self.config.accelerometer,
+            ..Cut::new(experiment, &self.cutting, &sampling, &mut generator())
+        };
+        let response = cut.response(self.chain, self.bushings);
+        record.pose = cut.pose.iter().copied().collect();
+        for (axis, signal) in record.acceleration.iter_mut().enumerate() {
+            for (value, simulated) in signal.iter_mut().zip(&response.acceleration) {
+                *value = simulated[axis] as f32;
+            }
+        }
+        let measurement = self.config.measurement();
+        let mut buffer = Box::new([0.0; SAMPLES]);
+        let spectra =
+            spectrum::Experiment::<BINS>::new(self.chain, &measurement, &record, &mut buffer);
+        let mut spectra = Box::new(spectra.ok()?);
+        let mut refinement = Box::new(Refinement::new(self.sought, self.bushings));
+        let problem = self.problem(&measurement);
+        refinement.fit(&problem, std::slice::from_mut(&mut *spectra));
+        Some(refinement.information(&problem, &mut spectra))
+    }
+
+    /// Number of cuts at each pose.
+    pub fn cuts_per_pose(&self) -> usize {
+        self.cuts().len()
+    }
+
+    fn problem<'a>(&'a self, measurement: &'a spectrum::Measurement) -> Problem<'a> {
+        Problem {
+            chain: self.chain,
+            measurement,
+            bounds: &self.config.bounds,
+            sought: self.sought,
+            level: Level::new(),
+        }
+    }
+
+    /// The spindle speeds of the scenario's experiments, fed along each axis.
+    fn cuts(&self) -> Vec<Experiment> {
+        let mut ramps: Vec<[f64; 2]> = Vec::new();
+        for Experiment { spindle_rpm, .. } in &self.scenario.experiments {
+            if !ramps.contains(spindle_rpm) {
+                ramps.push(*spindle_rpm);
+            }
+        }
+        let cut = |spindle_rpm: [f64; 2], feed: Feed| Experiment {
+            name: "planned".into(),
+            pose: Vec::new(),
+            spindle_rpm,
+            feed,
+        };
+        let feeds = [Feed::X, Feed::Y, Feed::Z];
+        ramps.into_iter().flat_map(|ramp| feeds.map(|feed| cut(ramp, feed))).collect()
+    }
+
+    /// Poses spread evenly between the joints' limits: points of a Sobol sequence.
+    pub fn poses(&self, count: usize) -> Vec<Vec<f64>> {
+        let joints = &self.config.model.joints;
+        let pose = |index: usize| {
+            let angles = joints.iter().zip(0..).map(|(joint, dimension)| {
+                let [lower, upper] = reach(joint);
+                let part = sobol_burley::sample(index as u32, dimension, SEED);
+                lower + (upper - lower) * f64::from(part)
+            });
+            angles.collect()
+        };
+        (0..count).map(pose).collect()
+    }
+
+    /// The scenario's, an experiment as long as a record.
+    fn sampling(&self) -> Sampling {
+        let duration_s = self.config.record_samples as f64 / self.config.rate_hz;
+        Sampling { duration_s, ..self.scenario.measurement }
+    }
+
+    /// What would be recorded of a cut, but for the acceleration.
+    fn record(&self, cut: &Experiment) -> Box<Record<SAMPLES>> {
+        let (samples, sampling) = (self.config.record_samples, self.sampling());
+        let force = force::milling(&self.cutting, cut, &sampling, &mut generator());
+        let along = |axis: usize| {
+            force.iter().step_by(OVERSAMPLING).take(samples).map(|f| f[axis] as f32).collect()
+        };
+        Box::new(Record {
+            start_s: 0.0,
+            pose: self.config.model.joints.iter().map(|_| 0.0).collect(),
+            rate_hz: sampling.rate_hz,
+            force: [0, 1, 2].map(along),
+            acceleration: [0, 1, 2].map(|_| std::iter::repeat_n(0.0, samples).collect()),
+            force_noise: [sampling.force_noise() as f32; 3],
+            acceleration_noise: [sampling.acceleration_noise() as f32; 3],
+            starts_at_rest: true,
+        })
+    }
+}
+
+/// The same roughness for every cut.
+fn generator() -> Xoshiro256PlusPlus {
+    Xoshiro256PlusPlus::seed_from_u64(SEED.into())
+}
