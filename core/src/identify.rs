@@ -271,7 +271,8 @@ impl<R: Rng> Identifier<R> {
             Phase::Refining => {
                 self.refine_iterations += 1;
                 let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
-                let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+                let problem =
+                    Problem { chain, measurement, bounds, sought, statics, level: self.level };
                 let outcome = refinement.step(&problem, experiments);
                 if outcome != Outcome::Improving {
                     let fit = refinement.fit(&problem, experiments);

@@ -19,6 +19,7 @@ fn deviations(count: usize) -> [Vec<f64>; 3] {
         measurement: &MEASUREMENT,
         bounds: &bounds,
         sought: &sought,
+        statics: &[],
         level: Level::new(),
     };
     let mut random = Random::new(11);

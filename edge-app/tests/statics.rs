@@ -139,7 +139,8 @@ fn a_solver_reports_what_static_tests_tell() {
     let big = std::thread::Builder::new().stack_size(64 << 20);
     let test = big.spawn(|| {
         let config = config(Some(GAUGE)).unwrap();
-        let report = Solver::new(&config).unwrap().report(&Counts::default(), "").unwrap();
+        let finding = Solver::new(&config).unwrap().finding(&Counts::default(), "").unwrap();
+        let report = finding.report;
         assert_eq!(report.fit.records, 0);
         for joint in &report.joints {
             let verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);

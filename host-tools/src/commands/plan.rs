@@ -4,9 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::value_parser;
-use flexid_core::calibration::Nuisances;
 use flexid_core::spectrum::SpectrumError;
-use flexid_core::unknowns::Sought;
 use flexid_edge::config::Config;
 use flexid_edge::input::BadInput;
 use rayon::ThreadPoolBuilder;
@@ -58,10 +56,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let message = "[measurement] acceleration_noise_g_per_sqrt_hz is 0: give the sensor's";
         return Err(BadInput::new(file, message).into());
     }
-    let sought = Sought::new(config.model.joints.len(), &Nuisances::default());
+    let sought = &config.sought;
     let start = match &args.from {
-        Some(file) => Start::load(file, &config, &sought)?,
-        None => Start::unknown(&config, &sought),
+        Some(file) => Start::load(file, &config, sought)?,
+        None => Start::unknown(&config, sought),
     };
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
@@ -71,7 +69,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         scenario: &scenario,
         cutting,
         bushings: &start.bushings,
-        sought: &sought,
+        sought,
     };
     let bar = progress::bar(args.poses * candidates.cuts_per_pose() as u64, "weighing");
     let threads =

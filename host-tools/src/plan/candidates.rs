@@ -129,6 +129,7 @@ impl Candidates<'_> {
             measurement,
             bounds: &self.config.bounds,
             sought: self.sought,
+            statics: &[],
             level: Level::new(),
         }
     }
