@@ -1,36 +1,19 @@
 //! With the scenario's noise: intervals that cover, and errors at the bound.
 
 use anyhow::Result;
-use flexid_core::identify::Acceptance;
 use rayon::prelude::*;
 
-use crate::bound::{deviations, distance, information};
+use crate::bound::deviations;
 use crate::figure::{Figure, root_mean_square};
-use crate::find::{Found, Task, find};
-use crate::linear::motion;
-use crate::records::{SAMPLES, Sensors, Signals};
-use crate::study::{Purpose, Study, name, random};
+use crate::intervals::{EACH, Intervals, percent};
+use crate::run::Run;
+use crate::spread;
+use crate::study::{Study, name};
 
-/// Runs of the full proof, each with a robot of its own.
-const ROBOTS: usize = 1000;
-/// Half of an interval that holds 95 %, in standard deviations.
-const HALF: f64 = 1.96;
-/// How far the share of intervals that cover may be from 95 %, of all and of each parameter; percent.
-const OFF_ALL: f64 = 1.0;
-const OFF_EACH: f64 = 3.0;
-/// Root-mean-square error above the bound.
-const ABOVE_BOUND: f64 = 0.1;
-
-/// One run.
-struct Run {
-    found: Found,
-    /// Errors of the logarithms.
-    errors: Vec<f64>,
-    /// Standard deviations at the bound.
-    bound: Vec<f64>,
-    /// Errors of all parameters together, over what the bound makes of them: 1 in the mean square.
-    together: f64,
-}
+/// How far from 95 % the share of all intervals that cover may be, percent.
+const OFF: f64 = 1.0;
+/// Root-mean-square error over the bound.
+const OVER_BOUND: f64 = 1.1;
 
 /// Of one parameter, over the consistent runs that identify it.
 struct Parameter {
@@ -41,145 +24,123 @@ struct Parameter {
 }
 
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
-    let robots = robots.min(ROBOTS);
-    let cuts = study.cuts();
-    let one = |robot: u64| -> Result<Run> {
-        let truth = study.robot(robot);
-        let mut sensors = Sensors::new(study, random(Purpose::Noise, robot))?;
-        let (mut records, mut told) = (Vec::new(), Vec::new());
-        for cut in &cuts[robot as usize % cuts.len()] {
-            let motion = motion(&study.chain, &truth, cut);
-            records.push(sensors.measure(&Signals::new(&cut.pose, &motion))?);
-            told.push(information(study, &study.chain, &truth, cut, &motion, 0..SAMPLES)?);
-        }
-        let (chain, bounds) = (&study.chain, study.scenario.bounds);
-        let task = Task { chain, bounds, measurement: study.measurement };
-        let found = find(&task, &records, random(Purpose::Search, robot).0)?;
-        let errors = found.errors(&truth);
-        let told = told.into_iter().sum();
-        let (bound, together) = (deviations(&told)?, distance(&told, &errors));
-        Ok(Run { errors, found, bound, together })
+    let (cuts, task) = (study.cuts(), study.task());
+    let one = |robot| -> Result<(Run, Vec<f64>)> {
+        let run = Run::new(study, &task, &cuts, robot)?;
+        let bound = deviations(&run.information)?;
+        Ok((run, bound))
     };
     let runs = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
+    let parameters: Vec<Parameter> =
+        (0..12 * study.chain.joints().len()).map(|index| Parameter::new(&runs, index)).collect();
     if details {
-        print_misses(&runs);
+        runs.iter().enumerate().for_each(|(robot, (run, _))| print_miss(robot, run));
+        parameters.iter().for_each(Parameter::print);
     }
-    Ok(judge(study, &runs, details))
+    Ok(judge(&runs, &parameters))
 }
 
-fn judge(study: &Study, runs: &[Run], details: bool) -> Vec<Figure> {
-    let parameters: Vec<Parameter> = (0..12 * study.chain.joints().len())
-        .map(|index| {
-            let of = runs.iter().filter(|run| run.is_consistent() && run.found.identified[index]);
-            let scores = |deviations: fn(&Run) -> &[f64]| {
-                of.clone().map(|run| run.errors[index] / deviations(run)[index]).collect()
-            };
-            Parameter {
-                name: name(index),
-                reported: scores(|run| &run.found.deviations),
-                bounded: scores(|run| &run.bound),
-            }
-        })
-        .collect();
-    if details {
-        for parameter in &parameters {
-            eprintln!(
-                "{}: identified in {}, covered {:.1} %, error {:.3} of the bound",
-                parameter.name,
-                parameter.reported.len(),
-                parameter.coverage(),
-                parameter.above_bound()
-            );
-        }
+fn judge(runs: &[(Run, Vec<f64>)], parameters: &[Parameter]) -> Vec<Figure> {
+    let consistent = || runs.iter().map(|(run, _)| run).filter(|run| run.found.is_consistent());
+    let mut all = Intervals::default();
+    for run in consistent() {
+        let identified = (0..run.errors.len()).filter(|index| run.found.identifies(*index));
+        all.push(identified.map(|index| run.errors[index] / run.found.deviations[index]));
     }
-    // Fewer runs scatter more.
-    let wider = (ROBOTS as f64 / runs.len() as f64).sqrt();
-    let within = |off: f64| [95.0 - off * wider, (95.0 + off * wider).min(100.0)];
-    let all: Vec<f64> = parameters.iter().flat_map(|p| p.reported.iter().copied()).collect();
+    let mut figures = vec![all.figure("95 % intervals that cover".into(), OFF)];
     let told: Vec<&Parameter> = parameters.iter().filter(|p| !p.reported.is_empty()).collect();
-    let by = |key: fn(&Parameter) -> f64, largest: bool| {
-        let order = |a: &&&Parameter, b: &&&Parameter| key(a).total_cmp(&key(b));
-        if largest { told.iter().max_by(order) } else { told.iter().min_by(order) }
-    };
-    let mut figures = vec![
-        Figure::within(
-            "95 % intervals that cover",
-            runs.len(),
-            within(OFF_ALL),
-            coverage(&all),
-            " %",
-        )
-        .remark(format_args!("{} intervals of {} parameters", all.len(), told.len())),
-    ];
-    for (what, largest) in [("lowest", false), ("highest", true)] {
-        if let Some(p) = by(Parameter::coverage, largest) {
-            let what = format!("the same, parameter with the {what}");
+    // Relative to the range that each has by its own number of runs.
+    let lowest = told.iter().min_by(|a, b| a.room()[0].total_cmp(&b.room()[0]));
+    let highest = told.iter().min_by(|a, b| a.room()[1].total_cmp(&b.room()[1]));
+    for (what, found) in [("least", lowest), ("most", highest)] {
+        if let Some(p) = found {
+            let what = format!("the same, the parameter that covers {what} by its limits");
+            let (count, covered) = (p.reported.len(), percent(&p.reported));
             figures.push(
-                Figure::within(what, runs.len(), within(OFF_EACH), p.coverage(), " %")
-                    .remark(format_args!("{}, identified in {}", p.name, p.reported.len())),
+                Figure::within(what, count, p.limits(), covered, " %")
+                    .remark(format_args!("{}, identified in {count}", p.name)),
             );
         }
     }
-    if let Some(p) = by(Parameter::above_bound, true) {
-        let limit = 1.0 + ABOVE_BOUND * wider;
-        let what = "root-mean-square error over the bound, worst parameter";
+    let by_excess = |p: &&&Parameter| root_mean_square(&p.bounded) / p.limit();
+    if let Some(p) = told.iter().max_by(|a, b| by_excess(a).total_cmp(&by_excess(b))) {
+        let what = "root-mean-square error over the bound, worst parameter by its limit";
+        let count = p.bounded.len();
         figures.push(
-            Figure::at_most(what, runs.len(), limit, p.above_bound(), "").remark(format_args!(
-                "{}, identified in {}",
-                p.name,
-                p.bounded.len()
-            )),
+            Figure::at_most(what, count, p.limit(), root_mean_square(&p.bounded), "")
+                .remark(format_args!("{}, identified in {count}", p.name)),
         );
-        let consistent = runs.iter().filter(|run| run.is_consistent());
-        let together: Vec<f64> = consistent.map(|run| run.together).collect();
-        let what = "the same, all parameters together, weighted by what the records tell of them";
-        figures.push(Figure::at_most(what, runs.len(), limit, root_mean_square(&together), ""));
     }
-    let claims = |run: &&Run| !run.is_consistent() && run.found.identified.contains(&true);
-    let false_claims = runs.iter().filter(claims).count();
+    let together: Vec<f64> = consistent().map(Run::distance).collect();
+    let what = "the same, all parameters together, weighted by what the records tell of them";
+    // Each run counts as one error, though it has many.
+    let limit = spread::root_mean_square(together.len(), OVER_BOUND);
+    figures.push(Figure::at_most(what, runs.len(), limit, root_mean_square(&together), ""));
+    let others = runs.iter().map(|(run, _)| run).filter(|run| !run.found.is_consistent());
+    let claims = others.filter(|run| run.found.identified() > 0).count();
     let what = "runs that the noise does not explain, yet a parameter is called identified";
-    figures.push(Figure::count(what, runs.len(), false_claims == 0, false_claims, "none"));
+    figures.push(
+        Figure::count(what, runs.len(), claims == 0, claims, "none")
+            .remark(format_args!("{} not explained", runs.len() - together.len())),
+    );
     figures
 }
 
-/// Runs that are not as they should be.
-fn print_misses(runs: &[Run]) {
-    for (robot, run) in runs.iter().enumerate() {
-        let Run { found, errors, .. } = run;
-        let scores = errors.iter().zip(&found.deviations).map(|(e, d)| (e / d).abs());
-        let identified = scores.zip(&found.identified).map(|(z, &yes)| if yes { z } else { 0.0 });
-        let (worst, score) =
-            identified.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
-        if !run.is_consistent() || score > 4.0 {
-            eprintln!(
-                "robot {robot}: {:?}, χ²/dof {:.3}, {} starts, {} off by {score:.1} σ",
-                found.acceptance,
-                found.consistency,
-                found.starts,
-                name(worst)
-            );
-        }
-    }
-}
-
-impl Run {
-    fn is_consistent(&self) -> bool {
-        self.found.acceptance == Acceptance::Consistent
+/// Says which run is not as it should be.
+fn print_miss(robot: usize, run: &Run) {
+    let Run { found, errors, .. } = run;
+    let scores = errors.iter().zip(&found.deviations).map(|(e, d)| (e / d).abs());
+    let identified = scores.enumerate().filter(|(index, _)| found.identifies(*index));
+    let (worst, score) = identified.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
+    if !found.is_consistent() || score > 4.5 {
+        eprintln!(
+            "robot {robot}: {:?}, χ²/dof {:.3}, SSP {:.3}, {} starts, {} off by {score:.1} σ, all together {:.2}",
+            found.estimate.acceptance,
+            found.estimate.consistency,
+            found.estimate.ssp_median,
+            found.starts,
+            name(worst),
+            run.distance()
+        );
     }
 }
 
 impl Parameter {
-    fn coverage(&self) -> f64 {
-        coverage(&self.reported)
+    fn new(runs: &[(Run, Vec<f64>)], index: usize) -> Self {
+        let of =
+            runs.iter().filter(|(run, _)| run.found.is_consistent() && run.found.identifies(index));
+        Self {
+            name: name(index),
+            reported: of
+                .clone()
+                .map(|(run, _)| run.errors[index] / run.found.deviations[index])
+                .collect(),
+            bounded: of.map(|(run, bound)| run.errors[index] / bound[index]).collect(),
+        }
     }
 
-    fn above_bound(&self) -> f64 {
-        root_mean_square(&self.bounded)
+    fn limits(&self) -> [f64; 2] {
+        spread::percentages(self.reported.len(), 0.95, EACH)
     }
-}
 
-/// Share of the intervals that hold the truth, percent.
-fn coverage(scores: &[f64]) -> f64 {
-    let covered = scores.iter().filter(|score| score.abs() <= HALF).count();
-    100.0 * covered as f64 / scores.len() as f64
+    /// How far its share is from both limits, as parts of their distance from 95 %.
+    fn room(&self) -> [f64; 2] {
+        let (covered, [least, most]) = (percent(&self.reported), self.limits());
+        [(covered - least) / (95.0 - least), (most - covered) / (most - 95.0)]
+    }
+
+    /// Of the error over the bound.
+    fn limit(&self) -> f64 {
+        spread::root_mean_square(self.bounded.len(), OVER_BOUND)
+    }
+
+    fn print(&self) {
+        eprintln!(
+            "{}: identified in {}, covered {:.1} %, error {:.3} of the bound",
+            self.name,
+            self.reported.len(),
+            percent(&self.reported),
+            root_mean_square(&self.bounded)
+        );
+    }
 }

@@ -7,7 +7,6 @@ use std::ops::Range;
 use anyhow::{Context, Result};
 use flexid::simulation::experiment::Cut;
 use flexid::validation::displacement_error;
-use flexid_core::identify::Acceptance;
 use flexid_core::parameters::{Bounds, Bushing, Bushings};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
@@ -15,13 +14,11 @@ use rayon::prelude::*;
 use crate::bound::{covariance, information};
 use crate::common::Random;
 use crate::figure::{Figure, median, root_mean_square};
-use crate::find::{Found, Task, find};
+use crate::find::{Found, find};
 use crate::linear::{Motion, motion};
 use crate::records::{SAMPLES, Sensors, Signals};
 use crate::study::{NO_QUIET, Purpose, Study, logarithms, random};
 
-/// Robots of the full proof, for each kind of record.
-const ROBOTS: usize = 20;
 /// Unseen cuts, three directions each.
 const UNSEEN: u64 = 5;
 /// How often the noise is drawn anew for each robot: one error says little, since a few directions of the parameters make
@@ -73,7 +70,6 @@ struct Errors {
 }
 
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
-    let robots = robots.min(ROBOTS);
     let (short, long) = (study.cuts(), study.long_cuts());
     let unseen = study.unseen(UNSEEN);
     let mut figures = Vec::new();
@@ -158,8 +154,8 @@ impl<'a> Trial<'a> {
         let (mut found, mut suspect) = (Vec::new(), 0);
         for repeat in 0..REPEATS {
             let one = self.find(repeat)?;
-            found.push(error(&one.bushings));
-            suspect += usize::from(one.acceptance != Acceptance::Consistent);
+            found.push(error(&one.estimate.bushings));
+            suspect += usize::from(!one.is_consistent());
         }
         let (covariance, mut random) = (self.covariance()?, random(Purpose::Draw, self.robot));
         let factor = covariance.cholesky().context("a covariance that is none")?.unpack();
@@ -181,9 +177,7 @@ impl<'a> Trial<'a> {
             let signals = Signals::new(&cut.pose, motion).part(self.window.clone());
             records.push(sensors.measure(&signals)?);
         }
-        let (chain, bounds) = (&study.chain, study.scenario.bounds);
-        let task = Task { chain, bounds, measurement: study.measurement };
-        find(&task, &records, random(Purpose::Search, number).0)
+        find(&study.task(), &records, random(Purpose::Search, number).0)
     }
 
     /// Of the logarithms, at the bound.

@@ -20,7 +20,7 @@ pub(crate) struct Proven {
     pub(crate) took: Duration,
 }
 
-/// All parts as a Markdown table.
+/// All parts as a Markdown table, and below it how long they took.
 pub(crate) struct Table(pub(crate) Vec<Proven>);
 
 impl Figure {
@@ -90,18 +90,21 @@ impl Table {
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "| part | figure | limit | measured | held | runs | s |")?;
-        writeln!(f, "| ---- | ------ | ----- | -------- | ---- | ---- | - |")?;
-        for Proven { part, figures, took } in &self.0 {
+        writeln!(f, "| part | figure | limit | measured | | runs |")?;
+        writeln!(f, "| ---- | ------ | ----- | -------- | --- | ---- |")?;
+        for Proven { part, figures, .. } in &self.0 {
             for Figure { what, limit, measured, held, runs } in figures {
-                let (held, seconds) = (if *held { "yes" } else { "**no**" }, took.as_secs());
-                writeln!(
-                    f,
-                    "| {part} | {what} | {limit} | {measured} | {held} | {runs} | {seconds} |"
-                )?;
+                let held = if *held { "pass" } else { "**FAIL**" };
+                writeln!(f, "| {part} | {what} | {limit} | {measured} | {held} | {runs} |")?;
             }
         }
-        Ok(())
+        let whole: Duration = self.0.iter().map(|proven| proven.took).sum();
+        write!(f, "\nTook {:.0} s:", whole.as_secs_f64())?;
+        for (index, Proven { part, took, .. }) in self.0.iter().enumerate() {
+            let comma = if index > 0 { "," } else { "" };
+            write!(f, "{comma} {part} {:.0} s", took.as_secs_f64())?;
+        }
+        writeln!(f)
     }
 }
 

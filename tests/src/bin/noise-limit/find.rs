@@ -2,46 +2,54 @@
 
 use anyhow::{Context, Result};
 use fearless_simd::Level;
+use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
 use flexid_core::parameters::{Bounds, Bushings};
 use flexid_core::spectrum::Measurement;
+use flexid_core::unknowns::Sought;
+use flexid_core::verdict::{Trust, Verdict};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::records::{Record, experiment};
 use crate::study::logarithms;
-
-/// Up to this relative standard deviation a parameter is called identified.
-const IDENTIFIED: f64 = 0.05;
 
 /// What the identification is to find, and in what.
 pub(crate) struct Task<'a> {
     pub(crate) chain: &'a Chain,
     pub(crate) bounds: Bounds,
     pub(crate) measurement: Measurement,
+    pub(crate) nuisances: Nuisances,
 }
 
 /// What was found.
 pub(crate) struct Found {
-    pub(crate) bushings: Bushings,
-    /// Standard deviation of each logarithm, as reported; infinite where the data do not tell.
+    pub(crate) estimate: Box<Estimate>,
+    /// Standard deviation of each logarithm, as reported; infinite where there is none.
     pub(crate) deviations: Vec<f64>,
-    /// Which parameters are called identified.
-    pub(crate) identified: Vec<bool>,
-    pub(crate) acceptance: Acceptance,
-    /// χ² per degree of freedom.
-    pub(crate) consistency: f64,
+    pub(crate) verdicts: Vec<Verdict>,
     /// Searches that it took.
     pub(crate) starts: u32,
 }
 
+impl Task<'_> {
+    /// Someone who can find it.
+    pub(crate) fn identifier(
+        &self,
+        random: Xoshiro256PlusPlus,
+    ) -> Box<Identifier<Xoshiro256PlusPlus>> {
+        let Self { chain, bounds, measurement, nuisances } = self;
+        let sought = Sought::new(chain.joints().len(), nuisances);
+        let new = Identifier::new((*chain).clone(), *bounds, *measurement, Level::new(), random);
+        Box::new(new.seeking(sought))
+    }
+}
+
 /// From records to the end of the identification, as the daemon does it.
 pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) -> Result<Found> {
-    let Task { chain, bounds, measurement } = task;
-    let experiments = records.iter().map(|record| experiment(chain, measurement, record));
+    let experiments = records.iter().map(|one| experiment(task.chain, &task.measurement, one));
     let mut experiments = experiments.collect::<Result<Vec<_>>>()?;
-    let mut identifier =
-        Box::new(Identifier::new((*chain).clone(), *bounds, *measurement, Level::new(), random));
+    let mut identifier = task.identifier(random);
     identifier.renew(&experiments);
     while identifier.step(&mut experiments) != Phase::Settled {}
     let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
@@ -49,35 +57,41 @@ pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) 
 }
 
 impl Found {
-    /// The verdicts are those of the reports that users read: residuals larger than the noise explains come with
-    /// deviations as much larger, and what did not settle identifies nothing.
-    fn new(estimate: &Estimate, starts: u32) -> Self {
-        let deviations: Vec<f64> = estimate
-            .standard_deviations
-            .iter()
-            .zip(&estimate.bushings)
-            .flat_map(|(deviation, value)| {
-                let all = deviation.stiffness.into_iter().chain(deviation.damping);
-                all.zip(value.stiffness.into_iter().chain(value.damping)).map(|(d, v)| d / v)
+    /// The verdicts and the deviations are those of the reports that users read.
+    pub(crate) fn new(estimate: &Estimate, starts: u32) -> Self {
+        let trust = Trust::new(estimate.consistency, estimate.acceptance != Acceptance::Unsettled);
+        let bushings = estimate.bushings.iter().zip(&estimate.standard_deviations);
+        let (verdicts, deviations) = bushings
+            .flat_map(|(value, deviation)| {
+                let values = value.stiffness.into_iter().chain(value.damping);
+                values.zip(deviation.stiffness.into_iter().chain(deviation.damping))
             })
-            .collect();
-        let settled = estimate.acceptance != Acceptance::Unsettled;
-        let inflation = estimate.consistency.max(1.0).sqrt();
-        let identified =
-            deviations.iter().map(|deviation| settled && inflation * deviation <= IDENTIFIED);
-        Self {
-            identified: identified.collect(),
-            deviations,
-            bushings: estimate.bushings.clone(),
-            acceptance: estimate.acceptance,
-            consistency: estimate.consistency,
-            starts,
-        }
+            .map(|(value, deviation)| {
+                let (verdict, told) = trust.verdict(value, deviation);
+                (verdict, told.map_or(f64::INFINITY, |deviation| deviation / value))
+            })
+            .unzip();
+        Self { estimate: Box::new(estimate.clone()), deviations, verdicts, starts }
+    }
+
+    /// Whether noise alone explains the residuals.
+    pub(crate) fn is_consistent(&self) -> bool {
+        self.estimate.acceptance == Acceptance::Consistent
+    }
+
+    /// Whether parameter `index` is called identified.
+    pub(crate) fn identifies(&self, index: usize) -> bool {
+        self.verdicts[index] == Verdict::Identified
+    }
+
+    /// How many parameters are called identified.
+    pub(crate) fn identified(&self) -> usize {
+        self.verdicts.iter().filter(|verdict| **verdict == Verdict::Identified).count()
     }
 
     /// Errors of the logarithms.
     pub(crate) fn errors(&self, truth: &Bushings) -> Vec<f64> {
-        let found = logarithms(&self.bushings);
+        let found = logarithms(&self.estimate.bushings);
         found.iter().zip(logarithms(truth)).map(|(found, truth)| found - truth).collect()
     }
 }

@@ -12,10 +12,15 @@ mod coverage;
 mod displacement;
 mod figure;
 mod find;
+mod folding;
+mod intervals;
 mod linear;
 mod noise_free;
 mod nonlinear;
+mod nuisances;
 mod records;
+mod run;
+mod spread;
 mod study;
 mod unexcited;
 mod wide_bounds;
@@ -33,27 +38,38 @@ use study::Study;
 /// Core keeps everything in place and passes it on by value when it is made.
 const STACK: usize = 64 << 20;
 
-/// Proves a part of it with so many robots at most; says more if asked to.
-type Prove = fn(&Study, usize, bool) -> Result<Vec<Figure>>;
+/// A part of the proof.
+struct Part {
+    name: &'static str,
+    /// With so many robots; says more if asked to.
+    prove: fn(&Study, usize, bool) -> Result<Vec<Figure>>,
+    /// Robots of the full proof, and of the quick one.
+    robots: [usize; 2],
+}
 
-const PARTS: [(&str, Prove); 6] = [
-    ("noise-free", noise_free::prove),
-    ("coverage", coverage::prove),
-    ("unexcited", unexcited::prove),
-    ("displacement", displacement::prove),
-    ("nonlinear", nonlinear::prove),
-    ("wide-bounds", wide_bounds::prove),
+const PARTS: [Part; 8] = [
+    Part { name: "noise-free", prove: noise_free::prove, robots: [200, 8] },
+    Part { name: "coverage", prove: coverage::prove, robots: [1000, 24] },
+    Part { name: "unexcited", prove: unexcited::prove, robots: [100, 4] },
+    Part { name: "displacement", prove: displacement::prove, robots: [20, 1] },
+    Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 1] },
+    Part { name: "nuisances", prove: nuisances::prove, robots: [50, 2] },
+    Part { name: "folding", prove: folding::prove, robots: [100, 2] },
+    Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 4] },
 ];
 
 /// Proves that the identification reaches the noise limit, and that its intervals are honest.
 #[derive(Parser)]
 struct Args {
     /// Only this part; may be given more than once
-    #[arg(long, value_name = "PART", value_parser = PARTS.map(|(name, _)| name))]
+    #[arg(long, value_name = "PART", value_parser = PARTS.map(|part| part.name))]
     only: Vec<String>,
-    /// Robots of each part, at most: fewer for a quick look. Limits on shares and averages widen as these scatter more
-    #[arg(long, value_name = "N", default_value_t = usize::MAX, hide_default_value = true)]
-    robots: usize,
+    /// Few robots: a minute on two cores. Limits on shares and averages widen as these scatter more
+    #[arg(long)]
+    quick: bool,
+    /// Robots of each part, at most
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    robots: Option<u32>,
     /// Threads [default: one a core]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
@@ -67,14 +83,16 @@ fn main() -> Result<ExitCode> {
     let threads = ThreadPoolBuilder::new().num_threads(args.threads).stack_size(STACK).build()?;
     let study = Study::load()?;
     let mut table = Table(Vec::new());
-    for (part, prove) in PARTS {
-        if !args.only.is_empty() && !args.only.iter().any(|only| only == part) {
+    for Part { name, prove, robots } in PARTS {
+        if !args.only.is_empty() && !args.only.iter().any(|only| only == name) {
             continue;
         }
-        eprintln!("{part} ...");
+        let robots = robots[usize::from(args.quick)];
+        let robots = args.robots.map_or(robots, |most| robots.min(most as usize));
+        eprintln!("{name}: {robots} robots ...");
         let begun = Instant::now();
-        let figures = threads.install(|| prove(&study, args.robots.max(1), args.details))?;
-        table.0.push(Proven { part, figures, took: begun.elapsed() });
+        let figures = threads.install(|| prove(&study, robots, args.details))?;
+        table.0.push(Proven { part: name, figures, took: begun.elapsed() });
     }
     print!("{table}");
     Ok(if table.held() { ExitCode::SUCCESS } else { ExitCode::from(1) })

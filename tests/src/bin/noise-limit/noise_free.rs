@@ -5,13 +5,11 @@ use rayon::prelude::*;
 
 use crate::bound::{deviations, information};
 use crate::figure::{Figure, median};
-use crate::find::{Task, find};
+use crate::find::find;
 use crate::linear::motion;
 use crate::records::{SAMPLES, Signals};
 use crate::study::{Purpose, Study, name, random};
 
-/// Robots of the full proof.
-const ROBOTS: usize = 200;
 /// Largest error, in standard deviations that the noise would give.
 const LIMIT: f64 = 0.1;
 
@@ -25,7 +23,6 @@ struct Worst {
 }
 
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
-    let robots = robots.min(ROBOTS);
     let cuts = study.cuts();
     let one = |robot: u64| -> Result<Worst> {
         let truth = study.robot(robot);
@@ -37,13 +34,11 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
             told.push(information(study, &study.chain, &truth, cut, &motion, 0..SAMPLES)?);
         }
         let deviations = deviations(&told.into_iter().sum())?;
-        let (chain, bounds) = (&study.chain, study.scenario.bounds);
-        let task = Task { chain, bounds, measurement: study.measurement };
-        let found = find(&task, &records, random(Purpose::Search, robot).0)?;
+        let found = find(&study.task(), &records, random(Purpose::Search, robot).0)?;
         let scores = found.errors(&truth).into_iter().zip(deviations).map(|(e, d)| (e / d).abs());
         let (parameter, score) =
             scores.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::NAN));
-        let (consistency, starts) = (found.consistency, found.starts);
+        let (consistency, starts) = (found.estimate.consistency, found.starts);
         Ok(Worst { robot, parameter, score, consistency, starts })
     };
     let mut all = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;

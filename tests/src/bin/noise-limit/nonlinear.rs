@@ -14,15 +14,12 @@ use crate::linear::motion;
 use crate::records::{SAMPLES, Signals};
 use crate::study::{Purpose, Study, name, random};
 
-/// Robots of the full proof.
-const ROBOTS: usize = 20;
 /// Bias of a parameter, in standard deviations.
 const LIMIT: f64 = 0.5;
 /// Base axes, m/s².
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.80665];
 
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
-    let robots = robots.min(ROBOTS);
     let cuts = study.cuts();
     let accelerometer = Accelerometer::Strapdown;
     let measurement = Measurement { gravity: GRAVITY, accelerometer, ..study.measurement };
@@ -38,7 +35,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
             told.push(information(study, &study.chain, &truth, &cut, &motion, 0..SAMPLES)?);
         }
         let deviations = deviations(&told.into_iter().sum())?;
-        let task = Task { chain: &study.chain, bounds: study.scenario.bounds, measurement };
+        let task = Task { measurement, ..study.task() };
         let found = find(&task, &records, random(Purpose::Search, robot).0)?;
         let scores: Vec<f64> =
             found.errors(&truth).iter().zip(&deviations).map(|(e, d)| (e / d).abs()).collect();
@@ -48,7 +45,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
                     "robot {robot}: {} off by {score:.3} σ (σ is {:.2} %), χ²/dof {:.2e}",
                     name(index),
                     100.0 * deviations[index],
-                    found.consistency
+                    found.estimate.consistency
                 );
             }
         }

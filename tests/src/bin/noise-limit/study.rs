@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use flexid::simulation::experiment::Cut;
 use flexid::simulation::scenario::{Experiment, Sampling, Scenario};
+use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::parameters::Bushings;
 use flexid_core::spectrum::Measurement;
@@ -13,6 +14,7 @@ use flexid_edge::config::Config;
 use rayon::prelude::*;
 
 use crate::common::Random;
+use crate::find::Task;
 use crate::records::SAMPLES;
 
 /// Cuts that differ in their roughness alone: robots share them in turn, since making one takes longer than an
@@ -48,6 +50,16 @@ impl Study {
         let scenario = Scenario::load(file, &config.model)?;
         let (chain, measurement) = (config.model.chain()?, config.measurement());
         Ok(Self { config, chain, scenario, measurement })
+    }
+
+    /// To find a robot's bushings, and nothing else.
+    pub(crate) fn task(&self) -> Task<'_> {
+        Task {
+            chain: &self.chain,
+            bounds: self.scenario.bounds,
+            measurement: self.measurement,
+            nuisances: Nuisances::default(),
+        }
     }
 
     /// Robot `number`, uniform within the scenario's bounds.

@@ -12,13 +12,10 @@ use crate::linear::motion;
 use crate::records::{Sensors, Signals};
 use crate::study::{Purpose, Study, random};
 
-/// Robots of the full proof.
-const ROBOTS: usize = 100;
 /// Of a joint's twelve parameters: stiffness and damping about the line.
 const ABOUT: [usize; 2] = [5, 11];
 
 pub(crate) fn prove(study: &Study, robots: usize, _details: bool) -> Result<Vec<Figure>> {
-    let robots = robots.min(ROBOTS);
     let chain = upright()?;
     let cuts = study.cuts();
     let one = |robot: u64| -> Result<[usize; 2]> {
@@ -29,12 +26,11 @@ pub(crate) fn prove(study: &Study, robots: usize, _details: bool) -> Result<Vec<
             let motion = motion(&chain, &truth, cut);
             records.push(sensors.measure(&Signals::new(&cut.pose, &motion))?);
         }
-        let bounds = study.scenario.bounds;
-        let task = Task { chain: &chain, bounds, measurement: study.measurement };
+        let task = Task { chain: &chain, ..study.task() };
         let found = find(&task, &records, random(Purpose::Search, robot).0)?;
         let claimed = |about: bool| {
-            let claims = found.identified.iter().enumerate();
-            claims.filter(|(index, yes)| **yes && ABOUT.contains(&(index % 12)) == about).count()
+            let claims = (0..found.verdicts.len()).filter(|index| found.identifies(*index));
+            claims.filter(|index| ABOUT.contains(&(index % 12)) == about).count()
         };
         Ok([claimed(true), claimed(false)])
     };
@@ -44,7 +40,7 @@ pub(crate) fn prove(study: &Study, robots: usize, _details: bool) -> Result<Vec<
     let joints = chain.joints().len();
     Ok(vec![
         Figure::count(
-            "parameters that no pose excites called identified",
+            "parameters that no pose excites, called identified",
             ABOUT.len() * joints * robots,
             wrong == 0,
             wrong,

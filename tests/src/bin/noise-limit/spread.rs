@@ -1,0 +1,64 @@
+//! How far a right figure scatters that rests on so many runs: what makes a limit fit the number of runs.
+
+/// Chance of a right figure beyond its limit, on one side: three dozen parameters pass in 99 of 100 proofs.
+const CHANCE: f64 = 1e-4;
+/// The same in standard deviations of a normal variable.
+pub(crate) const DEVIATIONS: f64 = 3.72;
+
+/// Least and largest count of `trials` that succeed with probability `share` each.
+pub(crate) fn counts(trials: usize, share: f64) -> [usize; 2] {
+    let n = trials as f64;
+    let odds = (share / (1.0 - share)).ln();
+    let mut logarithm = n * (1.0 - share).ln();
+    let (mut below, mut least, mut most) = (0.0, None, trials);
+    for k in 0..=trials {
+        below += logarithm.exp();
+        if below > CHANCE && least.is_none() {
+            least = Some(k);
+        }
+        if 1.0 - below <= CHANCE {
+            most = k;
+            break;
+        }
+        logarithm += ((n - k as f64) / (k as f64 + 1.0)).ln() + odds;
+    }
+    [least.unwrap_or(0), most]
+}
+
+/// Percentages that `trials` may come to, if `share` of all succeed: `[least, most]` unless the trials scatter beyond.
+pub(crate) fn percentages(trials: usize, share: f64, [least, most]: [f64; 2]) -> [f64; 2] {
+    let percent = |count: usize| 100.0 * count as f64 / trials.max(1) as f64;
+    let [fewest, largest] = counts(trials, share).map(percent);
+    [least.min(fewest), most.max(largest)]
+}
+
+/// What the root mean square of so many standard normal errors may come to: `limit` unless they scatter beyond (Wilson
+/// and Hilferty, 1931).
+pub(crate) fn root_mean_square(errors: usize, limit: f64) -> f64 {
+    let variance = 2.0 / (9.0 * errors.max(1) as f64);
+    (1.0 - variance + DEVIATIONS * variance.sqrt()).powf(1.5).max(limit)
+}
+
+/// Standard error of the mean of `values`, each from a run of its own.
+pub(crate) fn of_mean(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn agrees_with_tables() {
+        // Binomial: of 40 with 95 %, 32 or fewer with 7e-4 … and of 1000, normal to a count or two.
+        let [least, most] = counts(1000, 0.95);
+        assert!((922..=926).contains(&least) && (972..=976).contains(&most), "{least} {most}");
+        assert_eq!(counts(1, 0.95), [0, 1]);
+        // χ² of 10 exceeds 35.56 with 1e-4, of 1000 exceeds 1175.
+        assert!((root_mean_square(10, 1.0) - 3.556_f64.sqrt()).abs() < 0.01);
+        assert!((root_mean_square(1000, 1.0) - 1.175_f64.sqrt()).abs() < 0.01);
+        assert_eq!(root_mean_square(1000, 1.1), 1.1);
+    }
+}
