@@ -8,10 +8,10 @@ use anyhow::{Context, Result};
 use flexid::simulation::experiment::Cut;
 use flexid::validation::displacement_error;
 use flexid_core::parameters::{Bounds, Bushing, Bushings};
+use flexid_core::verdict::Covariance;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
-use crate::bound::{covariance, information};
 use crate::common::Random;
 use crate::figure::{Figure, median, root_mean_square};
 use crate::find::{Found, find};
@@ -24,8 +24,12 @@ const UNSEEN: u64 = 5;
 /// How often the noise is drawn anew for each robot: one error says little, since a few directions of the parameters make
 /// nearly all of it, and a robot at the bound passes the limit by chance once in twenty times.
 const REPEATS: u64 = 16;
-/// Draws from the covariance.
-const DRAWS: u64 = 24;
+/// Draws from the covariance of each of them.
+const DRAWS: usize = 3;
+/// Deviation of a logarithm that the data do not tell: beyond the bounds on either side.
+const ANYWHERE: f64 = 100.0;
+/// Of a correlation.
+const ROUNDING: f64 = 1e-9;
 /// Error over its prediction, both as root mean squares, of each robot.
 const OVER_PREDICTION: f64 = 1.5;
 /// Median of the robots' errors, percent.
@@ -65,7 +69,7 @@ struct Errors {
     found: Vec<f64>,
     /// Repetitions that were not found, and said so.
     suspect: usize,
-    /// Of draws from the covariance.
+    /// Of draws from their covariances.
     drawn: Vec<f64>,
 }
 
@@ -151,23 +155,26 @@ impl<'a> Trial<'a> {
             let pairs = reference.iter().zip(displaced(bushings));
             median(pairs.flat_map(|(a, b)| displacement_error(a, &b, rate_hz, band)).collect())
         };
-        let (mut found, mut suspect) = (Vec::new(), 0);
-        for repeat in 0..REPEATS {
-            let one = self.find(repeat)?;
-            found.push(error(&one.estimate.bushings));
-            suspect += usize::from(!one.is_consistent());
-        }
-        let (covariance, mut random) = (self.covariance()?, random(Purpose::Draw, self.robot));
-        let factor = covariance.cholesky().context("a covariance that is none")?.unpack();
-        let bounds = &study.scenario.bounds;
-        let drawn = (0..DRAWS).map(|_| error(&drawn(truth, &factor, bounds, &mut random)));
-        Ok(Errors { drawn: drawn.collect(), found, suspect })
+        let one = |repeat: u64| -> Result<(f64, [f64; DRAWS], bool)> {
+            let number = REPEATS * (4 * self.robot + self.kind as u64) + repeat;
+            let found = self.find(number)?;
+            let factor = factor(&found.estimate.covariance)?;
+            let mut random = random(Purpose::Draw, number);
+            let drawn = [(); DRAWS]
+                .map(|()| error(&drawn(truth, &factor, &study.scenario.bounds, &mut random)));
+            Ok((error(&found.estimate.bushings), drawn, found.is_consistent()))
+        };
+        let all = (0..REPEATS).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
+        Ok(Errors {
+            found: all.iter().map(|(found, ..)| *found).collect(),
+            drawn: all.iter().flat_map(|(_, drawn, _)| *drawn).collect(),
+            suspect: all.iter().filter(|(.., consistent)| !consistent).count(),
+        })
     }
 
     /// Identifies the robot, with noise of its own.
-    fn find(&self, repeat: u64) -> Result<Found> {
+    fn find(&self, number: u64) -> Result<Found> {
         let study = self.study;
-        let number = REPEATS * (4 * self.robot + self.kind as u64) + repeat;
         let mut sensors = Sensors::new(study, random(Purpose::Noise, number))?;
         let mut records = Vec::new();
         for (index, (cut, motion)) in self.cuts.iter().zip(&self.motions).enumerate() {
@@ -178,15 +185,6 @@ impl<'a> Trial<'a> {
             records.push(sensors.measure(&signals)?);
         }
         find(&study.task(), &records, random(Purpose::Search, number).0)
-    }
-
-    /// Of the logarithms, at the bound.
-    fn covariance(&self) -> Result<DMatrix<f64>> {
-        let Self { study, truth, window, .. } = self;
-        let told = self.cuts.iter().zip(&self.motions).map(|(cut, motion)| {
-            information(study, &study.chain, truth, cut, motion, window.clone())
-        });
-        covariance(&told.collect::<Result<Vec<_>>>()?.into_iter().sum())
     }
 }
 
@@ -204,18 +202,34 @@ impl fmt::Display for Errors {
         };
         write!(
             f,
-            "{:.3} %, predicted {:.3} %, ratio {:.2}; {} not found; beyond the limit alone: {} of {REPEATS}, of draws {} of {DRAWS}",
+            "{:.3} %, predicted {:.3} %, ratio {:.2}; {} not found; beyond the limit alone: {} of {REPEATS}, of draws {} of {}",
             100.0 * root_mean_square(&self.found),
             100.0 * predicted,
             self.over_prediction(),
             self.suspect,
             beyond(&self.found),
-            beyond(&self.drawn)
+            beyond(&self.drawn),
+            self.drawn.len()
         )
     }
 }
 
-/// A robot that could be mistaken for `truth`: its logarithms off by a draw from the covariance `factor factorᵀ`.
+/// `F` of a covariance `F Fᵀ`, as an estimate reports it.
+fn factor(covariance: &Covariance) -> Result<DMatrix<f64>> {
+    let n = covariance.unknowns();
+    let correlation = DMatrix::from_fn(n, n, |i, j| match i == j {
+        true => 1.0 + ROUNDING,
+        false => covariance.correlation(i, j),
+    });
+    let mut factor = correlation.cholesky().context("a covariance that is none")?.unpack();
+    for (i, mut row) in factor.row_iter_mut().enumerate() {
+        row *= covariance.deviation(i).min(ANYWHERE);
+    }
+    Ok(factor)
+}
+
+/// A robot that could be mistaken for `truth`: its logarithms off by a draw from the covariance `factor factorᵀ`, within
+/// the bounds.
 fn drawn(
     truth: &Bushings,
     factor: &DMatrix<f64>,

@@ -48,14 +48,14 @@ struct Part {
 }
 
 const PARTS: [Part; 8] = [
-    Part { name: "noise-free", prove: noise_free::prove, robots: [200, 8] },
-    Part { name: "coverage", prove: coverage::prove, robots: [1000, 24] },
-    Part { name: "unexcited", prove: unexcited::prove, robots: [100, 4] },
+    Part { name: "noise-free", prove: noise_free::prove, robots: [200, 30] },
+    Part { name: "coverage", prove: coverage::prove, robots: [1000, 60] },
+    Part { name: "unexcited", prove: unexcited::prove, robots: [100, 10] },
     Part { name: "displacement", prove: displacement::prove, robots: [20, 1] },
-    Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 1] },
-    Part { name: "nuisances", prove: nuisances::prove, robots: [50, 2] },
+    Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 4] },
+    Part { name: "nuisances", prove: nuisances::prove, robots: [100, 2] },
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
-    Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 4] },
+    Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 10] },
 ];
 
 /// Proves that the identification reaches the noise limit, and that its intervals are honest.

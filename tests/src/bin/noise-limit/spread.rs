@@ -39,13 +39,6 @@ pub(crate) fn root_mean_square(errors: usize, limit: f64) -> f64 {
     (1.0 - variance + DEVIATIONS * variance.sqrt()).powf(1.5).max(limit)
 }
 
-/// Standard error of the mean of `values`, each from a run of its own.
-pub(crate) fn of_mean(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
