@@ -107,13 +107,13 @@ fn judge(study: &Study, all: &[Month]) -> Vec<Figure> {
         )
         .remark(format_args!("mean of the worst parameter {shift:.3} σ, {}", name(shifted))),
         Figure::at_most(
-            "standard deviations against those of that fit, identified parameter furthest off",
+            "standard deviations of identified parameters against those of that fit, root mean square",
             robots,
             100.0 * DEVIATION,
-            100.0 * largest(&deviations).1,
+            100.0 * root_mean_square(&deviations),
             " %",
         )
-        .remark(format_args!("root mean square {:.3} %", 100.0 * root_mean_square(&deviations))),
+        .remark(format_args!("worst {:.1} %", 100.0 * largest(&deviations).1)),
         Figure::count(
             "records that were not folded",
             robots * (records - study.scenario.experiments.len()),
