@@ -47,7 +47,7 @@ fn judge(runs: &[(Run, Vec<f64>)], parameters: &[Parameter]) -> Vec<Figure> {
         let identified = (0..run.errors.len()).filter(|index| run.found.identifies(*index));
         all.push(identified.map(|index| run.errors[index] / run.found.deviations[index]));
     }
-    let mut figures = vec![all.figure("95 % intervals that cover".into(), OFF)];
+    let mut figures = vec![all.figure("95 % intervals that cover".into(), OFF, false)];
     let told: Vec<&Parameter> = parameters.iter().filter(|p| !p.reported.is_empty()).collect();
     // Relative to the range that each has by its own number of runs.
     let lowest = told.iter().min_by(|a, b| a.room()[0].total_cmp(&b.room()[0]));

@@ -29,11 +29,13 @@ impl Intervals {
         self.covered += covered(&scores);
     }
 
-    /// Share of all that covers, which may be `off` 95 % or as far as so few runs scatter.
-    pub(crate) fn figure(&self, what: String, off: f64) -> Figure {
+    /// Share of all that covers, which may be `off` 95 % or as far as so few runs scatter; if one error moves all intervals of a
+    /// run, each run counts as one.
+    pub(crate) fn figure(&self, what: String, off: f64, one_error: bool) -> Figure {
         let Self { runs, count, covered } = self;
         let share = *covered as f64 / *count as f64;
-        let independent = (INDEPENDENT * *count as f64).round() as usize;
+        let independent =
+            if one_error { *runs } else { (INDEPENDENT * *count as f64).round() as usize };
         let limits = spread::percentages(independent, 0.95, [95.0 - off, 95.0 + off]);
         Figure::within(what, *runs, limits, 100.0 * share, " %")
             .remark(format_args!("{count} intervals"))
