@@ -18,6 +18,8 @@ pub(crate) struct Intervals {
     runs: usize,
     count: usize,
     covered: usize,
+    /// Sum of the squares of the errors in standard deviations.
+    squares: f64,
 }
 
 impl Intervals {
@@ -27,16 +29,22 @@ impl Intervals {
         self.runs += 1;
         self.count += scores.len();
         self.covered += covered(&scores);
+        self.squares += scores.iter().map(|score| score * score).sum::<f64>();
     }
 
     /// Share of all that covers, which may be `off` 95 % or as far as so few runs scatter; if one error moves all intervals of a
-    /// run, each run counts as one.
+    /// run, each run counts as one. Where any share would do, so few are they, the errors' size is judged instead.
     pub(crate) fn figure(&self, what: String, off: f64, one_error: bool) -> Figure {
-        let Self { runs, count, covered } = self;
+        let Self { runs, count, covered, squares } = self;
         let share = *covered as f64 / *count as f64;
         let independent =
             if one_error { *runs } else { (INDEPENDENT * *count as f64).round() as usize };
         let limits = spread::percentages(independent, 0.95, [95.0 - off, 95.0 + off]);
+        if limits[0] <= 0.0 {
+            let what = format!("{what}: too few, their errors' root mean square instead");
+            let limit = spread::root_mean_square(independent, 1.0);
+            return Figure::at_most(what, *runs, limit, (squares / *count as f64).sqrt(), " σ");
+        }
         Figure::within(what, *runs, limits, 100.0 * share, " %")
             .remark(format_args!("{count} intervals"))
     }
