@@ -107,6 +107,32 @@ fn an_experiment_becomes_one_record() {
     assert_eq!((health.frames, health.frames_lost, health.samples_discarded), (4096, 0, 0));
 }
 
+/// Angles come every 0.1 s: the one that tells of a record's end comes when the stretch has been full for long.
+#[test]
+fn a_record_may_be_as_long_as_the_capacity() {
+    let mut bench = Bench::new();
+    let config = StreamConfig { record_samples: CAPACITY, ..CONFIG };
+    bench.stream = Box::new(Stream::new(config).expect("a good configuration"));
+    bench.run(300, false);
+    bench.run(3 * CAPACITY, true);
+    let (records, health) = bench.finish();
+    assert_eq!(lengths(&records)[..2], [CAPACITY; 2]);
+    let apart = records[1].start_s - records[0].start_s - CAPACITY as f64 * PERIOD;
+    assert!((0.0..=0.1 + PERIOD).contains(&apart), "{apart} s between the records");
+    let whole: usize = lengths(&records).iter().sum();
+    assert_eq!(whole as u64 + health.samples_discarded, 300 + 3 * CAPACITY as u64);
+
+    // Angles that stop in mid-record cost what they do not tell of.
+    let mut bench = Bench::new();
+    bench.stream = Box::new(Stream::new(config).expect("a good configuration"));
+    bench.run(1700, true);
+    (0..5000).for_each(|_| {
+        bench.sent = bench.sent % 199 + 1;
+        bench.instant(true, [false; 2]);
+    });
+    assert_eq!(lengths(&bench.records), [1024, 512]);
+}
+
 #[test]
 fn lost_samples_are_bridged_counted_and_paid_for_in_noise() {
     let run = |loss: f64| {

@@ -267,10 +267,12 @@ impl<const N: usize> Cutter<'_, N> {
                 }
                 // The end of a record may lie in a movement that the next angle will tell of.
                 let standing = self.stretch.pose.confirmed(self.config.joints);
-                if standing >= full {
-                    self.emit(full, sink);
-                } else if self.stretch.is_full() {
-                    // No angle has come for long: what stood still is kept, the rest cannot be told.
+                if !self.stretch.overflows() {
+                    if standing >= full {
+                        self.emit(full, sink);
+                    }
+                } else if standing >= full || self.stretch.is_overdue() {
+                    // What came since it was full is lost; the next samples do not join on.
                     self.end(standing, sink);
                     self.stretch.clear_samples();
                 }

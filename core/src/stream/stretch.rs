@@ -17,6 +17,8 @@ const LOUD_STEPS: f32 = 64.0;
 /// What is kept from before the cut, s, but at most this part of a record.
 const BEFORE_CUT_S: f64 = 1.0;
 const BEFORE_CUT_PART: usize = 4;
+/// A full stretch waits for the next joint angle for this part of its length.
+const PATIENCE: usize = 8;
 
 /// Why a stretch cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +34,8 @@ pub(super) struct Stretch<const N: usize> {
     pub(super) pose: Pose,
     /// Arrival of the first and the newest instant since it was last cleared, and how many came.
     arrivals: (f64, f64, u64),
+    /// Instants that came while it was full, and were let go.
+    beyond: usize,
     /// Whether the cut has begun; before it only the newest samples are kept.
     pub(super) cutting: bool,
     /// Smallest variance of a block so far, N²; known from all stretches.
@@ -62,6 +66,7 @@ impl<const N: usize> Stretch<N> {
             start_s: 0.0,
             pose: Pose::default(),
             arrivals: (0.0, 0.0, 0),
+            beyond: 0,
             cutting: false,
             quietest: f32::INFINITY,
         }
@@ -71,11 +76,17 @@ impl<const N: usize> Stretch<N> {
         self.force[0].len()
     }
 
-    pub(super) fn is_full(&self) -> bool {
-        self.len() == N
+    /// Whether instants came that it had no room for.
+    pub(super) fn overflows(&self) -> bool {
+        self.beyond > 0
     }
 
-    /// Appends an instant. Returns how many of the oldest samples were let go since nothing is cut yet.
+    /// Whether no joint angle has come for so long that none will tell of the end of what is full.
+    pub(super) fn is_overdue(&self) -> bool {
+        self.beyond >= N / PATIENCE
+    }
+
+    /// Appends an instant. Returns how many samples were let go: the oldest while nothing is cut, or this one if it is full.
     pub(super) fn push(&mut self, instant: &Instant, config: &StreamConfig) -> usize {
         if self.len() == 0 {
             self.start_s = instant.time_s;
@@ -85,6 +96,10 @@ impl<const N: usize> Stretch<N> {
             self.arrivals.0 = instant.time_s;
         }
         self.arrivals = (self.arrivals.0, instant.time_s, self.arrivals.2 + 1);
+        if self.len() == N {
+            self.beyond += 1;
+            return 1;
+        }
         let missing = [f32::NAN; 3];
         let force = instant.force.unwrap_or(missing);
         let acceleration = instant.acceleration.unwrap_or(missing);
@@ -158,6 +173,7 @@ impl<const N: usize> Stretch<N> {
             signal.truncate(left);
         }
         self.start_s += count as f64 / rate_hz;
+        self.beyond = 0;
         for angle in &mut self.pose.angles {
             angle.confirmed = angle.confirmed.saturating_sub(count);
         }
@@ -178,6 +194,7 @@ impl<const N: usize> Stretch<N> {
             angle.confirmed = 0;
         }
         self.arrivals.2 = 0;
+        self.beyond = 0;
         self.cutting = false;
     }
 }
