@@ -105,7 +105,7 @@ pub struct Sought {
     unknowns: usize,
     /// Standard deviation of each nuisance's prior, in its own unit.
     width: [f64; MAX_UNKNOWNS],
-    /// Logarithm of each parameter that is fixed.
+    /// Each parameter that is fixed, in its own unit.
     fixed: [f64; MAX_PARAMETERS],
 }
 
@@ -150,7 +150,7 @@ impl Sought {
     pub fn fix(&mut self, parameter: Coordinate, value: f64) {
         let index = parameter.index();
         if let (Some(gone), true) = (self.unknown[index], index < MAX_PARAMETERS) {
-            self.fixed[index] = libm::log(value);
+            self.fixed[index] = value;
             self.unknown[index] = None;
             self.close(gone);
         }
@@ -212,7 +212,7 @@ impl Sought {
         let mut value = [None; MAX_UNKNOWNS];
         for index in 0..2 * DOF * self.joints {
             coordinates[index] = match self.unknown[index] {
-                None => self.fixed[index],
+                None => libm::log(self.fixed[index]),
                 Some(unknown) => *value[usize::from(unknown)].get_or_insert(coordinates[index]),
             };
         }
@@ -226,9 +226,17 @@ impl Sought {
         coordinates
     }
 
-    /// The parameters at some coordinates.
+    /// The parameters at some coordinates; those that are fixed have their value to the last bit.
     pub(crate) fn bushings(&self, coordinates: &Coordinates) -> Bushings {
-        from_logarithms(coordinates.first_chunk().unwrap_or(&[0.0; MAX_PARAMETERS]), self.joints)
+        let logarithms = coordinates.first_chunk().unwrap_or(&[0.0; MAX_PARAMETERS]);
+        let mut bushings = from_logarithms(logarithms, self.joints);
+        let values = bushings.iter_mut().flat_map(|b| b.stiffness.iter_mut().chain(&mut b.damping));
+        for ((value, unknown), fixed) in values.zip(&self.unknown).zip(&self.fixed) {
+            if unknown.is_none() {
+                *value = *fixed;
+            }
+        }
+        bushings
     }
 
     /// The nuisances at some coordinates.
@@ -321,5 +329,29 @@ impl Sought {
     /// Unknowns that have a prior, each with where it stands, in units of its standard deviation.
     pub(crate) fn priors(&self, coordinates: &Coordinates) -> impl Iterator<Item = (usize, f64)> {
         self.nuisances().map(|(index, unknown)| (unknown, coordinates[index]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::Bushing;
+
+    #[test]
+    fn what_is_fixed_comes_back_as_it_was_given() {
+        let mut sought = Sought::new(2, &Nuisances::default());
+        let (stiffness, damping) =
+            (Coordinate::Stiffness { joint: 1, dof: 3 }, Coordinate::Damping { joint: 0, dof: 5 });
+        // exp(ln(x)) is neither.
+        sought.fix(stiffness, 6.0e7);
+        sought.fix(damping, 1.9e3);
+        let guess = Bushing { stiffness: [1e7; DOF], damping: [1e4; DOF] };
+        let mut bushings = Bushings::from_iter([guess; 2]);
+        sought.impose(&mut bushings);
+        let found = sought.bushings(&sought.coordinates(&bushings));
+        for bushings in [bushings, found] {
+            assert_eq!((bushings[1].stiffness[3], bushings[0].damping[5]), (6.0e7, 1.9e3));
+            assert!((bushings[0].stiffness[3] / 1e7 - 1.0).abs() < 1e-14);
+        }
     }
 }
