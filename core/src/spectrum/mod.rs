@@ -65,13 +65,13 @@ impl<const B: usize> Spectrum<B> {
 /// Why a record has no spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectrumError {
-    /// Its length is not a power of two from 256 to 32,768.
+    /// Its length is not a power of two from 256 to 32,768, or one of its signals has another length.
     Length(usize),
     /// The band holds this many bins; one needs at least 8 and may have at most the capacity.
     Bins(usize),
     /// The record's pose has not one angle per joint.
     Pose(usize),
-    /// The record holds a value that is not finite.
+    /// The record holds a value that is not finite: a sample, an angle, or a noise.
     NotFinite,
     /// In the band there is hardly more force than noise.
     NoForce,
@@ -123,8 +123,14 @@ impl<const B: usize> Experiment<B> {
         if record.pose.len() != chain.joints().len() {
             return Err(SpectrumError::Pose(record.pose.len()));
         }
-        let mut signals = record.force.iter().chain(&record.acceleration).flatten();
-        if signals.any(|value| !value.is_finite()) {
+        let signals = || record.force.iter().chain(&record.acceleration);
+        if let Some(other) = signals().find(|signal| signal.len() != samples) {
+            return Err(SpectrumError::Length(other.len()));
+        }
+        let noise = record.force_noise.iter().chain(&record.acceleration_noise);
+        if signals().flatten().chain(noise).any(|value| !value.is_finite())
+            || record.pose.iter().any(|angle| !angle.is_finite())
+        {
             return Err(SpectrumError::NotFinite);
         }
         let period = 1.0 / record.rate_hz;
@@ -157,7 +163,8 @@ impl<const B: usize> Experiment<B> {
             sigma.map(|s| f64::from(s) * f64::from(s) * samples as f64 * period * period)
         };
         let force_noise = mean_square(record.force_noise);
-        if force.power() < LEAST_FORCE * bins as f64 * force_noise.iter().sum::<f64>() {
+        // No force at all is too little even where its noise is said to be none.
+        if force.power() <= LEAST_FORCE * bins as f64 * force_noise.iter().sum::<f64>() {
             return Err(SpectrumError::NoForce);
         }
         let search = SearchSpectra::new(chain, record, band, buffer)?;

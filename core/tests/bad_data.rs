@@ -1,0 +1,281 @@
+//! Data that no parameter can be told from: a clear error, or a verdict that says so; never a confident number, never a
+//! panic.
+
+mod common;
+
+use common::milling::{Conditions, SAMPLES, cut, experiments, record};
+use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
+use fearless_simd::Level;
+use flexid_core::chain::{Chain, Joint, JointKind, Link};
+use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
+use flexid_core::parameters::{Bounds, Bushings, EmptyBounds};
+use flexid_core::spectrum::{Experiment, Measurement, SpectrumError};
+use flexid_core::stream::Record;
+use flexid_core::unknowns::Coordinate;
+use flexid_core::verdict::{Trust, Verdict};
+use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
+
+/// What an [`Identifier`] makes of these experiments, and of whom it says what.
+fn identify(
+    chain: &Chain,
+    measurement: Measurement,
+    bounds: Bounds,
+    experiments: &mut [Experiment<BINS>],
+) -> (Estimate, Vec<(Coordinate, Verdict)>) {
+    let generator = Random::new(7).0;
+    let mut identifier =
+        Box::new(Identifier::new(chain.clone(), bounds, measurement, Level::new(), generator));
+    identifier.renew(experiments);
+    while identifier.step(experiments) != Phase::Settled {}
+    let estimate = identifier.estimate().expect("a settled identifier has an estimate").clone();
+    let verdicts = verdicts(&estimate);
+    (estimate, verdicts)
+}
+
+fn verdicts(estimate: &Estimate) -> Vec<(Coordinate, Verdict)> {
+    let trust = Trust::new(estimate.consistency, estimate.acceptance != Acceptance::Unsettled);
+    let pairs = estimate.bushings.iter().zip(&estimate.standard_deviations).enumerate();
+    let verdicts = pairs.flat_map(|(joint, (value, deviation))| {
+        (0..6).flat_map(move |dof| {
+            [
+                (
+                    Coordinate::Stiffness { joint, dof },
+                    value.stiffness[dof],
+                    deviation.stiffness[dof],
+                ),
+                (Coordinate::Damping { joint, dof }, value.damping[dof], deviation.damping[dof]),
+            ]
+        })
+    });
+    verdicts.map(|(who, value, deviation)| (who, trust.verdict(value, deviation).0)).collect()
+}
+
+fn identified(verdicts: &[(Coordinate, Verdict)]) -> Vec<Coordinate> {
+    verdicts.iter().filter(|(_, told)| *told == Verdict::Identified).map(|(who, _)| *who).collect()
+}
+
+/// The scenario's first record, before it is looked at.
+fn one_record() -> Box<Record<SAMPLES>> {
+    let mut random = Random::new(3);
+    let (pose, rpm, feed) = EXPERIMENTS[0];
+    let force = cut(&mut random, rpm, feed);
+    Box::new(record(&mill3(), &pose, &nominal(), &force, &Conditions::default(), &mut random))
+}
+
+fn spectra(
+    record: &Record<SAMPLES>,
+    measurement: &Measurement,
+) -> Result<Experiment<BINS>, SpectrumError> {
+    Experiment::new(&mill3(), measurement, record, &mut [0.0; SAMPLES])
+}
+
+/// What becomes of a record that is spoilt.
+fn spoilt(spoil: impl FnOnce(&mut Record<SAMPLES>)) -> Result<Experiment<BINS>, SpectrumError> {
+    let mut record = one_record();
+    spoil(&mut record);
+    spectra(&record, &MEASUREMENT)
+}
+
+#[test]
+fn fewer_data_than_unknowns_identify_nothing() {
+    // Bins of 0.244 Hz: 48 real numbers, of which the seam takes 42.
+    let measurement = Measurement { band_hz: [20.0, 21.8], ..MEASUREMENT };
+    let mut experiments = [spectra(&one_record(), &measurement).expect("8 bins are enough")];
+    assert_eq!(experiments[0].bins(), 8);
+    let (estimate, verdicts) = identify(&mill3(), measurement, bounds(), &mut experiments);
+    assert_eq!(identified(&verdicts), [], "χ²/dof {}", estimate.consistency);
+    assert!(!estimate.weak_directions.is_empty());
+
+    let measurement = Measurement { band_hz: [20.0, 21.6], ..MEASUREMENT };
+    assert_eq!(spectra(&one_record(), &measurement).err(), Some(SpectrumError::Bins(7)));
+}
+
+#[test]
+fn a_record_without_force_is_refused() {
+    let mut random = Random::new(5);
+    let quiet = spoilt(|record| {
+        for sample in record.force.iter_mut().flatten() {
+            *sample = record.force_noise[0] * random.normal() as f32;
+        }
+    });
+    assert_eq!(quiet.err(), Some(SpectrumError::NoForce));
+    for noise in [0.16, 0.0] {
+        let dead = spoilt(|record| {
+            record.force.iter_mut().flatten().for_each(|sample| *sample = 0.0);
+            record.force_noise = [noise; 3];
+        });
+        assert_eq!(dead.err(), Some(SpectrumError::NoForce), "noise {noise}");
+    }
+}
+
+/// An arm that stands upright with its TCP on the first axis: no force at the TCP turns anything about it.
+#[test]
+fn a_singular_pose_names_what_it_does_not_tell() {
+    let joint = |height, axis| Joint {
+        origin: Translation3::new(0.0, 0.0, height).into(),
+        axis,
+        kind: JointKind::Revolute,
+        link: Link {
+            mass: 300.0,
+            centre_of_mass: Vector3::new(0.0, 0.0, 0.5),
+            inertia: Matrix3::from_diagonal(&Vector3::new(40.0, 50.0, 20.0)),
+        },
+    };
+    let joints = [joint(0.0, Vector3::z_axis()), joint(1.0, Vector3::y_axis())];
+    let tcp = Isometry3::from(Translation3::new(0.0, 0.0, 1.1));
+    let chain = Chain::new(&joints, tcp).expect("physical");
+    let mut random = Random::new(11);
+    let truth: Bushings = nominal().into_iter().take(2).collect();
+    let mut experiments: Vec<Experiment<BINS>> = (0..3)
+        .map(|feed| {
+            let force = cut(&mut random, [600.0, 4200.0], feed);
+            let conditions = Conditions::default();
+            let record = record(&chain, &[0.4, 0.0], &truth, &force, &conditions, &mut random);
+            Experiment::new(&chain, &MEASUREMENT, &record, &mut [0.0; SAMPLES]).expect("good")
+        })
+        .collect();
+    let (estimate, verdicts) = identify(&chain, MEASUREMENT, bounds(), &mut experiments);
+    let about_the_axis = |who: &Coordinate| {
+        let (Coordinate::Stiffness { dof, .. } | Coordinate::Damping { dof, .. }) = who else {
+            return false;
+        };
+        *dof == 5
+    };
+    for (who, told) in &verdicts {
+        let expected = about_the_axis(who).then_some(Verdict::NotObservable);
+        assert!(expected.is_none_or(|expected| *told == expected), "{who:?} is {told:?}");
+    }
+    assert!(identified(&verdicts).len() >= 12, "the rest is told: {verdicts:?}");
+    assert_true(&estimate, &truth, &verdicts);
+    let named: Vec<usize> = estimate
+        .weak_directions
+        .iter()
+        .flat_map(|direction| direction.shares.iter().map(|(unknown, _)| usize::from(*unknown)))
+        .collect();
+    // Without nuisances an unknown is its coordinate: 12 per joint.
+    for unknown in [5, 11, 17, 23] {
+        assert!(named.contains(&unknown), "{unknown} is not in {named:?}");
+    }
+}
+
+/// Whatever is said to be identified is right.
+fn assert_true(estimate: &Estimate, truth: &Bushings, verdicts: &[(Coordinate, Verdict)]) {
+    for who in identified(verdicts) {
+        let (found, truth, deviation) = match who {
+            Coordinate::Stiffness { joint, dof } => (
+                estimate.bushings[joint].stiffness[dof],
+                truth[joint].stiffness[dof],
+                estimate.standard_deviations[joint].stiffness[dof],
+            ),
+            Coordinate::Damping { joint, dof } => (
+                estimate.bushings[joint].damping[dof],
+                truth[joint].damping[dof],
+                estimate.standard_deviations[joint].damping[dof],
+            ),
+            _ => unreachable!("no nuisances are sought"),
+        };
+        let score = (found - truth) / deviation;
+        assert!(score.abs() < 4.5, "{who:?}: {found:e} ± {deviation:e}, not {truth:e}");
+    }
+}
+
+/// Three records of one pose and one cut hold little more than one of them.
+#[test]
+fn the_same_pose_again_and_again_makes_nothing_up() {
+    let truth = nominal();
+    let mut random = Random::new(13);
+    let force = cut(&mut random, [600.0, 900.0], 2);
+    // All axes in one plane, the arm stretched out.
+    let pose = [0.0; 3];
+    let mut experiments: Vec<Experiment<BINS>> = (0..3)
+        .map(|_| {
+            let conditions = Conditions { noise: 30.0, ..Conditions::default() };
+            let record = record(&mill3(), &pose, &truth, &force, &conditions, &mut random);
+            spectra(&record, &MEASUREMENT).expect("a good record")
+        })
+        .collect();
+    let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &mut experiments);
+    assert!(!estimate.weak_directions.is_empty());
+    assert!(identified(&verdicts).len() < 36, "{verdicts:?}");
+    assert_true(&estimate, &truth, &verdicts);
+}
+
+/// No sensor is free of noise: who says so is not believed where it matters.
+#[test]
+fn noise_of_zero_gives_no_confident_number() {
+    let silent: [(fn(&mut Record<SAMPLES>), usize); 4] = [
+        // The acceleration's noise outweighs it by far: the numbers are right, and so are their deviations.
+        (|record| record.force_noise = [0.0; 3], 36),
+        (|record| record.acceleration_noise = [0.0; 3], 0),
+        (|record| record.acceleration_noise[1] = 0.0, 0),
+        (|record| (record.force_noise, record.acceleration_noise) = ([0.0; 3], [0.0; 3]), 0),
+    ];
+    let truth = nominal();
+    for (case, (silence, expected)) in silent.into_iter().enumerate() {
+        let mut random = Random::new(17);
+        let made = EXPERIMENTS.iter().map(|(pose, rpm, feed)| {
+            let force = cut(&mut random, *rpm, *feed);
+            let conditions = Conditions::default();
+            let mut record = record(&mill3(), pose, &truth, &force, &conditions, &mut random);
+            silence(&mut record);
+            spectra(&record, &MEASUREMENT).expect("a record with force")
+        });
+        let mut experiments: Vec<Experiment<BINS>> = made.collect();
+        let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &mut experiments);
+        assert_eq!(identified(&verdicts).len(), expected, "{case}: {}", estimate.consistency);
+        assert_true(&estimate, &truth, &verdicts);
+    }
+}
+
+#[test]
+fn what_is_no_number_is_refused() {
+    for value in [f32::NAN, f32::INFINITY] {
+        let mut spoilings: Vec<Box<dyn FnOnce(&mut Record<SAMPLES>)>> = Vec::new();
+        spoilings.push(Box::new(move |record| record.force[1][77] = value));
+        spoilings.push(Box::new(move |record| record.acceleration[2][SAMPLES - 1] = value));
+        spoilings.push(Box::new(move |record| record.force_noise[0] = value));
+        spoilings.push(Box::new(move |record| record.acceleration_noise[2] = value));
+        spoilings.push(Box::new(move |record| record.pose[1] = f64::from(value)));
+        for (number, spoil) in spoilings.into_iter().enumerate() {
+            assert_eq!(spoilt(spoil).err(), Some(SpectrumError::NotFinite), "{number}, {value}");
+        }
+        let rate = spoilt(|record| record.rate_hz = f64::from(value));
+        assert_eq!(rate.err(), Some(SpectrumError::Bins(0)));
+    }
+}
+
+#[test]
+fn a_record_of_other_lengths_or_another_robot_is_refused() {
+    let short = spoilt(|record| record.acceleration[1].truncate(SAMPLES / 2));
+    assert_eq!(short.err(), Some(SpectrumError::Length(SAMPLES / 2)));
+    let odd = spoilt(|record| {
+        let signals = record.force.iter_mut().chain(&mut record.acceleration);
+        signals.for_each(|signal| signal.truncate(3000));
+    });
+    assert_eq!(odd.err(), Some(SpectrumError::Length(3000)));
+    let other = spoilt(|record| record.pose.truncate(2));
+    assert_eq!(other.err(), Some(SpectrumError::Pose(2)));
+}
+
+#[test]
+fn bounds_without_width_are_refused() {
+    let (stiffness, damping) = ([1e7, 2e8], [1e3, 1e5]);
+    for empty in
+        [[1e7; 2], [2e7, 1e7], [0.0, 1e7], [-1.0, 1e7], [1e7, f64::INFINITY], [f64::NAN; 2]]
+    {
+        assert_eq!(
+            Bounds::new(empty, stiffness, damping, damping),
+            Err(EmptyBounds { damping: false, dof: 0 })
+        );
+        assert_eq!(
+            Bounds::new(stiffness, stiffness, damping, empty),
+            Err(EmptyBounds { damping: true, dof: 3 })
+        );
+    }
+    // Who makes them by hand gets values that lie on them, and no deviation.
+    let mut random = Random::new(19);
+    let mut experiments = experiments(&nominal(), &mut random);
+    let none = Bounds { stiffness: [[5e7; 2]; 6], damping: [[1e4; 2]; 6] };
+    let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, none, &mut experiments);
+    assert_eq!(identified(&verdicts), [], "χ²/dof {}", estimate.consistency);
+}
