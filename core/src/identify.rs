@@ -17,7 +17,7 @@ use crate::DOF;
 use crate::calibration::Nuisances;
 use crate::chain::Chain;
 use crate::loss::spectral;
-use crate::parameters::{Bounds, Bushings};
+use crate::parameters::{Bounds, Bushings, End};
 use crate::refine::{Agreement, Fit, Outcome, Problem, Refinement};
 use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
 use crate::spectrum::{Experiment, Measurement};
@@ -28,6 +28,8 @@ use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS};
 /// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a
 /// few hundred quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
 const CONSISTENT: f64 = 1.3;
+/// Whiteness up to which noise explains the residuals' structure.
+const STRUCTURED: f64 = 4.0;
 /// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
 /// one wrong basin in twenty has residuals that noise explains.
 const CLEAR: f64 = 0.05;
@@ -87,11 +89,17 @@ pub struct Estimate {
     pub acceptance: Acceptance,
     /// Residuals' whiteness, about N(0, 1); far above, the model or the colour of the noise is wrong.
     pub whiteness: f64,
+    /// Whether the residuals are larger than noise explains.
+    pub size_objects: bool,
+    /// Whether they have more structure along the band than noise explains.
+    pub whiteness_objects: bool,
+    /// Whether the records stand clear of the noise, so that it cannot hide a wrong minimum.
+    pub stands_clear: bool,
     /// Covariance of the unknowns; [`Identifier::sought`] says which they are.
     pub covariance: Covariance,
     /// Combinations of unknowns that the data tell badly, the worst first.
     pub weak_directions: Vec<Direction, MAX_DIRECTIONS>,
-    /// How well each experiment is foretold by the others, in their order; empty if there are no others.
+    /// How well a fit to the others predicts each experiment, in their order; empty if there are no others.
     pub held_out: Vec<Agreement, MAX_EXPERIMENTS>,
     /// What was sought beside the parameters.
     pub nuisances: Vec<Nuisance, MAX_NUISANCES>,
@@ -401,6 +409,10 @@ impl<R: Rng> Identifier<R> {
                 .then(|| fit.static_sum_of_squares / fit.static_residuals as f64),
             acceptance,
             whiteness: fit.whiteness,
+            size_objects: !noise_explains(fit.sum_of_squares, fit.degrees_of_freedom),
+            // What is no number does.
+            whiteness_objects: fit.whiteness.is_nan() || fit.whiteness > STRUCTURED,
+            stands_clear: fit.ssp[0] <= CLEAR,
             weak_directions,
             held_out,
             nuisances: sought.found(&minimum.coordinates, &fit.covariance),
@@ -422,9 +434,8 @@ impl Minimum {
     /// outvote.
     fn is_consistent(&self) -> bool {
         let Fit { sum_of_squares, degrees_of_freedom, .. } = self.fit;
-        let most = (CONSISTENT * degrees_of_freedom).max(rarely_exceeded(degrees_of_freedom));
         let statics = self.fit.static_sum_of_squares;
-        (0.0..=most).contains(&sum_of_squares)
+        noise_explains(sum_of_squares, degrees_of_freedom)
             && statics <= rarely_exceeded(self.fit.static_residuals as f64)
     }
 
@@ -444,6 +455,12 @@ impl Minimum {
     }
 }
 
+/// Whether noise leaves a sum of squares of this size; none that is no number.
+fn noise_explains(sum_of_squares: f64, degrees_of_freedom: f64) -> bool {
+    let most = (CONSISTENT * degrees_of_freedom).max(rarely_exceeded(degrees_of_freedom));
+    (0.0..=most).contains(&sum_of_squares)
+}
+
 /// What χ² of so many degrees of freedom exceeds with a chance below e⁻¹⁰ (Laurent and Massart, 2000, lemma 1).
 fn rarely_exceeded(degrees_of_freedom: f64) -> f64 {
     degrees_of_freedom + 2.0 * libm::sqrt(10.0 * degrees_of_freedom) + 2.0 * 10.0
@@ -455,8 +472,8 @@ fn within(bounds: &Bounds, bushings: &Bushings, fit: &Fit) -> Bushings {
     for (joint, bushing) in deviations.iter_mut().enumerate() {
         let ranges = bounds.stiffness.iter().chain(&bounds.damping);
         let values = bushing.stiffness.iter_mut().chain(&mut bushing.damping);
-        for (index, (value, &[lower, upper])) in values.zip(ranges).enumerate() {
-            let inside = *value > lower * (1.0 + ON_BOUND) && *value < upper * (1.0 - ON_BOUND);
+        for (index, (value, &range)) in values.zip(ranges).enumerate() {
+            let inside = End::reached(range, *value).is_none();
             let relative = fit.deviations[2 * DOF * joint + index];
             // A parameter that is fixed may lie anywhere.
             *value = if inside || relative == 0.0 { *value * relative } else { f64::INFINITY };
@@ -465,5 +482,23 @@ fn within(bounds: &Bounds, bushings: &Bushings, fit: &Fit) -> Bushings {
     deviations
 }
 
-/// Relative distance from a bound that counts as on it.
-const ON_BOUND: f64 = 1e-9;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_residuals_may_be_larger_than_many() {
+        for (sum_of_squares, degrees_of_freedom, explained) in [
+            (12_900.0, 10_000.0, true),
+            (13_100.0, 10_000.0, false),
+            (30.0, 10.0, true),
+            (60.0, 10.0, false),
+            (f64::NAN, 10.0, false),
+            (f64::INFINITY, 10.0, false),
+            (-1.0, 10.0, false),
+        ] {
+            let told = noise_explains(sum_of_squares, degrees_of_freedom);
+            assert_eq!(told, explained, "{sum_of_squares} of {degrees_of_freedom}");
+        }
+    }
+}

@@ -10,6 +10,9 @@ pub const MAX_PARAMETERS: usize = 2 * DOF * MAX_JOINTS;
 /// Bounds whose ends differ by more than this factor are searched on another scale.
 const WIDE: f64 = 1000.0;
 
+/// Relative distance from an end of its range up to which a parameter counts as on it.
+const ON_END: f64 = 1e-9;
+
 /// The springs and dampers of one joint, in the order `tx ty tz rx ry rz`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bushing {
@@ -38,6 +41,28 @@ pub struct EmptyBounds {
     pub damping: bool,
     /// Degree of freedom, 0..6.
     pub dof: usize,
+}
+
+/// An end of a range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The least that a parameter may be.
+    Lower,
+    /// The most.
+    Upper,
+}
+
+impl End {
+    /// The end of the range `[lower, upper]` that a value lies on, or beyond; none inside.
+    pub fn reached([lower, upper]: [f64; 2], value: f64) -> Option<Self> {
+        if value <= lower * (1.0 + ON_END) {
+            Some(Self::Lower)
+        } else if value >= upper * (1.0 - ON_END) {
+            Some(Self::Upper)
+        } else {
+            None
+        }
+    }
 }
 
 impl Bounds {
@@ -146,6 +171,19 @@ pub(crate) fn from_logarithms(logarithms: &[f64; MAX_PARAMETERS], joints: usize)
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rounding_does_not_take_a_value_off_its_end() {
+        for (value, end) in [
+            (1e7 * (1.0 + 1e-14), Some(End::Lower)),
+            (1.000001e7, None),
+            (1.999999e8, None),
+            (2e8 * (1.0 - 1e-14), Some(End::Upper)),
+            (3e8, Some(End::Upper)),
+        ] {
+            assert_eq!(End::reached([1e7, 2e8], value), end, "{value:e}");
+        }
+    }
 
     #[test]
     fn fractions_cover_the_bounds() {

@@ -4,13 +4,9 @@ use flexid_core::identify::Estimate;
 use flexid_wire::confidence;
 use flexid_wire::text::clipped;
 
-/// χ² per degree of freedom up to which noise explains their size, as the identifier has it.
-const LARGE: f64 = 1.3;
 /// χ² per degree of freedom up to which sensors may be at fault that are a little off; what makes more is something else.
 /// Residuals three times the noise have no noise for their cause, and nobody knows how far they move the parameters.
 const HUGE: f64 = 10.0;
-/// Whiteness, in its standard deviations, up to which noise explains their structure.
-const STRUCTURED: f64 = 4.0;
 
 /// Size and structure of what is left between model and measurement.
 #[derive(Clone, Copy, Debug)]
@@ -19,25 +15,16 @@ pub(super) struct Residuals {
     consistency: f64,
     /// About N(0, 1) if the model is right.
     whiteness: f64,
+    /// They are larger than noise explains.
+    pub(super) size_objects: bool,
+    /// They have more structure than noise explains.
+    whiteness_objects: bool,
 }
 
 impl Residuals {
-    pub(super) fn new(consistency: f64, whiteness: f64) -> Self {
-        Self { consistency, whiteness }
-    }
-
     pub(super) fn of(estimate: &Estimate) -> Self {
-        Self::new(estimate.consistency, estimate.whiteness)
-    }
-
-    /// Whether they are larger than the noise; what is no number is.
-    pub(super) fn size_objects(&self) -> bool {
-        !(0.0..=LARGE).contains(&self.consistency)
-    }
-
-    /// Whether they have more structure than noise; what is no number has.
-    fn whiteness_objects(&self) -> bool {
-        self.whiteness.is_nan() || self.whiteness > STRUCTURED
+        let &Estimate { consistency, whiteness, size_objects, whiteness_objects, .. } = estimate;
+        Self { consistency, whiteness, size_objects, whiteness_objects }
     }
 
     /// Whether intervals made of noise of their size say anything of the parameters.
@@ -53,8 +40,8 @@ impl Residuals {
     pub(super) fn message(&self) -> confidence::Residuals {
         confidence::Residuals {
             whiteness: self.whiteness,
-            size_objects: self.size_objects(),
-            whiteness_objects: self.whiteness_objects(),
+            size_objects: self.size_objects,
+            whiteness_objects: self.whiteness_objects,
             text: clipped(self.words()),
         }
     }
@@ -63,7 +50,7 @@ impl Residuals {
     fn words(&self) -> String {
         let size = format!("χ²/dof {:.2}", self.consistency);
         let whiteness = format!("whiteness {:.1}", self.whiteness);
-        match (self.size_objects(), self.whiteness_objects()) {
+        match (self.size_objects, self.whiteness_objects) {
             (false, false) => format!("noise explains them ({size}, {whiteness})"),
             (true, true) => format!("{size} and {whiteness} object: the model is wrong"),
             (true, false) if self.allow_intervals() => {
@@ -78,8 +65,8 @@ impl Residuals {
 
     /// What to look at, if they object.
     pub(super) fn advice(&self) -> Option<String> {
-        let Self { consistency, whiteness } = self;
-        match (self.size_objects(), self.whiteness_objects()) {
+        let Self { consistency, whiteness, .. } = self;
+        match (self.size_objects, self.whiteness_objects) {
             (false, false) => None,
             (true, _) if !self.allow_intervals() => Some(format!(
                 "the model is wrong (chi^2/dof {consistency:.0}): check masses, TCP, joint angles, axes and units of \
@@ -105,24 +92,54 @@ impl Residuals {
 mod tests {
     use super::*;
 
+    fn residuals(consistency: f64, size_objects: bool) -> Residuals {
+        Residuals { consistency, whiteness: 0.0, size_objects, whiteness_objects: false }
+    }
+
     #[test]
     fn each_objection_has_its_words_and_its_advice() {
+        let nan = f64::NAN;
         let cases = [
-            (1.01, 0.4, "noise explains them (χ²/dof 1.01, whiteness 0.4)", None),
-            (2.1, 0.4, "χ²/dof 2.10 objects, whiteness 0.4 does not", Some("noisier in the cut")),
-            (1.1, 9.0, "whiteness 9.0 objects, χ²/dof 1.10 does not", Some("small, but not")),
+            ([1.01, 0.4], [false; 2], "noise explains them (χ²/dof 1.01, whiteness 0.4)", None),
             (
-                2.1,
-                9.0,
+                [2.1, 0.4],
+                [true, false],
+                "χ²/dof 2.10 objects, whiteness 0.4 does not",
+                Some("noisier in the cut"),
+            ),
+            (
+                [1.1, 9.0],
+                [false, true],
+                "whiteness 9.0 objects, χ²/dof 1.10 does not",
+                Some("small, but not"),
+            ),
+            (
+                [2.1, 9.0],
+                [true; 2],
                 "χ²/dof 2.10 and whiteness 9.0 object: ",
                 Some("let [calibration] find delay"),
             ),
-            (84.2, 99.0, "χ²/dof 84.20 and whiteness 99.0 object: ", Some("check masses, TCP")),
-            (f64::NAN, f64::NAN, "χ²/dof NaN and whiteness NaN object", Some("check masses, TCP")),
-            (f64::INFINITY, 0.0, "χ²/dof inf objects, ", Some("check masses, TCP")),
+            (
+                [84.2, 99.0],
+                [true; 2],
+                "χ²/dof 84.20 and whiteness 99.0 object: ",
+                Some("check masses, TCP"),
+            ),
+            (
+                [nan, nan],
+                [true; 2],
+                "χ²/dof NaN and whiteness NaN object",
+                Some("check masses, TCP"),
+            ),
+            (
+                [f64::INFINITY, 0.0],
+                [true, false],
+                "χ²/dof inf objects, ",
+                Some("check masses, TCP"),
+            ),
         ];
-        for (consistency, whiteness, words, advice) in cases {
-            let residuals = Residuals::new(consistency, whiteness);
+        for ([consistency, whiteness], [size_objects, whiteness_objects], words, advice) in cases {
+            let residuals = Residuals { consistency, whiteness, size_objects, whiteness_objects };
             assert!(residuals.words().starts_with(words), "{}", residuals.words());
             match (residuals.advice(), advice) {
                 (None, None) => {}
@@ -140,13 +157,9 @@ mod tests {
         for (consistency, allowed) in
             [(0.9, true), (9.9, true), (10.1, false), (f64::NAN, false), (-1.0, false)]
         {
-            assert_eq!(
-                Residuals::new(consistency, 0.0).allow_intervals(),
-                allowed,
-                "{consistency}"
-            );
+            assert_eq!(residuals(consistency, true).allow_intervals(), allowed, "{consistency}");
         }
-        assert_eq!(Residuals::new(0.5, 0.0).inflation(), 1.0);
-        assert_eq!(Residuals::new(4.0, 0.0).inflation(), 2.0);
+        assert_eq!(residuals(0.5, false).inflation(), 1.0);
+        assert_eq!(residuals(4.0, true).inflation(), 2.0);
     }
 }

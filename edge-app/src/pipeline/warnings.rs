@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use flexid_core::identify::{Acceptance, Estimate};
-use flexid_core::parameters::{Bounds, Bushings};
+use flexid_core::parameters::{Bounds, Bushings, End};
 use flexid_core::unknowns::{Coordinate, Sought};
 
 use super::names::{enumerate, name};
@@ -14,10 +14,6 @@ use super::{Counts, MAX_EXPERIMENTS, MisfitKind};
 use crate::config::Config;
 use crate::summary::count;
 
-/// Relative distance from a bound that counts as on it.
-const ON_BOUND: f64 = 1e-9;
-/// Median SSP up to which records stand clear of the noise, as the identifier has it.
-const CLEAR: f64 = 0.05;
 /// Bytes for the names of parameters: the line has 160.
 const ROOM: usize = 100;
 
@@ -32,7 +28,8 @@ pub(super) fn warnings(
     let residuals = Residuals::of(estimate);
     if estimate.acceptance == Acceptance::Unsettled {
         let directions = estimate.weak_directions.len();
-        warnings.push(unsettled(residuals, directions, estimate.ssp_median));
+        let drowned = (!estimate.stands_clear).then_some(estimate.ssp_median);
+        warnings.push(unsettled(residuals.size_objects, directions, drowned));
     }
     warnings.extend(residuals.advice());
     let suspect = estimate.acceptance == Acceptance::ModelSuspect;
@@ -58,18 +55,17 @@ pub(super) fn warnings(
 }
 
 /// That no minimum could be made sure of, with what can be done about the likely cause; where the residuals are too large
-/// the model is that, of which they speak for themselves.
-fn unsettled(residuals: Residuals, weak_directions: usize, ssp_median: f64) -> String {
+/// the model is that, of which they speak for themselves. `drowned` is the median SSP of records that do not stand clear of
+/// the noise.
+fn unsettled(size_objects: bool, weak_directions: usize, drowned: Option<f64>) -> String {
     let found = "the search is not sure of the minimum: the numbers may be those of a wrong one";
-    if residuals.size_objects() {
+    if size_objects {
         found.to_owned()
     } else if weak_directions > 0 {
         let directions = count(weak_directions as u64, "combination");
         format!("{found}; these poses hardly tell {directions} of parameters: record more poses")
-    } else if ssp_median > CLEAR {
-        format!(
-            "{found}; records hardly stand clear of the noise (SSP {ssp_median:.2}): cut harder"
-        )
+    } else if let Some(ssp) = drowned {
+        format!("{found}; records hardly stand clear of the noise (SSP {ssp:.2}): cut harder")
     } else {
         found.to_owned()
     }
@@ -80,13 +76,12 @@ fn on_bounds(config: &Config, sought: &Sought, bushings: &Bushings) -> Option<St
     let Bounds { stiffness, damping } = &config.bounds;
     let mut there = Vec::new();
     let mut look = |coordinate, value: f64, range: &[f64; 2]| {
-        let ends = range.map(|bound| (value / bound - 1.0).abs() <= ON_BOUND);
-        let end = match ends {
+        let end = match End::reached(*range, value) {
             // Who is fixed may lie anywhere.
             _ if sought.unknown(coordinate).is_none() => return,
-            [true, _] => "lower",
-            [_, true] => "upper",
-            _ => return,
+            Some(End::Lower) => "lower",
+            Some(End::Upper) => "upper",
+            None => return,
         };
         there.push(format!("{} ({end})", name(&config.model, coordinate)));
     };
@@ -156,16 +151,15 @@ mod tests {
 
     #[test]
     fn more_poses_are_asked_for_only_where_poses_lack() {
-        let told = |consistency, directions, ssp| {
-            unsettled(Residuals::new(consistency, 0.0), directions, ssp)
-        };
         let poses = "hardly tell 1 combination of parameters: record more poses";
-        assert!(told(1.0, 1, 0.3).ends_with(poses));
-        assert!(told(1.0, 0, 0.2).ends_with("clear of the noise (SSP 0.20): cut harder"));
-        for line in [told(1.0, 0, 0.01), told(1.4, 8, 0.3), told(f64::NAN, 8, 0.3)] {
+        assert!(unsettled(false, 1, Some(0.3)).ends_with(poses));
+        let drowned = unsettled(false, 0, Some(0.2));
+        assert!(drowned.ends_with("clear of the noise (SSP 0.20): cut harder"), "{drowned}");
+        for line in [unsettled(false, 0, None), unsettled(true, 8, Some(0.3))] {
             assert!(line.ends_with("those of a wrong one"), "{line}");
         }
-        assert!([told(1.0, 8, 0.3), told(1.0, 0, 0.3)].iter().all(|line| line.len() <= 160));
+        let longest = [unsettled(false, 8, Some(0.3)), drowned];
+        assert!(longest.iter().all(|line| line.len() <= 160));
     }
 
     #[test]
