@@ -314,7 +314,7 @@ fn a_record_at_hand_is_worked_through_after_the_end_is_asked_for() {
         let finding =
             solver.finding(&intake.counts(), "").expect("the record is not worked through");
         assert_eq!(finding.report.fit.records, 1);
-        assert!(finding.confidence.held_out.is_empty(), "there is no other to foretell it");
+        assert!(finding.confidence.held_out.is_empty(), "there is no other to predict it from");
         solver.leave(2);
         let report = solver.finding(&intake.counts(), "").unwrap().report;
         assert_eq!(report.fit.records, 1);

@@ -65,7 +65,7 @@ pub struct Confidence {
     pub correlations: Correlations,
     /// What is left between model and measurement.
     pub residuals: Residuals,
-    /// Each record as the others foretell it.
+    /// Each record as a fit to all the others predicts it.
     pub held_out: Vec<HeldOut>,
 }
 
@@ -98,7 +98,7 @@ pub struct Residuals {
     pub whiteness_objects: bool,
 }
 
-/// How well a record is foretold by the others, along the axes of the TCP.
+/// How well a record is predicted from the others, along the axes of the TCP.
 #[derive(Clone, Debug, Deserialize)]
 pub struct HeldOut {
     /// Frequency response assurance criterion.

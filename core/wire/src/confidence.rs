@@ -20,7 +20,7 @@ pub const MAX_PAIRS: usize = MAX_UNKNOWNS * (MAX_UNKNOWNS - 1) / 2;
 pub const MAX_DIRECTIONS: usize = 8;
 /// Most unknowns that a direction names.
 pub const MAX_SHARES: usize = 6;
-/// Most records that are foretold by the others.
+/// Most records that are predicted from the others.
 pub const MAX_HELD_OUT: usize = 16;
 
 /// The name of an unknown, such as `joint_1 tx stiffness` or `delay`: at most 48 bytes of UTF-8.
@@ -43,8 +43,11 @@ pub struct Confidence {
     pub weak_directions: Vec<WeakDirection, MAX_DIRECTIONS>,
     /// What is left between model and measurement, and what it says of the model.
     pub residuals: Residuals,
-    /// Each record as the others foretell it; empty with a single one.
+    /// Each record as a fit to all the others predicts it; empty with a single one.
     pub held_out: Vec<HeldOut, MAX_HELD_OUT>,
+    /// Records that made room for newer ones, of those that the numbers rest on: what they told is kept, as their information
+    /// matrix, but not they themselves.
+    pub retired: u64,
 }
 
 /// The 95 % intervals of one joint's parameters, log-normal.
@@ -132,14 +135,14 @@ pub struct Residuals {
     pub text: Text,
 }
 
-/// How well a record is foretold by a fit to all the others, along the axes of the TCP.
+/// How well a record is predicted by a fit to all the others, along the axes of the TCP.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct HeldOut {
     /// Joint angles, rad (m).
     pub pose: Vec<f64, MAX_JOINTS>,
     /// Frequency response assurance criterion: 1 where the shapes are equal, 0 where they have nothing in common.
     pub frac: [f64; 3],
-    /// Variance accounted for: 1 where all is foretold, below 0 where the model is worse than none.
+    /// Variance accounted for: 1 where all is predicted, below 0 where the model is worse than none.
     pub vaf: [f64; 3],
 }
 

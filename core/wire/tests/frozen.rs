@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
 const SCHEMA_KEYS: [(u16, [u8; 8]); 2] =
-    [(1, [27, 84, 154, 181, 40, 115, 78, 33]), (2, [23, 204, 38, 130, 81, 2, 144, 80])];
+    [(1, [27, 84, 154, 181, 40, 115, 78, 33]), (2, [157, 26, 193, 185, 143, 132, 242, 0])];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
 fn frozen<T: Serialize + DeserializeOwned + PartialEq + Debug>(message: T, hexadecimal: &str) {
@@ -106,6 +106,7 @@ fn confidence() -> Confidence {
             text: clipped("not white"),
         },
         held_out: [held_out].into_iter().collect(),
+        retired: 300,
     }
 }
 
@@ -214,14 +215,15 @@ fn from_edge_bus_health() {
 fn from_edge_confidence() {
     frozen(
         FromEdge::Confidence(confidence()),
-        "26010000 06 01 076a6f696e745f31 01000000000000e03f0000000000000040 00 00 00 00 00 \
+        "28010000 06 01 076a6f696e745f31 01000000000000e03f0000000000000040 00 00 00 00 00 \
          00 00 00 00 00 01000000000000d03f0000000000001040 01 0564656c6179 0173 000000000000e03f \
          01000000000000d03f 010000000000000000000000000000f03f 00 \
          03 146a6f696e745f312074782073746966666e657373 126a6f696e745f3120727a2064616d70696e67 \
          0564656c6179 03 9c 00 63 01 01000000000000e03f 02 126a6f696e745f3120727a2064616d70696e67 \
          0000403f 0564656c6179 000000bf 0e74686579207472616465206f6666 000000000000f83f 00 01 \
          096e6f74207768697465 01 02 000000000000f03f 0000000000000040 000000000000f03f \
-         000000000000e03f 000000000000d03f 000000000000f0bf 000000000000f0bf 000000000000f0bf",
+         000000000000e03f 000000000000d03f 000000000000f0bf 000000000000f0bf 000000000000f0bf \
+         ac02",
     );
 }
 
@@ -299,6 +301,7 @@ fn json_of_a_confidence_has_the_contracted_names() {
             "whiteness": 1.5, "size_objects": false, "whiteness_objects": true, "text": "not white",
         },
         "held_out": [{ "pose": [1.0, 2.0], "frac": [1.0, 0.5, 0.25], "vaf": [-1.0, -1.0, -1.0] }],
+        "retired": 300,
     });
     assert_eq!(json, expected);
     assert_eq!(serde_json::from_value::<Confidence>(json).unwrap(), confidence());
@@ -366,6 +369,7 @@ fn the_fullest_confidence_fits_a_frame() {
         weak_directions: std::iter::repeat_n(direction, MAX_DIRECTIONS).collect(),
         residuals: Residuals { text: clipped(&full), ..some.residuals },
         held_out: std::iter::repeat_n(held_out, MAX_HELD_OUT).collect(),
+        retired: u64::MAX,
     };
     let mut buffer = [0; FRAME_BUFFER];
     let frame = framing::encode(&FromEdge::Confidence(confidence), &mut buffer).unwrap();

@@ -61,6 +61,7 @@ pub(super) fn confidence(
         weak_directions: estimate.weak_directions.iter().map(direction).collect(),
         residuals: residuals.message(),
         held_out: held_out.collect(),
+        retired: estimate.retired,
     }
 }
 
