@@ -193,6 +193,11 @@ fn mistakes_in_the_config_name_place_and_mend() {
         ),
         (
             "[1.0e7, 2.0e8]",
+            "[1.0e7, 1.0e7]",
+            "edge.toml: [bounds] stiffness_translation_n_per_m is [1e7, 1e7]: must be 0 < lower < upper",
+        ),
+        (
+            "[1.0e7, 2.0e8]",
             "[2.0e8, 1.0e7]",
             "edge.toml: [bounds] stiffness_translation_n_per_m is [2e8, 1e7]: must be 0 < lower < upper",
         ),
