@@ -52,15 +52,20 @@ pub(super) struct BusSection {
     pub(super) dbc: PathBuf,
 }
 
-/// Names of signals in the DBC file.
-#[derive(Deserialize)]
+/// Names of signals in the DBC file, each with its message's (`Message.signal`) where the name alone is not enough.
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct SignalsSection {
-    pub(crate) force: [String; 3],
-    pub(crate) force_counter: String,
-    pub(crate) acceleration: [String; 3],
-    pub(crate) acceleration_counter: String,
-    pub(crate) joints: Vec<String>,
+pub struct SignalsSection {
+    /// Force along x, y, z of the TCP.
+    pub force: [String; 3],
+    /// Counts the instants, in the force's message.
+    pub force_counter: String,
+    /// Acceleration along x, y, z of the TCP.
+    pub acceleration: [String; 3],
+    /// Counts the instants, in the acceleration's message.
+    pub acceleration_counter: String,
+    /// Angle or stroke of each joint, base first.
+    pub joints: Vec<String>,
 }
 
 #[derive(Deserialize)]

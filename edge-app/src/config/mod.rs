@@ -19,7 +19,7 @@ use crate::signals::SignalTable;
 use crate::statics;
 use crate::summary::count;
 
-pub(crate) use file::SignalsSection;
+pub use file::SignalsSection;
 pub use flexid_core::spectrum::Accelerometer;
 pub use listen::{Listen, ListenError};
 

@@ -48,7 +48,20 @@ impl SignalTable {
         names: &SignalsSection,
         model: &Model,
     ) -> Result<Self, BadInput> {
-        let bytes = input::read_bytes(dbc_file)?;
+        Self::parse(config, dbc_file, input::read_bytes(dbc_file)?, names, model)
+    }
+
+    /// Looks the signals up in `bytes`, which are those of `dbc_file`.
+    ///
+    /// # Errors
+    /// As those of a config that names such a file.
+    pub fn parse(
+        config: &Path,
+        dbc_file: &Path,
+        bytes: Vec<u8>,
+        names: &SignalsSection,
+        model: &Model,
+    ) -> Result<Self, BadInput> {
         // DBC files are Windows-1252 by tradition, UTF-8 by now.
         let text = match String::from_utf8(bytes) {
             Ok(text) => text,
