@@ -12,14 +12,16 @@ const MOST: usize = 5;
 /// Where the lines begin, behind what they are about.
 const INDENT: usize = 13;
 
-/// A paragraph for each thing that there is to say: residuals, records held out, weak directions, correlations, nuisances.
+/// A paragraph for each thing that there is to say: residuals, records held out, records retired, weak directions, correlations, nuisances.
 pub(crate) fn lines(confidence: &Confidence) -> String {
-    let Confidence { nuisances, correlations, weak_directions, residuals, held_out, .. } =
-        confidence;
+    let Confidence {
+        nuisances, correlations, weak_directions, residuals, held_out, retired, ..
+    } = confidence;
     let directions = |direction: &WeakDirection| direction.text.to_string();
     let paragraphs = [
         ("residuals", vec![residuals.text.to_string()]),
-        ("foretold", foretold(held_out).into_iter().collect()),
+        ("held out", prediction(held_out).into_iter().collect()),
+        ("retired", retirement(*retired).into_iter().collect()),
         ("weak", weak_directions.iter().map(directions).collect()),
         ("correlated", strongest(correlations)),
         ("calibration", nuisances.iter().map(calibration).collect()),
@@ -34,8 +36,8 @@ pub(crate) fn lines(confidence: &Confidence) -> String {
     text
 }
 
-/// How well records are foretold by the others: the median over records and axes, and the worst.
-fn foretold(held_out: &[HeldOut]) -> Option<String> {
+/// How well each record is predicted from the others: the median over records and axes, and the worst.
+fn prediction(held_out: &[HeldOut]) -> Option<String> {
     let summary = |of: fn(&HeldOut) -> [f64; 3]| {
         let mut values: Vec<f64> = held_out.iter().flat_map(of).collect();
         values.sort_by(f64::total_cmp);
@@ -45,7 +47,13 @@ fn foretold(held_out: &[HeldOut]) -> Option<String> {
     };
     let (frac, vaf) = (summary(|record| record.frac)?, summary(|record| record.vaf)?);
     let records = count(held_out.len() as u64, "record");
-    Some(format!("each of {records} by the others: FRAC {frac}, VAF {vaf}"))
+    Some(format!("each of {records} predicted from the others: FRAC {frac}, VAF {vaf}"))
+}
+
+/// On how many records the numbers rest that are not kept, if any.
+fn retirement(records: u64) -> Option<String> {
+    let records = (records > 0).then(|| count(records, "older record"))?;
+    Some(format!("{records}, no longer kept: what they told is in the numbers"))
 }
 
 /// The strongest correlations, if they are strong.
@@ -135,10 +143,12 @@ mod tests {
                 text: clipped("noise explains them"),
             },
             held_out: [held_out(0.5), held_out(0.6)].into_iter().collect(),
+            retired: 24,
         };
         let expected = "\
 residuals    noise explains them
-foretold     each of 2 records by the others: FRAC 99.00 % (worst 50.00 %), VAF 97.00 % (worst -60.00 %)
+held out     each of 2 records predicted from the others: FRAC 99.00 % (worst 50.00 %), VAF 97.00 % (worst -60.00 %)
+retired      24 older records, no longer kept: what they told is in the numbers
 weak         a and b trade off
              c is hardly told
 correlated   +0.99  f and g
@@ -159,6 +169,7 @@ calibration  delay 3.00e-4 s (2.90e-4 s to 3.10e-4 s), identified
             },
             weak_directions: Default::default(),
             held_out: Default::default(),
+            retired: 0,
             ..confidence
         };
         assert_eq!(lines(&nothing), "residuals    noise explains them\n");

@@ -73,8 +73,12 @@ impl View {
         let Some(Progress { phase, starts, records, .. }) = self.progress else { return waiting() };
         match phase {
             Phase::Waiting => waiting(),
-            Phase::Searching => Some(format!("searching with record {records}, start {starts}")),
-            Phase::Refining => Some(format!("refining with record {records}, start {starts}")),
+            Phase::Searching => {
+                Some(format!("searching with record {records}, random start {starts}"))
+            }
+            Phase::Refining => {
+                Some(format!("refining with record {records}, random start {starts}"))
+            }
             Phase::Settled => Some(format!("settled, {}", count(records, "record"))),
         }
     }
