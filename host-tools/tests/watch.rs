@@ -3,7 +3,7 @@
 use std::io::{Read as _, Write as _};
 use std::os::unix::net::UnixListener;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -78,6 +78,7 @@ fn confidence() -> FromEdge {
             text: clipped("noise explains them"),
         },
         held_out: Default::default(),
+        retired: 24,
     })
 }
 
@@ -191,8 +192,12 @@ fn ends_when_the_parameters_are_identified() {
         output.status.success() && table.contains("joint_1") && table.contains("6.0000e7"),
         "{table}"
     );
-    for part in ["±1.67 %", "residuals    noise explains them\n", "correlated   +0.97  a and b\n"]
-    {
+    for part in [
+        "±1.67 %",
+        "residuals    noise explains them\n",
+        "retired      24 older records, ",
+        "correlated   +0.97  a and b\n",
+    ] {
         assert!(table.contains(part), "{part:?} is not in {table}");
     }
 }
@@ -202,7 +207,10 @@ fn gives_up_at_the_timeout_and_says_where_the_work_stands() {
     let consistent = || report(Acceptance::Consistent, 3);
     for (news, said) in [
         (vec![], "no news from the daemon"),
-        (vec![progress(Phase::Searching, 3), consistent()], "searching with record 3, start 2"),
+        (
+            vec![progress(Phase::Searching, 3), consistent()],
+            "searching with record 3, random start 2",
+        ),
         // The work on a fourth record has ended, and its report is still to come.
         (vec![progress(Phase::Settled, 4), consistent()], "settled, 4 records"),
         (vec![progress(Phase::Settled, 3), report(Acceptance::ModelSuspect, 3)], "settled"),
@@ -365,13 +373,69 @@ fn the_daemons_end_is_told() {
     publish(&board, report(Acceptance::Consistent, 3));
     thread::scope(|scope| {
         scope.spawn(|| serve(&listeners, &board, &stop));
-        let watching = scope.spawn(|| flexid(&path, "--json"));
+        let watching = ["--json", ""].map(|form| {
+            let path = &path;
+            scope.spawn(move || flexid(path, form))
+        });
         thread::sleep(Duration::from_millis(700));
         board.close();
         stop.request();
-        let output = watching.join().unwrap();
-        assert_eq!(output.status.code(), Some(1));
-        assert!(text(&output.stderr).contains("the daemon hung up"), "{}", text(&output.stderr));
-        assert_eq!(text(&output.stdout).lines().count(), 1);
+        let [json, lines] = watching.map(|watching| watching.join().unwrap());
+        for output in [&json, &lines] {
+            let errors = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(1));
+            assert!(errors.contains("the daemon hung up"), "{errors}");
+        }
+        assert_eq!(text(&json.stdout).lines().count(), 1);
+        assert_has_the_table_once(&text(&lines.stdout));
+    });
+}
+
+fn assert_has_the_table_once(lines: &str) {
+    assert_eq!(lines.matches(" N/m and Ns/m along").count(), 1, "{lines}");
+    assert!(lines.contains("6.0000e7"), "{lines}");
+}
+
+#[test]
+fn a_timeout_alone_ends_the_watch_with_the_table() {
+    let news = [progress(Phase::Searching, 4), report(Acceptance::Consistent, 3)];
+    let begun = Instant::now();
+    let output = watch(&news, "--timeout 0.7");
+    assert!(begun.elapsed() >= Duration::from_millis(600), "{:?}", begun.elapsed());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(text(&output.stderr), "");
+    assert_has_the_table_once(&text(&output.stdout));
+    let output = watch(&news, "--timeout 0");
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+}
+
+#[test]
+fn who_is_interrupted_leaves_the_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
+    let (board, stop) = (Board::new(), Stop::new());
+    publish(&board, report(Acceptance::ModelSuspect, 3));
+    thread::scope(|scope| {
+        scope.spawn(|| serve(&listeners, &board, &stop));
+        for (signal, arguments, status) in
+            [("-INT", "", 0), ("-TERM", "", 0), ("-TERM", "--until identified", 1)]
+        {
+            let watching = Command::new(env!("CARGO_BIN_EXE_flexid"))
+                .args(["watch", &format!("unix:{}", path.display())])
+                .args(arguments.split_whitespace())
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap();
+            thread::sleep(Duration::from_millis(700));
+            let kill = Command::new("kill").args([signal, &watching.id().to_string()]).status();
+            assert!(kill.unwrap().success());
+            let output = watching.wait_with_output().unwrap();
+            assert_eq!(output.status.code(), Some(status), "{}", text(&output.stderr));
+            assert_has_the_table_once(&text(&output.stdout));
+        }
+        board.close();
+        stop.request();
     });
 }

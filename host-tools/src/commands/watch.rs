@@ -1,15 +1,25 @@
 //! `flexid watch`: what a running daemon finds, live.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, bail};
+use anyhow::{Context as _, Result, bail};
 use clap::value_parser;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
 
 use crate::client::{self, Client};
 use crate::exit::BadArgument;
 use crate::readout::{REDRAW, Screen, View};
 
+/// What the shell learns.
+const EXIT_STATUS: &str = "Exit status: 0 when what --until names is reached, or without --until when the --timeout, Ctrl-C \
+or SIGTERM ends the watch; 1 when it is not reached, or there is no daemon any more; 2 for wrong arguments. Into a pipe or \
+a file go one line for each change and, at the end, the table.";
+
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXIT_STATUS)]
 pub(super) struct Args {
     /// The daemon: unix:PATH or tcp:IP:PORT
     address: String,
@@ -22,8 +32,8 @@ pub(super) struct Args {
     /// Wait until the report rests on at least so many records
     #[arg(long, value_name = "N", requires = "until", default_value_t = 1, value_parser = value_parser!(u64).range(1..))]
     records: u64,
-    /// Give up after so many seconds, with exit status 1; until then wait for a daemon that is not there yet
-    #[arg(long, value_name = "S", requires = "until")]
+    /// End after so many seconds; until then wait for a daemon that is not there yet
+    #[arg(long, value_name = "S")]
     timeout: Option<f64>,
 }
 
@@ -42,11 +52,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Some(seconds) => Some(deadline(seconds)?),
     };
     let mut client = Client::connect(&address, deadline)?;
+    let interrupted = interrupted()?;
     let mut view = View::default();
     let mut screen = Screen::new(args.json);
     loop {
         let left = deadline.map_or(REDRAW, |end| end.saturating_duration_since(Instant::now()));
-        let message = client.next(left.min(REDRAW))?;
+        let message = match client.next(left.min(REDRAW)) {
+            Ok(message) => message,
+            Err(error) => {
+                screen.end(&view)?;
+                return Err(error.into());
+            }
+        };
         if let Some(finding) = message.and_then(|message| view.take(message)) {
             screen.hear(finding)?;
         }
@@ -54,11 +71,33 @@ pub(super) fn run(args: &Args) -> Result<()> {
         if args.until == Some(Until::Identified) && view.identified(args.records) {
             return screen.end(&view);
         }
-        if deadline.is_some_and(|end| Instant::now() >= end) {
-            screen.end(&view)?;
-            bail!("{address}: not identified within the --timeout: {}", view.summary());
-        }
+        let when = if deadline.is_some_and(|end| Instant::now() >= end) {
+            "within the --timeout"
+        } else if interrupted.load(Ordering::Relaxed) {
+            "when it was interrupted"
+        } else {
+            continue;
+        };
+        screen.end(&view)?;
+        return match args.until {
+            Some(Until::Identified) => {
+                bail!("{address}: not identified {when}: {}", view.summary())
+            }
+            None => Ok(()),
+        };
     }
+}
+
+/// Whether somebody asked for the end. The first asks, the second does not wait.
+fn interrupted() -> Result<Arc<AtomicBool>> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    for signal in [SIGTERM, SIGINT] {
+        // Run in the order in which they are registered.
+        flag::register_conditional_shutdown(signal, 1, Arc::clone(&interrupted))
+            .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
+            .context("signals cannot be caught")?;
+    }
+    Ok(interrupted)
 }
 
 fn deadline(seconds: f64) -> Result<Instant, BadArgument> {
