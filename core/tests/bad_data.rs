@@ -15,6 +15,9 @@ use flexid_core::unknowns::Coordinate;
 use flexid_core::verdict::{Trust, Verdict};
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
+/// Spoils a record with a value.
+type Spoil = fn(&mut Record<SAMPLES>, f32);
+
 /// What an [`Identifier`] makes of these experiments, and of whom it says what.
 fn identify(
     chain: &Chain,
@@ -203,12 +206,15 @@ fn the_same_pose_again_and_again_makes_nothing_up() {
 /// No sensor is free of noise: who says so is not believed where it matters.
 #[test]
 fn noise_of_zero_gives_no_confident_number() {
-    let silent: [(fn(&mut Record<SAMPLES>), usize); 4] = [
+    let silent: [(Spoil, usize); 4] = [
         // The acceleration's noise outweighs it by far: the numbers are right, and so are their deviations.
-        (|record| record.force_noise = [0.0; 3], 36),
-        (|record| record.acceleration_noise = [0.0; 3], 0),
-        (|record| record.acceleration_noise[1] = 0.0, 0),
-        (|record| (record.force_noise, record.acceleration_noise) = ([0.0; 3], [0.0; 3]), 0),
+        (|record, zero| record.force_noise = [zero; 3], 36),
+        (|record, zero| record.acceleration_noise = [zero; 3], 0),
+        (|record, zero| record.acceleration_noise[1] = zero, 0),
+        (
+            |record, zero| (record.force_noise, record.acceleration_noise) = ([zero; 3], [zero; 3]),
+            0,
+        ),
     ];
     let truth = nominal();
     for (case, (silence, expected)) in silent.into_iter().enumerate() {
@@ -217,7 +223,7 @@ fn noise_of_zero_gives_no_confident_number() {
             let force = cut(&mut random, *rpm, *feed);
             let conditions = Conditions::default();
             let mut record = record(&mill3(), pose, &truth, &force, &conditions, &mut random);
-            silence(&mut record);
+            silence(&mut record, 0.0);
             spectra(&record, &MEASUREMENT).expect("a record with force")
         });
         let mut experiments: Vec<Experiment<BINS>> = made.collect();
@@ -229,15 +235,17 @@ fn noise_of_zero_gives_no_confident_number() {
 
 #[test]
 fn what_is_no_number_is_refused() {
+    let spoilings: [Spoil; 5] = [
+        |record, value| record.force[1][77] = value,
+        |record, value| record.acceleration[2][SAMPLES - 1] = value,
+        |record, value| record.force_noise[0] = value,
+        |record, value| record.acceleration_noise[2] = value,
+        |record, value| record.pose[1] = f64::from(value),
+    ];
     for value in [f32::NAN, f32::INFINITY] {
-        let mut spoilings: Vec<Box<dyn FnOnce(&mut Record<SAMPLES>)>> = Vec::new();
-        spoilings.push(Box::new(move |record| record.force[1][77] = value));
-        spoilings.push(Box::new(move |record| record.acceleration[2][SAMPLES - 1] = value));
-        spoilings.push(Box::new(move |record| record.force_noise[0] = value));
-        spoilings.push(Box::new(move |record| record.acceleration_noise[2] = value));
-        spoilings.push(Box::new(move |record| record.pose[1] = f64::from(value)));
-        for (number, spoil) in spoilings.into_iter().enumerate() {
-            assert_eq!(spoilt(spoil).err(), Some(SpectrumError::NotFinite), "{number}, {value}");
+        for (number, spoil) in spoilings.iter().enumerate() {
+            let refusal = spoilt(|record| spoil(record, value)).err();
+            assert_eq!(refusal, Some(SpectrumError::NotFinite), "{number}, {value}");
         }
         let rate = spoilt(|record| record.rate_hz = f64::from(value));
         assert_eq!(rate.err(), Some(SpectrumError::Bins(0)));

@@ -124,7 +124,7 @@ fn a_record_may_be_as_long_as_the_capacity() {
 
     // Angles that stop in mid-record cost what they do not tell of.
     let mut bench = Bench::new();
-    bench.stream = Box::new(Stream::new(config).expect("a good configuration"));
+    *bench.stream = Stream::new(config).expect("a good configuration");
     bench.run(1700, true);
     (0..5000).for_each(|_| {
         bench.sent = bench.sent % 199 + 1;

@@ -34,7 +34,10 @@ fuzz_target!(|data: &[u8]| {
         Err(error) => {
             let error = error.to_string();
             assert!(!error.contains('\n'), "{error}");
-            assert!(error.starts_with("edge.toml: ") || error.starts_with("robot.dbc: "), "{error}");
+            assert!(
+                error.starts_with("edge.toml: ") || error.starts_with("robot.dbc: "),
+                "{error}"
+            );
             return;
         }
     };
