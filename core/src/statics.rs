@@ -96,7 +96,7 @@ impl Deflection {
         let rest = Complex::zero(0.0);
         let full = Complex::new(1.0, 0.0);
         let mut response = Response::new(0.0);
-        response.evaluate(&terms, rest, &[full, rest, rest], &[[rest; DOF]; MAX_JOINTS]);
+        response.evaluate(&terms, rest, &[full, rest, rest], None);
         let mut gradient = [[[0.0; DOF]; MAX_JOINTS]; 3];
         for joint in 0..bushings.len() {
             for dof in 0..DOF {

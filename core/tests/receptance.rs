@@ -39,7 +39,7 @@ fn respond(
     seam: &PerDof<f64>,
 ) -> Response<f64> {
     let mut response = Response::new(0.0);
-    response.evaluate(terms, s, force, seam);
+    response.evaluate(terms, s, force, Some(seam));
     response
 }
 

@@ -72,11 +72,10 @@ impl<T: Precision> Kernel<T> for Gradients<'_, T> {
             let force = like.fill(T::from_f64(f));
             Complex::new(force, force)
         });
-        let seam = [[Complex::zero(like); 6]; 7];
         let mut found = Response::new(like);
         for first in (0..omega.len()).step_by(V::WIDTH) {
             let s = Complex::new(like.fill(T::default()), like.load(&omega[first..]));
-            found.evaluate(terms, s, &force, &seam);
+            found.evaluate(terms, s, &force, None);
             for joint in 0..*joints {
                 for dof in 0..6 {
                     for part in found.derivatives(terms, s, joint, dof).as_flattened() {

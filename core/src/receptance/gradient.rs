@@ -53,15 +53,15 @@ impl<V: Lanes> Response<V> {
         }
     }
 
-    /// At complex frequency `s` (rad/s), to the record's `force` (TCP axes, N) and `seam`, the load on every bushing
-    /// that mends the record's end: `γ = g + h/s`, N and Nm (both times seconds, as spectra are).
+    /// At complex frequency `s` (rad/s), to the record's `force` (TCP axes, N) and `seam`, if it has one: the load on every
+    /// bushing that mends the record's end, `γ = g + h/s`, N and Nm (both times seconds, as spectra are).
     #[inline(always)]
     pub fn evaluate(
         &mut self,
         terms: &Terms<V::Scalar>,
         s: Complex<V>,
         force: &[Complex<V>; 3],
-        seam: &PerDof<V>,
+        seam: Option<&PerDof<V>>,
     ) {
         if terms.gravity {
             self.respond::<true>(terms, s, force, seam);
@@ -76,27 +76,28 @@ impl<V: Lanes> Response<V> {
         terms: &Terms<V::Scalar>,
         s: Complex<V>,
         force: &[Complex<V>; 3],
-        seam: &PerDof<V>,
+        seam: Option<&PerDof<V>>,
     ) {
-        let (tip, seam_at_tip) = self.reach::<GRAVITY>(terms, s, seam);
-        let readings = readings(terms, s);
-        let mut moved = [readings[0], readings[1], readings[2], seam_at_tip];
-        for i in 0..DOF {
-            for axis in 0..3 {
-                let push = s.re.fill(terms.force[axis][i]);
-                moved[3][i] = moved[3][i].plus_real(force[axis], push);
+        let mut tip = Factor::zero(s.re);
+        // What the record loads the last link with: its seam, handed on, and its force.
+        let mut load = seam.map_or([Complex::zero(s.re); DOF], |seam| seam[0]);
+        self.reach::<GRAVITY>(terms, s, seam, &mut tip, &mut load);
+        for axis in 0..3 {
+            for i in 0..DOF {
+                load[i] = load[i].plus_real(force[axis], s.re.fill(terms.force[axis][i]));
             }
         }
-        tip.forward(&mut moved);
-        tip.scale(&mut moved);
-        tip.backward(&mut moved);
-        // At the tip: the readings' own displacements give the accelerance, the record's its acceleration.
+        let mut moved = [load; 4];
+        read(terms, s, &mut moved);
+        for column in &mut moved {
+            tip.solve(column);
+        }
+        // At the tip: by reciprocity the readings' own displacements give what is read of any load.
         for axis in 0..3 {
             self.acceleration[axis] = Complex::zero(s.re);
             self.accelerance[axis] = [Complex::zero(s.re); 3];
             for i in 0..DOF {
-                self.acceleration[axis] =
-                    self.acceleration[axis].plus(readings[axis][i], moved[3][i]);
+                self.acceleration[axis] = self.acceleration[axis].plus(moved[axis][i], load[i]);
                 for push in 0..3 {
                     let along = s.re.fill(terms.force[push][i]);
                     let accelerance = &mut self.accelerance[axis][push];
@@ -104,12 +105,7 @@ impl<V: Lanes> Response<V> {
                 }
             }
         }
-        let mut carried = [[Complex::zero(s.re); DOF]; 4];
         for (index, joint) in terms.joints.iter().enumerate().rev() {
-            for axis in 0..3 {
-                self.per_load[axis][index] = moved[axis];
-            }
-            self.elongation[index] = moved[3];
             if terms.masses {
                 let inert = weigh(joint, s * s, &moved[3]);
                 for axis in 0..3 {
@@ -120,48 +116,53 @@ impl<V: Lanes> Response<V> {
                     }
                 }
             }
-            if index > 0 {
-                self.passages[index].carry::<GRAVITY>(&moved, &self.halfway[index], &mut carried);
+            for column in 0..4 {
+                let (elongation, halfway) = match column {
+                    3 => (&mut self.elongation[index], seam.map(|_| &self.halfway[index])),
+                    axis => (&mut self.per_load[axis][index], None),
+                };
+                let moved = &mut moved[column];
+                if index == 0 {
+                    *elongation = *moved;
+                    continue;
+                }
+                let mut carried = [Complex::zero(s.re); DOF];
+                self.passages[index].carry::<GRAVITY>(moved, halfway, &mut carried);
                 for i in 0..DOF {
-                    for axis in 0..3 {
-                        let elongation = &mut self.per_load[axis][index][i];
-                        *elongation = *elongation - carried[axis][i];
-                    }
-                    self.elongation[index][i] = self.elongation[index][i] - carried[3][i];
+                    elongation[i] = moved[i] - carried[i];
                 }
-                for column in 0..4 {
-                    before(joint, &carried[column], &mut moved[column]);
-                }
+                before(joint, &carried, moved);
             }
         }
     }
 
-    /// Base to tip: the dynamic stiffness of the last link, factorised, and what the seam loads it with.
+    /// Base to tip: the dynamic stiffness of the last link, factorised, and what the seam loads it with, from the first's.
     #[inline(always)]
     fn reach<const GRAVITY: bool>(
         &mut self,
         terms: &Terms<V::Scalar>,
         s: Complex<V>,
-        seam: &PerDof<V>,
-    ) -> (Factor<V>, Column<V>) {
+        seam: Option<&PerDof<V>>,
+        tip: &mut Factor<V>,
+        load: &mut Column<V>,
+    ) {
         let s2 = s * s;
-        let mut tip = Factor::zero(s.re);
-        let mut load = seam[0];
         for (index, joint) in terms.joints.iter().enumerate() {
             if index > 0 {
                 let passage = &mut self.passages[index];
                 passage.pass::<GRAVITY>(joint, s, s2, tip.matrix());
-                let halfway = &mut self.halfway[index];
-                load_here(joint, &load, &seam[index], halfway);
-                passage.halfway(halfway);
-                load = seam[index];
-                passage.hand_on::<GRAVITY>(halfway, &mut load);
+                if let Some(seam) = seam {
+                    let halfway = &mut self.halfway[index];
+                    load_here(joint, load, &seam[index], halfway);
+                    passage.halfway(halfway);
+                    *load = seam[index];
+                    passage.hand_on::<GRAVITY>(halfway, load);
+                }
             } else {
                 hold::<V, GRAVITY>(joint, s, s2, tip.matrix());
             }
         }
         tip.factorise();
-        (tip, load)
     }
 
     /// `∂A/∂ln k` and `∂A/∂ln d` of joint `joint`, DOF `dof`, per axis.
@@ -187,30 +188,28 @@ impl<V: Lanes> Response<V> {
     }
 }
 
-/// What the accelerometer reads of a displacement of the last link, per axis: `s²` along it, and how gravity tilts it, later
-/// by the delay.
+/// What the accelerometer reads of a displacement of the last link, one axis a column: `s²` along it, and how gravity
+/// tilts it, later by the delay.
 #[inline(always)]
-fn readings<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Column<V>; 3] {
+fn read<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>, readings: &mut [Column<V>; 4]) {
     let s2 = s * s;
     let delayed = terms.delay.to_f64() != 0.0;
     let mut lag = s;
     if delayed {
         lag = (-s.scale(s.re.fill(terms.delay))).exponential();
     }
-    let mut readings = [[s2; DOF]; 3];
     for axis in 0..3 {
         for i in 0..DOF {
-            let reading = &mut readings[axis][i];
-            *reading = reading.scale(s.re.fill(terms.reading[axis][i]));
+            let mut reading = s2.scale(s.re.fill(terms.reading[axis][i]));
             if terms.strapdown {
                 reading.re = reading.re + s.re.fill(terms.tilt[axis][i]);
             }
             if delayed {
-                *reading = *reading * lag;
+                reading = reading * lag;
             }
+            readings[axis][i] = reading;
         }
     }
-    readings
 }
 
 /// `s² I y`.

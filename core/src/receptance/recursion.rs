@@ -167,28 +167,27 @@ impl<V: Lanes> Passage<V> {
         });
     }
 
-    /// `x = Δ⁻¹ (Bᵀ η + f)` of four displacements η; a load f, from [`Passage::halfway`], has the last alone.
+    /// `x = Δ⁻¹ (Bᵀ η + f)` of a displacement η; a load f from [`Passage::halfway`].
     #[inline(always)]
     pub(super) fn carry<const GRAVITY: bool>(
         &self,
-        displacements: &[Column<V>; 4],
-        halfway: &Column<V>,
-        carried: &mut [Column<V>; 4],
+        displacement: &Column<V>,
+        halfway: Option<&Column<V>>,
+        carried: &mut Column<V>,
     ) {
         seq!(I in 0..6 {
-            for column in 0..4 {
-                let mut sum = Complex::zero(halfway[0].re);
-                for k in 0..DOF {
-                    if first::<GRAVITY>(k) <= I {
-                        sum = sum.plus(self.forward[k][I], displacements[column][k]);
-                    }
+            let mut sum = self.forward[0][I] * displacement[0];
+            for k in 1..DOF {
+                if first::<GRAVITY>(k) <= I {
+                    sum = sum.plus(self.forward[k][I], displacement[k]);
                 }
-                carried[column][I] = sum;
             }
+            carried[I] = sum * self.factor.reciprocal(I);
         });
-        self.factor.scale(carried);
-        for i in 0..DOF {
-            carried[3][i] = carried[3][i] + halfway[i];
+        if let Some(halfway) = halfway {
+            for i in 0..DOF {
+                carried[i] = carried[i] + halfway[i];
+            }
         }
         self.factor.backward(carried);
     }

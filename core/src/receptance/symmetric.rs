@@ -92,18 +92,26 @@ impl<V: Lanes> Factor<V> {
         });
     }
 
-    /// `L⁻ᵀ x` of each column x.
+    /// `L⁻ᵀ x`, in place.
     #[inline(always)]
-    pub fn backward<const N: usize>(&self, columns: &mut [[Complex<V>; DOF]; N]) {
+    pub fn backward(&self, x: &mut [Complex<V>; DOF]) {
         seq!(I in 1..6 {
-            for x in columns.iter_mut() {
-                let mut sum = x[5 - I];
-                for j in 6 - I..DOF {
-                    sum = sum.minus(self.packed[at(j, 5 - I)], x[j]);
-                }
-                x[5 - I] = sum;
+            let mut sum = x[5 - I];
+            // What has been found last comes last, or all would wait for it.
+            for j in (6 - I..DOF).rev() {
+                sum = sum.minus(self.packed[at(j, 5 - I)], x[j]);
             }
+            x[5 - I] = sum;
         });
+    }
+
+    /// `Z⁻¹ x`, in place.
+    #[inline(always)]
+    pub fn solve(&self, x: &mut [Complex<V>; DOF]) {
+        let column = core::array::from_mut(x);
+        self.forward(column);
+        self.scale(column);
+        self.backward(x);
     }
 
     /// 1/D, entry i.

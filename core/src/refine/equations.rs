@@ -113,11 +113,15 @@ impl Kernel<f64> for Assembly<'_> {
             record.force_noise[axis] / (gain * gain)
         });
         let mut rows = [[[0.0; COLUMNS]; 6]; MAX_WIDTH];
+        let mut loads = [[Complex::zero(like); DOF]; MAX_JOINTS];
         let mut response = Response::new(like);
         for first in (0..bins).step_by(V::WIDTH) {
             let gain = &calibration.force_gain;
-            let batch = Batch::new(like, &record, &seam, gain, joints, first);
-            response.evaluate(terms, batch.s, &batch.force, &batch.seam);
+            let batch = Batch::new(like, &record, gain, first);
+            if all {
+                seam_loads(&seam, batch.inverse_s, joints, &mut loads);
+            }
+            response.evaluate(terms, batch.s, &batch.force, all.then_some(&loads));
             write_seam(&mut rows, &response, &batch, joints);
             if all {
                 derivatives.write(&mut rows, &response, terms, &batch);
@@ -171,21 +175,13 @@ struct Batch<V> {
     s: Complex<V>,
     inverse_s: Complex<V>,
     force: [Complex<V>; 3],
-    seam: PerDof<V>,
     /// ω/ω₀ of each lane.
     ratio: [f64; MAX_WIDTH],
 }
 
 impl<V: Lanes<Scalar = f64>> Batch<V> {
     #[inline(always)]
-    fn new(
-        like: V,
-        record: &Bins<'_>,
-        seam: &Seam,
-        force_gain: &[f64; 3],
-        joints: usize,
-        first: usize,
-    ) -> Self {
+    fn new(like: V, record: &Bins<'_>, force_gain: &[f64; 3], first: usize) -> Self {
         let last = record.bins() - 1;
         let gather = |value: &dyn Fn(usize) -> f64| {
             let mut lanes = [0.0; MAX_WIDTH];
@@ -201,26 +197,27 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
             re: gather(&|bin| f64::from(record.force[axis][0][bin]) / force_gain[axis]),
             im: gather(&|bin| f64::from(record.force[axis][1][bin]) / force_gain[axis]),
         });
-        let mut loads = [[Complex::zero(like); DOF]; MAX_JOINTS];
-        for joint in 0..joints {
-            for dof in 0..DOF {
-                let fill = |value: f64| like.fill(value);
-                loads[joint][dof] = Complex::new(
-                    fill(seam.impulse[joint][dof]),
-                    inverse * fill(seam.step[joint][dof]),
-                );
-            }
-        }
         let mut ratio = [0.0; MAX_WIDTH];
         for (lane, ratio) in ratio[..V::WIDTH].iter_mut().enumerate() {
             *ratio = (record.first_bin + (first + lane).min(last)) as f64;
         }
-        Self {
-            s: Complex::new(zero, omega),
-            inverse_s: Complex::new(zero, inverse),
-            force,
-            seam: loads,
-            ratio,
+        Self { s: Complex::new(zero, omega), inverse_s: Complex::new(zero, inverse), force, ratio }
+    }
+}
+
+/// What the seam loads every bushing with: impulses, and steps by `1/s`.
+#[inline(always)]
+fn seam_loads<V: Lanes<Scalar = f64>>(
+    seam: &Seam,
+    inverse_s: Complex<V>,
+    joints: usize,
+    loads: &mut PerDof<V>,
+) {
+    let like = inverse_s.im;
+    for joint in 0..joints {
+        for dof in 0..DOF {
+            let step = inverse_s.im * like.fill(seam.step[joint][dof]);
+            loads[joint][dof] = Complex::new(like.fill(seam.impulse[joint][dof]), step);
         }
     }
 }
