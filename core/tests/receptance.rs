@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::f64::consts::TAU;
+
 use common::{Dense, Random};
 use flexid_core::calibration::Calibration;
 use flexid_core::chain::linearise::LinearChain;
@@ -278,4 +280,41 @@ fn single_precision_agrees_with_double() {
     }
     println!("single precision against double, 200 robots: worst {worst:.1e}");
     assert!(worst < 5e-3, "{worst:e}");
+}
+
+/// What the mass derivatives leave out, gravity's stiffness following the masses, is small wherever robots are excited.
+#[test]
+fn gravity_has_little_share_in_mass_derivatives() {
+    let force =
+        [Complex { re: 1.0, im: 0.0 }, Complex { re: -0.7, im: 0.4 }, Complex { re: 0.2, im: 0.9 }];
+    let none = [[Complex::default(); 6]; 7];
+    for (hertz, limit) in [(5.0, 0.05), (20.0, 0.004)] {
+        let mut worst = 0.0_f64;
+        for seed in 0..50 {
+            let mut random = Random::new(seed);
+            let (chain, pose, bushings) = (common::mill3(), random.pose(3), random.bushings(3));
+            let s = Complex { re: 0.0, im: TAU * hertz };
+            let at = |scale: &[f64]| {
+                let linear = chain.weighing(scale).linearise(&pose, EARTH, &bushings);
+                respond(&Terms::new(&linear, &bushings, true).with_masses(), s, &force, &none)
+            };
+            let here = at(&[1.0; 3]);
+            for link in 0..3 {
+                let with = |logarithm: f64| {
+                    let mut scale = [1.0; 3];
+                    scale[link] = logarithm.exp();
+                    at(&scale).acceleration
+                };
+                let (up, down) = (with(1e-4), with(-1e-4));
+                let norm = |values: [Complex<f64>; 3]| {
+                    values.iter().map(|z| z.re * z.re + z.im * z.im).sum::<f64>().sqrt()
+                };
+                let exact = std::array::from_fn(|axis| (up[axis] - down[axis]).scale(0.5e4));
+                let gap = std::array::from_fn(|axis| here.per_mass[axis][link] - exact[axis]);
+                worst = worst.max(norm(gap) / norm(exact));
+            }
+        }
+        println!("{hertz} Hz: {worst:.1e}");
+        assert!(worst < limit, "{hertz} Hz: {worst:e}");
+    }
 }

@@ -28,8 +28,8 @@ pub struct Response<V> {
     pub per_load: [PerDof<V>; 3],
     /// q: elongations in this record, m and rad (times seconds).
     pub elongation: PerDof<V>,
-    /// `∂A/∂ln m`: reading along `[axis]` by the mass and inertia of link `[j]`, where the terms want it; of the share that
-    /// gravity's stiffness has in it (below a hundredth above 5 Hz) nothing.
+    /// `∂A/∂ln m`: reading along `[axis]` by the mass and inertia of link `[j]`, where the terms want it. Gravity's stiffness
+    /// is taken to stay: of the reference robot that leaves out 4 % at most at 5 Hz, and 0.3 % at 20 Hz.
     pub per_mass: [[Complex<V>; MAX_JOINTS]; 3],
     /// The bushings as the way out has passed them, from the second on, and what the seam loads them with.
     passages: [Passage<V>; MAX_JOINTS],
