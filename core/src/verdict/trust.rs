@@ -2,7 +2,8 @@
 
 /// Up to this relative standard deviation a parameter is identified.
 const IDENTIFIED: f64 = 0.05;
-/// Where residuals are larger than this many times what the noise explains, nothing is identified: it may be a wrong minimum.
+/// Above this χ² per degree of freedom nothing is identified: of what is left noise explains less than half, and the cause of
+/// the rest may have moved the parameters, or the minimum be a wrong one.
 const SUSPECT: f64 = 2.0;
 /// Up to this one it is weak; beyond, the data do not tell it.
 pub(super) const WEAK: f64 = 0.30;
@@ -23,8 +24,8 @@ pub enum Verdict {
 pub struct Trust {
     /// Standard deviations are this much larger than the noise makes them; NaN where nothing is to be trusted.
     inflation: f64,
-    /// Whether the minimum is known to be the right one.
-    settled: bool,
+    /// Whether the minimum is known to be the right one, and the model not far from right.
+    sound: bool,
 }
 
 impl Trust {
@@ -34,7 +35,8 @@ impl Trust {
     /// as well: as much as a noise of their size would.
     pub fn new(consistency: f64, settled: bool) -> Self {
         let sane = consistency.is_finite() && consistency >= 0.0;
-        Self { inflation: if sane { libm::sqrt(consistency.max(1.0)) } else { f64::NAN }, settled }
+        let inflation = if sane { libm::sqrt(consistency.max(1.0)) } else { f64::NAN };
+        Self { inflation, sound: settled && consistency <= SUSPECT }
     }
 
     /// The verdict on a parameter, and its standard deviation where there is one to speak of, both deviations in the
@@ -44,7 +46,7 @@ impl Trust {
         let relative = standard_deviation / value;
         if !value.is_finite() || !(0.0..=WEAK).contains(&relative) {
             (Verdict::NotObservable, None)
-        } else if relative <= IDENTIFIED && self.settled && self.inflation <= SUSPECT {
+        } else if relative <= IDENTIFIED && self.sound {
             (Verdict::Identified, Some(standard_deviation))
         } else {
             (Verdict::Weak, Some(standard_deviation))
@@ -72,8 +74,8 @@ mod tests {
     fn no_confident_number_from_a_bad_fit() {
         let verdict = |consistency, settled| Trust::new(consistency, settled).verdict(1e7, 1e5);
         assert_eq!(verdict(0.5, true), (Verdict::Identified, Some(1e5)));
-        assert_eq!(verdict(4.0, true), (Verdict::Identified, Some(2e5)));
-        assert_eq!(verdict(4.01, true).0, Verdict::Weak);
+        assert_eq!(verdict(1.96, true), (Verdict::Identified, Some(1.4e5)));
+        assert_eq!(verdict(2.01, true).0, Verdict::Weak);
         assert_eq!(verdict(100.0, true), (Verdict::Weak, Some(1e6)));
         assert_eq!(verdict(1e4, true), (Verdict::NotObservable, None));
         assert_eq!(verdict(1.0, false), (Verdict::Weak, Some(1e5)));
