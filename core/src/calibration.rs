@@ -13,7 +13,7 @@ pub struct Calibration {
     pub acceleration_gain: [f64; 3],
     /// Reading per force, of each axis.
     pub force_gain: [f64; 3],
-    /// Rotation vector that turns the TCP's axes into the accelerometer's, TCP axes, rad.
+    /// Rotation vector that turns the accelerometer's axes, as mounted, into what they are, along these axes, rad.
     pub misalignment: [f64; 3],
     /// True mass and inertia of each link per those of the model.
     pub mass: [f64; MAX_JOINTS],

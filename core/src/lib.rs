@@ -16,6 +16,7 @@ pub mod chain;
 pub mod identify;
 pub mod loss;
 pub mod motion;
+pub mod mounting;
 pub mod parameters;
 pub mod receptance;
 pub mod refine;

@@ -30,7 +30,7 @@ pub struct Model {
     /// Driven joints with the links that they carry, base first.
     #[serde(rename = "joint")]
     pub joints: Vec<ModelJoint>,
-    /// Where the tool cuts and the sensors sit.
+    /// Where the tool cuts, and the sensors sit unless `[mounting]` in `EDGE.toml` says otherwise.
     pub tcp: Tcp,
 }
 

@@ -3,8 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use flexid_core::mounting::Mounting;
 use flexid_core::unknowns::Coordinate;
 use flexid_edge::config::{Accelerometer, Config, Listen};
+use nalgebra::Vector3;
 
 const EDGE: &str = include_str!("../../host-tools/scenario/edge.toml");
 const MODEL: &str = include_str!("../../host-tools/scenario/mill3-model.toml");
@@ -68,6 +70,72 @@ fn what_is_sought_can_be_chosen() {
     assert_eq!((tied(1, 3), tied(1, 3)), (tied(1, 4), tied(2, 5)));
     assert_eq!(sought.width(Coordinate::Delay), 1e-3);
     assert_eq!(sought.unknown(Coordinate::ForceGain(0)), None);
+}
+
+#[test]
+fn sensors_may_sit_elsewhere() {
+    assert_eq!(load("edge.toml", "", "").unwrap().mounting, Mounting::AT_TCP);
+    let section = "[mounting]\naccelerometer_xyz_m = [0.1, -0.2, 0.3]\n\
+        accelerometer_rpy_rad = [1.5707963267948966, 0.0, 1.5707963267948966]\n\
+        tool_mass_kg = 2\ntool_centre_m = [0.0, 0.0, 0.05]\n\n[search]";
+    let config = load("edge.toml", "[search]", section).unwrap();
+    let mounting = config.measurement().mounting;
+    assert_eq!(mounting.accelerometer, Vector3::new(0.1, -0.2, 0.3));
+    // First a quarter about x takes y to z; then a quarter about the fixed z leaves it there, and takes x to y.
+    let axes = mounting.accelerometer_axes;
+    assert!((axes * Vector3::y() - Vector3::z()).norm() < 1e-12);
+    assert!((axes * Vector3::x() - Vector3::y()).norm() < 1e-12);
+    assert_eq!(mounting.force_axes, Mounting::AT_TCP.force_axes);
+    assert_eq!((mounting.tool_mass, mounting.tool_centre), (2.0, Vector3::new(0.0, 0.0, 0.05)));
+}
+
+/// What the file says of the section, taken out of its comment.
+#[test]
+fn the_mounting_that_is_shown_is_right() {
+    let (_, shown) = EDGE.split_once("# [mounting]\n").unwrap();
+    let lines: String =
+        shown.lines().map(|line| format!("{}\n", line.trim_start_matches("# "))).collect();
+    let section = format!("[mounting]\n{lines}\n[search]");
+    let mounting = load("edge.toml", "[search]", &section).unwrap().mounting;
+    assert_eq!((mounting.tool_mass, mounting.accelerometer.z), (2.0, 0.12));
+}
+
+#[test]
+fn mistakes_in_the_mounting_name_place_and_mend() {
+    let table = [
+        ("tool_mass_kg = -1.0", "[mounting] tool_mass_kg is -1: must be 0 or positive, and finite"),
+        ("tool_mass_kg = nan", "[mounting] tool_mass_kg is NaN: must be 0 or positive, and finite"),
+        (
+            "tool_mass_kg = 500.0",
+            "[mounting] tool_mass_kg is 500: the tool is a part of the link of \"joint_3\", must be at most its 451 kg",
+        ),
+        (
+            "tool_centre_m = [0.0, 0.0, 0.1]",
+            "[mounting] tool_centre_m needs a mass: give tool_mass_kg, too",
+        ),
+        (
+            "accelerometer_xyz_m = [0.0, 120.0, 0.0]",
+            "[mounting] accelerometer_xyz_m is [0.0, 120.0, 0.0]: must be in m, and within 10 m of the TCP",
+        ),
+        (
+            "accelerometer_xyz_m = [0.0, nan, 0.0]",
+            "[mounting] accelerometer_xyz_m is [0.0, NaN, 0.0]: must be in m, and within 10 m of the TCP",
+        ),
+        (
+            "force_rpy_rad = [0.0, 0.0, inf]",
+            "[mounting] force_rpy_rad is [0, 0, inf]: must be finite angles, in rad",
+        ),
+    ];
+    for (line, message) in table {
+        let section = format!("[mounting]\n{line}\n\n[search]");
+        let error = load("edge.toml", "[search]", &section).unwrap_err();
+        assert_eq!(error, format!("edge.toml: {message}"));
+    }
+    let error = load("edge.toml", "[search]", "[mounting]\ntool_mass = 2\n\n[search]").unwrap_err();
+    assert_eq!(
+        error,
+        "edge.toml:44: [mounting] tool_mass: unknown key `tool_mass`: did you mean `tool_mass_kg` (in kg)?"
+    );
 }
 
 #[test]

@@ -137,6 +137,7 @@ fn left_over(recording: &str) -> f64 {
             pose: experiment.pose.clone(),
             gravity: config.gravity.into(),
             accelerometer: config.accelerometer,
+            mounting: config.mounting,
             rate_hz: config.rate_hz,
             force: fine(&mended(force)),
         };

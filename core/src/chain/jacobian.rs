@@ -1,5 +1,7 @@
 //! Translational Jacobian of the TCP with respect to the elongations (paper, section 4.1).
 
+use nalgebra::SMatrix;
+
 use super::linearise::LinearChain;
 use crate::{DOF, MAX_JOINTS};
 
@@ -10,8 +12,13 @@ impl LinearChain {
     /// `∂f_i/∂q_j` (paper, equation 1): displacement of the TCP along its axes per elongation.
     /// Joints beyond the chain's stay zero.
     pub fn jacobian(&self) -> Jacobian {
+        self.jacobian_of(self.tip_force)
+    }
+
+    /// The same of displacements that are told by these loads on the last link: what a sensor reads, perhaps, that sits
+    /// elsewhere.
+    pub(crate) fn jacobian_of(&self, mut tip: SMatrix<f64, 6, 3>) -> Jacobian {
         let mut jacobian = [[[0.0; 3]; DOF]; MAX_JOINTS];
-        let mut tip = self.tip_force;
         for (index, joint) in self.joints.iter().enumerate().rev() {
             for (dof, column) in jacobian[index].iter_mut().enumerate() {
                 *column = core::array::from_fn(|axis| tip[(dof, axis)]);

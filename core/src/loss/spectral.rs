@@ -6,7 +6,7 @@ use heapless::Vec;
 
 use crate::parameters::Bushings;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
-use crate::receptance::{Complex, Terms, receptance};
+use crate::receptance::{Complex, Terms, accelerance, receptance};
 use crate::search::{MAX_EXPERIMENTS, MAX_LOSSES};
 use crate::spectrum::search::SearchSpectra;
 use crate::spectrum::{Experiment, Spectrum};
@@ -21,8 +21,8 @@ pub fn losses<const B: usize>(
     experiments.flat_map(|experiment| ssp(&experiment.search, bushings, level)).collect()
 }
 
-/// Surface similarity parameter of measured and modelled motion along each TCP axis, mean over the bins; the
-/// same for displacement as for acceleration, since `s²` cancels.
+/// Surface similarity parameter of measured and modelled motion along each of the accelerometer's axes, mean over the bins;
+/// the same for displacement as for acceleration, since `s²` cancels.
 pub fn ssp<'a, const B: usize>(
     spectra: &'a SearchSpectra<B>,
     bushings: &Bushings,
@@ -67,6 +67,17 @@ impl Kernel<f32> for Ssp<'_> {
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f32>>(self, like: V) -> [f32; 3] {
+        if self.terms.collocated {
+            self.compare::<V, true>(like)
+        } else {
+            self.compare::<V, false>(like)
+        }
+    }
+}
+
+impl Ssp<'_> {
+    #[inline(always)]
+    fn compare<V: Lanes<Scalar = f32>, const COLLOCATED: bool>(self, like: V) -> [f32; 3] {
         let Self { terms, alpha, omega, bins, force, acceleration } = self;
         let at = |[re, im]: [&[f32]; 2], first: usize| {
             Complex::new(like.load(&re[first..]), like.load(&im[first..]))
@@ -75,11 +86,18 @@ impl Kernel<f32> for Ssp<'_> {
         let mut sums = [like.fill(0.0); 3];
         for first in (0..omega.len()).step_by(V::WIDTH) {
             let s = Complex::new(like.fill(alpha), like.load(&omega[first..]));
-            let [xx, yx, yy, zx, zy, zz] = receptance(terms, s);
-            let s2 = s * s;
-            let pushed =
-                [at(force[0], first) * s2, at(force[1], first) * s2, at(force[2], first) * s2];
-            for (axis, row) in [[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]].iter().enumerate() {
+            let (rows, pushed) = if COLLOCATED {
+                let [xx, yx, yy, zx, zy, zz] = receptance(terms, s);
+                let s2 = s * s;
+                let pushed =
+                    [at(force[0], first) * s2, at(force[1], first) * s2, at(force[2], first) * s2];
+                ([[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]], pushed)
+            } else {
+                let mut rows = [[Complex::zero(like); 3]; 3];
+                accelerance(terms, s, &mut rows);
+                (rows, [at(force[0], first), at(force[1], first), at(force[2], first)])
+            };
+            for (axis, row) in rows.iter().enumerate() {
                 let model = (row[0] * pushed[0]).plus(row[1], pushed[1]).plus(row[2], pushed[2]);
                 let measured = at(acceleration[axis], first);
                 // Filling bins are silent on both sides: 0 / tiny.

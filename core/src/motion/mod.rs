@@ -13,10 +13,12 @@
 //! | [`forward`]    | motion from loads: the articulated-body recursion          |
 //! | `impedance`    | `s²M + sD + K` of the chain frozen in a posture, factored  |
 //! | [`radau`]      | time integration                                           |
+//! | [`sensors`]    | what they read, wherever they sit                          |
 
 pub mod forward;
 pub mod inverse;
 pub mod radau;
+pub mod sensors;
 
 mod impedance;
 mod kinematics;
@@ -27,7 +29,6 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use crate::MAX_JOINTS;
 use crate::chain::Chain;
 use crate::parameters::Bushing;
-use crate::spectrum::Accelerometer;
 use kinematics::{Link, Placed};
 
 /// One number per bushing coordinate, joint by joint from the base, `tx ty tz rx ry rz`; joints beyond the
@@ -118,30 +119,6 @@ impl EquationOfMotion {
     pub fn tcp_displacement(&self, state: &State) -> Vector3<f64> {
         let tcp = self.tcp_pose(&self.placed(&state.elongation));
         self.rest_axes.tr_mul(&(tcp.translation - self.rest_tcp))
-    }
-
-    /// What the accelerometer at the TCP reads under `force`, less its reading at rest, m/s²: along the
-    /// axes at rest if inertial, along its own if strapdown.
-    pub fn tcp_acceleration(
-        &self,
-        state: &State,
-        force: &Vector3<f64>,
-        accelerometer: Accelerometer,
-    ) -> Vector3<f64> {
-        let placed = self.placed(&state.elongation);
-        let motions = self.link_motions(state, &placed, force);
-        // Along the TCP's axes, gravity felt.
-        let felt = self
-            .tcp
-            .axes
-            .tr_mul(&motions[self.links.len() - 1].acceleration_of(&self.tcp.translation));
-        let at_rest = self.rest_axes.tr_mul(&-self.gravity);
-        match accelerometer {
-            Accelerometer::Strapdown => felt - at_rest,
-            Accelerometer::Inertial => {
-                self.rest_axes.tr_mul(&(self.tcp_pose(&placed).axes * felt)) - at_rest
-            }
-        }
     }
 
     /// `K q + D q̇` of one joint.

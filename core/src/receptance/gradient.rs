@@ -12,6 +12,7 @@ use super::lanes::{Lanes, Scalar};
 use super::recursion::{Column, Passage, before, hold, load_here};
 use super::symmetric::{Factor, at};
 use super::terms::{JointTerms, Terms};
+use super::tool::look_beyond;
 use crate::{DOF, MAX_JOINTS};
 
 /// One value per degree of freedom, joint by joint.
@@ -20,9 +21,9 @@ pub type PerDof<V> = [[Complex<V>; DOF]; MAX_JOINTS];
 /// What one bin of a record says, one bin per lane; one for all bins in turn, for it is large.
 #[derive(Clone, Debug)]
 pub struct Response<V> {
-    /// What the accelerometer would read, without c₀ and c₁, TCP axes, m/s² (times seconds).
+    /// What the accelerometer would read, without c₀ and c₁, along its axes, m/s² (times seconds).
     pub acceleration: [Complex<V>; 3],
-    /// Accelerance: reading along `[row]` per force along `[column]`, TCP axes, m/s²/N.
+    /// Accelerance: reading along the accelerometer's axis `[row]` per force along the force sensor's axis `[column]`, m/s²/N.
     pub accelerance: [[Complex<V>; 3]; 3],
     /// e_out: reading along `[axis]` per unit load on the bushing of joint `[j]`, DOF `[i]`.
     pub per_load: [PerDof<V>; 3],
@@ -53,8 +54,9 @@ impl<V: Lanes> Response<V> {
         }
     }
 
-    /// At complex frequency `s` (rad/s), to the record's `force` (TCP axes, N) and `seam`, if it has one: the load on every
-    /// bushing that mends the record's end, `γ = g + h/s`, N and Nm (both times seconds, as spectra are).
+    /// At complex frequency `s` (rad/s), to the record's `force` (as measured, along the force sensor's axes, N) and `seam`, if
+    /// it has one: the load on every bushing that mends the record's end, `γ = g + h/s`, N and Nm (both times seconds, as
+    /// spectra are).
     #[inline(always)]
     pub fn evaluate(
         &mut self,
@@ -63,15 +65,18 @@ impl<V: Lanes> Response<V> {
         force: &[Complex<V>; 3],
         seam: Option<&PerDof<V>>,
     ) {
-        if terms.gravity {
-            self.respond::<true>(terms, s, force, seam);
+        if terms.tool.is_some() {
+            // One copy for both: a tool has weight, and where there is no gravity its terms are zero.
+            self.respond::<true, true>(terms, s, force, seam);
+        } else if terms.gravity {
+            self.respond::<true, false>(terms, s, force, seam);
         } else {
-            self.respond::<false>(terms, s, force, seam);
+            self.respond::<false, false>(terms, s, force, seam);
         }
     }
 
     #[inline(always)]
-    fn respond<const GRAVITY: bool>(
+    fn respond<const GRAVITY: bool, const TOOL: bool>(
         &mut self,
         terms: &Terms<V::Scalar>,
         s: Complex<V>,
@@ -89,6 +94,9 @@ impl<V: Lanes> Response<V> {
         }
         let mut moved = [load; 4];
         read(terms, s, &mut moved);
+        if TOOL && let Some(tool) = &terms.tool {
+            look_beyond(tool, &terms.force, &tip, s * s, &mut moved);
+        }
         for column in &mut moved {
             tip.solve(column);
         }
@@ -191,7 +199,11 @@ impl<V: Lanes> Response<V> {
 /// What the accelerometer reads of a displacement of the last link, one axis a column: `s²` along it, and how gravity
 /// tilts it, later by the delay.
 #[inline(always)]
-fn read<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>, readings: &mut [Column<V>; 4]) {
+pub(super) fn read<V: Lanes, const N: usize>(
+    terms: &Terms<V::Scalar>,
+    s: Complex<V>,
+    readings: &mut [Column<V>; N],
+) {
     let s2 = s * s;
     let delayed = terms.delay.to_f64() != 0.0;
     let mut lag = s;

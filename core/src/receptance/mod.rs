@@ -11,13 +11,16 @@
     reason = "unrolled loops have constants for indices"
 )]
 
+pub mod accelerance;
 pub mod complex;
 pub mod gradient;
 pub mod lanes;
 pub mod recursion;
 pub mod symmetric;
 pub mod terms;
+pub(crate) mod tool;
 
+pub use accelerance::accelerance;
 pub use complex::Complex;
 pub use gradient::Response;
 pub use recursion::receptance;

@@ -30,7 +30,7 @@ pub(super) type Column<V> = [Complex<V>; DOF];
 #[inline(always)]
 pub fn receptance<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Complex<V>; 6] {
     let like = s.re;
-    let tip = if terms.gravity { reach::<V, true>(terms, s) } else { reach::<V, false>(terms, s) };
+    let tip = tip_stiffness(terms, s);
     // Halfway through the solution: L⁻¹ p, and D⁻¹ L⁻¹ p.
     let mut loads = [[Complex::zero(like); DOF]; 3];
     for axis in 0..3 {
@@ -55,6 +55,11 @@ pub fn receptance<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Complex
 const LOWER: [[usize; 2]; 6] = [[0, 0], [1, 0], [1, 1], [2, 0], [2, 1], [2, 2]];
 
 /// The dynamic stiffness of the last link, factorised.
+#[inline(always)]
+pub(super) fn tip_stiffness<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> Factor<V> {
+    if terms.gravity { reach::<V, true>(terms, s) } else { reach::<V, false>(terms, s) }
+}
+
 #[inline(always)]
 fn reach<V: Lanes, const GRAVITY: bool>(terms: &Terms<V::Scalar>, s: Complex<V>) -> Factor<V> {
     let s2 = s * s;

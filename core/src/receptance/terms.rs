@@ -5,8 +5,10 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
 use super::lanes::Scalar;
 use super::symmetric::{PACKED, at};
+use super::tool::ToolTerms;
 use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearJoint};
+use crate::mounting::{Mounting, tilts};
 use crate::parameters::Bushing;
 use crate::{DOF, MAX_JOINTS};
 
@@ -29,12 +31,17 @@ pub(crate) struct JointTerms<T> {
 pub struct Terms<T> {
     /// Base first.
     pub(crate) joints: Vec<JointTerms<T>, MAX_JOINTS>,
-    /// Loads of unit forces at the TCP, one per axis.
+    /// Loads of unit forces at the TCP, one per axis of the force sensor.
     pub(crate) force: [[T; DOF]; 3],
     /// Loads whose displacements are what the accelerometer reads along each of its axes.
     pub(crate) reading: [[T; DOF]; 3],
     /// Loads whose elongations tell how the sensor's axis turns in gravity; zero when it does not.
     pub(crate) tilt: [[T; DOF]; 3],
+    /// What the force sensor does not see of the force; none where nothing is beyond it.
+    pub(crate) tool: Option<ToolTerms<T>>,
+    /// Whether the acceleration is read where and along what the force is measured, at the same time, and nothing else is: the
+    /// receptance tells all.
+    pub(crate) collocated: bool,
     /// Whether gravity's stiffness enters.
     pub(crate) gravity: bool,
     /// Whether the accelerometer feels gravity as it turns.
@@ -52,12 +59,23 @@ impl<T: Scalar> Terms<T> {
         Self::calibrated(chain, bushings, strapdown, &Calibration::default())
     }
 
-    /// The same, read by an accelerometer with this delay, misalignment and gain. Masses are the chain's, and force gains
-    /// the force's own.
+    /// The same, read by sensors that differ so from what they are taken for. Masses are the chain's, and force gains the
+    /// force's own.
     pub fn calibrated(
         chain: &LinearChain,
         bushings: &[Bushing],
         strapdown: bool,
+        calibration: &Calibration,
+    ) -> Self {
+        Self::mounted(chain, bushings, strapdown, &Mounting::AT_TCP, calibration)
+    }
+
+    /// The same, with the sensors mounted so. The misalignment turns the accelerometer further, about its own axes.
+    pub fn mounted(
+        chain: &LinearChain,
+        bushings: &[Bushing],
+        strapdown: bool,
+        mounting: &Mounting,
         calibration: &Calibration,
     ) -> Self {
         debug_assert_eq!(chain.joints.len(), bushings.len());
@@ -65,24 +83,28 @@ impl<T: Scalar> Terms<T> {
         for (joint, bushing) in chain.joints.iter().zip(bushings) {
             let _ = joints.push(JointTerms::new(joint, bushing));
         }
-        let strapdown = strapdown && chain.gravity_at_tip != Vector3::zeros();
-        let axes = Rotation3::new(calibration.misalignment.into());
-        let mut reading = SMatrix::<f64, 6, 3>::zeros();
-        let mut tilt = SMatrix::<f64, 6, 3>::zeros();
-        for axis in 0..3 {
-            let direction = axes.matrix().column(axis) * calibration.acceleration_gain[axis];
-            reading.set_column(axis, &(chain.tip_force * direction));
-            if strapdown {
-                let torque = chain.gravity_at_tip.cross(&direction);
-                tilt.set_column(axis, &(chain.tip_torque * torque));
-            }
-        }
+        let gravity = chain.gravity_at_tip != Vector3::zeros();
+        let strapdown = strapdown && gravity;
+        let gain = Matrix3::from_diagonal(&calibration.acceleration_gain.into());
+        let turned = Rotation3::new(calibration.misalignment.into()).matrix() * gain;
+        let reading = mounting.readings(chain) * turned;
+        let force = mounting.forces(chain);
+        let tilt = tilts(chain, &mounting.accelerometer_axes) * turned;
+        let tool = (mounting.tool_mass > 0.0).then(|| ToolTerms {
+            inertia: columns(&(mounting.centres(chain) * mounting.tool_mass)),
+            weight: columns(&(tilts(chain, &mounting.force_axes) * mounting.tool_mass)),
+        });
         Self {
             joints,
-            force: columns(&chain.tip_force),
+            force: columns(&force),
             reading: columns(&reading),
-            tilt: columns(&tilt),
-            gravity: chain.gravity_at_tip != Vector3::zeros(),
+            tilt: if strapdown { columns(&tilt) } else { [[T::default(); DOF]; 3] },
+            collocated: reading == force
+                && tool.is_none()
+                && !strapdown
+                && calibration.delay == 0.0,
+            tool,
+            gravity,
             strapdown,
             delay: T::from_f64(calibration.delay),
             masses: false,

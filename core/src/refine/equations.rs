@@ -366,3 +366,6 @@ fn spill<V: Lanes<Scalar = f64>>(value: Complex<V>) -> [[f64; MAX_WIDTH]; 2] {
         lanes
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -438,7 +438,8 @@ impl Refinement {
         let calibration = self.calibration(sought);
         let linear = problem.linearise(&experiment.pose, &bushings, &calibration);
         let strapdown = measurement.accelerometer == Accelerometer::Strapdown;
-        let mut terms = Terms::calibrated(&linear, &bushings, strapdown, &calibration);
+        let mounting = &measurement.mounting;
+        let mut terms = Terms::mounted(&linear, &bushings, strapdown, mounting, &calibration);
         if sought.seeks_masses() {
             terms = terms.with_masses();
         }

@@ -18,13 +18,14 @@ use heapless::Vec;
 
 use crate::MAX_JOINTS;
 use crate::chain::Chain;
+use crate::mounting::Mounting;
 use crate::refine::seam::Seam;
 use crate::refine::whitening::Whitening;
 use crate::stream::Record;
 use nalgebra::Vector3;
 use search::SearchSpectra;
 
-/// How the accelerometer is mounted.
+/// What the accelerometer keeps, and feels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Accelerometer {
     /// Keeps its axes in space and does not feel gravity (or has it removed).
@@ -40,11 +41,13 @@ pub struct Measurement {
     pub band_hz: [f64; 2],
     /// Gravity, base axes, m/s².
     pub gravity: [f64; 3],
-    /// How the accelerometer is mounted.
+    /// What the accelerometer feels.
     pub accelerometer: Accelerometer,
+    /// Where the sensors sit.
+    pub mounting: Mounting,
 }
 
-/// Three signals, one per TCP axis, over the bins of a band.
+/// Three signals, one per axis of a sensor, over the bins of a band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum<const B: usize> {
     /// Real parts.
@@ -92,9 +95,9 @@ pub struct Experiment<const B: usize> {
     pub spacing: f64,
     /// Bin number of the first bin.
     pub first_bin: usize,
-    /// DFT of the force times the sample period, TCP axes, Ns.
+    /// DFT of the force times the sample period, along the force sensor's axes, Ns.
     pub force: Spectrum<B>,
-    /// DFT of the acceleration times the sample period, TCP axes, m/s.
+    /// DFT of the acceleration times the sample period, along the accelerometer's axes, m/s.
     pub acceleration: Spectrum<B>,
     /// Mean square of the noise in one bin of the force, per axis, (Ns)².
     pub force_noise: [f64; 3],
@@ -167,7 +170,7 @@ impl<const B: usize> Experiment<B> {
         if force.power() <= LEAST_FORCE * bins as f64 * force_noise.iter().sum::<f64>() {
             return Err(SpectrumError::NoForce);
         }
-        let search = SearchSpectra::new(chain, record, band, buffer)?;
+        let search = SearchSpectra::new(chain, &measurement.mounting, record, band, buffer)?;
         Ok(Self {
             pose: record.pose.clone(),
             spacing,

@@ -7,8 +7,10 @@ use heapless::Vec;
 use nalgebra::Vector3;
 
 use super::{Spectrum, SpectrumError, fft};
+use crate::calibration::Calibration;
 use crate::chain::Chain;
 use crate::chain::jacobian::Jacobian;
+use crate::mounting::Mounting;
 use crate::parameters::{Bushing, Bushings};
 use crate::receptance::Terms;
 use crate::stream::Record;
@@ -27,21 +29,22 @@ pub struct SearchSpectra<const B: usize> {
     pub alpha: f32,
     /// Imaginary parts, rad/s.
     pub omega: Vec<f32, B>,
-    /// Force, TCP axes, Ns.
+    /// Force, along the force sensor's axes, Ns.
     pub force: Spectrum<B>,
-    /// Acceleration, TCP axes, m/s.
+    /// Acceleration, along the accelerometer's axes, m/s.
     pub acceleration: Spectrum<B>,
     /// Bins that are not filling.
     pub bins: usize,
     /// The chain at the record's pose, without gravity: its sag matters to the refinement alone.
     pub(crate) terms: Terms<f32>,
-    /// Elongations to TCP translation at the record's pose.
+    /// Elongations to what the accelerometer sees of them at the record's pose: translation of its place along its axes.
     pub jacobian: Jacobian,
 }
 
 impl<const B: usize> SearchSpectra<B> {
     pub(super) fn new<const N: usize>(
         chain: &Chain,
+        mounting: &Mounting,
         record: &Record<N>,
         band: Range<usize>,
         buffer: &mut [f32; N],
@@ -95,8 +98,8 @@ impl<const B: usize> SearchSpectra<B> {
             force,
             acceleration,
             bins: thinned,
-            terms: Terms::new(&linear, &bushings, false),
-            jacobian: linear.jacobian(),
+            terms: Terms::mounted(&linear, &bushings, false, mounting, &Calibration::default()),
+            jacobian: linear.jacobian_of(mounting.readings(&linear)),
         })
     }
 }

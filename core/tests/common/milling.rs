@@ -1,6 +1,7 @@
 //! Records of a milling robot, simulated in time with the dense model: no frequency domain, no recursion.
 
 use flexid_core::chain::Chain;
+use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushings;
 use flexid_core::spectrum::Experiment;
 use flexid_core::stream::Record;
@@ -76,17 +77,30 @@ pub(crate) struct Conditions {
     pub(crate) skipped: usize,
     pub(crate) gravity: Vector3<f64>,
     pub(crate) strapdown: bool,
+    pub(crate) mounting: Mounting,
 }
 
 impl Default for Conditions {
     fn default() -> Self {
-        Self { noise: 1.0, skipped: 0, gravity: Vector3::zeros(), strapdown: false }
+        Self {
+            noise: 1.0,
+            skipped: 0,
+            gravity: Vector3::zeros(),
+            strapdown: false,
+            mounting: Mounting::AT_TCP,
+        }
     }
 }
 
+/// What the sensors read at one sample, without noise, and how far the TCP is from rest.
+struct Sensed {
+    force: Vector3<f64>,
+    acceleration: Vector3<f64>,
+    displacement: Vector3<f64>,
+}
+
 /// What the TCP does under `force` at `pose`, at every sample, TCP axes: acceleration as the accelerometer reads it,
-/// without noise, and displacement. Exact integration of the linear equation of motion; the force is
-/// interpolated between samples by a windowed sinc and linear between the steps.
+/// without noise, and displacement.
 pub(crate) fn motion(
     chain: &Chain,
     pose: &[f64],
@@ -94,6 +108,21 @@ pub(crate) fn motion(
     force: &[[f64; 3]],
     conditions: &Conditions,
 ) -> Vec<([f64; 3], [f64; 3])> {
+    sense(chain, pose, bushings, force, conditions)
+        .into_iter()
+        .map(|sensed| (sensed.acceleration.into(), sensed.displacement.into()))
+        .collect()
+}
+
+/// Exact integration of the linear equation of motion; the force is
+/// interpolated between samples by a windowed sinc and linear between the steps.
+fn sense(
+    chain: &Chain,
+    pose: &[f64],
+    bushings: &Bushings,
+    force: &[[f64; 3]],
+    conditions: &Conditions,
+) -> Vec<Sensed> {
     let sag: Vec<[f64; 6]> = chain
         .linearise(pose, conditions.gravity, bushings)
         .joints
@@ -149,14 +178,22 @@ pub(crate) fn motion(
         if m % STEPS == 0 && m / STEPS >= conditions.skipped {
             let (q, v) = (state.rows(0, n), state.rows(n, n));
             let load = tip.rows(0, 3).transpose() * now - &stiffness * q - &damping * v;
-            let acceleration = tip.rows(0, 3) * (&inverse_mass * load);
+            let acceleration = &tip * (&inverse_mass * load);
             let displacement = &tip * q;
-            let turn = Vector3::new(displacement[3], displacement[4], displacement[5]);
-            let tilt = if conditions.strapdown { turn.cross(&g) } else { Vector3::zeros() };
-            series.push((
-                std::array::from_fn(|axis| acceleration[axis] + tilt[axis]),
-                std::array::from_fn(|axis| displacement[axis]),
-            ));
+            let halves = |six: &DVector<f64>| {
+                [0, 3].map(|first| Vector3::from_fn(|axis, _| six[first + axis]))
+            };
+            let ([slide, turn], [linear, angular]) = (halves(&displacement), halves(&acceleration));
+            let of_point = |point: Vector3<f64>| linear + angular.cross(&point);
+            let tilt = turn.cross(&g);
+            let felt = if conditions.strapdown { tilt } else { Vector3::zeros() };
+            let Mounting { accelerometer, accelerometer_axes, force_axes, tool_mass, tool_centre } =
+                conditions.mounting;
+            series.push(Sensed {
+                force: force_axes.inverse() * (now - tool_mass * (of_point(tool_centre) + tilt)),
+                acceleration: accelerometer_axes.inverse() * (of_point(accelerometer) + felt),
+                displacement: slide,
+            });
         }
         let next = fine(m + 1);
         let slope = (next - now) / step;
@@ -186,15 +223,13 @@ pub(crate) fn record(
         acceleration_noise: [(conditions.noise * ACCELERATION_NOISE) as f32; 3],
         starts_at_rest: conditions.skipped == 0,
     };
-    let readings = motion(chain, pose, bushings, force, conditions);
-    for (n, (acceleration, _)) in readings.iter().enumerate() {
+    for sensed in sense(chain, pose, bushings, force, conditions) {
         for axis in 0..3 {
-            let force = at(force, (n + conditions.skipped) as isize, axis);
             let force_noise = conditions.noise * FORCE_NOISE * random.normal();
             let acceleration_noise = conditions.noise * ACCELERATION_NOISE * random.normal();
-            let _ = record.force[axis].push((force + force_noise) as f32);
-            let _ =
-                record.acceleration[axis].push((acceleration[axis] + acceleration_noise) as f32);
+            let _ = record.force[axis].push((sensed.force[axis] + force_noise) as f32);
+            let _ = record.acceleration[axis]
+                .push((sensed.acceleration[axis] + acceleration_noise) as f32);
         }
     }
     record

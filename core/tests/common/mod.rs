@@ -5,6 +5,7 @@
 pub(crate) mod milling;
 
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
+use flexid_core::mounting::Mounting;
 use flexid_core::parameters::{Bushing, Bushings};
 use nalgebra::{Complex, DMatrix, Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 use rand_core::{Rng, SeedableRng};
@@ -69,6 +70,17 @@ impl Random {
 
     pub(crate) fn pose(&mut self, joints: usize) -> Vec<f64> {
         (0..joints).map(|_| self.uniform(-2.0, 2.0)).collect()
+    }
+
+    /// Sensors up to half a metre off, turned anyhow, and a tool of up to 20 kg.
+    pub(crate) fn mounting(&mut self) -> Mounting {
+        Mounting {
+            accelerometer: self.vector(0.5),
+            accelerometer_axes: self.rotation().to_rotation_matrix(),
+            force_axes: self.rotation().to_rotation_matrix(),
+            tool_mass: self.uniform(0.5, 20.0),
+            tool_centre: self.vector(0.3),
+        }
     }
 
     pub(crate) fn bushings(&mut self, joints: usize) -> Bushings {
@@ -321,6 +333,7 @@ pub(crate) const MEASUREMENT: flexid_core::spectrum::Measurement =
         band_hz: [2.0, 200.0],
         gravity: [0.0; 3],
         accelerometer: flexid_core::spectrum::Accelerometer::Inertial,
+        mounting: Mounting::AT_TCP,
     };
 
 /// Bins that the scenario's records need.

@@ -9,11 +9,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+use flexid_core::calibration::Calibration;
 use flexid_core::motion::EquationOfMotion;
 use flexid_core::motion::radau::Radau;
+use flexid_core::mounting::Mounting;
 use flexid_core::receptance::{Complex, Response, Terms, receptance};
-use flexid_core::spectrum::Accelerometer::{Inertial, Strapdown};
-use nalgebra::Vector3;
+use flexid_core::spectrum::Accelerometer::{self, Inertial, Strapdown};
+use nalgebra::{Rotation3, Vector3};
 
 use crate::common::milling::{RATE, SAMPLES, cut};
 use crate::common::{EXPERIMENTS, Random, mill3, nominal};
@@ -58,6 +60,41 @@ fn milled(experiment: usize, force: &[[f64; 3]], gravity: Vector3<f64>) -> Seen 
         seen[0].push(equation.tcp_displacement(state));
         seen[1].push(equation.tcp_acceleration(state, &now, Inertial));
         seen[2].push(equation.tcp_acceleration(state, &now, Strapdown));
+        for step in 0..STEPS {
+            let at = |part: f64| sample as f64 + (step as f64 + part) / STEPS as f64;
+            radau.step(|part| between(force, at(part))).unwrap();
+        }
+    }
+    seen
+}
+
+/// Away from the TCP, turned, with a heavy tool beyond the force sensor.
+fn elsewhere() -> Mounting {
+    Mounting {
+        accelerometer: Vector3::new(0.2, -0.3, 0.25),
+        accelerometer_axes: Rotation3::from_euler_angles(0.4, -0.3, 1.2),
+        force_axes: Rotation3::from_euler_angles(-0.2, 0.5, -0.7),
+        tool_mass: 30.0,
+        tool_centre: Vector3::new(-0.1, 0.2, 0.15),
+    }
+}
+
+/// What the sensors elsewhere read: force and acceleration.
+fn sensed(
+    experiment: usize,
+    force: &[[f64; 3]],
+    accelerometer: Accelerometer,
+) -> [Vec<Vector3<f64>>; 2] {
+    let (pose, ..) = EXPERIMENTS[experiment];
+    let equation = EquationOfMotion::new(&mill3(), &pose, EARTH, &nominal());
+    let start = equation.rest();
+    let mut radau = Radau::new(equation, start, 1.0 / (RATE * STEPS as f64));
+    let mut seen = [Vec::new(), Vec::new()];
+    for sample in 0..SAMPLES {
+        let (equation, state, now) = (radau.equation(), radau.state(), force[sample].into());
+        let reading = equation.reading(state, &now, accelerometer, &elsewhere());
+        seen[0].push(reading.force);
+        seen[1].push(reading.acceleration);
         for step in 0..STEPS {
             let at = |part: f64| sample as f64 + (step as f64 + part) / STEPS as f64;
             radau.step(|part| between(force, at(part))).unwrap();
@@ -144,4 +181,39 @@ fn milling_moves_the_robot_as_the_receptance_says() {
     assert!(whole < 1e-3, "{whole:e}");
     assert!(tenth < 1e-4, "{tenth:e}");
     assert!(odd < 1e-5, "{odd:e}");
+}
+
+/// From the force that the sensor reads to the acceleration, both elsewhere than at the TCP; half the difference of a cut and
+/// its opposite.
+#[test]
+fn sensors_elsewhere_read_what_the_response_says() {
+    let mut worst = 0.0_f64;
+    for (experiment, accelerometer) in [(0, Inertial), (1, Strapdown)] {
+        let (pose, rpm, feed) = EXPERIMENTS[experiment];
+        let force = cut(&mut Random::new(experiment as u64), rpm, feed);
+        let opposite: Vec<_> = force.iter().map(|force| force.map(|force| -force)).collect();
+        let mut seen = sensed(experiment, &force, accelerometer);
+        for (seen, other) in seen.iter_mut().zip(sensed(experiment, &opposite, accelerometer)) {
+            seen.iter_mut().zip(other).for_each(|(seen, other)| *seen = 0.5 * (*seen - other));
+        }
+        let linear = mill3().linearise(&pose, EARTH, &nominal());
+        let (strapdown, ideal) = (accelerometer == Strapdown, Calibration::default());
+        let terms = Terms::mounted(&linear, &nominal(), strapdown, &elsewhere(), &ideal);
+        let seconds = SAMPLES as f64 / RATE;
+        let mut response = Response::new(0.0);
+        let mut powers = [[0.0; 2]; 3];
+        for bin in (8..820).step_by(7) {
+            let s = Complex { re: WEIGHT / seconds, im: TAU * f64::from(bin) / seconds };
+            let [measured, found] = seen.each_ref().map(|series| transform(series, s));
+            response.evaluate(&terms, s, &measured, None);
+            for axis in 0..3 {
+                let gap = found[axis] - response.acceleration[axis];
+                powers[axis][0] += gap.re * gap.re + gap.im * gap.im;
+                powers[axis][1] += found[axis].re.powi(2) + found[axis].im.powi(2);
+            }
+        }
+        worst = powers.iter().fold(worst, |worst, [gap, size]| worst.max((gap / size).sqrt()));
+    }
+    println!("sensors elsewhere against the response: {worst:.1e}");
+    assert!(worst < 1e-5, "{worst:e}");
 }

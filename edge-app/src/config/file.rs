@@ -15,6 +15,8 @@ pub(super) struct File {
     pub(super) bus: BusSection,
     pub(super) signals: SignalsSection,
     pub(super) measurement: MeasurementSection,
+    #[serde(default)]
+    pub(super) mounting: MountingSection,
     #[serde(rename = "static")]
     pub(super) statics: Option<StaticSection>,
     #[serde(default)]
@@ -84,6 +86,20 @@ pub(super) struct MeasurementSection {
 enum AccelerometerKey {
     Inertial,
     Strapdown,
+}
+
+/// Where the sensors sit, TCP axes; left out, at the TCP and along its axes.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MountingSection {
+    #[serde(default)]
+    pub(super) accelerometer_xyz_m: [f64; 3],
+    #[serde(default)]
+    pub(super) accelerometer_rpy_rad: [f64; 3],
+    #[serde(default)]
+    pub(super) force_rpy_rad: [f64; 3],
+    pub(super) tool_mass_kg: Option<f64>,
+    pub(super) tool_centre_m: Option<[f64; 3]>,
 }
 
 /// What else may be off, and by how much: one standard deviation each.

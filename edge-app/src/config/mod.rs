@@ -2,10 +2,12 @@
 
 mod file;
 mod listen;
+mod mounting;
 mod sought;
 
 use std::path::{Path, PathBuf};
 
+use flexid_core::mounting::Mounting;
 use flexid_core::parameters::{Bounds, EmptyBounds};
 use flexid_core::spectrum::Measurement;
 use flexid_core::statics::StaticTest;
@@ -55,6 +57,8 @@ pub struct Config {
     pub band_hz: [f64; 2],
     /// How the acceleration is measured.
     pub accelerometer: Accelerometer,
+    /// Where the sensors sit.
+    pub mounting: Mounting,
     /// Samples of a record: a power of two.
     pub record_samples: usize,
     /// Static tests that the fit rests on beside the records; empty without any.
@@ -115,6 +119,7 @@ impl Config {
         }
         let sought =
             sought::sought(&raw.calibration, &raw.parameters, &model, &bounds).map_err(bad)?;
+        let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
         let signals = SignalTable::load(file, &base.join(&raw.bus.dbc), &raw.signals, &model)?;
 
         let statics = match &raw.statics {
@@ -133,6 +138,7 @@ impl Config {
             rate_hz: measurement.rate_hz,
             band_hz: measurement.band_hz,
             accelerometer: measurement.accelerometer,
+            mounting,
             record_samples,
             statics,
             listen,
@@ -147,6 +153,7 @@ impl Config {
             band_hz: self.band_hz,
             gravity: self.gravity,
             accelerometer: self.accelerometer,
+            mounting: self.mounting,
         }
     }
 

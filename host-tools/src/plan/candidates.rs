@@ -98,13 +98,19 @@ impl Candidates<'_> {
         let cut = Cut {
             gravity: self.config.gravity.into(),
             accelerometer: self.config.accelerometer,
+            mounting: self.config.mounting,
             ..Cut::new(experiment, &self.cutting, &sampling, &mut generator())
         };
         let response = cut.response(self.chain, self.bushings);
         record.pose = cut.pose.iter().copied().collect();
-        for (axis, signal) in record.acceleration.iter_mut().enumerate() {
-            for (value, simulated) in signal.iter_mut().zip(&response.acceleration) {
-                *value = simulated[axis] as f32;
+        let simulated = [&response.force, &response.acceleration];
+        for (signals, simulated) in
+            [&mut record.force, &mut record.acceleration].into_iter().zip(simulated)
+        {
+            for (axis, signal) in signals.iter_mut().enumerate() {
+                for (value, simulated) in signal.iter_mut().zip(simulated) {
+                    *value = simulated[axis] as f32;
+                }
             }
         }
         let measurement = self.config.measurement();
@@ -172,12 +178,14 @@ impl Candidates<'_> {
         Sampling { duration_s, ..self.scenario.measurement }
     }
 
-    /// What would be recorded of a cut, but for the acceleration.
+    /// What would be recorded of a cut, but for the acceleration, and for what a tool beyond the force sensor takes.
     fn record(&self, cut: &Experiment) -> Box<Record<SAMPLES>> {
         let (samples, sampling) = (self.config.record_samples, self.sampling());
         let force = force::milling(&self.cutting, cut, &sampling, &mut generator());
+        let axes = self.config.mounting.force_axes;
         let along = |axis: usize| {
-            force.iter().step_by(OVERSAMPLING).take(samples).map(|f| f[axis] as f32).collect()
+            let along = axes.matrix().column(axis).into_owned();
+            force.iter().step_by(OVERSAMPLING).take(samples).map(|f| f.dot(&along) as f32).collect()
         };
         Box::new(Record {
             start_s: 0.0,

@@ -3,6 +3,7 @@
 
 use fearless_simd::Level;
 use flexid_core::identify::{Identifier, Phase};
+use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushing;
 use flexid_core::spectrum::{Accelerometer, Experiment, Measurement};
 use flexid_core::stream::Record;
@@ -22,6 +23,7 @@ pub fn identify(study: &Study, robot: &Robot, seed: u64, level: Level) -> Vec<Bu
         band_hz: sampling.band_hz,
         gravity: [0.0; 3],
         accelerometer: Accelerometer::Inertial,
+        mounting: Mounting::AT_TCP,
     };
     let mut buffer = Box::new([0.0; SAMPLES]);
     let mut experiments: Vec<Experiment<BINS>> = Vec::new();

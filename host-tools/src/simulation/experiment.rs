@@ -3,6 +3,8 @@
 use flexid_core::chain::Chain;
 use flexid_core::motion::EquationOfMotion;
 use flexid_core::motion::radau::Radau;
+use flexid_core::motion::sensors::Reading;
+use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushing;
 use flexid_core::spectrum::Accelerometer;
 use nalgebra::Vector3;
@@ -14,14 +16,14 @@ use super::scenario::{Cutting, Experiment, Sampling};
 /// Steps of the integration a sample. At 2 kHz, and with modes of up to 400 Hz, an error of 1e-6.
 const STEPS: usize = 4;
 
-/// Force and motion at the sensors' instants, TCP axes at rest, without noise.
+/// What the sensors see, and what the robot does, at the sensors' instants, without noise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Response {
-    /// N.
+    /// What the force sensor reads, less its reading at rest, along its axes, N.
     pub force: Vec<Vector3<f64>>,
-    /// From the static equilibrium, m.
+    /// Of the TCP from the static equilibrium, TCP axes at rest, m.
     pub displacement: Vec<Vector3<f64>>,
-    /// What the accelerometer reads, less its reading at rest, m/s².
+    /// What the accelerometer reads, less its reading at rest, along its axes, m/s².
     pub acceleration: Vec<Vector3<f64>>,
 }
 
@@ -34,6 +36,8 @@ pub struct Cut {
     pub gravity: Vector3<f64>,
     /// How the acceleration is measured.
     pub accelerometer: Accelerometer,
+    /// Where the sensors sit.
+    pub mounting: Mounting,
     /// Samples of the sensors per second.
     pub rate_hz: f64,
     /// On the robot, N, TCP axes at rest, [`OVERSAMPLING`] values a sample.
@@ -42,7 +46,7 @@ pub struct Cut {
 
 impl Cut {
     /// The cut of `experiment` without gravity, its roughness drawn from `rng`; the accelerometer is
-    /// inertial.
+    /// inertial, and both sensors sit at the TCP.
     pub fn new(
         experiment: &Experiment,
         cutting: &Cutting,
@@ -53,6 +57,7 @@ impl Cut {
             pose: experiment.pose.clone(),
             gravity: Vector3::zeros(),
             accelerometer: Accelerometer::Inertial,
+            mounting: Mounting::AT_TCP,
             rate_hz: sampling.rate_hz,
             force: force::milling(cutting, experiment, sampling, rng),
         }
@@ -68,15 +73,16 @@ impl Cut {
         let mut response = Response::default();
         for (sample, &force) in self.force.iter().step_by(OVERSAMPLING).enumerate() {
             let (equation, state) = (robot.equation(), robot.state());
-            let [displacement, acceleration] = if stands {
-                let acceleration = equation.tcp_acceleration(state, &force, self.accelerometer);
-                [equation.tcp_displacement(state), acceleration]
+            let nothing = Vector3::repeat(f64::NAN);
+            let (displacement, reading) = if stands {
+                let reading = equation.reading(state, &force, self.accelerometer, &self.mounting);
+                (equation.tcp_displacement(state), reading)
             } else {
-                [Vector3::repeat(f64::NAN); 2]
+                (nothing, Reading { force: nothing, acceleration: nothing })
             };
-            response.force.push(force);
+            response.force.push(reading.force);
             response.displacement.push(displacement);
-            response.acceleration.push(acceleration);
+            response.acceleration.push(reading.acceleration);
             for step in 0..STEPS {
                 let at = |part: f64| sample as f64 + (step as f64 + part) / STEPS as f64;
                 stands = stands && robot.step(|part| force::between(&self.force, at(part))).is_ok();
@@ -139,6 +145,7 @@ mod tests {
             pose: vec![0.0],
             gravity: Vector3::zeros(),
             accelerometer: Accelerometer::Inertial,
+            mounting: Mounting::AT_TCP,
             rate_hz: 2000.0,
             force: vec![Vector3::new(0.0, 0.0, 1e4); 1000 * OVERSAMPLING],
         };

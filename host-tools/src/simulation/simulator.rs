@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use flexid_core::chain::Chain;
+use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushing;
 use flexid_core::spectrum::Accelerometer;
 use flexid_edge::config::Config;
@@ -50,6 +51,7 @@ pub struct Simulator {
     /// Base axes, m/s².
     gravity: Vector3<f64>,
     accelerometer: Accelerometer,
+    mounting: Mounting,
     signals: SignalTable,
     quality: Quality,
     rng: Xoshiro256PlusPlus,
@@ -80,6 +82,7 @@ impl Simulator {
             truth,
             gravity: config.gravity.into(),
             accelerometer: config.accelerometer,
+            mounting: config.mounting,
             signals: config.signals.clone(),
             quality,
             rng,
@@ -95,6 +98,7 @@ impl Simulator {
         let cut = Cut {
             gravity: self.gravity,
             accelerometer: self.accelerometer,
+            mounting: self.mounting,
             ..Cut::new(experiment, cutting, measurement, &mut self.rng)
         };
         let response = cut.response(&self.chain, &self.truth);

@@ -24,6 +24,7 @@ use flexid::validation::parameter_deviation;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Identifier, Phase};
 use flexid_core::loss::spectral;
+use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushings;
 use flexid_core::spectrum::{Accelerometer, Experiment, Measurement};
 use flexid_core::stream::Record;
@@ -191,7 +192,12 @@ impl Reference {
 }
 
 fn measurement(band_hz: [f64; 2]) -> Measurement {
-    Measurement { band_hz, gravity: [0.0; 3], accelerometer: Accelerometer::Inertial }
+    Measurement {
+        band_hz,
+        gravity: [0.0; 3],
+        accelerometer: Accelerometer::Inertial,
+        mounting: Mounting::AT_TCP,
+    }
 }
 
 /// What the processor has, and AVX2 where that is more.

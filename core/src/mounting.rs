@@ -1,0 +1,82 @@
+//! Where the sensors sit, if not at the TCP and along its axes.
+//!
+//! All of it moves with the last link, so that the accelerometer at p has the acceleration `a + α × p + ω × (ω × p)`. The
+//! cut still acts at the TCP, but what lies between it and the force sensor has inertia and weight: the sensor reads
+//!
+//! ```text
+//! F_measured = F_cut − m (a_c + θ × g)
+//! ```
+//!
+//! with the acceleration a_c of the tool's centre of mass c, and the turn θ of the tool in gravity, whose weight at rest has
+//! been removed. That the sensor sees the cut itself turned by θ is of second order and left out.
+
+use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3, Vector6};
+
+use crate::chain::linearise::LinearChain;
+
+/// How the sensors are mounted on the last link. The default has both at the TCP, along its axes, and no mass beyond.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mounting {
+    /// From the TCP to the accelerometer, TCP axes, m.
+    pub accelerometer: Vector3<f64>,
+    /// Turns the TCP's axes into the accelerometer's: its columns are those, along the TCP's.
+    pub accelerometer_axes: Rotation3<f64>,
+    /// Turns the TCP's axes into the force sensor's: its columns are those, along the TCP's.
+    pub force_axes: Rotation3<f64>,
+    /// Mass of what is beyond the force sensor, a part of the last link, kg.
+    pub tool_mass: f64,
+    /// From the TCP to the centre of that mass, TCP axes, m.
+    pub tool_centre: Vector3<f64>,
+}
+
+impl Mounting {
+    /// The default.
+    pub const AT_TCP: Self = Self {
+        accelerometer: Vector3::new(0.0, 0.0, 0.0),
+        accelerometer_axes: ALONG,
+        force_axes: ALONG,
+        tool_mass: 0.0,
+        tool_centre: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// Loads on the last link whose displacements are those of the accelerometer along its axes.
+    pub(crate) fn readings(&self, chain: &LinearChain) -> SMatrix<f64, 6, 3> {
+        loads(chain, &self.accelerometer, &self.accelerometer_axes)
+    }
+
+    /// Loads on the last link of unit forces at the TCP along the force sensor's axes.
+    pub(crate) fn forces(&self, chain: &LinearChain) -> SMatrix<f64, 6, 3> {
+        loads(chain, &Vector3::zeros(), &self.force_axes)
+    }
+
+    /// Loads on the last link whose displacements are those of the tool's centre along the force sensor's axes.
+    pub(crate) fn centres(&self, chain: &LinearChain) -> SMatrix<f64, 6, 3> {
+        loads(chain, &self.tool_centre, &self.force_axes)
+    }
+}
+
+impl Default for Mounting {
+    fn default() -> Self {
+        Self::AT_TCP
+    }
+}
+
+/// No turn.
+const ALONG: Rotation3<f64> =
+    Rotation3::from_matrix_unchecked(Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0));
+
+/// Of unit forces at `point` along each of `axes`.
+fn loads(chain: &LinearChain, point: &Vector3<f64>, axes: &Rotation3<f64>) -> SMatrix<f64, 6, 3> {
+    let mut loads = SMatrix::<f64, 6, 3>::zeros();
+    for axis in 0..3 {
+        let force: Vector3<f64> = axes.matrix().column(axis).into();
+        let load: Vector6<f64> = chain.tip_force * force + chain.tip_torque * point.cross(&force);
+        loads.set_column(axis, &load);
+    }
+    loads
+}
+
+/// Loads on the last link whose displacements tell how gravity turns along each of `axes`: `θ × g`, m/s².
+pub(crate) fn tilts(chain: &LinearChain, axes: &Rotation3<f64>) -> SMatrix<f64, 6, 3> {
+    chain.tip_torque * chain.gravity_at_tip.cross_matrix() * axes.matrix()
+}

@@ -1,0 +1,119 @@
+//! The derivatives in the nuisances, with sensors that sit elsewhere, against central differences of the reading.
+
+use nalgebra::{Isometry3, Rotation3, Vector3};
+use proptest::array::{uniform3, uniform6};
+use proptest::prelude::*;
+
+use super::*;
+use crate::calibration::Nuisances;
+use crate::chain::linearise::LinearChain;
+use crate::chain::{Chain, Joint, JointKind, Link};
+use crate::mounting::Mounting;
+use crate::parameters::{Bushing, Bushings};
+
+/// Two joints in gravity.
+fn robot() -> (LinearChain, Bushings) {
+    let joint = |x: f64, axis| Joint {
+        origin: Isometry3::new(Vector3::new(x, 0.3, -0.2), Vector3::new(0.4, x, -0.7)),
+        axis,
+        kind: JointKind::Revolute,
+        link: Link {
+            mass: 300.0 * x,
+            centre_of_mass: Vector3::new(0.2, -0.1, x),
+            inertia: Matrix3::from_diagonal(&Vector3::new(30.0, 40.0, 25.0)),
+        },
+    };
+    let joints = [joint(0.5, Vector3::z_axis()), joint(0.9, Vector3::y_axis())];
+    let chain = Chain::new(&joints, Isometry3::translation(0.4, 0.1, 0.2)).unwrap();
+    let bushing = Bushing {
+        stiffness: [2e7, 3e7, 1e7, 5e6, 2e6, 4e6],
+        damping: [2e4, 1e4, 3e4, 4e3, 5e3, 1e3],
+    };
+    let bushings: Bushings = [bushing; 2].into_iter().collect();
+    let linear = chain.linearise(&[0.4, -0.3], Vector3::new(0.0, 0.0, -9.8), &bushings);
+    (linear, bushings)
+}
+
+fn mounting(numbers: &[[f64; 3]; 4], tool_mass: f64) -> Mounting {
+    let [accelerometer, accelerometer_turn, force_turn, tool_centre] = numbers.map(Vector3::from);
+    Mounting {
+        accelerometer,
+        accelerometer_axes: Rotation3::new(accelerometer_turn),
+        force_axes: Rotation3::new(force_turn),
+        tool_mass,
+        tool_centre,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+    #[test]
+    fn nuisance_derivatives_equal_finite_differences(
+        places in proptest::array::uniform4(uniform3(-0.6_f64..0.6)),
+        tool_mass in 0.0_f64..50.0,
+        omega in 20.0_f64..1200.0,
+        raw in uniform6(-100.0_f64..100.0),
+        load in -50.0_f64..50.0,
+        delay in -1e-3_f64..1e-3,
+        turn in uniform3(-0.3_f64..0.3),
+        logarithms in uniform6(-0.3_f64..0.3),
+    ) {
+        let (linear, bushings) = robot();
+        let mounting = mounting(&places, tool_mass);
+        let s = Complex { re: 0.0, im: omega };
+        let seam = [[Complex { re: load, im: -0.5 * load }; DOF]; MAX_JOINTS];
+        let calibration = Calibration {
+            delay,
+            acceleration_gain: core::array::from_fn(|axis| libm::exp(logarithms[axis])),
+            force_gain: core::array::from_fn(|axis| libm::exp(logarithms[3 + axis])),
+            misalignment: turn,
+            ..Calibration::default()
+        };
+        let respond = |calibration: &Calibration| {
+            let terms = Terms::mounted(&linear, &bushings, true, &mounting, calibration);
+            let force = core::array::from_fn(|axis| {
+                let gain = calibration.force_gain[axis];
+                Complex { re: raw[axis] / gain, im: raw[3 + axis] / gain }
+            });
+            let mut response = Response::new(0.0);
+            response.evaluate(&terms, s, &force, Some(&seam));
+            (terms, force, response)
+        };
+        let (terms, force, response) = respond(&calibration);
+        let widths = Nuisances {
+            delay: Some(1e-3),
+            acceleration_gain: Some(1.0),
+            force_gain: Some(1.0),
+            misalignment: Some(1.0),
+            mass: None,
+        };
+        let sought = Sought::new(2, &widths);
+        let inverse_s = Complex { re: 0.0, im: -1.0 / omega };
+        let batch = Batch { s, inverse_s, force, ratio: [1.0; MAX_WIDTH] };
+        let mut rows = [[[0.0; COLUMNS]; 6]; MAX_WIDTH];
+        Derivatives::new(&sought, &calibration, 0).write(&mut rows, &response, &terms, &batch);
+        let size = response.acceleration.iter().map(|a| libm::hypot(a.re, a.im)).fold(0.0, f64::max);
+        for (index, unknown) in sought.nuisances() {
+            const STEP: f64 = 1e-5;
+            let moved = |by: f64| {
+                let mut moved = calibration;
+                match Coordinate::of(index) {
+                    Coordinate::Delay => moved.delay += 1e-3 * by,
+                    Coordinate::AccelerationGain(axis) => moved.acceleration_gain[axis] *= libm::exp(by),
+                    Coordinate::ForceGain(axis) => moved.force_gain[axis] *= libm::exp(by),
+                    Coordinate::Misalignment(axis) => moved.misalignment[axis] += by,
+                    other => unreachable!("{other:?} is not sought"),
+                }
+                respond(&moved).2.acceleration
+            };
+            let (up, down) = (moved(STEP), moved(-STEP));
+            for axis in 0..3 {
+                let numeric = (up[axis] - down[axis]).scale(0.5 / STEP);
+                let ours = [rows[0][2 * axis][unknown], rows[0][2 * axis + 1][unknown]];
+                let gap = libm::hypot(ours[0] - numeric.re, ours[1] - numeric.im);
+                prop_assert!(gap < 1e-6 * size, "{:?} {axis}: {ours:?} {numeric:?}", Coordinate::of(index));
+            }
+        }
+    }
+}
