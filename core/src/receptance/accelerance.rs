@@ -1,7 +1,7 @@
 //! What an accelerometer reads per measured force, wherever the two sensors sit.
 
 use super::complex::Complex;
-use super::gradient::read;
+use super::gradient::sense;
 use super::lanes::Lanes;
 use super::recursion::tip_stiffness;
 use super::terms::Terms;
@@ -23,7 +23,7 @@ pub fn accelerance<V: Lanes>(
     let mut moved = [[Complex::zero(s.re); DOF]; 3];
     let mut readings = moved;
     move_by(&terms.force, &tip, &mut moved);
-    read(terms, s, &mut readings);
+    sense(terms, s, &mut readings);
     see(&readings, &moved, accelerance);
     if let Some(tool) = &terms.tool {
         per_measured(tool, s * s, &moved, accelerance);

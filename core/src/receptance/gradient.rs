@@ -12,7 +12,7 @@ use super::lanes::{Lanes, Scalar};
 use super::recursion::{Column, Passage, before, hold, load_here};
 use super::symmetric::{Factor, at};
 use super::terms::{JointTerms, Terms};
-use super::tool::look_beyond;
+use super::tool::{give_back, look_beyond};
 use crate::{DOF, MAX_JOINTS};
 
 /// One value per degree of freedom, joint by joint.
@@ -35,6 +35,13 @@ pub struct Response<V> {
     /// The bushings as the way out has passed them, from the second on, and what the seam loads them with.
     passages: [Passage<V>; MAX_JOINTS],
     halfway: PerDof<V>,
+    /// Whether there is a seam.
+    sealed: bool,
+    /// The dynamic stiffness of the last link, factorised.
+    tip: Factor<V>,
+    /// Loads on the last link, then displacements, in turn those of each before it: of the readings and of the record.
+    readings: [Column<V>; 3],
+    load: Column<V>,
 }
 
 impl<V: Lanes> Response<V> {
@@ -51,6 +58,10 @@ impl<V: Lanes> Response<V> {
             per_mass: [[zero; MAX_JOINTS]; 3],
             passages: [Passage::new(like); MAX_JOINTS],
             halfway: per_dof,
+            sealed: false,
+            tip: Factor::zero(like),
+            readings: [[zero; DOF]; 3],
+            load: [zero; DOF],
         }
     }
 
@@ -65,71 +76,144 @@ impl<V: Lanes> Response<V> {
         force: &[Complex<V>; 3],
         seam: Option<&PerDof<V>>,
     ) {
-        if terms.tool.is_some() {
-            // One copy for both: a tool has weight, and where there is no gravity its terms are zero.
-            self.respond::<true, true>(terms, s, force, seam);
-        } else if terms.gravity {
-            self.respond::<true, false>(terms, s, force, seam);
-        } else {
-            self.respond::<false, false>(terms, s, force, seam);
-        }
+        self.read(terms, s, force, seam);
+        self.elongate(terms, s, None);
     }
 
+    /// The first half of [`Response::evaluate`], base to tip: acceleration and accelerance.
     #[inline(always)]
-    fn respond<const GRAVITY: bool, const TOOL: bool>(
+    pub fn read(
         &mut self,
         terms: &Terms<V::Scalar>,
         s: Complex<V>,
         force: &[Complex<V>; 3],
         seam: Option<&PerDof<V>>,
     ) {
-        let mut tip = Factor::zero(s.re);
-        // What the record loads the last link with: its seam, handed on, and its force.
-        let mut load = seam.map_or([Complex::zero(s.re); DOF], |seam| seam[0]);
-        self.reach::<GRAVITY>(terms, s, seam, &mut tip, &mut load);
-        for axis in 0..3 {
-            for i in 0..DOF {
-                load[i] = load[i].plus_real(force[axis], s.re.fill(terms.force[axis][i]));
-            }
+        if terms.gravity {
+            self.reach::<true>(terms, s, seam);
+        } else {
+            self.reach::<false>(terms, s, seam);
         }
-        let mut moved = [load; 4];
-        read(terms, s, &mut moved);
-        if TOOL && let Some(tool) = &terms.tool {
-            look_beyond(tool, &terms.force, &tip, s * s, &mut moved);
+        self.push(terms, force);
+        sense(terms, s, &mut self.readings);
+        if let Some(tool) = &terms.tool {
+            look_beyond(tool, &terms.force, &self.tip, s * s, &mut self.readings);
         }
-        for column in &mut moved {
-            tip.solve(column);
+        for reading in &mut self.readings {
+            self.tip.solve(reading);
         }
-        // At the tip: by reciprocity the readings' own displacements give what is read of any load.
+        // By reciprocity the readings' own displacements give what is read of any load.
         for axis in 0..3 {
             self.acceleration[axis] = Complex::zero(s.re);
             self.accelerance[axis] = [Complex::zero(s.re); 3];
             for i in 0..DOF {
-                self.acceleration[axis] = self.acceleration[axis].plus(moved[axis][i], load[i]);
+                let moved = self.readings[axis][i];
+                self.acceleration[axis] = self.acceleration[axis].plus(moved, self.load[i]);
                 for push in 0..3 {
                     let along = s.re.fill(terms.force[push][i]);
                     let accelerance = &mut self.accelerance[axis][push];
-                    *accelerance = accelerance.plus_real(moved[axis][i], along);
+                    *accelerance = accelerance.plus_real(moved, along);
                 }
             }
         }
+    }
+
+    /// The second half, tip to base: elongations, and with them the derivatives; by a force that was `more` (N, times
+    /// seconds) than that which has been read of, and the acceleration by it.
+    #[inline(always)]
+    pub fn elongate(
+        &mut self,
+        terms: &Terms<V::Scalar>,
+        s: Complex<V>,
+        more: Option<&[Complex<V>; 3]>,
+    ) {
+        if let Some(more) = more {
+            self.push(terms, more);
+            for axis in 0..3 {
+                for push in 0..3 {
+                    let reading = self.acceleration[axis];
+                    self.acceleration[axis] =
+                        reading.plus(self.accelerance[axis][push], more[push]);
+                }
+            }
+        }
+        if let Some(tool) = &terms.tool {
+            give_back(tool, &terms.force, &self.tip, s * s, &mut self.load);
+        }
+        self.tip.solve(&mut self.load);
+        if terms.gravity {
+            self.descend::<true>(terms, s);
+        } else {
+            self.descend::<false>(terms, s);
+        }
+    }
+
+    /// Adds a force at the TCP to the load on the last link.
+    #[inline(always)]
+    fn push(&mut self, terms: &Terms<V::Scalar>, force: &[Complex<V>; 3]) {
+        for axis in 0..3 {
+            for i in 0..DOF {
+                let along = force[axis].re.fill(terms.force[axis][i]);
+                self.load[i] = self.load[i].plus_real(force[axis], along);
+            }
+        }
+    }
+
+    /// Base to tip: the dynamic stiffness of the last link, factorised, and what the seam loads it with.
+    #[inline(always)]
+    fn reach<const GRAVITY: bool>(
+        &mut self,
+        terms: &Terms<V::Scalar>,
+        s: Complex<V>,
+        seam: Option<&PerDof<V>>,
+    ) {
+        let s2 = s * s;
+        self.sealed = seam.is_some();
+        self.load = [Complex::zero(s.re); DOF];
+        if let Some(seam) = seam {
+            self.load = seam[0];
+        }
+        let stiffness = self.tip.matrix();
+        for (index, joint) in terms.joints.iter().enumerate() {
+            if index > 0 {
+                let passage = &mut self.passages[index];
+                passage.pass::<GRAVITY>(joint, s, s2, stiffness);
+                if let Some(seam) = seam {
+                    let halfway = &mut self.halfway[index];
+                    load_here(joint, &self.load, &seam[index], halfway);
+                    passage.halfway(halfway);
+                    self.load = seam[index];
+                    passage.hand_on::<GRAVITY>(halfway, &mut self.load);
+                }
+            } else {
+                hold::<V, GRAVITY>(joint, s, s2, stiffness);
+            }
+        }
+        self.tip.factorise();
+    }
+
+    /// Tip to base, from the displacements of the last link.
+    #[inline(always)]
+    fn descend<const GRAVITY: bool>(&mut self, terms: &Terms<V::Scalar>, s: Complex<V>) {
         for (index, joint) in terms.joints.iter().enumerate().rev() {
             if terms.masses {
-                let inert = weigh(joint, s * s, &moved[3]);
+                let inert = weigh(joint, s * s, &self.load);
                 for axis in 0..3 {
                     self.per_mass[axis][index] = Complex::zero(s.re);
                     for i in 0..DOF {
                         let derivative = &mut self.per_mass[axis][index];
-                        *derivative = derivative.minus(moved[axis][i], inert[i]);
+                        *derivative = derivative.minus(self.readings[axis][i], inert[i]);
                     }
                 }
             }
             for column in 0..4 {
-                let (elongation, halfway) = match column {
-                    3 => (&mut self.elongation[index], seam.map(|_| &self.halfway[index])),
-                    axis => (&mut self.per_load[axis][index], None),
+                let (moved, elongation, halfway) = match column {
+                    3 => {
+                        let halfway = self.sealed.then_some(&self.halfway[index]);
+                        (&mut self.load, &mut self.elongation[index], halfway)
+                    }
+                    axis => (&mut self.readings[axis], &mut self.per_load[axis][index], None),
                 };
-                let moved = &mut moved[column];
                 if index == 0 {
                     *elongation = *moved;
                     continue;
@@ -142,35 +226,6 @@ impl<V: Lanes> Response<V> {
                 before(joint, &carried, moved);
             }
         }
-    }
-
-    /// Base to tip: the dynamic stiffness of the last link, factorised, and what the seam loads it with, from the first's.
-    #[inline(always)]
-    fn reach<const GRAVITY: bool>(
-        &mut self,
-        terms: &Terms<V::Scalar>,
-        s: Complex<V>,
-        seam: Option<&PerDof<V>>,
-        tip: &mut Factor<V>,
-        load: &mut Column<V>,
-    ) {
-        let s2 = s * s;
-        for (index, joint) in terms.joints.iter().enumerate() {
-            if index > 0 {
-                let passage = &mut self.passages[index];
-                passage.pass::<GRAVITY>(joint, s, s2, tip.matrix());
-                if let Some(seam) = seam {
-                    let halfway = &mut self.halfway[index];
-                    load_here(joint, load, &seam[index], halfway);
-                    passage.halfway(halfway);
-                    *load = seam[index];
-                    passage.hand_on::<GRAVITY>(halfway, load);
-                }
-            } else {
-                hold::<V, GRAVITY>(joint, s, s2, tip.matrix());
-            }
-        }
-        tip.factorise();
     }
 
     /// `∂A/∂ln k` and `∂A/∂ln d` of joint `joint`, DOF `dof`, per axis.
@@ -199,10 +254,10 @@ impl<V: Lanes> Response<V> {
 /// What the accelerometer reads of a displacement of the last link, one axis a column: `s²` along it, and how gravity
 /// tilts it, later by the delay.
 #[inline(always)]
-pub(super) fn read<V: Lanes, const N: usize>(
+pub(super) fn sense<V: Lanes>(
     terms: &Terms<V::Scalar>,
     s: Complex<V>,
-    readings: &mut [Column<V>; N],
+    readings: &mut [Column<V>; 3],
 ) {
     let s2 = s * s;
     let delayed = terms.delay.to_f64() != 0.0;

@@ -28,15 +28,40 @@ pub(crate) struct ToolTerms<T> {
     pub(super) weight: [[T; DOF]; 3],
 }
 
-/// Adds to the loads on the last link, of each reading and of the record as its force is measured, what the tool makes of
-/// them.
+/// Adds to the loads of the three readings what they see of the tool's: from `r` to `r + W Gᵀ`.
 #[inline(always)]
 pub(super) fn look_beyond<V: Lanes>(
     tool: &ToolTerms<V::Scalar>,
     pushes: &[[V::Scalar; DOF]; 3],
     tip: &Factor<V>,
     s2: Complex<V>,
-    loads: &mut [Column<V>; 4],
+    readings: &mut [Column<V>; 3],
+) {
+    let zero = Complex::zero(s2.re);
+    let mut moved = [[zero; DOF]; 3];
+    move_by(pushes, tip, &mut moved);
+    let mut taken = [[zero; DOF]; 3];
+    take(tool, s2, &mut taken);
+    let mut seen = [[zero; 3]; 3];
+    see(readings, &moved, &mut seen);
+    per_measured(tool, s2, &moved, &mut seen);
+    for axis in 0..3 {
+        for push in 0..3 {
+            for i in 0..DOF {
+                readings[axis][i] = readings[axis][i].plus(seen[axis][push], taken[push][i]);
+            }
+        }
+    }
+}
+
+/// Adds to the load of a record, whose force is as measured, what of the force the tool has taken.
+#[inline(always)]
+pub(super) fn give_back<V: Lanes>(
+    tool: &ToolTerms<V::Scalar>,
+    pushes: &[[V::Scalar; DOF]; 3],
+    tip: &Factor<V>,
+    s2: Complex<V>,
+    load: &mut Column<V>,
 ) {
     let zero = Complex::zero(s2.re);
     let mut moved = [[zero; DOF]; 3];
@@ -45,24 +70,12 @@ pub(super) fn look_beyond<V: Lanes>(
     take(tool, s2, &mut taken);
     let mut release = [[zero; 3]; 3];
     released(&taken, &moved, &mut release);
-    let mut seen = [[zero; 3]; 3];
-    see(loads, &moved, &mut seen);
-    let ideal = seen;
-    multiply(&ideal, &release, &mut seen);
-    for axis in 0..3 {
-        for push in 0..3 {
-            for i in 0..DOF {
-                loads[axis][i] = loads[axis][i].plus(seen[axis][push], taken[push][i]);
-            }
-        }
-    }
-
-    let mut record = loads[3];
-    tip.solve(&mut record);
+    let mut displacement = *load;
+    tip.solve(&mut displacement);
     let mut known = [zero; 3];
     for axis in 0..3 {
         for i in 0..DOF {
-            known[axis] = known[axis].plus(taken[axis][i], record[i]);
+            known[axis] = known[axis].plus(taken[axis][i], displacement[i]);
         }
     }
     for axis in 0..3 {
@@ -71,7 +84,7 @@ pub(super) fn look_beyond<V: Lanes>(
             hidden = hidden.plus(release[axis][other], known[other]);
         }
         for i in 0..DOF {
-            loads[3][i] = loads[3][i].plus_real(hidden, s2.re.fill(pushes[axis][i]));
+            load[i] = load[i].plus_real(hidden, s2.re.fill(pushes[axis][i]));
         }
     }
 }
@@ -112,8 +125,8 @@ pub(super) fn move_by<V: Lanes>(
 
 /// `seen[a][b] = readings[a] · moved[b]`.
 #[inline(always)]
-pub(super) fn see<V: Lanes, const N: usize>(
-    readings: &[Column<V>; N],
+pub(super) fn see<V: Lanes>(
+    readings: &[Column<V>; 3],
     moved: &[Column<V>; 3],
     seen: &mut Square<V>,
 ) {

@@ -9,10 +9,11 @@ mod information;
 mod knowledge;
 pub(crate) mod normal;
 pub(crate) mod residuals;
+mod rows;
 pub(crate) mod seam;
 mod statics;
 mod summary;
-pub(crate) mod whitening;
+mod whitening;
 
 use fearless_simd::Level;
 
@@ -199,7 +200,7 @@ impl Refinement {
         experiments: &mut [Experiment<B>],
     ) -> Outcome {
         if !self.assembled {
-            self.fit_seams(problem, experiments, true);
+            self.fit_seams(problem, experiments);
             self.assemble(problem, experiments);
         }
         self.iterations += 1;
@@ -215,7 +216,7 @@ impl Refinement {
             return self.unless_exhausted();
         }
         problem.sought.advance(&mut self.coordinates, &step);
-        let reached = self.fit_seams(problem, experiments, false) + self.beside(problem);
+        let reached = self.fit_seams(problem, experiments) + self.beside(problem);
         if reached < standing {
             let agreement = (standing - reached) / predicted;
             self.damping *= if agreement > 0.75 {
@@ -251,7 +252,7 @@ impl Refinement {
         experiments: &mut [Experiment<B>],
     ) -> Fit {
         let static_sum_of_squares = self.statics(problem).sum_of_squares();
-        let sum_of_squares = self.fit_seams(problem, experiments, true) + static_sum_of_squares;
+        let sum_of_squares = self.fit_seams(problem, experiments) + static_sum_of_squares;
         let summary = self.assemble(problem, experiments);
         let joints = problem.chain.joints().len();
         let unknowns = problem.sought.unknowns();
@@ -281,8 +282,8 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &mut Experiment<B>,
     ) {
-        self.fit_seam(problem, experiment, true);
-        self.assemble_record(problem, experiment);
+        self.fit_seam(problem, experiment);
+        self.assemble_record(problem, experiment, Unknowns::All);
         let values = problem.sought.values(&self.coordinates);
         let seam = unknowns(problem.chain.joints().len());
         self.knowledge.take(&self.record, seam, &values);
@@ -321,15 +322,15 @@ impl Refinement {
         experiment: &mut Experiment<B>,
     ) -> Agreement {
         let standing = self.coordinates;
-        self.assemble_record(problem, experiment);
+        self.assemble_record(problem, experiment, Unknowns::All);
         let mut others = self.normal.clone();
         others.subtract_complement(&self.record, unknowns(problem.chain.joints().len()));
         let (step, _) = self.propose(problem, &others, 0.0);
         problem.sought.advance(&mut self.coordinates, &step);
-        self.fit_seam(problem, experiment, false);
-        let agreement = self.assemble_record(problem, experiment).agreement();
+        self.fit_seam(problem, experiment);
+        let agreement = self.assemble_record(problem, experiment, Unknowns::All).agreement();
         self.coordinates = standing;
-        self.fit_seam(problem, experiment, true);
+        self.fit_seam(problem, experiment);
         agreement
     }
 
@@ -342,7 +343,7 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &mut Experiment<B>,
     ) -> Information {
-        self.assemble_record(problem, experiment);
+        self.assemble_record(problem, experiment, Unknowns::Foretold);
         let seam = unknowns(problem.chain.joints().len());
         Information::of_complement(&self.record, seam, problem.sought)
     }
@@ -352,19 +353,17 @@ impl Refinement {
         &mut self,
         problem: &Problem<'_>,
         experiments: &mut [Experiment<B>],
-        reweigh: bool,
     ) -> f64 {
-        experiments.iter_mut().map(|experiment| self.fit_seam(problem, experiment, reweigh)).sum()
+        experiments.iter_mut().map(|experiment| self.fit_seam(problem, experiment)).sum()
     }
 
     fn fit_seam<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiment: &mut Experiment<B>,
-        reweigh: bool,
     ) -> f64 {
         let joints = problem.chain.joints().len();
-        self.run(problem, experiment, Unknowns::Seam, reweigh);
+        self.run(problem, experiment, Unknowns::Seam);
         let normal = &mut self.record;
         normal.prefer_small(&[0.0; MAX_SEAM][..unknowns(joints)], SMALL_SEAM);
         normal.eliminate(unknowns(joints));
@@ -397,7 +396,7 @@ impl Refinement {
         total.reset(problem.sought.unknowns());
         let mut summary = Summary::default();
         for experiment in experiments {
-            summary.push(&self.assemble_record(problem, experiment));
+            summary.push(&self.assemble_record(problem, experiment, Unknowns::All));
             total.add_complement(&self.record, unknowns(problem.chain.joints().len()));
         }
         for (unknown, value) in problem.sought.priors(&self.coordinates) {
@@ -415,10 +414,11 @@ impl Refinement {
         &mut self,
         problem: &Problem<'_>,
         experiment: &mut Experiment<B>,
+        wanted: Unknowns,
     ) -> Residuals {
         let joints = problem.chain.joints().len();
         let standing = experiment.seam;
-        let residuals = self.run(problem, experiment, Unknowns::All, true);
+        let residuals = self.run(problem, experiment, wanted);
         let seam = unknowns(joints);
         self.record.prefer_small(&standing.to_solution(joints)[..seam], SMALL_SEAM);
         self.record.eliminate(seam);
@@ -431,7 +431,6 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &mut Experiment<B>,
         unknowns: Unknowns,
-        reweigh: bool,
     ) -> Residuals {
         let Problem { measurement, sought, .. } = *problem;
         let bushings = self.bushings(sought);
@@ -449,7 +448,6 @@ impl Refinement {
             sought,
             calibration: &calibration,
             unknowns,
-            reweigh,
             normal: &mut self.record,
         }
         .run(problem.level)

@@ -8,7 +8,7 @@ use crate::receptance::complex::Complex;
 /// Inverse Cholesky factor of half a bin's noise covariance (half: real and imaginary part each have unit variance
 /// then), row by row below the diagonal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Whitening {
+pub(super) struct Whitening {
     diagonal: [f64; 3],
     /// Entries (1,0), (2,0), (2,1).
     below: [Complex<f64>; 3],
@@ -16,7 +16,7 @@ pub(crate) struct Whitening {
 
 impl Whitening {
     /// From the mean squares of the noise per axis and the accelerance `[reading][force]`.
-    pub(crate) fn new(
+    pub(super) fn new(
         acceleration_noise: &[f64; 3],
         force_noise: &[f64; 3],
         accelerance: &[[Complex<f64>; 3]; 3],
@@ -50,9 +50,38 @@ impl Whitening {
         Self { diagonal: [w00, w11, w22], below: [w10, w20, w21] }
     }
 
+    /// By how much the force was more than what was measured, most likely: `Σ_F Hᴴ C⁻¹ r`, from the noise that has been
+    /// given to [`Whitening::new`] and the residual's real and imaginary parts.
+    pub(super) fn force_error(
+        &self,
+        force_noise: &[f64; 3],
+        accelerance: &[[Complex<f64>; 3]; 3],
+        residual: &[[f64; 2]; 3],
+    ) -> [Complex<f64>; 3] {
+        let conjugate = |z: Complex<f64>| Complex { re: z.re, im: -z.im };
+        let [r0, r1, r2] = residual.map(|[re, im]| Complex { re, im });
+        let [w10, w20, w21] = self.below;
+        let [x, y, z] = self.diagonal;
+        // White, and back by the adjoint: the inverse of half the covariance.
+        let white =
+            [r0.scale(x), r1.scale(y).plus(w10, r0), r2.scale(z).plus(w20, r0).plus(w21, r1)];
+        let weighed = [
+            white[0].scale(x).plus(conjugate(w10), white[1]).plus(conjugate(w20), white[2]),
+            white[1].scale(y).plus(conjugate(w21), white[2]),
+            white[2].scale(z),
+        ];
+        core::array::from_fn(|push| {
+            let mut sum = Complex { re: 0.0, im: 0.0 };
+            for axis in 0..3 {
+                sum = sum.plus(conjugate(accelerance[axis][push]), weighed[axis]);
+            }
+            sum.scale(0.5 * force_noise[push])
+        })
+    }
+
     /// Whitens real rows in place: `rows` holds real and imaginary part of the three axes in turn.
     #[inline(always)]
-    pub(crate) fn apply<const W: usize>(&self, rows: &mut [[f64; W]; 6], width: usize) {
+    pub(super) fn apply<const W: usize>(&self, rows: &mut [[f64; W]; 6], width: usize) {
         let [w10, w20, w21] = self.below;
         let [x, y, z] = self.diagonal;
         let [r0, i0, r1, i1, r2, i2] = rows;

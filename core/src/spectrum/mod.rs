@@ -20,7 +20,6 @@ use crate::MAX_JOINTS;
 use crate::chain::Chain;
 use crate::mounting::Mounting;
 use crate::refine::seam::Seam;
-use crate::refine::whitening::Whitening;
 use crate::stream::Record;
 use nalgebra::Vector3;
 use search::SearchSpectra;
@@ -107,8 +106,6 @@ pub struct Experiment<const B: usize> {
     pub search: SearchSpectra<B>,
     /// What mends the seam, as last estimated.
     pub(crate) seam: Seam,
-    /// The weights of the bins, as last estimated.
-    pub(crate) whitening: Vec<Whitening, B>,
 }
 
 impl<const B: usize> Experiment<B> {
@@ -181,7 +178,6 @@ impl<const B: usize> Experiment<B> {
             acceleration_noise: mean_square(record.acceleration_noise),
             search,
             seam: Seam::default(),
-            whitening: Vec::new(),
         })
     }
 

@@ -5,6 +5,7 @@ use proptest::array::{uniform3, uniform6};
 use proptest::prelude::*;
 
 use super::*;
+use crate::MAX_JOINTS;
 use crate::calibration::Nuisances;
 use crate::chain::linearise::LinearChain;
 use crate::chain::{Chain, Joint, JointKind, Link};

@@ -1,0 +1,150 @@
+//! The rows of a record's normal equations: per bin real and imaginary part of each axis, the derivatives in the seam and
+//! behind them those in what is sought.
+
+use nalgebra::Matrix3;
+
+use super::equations::{Batch, COLUMNS, MAX_WIDTH, spill};
+use crate::DOF;
+use crate::calibration::Calibration;
+use crate::receptance::lanes::Lanes;
+use crate::receptance::{Complex, Response, Terms};
+use crate::unknowns::{Coordinate, MAX_UNKNOWNS, Sought};
+
+/// Of each lane.
+pub(super) type Rows = [[[f64; COLUMNS]; 6]; MAX_WIDTH];
+
+#[inline(always)]
+pub(super) fn write_seam<V: Lanes<Scalar = f64>>(
+    rows: &mut Rows,
+    response: &Response<V>,
+    batch: &Batch<V>,
+    joints: usize,
+) {
+    for axis in 0..3 {
+        for joint in 0..joints {
+            for dof in 0..DOF {
+                let impulse = response.per_load[axis][joint][dof];
+                let column = 2 * DOF * joint + dof;
+                write(rows, axis, column, impulse);
+                write(rows, axis, column + DOF, impulse * batch.inverse_s);
+            }
+        }
+        let jumps = 2 * DOF * joints;
+        for (lane, rows) in rows[..V::WIDTH].iter_mut().enumerate() {
+            for other in 0..3 {
+                let own = f64::from(u8::from(other == axis));
+                rows[2 * axis][jumps + other] = own;
+                rows[2 * axis + 1][jumps + other] = 0.0;
+                rows[2 * axis][jumps + 3 + other] = 0.0;
+                rows[2 * axis + 1][jumps + 3 + other] = own * batch.ratio[lane];
+            }
+        }
+    }
+}
+
+/// Where the derivatives in each coordinate go, and what they need.
+pub(super) struct Derivatives<'a> {
+    sought: &'a Sought,
+    turning: [Matrix3<f64>; 3],
+    /// Column of each coordinate, and whether it is added to what another has written there.
+    columns: [Option<(usize, bool)>; MAX_UNKNOWNS],
+}
+
+impl<'a> Derivatives<'a> {
+    pub(super) fn new(sought: &'a Sought, calibration: &Calibration, first: usize) -> Self {
+        let mut columns = [None; MAX_UNKNOWNS];
+        for (index, unknown) in sought.sought() {
+            columns[index] = Some((first + unknown, !sought.leads(index)));
+        }
+        Self { sought, turning: calibration.turning(), columns }
+    }
+
+    #[inline(always)]
+    pub(super) fn write<V: Lanes<Scalar = f64>>(
+        &self,
+        rows: &mut Rows,
+        response: &Response<V>,
+        terms: &Terms<f64>,
+        batch: &Batch<V>,
+    ) {
+        for joint in 0..terms.joints.len() {
+            for dof in 0..DOF {
+                let derivatives = response.derivatives(terms, batch.s, joint, dof);
+                let index = Coordinate::Stiffness { joint, dof }.index();
+                for (axis, [stiffness, damping]) in derivatives.into_iter().enumerate() {
+                    self.put(rows, axis, index, stiffness);
+                    self.put(rows, axis, index + DOF, damping);
+                }
+            }
+        }
+        for (index, _) in self.sought.nuisances() {
+            let coordinate = Coordinate::of(index);
+            let width = self.sought.width(coordinate);
+            for axis in 0..3 {
+                let derivative = self.nuisance(coordinate, axis, response, batch);
+                self.put(rows, axis, index, derivative.scale(batch.s.re.fill(width)));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn nuisance<V: Lanes<Scalar = f64>>(
+        &self,
+        coordinate: Coordinate,
+        axis: usize,
+        response: &Response<V>,
+        batch: &Batch<V>,
+    ) -> Complex<V> {
+        let like = batch.s.re;
+        let reading = response.acceleration[axis];
+        match coordinate {
+            Coordinate::Delay => -(batch.s * reading),
+            Coordinate::AccelerationGain(own) if own == axis => reading,
+            Coordinate::ForceGain(push) => -(response.accelerance[axis][push] * batch.force[push]),
+            Coordinate::Misalignment(about) => {
+                let row = self.turning[about].row(axis);
+                let mut sum = Complex::zero(like);
+                for other in 0..3 {
+                    let entry = like.fill(row[other]);
+                    sum = sum.plus_real(response.acceleration[other], entry);
+                }
+                sum
+            }
+            Coordinate::Mass(link) => response.per_mass[axis][link],
+            _ => Complex::zero(like),
+        }
+    }
+
+    #[inline(always)]
+    fn put<V: Lanes<Scalar = f64>>(
+        &self,
+        rows: &mut Rows,
+        axis: usize,
+        index: usize,
+        value: Complex<V>,
+    ) {
+        match self.columns[index] {
+            Some((column, false)) => write(rows, axis, column, value),
+            Some((column, true)) => {
+                let [re, im] = spill(value);
+                for (lane, rows) in rows[..V::WIDTH].iter_mut().enumerate() {
+                    rows[2 * axis][column] += re[lane];
+                    rows[2 * axis + 1][column] += im[lane];
+                }
+            }
+            None => {}
+        }
+    }
+}
+
+#[inline(always)]
+fn write<V: Lanes<Scalar = f64>>(rows: &mut Rows, axis: usize, column: usize, value: Complex<V>) {
+    let [re, im] = spill(value);
+    for (lane, rows) in rows[..V::WIDTH].iter_mut().enumerate() {
+        rows[2 * axis][column] = re[lane];
+        rows[2 * axis + 1][column] = im[lane];
+    }
+}
+
+#[cfg(test)]
+mod tests;
