@@ -33,14 +33,12 @@ const STRUCTURED: f64 = 4.0;
 /// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
 /// one wrong basin in twenty has residuals that noise explains.
 const CLEAR: f64 = 0.05;
-/// Two minima are the same if their sums of squares differ by less than this part.
-const SAME_MINIMUM: f64 = 1e-3;
+/// Two minima are the same if their sums of squares differ by less than 1, and this part of them.
+const SAME_MINIMUM: f64 = 1e-4;
 /// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin,
 const TIMES_CONSISTENT: u32 = 2;
 /// and where its residuals are larger than the noise explains: two robots of 1200 reach a wrong basin twice in a row.
 const TIMES_SUSPECT: u32 = 4;
-/// Excess of the retired records' sum of squares per unknown up to which they may agree with those that are kept.
-const AGREEING: f64 = 3.0;
 /// Searches that one change of the records may cost.
 const MAX_STARTS: u32 = 8;
 
@@ -147,6 +145,8 @@ pub struct Identifier<R> {
     refine_iterations: u64,
     /// The best minimum since the records last changed.
     best: Option<Minimum>,
+    /// The minimum with the retired records, while those that are kept are tried alone.
+    together: Option<Minimum>,
     estimate: Option<Estimate>,
     /// Retired records that had to be forgotten.
     forgotten: u64,
@@ -156,6 +156,7 @@ pub struct Identifier<R> {
 struct Minimum {
     coordinates: Coordinates,
     fit: Fit,
+    converged: bool,
     /// How often it has been reached.
     times: u32,
 }
@@ -188,6 +189,7 @@ impl<R: Rng> Identifier<R> {
             search_evaluations: 0,
             refine_iterations: 0,
             best: None,
+            together: None,
             estimate: None,
             forgotten: 0,
         }
@@ -220,6 +222,9 @@ impl<R: Rng> Identifier<R> {
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         self.best = None;
         self.starts = 0;
+        if self.together.take().is_some() {
+            self.refinement.unshelve(true);
+        }
         if experiments.is_empty() {
             self.phase = Phase::Waiting;
             if !self.statics.is_empty() {
@@ -335,26 +340,30 @@ impl<R: Rng> Identifier<R> {
         converged: bool,
         experiments: &mut [Experiment<B>],
     ) {
-        let mut found = Minimum { coordinates: *self.refinement.coordinates(), fit, times: 1 };
-        if converged && self.reconsiders(&found) {
-            return;
+        let found =
+            Minimum { coordinates: *self.refinement.coordinates(), fit, converged, times: 1 };
+        let Some(mut found) = self.reconsidered(found) else { return };
+        if found.converged && !found.is_tested() {
+            return self.settle(&found, Acceptance::Unsettled, experiments);
         }
-        if converged && found.is_beyond_doubt() {
+        if found.is_beyond_doubt() {
             return self.settle(&found, Acceptance::Consistent, experiments);
         }
         if experiments.is_empty() {
             // In the compliances static tests are linear, but for gravity: another start would end here, too.
             let acceptance =
-                if converged { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
+                if found.converged { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
             return self.settle(&found, acceptance, experiments);
         }
         let best = match self.best.take() {
-            Some(best) if converged && found.is_as_good_as(&best) => {
-                found.times += best.times;
-                found
+            Some(mut best) => {
+                if found.converged && found.is_as_good_as(&best) {
+                    let times = best.times + found.times;
+                    (best.times, found.times) = (times, times);
+                }
+                if best.fit.sum_of_squares < found.fit.sum_of_squares { best } else { found }
             }
-            Some(best) if best.fit.sum_of_squares < found.fit.sum_of_squares => best,
-            _ => found,
+            None => found,
         };
         if best.times >= TIMES_CONSISTENT && best.is_consistent() {
             self.settle(&best, Acceptance::Consistent, experiments);
@@ -368,17 +377,22 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
-    /// Where retired records and those that are kept cannot both be right, those that are kept are tried alone; whether
-    /// this is what comes next. What is retired is forgotten only if they do better without.
-    fn reconsiders(&mut self, found: &Minimum) -> bool {
+    /// Where retired records and those that are kept cannot both be right, those that are kept are tried alone first, and
+    /// there is no minimum yet. What is retired is forgotten only if they are consistent without.
+    fn reconsidered(&mut self, found: Minimum) -> Option<Minimum> {
         let refinement = &mut self.refinement;
-        if refinement.retired() > 0 && !(found.is_consistent() && found.agrees()) {
+        if let Some(together) = self.together.take() {
+            let forget = found.converged && found.is_consistent();
+            self.forgotten += refinement.unshelve(!forget);
+            return Some(if forget { found } else { together });
+        }
+        if found.converged && found.is_contradicted() {
             refinement.shelve(&self.sought);
             refinement.restart_at(&found.coordinates);
-            return true;
+            self.together = Some(found);
+            return None;
         }
-        self.forgotten += refinement.unshelve(!found.is_consistent());
-        false
+        Some(found)
     }
 
     fn settle<const B: usize>(
@@ -441,17 +455,22 @@ impl Minimum {
 
     /// Noise explains the residuals, and is too small to hide a wrong basin.
     fn is_beyond_doubt(&self) -> bool {
-        self.is_consistent() && self.fit.ssp[0] <= CLEAR
+        self.converged && self.is_consistent() && self.fit.ssp[0] <= CLEAR
     }
 
     fn is_as_good_as(&self, best: &Self) -> bool {
         let (found, best) = (self.fit.sum_of_squares, best.fit.sum_of_squares);
-        (found - best).abs() <= SAME_MINIMUM * best
+        (found - best).abs() <= 1.0 + SAME_MINIMUM * best
     }
 
-    /// Whether retired records do not contradict it.
-    fn agrees(&self) -> bool {
-        self.fit.disagreement <= AGREEING
+    /// There are more residuals than unknowns, so that a wrong model would show.
+    fn is_tested(&self) -> bool {
+        self.fit.degrees_of_freedom >= 1.0
+    }
+
+    /// Retired records and those that are kept are not of the same robot.
+    fn is_contradicted(&self) -> bool {
+        self.fit.contradiction > rarely_exceeded(self.fit.covariance.rank() as f64)
     }
 }
 

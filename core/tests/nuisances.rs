@@ -243,21 +243,35 @@ fn retired_records_lose_nothing() {
 /// A robot whose bushing gives way: the old records contradict the new ones and are forgotten.
 #[test]
 fn a_robot_that_changes_is_not_averaged() {
+    changes(1, 0.9);
+}
+
+/// However much is known of it as it was: 120 records against three.
+#[test]
+fn a_small_change_is_seen_beside_much_knowledge() {
+    changes(40, 0.97);
+}
+
+/// Each of three records retires so many times; then a stiffness changes by a factor.
+fn changes(times: usize, factor: f64) {
     let before = Random::new(73).bushings(3);
     let mut after = before.clone();
-    after[1].stiffness[4] *= 0.9;
+    after[1].stiffness[4] *= factor;
     let mut random = Random::new(74);
     let mut identifier =
         Box::new(Identifier::new(mill3(), bounds(), MEASUREMENT, Level::new(), Random::new(5).0));
     let mut kept = experiments(&before, &mut random);
     identifier.renew(&kept);
     while identifier.step(&mut kept) != Phase::Settled {}
-    assert!(kept.iter_mut().all(|experiment| identifier.retire(experiment)));
+    for _ in 0..times {
+        assert!(kept.iter_mut().all(|experiment| identifier.retire(experiment)));
+    }
     kept = experiments(&after, &mut random);
     identifier.renew(&kept);
     while identifier.step(&mut kept) != Phase::Settled {}
     let estimate = identifier.estimate().unwrap();
-    assert_eq!((estimate.acceptance, estimate.forgotten), (Acceptance::Consistent, 3));
+    let forgotten = 3 * times as u64;
+    assert_eq!((estimate.acceptance, estimate.forgotten), (Acceptance::Consistent, forgotten));
     let off = estimate.bushings[1].stiffness[4] / after[1].stiffness[4] - 1.0;
     assert!(off.abs() < 0.01, "{off}");
 }

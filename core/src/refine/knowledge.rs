@@ -56,12 +56,17 @@ impl Knowledge {
         self.normal.sum_of_squares() - self.normal.gain(&self.from(values))
     }
 
-    /// By how much its sum of squares at these values exceeds the least that it could have: as many as there are
-    /// unknowns, about, unless the robot has changed.
-    pub(crate) fn disagreement(&self, values: &[f64; MAX_UNKNOWNS]) -> f64 {
-        let mut least = self.normal.clone();
-        least.eliminate(least.unknowns());
-        self.sum_of_squares(values) - least.sum_of_squares()
+    /// What `all`, the normal equations with it at these values, must spend because it and the rest of them want other
+    /// values. Looked at together: of the little that few records know, much knowledge takes hardly notice.
+    pub(crate) fn contradiction(&self, all: &ParameterNormal, values: &[f64; MAX_UNKNOWNS]) -> f64 {
+        if self.records == 0 {
+            return 0.0;
+        }
+        let mut own = self.normal.clone();
+        own.shift(&self.from(values));
+        let mut rest = all.clone();
+        rest.subtract_complement(&own, 0);
+        own.excess() + rest.excess() - all.excess()
     }
 
     fn from(&self, values: &[f64; MAX_UNKNOWNS]) -> [f64; MAX_UNKNOWNS] {

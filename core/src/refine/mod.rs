@@ -42,6 +42,8 @@ const NEGLIGIBLE: f64 = 1e-4;
 const LONGEST_STEP: f64 = 1.0;
 /// First damping, relative to the information of each parameter.
 const FIRST_DAMPING: f64 = 1e-2;
+/// The damping at which even a combination of parameters that the data hardly tell moves almost freely.
+const UNDAMPED: f64 = 1e-6;
 /// The damping at which nothing moves any more.
 const LAST_DAMPING: f64 = 1e8;
 /// Steps after which a refinement ends wherever it is.
@@ -101,7 +103,7 @@ pub enum Outcome {
 /// How well the parameters explain the records.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// Sum of squares of the whitened residuals.
+    /// Sum of squares of the whitened residuals, of static tests and of priors; what retired records add is left out.
     pub sum_of_squares: f64,
     /// Its expectation if the model is right: real residuals less unknowns that are told.
     pub degrees_of_freedom: f64,
@@ -118,9 +120,9 @@ pub struct Fit {
     /// Ljung and Box's statistic of the whitened residuals, less its expectation and in its standard deviations: about
     /// N(0, 1) if the model and the colour of the noise are right.
     pub whiteness: f64,
-    /// By how much retired records disagree: the excess of their sum of squares per unknown, 1 or less if nothing
-    /// has changed.
-    pub disagreement: f64,
+    /// By how much the sum of squares is larger than the least that kept and retired records would have each by
+    /// themselves: χ² of as many degrees of freedom as unknowns are told, if nothing has changed; 0 without retired ones.
+    pub contradiction: f64,
 }
 
 pub(crate) type ParameterNormal = Normal<{ packed(MAX_UNKNOWNS + 1) }>;
@@ -208,7 +210,7 @@ impl Refinement {
         let standing = self.normal.sum_of_squares();
         let (step, predicted) = self.propose(problem, &self.normal, self.damping);
         if predicted < NEGLIGIBLE {
-            if predicted >= 0.0 && self.damping <= FIRST_DAMPING {
+            if predicted >= 0.0 && self.damping <= UNDAMPED {
                 return Outcome::Converged;
             }
             // A damped step that gains nothing says little; nor does one that the bounds turned uphill.
@@ -252,13 +254,16 @@ impl Refinement {
         experiments: &mut [Experiment<B>],
     ) -> Fit {
         let static_sum_of_squares = self.statics(problem).sum_of_squares();
-        let sum_of_squares = self.fit_seams(problem, experiments) + static_sum_of_squares;
+        let priors = problem.sought.priors(&self.coordinates);
+        let (priors, off) =
+            priors.fold((0, 0.0), |(n, sum), (_, value)| (n + 1, sum + value * value));
+        let sum_of_squares = self.fit_seams(problem, experiments) + static_sum_of_squares + off;
         let summary = self.assemble(problem, experiments);
         let joints = problem.chain.joints().len();
-        let unknowns = problem.sought.unknowns();
         let covariance = Covariance::of(&self.normal);
         let static_residuals = problem.statics.iter().map(|test| test.readings().count()).sum();
-        let residuals = experiments.iter().map(|e| 6 * e.bins()).sum::<usize>() + static_residuals;
+        let residuals = experiments.iter().map(|e| 6 * e.bins()).sum::<usize>();
+        let residuals = residuals + static_residuals + priors;
         // Retired records have told the unknowns before.
         let told = if self.knowledge.records() > 0 { 0 } else { covariance.rank() };
         let sought = told + experiments.len() * seam::unknowns(joints);
@@ -272,7 +277,7 @@ impl Refinement {
             covariance,
             whiteness: summary.whiteness(),
             ssp: summary.similarities.median_and_largest(),
-            disagreement: self.knowledge.disagreement(&values) / unknowns.max(1) as f64,
+            contradiction: self.knowledge.contradiction(&self.normal, &values),
         }
     }
 

@@ -22,7 +22,7 @@ pub(crate) struct Normal<const L: usize> {
 
 impl<const L: usize> Normal<L> {
     pub(crate) const fn new() -> Self {
-        Self { size: 0, entries: [0.0; L] }
+        Self { size: 1, entries: [0.0; L] }
     }
 
     /// Empties it for `unknowns`.
@@ -49,6 +49,13 @@ impl<const L: usize> Normal<L> {
     /// What the residual's sum of squares stands at.
     pub(crate) fn sum_of_squares(&self) -> f64 {
         self.entries[packed(self.size) - 1]
+    }
+
+    /// By how much that is more than the least. Before eliminating.
+    pub(crate) fn excess(&self) -> f64 {
+        let mut least = self.clone();
+        least.eliminate(self.unknowns());
+        self.sum_of_squares() - least.sum_of_squares()
     }
 
     /// Adds six rows, each as long as the unknowns and the right-hand side.

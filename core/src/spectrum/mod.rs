@@ -159,6 +159,9 @@ impl<const B: usize> Experiment<B> {
         };
         let force = plain(&record.force)?;
         let acceleration = plain(&record.acceleration)?;
+        if !force.power().is_finite() || !acceleration.power().is_finite() {
+            return Err(SpectrumError::NotFinite);
+        }
         let mean_square = |sigma: [f32; 3]| {
             sigma.map(|s| f64::from(s) * f64::from(s) * samples as f64 * period * period)
         };
