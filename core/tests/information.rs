@@ -58,7 +58,8 @@ fn foretells_the_deviations_of_a_fit() {
             let least = if RINGING.contains(&unknown) { 0.45 } else { 0.93 };
             assert!((least..1.05).contains(&ratio), "{count}, unknown {unknown}: {ratio}");
             let ratio = told[unknown] / fitted[unknown];
-            assert!((ratio - 1.0).abs() < 1e-6, "{count}, unknown {unknown}: {ratio}");
+            // The one at the force as measured, the other as it is best known.
+            assert!((ratio - 1.0).abs() < 2e-3, "{count}, unknown {unknown}: {ratio}");
         }
     }
 }

@@ -214,7 +214,7 @@ fn static_tests_alone() {
         let tests = measure(&truth, 60, gravity, &mut random);
         let measurement = Measurement { gravity: gravity.into(), ..MEASUREMENT };
         let estimate = settle(&mut identifier_of(&tests, measurement), &mut []);
-        assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}: {estimate:?}");
+        assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}");
         for ((found, truth), deviation) in
             estimate.bushings.iter().zip(&truth).zip(&estimate.standard_deviations)
         {

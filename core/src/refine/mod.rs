@@ -2,7 +2,8 @@
 //! gradient, every bin weighted by its noise, and the seam of every record projected out.
 //!
 //! One [`Refinement::step`] tries one step. It ends when the step that is left would lower the sum of squares by
-//! less than 1e-4: a hundredth of a standard deviation in all parameters together.
+//! less than 1e-4: a hundredth of a standard deviation in all parameters together, but for combinations that the data
+//! hardly tell, which the damping holds back.
 
 mod equations;
 mod information;
@@ -42,8 +43,6 @@ const NEGLIGIBLE: f64 = 1e-4;
 const LONGEST_STEP: f64 = 1.0;
 /// First damping, relative to the information of each parameter.
 const FIRST_DAMPING: f64 = 1e-2;
-/// The damping at which even a combination of parameters that the data hardly tell moves almost freely.
-const UNDAMPED: f64 = 1e-6;
 /// The damping at which nothing moves any more.
 const LAST_DAMPING: f64 = 1e8;
 /// Steps after which a refinement ends wherever it is.
@@ -210,7 +209,7 @@ impl Refinement {
         let standing = self.normal.sum_of_squares();
         let (step, predicted) = self.propose(problem, &self.normal, self.damping);
         if predicted < NEGLIGIBLE {
-            if predicted >= 0.0 && self.damping <= UNDAMPED {
+            if predicted >= 0.0 && self.damping <= FIRST_DAMPING {
                 return Outcome::Converged;
             }
             // A damped step that gains nothing says little; nor does one that the bounds turned uphill.
