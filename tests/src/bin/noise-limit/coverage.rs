@@ -1,6 +1,7 @@
 //! With the scenario's noise: intervals that cover, and errors at the bound.
 
 use anyhow::Result;
+use flexid_core::verdict::Verdict;
 use rayon::prelude::*;
 
 use crate::bound::deviations;
@@ -12,6 +13,8 @@ use crate::study::{Study, name};
 
 /// How far from 95 % the share of all intervals that cover may be, percent.
 const OFF: f64 = 1.0;
+/// The same of weak parameters: errors of up to a third are not small.
+const OFF_WEAK: f64 = 3.0;
 /// Root-mean-square error over the bound.
 const OVER_BOUND: f64 = 1.1;
 
@@ -42,12 +45,20 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
 
 fn judge(runs: &[(Run, Vec<f64>)], parameters: &[Parameter]) -> Vec<Figure> {
     let consistent = || runs.iter().map(|(run, _)| run).filter(|run| run.found.is_consistent());
-    let mut all = Intervals::default();
-    for run in consistent() {
-        let identified = (0..run.errors.len()).filter(|index| run.found.identifies(*index));
-        all.push(identified.map(|index| run.errors[index] / run.found.deviations[index]));
-    }
-    let mut figures = vec![all.figure("95 % intervals that cover".into(), OFF, false)];
+    let intervals = |verdict| {
+        let mut all = Intervals::default();
+        for run in consistent() {
+            let (found, errors) = (&run.found, &run.errors);
+            let called = (0..errors.len()).filter(|index| found.verdicts[*index] == verdict);
+            all.push(called.map(|index| errors[index] / found.deviations[index]));
+        }
+        all
+    };
+    let unexplained = runs.len() - consistent().count();
+    let mut figures = vec![
+        Figure::unexplained("all robots", runs.len(), unexplained),
+        intervals(Verdict::Identified).cover("identified parameters", OFF, false),
+    ];
     let told: Vec<&Parameter> = parameters.iter().filter(|p| !p.reported.is_empty()).collect();
     // Relative to the range that each has by its own number of runs.
     let lowest = told.iter().min_by(|a, b| a.room()[0].total_cmp(&b.room()[0]));
@@ -76,13 +87,15 @@ fn judge(runs: &[(Run, Vec<f64>)], parameters: &[Parameter]) -> Vec<Figure> {
     // Each run counts as one error, though it has many.
     let limit = spread::root_mean_square(together.len(), OVER_BOUND);
     figures.push(Figure::at_most(what, runs.len(), limit, root_mean_square(&together), ""));
+    // Few robots may have none.
+    let weak = intervals(Verdict::Weak);
+    if !weak.is_empty() {
+        figures.push(weak.cover("weak parameters", OFF_WEAK, false));
+    }
     let others = runs.iter().map(|(run, _)| run).filter(|run| !run.found.is_consistent());
     let claims = others.filter(|run| run.found.identified() > 0).count();
     let what = "runs that the noise does not explain, yet a parameter is called identified";
-    figures.push(
-        Figure::count(what, runs.len(), claims == 0, claims, "none")
-            .remark(format_args!("{} not explained", runs.len() - together.len())),
-    );
+    figures.push(Figure::count(what, runs.len(), claims == 0, claims, "none"));
     figures
 }
 

@@ -3,6 +3,13 @@
 use std::fmt;
 use std::time::Duration;
 
+use crate::spread;
+
+/// Runs that the noise need not explain, percent.
+const UNEXPLAINED: f64 = 1.0;
+/// Part of right runs that it does not, at most: the noise itself is known from a few hundred samples.
+const MISJUDGED: f64 = 1e-3;
+
 /// A measured number and its limit.
 pub(crate) struct Figure {
     pub(crate) what: String,
@@ -51,7 +58,7 @@ impl Figure {
     ) -> Self {
         Self {
             what: what.into(),
-            limit: format!("{least:.1} to {most:.1}{unit}"),
+            limit: format!("{least:.2} to {most:.2}{unit}"),
             measured: format!("{measured:.2}{unit}"),
             held: (least..=most).contains(&measured),
             runs,
@@ -73,6 +80,14 @@ impl Figure {
             held,
             runs,
         }
+    }
+
+    /// Runs that the noise does not explain, though nothing else is in them: they are missing from the other figures.
+    pub(crate) fn unexplained(what: &str, runs: usize, unexplained: usize) -> Self {
+        let [_, most] = spread::percentages(runs, MISJUDGED, [0.0, UNEXPLAINED]);
+        let what = format!("{what}: runs that the noise does not explain");
+        let share = 100.0 * unexplained as f64 / runs as f64;
+        Self::at_most(what, runs, most, share, " %").remark(unexplained)
     }
 
     /// What else the measured number is, in words.

@@ -8,7 +8,7 @@ const HALF: f64 = 1.96;
 /// Limits of the share that covers, of each parameter, percent.
 pub(crate) const EACH: [f64; 2] = [92.0, 98.0];
 
-/// Intervals of one run rest on the same noise: the share that covers scatters from run to run like that of so many
+/// Intervals of one run rest on the same noise: the share that covers, and the errors' size, scatter from run to run like that of so many
 /// independent ones per interval.
 const INDEPENDENT: f64 = 0.6;
 
@@ -32,21 +32,31 @@ impl Intervals {
         self.squares += scores.iter().map(|score| score * score).sum::<f64>();
     }
 
+    pub(crate) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
     /// Share of all that covers, which may be `off` 95 % or as far as so few runs scatter; if one error moves all intervals of a
-    /// run, each run counts as one. Where any share would do, so few are they, the errors' size is judged instead.
-    pub(crate) fn figure(&self, what: String, off: f64, one_error: bool) -> Figure {
-        let Self { runs, count, covered, squares } = self;
-        let share = *covered as f64 / *count as f64;
-        let independent =
-            if one_error { *runs } else { (INDEPENDENT * *count as f64).round() as usize };
-        let limits = spread::percentages(independent, 0.95, [95.0 - off, 95.0 + off]);
-        if limits[0] <= 0.0 {
-            let what = format!("{what}: too few, their errors' root mean square instead");
-            let limit = spread::root_mean_square(independent, 1.0);
-            return Figure::at_most(what, *runs, limit, (squares / *count as f64).sqrt(), " σ");
-        }
-        Figure::within(what, *runs, limits, 100.0 * share, " %")
-            .remark(format_args!("{count} intervals"))
+    /// run, each run counts as one.
+    pub(crate) fn cover(&self, what: &str, off: f64, one_error: bool) -> Figure {
+        let limits =
+            spread::percentages(self.independent(one_error), 0.95, [95.0 - off, 95.0 + off]);
+        let what = format!("{what}: 95 % intervals that cover");
+        let share = 100.0 * self.covered as f64 / self.count as f64;
+        Figure::within(what, self.runs, limits, share, " %")
+            .remark(format_args!("{} intervals", self.count))
+    }
+
+    /// Root mean square of the errors: it tells more than the share, the more so the fewer they are.
+    pub(crate) fn size(&self, what: &str, one_error: bool) -> Figure {
+        let limits = spread::root_mean_squares(self.independent(one_error));
+        let what = format!("{what}: root-mean-square error");
+        let size = (self.squares / self.count as f64).sqrt();
+        Figure::within(what, self.runs, limits, size, " σ")
+    }
+
+    fn independent(&self, one_error: bool) -> usize {
+        if one_error { self.runs } else { (INDEPENDENT * self.count as f64).round() as usize }
     }
 }
 

@@ -32,11 +32,15 @@ pub(crate) fn percentages(trials: usize, share: f64, [least, most]: [f64; 2]) ->
     [least.min(fewest), most.max(largest)]
 }
 
-/// What the root mean square of so many standard normal errors may come to: `limit` unless they scatter beyond (Wilson
-/// and Hilferty, 1931).
-pub(crate) fn root_mean_square(errors: usize, limit: f64) -> f64 {
+/// What the root mean square of so many standard normal errors may come to, `[least, most]` (Wilson and Hilferty, 1931).
+pub(crate) fn root_mean_squares(errors: usize) -> [f64; 2] {
     let variance = 2.0 / (9.0 * errors.max(1) as f64);
-    (1.0 - variance + DEVIATIONS * variance.sqrt()).powf(1.5).max(limit)
+    [-DEVIATIONS, DEVIATIONS].map(|off| (1.0 - variance + off * variance.sqrt()).max(0.0).powf(1.5))
+}
+
+/// The most that it may come to: `limit` unless so few scatter beyond.
+pub(crate) fn root_mean_square(errors: usize, limit: f64) -> f64 {
+    root_mean_squares(errors)[1].max(limit)
 }
 
 #[cfg(test)]
@@ -52,5 +56,8 @@ mod tests {
         assert!((root_mean_square(10, 1.0) - 3.556_f64.sqrt()).abs() < 0.02);
         assert!((root_mean_square(1000, 1.0) - 1.175_f64.sqrt()).abs() < 0.01);
         assert_eq!(root_mean_square(1000, 1.1), 1.1);
+        // And falls below 835.4.
+        assert!((root_mean_squares(1000)[0] - 0.8354_f64.sqrt()).abs() < 0.01);
+        assert_eq!(root_mean_squares(1)[0], 0.0);
     }
 }
