@@ -23,6 +23,8 @@ use crate::study::{Purpose, Study, logarithms, name, random};
 const DAYS: usize = 30;
 /// Root-mean-square error over the bound of all records.
 const OVER_BOUND: f64 = 1.03;
+/// How far the folding may move a parameter on average, in standard deviations at the bound.
+const SHIFT: f64 = 0.1;
 /// How far an identified parameter's standard deviation may be from that of a fit that keeps all records.
 const DEVIATION: f64 = 0.03;
 
@@ -36,6 +38,8 @@ struct Month {
     deviations: Vec<f64>,
     /// Errors of all parameters together, over what the bound makes of them.
     together: f64,
+    /// The same of the fit that keeps all records.
+    whole_together: f64,
     /// Records whose information was not folded.
     lost: usize,
     consistent: bool,
@@ -72,6 +76,9 @@ fn judge(study: &Study, all: &[Month]) -> Vec<Figure> {
         .map(|index| mean(|month, index| month.scores[index] - month.whole[index], index))
         .collect();
     let (shifted, shift) = largest(&shifts);
+    let whole: Vec<f64> = all.iter().map(|month| month.whole_together).collect();
+    // As far as each may differ from a fit that keeps all records: errors as much larger as the bound allows.
+    let differing = (OVER_BOUND * OVER_BOUND - 1.0).sqrt();
     let deviations: Vec<f64> =
         all.iter().flat_map(|month| month.deviations.iter().map(|ratio| ratio - 1.0)).collect();
     let lost: usize = all.iter().map(|month| month.lost).sum();
@@ -85,8 +92,16 @@ fn judge(study: &Study, all: &[Month]) -> Vec<Figure> {
             "",
         )
         .remark("all parameters, weighted by what the records tell of them"),
+        // The same noise is in both: their ratio hardly scatters.
         Figure::at_most(
-            "its bias, worst parameter, in standard errors of the mean",
+            "the same, over that of a fit that keeps all records",
+            robots,
+            OVER_BOUND,
+            root_mean_square(&together) / root_mean_square(&whole),
+            "",
+        ),
+        Figure::at_most(
+            "bias after the folding, worst parameter, in standard errors of the mean",
             robots,
             spread::DEVIATIONS,
             bias,
@@ -100,12 +115,18 @@ fn judge(study: &Study, all: &[Month]) -> Vec<Figure> {
         Figure::at_most(
             "difference from a fit that keeps all records, root mean square",
             robots,
-            // Errors as much larger as the limit above allows.
-            (OVER_BOUND * OVER_BOUND - 1.0).sqrt(),
+            differing,
             root_mean_square(&apart),
             " σ",
+        ),
+        Figure::at_most(
+            "mean of that difference, worst parameter",
+            robots,
+            SHIFT.max(spread::DEVIATIONS * differing / (robots as f64).sqrt()),
+            shift,
+            " σ",
         )
-        .remark(format_args!("mean of the worst parameter {shift:.3} σ, {}", name(shifted))),
+        .remark(name(shifted)),
         Figure::at_most(
             "standard deviations of identified parameters against those of that fit, root mean square",
             robots,
@@ -177,7 +198,7 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
     let (errors, bound) = (found.errors(&truth), deviations(&information)?);
     let over = |errors: &[f64]| errors.iter().zip(&bound).map(|(e, bound)| e / bound).collect();
     let (whole, own) = keep_all(&task, &found.estimate.bushings, &mut all);
-    let whole: Vec<f64> = logarithms(&whole)
+    let whole_errors: Vec<f64> = logarithms(&whole)
         .iter()
         .zip(logarithms(&truth))
         .map(|(whole, truth)| whole - truth)
@@ -186,7 +207,8 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
     Ok(Month {
         together: distance(&information, &errors),
         scores: over(&errors),
-        whole: over(&whole),
+        whole: over(&whole_errors),
+        whole_together: distance(&information, &whole_errors),
         deviations: identified.map(|i| estimate.covariance.deviation(i) / own[i]).collect(),
         lost,
         consistent: found.is_consistent(),
