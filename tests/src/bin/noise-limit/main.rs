@@ -2,8 +2,8 @@
 //!
 //! Robots are drawn from the reference scenario's bounds and simulated in time, by a dense linear model or the
 //! nonlinear one; nothing of the identifier's frequency domain takes part in that, nor in the bound that its errors
-//! are compared with. Prints a table of figures and limits; the exit status is 1 if one does not hold. Same
-//! arguments, same figures.
+//! are compared with; the linear model sags as core says. Prints a table of figures and limits; the exit status is 1
+//! if one does not hold. Same arguments, same figures.
 
 mod bound;
 #[path = "../../../../core/tests/common/mod.rs"]
