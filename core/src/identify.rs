@@ -23,7 +23,7 @@ use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use crate::unknowns::{Coordinates, MAX_NUISANCES, Nuisance, Sought};
-use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS};
+use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 
 /// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a
 /// few hundred quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
@@ -91,6 +91,8 @@ pub struct Estimate {
     pub size_objects: bool,
     /// Whether they have more structure along the band than noise explains.
     pub whiteness_objects: bool,
+    /// Whether the residuals of the static tests by themselves are larger than their noise explains.
+    pub statics_object: bool,
     /// Whether the records stand clear of the noise, so that it cannot hide a wrong minimum.
     pub stands_clear: bool,
     /// Covariance of the unknowns; [`Identifier::sought`] says which they are.
@@ -106,6 +108,14 @@ pub struct Estimate {
     /// Retired records that had to be forgotten, since the newer ones contradict them: the robot has changed.
     pub forgotten: u64,
     coordinates: Coordinates,
+}
+
+impl Estimate {
+    /// How far its parameters can be trusted: none is identified in a fit that did not settle, or that static tests contradict.
+    pub fn trust(&self) -> Trust {
+        let sound = self.acceptance != Acceptance::Unsettled && !self.statics_object;
+        Trust::new(self.consistency, sound)
+    }
 }
 
 /// How the work stands.
@@ -426,6 +436,7 @@ impl<R: Rng> Identifier<R> {
             size_objects: !noise_explains(fit.sum_of_squares, fit.degrees_of_freedom),
             // What is no number does.
             whiteness_objects: fit.whiteness.is_nan() || fit.whiteness > STRUCTURED,
+            statics_object: statics_object(&fit),
             stands_clear: fit.ssp[0] <= CLEAR,
             weak_directions,
             held_out,
@@ -448,9 +459,7 @@ impl Minimum {
     /// outvote.
     fn is_consistent(&self) -> bool {
         let Fit { sum_of_squares, degrees_of_freedom, .. } = self.fit;
-        let statics = self.fit.static_sum_of_squares;
-        noise_explains(sum_of_squares, degrees_of_freedom)
-            && statics <= rarely_exceeded(self.fit.static_residuals as f64)
+        noise_explains(sum_of_squares, degrees_of_freedom) && !statics_object(&self.fit)
     }
 
     /// Noise explains the residuals, and is too small to hide a wrong basin.
@@ -478,6 +487,12 @@ impl Minimum {
 fn noise_explains(sum_of_squares: f64, degrees_of_freedom: f64) -> bool {
     let most = (CONSISTENT * degrees_of_freedom).max(rarely_exceeded(degrees_of_freedom));
     (0.0..=most).contains(&sum_of_squares)
+}
+
+/// Whether the static tests' residuals are larger than their noise leaves them; what is no number is.
+fn statics_object(fit: &Fit) -> bool {
+    let most = rarely_exceeded(fit.static_residuals as f64);
+    !(0.0..=most).contains(&fit.static_sum_of_squares)
 }
 
 /// What χ² of so many degrees of freedom exceeds with a chance below e⁻¹⁰ (Laurent and Massart, 2000, lemma 1).

@@ -7,12 +7,12 @@ use common::milling::{Conditions, SAMPLES, cut, experiments, record};
 use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use fearless_simd::Level;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
-use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
+use flexid_core::identify::{Estimate, Identifier, Phase};
 use flexid_core::parameters::{Bounds, Bushings, EmptyBounds};
 use flexid_core::spectrum::{Experiment, Measurement, SpectrumError};
 use flexid_core::stream::Record;
 use flexid_core::unknowns::Coordinate;
-use flexid_core::verdict::{Trust, Verdict};
+use flexid_core::verdict::Verdict;
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
 /// Spoils a record with a value.
@@ -36,7 +36,7 @@ fn identify(
 }
 
 fn verdicts(estimate: &Estimate) -> Vec<(Coordinate, Verdict)> {
-    let trust = Trust::new(estimate.consistency, estimate.acceptance != Acceptance::Unsettled);
+    let trust = estimate.trust();
     let pairs = estimate.bushings.iter().zip(&estimate.standard_deviations).enumerate();
     let verdicts = pairs.flat_map(|(joint, (value, deviation))| {
         (0..6).flat_map(move |dof| {

@@ -14,6 +14,7 @@ use flexid_core::refine::{Fit, Outcome, Problem, Refinement};
 use flexid_core::spectrum::{Experiment, Measurement};
 use flexid_core::statics::{Deflection, MAX_STATIC_TESTS, Reading, StaticTest, StaticTestError};
 use flexid_core::unknowns::Sought;
+use flexid_core::verdict::Verdict;
 use nalgebra::{Complex, DVector, Vector3};
 use proptest::prelude::*;
 
@@ -267,6 +268,7 @@ fn records_join_and_contradiction_is_seen() {
     assert!(estimate.standard_deviations[0].damping[0].is_finite());
     let consistency = estimate.static_consistency.expect("there are tests");
     assert!((0.5..1.6).contains(&consistency), "{consistency}");
+    assert!(!estimate.statics_object && identified(&estimate) > 0);
 
     let mut other = truth.clone();
     other[1].stiffness.iter_mut().for_each(|stiffness| *stiffness *= 1.2);
@@ -274,6 +276,19 @@ fn records_join_and_contradiction_is_seen() {
         settle(&mut identifier(&measure(&other, 4, Vector3::zeros(), &mut random)), &mut records);
     assert!(estimate.consistency < 1.3, "outvoted: {}", estimate.consistency);
     assert_eq!(estimate.acceptance, Acceptance::ModelSuspect, "{:?}", estimate.static_consistency);
+    assert!(estimate.statics_object && !estimate.size_objects);
+    assert_eq!(identified(&estimate), 0, "who contradicts whom is not known");
+}
+
+/// How many stiffnesses pass for identified.
+fn identified(estimate: &Estimate) -> usize {
+    let trust = estimate.trust();
+    let joints = estimate.bushings.iter().zip(&estimate.standard_deviations);
+    let told = joints.flat_map(|(value, deviation)| {
+        let pairs = value.stiffness.into_iter().zip(deviation.stiffness);
+        pairs.map(|(value, deviation)| trust.verdict(value, deviation).0)
+    });
+    told.filter(|told| *told == Verdict::Identified).count()
 }
 
 #[test]
