@@ -73,11 +73,12 @@ pub struct Nuisance {
     pub unit: Unit,
     /// In this unit.
     pub value: f64,
-    /// Standard deviation in the same unit; `None` where it is not observable.
+    /// Standard deviation in the same unit; `None` where the fit is broken.
     pub std: Option<f64>,
-    /// 95 %, in the same unit; `None` as for the joints.
+    /// 95 %, in the same unit; `None` where the residuals are so large that their cause is no noise.
     pub interval: Option<Interval>,
-    /// Whether the data tell it, or what was known of it beforehand.
+    /// How much the data add to what was known of it beforehand: whether they leave 5 % or less of that standard deviation,
+    /// or 30 %.
     pub verdict: Verdict,
 }
 
@@ -102,11 +103,13 @@ impl Correlations {
 /// A combination of unknowns that the data tell badly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct WeakDirection {
-    /// Standard deviation of the logarithms along it, that is relative; `None` where the data do not tell it at all.
+    /// Standard deviation along it: of the parameters' logarithms, that is relative, and of nuisances as a part of what was
+    /// known of them beforehand; `None` where the data do not tell it at all.
     pub relative_std: Option<f64>,
     /// Who takes part most, largest first.
     pub shares: Vec<Share, MAX_SHARES>,
-    /// Such as `joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (31 %)`.
+    /// Such as `joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (31 %)`; no percentage where a
+    /// nuisance is named.
     pub text: Text,
 }
 

@@ -1,26 +1,23 @@
 //! What the daemon sends beside a report: how far to trust it.
 
-use flexid_core::identify::{Acceptance, Estimate};
+use flexid_core::identify::Estimate;
 use flexid_core::unknowns::{self, Coordinate, Sought};
-use flexid_core::verdict::{Covariance, Direction, Trust};
+use flexid_core::verdict::{Covariance, Trust};
 use flexid_wire::confidence::{
-    Confidence, Correlations, HeldOut, Interval, JointIntervals, Nuisance, Share, WeakDirection,
+    Confidence, Correlations, HeldOut, Interval, JointIntervals, Nuisance,
 };
 use flexid_wire::report::Report;
 use flexid_wire::text::clipped;
 
 use super::Pose;
-use super::names::{enumerate, name, names};
+use super::directions::weak_direction;
+use super::names::{name, names};
 use super::report::verdict;
 use super::residuals::Residuals;
 use crate::config::Config;
 
 /// 95 % of a normal distribution lie within so many standard deviations.
 const WITHIN: f64 = 1.959_964;
-/// Who takes part in a direction is named in words with this much of the one that takes part most.
-const NAMED: f32 = 1.0 / 3.0;
-/// Bytes for their names: the line has 160.
-const ROOM: usize = 110;
 
 /// `poses` are those of the experiments that the estimate rests on.
 pub(super) fn confidence(
@@ -42,13 +39,13 @@ pub(super) fn confidence(
         stiffness_interval: intervals(&joint.stiffness, &joint.stiffness_std),
         damping_interval: intervals(&joint.damping, &joint.damping_std),
     });
-    let trust = Trust::new(estimate.consistency, estimate.acceptance != Acceptance::Unsettled);
+    let trust = estimate.trust();
     let nuisances = estimate.nuisances.iter().map(|found| Nuisance {
         name: clipped(name(&config.model, found.coordinate)),
-        ..nuisance(found, sought.width(found.coordinate), trust, allowed)
+        ..nuisance(found, sought.width(found.coordinate), trust, residuals)
     });
     let names = names(&config.model, sought);
-    let direction = |direction| weak_direction(direction, &names, residuals.inflation());
+    let direction = |direction| weak_direction(direction, sought, &names, residuals);
     let held_out = poses.iter().zip(&estimate.held_out).map(|(pose, agreement)| HeldOut {
         pose: pose.clone(),
         frac: agreement.frac,
@@ -71,12 +68,17 @@ fn log_normal(value: f64, standard_deviation: f64) -> Interval {
     [value / factor, value * factor]
 }
 
-/// A nuisance without its name. The data tell it as well as its standard deviation is small against what was known beforehand,
-/// `width`.
-fn nuisance(found: &unknowns::Nuisance, width: f64, trust: Trust, allowed: bool) -> Nuisance {
+/// A nuisance without its name. Its verdict says how much the data add to what was known beforehand, `width`; an interval it
+/// has whatever they add, since something was known.
+fn nuisance(
+    found: &unknowns::Nuisance,
+    width: f64,
+    trust: Trust,
+    residuals: Residuals,
+) -> Nuisance {
     let value = found.value;
-    let (told, relative) = trust.verdict(1.0, found.deviation / width);
-    let deviation = relative.map(|relative| relative * width);
+    let (told, _) = trust.verdict(1.0, found.deviation / width);
+    let deviation = residuals.inflate(found.deviation);
     let (unit, std, interval): (_, _, fn(f64, f64) -> Interval) = match found.coordinate {
         Coordinate::Delay => ("s", deviation, normal),
         Coordinate::Misalignment(_) => ("rad", deviation, normal),
@@ -88,7 +90,7 @@ fn nuisance(found: &unknowns::Nuisance, width: f64, trust: Trust, allowed: bool)
         unit: clipped(unit),
         value,
         std,
-        interval: std.filter(|_| allowed).map(|std| interval(value, std)),
+        interval: std.filter(|_| residuals.allow_intervals()).map(|std| interval(value, std)),
         verdict: verdict(told),
     }
 }
@@ -107,36 +109,6 @@ fn correlations(covariance: &Covariance, names: &[String]) -> Correlations {
     }
 }
 
-fn weak_direction(direction: &Direction, names: &[String], inflation: f64) -> WeakDirection {
-    let named = |&(unknown, weight): &(u8, f32)| {
-        names.get(usize::from(unknown)).map(|name| (name.as_str(), weight))
-    };
-    let shares: Vec<(&str, f32)> = direction.shares.iter().filter_map(named).collect();
-    let deviation = inflation * direction.deviation;
-    WeakDirection {
-        relative_std: Some(deviation).filter(|deviation| deviation.is_finite()),
-        text: clipped(words(&shares, deviation)),
-        shares: shares
-            .into_iter()
-            .map(|(name, weight)| Share { name: clipped(name), weight })
-            .collect(),
-    }
-}
-
-/// A direction in words.
-fn words(shares: &[(&str, f32)], deviation: f64) -> String {
-    let largest = shares.iter().map(|(_, weight)| weight.abs()).fold(0.0, f32::max);
-    let takes_part = |(_, weight): &&(&str, f32)| weight.abs() >= NAMED * largest;
-    let names: Vec<&str> = shares.iter().filter(takes_part).map(|(name, _)| *name).collect();
-    let how_badly = match deviation {
-        deviation if !deviation.is_finite() => "not told at all".to_owned(),
-        deviation if deviation > 10.0 => "over 1000 %".to_owned(),
-        deviation => format!("{:.0} %", 100.0 * deviation),
-    };
-    let what = if names.len() > 1 { "trade off in" } else { "is hardly told by" };
-    format!("{} {what} these poses ({how_badly})", enumerate(&names, ROOM))
-}
-
 #[cfg(test)]
 mod tests {
     use flexid_wire::report::Verdict;
@@ -152,58 +124,29 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_is_told_by_those_who_matter() {
-        let (a, b, c) = ("joint_1 tx stiffness", "joint_2 tx stiffness", "joint_2 rz damping");
-        let cases = [
-            (
-                vec![(a, 0.8), (b, -0.55), (c, 0.2)],
-                0.312,
-                "joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (31 %)",
-            ),
-            (
-                vec![(c, 0.99), (a, 0.1)],
-                0.42,
-                "joint_2 rz damping is hardly told by these poses (42 %)",
-            ),
-            (
-                vec![(a, 0.6), (b, 0.6), (c, 0.5)],
-                f64::INFINITY,
-                "joint_1 tx stiffness, joint_2 tx stiffness and joint_2 rz damping trade off in \
-                 these poses (not told at all)",
-            ),
-            (
-                vec![(a, 1.0)],
-                50.0,
-                "joint_1 tx stiffness is hardly told by these poses (over 1000 %)",
-            ),
-        ];
-        for (shares, deviation, expected) in cases {
-            assert_eq!(words(&shares, deviation), expected);
-        }
-        let long = "j".repeat(45);
-        let shares = [(long.as_str(), 0.4); 6];
-        let text = words(&shares, 3.0);
-        assert!(text.ends_with("and 4 more trade off in these poses (300 %)"), "{text}");
-        assert!(text.len() <= 160, "{text}");
-    }
-
-    #[test]
     fn a_nuisance_is_judged_by_what_was_known_beforehand() {
-        let trust = Trust::new(4.0, true);
-        let found = |coordinate, value, deviation| {
+        let found_in = |consistency, coordinate, value, deviation| {
             let found = unknowns::Nuisance { coordinate, value, deviation };
-            nuisance(&found, 1e-2, trust, true)
+            let (trust, residuals) = (Trust::new(consistency, true), Residuals::noise(consistency));
+            nuisance(&found, 1e-2, trust, residuals)
         };
-        // Deviations are doubled, since the residuals are twice as large as the noise.
+        let found = |coordinate, value, deviation| found_in(1.96, coordinate, value, deviation);
+        // Deviations are 1.4 times as large, since the residuals are so against the noise.
         let delay = found(Coordinate::Delay, 3e-4, 1e-4);
         assert_eq!((delay.unit.as_str(), delay.verdict), ("s", Verdict::Identified));
-        assert!((delay.std.unwrap() - 2e-4).abs() < 1e-12);
-        assert!((delay.interval.unwrap()[0] - (3e-4 - WITHIN * 2e-4)).abs() < 1e-12);
+        assert!((delay.std.unwrap() - 1.4e-4).abs() < 1e-12);
+        assert!((delay.interval.unwrap()[0] - (3e-4 - WITHIN * 1.4e-4)).abs() < 1e-12);
         let gain = found(Coordinate::ForceGain(0), 1.1, 1e-3);
         assert_eq!((gain.unit.as_str(), gain.verdict), ("", Verdict::Weak));
-        assert!((gain.std.unwrap() - 1.1 * 2e-3).abs() < 1e-12);
-        assert!((gain.interval.unwrap()[1] - 1.1 * (WITHIN * 2e-3).exp()).abs() < 1e-12);
-        let mass = found(Coordinate::Mass(0), 1.0, 9e-3);
-        assert_eq!((mass.verdict, mass.std, mass.interval), (Verdict::NotObservable, None, None));
+        assert!((gain.std.unwrap() - 1.1 * 1.4e-3).abs() < 1e-12);
+        assert!((gain.interval.unwrap()[1] - 1.1 * (WITHIN * 1.4e-3).exp()).abs() < 1e-12);
+        // The data add next to nothing, but nobody knows less than before.
+        let late = found(Coordinate::Delay, 1e-3, 5e-3);
+        assert_eq!(late.verdict, Verdict::NotObservable);
+        assert!((late.interval.unwrap()[1] - (1e-3 + WITHIN * 7e-3)).abs() < 1e-12);
+        let huge = found_in(100.0, Coordinate::Delay, 1e-3, 5e-4);
+        assert_eq!((huge.std, huge.interval), (Some(5e-3), None));
+        let broken = found_in(f64::NAN, Coordinate::Delay, 1e-3, 5e-4);
+        assert_eq!((broken.verdict, broken.std), (Verdict::NotObservable, None));
     }
 }

@@ -4,6 +4,7 @@
 //! ([`run_offline`]); the lines are the same, and so is the report.
 
 mod confidence;
+mod directions;
 mod intake;
 mod names;
 mod obstacle;

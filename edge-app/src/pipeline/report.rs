@@ -3,7 +3,7 @@
 use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::spectrum::SpectrumError;
 use flexid_core::unknowns::{Coordinate, Sought};
-use flexid_core::verdict::{self, Trust};
+use flexid_core::verdict;
 use flexid_wire::messages::Progress;
 use flexid_wire::report::{self, Fit, JointReport, Report, Verdict};
 use flexid_wire::text::clipped;
@@ -36,7 +36,7 @@ pub(super) fn report(
     estimate: &Estimate,
     basis: &Basis,
 ) -> Report {
-    let trust = Trust::new(estimate.consistency, estimate.acceptance != Acceptance::Unsettled);
+    let trust = estimate.trust();
     let judge = |coordinate, value, deviation| {
         if sought.unknown(coordinate).is_none() {
             return (Verdict::Fixed, None);

@@ -19,12 +19,33 @@ pub(super) struct Residuals {
     pub(super) size_objects: bool,
     /// They have more structure than noise explains.
     whiteness_objects: bool,
+    /// Those of the static tests are larger than their noise explains.
+    statics_object: bool,
 }
 
 impl Residuals {
+    /// Such as noise alone leaves.
+    #[cfg(test)]
+    pub(super) fn noise(consistency: f64) -> Self {
+        Self {
+            consistency,
+            whiteness: 0.0,
+            size_objects: false,
+            whiteness_objects: false,
+            statics_object: false,
+        }
+    }
+
     pub(super) fn of(estimate: &Estimate) -> Self {
-        let &Estimate { consistency, whiteness, size_objects, whiteness_objects, .. } = estimate;
-        Self { consistency, whiteness, size_objects, whiteness_objects }
+        let &Estimate {
+            consistency,
+            whiteness,
+            size_objects,
+            whiteness_objects,
+            statics_object,
+            ..
+        } = estimate;
+        Self { consistency, whiteness, size_objects, whiteness_objects, statics_object }
     }
 
     /// Whether intervals made of noise of their size say anything of the parameters.
@@ -32,9 +53,11 @@ impl Residuals {
         (0.0..=HUGE).contains(&self.consistency)
     }
 
-    /// By this much standard deviations are larger than the noise makes them.
-    pub(super) fn inflation(&self) -> f64 {
-        self.consistency.max(1.0).sqrt()
+    /// A standard deviation that noise makes, as large as residuals of their size make it; none where it is no number.
+    pub(super) fn inflate(&self, deviation: f64) -> Option<f64> {
+        let sane = self.consistency >= 0.0;
+        let inflated = self.consistency.max(1.0).sqrt() * deviation;
+        Some(inflated).filter(|inflated| sane && inflated.is_finite())
     }
 
     pub(super) fn message(&self) -> confidence::Residuals {
@@ -46,11 +69,14 @@ impl Residuals {
         }
     }
 
-    /// Which of the two objects, and what that means.
+    /// Which of them objects, and what that means.
     fn words(&self) -> String {
         let size = format!("χ²/dof {:.2}", self.consistency);
         let whiteness = format!("whiteness {:.1}", self.whiteness);
         match (self.size_objects, self.whiteness_objects) {
+            (_, false) if self.statics_object => {
+                format!("static tests object ({size}, {whiteness})")
+            }
             (false, false) => format!("noise explains them ({size}, {whiteness})"),
             (true, true) => format!("{size} and {whiteness} object: the model is wrong"),
             (true, false) if self.allow_intervals() => {
@@ -63,26 +89,27 @@ impl Residuals {
         }
     }
 
-    /// What to look at, if they object.
+    /// What to look at, if they object; of static tests their own warning says it.
     pub(super) fn advice(&self) -> Option<String> {
         let Self { consistency, whiteness, .. } = self;
         match (self.size_objects, self.whiteness_objects) {
             (false, false) => None,
+            (true, false) if self.statics_object => None,
             (true, _) if !self.allow_intervals() => Some(format!(
-                "the model is wrong (chi^2/dof {consistency:.0}): check masses, TCP, joint angles, axes and units of \
-                 the signals, then gravity, delay, gains"
+                "the model is wrong (chi^2/dof {consistency:.0}): check masses, TCP, [mounting], joint angles, axes and \
+                 units of the signals, then gravity, delay, gains"
             )),
             (true, true) => Some(format!(
                 "the model is wrong by a little (chi^2/dof {consistency:.1}): let [calibration] find delay, \
-                 gains, mounting and masses; if that does not help, check gravity, TCP"
+                 gains, misalignment, masses; or check gravity, TCP, [mounting]"
             )),
             (true, false) => Some(format!(
                 "residuals are larger than the noise, but random (chi^2/dof {consistency:.1}): the sensors are \
                  noisier in the cut than at rest"
             )),
             (false, true) => Some(format!(
-                "residuals are small, but not random (whiteness {whiteness:.0}): let [calibration] find delay, gains \
-                 and mounting; if that does not help, check gravity, filters"
+                "residuals are small, but not random (whiteness {whiteness:.0}): let [calibration] find delay, \
+                 gains, misalignment; or check gravity, filters, [mounting]"
             )),
         }
     }
@@ -92,54 +119,72 @@ impl Residuals {
 mod tests {
     use super::*;
 
-    fn residuals(consistency: f64, size_objects: bool) -> Residuals {
-        Residuals { consistency, whiteness: 0.0, size_objects, whiteness_objects: false }
+    fn residuals(
+        [consistency, whiteness]: [f64; 2],
+        [size_objects, whiteness_objects, statics_object]: [bool; 3],
+    ) -> Residuals {
+        Residuals { consistency, whiteness, size_objects, whiteness_objects, statics_object }
     }
 
     #[test]
     fn each_objection_has_its_words_and_its_advice() {
         let nan = f64::NAN;
         let cases = [
-            ([1.01, 0.4], [false; 2], "noise explains them (χ²/dof 1.01, whiteness 0.4)", None),
+            ([1.01, 0.4], [false; 3], "noise explains them (χ²/dof 1.01, whiteness 0.4)", None),
             (
                 [2.1, 0.4],
-                [true, false],
+                [true, false, false],
                 "χ²/dof 2.10 objects, whiteness 0.4 does not",
                 Some("noisier in the cut"),
             ),
             (
                 [1.1, 9.0],
-                [false, true],
+                [false, true, false],
                 "whiteness 9.0 objects, χ²/dof 1.10 does not",
                 Some("small, but not"),
             ),
             (
                 [2.1, 9.0],
-                [true; 2],
+                [true, true, false],
                 "χ²/dof 2.10 and whiteness 9.0 object: ",
                 Some("let [calibration] find delay"),
             ),
             (
                 [84.2, 99.0],
-                [true; 2],
+                [true, true, false],
                 "χ²/dof 84.20 and whiteness 99.0 object: ",
-                Some("check masses, TCP"),
+                Some("check masses, TCP, [mounting]"),
             ),
             (
                 [nan, nan],
-                [true; 2],
+                [true, true, false],
                 "χ²/dof NaN and whiteness NaN object",
                 Some("check masses, TCP"),
             ),
             (
                 [f64::INFINITY, 0.0],
-                [true, false],
+                [true, false, false],
                 "χ²/dof inf objects, ",
                 Some("check masses, TCP"),
             ),
+            // What static tests are off by is nothing that the sensors do in the cut.
+            (
+                [1.14, 0.4],
+                [false, false, true],
+                "static tests object (χ²/dof 1.14, whiteness 0.4)",
+                None,
+            ),
+            ([2.1, 0.4], [true, false, true], "static tests object (χ²/dof 2.10, ", None),
+            ([84.2, 0.4], [true, false, true], "static tests object (χ²/dof 84.20, ", None),
+            (
+                [2.1, 9.0],
+                [true; 3],
+                "χ²/dof 2.10 and whiteness 9.0 object: ",
+                Some("let [calibration] find delay"),
+            ),
         ];
-        for ([consistency, whiteness], [size_objects, whiteness_objects], words, advice) in cases {
-            let residuals = Residuals { consistency, whiteness, size_objects, whiteness_objects };
+        for (numbers, objections, words, advice) in cases {
+            let residuals = residuals(numbers, objections);
             assert!(residuals.words().starts_with(words), "{}", residuals.words());
             match (residuals.advice(), advice) {
                 (None, None) => {}
@@ -147,7 +192,7 @@ mod tests {
                     assert!(given.contains(advice) && given.len() <= 160, "{given}");
                     assert!(!given.contains("more poses"), "{given}");
                 }
-                other => panic!("{consistency}, {whiteness}: {other:?}"),
+                other => panic!("{numbers:?}: {other:?}"),
             }
         }
     }
@@ -157,9 +202,12 @@ mod tests {
         for (consistency, allowed) in
             [(0.9, true), (9.9, true), (10.1, false), (f64::NAN, false), (-1.0, false)]
         {
-            assert_eq!(residuals(consistency, true).allow_intervals(), allowed, "{consistency}");
+            let residuals = residuals([consistency, 0.0], [true, false, false]);
+            assert_eq!(residuals.allow_intervals(), allowed, "{consistency}");
         }
-        assert_eq!(residuals(0.5, false).inflation(), 1.0);
-        assert_eq!(residuals(4.0, true).inflation(), 2.0);
+        let inflate =
+            |consistency, deviation| residuals([consistency, 0.0], [false; 3]).inflate(deviation);
+        assert_eq!([inflate(0.5, 0.1), inflate(4.0, 0.1)], [Some(0.1), Some(0.2)]);
+        assert_eq!([inflate(f64::NAN, 0.1), inflate(1.0, f64::INFINITY)], [None; 2]);
     }
 }

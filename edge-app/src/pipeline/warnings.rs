@@ -6,6 +6,7 @@ use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::parameters::{Bounds, Bushings, End};
 use flexid_core::unknowns::{Coordinate, Sought};
 
+use super::directions::of_parameters;
 use super::names::{enumerate, name};
 use super::obstacle::wrong_rate;
 use super::report::Basis;
@@ -27,13 +28,12 @@ pub(super) fn warnings(
     let mut warnings = Vec::new();
     let residuals = Residuals::of(estimate);
     if estimate.acceptance == Acceptance::Unsettled {
-        let directions = estimate.weak_directions.len();
+        let directions = of_parameters(sought, &estimate.weak_directions);
         let drowned = (!estimate.stands_clear).then_some(estimate.ssp_median);
         warnings.push(unsettled(residuals.size_objects, directions, drowned));
     }
     warnings.extend(residuals.advice());
-    let suspect = estimate.acceptance == Acceptance::ModelSuspect;
-    if let Some(excess) = estimate.static_consistency.filter(|excess| suspect && *excess > 2.0) {
+    if let Some(excess) = estimate.static_consistency.filter(|_| estimate.statics_object) {
         warnings.push(format!(
             "static tests are off by {:.1} of their standard deviations: check poses, loads and signs in [static] file",
             excess.sqrt()

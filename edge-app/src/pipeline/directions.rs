@@ -1,0 +1,169 @@
+//! Combinations of unknowns that the data tell badly, in words.
+
+use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_core::verdict::Direction;
+use flexid_wire::confidence::{Share, WeakDirection};
+use flexid_wire::text::clipped;
+
+use super::names::enumerate;
+use super::residuals::Residuals;
+
+/// Who takes part in a direction is named in words with this much of the one that takes part most.
+const NAMED: f32 = 1.0 / 3.0;
+/// Bytes for their names: the line has 160.
+const ROOM: usize = 88;
+
+/// How badly a direction is told.
+#[derive(Clone, Copy, Debug)]
+enum Told {
+    /// Its standard deviation is relative, and this.
+    Relative(f64),
+    /// A nuisance is named in it, in units of what was known of that beforehand: a percentage would mean nothing.
+    AsBefore,
+    /// Not at all.
+    Not,
+}
+
+/// `names` are those of all unknowns.
+pub(super) fn weak_direction(
+    direction: &Direction,
+    sought: &Sought,
+    names: &[String],
+    residuals: Residuals,
+) -> WeakDirection {
+    let with_name = |&(unknown, weight): &(u8, f32)| {
+        names.get(usize::from(unknown)).map(|name| (name.as_str(), weight))
+    };
+    let shares: Vec<(&str, f32)> = direction.shares.iter().filter_map(with_name).collect();
+    let deviation = residuals.inflate(direction.deviation);
+    let told = match deviation {
+        None => Told::Not,
+        Some(_) if names_a_nuisance(direction, sought) => Told::AsBefore,
+        Some(deviation) => Told::Relative(deviation),
+    };
+    WeakDirection {
+        relative_std: deviation,
+        text: clipped(words(&shares, told)),
+        shares: shares
+            .into_iter()
+            .map(|(name, weight)| Share { name: clipped(name), weight })
+            .collect(),
+    }
+}
+
+/// How many directions are parameters' alone: other poses would tell these.
+pub(super) fn of_parameters(sought: &Sought, directions: &[Direction]) -> usize {
+    directions.iter().filter(|direction| !names_a_nuisance(direction, sought)).count()
+}
+
+fn names_a_nuisance(direction: &Direction, sought: &Sought) -> bool {
+    let parameter = |unknown: u8| {
+        matches!(
+            sought.coordinate(unknown.into()),
+            Some(Coordinate::Stiffness { .. } | Coordinate::Damping { .. })
+        )
+    };
+    named(&direction.shares).any(|unknown| !parameter(unknown))
+}
+
+/// Who takes part so much as to be named.
+fn named<T: Copy>(shares: &[(T, f32)]) -> impl Iterator<Item = T> {
+    let largest = shares.iter().map(|(_, weight)| weight.abs()).fold(0.0, f32::max);
+    let takes_part = move |(_, weight): &&(T, f32)| weight.abs() >= NAMED * largest;
+    shares.iter().filter(takes_part).map(|(who, _)| *who)
+}
+
+fn words(shares: &[(&str, f32)], told: Told) -> String {
+    let names: Vec<&str> = named(shares).collect();
+    let how_badly = match told {
+        Told::Not => "not told at all".to_owned(),
+        Told::AsBefore => "hardly better than [calibration]".to_owned(),
+        Told::Relative(deviation) if deviation > 10.0 => "over 1000 %".to_owned(),
+        Told::Relative(deviation) => format!("{:.0} %", 100.0 * deviation),
+    };
+    let what = if names.len() > 1 { "trade off in" } else { "is hardly told by" };
+    format!("{} {what} these poses ({how_badly})", enumerate(&names, ROOM))
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_core::calibration::Nuisances;
+    use flexid_wire::messages::Text;
+
+    use super::*;
+
+    #[test]
+    fn a_direction_is_told_by_those_who_matter() {
+        let (a, b, c) = ("joint_1 tx stiffness", "joint_2 tx stiffness", "joint_2 rz damping");
+        let cases = [
+            (
+                vec![(a, 0.8), (b, -0.55), (c, 0.2)],
+                Told::Relative(0.312),
+                "joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (31 %)",
+            ),
+            (
+                vec![(c, 0.99), (a, 0.1)],
+                Told::Relative(0.42),
+                "joint_2 rz damping is hardly told by these poses (42 %)",
+            ),
+            (
+                vec![(a, 0.6), (b, 0.6), (c, 0.5)],
+                Told::Not,
+                "joint_1 tx stiffness, joint_2 tx stiffness and joint_2 rz damping trade off in \
+                 these poses (not told at all)",
+            ),
+            (
+                vec![(a, 1.0)],
+                Told::Relative(50.0),
+                "joint_1 tx stiffness is hardly told by these poses (over 1000 %)",
+            ),
+        ];
+        for (shares, told, expected) in cases {
+            assert_eq!(words(&shares, told), expected);
+        }
+    }
+
+    #[test]
+    fn the_longest_line_fits() {
+        for length in 1..=ROOM - 2 {
+            let name = "j".repeat(length);
+            let shares = [(name.as_str(), 0.4); 6];
+            for told in [Told::Relative(1e9), Told::Relative(3.0), Told::AsBefore, Told::Not] {
+                for count in 1..=6 {
+                    let text = words(&shares[..count], told);
+                    assert!(text.len() <= Text::new().capacity(), "{}: {text}", text.len());
+                    assert!(text.ends_with(')'), "{text}");
+                }
+            }
+        }
+    }
+
+    /// A gain of the force and one of the acceleration are never told apart: the prior alone keeps them, to 5 % each.
+    #[test]
+    fn of_nuisances_no_percentage_is_told() {
+        let nuisances = Nuisances {
+            acceleration_gain: Some(0.05),
+            force_gain: Some(0.05),
+            ..Nuisances::default()
+        };
+        let sought = Sought::new(1, &nuisances);
+        let names: Vec<String> =
+            (0..sought.unknowns()).map(|number| format!("u{number}")).collect();
+        let direction = |deviation, shares: &[(u8, f32)]| Direction {
+            deviation,
+            shares: shares.iter().copied().collect(),
+        };
+        let gains = direction(1.0, &[(12, 0.7), (15, -0.7)]);
+        let damping = direction(1.0, &[(11, 0.9), (12, 0.2)]);
+        let text = |direction: &Direction| {
+            let residuals = Residuals::noise(1.0);
+            weak_direction(direction, &sought, &names, residuals).text.to_string()
+        };
+        assert_eq!(
+            text(&gains),
+            "u12 and u15 trade off in these poses (hardly better than [calibration])"
+        );
+        assert_eq!(text(&damping), "u11 is hardly told by these poses (100 %)");
+        assert_eq!(of_parameters(&sought, &[gains, damping]), 1);
+    }
+}
