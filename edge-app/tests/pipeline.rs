@@ -173,6 +173,21 @@ fn a_confidence_goes_with_its_report() {
     assert!(confidence.nuisances.is_empty(), "none is asked for");
 }
 
+/// Seven records at one pose, of which four are kept, and a model so wrong that none of the others is folded in.
+#[test]
+fn records_that_are_lost_are_counted() {
+    let config = config();
+    let frames = frames(&config, &[[0.0, -0.45, 0.95]; 7]);
+    let mut source = Replay { frames: frames.into_iter(), breaks: false };
+    let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
+    let taken = outcome.counts.stream.records;
+    let Finding { report, confidence } = outcome.finding.expect("a finding");
+    assert!(taken >= 7 && !report.warnings.is_empty(), "{taken} records");
+    assert_eq!((report.fit.records, confidence.retired, confidence.left_out), (4, 0, taken - 4));
+    let said = |part: &str| report.warnings.iter().any(|warning| warning.contains(part));
+    assert!(said(" lost to make room: what they told is kept only"), "{:?}", report.warnings);
+}
+
 #[test]
 fn a_source_that_breaks_costs_nothing_that_was_taken() {
     let config = config();

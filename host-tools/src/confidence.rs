@@ -12,7 +12,7 @@ const MOST: usize = 5;
 /// Where the lines begin, behind what they are about.
 const INDENT: usize = 13;
 
-/// A paragraph for each thing that there is to say: residuals, records held out, records retired, weak directions, correlations, nuisances.
+/// A paragraph for each thing that there is to say.
 pub(crate) fn lines(confidence: &Confidence) -> String {
     let Confidence {
         nuisances, correlations, weak_directions, residuals, held_out, retired, ..
@@ -144,6 +144,7 @@ mod tests {
             },
             held_out: [held_out(0.5), held_out(0.6)].into_iter().collect(),
             retired: 24,
+            left_out: 0,
         };
         let expected = "\
 residuals    noise explains them

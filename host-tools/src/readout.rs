@@ -47,9 +47,10 @@ impl View {
 
     /// The report on all records that the daemon has, once the work on them has ended.
     pub(crate) fn settled(&self) -> Option<&Report> {
-        let (progress, report) = (self.progress.as_ref()?, &self.finding.as_ref()?.report);
+        let (progress, finding) = (self.progress.as_ref()?, self.finding.as_ref()?);
+        let Finding { report, confidence } = finding;
         // Progress is told before the report that goes with it.
-        let current = report.fit.records >= progress.records;
+        let current = report.fit.records + confidence.left_out >= progress.records;
         (progress.phase == Phase::Settled && current).then_some(report)
     }
 

@@ -79,6 +79,7 @@ fn confidence() -> FromEdge {
         },
         held_out: Default::default(),
         retired: 24,
+        left_out: 0,
     })
 }
 

@@ -48,6 +48,9 @@ pub struct Confidence {
     /// Records that made room for newer ones, of those that the numbers rest on: what they told is kept, as their information
     /// matrix, but not they themselves.
     pub retired: u64,
+    /// Records that were taken in and are not in the numbers: they made room in a fit that could not be believed, were forgotten
+    /// since newer ones contradict them, or too short to take the place of others.
+    pub left_out: u64,
 }
 
 /// The 95 % intervals of one joint's parameters, log-normal.

@@ -63,7 +63,7 @@ pub struct JointReport {
 /// What the parameters rest on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Fit {
-    /// Records that had been taken in when the numbers were settled: those that they rest on.
+    /// Records that the numbers rest on: those that are kept, and those that have retired into what is known.
     pub records: u64,
     /// Force and acceleration frames taken.
     pub frames: u64,

@@ -107,6 +107,7 @@ fn confidence() -> Confidence {
         },
         held_out: [held_out].into_iter().collect(),
         retired: 300,
+        left_out: 2,
     }
 }
 
@@ -215,7 +216,7 @@ fn from_edge_bus_health() {
 fn from_edge_confidence() {
     frozen(
         FromEdge::Confidence(confidence()),
-        "28010000 06 01 076a6f696e745f31 01000000000000e03f0000000000000040 00 00 00 00 00 \
+        "29010000 06 01 076a6f696e745f31 01000000000000e03f0000000000000040 00 00 00 00 00 \
          00 00 00 00 00 01000000000000d03f0000000000001040 01 0564656c6179 0173 000000000000e03f \
          01000000000000d03f 010000000000000000000000000000f03f 00 \
          03 146a6f696e745f312074782073746966666e657373 126a6f696e745f3120727a2064616d70696e67 \
@@ -223,7 +224,7 @@ fn from_edge_confidence() {
          0000403f 0564656c6179 000000bf 0e74686579207472616465206f6666 000000000000f83f 00 01 \
          096e6f74207768697465 01 02 000000000000f03f 0000000000000040 000000000000f03f \
          000000000000e03f 000000000000d03f 000000000000f0bf 000000000000f0bf 000000000000f0bf \
-         ac02",
+         ac02 02",
     );
 }
 
@@ -302,6 +303,7 @@ fn json_of_a_confidence_has_the_contracted_names() {
         },
         "held_out": [{ "pose": [1.0, 2.0], "frac": [1.0, 0.5, 0.25], "vaf": [-1.0, -1.0, -1.0] }],
         "retired": 300,
+        "left_out": 2,
     });
     assert_eq!(json, expected);
     assert_eq!(serde_json::from_value::<Confidence>(json).unwrap(), confidence());
@@ -370,6 +372,7 @@ fn the_fullest_confidence_fits_a_frame() {
         residuals: Residuals { text: clipped(&full), ..some.residuals },
         held_out: std::iter::repeat_n(held_out, MAX_HELD_OUT).collect(),
         retired: u64::MAX,
+        left_out: u64::MAX,
     };
     let mut buffer = [0; FRAME_BUFFER];
     let frame = framing::encode(&FromEdge::Confidence(confidence), &mut buffer).unwrap();

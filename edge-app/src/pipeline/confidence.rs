@@ -19,13 +19,14 @@ use crate::config::Config;
 /// 95 % of a normal distribution lie within so many standard deviations.
 const WITHIN: f64 = 1.959_964;
 
-/// `poses` are those of the experiments that the estimate rests on.
+/// `poses` are those of the experiments that the estimate rests on, `left_out` the records that it does not.
 pub(super) fn confidence(
     config: &Config,
     sought: &Sought,
     estimate: &Estimate,
     report: &Report,
     poses: &[Pose],
+    left_out: u64,
 ) -> Confidence {
     let residuals = Residuals::of(estimate);
     let allowed = residuals.allow_intervals();
@@ -59,6 +60,7 @@ pub(super) fn confidence(
         residuals: residuals.message(),
         held_out: held_out.collect(),
         retired: estimate.retired,
+        left_out,
     }
 }
 

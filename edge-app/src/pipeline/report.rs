@@ -15,7 +15,7 @@ use crate::config::Config;
 /// What a report rests on beside the estimate.
 pub(super) struct Basis<'a> {
     pub(super) progress: Progress,
-    /// Records that were taken in when the estimate settled.
+    /// Records that the estimate rests on.
     pub(super) records: u64,
     pub(super) counts: Counts,
     /// Computing time, s.
@@ -24,8 +24,11 @@ pub(super) struct Basis<'a> {
     pub(super) refusal: Option<String>,
     /// Which records came too late to be in the numbers.
     pub(super) left_out: Option<String>,
-    /// Poses that had to make room.
-    pub(super) forgotten: u64,
+    /// Records that had to make room in a fit that could not be believed, and poses that went with them.
+    pub(super) dropped: u64,
+    pub(super) dropped_poses: u64,
+    /// Records that were too short to take the place of others.
+    pub(super) too_short: u64,
     /// What went wrong at the source; empty when nothing did.
     pub(super) trouble: &'a str,
 }

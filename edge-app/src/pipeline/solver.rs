@@ -44,7 +44,10 @@ pub struct Solver<'a> {
     /// Left in the queue at the end.
     waiting: u64,
     refused: Option<(u64, SpectrumError)>,
-    forgotten: u64,
+    /// Poses that had to make room, and were not folded into what is known.
+    dropped_poses: u64,
+    /// Records that were too short to take the place of others.
+    too_short: u64,
     spent: Duration,
 }
 
@@ -76,7 +79,8 @@ impl<'a> Solver<'a> {
             poses: Vec::new(),
             waiting: 0,
             refused: None,
-            forgotten: 0,
+            dropped_poses: 0,
+            too_short: 0,
             spent: Duration::ZERO,
         };
         let identifier = &mut solver.identifier;
@@ -152,18 +156,22 @@ impl<'a> Solver<'a> {
     pub fn finding(&self, counts: &Counts, trouble: &str) -> Option<Finding> {
         let Self { config, sought, .. } = self;
         let estimate = self.identifier.estimate()?;
+        let records = self.poses.len() as u64 + estimate.retired;
+        let left_out = self.settled.saturating_sub(records);
         let basis = Basis {
             progress: self.progress(),
-            records: self.settled,
+            records,
             counts: *counts,
             seconds: self.spent.as_secs_f64(),
             refusal: self.refused(),
             left_out: self.left_out(),
-            forgotten: self.forgotten,
+            dropped: left_out.saturating_sub(self.too_short + estimate.forgotten),
+            dropped_poses: self.dropped_poses,
+            too_short: self.too_short,
             trouble,
         };
         let report = report(config, sought, estimate, &basis);
-        let confidence = confidence(config, sought, estimate, &report, &self.poses);
+        let confidence = confidence(config, sought, estimate, &report, &self.poses, left_out);
         Some(Finding { report, confidence })
     }
 
@@ -195,9 +203,12 @@ impl<'a> Solver<'a> {
                 // What it tells stays, if it is known what that is.
                 let mut retiring = self.experiments.remove(index);
                 let retired = self.identifier.retire(&mut retiring);
-                self.forgotten += u64::from(last && !retired);
+                self.dropped_poses += u64::from(last && !retired);
             }
-            Room::Nowhere => return false,
+            Room::Nowhere => {
+                self.too_short += 1;
+                return false;
+            }
         }
         self.experiments.push(experiment);
         true

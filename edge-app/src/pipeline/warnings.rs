@@ -11,7 +11,7 @@ use super::names::{enumerate, name};
 use super::obstacle::wrong_rate;
 use super::report::Basis;
 use super::residuals::Residuals;
-use super::{Counts, MAX_EXPERIMENTS, MisfitKind};
+use super::{Counts, MisfitKind};
 use crate::config::Config;
 use crate::summary::count;
 
@@ -119,11 +119,19 @@ fn of_the_records(config: &Config, basis: &Basis) -> Vec<String> {
             clipped.join(", ")
         ));
     }
-    if basis.forgotten > 0 {
+    if basis.dropped > 0 {
+        let records = count(basis.dropped, "older record");
+        let poses = match basis.dropped_poses {
+            0 => String::new(),
+            poses => format!(" (and {})", count(poses, "pose")),
+        };
         warn(&format_args!(
-            "{} poses forgotten to keep the newest {MAX_EXPERIMENTS} records",
-            basis.forgotten
+            "{records}{poses} lost to make room: what they told is kept only where noise explains the residuals"
         ));
+    }
+    if basis.too_short > 0 {
+        let records = count(basis.too_short, "short record");
+        warn(&format_args!("{records} left out: at the same pose there are longer ones"));
     }
     match misfit {
         Some(misfit) if matches!(misfit.kind, MisfitKind::Length { .. }) => {
