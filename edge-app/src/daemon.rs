@@ -82,7 +82,8 @@ fn work(
     if let Some(refusal) = solver.refusal() {
         outcome.state = refusal;
     }
-    if let Some(finding) = &outcome.finding {
+    if let Some(finding) = &mut outcome.finding {
+        finding.explain(&outcome.state);
         board.publish_together(finding.messages());
     }
     Ok(outcome)

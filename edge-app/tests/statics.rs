@@ -5,7 +5,8 @@ use std::path::Path;
 
 use flexid_edge::config::Config;
 use flexid_edge::model::Model;
-use flexid_edge::pipeline::{Counts, Solver};
+use flexid_edge::pipeline::{run_offline, run_statics};
+use flexid_edge::source::{CandumpLog, Logs};
 use flexid_edge::statics;
 use flexid_wire::report::Verdict;
 
@@ -135,17 +136,26 @@ fn the_config_names_the_file() {
 
 /// Two tests and no record: a report, and no parameter in it that passes for found.
 #[test]
-fn a_solver_reports_what_static_tests_tell() {
-    let big = std::thread::Builder::new().stack_size(64 << 20);
-    let test = big.spawn(|| {
-        let config = config(Some(GAUGE)).unwrap();
-        let finding = Solver::new(&config).unwrap().finding(&Counts::default(), "").unwrap();
-        let report = finding.report;
-        assert_eq!(report.fit.records, 0);
-        for joint in &report.joints {
-            let verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
-            assert!(verdicts.copied().all(|verdict| verdict == Verdict::NotObservable));
-        }
-    });
-    test.unwrap().join().unwrap();
+fn static_tests_alone_make_a_report() {
+    let finding = run_statics(&config(Some(GAUGE)).unwrap()).unwrap().expect("a finding");
+    let report = finding.report;
+    assert_eq!(report.fit.records, 0);
+    // Nobody asked for records.
+    let said = |part: &str| report.warnings.iter().any(|warning| warning.contains(part));
+    assert!(!said("no record"), "{:?}", report.warnings);
+    for joint in &report.joints {
+        let verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
+        assert!(verdicts.copied().all(|verdict| verdict == Verdict::NotObservable));
+    }
+}
+
+/// A log of another bus: that it brought no record must not be lost behind what the static tests tell.
+#[test]
+fn a_log_without_a_record_is_told_of() {
+    let config = config(Some(GAUGE)).unwrap();
+    let log = CandumpLog::new(Path::new("other.log"), "(1.0) vcan0 7FF#00\n".as_bytes());
+    let outcome = run_offline(&config, &mut Logs::new([log]), |_| {}).unwrap();
+    let warnings = outcome.finding.expect("a finding").report.warnings;
+    let expected = format!("no record: {}", outcome.state);
+    assert!(warnings.iter().any(|warning| *warning == *expected), "{warnings:?}");
 }

@@ -109,7 +109,11 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
         ),
         ("model", None, &["flexid: 'flexid model' requires a subcommand", "import"]),
         ("simulate", None, &["flexid: ", "--config <EDGE.toml>", "(see --help)"]),
-        ("identify --config edge.toml", None, &["flexid: ", "<LOG>", "(see --help)"]),
+        (
+            "identify --config edge.toml",
+            None,
+            &["edge.toml: nothing to identify from: name a LOG", "[static]"],
+        ),
         ("found", None, &["flexid: unrecognized subcommand 'found'"]),
         ("watch unix:s --records 0 --until identified", None, &["--records", "(see --help)"]),
         // All of these before the recording is even opened.
@@ -328,6 +332,28 @@ fn the_result_says_how_far_to_trust_it() {
     for part in ["warning: ", "weak  ", "no intervals", "intervals are"] {
         assert!(!table.contains(part), "{part:?} is in\n{table}");
     }
+}
+
+/// With static tests no log is needed; where one is given and brings no record, the table says why.
+#[test]
+fn static_tests_need_no_log() {
+    let folder = folder();
+    let path = folder.path();
+    let config = fs::read_to_string(path.join("edge.toml")).unwrap();
+    fs::write(path.join("edge.toml"), config + "\n[static]\nfile = \"static.csv\"\n").unwrap();
+    let gauge = "q1,q2,q3,fx,fy,fz,mx,my,mz,dx,dy,dz,sx,sy,sz\n\
+                 0,-0.45,0.95,0,0,-981,0,0,0,,,-1.12e-4,,,5e-6\n";
+    fs::write(path.join("static.csv"), gauge).unwrap();
+    let table = |arguments: &str| {
+        let output = flexid(path, arguments);
+        assert!(output.status.success(), "{}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let alone = table("identify --config edge.toml --json o.json");
+    assert!(alone.contains("joint_3") && !alone.contains("no record"), "{alone}");
+    assert!(path.join("o.json").exists());
+    let wrong = table("identify --config edge.toml mill3.urdf");
+    assert!(wrong.contains("warning: no record: waiting for frames"), "{wrong}");
 }
 
 /// One pose tells little, and says so.

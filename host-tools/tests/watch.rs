@@ -169,6 +169,16 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
+/// Static tests alone are settled from the start: why no record comes is said all the same.
+#[test]
+fn without_a_record_it_says_what_the_daemon_waits_for() {
+    let waiting = "waiting for force frames: none seen";
+    let news = [status(waiting), progress(Phase::Settled, 0), report(Acceptance::Consistent, 0)];
+    let output = watch(&news, "--timeout 1");
+    let lines = text(&output.stdout);
+    assert!(lines.contains(waiting) && !lines.contains("settled, 0 records"), "{lines}");
+}
+
 #[test]
 fn ends_when_the_parameters_are_identified() {
     let news = [progress(Phase::Settled, 3), report(Acceptance::Consistent, 3)];

@@ -24,7 +24,7 @@ use crate::finding::Finding;
 pub use intake::{Counts, Intake};
 pub use names::DOF_NAMES;
 pub use obstacle::{Misfit, MisfitKind};
-pub use offline::run_offline;
+pub use offline::{run_offline, run_statics};
 pub use solver::Solver;
 
 /// Most samples of a record.

@@ -7,8 +7,9 @@ use std::time::Duration;
 
 use flexid_wire::messages::Progress;
 
-use super::{Intake, Outcome, STACK, Solver, unchecked};
+use super::{Counts, Intake, Outcome, STACK, Solver, unchecked};
 use crate::config::Config;
+use crate::finding::Finding;
 use crate::source::{Flow, FrameSource};
 use crate::stop::Stop;
 
@@ -23,9 +24,21 @@ pub fn run_offline(
     source: &mut dyn FrameSource,
     on_progress: impl FnMut(&Progress) + Send,
 ) -> io::Result<Outcome> {
+    on_a_large_stack(|| run(config, source, on_progress))
+}
+
+/// Identifies from the static tests alone; `None` without any.
+///
+/// # Errors
+/// The system gave no thread.
+pub fn run_statics(config: &Config) -> io::Result<Option<Finding>> {
+    on_a_large_stack(|| Ok(Solver::new(config)?.finding(&Counts::default(), "")))
+}
+
+fn on_a_large_stack<T: Send>(work: impl FnOnce() -> io::Result<T> + Send) -> io::Result<T> {
     thread::scope(|scope| {
         let worker = thread::Builder::new().name("flexid-offline".into()).stack_size(STACK);
-        let worker = worker.spawn_scoped(scope, || run(config, source, on_progress))?;
+        let worker = worker.spawn_scoped(scope, work)?;
         worker.join().unwrap_or_else(|panic| resume_unwind(panic))
     })
 }
@@ -53,11 +66,10 @@ fn run(
     let other = Some(source.health().trouble).filter(|trouble| !trouble.is_empty());
     let trouble = breaks.chain(other).collect::<Vec<_>>().join("; ");
     let counts = intake.counts();
-    Ok(Outcome {
-        finding: solver.finding(&counts, &trouble),
-        counts,
-        state: solver.refusal().unwrap_or_else(|| intake.state(config)),
-        trouble,
-        broken,
-    })
+    let state = solver.refusal().unwrap_or_else(|| intake.state(config));
+    let mut finding = solver.finding(&counts, &trouble);
+    if let Some(finding) = &mut finding {
+        finding.explain(&state);
+    }
+    Ok(Outcome { finding, counts, state, trouble, broken })
 }

@@ -1,12 +1,14 @@
-//! `flexid identify`: the daemon's pipeline over recordings.
+//! `flexid identify`: the daemon's pipeline over recordings, or static tests alone.
 
 use std::fs::File;
-use std::path::PathBuf;
+use std::iter;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
 use flexid_edge::config::Config;
+use flexid_edge::finding::Finding;
 use flexid_edge::input::BadInput;
-use flexid_edge::pipeline::{Outcome, run_offline};
+use flexid_edge::pipeline::{Outcome, run_offline, run_statics};
 use flexid_edge::source::{CandumpLog, Logs};
 use flexid_wire::messages::{Phase, Progress};
 use indicatif::{ProgressBar, ProgressBarIter};
@@ -21,8 +23,8 @@ pub(super) struct Args {
     /// The daemon's configuration
     #[arg(long, value_name = "EDGE.toml")]
     config: PathBuf,
-    /// Logs of candump -L, in the order in which they were recorded
-    #[arg(required = true, value_name = "LOG")]
+    /// Logs of candump -L, in the order in which they were recorded; none where [static] tests are enough
+    #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Write the result as JSON
     #[arg(long, value_name = "OUT.json")]
@@ -41,21 +43,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
         _ => None,
     };
     let json = args.json.as_deref().map(Output::create).transpose()?;
-    let bar = progress::bar(0, "reading");
-    let mut logs = open(&args.logs, &config.interface, &bar)?;
-    let Outcome { finding, state, trouble, broken, .. } =
-        run_offline(&config, &mut logs, |progress| bar.set_message(doing(progress)))?;
-    bar.finish_and_clear();
-
-    let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
-    let Some(finding) = finding else {
-        let others = match args.logs.len() - 1 {
-            0 => String::new(),
-            others => format!(" in it and {others} more"),
-        };
-        let trouble = if trouble.is_empty() { trouble } else { format!("; {trouble}") };
-        let message = format!("no record to identify from{others}: {state}{trouble}");
-        return Err(broken.unwrap_or_else(|| BadInput::new(&args.logs[0], message).into()));
+    let (finding, broken) = match args.logs.as_slice() {
+        [] => {
+            let nothing = "nothing to identify from: name a LOG of candump -L, or give static tests in [static]";
+            let finding = run_statics(&config)?;
+            (finding.ok_or_else(|| BadInput::new(&args.config, nothing))?, None)
+        }
+        [first, others @ ..] => from_logs(&config, first, others)?,
     };
     // A closed terminal does not keep the numbers from the file.
     let printed = print(&table::finding(&finding, truth.as_deref()));
@@ -70,6 +64,32 @@ pub(super) fn run(args: &Args) -> Result<()> {
     broken.map_or(Ok(()), Err)
 }
 
+/// What the logs tell, and why they cannot be read to their end, if so.
+fn from_logs(
+    config: &Config,
+    first: &Path,
+    others: &[PathBuf],
+) -> Result<(Finding, Option<anyhow::Error>)> {
+    let bar = progress::bar(0, "reading");
+    let files = iter::once(first).chain(others.iter().map(PathBuf::as_path));
+    let mut logs = open(files, &config.interface, &bar)?;
+    let Outcome { finding, state, trouble, broken, .. } =
+        run_offline(config, &mut logs, |progress| bar.set_message(doing(progress)))?;
+    bar.finish_and_clear();
+
+    let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
+    if let Some(finding) = finding {
+        return Ok((finding, broken));
+    }
+    let others = match others.len() {
+        0 => String::new(),
+        others => format!(" in it and {others} more"),
+    };
+    let trouble = if trouble.is_empty() { trouble } else { format!("; {trouble}") };
+    let message = format!("no record to identify from{others}: {state}{trouble}");
+    Err(broken.unwrap_or_else(|| BadInput::new(first, message).into()))
+}
+
 /// In words, for the progress bar.
 fn doing(progress: &Progress) -> String {
     let percent = 100.0 * progress.fraction;
@@ -82,8 +102,8 @@ fn doing(progress: &Progress) -> String {
 }
 
 /// Opens all logs, so that a wrong name is told before the work begins.
-fn open(
-    files: &[PathBuf],
+fn open<'a>(
+    files: impl Iterator<Item = &'a Path>,
     interface: &str,
     bar: &ProgressBar,
 ) -> Result<Logs<ProgressBarIter<File>>, BadInput> {
