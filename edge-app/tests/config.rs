@@ -123,7 +123,11 @@ fn mistakes_in_the_mounting_name_place_and_mend() {
         ),
         (
             "force_rpy_rad = [0.0, 0.0, inf]",
-            "[mounting] force_rpy_rad is [0, 0, inf]: must be finite angles, in rad",
+            "[mounting] force_rpy_rad is [0, 0, inf]: must be in rad, and within -2π to 2π",
+        ),
+        (
+            "accelerometer_rpy_rad = [0.0, 0.0, 90.0]",
+            "[mounting] accelerometer_rpy_rad is [0, 0, 90]: must be in rad, and within -2π to 2π",
         ),
     ];
     for (line, message) in table {
@@ -144,7 +148,19 @@ fn mistakes_in_what_is_sought_name_place_and_mend() {
         ("[calibration]\ndelay_s = 0.0", "[calibration] delay_s is 0: must be positive"),
         (
             "[parameters]\nfixed = { \"joint_1.stiffness.tx\" = -1.0 }",
-            "[parameters] fixed \"joint_1.stiffness.tx\" is -1: must be positive",
+            "[parameters] fixed \"joint_1.stiffness.tx\" is -1e0: must lie between 1e-3 and 1e12",
+        ),
+        (
+            "[parameters]\nfixed = { \"joint_1.stiffness.tx\" = 1e40 }",
+            "[parameters] fixed \"joint_1.stiffness.tx\" is 1e40: must lie between 1e-3 and 1e12",
+        ),
+        (
+            "[parameters]\ntied = [[\"joint_1.stiffness.tx\"]]",
+            "[parameters] tied: \"joint_1.stiffness.tx\" is alone in its group: name two or more",
+        ),
+        (
+            "[parameters]\ntied = [[]]",
+            "[parameters] tied has a group without a name: name two or more",
         ),
         (
             "[parameters]\nfixed = { \"stiffness.tx\" = 1.0 }",

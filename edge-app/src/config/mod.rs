@@ -5,6 +5,7 @@ mod listen;
 mod mounting;
 mod sought;
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use flexid_core::mounting::Mounting;
@@ -25,6 +26,9 @@ pub use file::SignalsSection;
 pub use flexid_core::spectrum::Accelerometer;
 pub use listen::{Listen, ListenError};
 
+/// No bushing of a robot is softer or harder, SI units: what is beyond is a slip of the pen, and the numbers
+/// that follow from it leave the range of floating point.
+pub const CONCEIVABLE: RangeInclusive<f64> = 1e-3..=1e12;
 /// Shortest and longest record, samples.
 const RECORD_SAMPLES: [usize; 2] = [256, SAMPLES];
 /// Fewest and most bins that a fit takes.
@@ -67,7 +71,7 @@ pub struct Config {
     pub listen: Vec<Listen>,
     /// Seed of the random search: the same seed and the same frames give the same report.
     pub seed: u64,
-    /// Truth, forces and noise of the simulated robot; only `flexid simulate` reads it.
+    /// Truth, forces and noise of the simulated robot; the daemon does not read it.
     pub scenario: Option<PathBuf>,
 }
 

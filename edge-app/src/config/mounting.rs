@@ -1,5 +1,7 @@
 //! Where the sensors sit: section `[mounting]`.
 
+use std::f64::consts::TAU;
+
 use flexid_core::mounting::Mounting;
 use nalgebra::{Rotation3, Vector3};
 
@@ -48,9 +50,12 @@ fn place(key: &str, place: [f64; 3]) -> Result<Vector3<f64>, String> {
 }
 
 fn axes(key: &str, [roll, pitch, yaw]: [f64; 3]) -> Result<Rotation3<f64>, String> {
-    if [roll, pitch, yaw].iter().all(|angle| angle.is_finite()) {
+    // More is meant in degrees.
+    if [roll, pitch, yaw].iter().all(|angle| angle.abs() <= TAU) {
         Ok(Rotation3::from_euler_angles(roll, pitch, yaw))
     } else {
-        Err(format!("[mounting] {key} is [{roll}, {pitch}, {yaw}]: must be finite angles, in rad"))
+        Err(format!(
+            "[mounting] {key} is [{roll}, {pitch}, {yaw}]: must be in rad, and within -2π to 2π"
+        ))
     }
 }

@@ -5,7 +5,7 @@ use flexid_core::parameters::Bounds;
 use flexid_core::unknowns::{Coordinate, Sought};
 
 use super::file::{CalibrationSection, ParametersSection};
-use super::positive;
+use super::{CONCEIVABLE, positive};
 use crate::model::Model;
 use crate::pipeline::DOF_NAMES;
 
@@ -28,7 +28,12 @@ pub(super) fn sought(
         Ok(coordinate)
     };
     for (name, &value) in &parameters.fixed {
-        positive(&format!("[parameters] fixed {name:?}"), value)?;
+        if !CONCEIVABLE.contains(&value) {
+            let (least, most) = CONCEIVABLE.into_inner();
+            return Err(format!(
+                "[parameters] fixed {name:?} is {value:e}: must lie between {least:e} and {most:e}"
+            ));
+        }
         sought.fix(once("fixed", name, parameter("fixed", name, model)?)?, value);
     }
     for names in &parameters.tied {
@@ -36,7 +41,15 @@ pub(super) fn sought(
         for name in names {
             coordinates.push(once("tied", name, parameter("tied", name, model)?)?);
         }
-        let [first, others @ ..] = coordinates.as_slice() else { continue };
+        let [first, others @ ..] = coordinates.as_slice() else {
+            return Err("[parameters] tied has a group without a name: name two or more".into());
+        };
+        if others.is_empty() {
+            return Err(format!(
+                "[parameters] tied: {:?} is alone in its group: name two or more",
+                names[0]
+            ));
+        }
         for (other, name) in others.iter().zip(&names[1..]) {
             if range(bounds, *first) != range(bounds, *other) {
                 return Err(format!(

@@ -1,10 +1,9 @@
 //! The scenario file: the true robot, the experiments, the cutting force and the noise of the sensors.
 
-use std::ops::RangeInclusive;
 use std::path::Path;
 
 use flexid_core::parameters::{Bounds, Bushing};
-use flexid_edge::config::Config;
+use flexid_edge::config::{CONCEIVABLE, Config};
 use flexid_edge::input::{self, BadInput};
 use flexid_edge::model::{Kind, Model, ModelJoint};
 use rand_core::Rng;
@@ -15,9 +14,6 @@ use flexid_edge::summary::count;
 
 /// Standard gravity, in which accelerometers' noise is given, m/s².
 const STANDARD_GRAVITY: f64 = 9.80665;
-/// No bushing of a robot is softer or harder, SI units: what is beyond is a slip of the pen, and the numbers
-/// that follow from it leave the range of floating point.
-const CONCEIVABLE: RangeInclusive<f64> = 1e-3..=1e12;
 /// No cutter has more teeth.
 const MOST_TEETH: u32 = 1000;
 /// Shortest experiment: what the daemon takes as a record, samples.
