@@ -23,22 +23,22 @@ pub struct Joint {
     pub name: String,
     /// N/m, Nm/rad.
     pub stiffness: [f64; 6],
-    /// Unit of the stiffness; none where it is not observable.
+    /// Unit of the stiffness; none where it is not observable or fixed.
     pub stiffness_std: [Option<f64>; 6],
-    /// `identified`, `weak` or `not_observable`.
+    /// `identified`, `weak`, `not_observable` or `fixed`.
     pub stiffness_verdict: [String; 6],
     /// Ns/m, Nms/rad.
     pub damping: [f64; 6],
-    /// Unit of the damping; none where it is not observable.
+    /// Unit of the damping; none where it is not observable or fixed.
     pub damping_std: [Option<f64>; 6],
-    /// `identified`, `weak` or `not_observable`.
+    /// `identified`, `weak`, `not_observable` or `fixed`.
     pub damping_verdict: [String; 6],
 }
 
 /// How the fit went.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Fit {
-    /// Records taken.
+    /// Records that the numbers rest on.
     pub records: u64,
     /// Force and acceleration frames taken.
     pub frames: u64,
