@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
 const SCHEMA_KEYS: [(u16, [u8; 8]); 2] =
-    [(1, [27, 84, 154, 181, 40, 115, 78, 33]), (2, [157, 26, 193, 185, 143, 132, 242, 0])];
+    [(1, [27, 84, 154, 181, 40, 115, 78, 33]), (2, [228, 103, 188, 121, 18, 38, 118, 136])];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
 fn frozen<T: Serialize + DeserializeOwned + PartialEq + Debug>(message: T, hexadecimal: &str) {
