@@ -74,7 +74,7 @@ impl View {
         let Some(Progress { phase, starts, records, .. }) = self.progress else { return waiting() };
         match phase {
             Phase::Waiting => waiting(),
-            // What static tests tell alone is no reason not to say why there is no record.
+            // Of static tests alone: what is waited for is a record.
             Phase::Settled if records == 0 => waiting(),
             Phase::Searching => {
                 Some(format!("searching with record {records}, random start {starts}"))
