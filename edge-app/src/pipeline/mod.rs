@@ -22,7 +22,7 @@ use flexid_core::MAX_JOINTS;
 use crate::finding::Finding;
 
 pub use intake::{Counts, Intake};
-pub use names::DOF_NAMES;
+pub use names::{DOF_NAMES, name};
 pub use obstacle::{Misfit, MisfitKind};
 pub use offline::{run_offline, run_statics};
 pub use solver::Solver;

@@ -9,7 +9,7 @@ pub const DOF_NAMES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Such as `joint_1 tx stiffness` or `delay`.
-pub(super) fn name(model: &Model, coordinate: Coordinate) -> String {
+pub fn name(model: &Model, coordinate: Coordinate) -> String {
     let joint = |joint: usize| model.joints.get(joint).map_or("?", |joint| joint.name.as_str());
     match coordinate {
         Coordinate::Stiffness { joint: index, dof } => {
