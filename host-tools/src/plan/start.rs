@@ -7,16 +7,16 @@ use flexid_core::refine::Information;
 use flexid_core::unknowns::{Coordinate, Sought};
 use flexid_edge::config::Config;
 use flexid_edge::input::{self, BadInput};
-use flexid_wire::report::{JointReport, Report};
+use flexid_wire::report::{Acceptance, JointReport, Report};
 
 use super::file_name;
 
 /// Where the parameters are thought to be, and what experiments have told of them.
 #[derive(Clone, Debug)]
 pub struct Start {
-    /// Base first.
+    /// Base first; what is fixed and what is tied is so here as well.
     pub bushings: Bushings,
-    /// Of the experiments done; the bounds are not in it.
+    /// Of the experiments done; neither the bounds nor the nuisances' priors are in it.
     pub information: Information,
 }
 
@@ -26,14 +26,18 @@ impl Start {
         let Bounds { stiffness, damping } = config.bounds;
         let middle = |[lower, upper]: [f64; 2]| lower * (upper / lower).sqrt();
         let bushing = Bushing { stiffness: stiffness.map(middle), damping: damping.map(middle) };
-        let bushings = config.model.joints.iter().map(|_| bushing).collect();
+        let mut bushings = config.model.joints.iter().map(|_| bushing).collect();
+        sought.impose(&mut bushings);
         Self { bushings, information: Information::none(sought.unknowns()) }
     }
 
-    /// The estimate that `flexid identify --json` has written to `file`, each parameter with its standard deviation.
+    /// The estimate that `flexid identify --json` has written to `file`, each parameter with its standard deviation, as if
+    /// it had been measured alone. The file has their correlations to a per cent only: too rough for the inverse of a
+    /// covariance. Of nuisances nothing is taken from the file.
     ///
     /// # Errors
-    /// One line that names the file, the joint, and what would be right.
+    /// One line that names the file, the joint, and what would be right; also of a fit that does not hold, whose standard
+    /// deviations say nothing.
     pub fn load(file: &Path, config: &Config, sought: &Sought) -> Result<Self, BadInput> {
         Self::parse(file, &input::read(file)?, config, sought)
     }
@@ -56,6 +60,18 @@ impl Start {
                 wanted.join(", ")
             )));
         }
+        let fault = match report.fit.acceptance {
+            Acceptance::Consistent => None,
+            Acceptance::ModelSuspect => {
+                Some("\"model_suspect\": noise does not explain its residuals")
+            }
+            Acceptance::Unsettled => Some("\"unsettled\": it may have missed the right minimum"),
+        };
+        if let Some(fault) = fault {
+            return Err(bad(format!(
+                "its fit is {fault}: mend what its warnings name first, or plan without it"
+            )));
+        }
         let mut start = Self::unknown(config, sought);
         for (joint, found) in report.joints.iter().enumerate() {
             let JointReport { stiffness, damping, .. } = *found;
@@ -76,14 +92,108 @@ impl Start {
                         "stiffness" => Coordinate::Stiffness { joint, dof },
                         _ => Coordinate::Damping { joint, dof },
                     };
+                    // What is tied has been measured once, and stands in the file under each of its names.
+                    let own = |unknown: &usize| sought.coordinate(*unknown) == Some(coordinate);
                     if let (Some(unknown), Some(deviation)) =
-                        (sought.unknown(coordinate), deviation)
+                        (sought.unknown(coordinate).filter(own), deviation)
                     {
                         start.information.add_known(unknown, deviation / value);
                     }
                 }
             }
         }
+        sought.impose(&mut start.bushings);
         Ok(start)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_core::calibration::Nuisances;
+    use flexid_wire::report::{Fit, Verdict};
+
+    use super::*;
+
+    fn config() -> Config {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenario/edge.toml");
+        Config::load(Path::new(file)).unwrap()
+    }
+
+    /// Stiffnesses of 1e7, 2e7, … N/m known to a tenth, dampings of 1e4 Ns/m not told.
+    fn found(acceptance: Acceptance) -> String {
+        let stiffness = std::array::from_fn(|dof| 1e7 * (dof + 1) as f64);
+        let joint = |name: &str| JointReport {
+            name: name.try_into().unwrap(),
+            stiffness,
+            stiffness_std: stiffness.map(|value| Some(0.1 * value)),
+            stiffness_verdict: [Verdict::Weak; 6],
+            damping: [1e4; 6],
+            damping_std: [None; 6],
+            damping_verdict: [Verdict::NotObservable; 6],
+        };
+        let fit = Fit {
+            records: 1,
+            frames: 0,
+            frames_lost: 0,
+            ssp: 0.0,
+            ssp_max: 0.0,
+            consistency: 1.0,
+            search_evaluations: 0,
+            refine_iterations: 0,
+            starts: 1,
+            bridged: 0,
+            seconds: 1.0,
+            acceptance,
+        };
+        let joints = ["joint_1", "joint_2", "joint_3"].map(joint).into_iter().collect();
+        serde_json::to_string(&Report { joints, fit, warnings: Default::default() }).unwrap()
+    }
+
+    fn parse(sought: &Sought, acceptance: Acceptance) -> Result<Start, BadInput> {
+        Start::parse(Path::new("found.json"), &found(acceptance), &config(), sought)
+    }
+
+    /// The stiffnesses of joint 1 tied to the first, the damping of joint 2 along x held.
+    fn sought() -> Sought {
+        let mut sought = Sought::new(3, &Nuisances::default());
+        let stiffness = |dof| Coordinate::Stiffness { joint: 0, dof };
+        for dof in 1..6 {
+            sought.tie(stiffness(dof), stiffness(0));
+        }
+        sought.fix(Coordinate::Damping { joint: 1, dof: 0 }, 7e3);
+        sought
+    }
+
+    #[test]
+    fn what_is_tied_is_known_once() {
+        let sought = sought();
+        let start = parse(&sought, Acceptance::Consistent).unwrap();
+        let covariance = start.information.covariance();
+        let deviation = |coordinate| covariance.deviation(sought.unknown(coordinate).unwrap());
+        for (joint, dof) in [(0, 0), (0, 5), (1, 0), (2, 5)] {
+            let deviation = deviation(Coordinate::Stiffness { joint, dof });
+            assert!((deviation - 0.1).abs() < 1e-12, "joint {joint}, DOF {dof}: {deviation}");
+        }
+        assert_eq!(deviation(Coordinate::Damping { joint: 0, dof: 0 }), f64::INFINITY);
+    }
+
+    #[test]
+    fn starts_from_a_robot_that_the_fit_can_find() {
+        let sought = sought();
+        let unknown = Start::unknown(&config(), &sought);
+        for start in [unknown, parse(&sought, Acceptance::Consistent).unwrap()] {
+            let [first, second, _] = start.bushings[..] else { panic!("three joints") };
+            assert_eq!(first.stiffness, [first.stiffness[0]; 6]);
+            assert_eq!(second.damping[0], 7e3);
+        }
+    }
+
+    #[test]
+    fn a_fit_that_does_not_hold_is_no_knowledge() {
+        let refused = |acceptance| parse(&sought(), acceptance).unwrap_err().to_string();
+        let suspect = refused(Acceptance::ModelSuspect);
+        assert!(suspect.starts_with("found.json: its fit is \"model_suspect\""), "{suspect}");
+        let unsettled = refused(Acceptance::Unsettled);
+        assert!(unsettled.starts_with("found.json: its fit is \"unsettled\""), "{unsettled}");
     }
 }
