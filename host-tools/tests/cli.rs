@@ -43,7 +43,7 @@ fn edit(file: &Path, from: &str, to: &str) {
 fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
     // Arguments; file, text and its replacement; what stderr says.
     type Case = (&'static str, Option<[&'static str; 3]>, &'static [&'static str]);
-    let cases: [Case; 36] = [
+    let cases: [Case; 37] = [
         ("model import gone.urdf --tcp tcp -o m.toml", None, &["gone.urdf: cannot be read"]),
         (
             "model import mill3.urdf --tcp hand -o m.toml",
@@ -145,6 +145,11 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
         ),
         ("plan --config edge.toml --force -1", None, &["--force -1: must be above 0 N"]),
         ("plan --config edge.toml --poses 1 --force 0.001", None, &["--force 0.001: is lost in"]),
+        (
+            "plan --config edge.toml --poses 1",
+            Some(["mill3.toml", "peak_tangential_n = 400.0", "peak_tangential_n = 0.001"]),
+            &["mill3.toml: [force] peak_tangential_n is 0.001: is lost in", "in every cut: allow"],
+        ),
         ("plan --config edge.toml --from gone.json", None, &["gone.json: cannot be read"]),
         (
             "plan --config edge.toml --from edge.toml",
@@ -420,6 +425,71 @@ fn what_is_sought_beside_the_joints_and_what_is_fixed_is_told() {
     for part in ["     fixed ", ", 1 fixed\n", "calibration  delay "] {
         assert!(table.contains(part), "{part:?} is not in\n{table}");
     }
+}
+
+#[test]
+fn what_was_found_is_what_a_plan_starts_from() {
+    let folder = folder();
+    let [_, found] = identified(folder.path(), "", || ());
+    let found: serde_json::Value = serde_json::from_str(&found).unwrap();
+    let relative = |joint: &serde_json::Value, kind: &str| -> Vec<f64> {
+        let values = joint[kind].as_array().unwrap().iter();
+        let deviations = joint[format!("{kind}_std")].as_array().unwrap().iter();
+        let pairs = deviations.zip(values);
+        pairs.map(|(std, value)| std.as_f64().unwrap() / value.as_f64().unwrap()).collect()
+    };
+    let joints = found["joints"].as_array().unwrap().iter();
+    let known: Vec<f64> = joints
+        .flat_map(|joint| ["stiffness", "damping"].map(|kind| relative(joint, kind)))
+        .flatten()
+        .collect();
+    assert_eq!(known.len(), 36);
+    let worst = known.iter().copied().fold(0.0, f64::max);
+    let geometric_mean = (known.iter().map(|std| std.ln()).sum::<f64>() / 36.0).exp();
+
+    let command = "plan --config edge.toml --from o.json --poses 8 --experiments 2 --json p.json";
+    let output = flexid(folder.path(), command);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let table = String::from_utf8(output.stdout).unwrap();
+    let plan = fs::read_to_string(folder.path().join("p.json")).unwrap();
+    let plan: serde_json::Value = serde_json::from_str(&plan).unwrap();
+    let number = |prediction: &serde_json::Value, key: &str| prediction[key].as_f64().unwrap();
+    // The bounds add a part in a thousand to what is known so well.
+    assert!((number(&plan["now"], "worst") / worst - 1.0).abs() < 1e-9);
+    assert!((number(&plan["now"], "uncertainty") / geometric_mean - 1.0).abs() < 1e-3);
+    assert_eq!(plan["now"]["identified"], 36);
+    let steps = plan["steps"].as_array().unwrap();
+    assert_eq!(steps.len(), 2);
+    let mut before = number(&plan["now"], "uncertainty");
+    for step in steps {
+        let after = number(&step["after"], "uncertainty");
+        assert!(after < 0.9 * before, "{before} to {after}");
+        before = after;
+    }
+    let worst = steps[1]["after"]["worst_parameter"].as_str().unwrap();
+    assert!(table.contains(&format!("worst in the end: {worst}, ")), "{table}");
+
+    // Its standard deviations say nothing if the fit does not hold.
+    edit(&folder.path().join("o.json"), "\"consistent\"", "\"model_suspect\"");
+    let output = flexid(folder.path(), command);
+    assert_eq!(output.status.code(), Some(2));
+    let errors = stderr(&output);
+    assert!(errors.contains("o.json: its fit is \"model_suspect\""), "{errors}");
+}
+
+/// With so little force some of the spindle's runs are lost in the force sensor's noise, and others are not.
+#[test]
+fn a_plan_goes_without_the_cuts_that_tell_nothing() {
+    let folder = folder();
+    let command = "plan --config edge.toml --poses 2 --experiments 1 --force 1.1 --json p.json";
+    let output = flexid(folder.path(), command);
+    let errors = stderr(&output);
+    assert!(output.status.success(), "{errors}");
+    let warning = "warning: the force is lost in the force sensor's noise in 6 of 18 experiments";
+    assert!(errors.starts_with(warning), "{errors}");
+    let plan = fs::read_to_string(folder.path().join("p.json")).unwrap();
+    let plan: serde_json::Value = serde_json::from_str(&plan).unwrap();
+    assert_eq!(plan["candidates"], 12);
 }
 
 /// The simulated robot sags and the simulated accelerometer turns with the tool, as the fit assumes.

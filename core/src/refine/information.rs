@@ -1,7 +1,8 @@
 //! Fisher information of the unknowns: what experiments tell of them, whether done or only thought of.
 
+use super::ParameterNormal;
 use super::normal::Normal;
-use super::{ParameterNormal, Problem};
+use crate::parameters::Bounds;
 use crate::unknowns::{MAX_UNKNOWNS, Sought};
 use crate::verdict::Covariance;
 
@@ -19,17 +20,23 @@ impl Information {
         Self { normal }
     }
 
-    /// What is known before any experiment: each parameter lies between its bounds, its logarithm anywhere
-    /// (`ln(upper / lower)² / 12` is the variance of that), and each nuisance about its prior.
-    pub fn prior(problem: &Problem<'_>) -> Self {
-        let sought = problem.sought;
+    /// What is known of the parameters before any experiment: each lies between its bounds, its logarithm anywhere
+    /// (`ln(upper / lower)² / 12` is the variance of that).
+    pub fn of_bounds(sought: &Sought, bounds: &Bounds) -> Self {
         let mut information = Self::none(sought.unknowns());
-        let ranges = sought.ranges(&[0.0; MAX_UNKNOWNS], problem.bounds);
+        let ranges = sought.ranges(&[0.0; MAX_UNKNOWNS], bounds);
         for (unknown, [_, lower, upper]) in ranges.into_iter().take(sought.unknowns()).enumerate() {
-            let width = upper - lower;
-            // A nuisance has no bounds, and is counted in standard deviations of its prior.
-            let told = if width.is_finite() { 12.0 / (width * width) } else { 1.0 };
-            *information.normal.entry(unknown, unknown) = told;
+            // Infinite of a nuisance, which has no bounds.
+            information.add_known(unknown, (upper - lower) / libm::sqrt(12.0));
+        }
+        information
+    }
+
+    /// What is known of the nuisances before any experiment, and what every fit counts on: each lies about its prior.
+    pub fn of_nuisances(sought: &Sought) -> Self {
+        let mut information = Self::none(sought.unknowns());
+        for (unknown, value) in sought.priors(&[0.0; MAX_UNKNOWNS]) {
+            information.normal.add_prior(unknown, value);
         }
         information
     }
@@ -62,13 +69,20 @@ impl Information {
         }
     }
 
-    /// Logarithm of the determinant; minus infinity where some combination of the unknowns is not told, NaN of numbers
-    /// that are not finite.
-    pub fn log_determinant(&self) -> f64 {
-        let mut factor = self.normal.clone();
-        let unknowns = factor.unknowns();
+    /// Logarithm of the determinant of what is told of the first `count` unknowns, whatever the others are: less that of
+    /// their covariance. Minus infinity where some combination of them is not told; no number, or minus infinity, of
+    /// entries that are not finite.
+    pub fn log_determinant(&self, count: usize) -> f64 {
+        let unknowns = self.normal.unknowns();
+        // Last unknown first: the pivots of those that are asked for are then what the others leave of them.
+        let mut factor = Self::none(unknowns).normal;
+        for i in 0..unknowns {
+            for j in 0..=i {
+                *factor.entry(unknowns - 1 - j, unknowns - 1 - i) = self.normal.row(i)[j];
+            }
+        }
         factor.eliminate(unknowns);
-        (0..unknowns).map(|k| 2.0 * libm::log(*factor.entry(k, k))).sum()
+        (0..unknowns).rev().take(count).map(|k| 2.0 * libm::log(*factor.entry(k, k))).sum()
     }
 
     /// Covariance of the unknowns.
@@ -80,17 +94,18 @@ impl Information {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibration::Nuisances;
 
     #[test]
     fn sums_determinants_and_inverses() {
         let mut information = Information::none(3);
-        assert_eq!(information.log_determinant(), f64::NEG_INFINITY);
+        assert_eq!(information.log_determinant(3), f64::NEG_INFINITY);
         for (unknown, deviation) in [0.5, 0.1, 2.0].into_iter().enumerate() {
             information.add_known(unknown, deviation);
             information.add_known(unknown, f64::INFINITY);
         }
         let expected = -2.0 * libm::log(0.5 * 0.1 * 2.0);
-        assert!((information.log_determinant() - expected).abs() < 1e-12);
+        assert!((information.log_determinant(3) - expected).abs() < 1e-12);
         // A second experiment that tells the difference of the first two: [[20, -16], [-16, 116]].
         let mut difference = Information::none(3);
         for (i, j, value) in [(0, 0, 16.0), (1, 0, -16.0), (1, 1, 16.0)] {
@@ -98,10 +113,27 @@ mod tests {
         }
         information.add(&difference);
         let determinant: f64 = 20.0 * 116.0 - 256.0;
-        let error = information.log_determinant() - libm::log(determinant / 4.0);
+        let error = information.log_determinant(3) - libm::log(determinant / 4.0);
+        assert!(error.abs() < 1e-12);
+        // The second and third beside it unknown.
+        let error = information.log_determinant(1) - libm::log(determinant / 116.0);
         assert!(error.abs() < 1e-12);
         let covariance = information.covariance();
         assert!((covariance.deviation(0) - libm::sqrt(116.0 / determinant)).abs() < 1e-12);
         assert!((covariance.deviation(2) - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn parameters_have_bounds_and_nuisances_priors() {
+        let sought = Sought::new(1, &Nuisances { delay: Some(1e-3), ..Nuisances::default() });
+        let bounds = Bounds { stiffness: [[1e6, 1e8]; 6], damping: [[1e3, 1e4]; 6] };
+        let of_bounds = Information::of_bounds(&sought, &bounds);
+        let deviation = |information: &Information, i| information.covariance().deviation(i);
+        let uniform = |ratio: f64| libm::log(ratio) / libm::sqrt(12.0);
+        assert!((deviation(&of_bounds, 0) - uniform(1e2)).abs() < 1e-12);
+        assert!((deviation(&of_bounds, 11) - uniform(1e1)).abs() < 1e-12);
+        assert_eq!(deviation(&of_bounds, 12), f64::INFINITY);
+        let of_nuisances = Information::of_nuisances(&sought);
+        assert_eq!([0, 12].map(|i| deviation(&of_nuisances, i)), [f64::INFINITY, 1.0]);
     }
 }

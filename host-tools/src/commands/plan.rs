@@ -1,15 +1,15 @@
 //! `flexid plan`: which experiments to do next.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, anyhow};
 use clap::value_parser;
 use flexid_core::spectrum::SpectrumError;
 use flexid_edge::config::Config;
 use flexid_edge::input::BadInput;
 use rayon::ThreadPoolBuilder;
 
-use crate::console::print;
+use crate::console::{complain, print};
 use crate::exit::BadArgument;
 use crate::output::Output;
 use crate::plan::candidates::Candidates;
@@ -28,6 +28,9 @@ pub(super) struct Args {
     #[arg(long, value_name = "EDGE.toml")]
     config: PathBuf,
     /// What is known already, as `identify --json` writes it [default: the bounds alone]
+    ///
+    /// Its fit must be consistent. Each parameter counts as known to its standard deviation whatever the others are: the
+    /// correlations in the file are left aside.
     #[arg(long, value_name = "FOUND.json")]
     from: Option<PathBuf>,
     /// Number of experiments to plan
@@ -52,9 +55,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let scenario = Scenario::of(&config)?;
     let cutting = cutting(args, &scenario)?;
     if scenario.measurement.acceleration_noise() == 0.0 {
-        let file = config.scenario.as_deref().unwrap_or(&config.file);
         let message = "[measurement] acceleration_noise_g_per_sqrt_hz is 0: give the sensor's";
-        return Err(BadInput::new(file, message).into());
+        return Err(BadInput::new(scenario_file(&config), message).into());
     }
     let sought = &config.sought;
     let start = match &args.from {
@@ -71,16 +73,32 @@ pub(super) fn run(args: &Args) -> Result<()> {
         bushings: &start.bushings,
         sought,
     };
-    let bar = progress::bar(args.poses * candidates.cuts_per_pose() as u64, "weighing");
+    let possible = args.poses * candidates.cuts_per_pose() as u64;
+    let bar = progress::bar(possible, "weighing");
     let threads =
         ThreadPoolBuilder::new().stack_size(STACK).build().context("no threads can be started")?;
     let (criterion, count) = (args.criterion, args.experiments as usize);
     let planned = threads.install(|| {
         let all = candidates.evaluate(&candidates.poses(args.poses as usize), || bar.inc(1))?;
-        Ok(plan::plan(&candidates, &start, &all, criterion, count))
+        let lost = possible - all.len() as u64;
+        Ok((lost, plan::plan(&candidates, &start, &all, criterion, count)))
     });
     bar.finish_and_clear();
-    let planned = planned.map_err(|error| unusable(error, &cutting))?;
+    let (lost, planned) = planned.map_err(|error: SpectrumError| {
+        anyhow!("the config was not checked: an experiment makes no spectrum: {error:?}")
+    })?;
+    let unusable = |fault| Err(unusable(args, &config, &cutting, fault));
+    if lost == possible {
+        return unusable("is lost in the force sensor's noise in every cut: allow more");
+    }
+    if planned.steps.is_empty() {
+        return unusable("makes the robot give way in every cut: allow less");
+    }
+    if lost > 0 {
+        complain(&format!(
+            "warning: the force is lost in the force sensor's noise in {lost} of {possible} experiments: they are left out"
+        ));
+    }
     let printed = print(&table::plan(&planned));
     if let Some(json) = json {
         json.finish(&(serde_json::to_string_pretty(&planned)? + "\n"))?;
@@ -97,13 +115,16 @@ fn cutting(args: &Args, scenario: &Scenario) -> Result<Cutting, BadArgument> {
     Ok(Cutting { peak_tangential_n: force, ..scenario.cutting })
 }
 
-fn unusable(error: SpectrumError, cutting: &Cutting) -> BadArgument {
+/// The force cannot be planned with; names where it was given.
+fn unusable(args: &Args, config: &Config, cutting: &Cutting, fault: &str) -> anyhow::Error {
     let force = cutting.peak_tangential_n;
-    BadArgument(match error {
-        SpectrumError::NoForce => {
-            format!("--force {force}: is lost in the force sensor's noise: allow more")
-        }
-        // All else has been checked with the configuration.
-        other => format!("--force {force}: makes no record that can be evaluated ({other:?})"),
-    })
+    if args.force.is_some() {
+        return BadArgument(format!("--force {force}: {fault}")).into();
+    }
+    let message = format!("[force] peak_tangential_n is {force}: {fault}");
+    BadInput::new(scenario_file(config), message).into()
+}
+
+fn scenario_file(config: &Config) -> &Path {
+    config.scenario.as_deref().unwrap_or(&config.file)
 }

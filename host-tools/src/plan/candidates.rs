@@ -47,16 +47,10 @@ pub struct Candidates<'a> {
 }
 
 impl Candidates<'_> {
-    /// What is known of the parameters from their bounds alone.
-    pub fn prior(&self) -> Information {
-        let measurement = self.config.measurement();
-        Information::prior(&self.problem(&measurement))
-    }
-
-    /// Every cut at each of `poses`; `done` is told of each.
+    /// Every cut at each of `poses`, but for those whose force is lost in the noise; `done` is told of each.
     ///
     /// # Errors
-    /// The force is lost in the noise, or the robot cannot hold a pose.
+    /// Of a record that has no spectrum for any other reason.
     pub fn evaluate(
         &self,
         poses: &[Vec<f64>],
@@ -74,18 +68,19 @@ impl Candidates<'_> {
              ((record, cut), pose): &(&(Box<Record<SAMPLES>>, Experiment), &Vec<f64>)| {
                 let mut record = record.clone();
                 record.pose = pose.iter().copied().collect();
-                let mut spectra = Box::new(spectrum::Experiment::<BINS>::new(
-                    self.chain,
-                    &measurement,
-                    &record,
-                    buffer,
-                )?);
-                let information = refinement.information(&self.problem(&measurement), &mut spectra);
+                let spectra =
+                    spectrum::Experiment::<BINS>::new(self.chain, &measurement, &record, buffer);
                 done();
+                let mut spectra = match spectra {
+                    Ok(spectra) => Box::new(spectra),
+                    Err(SpectrumError::NoForce) => return None,
+                    Err(error) => return Some(Err(error)),
+                };
+                let information = refinement.information(&self.problem(&measurement), &mut spectra);
                 let experiment = Experiment { pose: pose.to_vec(), ..cut.clone() };
-                Ok(Candidate { experiment, information })
+                Some(Ok(Candidate { experiment, information }))
             };
-        pairs.par_iter().map_init(workplace, evaluate).collect()
+        pairs.par_iter().map_init(workplace, evaluate).flatten_iter().collect()
     }
 
     /// What an experiment tells once it has been simulated; `None` if the robot does not stand it.

@@ -8,54 +8,45 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Criterion {
-    /// The volume of the confidence ellipsoid: the determinant of the covariance
+    /// The volume of the parameters' confidence ellipsoid: the determinant of their covariance
     D,
-    /// The mean variance: the trace of the covariance
+    /// The parameters' mean variance: the trace of their covariance
     A,
 }
 
 impl Criterion {
-    /// Size of the uncertainty as one relative standard deviation, the less the better: the geometric mean over the
-    /// ellipsoid's axes (D), or the root mean square over the parameters (A). Infinite where there is none.
-    pub fn uncertainty(self, information: &Information, unknowns: usize) -> f64 {
+    /// Size of the uncertainty of the first `parameters` unknowns as one relative standard deviation, the less the
+    /// better: the geometric mean over the ellipsoid's axes (D), or the root mean square over the parameters (A). The
+    /// other unknowns, nuisances, count by what they leave uncertain in these. Infinite where there is none.
+    pub fn uncertainty(self, information: &Information, parameters: usize) -> f64 {
+        let count = parameters as f64;
         let size = match self {
-            Self::D => (-information.log_determinant() / (2.0 * unknowns as f64)).exp(),
+            Self::D => (-information.log_determinant(parameters) / (2.0 * count)).exp(),
             Self::A => {
                 let covariance = information.covariance();
-                let squares = (0..unknowns).map(|i| covariance.deviation(i).powi(2));
-                (squares.sum::<f64>() / unknowns as f64).sqrt()
+                let squares = (0..parameters).map(|i| covariance.deviation(i).powi(2));
+                (squares.sum::<f64>() / count).sqrt()
             }
         };
         if size.is_nan() { f64::INFINITY } else { size }
     }
 }
 
-/// Up to `count` of the candidates, by their indices, beside what is `known`; one may come more than once. None that
-/// leaves no finite uncertainty.
-pub fn choose(
+/// Which of the candidates is the best beside what is `known`; none if each leaves an infinite uncertainty.
+pub fn best(
     criterion: Criterion,
     known: &Information,
     candidates: &[&Information],
-    unknowns: usize,
-    count: usize,
-) -> Vec<usize> {
-    let mut known = known.clone();
-    let mut chosen = Vec::new();
-    while chosen.len() < count {
-        let sizes: Vec<f64> = candidates
-            .par_iter()
-            .map(|candidate| {
-                let mut with = known.clone();
-                with.add(candidate);
-                criterion.uncertainty(&with, unknowns)
-            })
-            .collect();
-        let best = (0..sizes.len()).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
-        let Some(best) = best.filter(|&best| sizes[best].is_finite()) else { break };
-        known.add(candidates[best]);
-        chosen.push(best);
-    }
-    chosen
+    parameters: usize,
+) -> Option<usize> {
+    let size = |candidate: &&Information| {
+        let mut with = known.clone();
+        with.add(candidate);
+        criterion.uncertainty(&with, parameters)
+    };
+    let sizes: Vec<f64> = candidates.par_iter().map(size).collect();
+    let best = (0..sizes.len()).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
+    best.filter(|&best| sizes[best].is_finite())
 }
 
 #[cfg(test)]
@@ -73,6 +64,22 @@ mod tests {
 
     const NO: f64 = f64::INFINITY;
 
+    /// The best of all, one after the other.
+    fn choose(
+        criterion: Criterion,
+        known: &Information,
+        all: &[&Information],
+        count: usize,
+    ) -> Vec<usize> {
+        let mut known = known.clone();
+        let next = || {
+            let best = best(criterion, &known, all, 3)?;
+            known.add(all[best]);
+            Some(best)
+        };
+        std::iter::from_fn(next).take(count).collect()
+    }
+
     #[test]
     fn each_choice_fills_what_those_before_it_left() {
         let prior = known([1.0; 3]);
@@ -80,8 +87,8 @@ mod tests {
         let all = [known([1e-3, NO, NO]), known([NO, 0.1, 0.2]), known([0.5; 3]), known([NO; 3])];
         let all: Vec<_> = all.iter().collect();
         // Volumes after one: 1e-3, 1/51, 0.09; mean squares: 0.67, 0.35, 0.2.
-        assert_eq!(choose(Criterion::D, &prior, &all, 3, 2), [0, 1]);
-        assert_eq!(choose(Criterion::A, &prior, &all, 3, 3), [2, 1, 0]);
+        assert_eq!(choose(Criterion::D, &prior, &all, 2), [0, 1]);
+        assert_eq!(choose(Criterion::A, &prior, &all, 3), [2, 1, 0]);
     }
 
     #[test]
@@ -90,8 +97,8 @@ mod tests {
         broken.add_known(1, f64::MIN_POSITIVE);
         let sound = known([0.9; 3]);
         for criterion in [Criterion::D, Criterion::A] {
-            assert_eq!(choose(criterion, &known([1.0; 3]), &[&broken, &sound], 3, 1), [1]);
-            assert_eq!(choose(criterion, &known([1.0; 3]), &[&broken], 3, 1), [0; 0]);
+            assert_eq!(choose(criterion, &known([1.0; 3]), &[&broken, &sound], 1), [1]);
+            assert_eq!(choose(criterion, &known([1.0; 3]), &[&broken], 1), [0; 0]);
         }
     }
 
@@ -101,5 +108,8 @@ mod tests {
         assert!((Criterion::D.uncertainty(&information, 3) - 0.2).abs() < 1e-12);
         let mean_square = (0.01 + 0.04 + 0.16) / 3.0_f64;
         assert!((Criterion::A.uncertainty(&information, 3) - mean_square.sqrt()).abs() < 1e-12);
+        // The third is a nuisance.
+        assert!((Criterion::D.uncertainty(&information, 2) - 0.02_f64.sqrt()).abs() < 1e-12);
+        assert!((Criterion::A.uncertainty(&information, 2) - 0.025_f64.sqrt()).abs() < 1e-12);
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! What an experiment tells of the parameters (its Fisher information) depends on pose, force and noise, and on the
 //! parameters themselves, but not on what the accelerometer will read: it is known before anybody mills. Experiments
-//! are chosen one after the other from a grid of poses within the joints' limits and of cuts that the scenario knows.
+//! are chosen one after the other from a grid of poses within the joints' limits and of cuts that the scenario knows, each
+//! simulated before the next is chosen.
 //! Whether a pose is clear of walls and workpieces is for who drives the robot.
 //!
 //! | module         | holds                                                     |
@@ -22,7 +23,7 @@ pub mod table;
 use std::path::Path;
 
 use flexid_core::refine::Information;
-use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
+use flexid_core::unknowns::{Coordinate, Sought};
 use serde::Serialize;
 
 use crate::simulation::scenario::{Experiment, Feed};
@@ -36,8 +37,12 @@ use start::Start;
 pub struct Plan {
     /// What makes one experiment better than another.
     pub criterion: Criterion,
+    /// Largest force of a tooth along the cutting speed, N.
+    pub peak_tangential_n: f64,
     /// Experiments that were chosen from.
     pub candidates: usize,
+    /// Experiments that would have been chosen, but that the robot does not stand: they make it give way.
+    pub given_up: usize,
     /// Before the first.
     pub now: Prediction,
     /// Best first.
@@ -57,7 +62,7 @@ pub struct Step {
     pub after: Prediction,
 }
 
-/// Chooses `count` experiments, fewer if no other tells anything.
+/// Chooses `count` experiments, fewer if the robot stands none of those that are left; one may come more than once.
 pub fn plan(
     workplace: &Candidates<'_>,
     start: &Start,
@@ -65,31 +70,53 @@ pub fn plan(
     criterion: Criterion,
     count: usize,
 ) -> Plan {
-    let (config, sought, prior) = (workplace.config, workplace.sought, workplace.prior());
-    let mut told = start.information.clone();
-    let predict = |told: &Information| {
-        let mut with_prior = told.clone();
-        with_prior.add(&prior);
-        let uncertainty = criterion.uncertainty(&with_prior, sought.unknowns());
-        Prediction::new(config, sought, told, uncertainty)
+    let (config, sought) = (workplace.config, workplace.sought);
+    let bounds = Information::of_bounds(sought, &config.bounds);
+    let within_bounds = |told: &Information| {
+        let mut known = told.clone();
+        known.add(&bounds);
+        known
     };
+    let predict = |told: &Information| {
+        let uncertainty = criterion.uncertainty(&within_bounds(told), parameters(sought));
+        Prediction::new(&config.model, sought, told, uncertainty)
+    };
+    let mut told = start.information.clone();
+    told.add(&Information::of_nuisances(sought));
     let now = predict(&told);
-    let mut known = told.clone();
-    known.add(&prior);
-    let informations: Vec<_> = candidates.iter().map(|one| &one.information).collect();
-    let chosen = greedy::choose(criterion, &known, &informations, sought.unknowns(), count);
-    // What has been chosen is worth a simulation.
-    let simulated =
-        chosen.par_iter().map(|&index| workplace.simulate(&candidates[index].experiment));
-    let simulated: Vec<Option<Information>> = simulated.collect();
-    let steps = chosen.iter().zip(simulated).map(|(&index, simulated)| {
-        let Candidate { experiment, information } = &candidates[index];
-        told.add(simulated.as_ref().unwrap_or(information));
-        let Experiment { pose, spindle_rpm, feed, .. } = experiment.clone();
-        Step { pose, spindle_rpm, feed, after: predict(&told) }
-    });
-    let steps = steps.collect();
-    Plan { criterion, candidates: candidates.len(), now, steps }
+    let mut left: Vec<&Candidate> = candidates.iter().collect();
+    let mut steps = Vec::new();
+    while steps.len() < count {
+        let informations: Vec<_> = left.iter().map(|one| &one.information).collect();
+        let known = within_bounds(&told);
+        let best = greedy::best(criterion, &known, &informations, parameters(sought));
+        let Some(best) = best else { break };
+        // What has been chosen is worth a simulation.
+        let Some(information) = workplace.simulate(&left[best].experiment) else {
+            left.remove(best);
+            continue;
+        };
+        told.add(&information);
+        let Experiment { pose, spindle_rpm, feed, .. } = left[best].experiment.clone();
+        steps.push(Step { pose, spindle_rpm, feed, after: predict(&told) });
+    }
+    Plan {
+        criterion,
+        peak_tangential_n: workplace.cutting.peak_tangential_n,
+        candidates: left.len(),
+        given_up: candidates.len() - left.len(),
+        now,
+        steps,
+    }
+}
+
+/// How many unknowns are parameters of the joints: the first ones, the nuisances come behind them.
+fn parameters(sought: &Sought) -> usize {
+    let parameter = |unknown: &usize| {
+        let coordinate = sought.coordinate(*unknown);
+        matches!(coordinate, Some(Coordinate::Stiffness { .. } | Coordinate::Damping { .. }))
+    };
+    (0..sought.unknowns()).take_while(parameter).count()
 }
 
 /// The file's name without its folder.
@@ -102,7 +129,6 @@ mod tests {
     use std::path::Path;
 
     use flexid_core::calibration::Nuisances;
-    use flexid_core::unknowns::Sought;
     use flexid_edge::config::Config;
     use rayon::ThreadPoolBuilder;
 
@@ -112,13 +138,12 @@ mod tests {
     /// The tool on the axis of joint 1, whose turning hardly moves it.
     const SINGULAR: [f64; 3] = [0.0, -2.0, 0.243];
 
-    /// The first choice is better than the median candidate, and never that at the singular pose.
-    #[test]
-    fn the_first_choice_beats_the_median() {
+    /// With the reference scenario, nothing known of its parameters.
+    fn at_work(nuisances: &Nuisances, test: impl FnOnce(&Candidates<'_>, &Start) + Send) {
         let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenario/edge.toml"));
         let config = Config::load(file).unwrap();
         let scenario = Scenario::of(&config).unwrap();
-        let sought = Sought::new(3, &Nuisances::default());
+        let sought = Sought::new(3, nuisances);
         let start = Start::unknown(&config, &sought);
         let chain = config.model.chain().unwrap();
         let workplace = Candidates {
@@ -129,26 +154,67 @@ mod tests {
             bushings: &start.bushings,
             sought: &sought,
         };
-        let mut poses = workplace.poses(8);
-        poses.push(SINGULAR.to_vec());
         let threads = ThreadPoolBuilder::new().stack_size(16 << 20).build().unwrap();
-        threads.install(|| {
+        threads.install(|| test(&workplace, &start));
+    }
+
+    /// The first choice is better than the median candidate, and never that at the singular pose.
+    #[test]
+    fn the_first_choice_beats_the_median() {
+        at_work(&Nuisances::default(), |workplace, start| {
+            let mut poses = workplace.poses(8);
+            poses.push(SINGULAR.to_vec());
             let candidates = workplace.evaluate(&poses, || ()).unwrap();
-            let prior = workplace.prior();
+            let bounds = Information::of_bounds(workplace.sought, &workplace.config.bounds);
             for criterion in [Criterion::D, Criterion::A] {
                 let size = |candidate: &Candidate| {
-                    let mut known = prior.clone();
+                    let mut known = bounds.clone();
                     known.add(&candidate.information);
-                    criterion.uncertainty(&known, sought.unknowns())
+                    criterion.uncertainty(&known, workplace.sought.unknowns())
                 };
                 let mut sizes: Vec<f64> = candidates.iter().map(size).collect();
                 sizes.sort_unstable_by(f64::total_cmp);
-                let plan = plan(&workplace, &start, &candidates, criterion, 1);
+                let plan = plan(workplace, start, &candidates, criterion, 1);
                 let ratio = sizes[sizes.len() / 2] / sizes[0];
                 assert!(ratio > 1.2, "{criterion:?}: {ratio}");
                 assert_ne!(plan.steps[0].pose, SINGULAR);
                 assert!(plan.steps[0].after.uncertainty < 0.01 * plan.now.uncertainty);
             }
+        });
+    }
+
+    /// A factor of all masses and parameters is that of the accelerometer: only the priors tell them apart, and no
+    /// experiment tells the parameters better than these do.
+    #[test]
+    fn priors_of_nuisances_count_as_in_a_fit() {
+        let prior = 0.02;
+        let nuisances =
+            Nuisances { acceleration_gain: Some(prior), mass: Some(prior), ..Nuisances::default() };
+        at_work(&nuisances, |workplace, start| {
+            let candidates = workplace.evaluate(&workplace.poses(4), || ()).unwrap();
+            let plan = plan(workplace, start, &candidates, Criterion::D, 1);
+            let Prediction { identified, weak, not_observable, median, .. } = plan.steps[0].after;
+            assert_eq!((identified + weak, not_observable), (36, 0));
+            // Three gains and three masses share in the factor.
+            assert!((prior / 6.0..2.0 * prior).contains(&median), "{median}");
+        });
+    }
+
+    #[test]
+    fn what_the_robot_does_not_stand_is_not_recommended() {
+        at_work(&Nuisances::default(), |workplace, start| {
+            let mut candidates = workplace.evaluate(&workplace.poses(1), || ()).unwrap();
+            candidates.truncate(2);
+            let sound = candidates[0].experiment.clone();
+            // Tells more than the other, were it not for the simulation.
+            let twice = candidates[0].information.clone();
+            candidates[1].information.add(&twice);
+            candidates[1].experiment.pose = vec![f64::NAN; 3];
+            let planned = plan(workplace, start, &candidates, Criterion::D, 2);
+            assert_eq!((planned.candidates, planned.given_up), (1, 1));
+            let poses: Vec<_> = planned.steps.iter().map(|step| &step.pose).collect();
+            assert_eq!(poses, [&sound.pose; 2]);
+            assert!(plan(workplace, start, &candidates[1..], Criterion::D, 2).steps.is_empty());
         });
     }
 }

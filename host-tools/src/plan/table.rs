@@ -11,7 +11,7 @@ use crate::table::STYLE;
 pub fn plan(plan: &Plan) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
-    let header = ["step", "pose", "cut", "uncertainty", "median ±", "worst ±"];
+    let header = ["step", "pose", "cut", "uncertainty", "median std", "worst std"];
     let verdicts = ["identified", "weak", "not observable"];
     table.set_header(header.into_iter().chain(verdicts));
     table.add_row(row("now".into(), String::new(), String::new(), &plan.now));
@@ -32,23 +32,56 @@ pub fn plan(plan: &Plan) -> String {
         Criterion::D => "geometric mean over the axes of the confidence ellipsoid",
         Criterion::A => "root mean square over the parameters",
     };
-    let worst = plan.steps.last().map_or(&plan.now, |last| &last.after);
+    let Plan { peak_tangential_n, candidates, given_up, .. } = plan;
+    let given_up = match given_up {
+        0 => String::new(),
+        some => format!("; {some} given up, which make the robot give way"),
+    };
+    let end = plan.steps.last().map_or(&plan.now, |last| &last.after);
     format!(
-        "{table}\n pose in rad (m); uncertainty: {meaning}, bounds included; best of {} experiments each time\n \
-         worst known at the end: {}\n",
-        plan.candidates, worst.worst_parameter
+        "{table}\n\
+         \x20pose: joints, base first, rad (m), within their limits: see for yourself that it is clear\n\
+         \x20cut: axis of the TCP that the tool is fed along, spindle speed from start to end, at most \
+         {peak_tangential_n} N on a tooth\n\
+         \x20uncertainty: {meaning}, the bounds counted as knowledge\n\
+         \x20std: relative standard deviation of a parameter, from experiments alone\n\
+         \x20identified, weak, not observable: of how many parameters `flexid identify` will say so\n\
+         \x20each step is the best of {candidates} experiments beside all above it{given_up}\n\
+         \x20worst in the end: {}, {}\n",
+        end.worst_parameter,
+        percent(end.worst)
     )
 }
 
 fn row(number: String, pose: String, cut: String, prediction: &Prediction) -> Vec<String> {
-    let percent = |part: f64| match part {
-        told if told < 10.0 => format!("{:.2} %", 100.0 * told),
-        _ => "none".to_owned(),
-    };
     let Prediction { uncertainty, median, worst, identified, weak, not_observable, .. } =
         prediction;
     let mut cells = vec![number, pose, cut];
     cells.extend([uncertainty, median, worst].map(|part| percent(*part)));
     cells.extend([identified, weak, not_observable].map(ToString::to_string));
     cells
+}
+
+/// At least two digits of a standard deviation that anybody will ask for.
+fn percent(part: f64) -> String {
+    match 100.0 * part {
+        tiny if tiny < 1e-3 => "under 0.001 %".to_owned(),
+        fine if fine < 1.0 => format!("{fine:.3} %"),
+        rough if rough < 1000.0 => format!("{rough:.1} %"),
+        far if far.is_finite() => "over 1000 %".to_owned(),
+        _ => "not told".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn says_neither_none_of_much_nor_zero_of_little() {
+        let cases = [1e-7, 0.000_234, 0.0124, 9.9].map(percent);
+        assert_eq!(cases, ["under 0.001 %", "0.023 %", "1.2 %", "990.0 %"]);
+        let cases = [10.0, 1e9, f64::INFINITY, f64::NAN].map(percent);
+        assert_eq!(cases, ["over 1000 %", "over 1000 %", "not told", "not told"]);
+    }
 }
