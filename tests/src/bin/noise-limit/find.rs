@@ -8,7 +8,7 @@ use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
 use flexid_core::parameters::{Bounds, Bushings};
 use flexid_core::spectrum::Measurement;
 use flexid_core::unknowns::Sought;
-use flexid_core::verdict::{Trust, Verdict};
+use flexid_core::verdict::Verdict;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::records::{Record, experiment};
@@ -59,7 +59,7 @@ pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) 
 impl Found {
     /// The verdicts and the deviations are those of the reports that users read.
     pub(crate) fn new(estimate: &Estimate, starts: u32) -> Self {
-        let trust = Trust::new(estimate.consistency, estimate.acceptance != Acceptance::Unsettled);
+        let trust = estimate.trust();
         let bushings = estimate.bushings.iter().zip(&estimate.standard_deviations);
         let (verdicts, deviations) = bushings
             .flat_map(|(value, deviation)| {
