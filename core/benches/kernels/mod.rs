@@ -76,11 +76,10 @@ impl<T: Precision> Kernel<T> for Gradients<'_, T> {
         for first in (0..omega.len()).step_by(V::WIDTH) {
             let s = Complex::new(like.fill(T::default()), like.load(&omega[first..]));
             found.evaluate(terms, s, &force, None);
-            for joint in 0..*joints {
-                for dof in 0..6 {
-                    for part in found.derivatives(terms, s, joint, dof).as_flattened() {
-                        sum = sum + part.re + part.im;
-                    }
+            // One loop, or the compiler unrolls the inner one, and the code outgrows the cache of instructions.
+            for index in 0..6 * joints {
+                for part in found.derivatives(terms, s, index / 6, index % 6).as_flattened() {
+                    sum = sum + part.re + part.im;
                 }
             }
         }
