@@ -3,7 +3,7 @@
 mod common;
 
 use common::milling::{Conditions, SAMPLES, cut, record};
-use common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
+use common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal, respond};
 use fearless_simd::Level;
 use flexid_core::calibration::{Calibration, Nuisances};
 use flexid_core::chain::Chain;
@@ -13,7 +13,7 @@ use flexid_core::loss::spectral;
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::gradient::PerDof;
-use flexid_core::receptance::{Complex, Response, Terms, accelerance};
+use flexid_core::receptance::{Complex, Terms, accelerance};
 use flexid_core::spectrum::{Accelerometer, Experiment, Measurement};
 use flexid_core::unknowns::Sought;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, MatrixXx3, Rotation3, Vector3};
@@ -62,17 +62,6 @@ impl Case {
         let ideal = Calibration::default();
         Terms::mounted(&self.linear, &self.bushings, strapdown, &self.mounting, &ideal)
     }
-}
-
-fn respond(
-    terms: &Terms<f64>,
-    s: Complex<f64>,
-    force: &[Complex<f64>; 3],
-    seam: &PerDof<f64>,
-) -> Response<f64> {
-    let mut response = Response::new(0.0);
-    response.evaluate(terms, s, force, Some(seam));
-    response
 }
 
 fn dynamic(z: Complex<f64>) -> Dynamic {

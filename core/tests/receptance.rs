@@ -4,13 +4,13 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use common::{Dense, Random};
+use common::{Dense, Random, respond};
 use flexid_core::calibration::Calibration;
 use flexid_core::chain::linearise::LinearChain;
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::gradient::PerDof;
 use flexid_core::receptance::lanes::Scalar;
-use flexid_core::receptance::{Complex, Response, Terms, receptance};
+use flexid_core::receptance::{Complex, Terms, receptance};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -32,17 +32,6 @@ fn case(seed: u64, joints: usize, gravity: Vector3<f64>) -> Case {
     let dense = Dense::new(&chain, &pose, gravity, &sag);
     let s = Complex { re: random.uniform(0.0, 2.0), im: random.uniform(10.0, 1300.0) };
     Case { dense, linear, bushings, s }
-}
-
-fn respond(
-    terms: &Terms<f64>,
-    s: Complex<f64>,
-    force: &[Complex<f64>; 3],
-    seam: &PerDof<f64>,
-) -> Response<f64> {
-    let mut response = Response::new(0.0);
-    response.evaluate(terms, s, force, Some(seam));
-    response
 }
 
 fn full(packed: [Complex<f64>; 6]) -> [[nalgebra::Complex<f64>; 3]; 3] {

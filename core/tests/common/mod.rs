@@ -7,6 +7,8 @@ pub(crate) mod milling;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::{Bushing, Bushings};
+use flexid_core::receptance::gradient::PerDof;
+use flexid_core::receptance::{self, Response, Terms};
 use nalgebra::{Complex, DMatrix, Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -338,3 +340,15 @@ pub(crate) const MEASUREMENT: flexid_core::spectrum::Measurement =
 
 /// Bins that the scenario's records need.
 pub(crate) const BINS: usize = 1024;
+
+/// One bin with a seam (its load on every bushing, N and Nm times seconds), to a force in Ns.
+pub(crate) fn respond(
+    terms: &Terms<f64>,
+    s: receptance::Complex<f64>,
+    force: &[receptance::Complex<f64>; 3],
+    seam: &PerDof<f64>,
+) -> Response<f64> {
+    let mut response = Response::new(0.0);
+    response.evaluate(terms, s, force, Some(seam));
+    response
+}
