@@ -176,7 +176,7 @@ impl Kernel<f64> for Assembly<'_> {
                 better[axis] = Complex::new(like.load(re), like.load(im));
                 batch.force[axis] = batch.force[axis] + better[axis];
             }
-            response.elongate(terms, batch.s, Some(&better));
+            response.elongate(terms, batch.s, all.then_some(&better));
             write_seam(&mut rows, &response, &batch, joints);
             if all {
                 derivatives.write(&mut rows, &response, terms, &batch);
