@@ -121,6 +121,7 @@ macro_rules! precision {
         impl Precision for $scalar {
             #[inline]
             fn dispatch<K: Kernel<Self>>(level: Level, kernel: K) -> K::Output {
+                #[cfg(any(target_arch = "x86", target_arch = "x86_64", target_arch = "aarch64"))]
                 macro_rules! run {
                     ($simd:expr) => {
                         if let Some(simd) = $simd {

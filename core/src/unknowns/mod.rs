@@ -4,6 +4,8 @@
 //! stiffnesses and six dampings, and behind [`MAX_PARAMETERS`] the nuisances in units of their prior's standard
 //! deviation. A fit has one unknown per coordinate that is sought; coordinates that are tied share one.
 
+mod coordinate;
+
 use core::ops::Range;
 
 use heapless::Vec;
@@ -12,77 +14,16 @@ use crate::calibration::{Calibration, Nuisances};
 use crate::parameters::{Bounds, Bushings, MAX_PARAMETERS, from_logarithms, logarithms};
 use crate::verdict::Covariance;
 use crate::{DOF, MAX_JOINTS};
+pub use coordinate::Coordinate;
+use coordinate::{ACCELERATION_GAIN, DELAY, FORCE_GAIN, MASS, MISALIGNMENT};
 
 /// Most nuisances: a delay, two sensors' gains, a misalignment, and the masses.
 pub const MAX_NUISANCES: usize = 10 + MAX_JOINTS;
 /// Most coordinates, and most unknowns of a fit.
 pub const MAX_UNKNOWNS: usize = MAX_PARAMETERS + MAX_NUISANCES;
 
-/// Where the nuisances stand.
-const DELAY: usize = MAX_PARAMETERS;
-const ACCELERATION_GAIN: usize = DELAY + 1;
-const FORCE_GAIN: usize = ACCELERATION_GAIN + 3;
-const MISALIGNMENT: usize = FORCE_GAIN + 3;
-const MASS: usize = MISALIGNMENT + 3;
-
 /// One value per coordinate.
 pub(crate) type Coordinates = [f64; MAX_UNKNOWNS];
-
-/// What a coordinate is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Coordinate {
-    /// Logarithm of a stiffness.
-    Stiffness {
-        /// From 0, base first.
-        joint: usize,
-        /// 0..6.
-        dof: usize,
-    },
-    /// Logarithm of a damping.
-    Damping {
-        /// From 0, base first.
-        joint: usize,
-        /// 0..6.
-        dof: usize,
-    },
-    /// [`Calibration::delay`].
-    Delay,
-    /// Logarithm of [`Calibration::acceleration_gain`] of an axis.
-    AccelerationGain(usize),
-    /// Logarithm of [`Calibration::force_gain`] of an axis.
-    ForceGain(usize),
-    /// [`Calibration::misalignment`] about an axis.
-    Misalignment(usize),
-    /// Logarithm of [`Calibration::mass`] of a link, from 0.
-    Mass(usize),
-}
-
-impl Coordinate {
-    pub(crate) const fn index(self) -> usize {
-        match self {
-            Self::Stiffness { joint, dof } => 2 * DOF * joint + dof,
-            Self::Damping { joint, dof } => 2 * DOF * joint + DOF + dof,
-            Self::Delay => DELAY,
-            Self::AccelerationGain(axis) => ACCELERATION_GAIN + axis,
-            Self::ForceGain(axis) => FORCE_GAIN + axis,
-            Self::Misalignment(axis) => MISALIGNMENT + axis,
-            Self::Mass(link) => MASS + link,
-        }
-    }
-
-    pub(crate) const fn of(index: usize) -> Self {
-        let (joint, dof) = (index / (2 * DOF), index % (2 * DOF));
-        match index {
-            0..DELAY if dof < DOF => Self::Stiffness { joint, dof },
-            0..DELAY => Self::Damping { joint, dof: dof - DOF },
-            DELAY => Self::Delay,
-            ACCELERATION_GAIN..FORCE_GAIN => Self::AccelerationGain(index - ACCELERATION_GAIN),
-            FORCE_GAIN..MISALIGNMENT => Self::ForceGain(index - FORCE_GAIN),
-            MISALIGNMENT..MASS => Self::Misalignment(index - MISALIGNMENT),
-            _ => Self::Mass(index - MASS),
-        }
-    }
-}
 
 /// A nuisance as a fit has found it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,132 @@
+//! What a settled fit says of the robot.
+
+use heapless::Vec;
+
+use super::minimum::Minimum;
+use crate::DOF;
+use crate::parameters::{Bounds, Bushings, End};
+use crate::refine::{Agreement, Fit, Problem, Refinement};
+use crate::search::MAX_EXPERIMENTS;
+use crate::spectrum::Experiment;
+use crate::unknowns::{Coordinates, MAX_NUISANCES, Nuisance};
+use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
+
+/// How far a settled estimate can be believed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acceptance {
+    /// The residuals are as large as the noise explains.
+    Consistent,
+    /// The same minimum was reached from several searches, and its residuals are larger than the noise
+    /// explains: the model is wrong.
+    ModelSuspect,
+    /// The budget of starts ran out before either.
+    Unsettled,
+}
+
+/// The parameters as they stand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Stiffness and damping of every joint.
+    pub bushings: Bushings,
+    /// Standard deviation of each, same units; infinite where the data do not tell.
+    pub standard_deviations: Bushings,
+    /// Surface similarity parameter per direction and experiment: the median of them.
+    pub ssp_median: f64,
+    /// The largest of them.
+    pub ssp_max: f64,
+    /// χ² per degree of freedom; 1 when noise alone explains the residuals.
+    pub consistency: f64,
+    /// Sum of squares of the static tests' residuals per displacement measured, about 1 or less when their noise alone
+    /// explains them; none without static tests.
+    pub static_consistency: Option<f64>,
+    /// How far to believe it.
+    pub acceptance: Acceptance,
+    /// Residuals' whiteness, about N(0, 1); far above, the model or the colour of the noise is wrong.
+    pub whiteness: f64,
+    /// Whether the residuals are larger than noise explains.
+    pub size_objects: bool,
+    /// Whether they have more structure along the band than noise explains.
+    pub whiteness_objects: bool,
+    /// Whether the residuals of the static tests by themselves are larger than their noise explains.
+    pub statics_object: bool,
+    /// Whether the records stand clear of the noise, so that it cannot hide a wrong minimum.
+    pub stands_clear: bool,
+    /// Covariance of the unknowns; [`Identifier::sought`] says which they are.
+    pub covariance: Covariance,
+    /// Combinations of unknowns that the data tell badly, the worst first.
+    pub weak_directions: Vec<Direction, MAX_DIRECTIONS>,
+    /// How well a fit to the others predicts each experiment, in their order; empty if there are no others.
+    pub held_out: Vec<Agreement, MAX_EXPERIMENTS>,
+    /// What was sought beside the parameters.
+    pub nuisances: Vec<Nuisance, MAX_NUISANCES>,
+    /// Records that are not kept any more, whose information is in the numbers.
+    pub retired: u64,
+    /// Retired records that had to be forgotten, since the newer ones contradict them: the robot has changed.
+    pub forgotten: u64,
+    pub(super) coordinates: Coordinates,
+}
+
+impl Estimate {
+    /// Of a minimum, where `refinement` stands and has been [fitted](Refinement::fit); nothing is forgotten yet.
+    pub(super) fn of<const B: usize>(
+        minimum: Minimum,
+        acceptance: Acceptance,
+        refinement: &mut Refinement,
+        problem: &Problem<'_>,
+        experiments: &mut [Experiment<B>],
+    ) -> Self {
+        let weak_directions = refinement.weak_directions();
+        let mut held_out = Vec::new();
+        if experiments.len() > 1 {
+            for experiment in experiments.iter_mut().take(MAX_EXPERIMENTS) {
+                let _ = held_out.push(refinement.hold_out(problem, experiment));
+            }
+        }
+        let bushings = refinement.bushings(problem.sought);
+        let fit = &minimum.fit;
+        Self {
+            standard_deviations: within(problem.bounds, &bushings, fit),
+            bushings,
+            ssp_median: fit.ssp[0],
+            ssp_max: fit.ssp[1],
+            consistency: fit.sum_of_squares / fit.degrees_of_freedom.max(1.0),
+            static_consistency: (fit.static_residuals > 0)
+                .then(|| fit.static_sum_of_squares / fit.static_residuals as f64),
+            acceptance,
+            whiteness: fit.whiteness,
+            size_objects: minimum.size_objects(),
+            whiteness_objects: minimum.whiteness_objects(),
+            statics_object: minimum.statics_object(),
+            stands_clear: minimum.stands_clear(),
+            weak_directions,
+            held_out,
+            nuisances: problem.sought.found(&minimum.coordinates, &fit.covariance),
+            retired: refinement.retired(),
+            forgotten: 0,
+            coordinates: minimum.coordinates,
+            covariance: minimum.fit.covariance,
+        }
+    }
+
+    /// How far its parameters can be trusted: none is identified in a fit that did not settle, or that static tests contradict.
+    pub fn trust(&self) -> Trust {
+        let sound = self.acceptance != Acceptance::Unsettled && !self.statics_object;
+        Trust::new(self.consistency, sound)
+    }
+}
+
+/// Standard deviations in the parameters' units. One that lies on a bound has none: the data push it further than it may.
+fn within(bounds: &Bounds, bushings: &Bushings, fit: &Fit) -> Bushings {
+    let mut deviations = bushings.clone();
+    for (joint, bushing) in deviations.iter_mut().enumerate() {
+        let ranges = bounds.stiffness.iter().chain(&bounds.damping);
+        let values = bushing.stiffness.iter_mut().chain(&mut bushing.damping);
+        for (index, (value, &range)) in values.zip(ranges).enumerate() {
+            let inside = End::reached(range, *value).is_none();
+            let relative = fit.deviations[2 * DOF * joint + index];
+            // A parameter that is fixed may lie anywhere.
+            *value = if inside || relative == 0.0 { *value * relative } else { f64::INFINITY };
+        }
+    }
+    deviations
+}

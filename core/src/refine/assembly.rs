@@ -1,0 +1,121 @@
+//! The normal equations of all that a fit rests on: records, static tests, priors, and what is retired.
+
+use super::equations::{Assembly, Bins, Unknowns};
+use super::residuals::Residuals;
+use super::seam::{MAX_SEAM, Seam, unknowns};
+use super::statics::Statics;
+use super::summary::Summary;
+use super::{Problem, Refinement};
+use crate::receptance::Terms;
+use crate::spectrum::{Accelerometer, Experiment};
+
+/// What a seam's unknowns cost, as a part of what they explain: with many joints some hardly differ in the band,
+/// and would grow without bound against each other.
+const SMALL_SEAM: f64 = 1e-11;
+
+impl Refinement {
+    /// The seams that fit best at the parameters; returns the sum of squares that remains.
+    pub(super) fn fit_seams<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &mut [Experiment<B>],
+    ) -> f64 {
+        experiments.iter_mut().map(|experiment| self.fit_seam(problem, experiment)).sum()
+    }
+
+    pub(super) fn fit_seam<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &mut Experiment<B>,
+    ) -> f64 {
+        let joints = problem.chain.joints().len();
+        self.run(problem, experiment, Unknowns::Seam);
+        let normal = &mut self.record;
+        normal.prefer_small(&[0.0; MAX_SEAM][..unknowns(joints)], SMALL_SEAM);
+        normal.eliminate(unknowns(joints));
+        let mut solution = [0.0; MAX_SEAM];
+        normal.substitute(unknowns(joints), &mut solution);
+        experiment.seam = Seam::from_solution(&solution[..unknowns(joints)], joints);
+        normal.sum_of_squares()
+    }
+
+    /// Sum of squares of what is known beside the records that are kept: priors, static tests and retired records.
+    pub(super) fn beside(&self, problem: &Problem<'_>) -> f64 {
+        let priors = problem.sought.priors(&self.coordinates).map(|(_, value)| value * value);
+        priors.sum::<f64>()
+            + self.statics(problem).sum_of_squares()
+            + self.knowledge.sum_of_squares(&problem.sought.values(&self.coordinates))
+    }
+
+    pub(super) fn statics<'a>(&self, problem: &'a Problem<'a>) -> Statics<'a> {
+        let sought = problem.sought;
+        Statics { problem, bushings: self.bushings(sought), calibration: self.calibration(sought) }
+    }
+
+    /// The normal equations of all unknowns.
+    pub(super) fn assemble<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &mut [Experiment<B>],
+    ) -> Summary {
+        let mut total = self.normal.clone();
+        total.reset(problem.sought.unknowns());
+        let mut summary = Summary::default();
+        for experiment in experiments {
+            summary.push(&self.assemble_record(problem, experiment, Unknowns::All));
+            total.add_complement(&self.record, unknowns(problem.chain.joints().len()));
+        }
+        for (unknown, value) in problem.sought.priors(&self.coordinates) {
+            total.add_prior(unknown, value);
+        }
+        self.statics(problem).add_to(&mut total);
+        self.knowledge.add_to(&mut total, &problem.sought.values(&self.coordinates));
+        self.normal = total;
+        self.assembled = true;
+        summary
+    }
+
+    /// The normal equations of one record, the seam eliminated.
+    pub(super) fn assemble_record<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &mut Experiment<B>,
+        wanted: Unknowns,
+    ) -> Residuals {
+        let joints = problem.chain.joints().len();
+        let standing = experiment.seam;
+        let residuals = self.run(problem, experiment, wanted);
+        let seam = unknowns(joints);
+        self.record.prefer_small(&standing.to_solution(joints)[..seam], SMALL_SEAM);
+        self.record.eliminate(seam);
+        residuals
+    }
+
+    /// Fills the record's normal equations.
+    fn run<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &mut Experiment<B>,
+        unknowns: Unknowns,
+    ) -> Residuals {
+        let Problem { measurement, sought, .. } = *problem;
+        let bushings = self.bushings(sought);
+        let calibration = self.calibration(sought);
+        let linear = problem.linearise(&experiment.pose, &bushings, &calibration);
+        let strapdown = measurement.accelerometer == Accelerometer::Strapdown;
+        let mounting = &measurement.mounting;
+        let mut terms = Terms::mounted(&linear, &bushings, strapdown, mounting, &calibration);
+        if sought.seeks_masses() {
+            terms = terms.with_masses();
+        }
+        Assembly {
+            terms: &terms,
+            record: Bins::of(experiment),
+            sought,
+            calibration: &calibration,
+            unknowns,
+            normal: &mut self.record,
+        }
+        .run(problem.level)
+    }
+}
