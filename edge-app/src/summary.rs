@@ -26,7 +26,7 @@ impl fmt::Display for Summary<'_> {
             count(fit.frames, "frame"),
             fit.frames_lost,
             count(fit.search_evaluations, "search sample"),
-            count(fit.refine_iterations, "refinement"),
+            count(fit.refine_iterations, "refinement step"),
             fit.seconds
         )?;
         let verdicts = || {
@@ -95,7 +95,7 @@ mod tests {
         assert_eq!(
             Summary(&report).to_string(),
             "consistent: χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records, 6000 frames, 2 lost; \
-             2000 search samples, 1 refinement, 1.2 s\n\
+             2000 search samples, 1 refinement step, 1.2 s\n\
              6 of 12 parameters identified, 2 weak, 4 not observable\nwarning: look at this\n"
         );
         report.joints[0].damping_verdict[0] = Verdict::Fixed;

@@ -1,0 +1,145 @@
+//! What `flexid identify` says of its numbers.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::setup::{edit, flexid, folder, identified, json, stderr};
+
+#[test]
+fn the_result_says_how_far_to_trust_it() {
+    let folder = folder();
+    let (table, report) = identified(folder.path(), "--truth-json t.json", || ());
+    let truth = json(folder.path(), "t.json");
+    let confidence = &report["confidence"];
+
+    let mut covered = 0;
+    for joint in confidence["joints"].as_array().unwrap() {
+        let truth = &truth["truth"][joint["name"].as_str().unwrap()];
+        for kind in ["stiffness", "damping"] {
+            let intervals = joint[format!("{kind}_interval")].as_array().unwrap();
+            assert_eq!(intervals.len(), 6);
+            for (interval, truth) in intervals.iter().zip(truth[kind].as_array().unwrap()) {
+                let [lower, upper] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+                let truth = truth.as_f64().unwrap();
+                // Neither is wide enough to cover all that there could be.
+                assert!(upper / lower < 1.1, "{joint}");
+                covered += u32::from((lower..=upper).contains(&truth));
+            }
+        }
+    }
+    // Of 36 intervals of 95 % fewer cover once in a thousand robots, if their errors are correlated as they are.
+    assert!(covered >= 28, "{covered} of 36 intervals cover the truth");
+    assert_eq!(confidence["correlations"]["unknowns"].as_array().unwrap().len(), 36);
+    assert_eq!(confidence["correlations"]["percent"].as_array().unwrap().len(), 630);
+    assert_eq!(confidence["weak_directions"].as_array().unwrap().len(), 0);
+    assert_eq!(confidence["residuals"]["size_objects"], false);
+    assert_eq!(confidence["residuals"]["whiteness_objects"], false);
+    let held_out = confidence["held_out"].as_array().unwrap();
+    assert_eq!(held_out.len(), 3);
+    for record in held_out {
+        assert_eq!(record["pose"].as_array().unwrap().len(), 3);
+        for axis in 0..3 {
+            let [frac, vaf] = ["frac", "vaf"].map(|key| record[key][axis].as_f64().unwrap());
+            assert!(frac > 0.99 && frac <= 1.0 && vaf > 0.99 && vaf <= 1.0, "{record}");
+        }
+    }
+    for part in [
+        " 95 % ",
+        "±0.0",
+        "residuals    noise explains them (",
+        "held out     each of 3 records predicted from the others: ",
+    ] {
+        assert!(table.contains(part), "{part:?} is not in\n{table}");
+    }
+    for part in ["warning: ", "weak  ", "no intervals", "intervals are"] {
+        assert!(!table.contains(part), "{part:?} is in\n{table}");
+    }
+}
+
+/// With static tests no log is needed; where one is given and brings no record, the table says why.
+#[test]
+fn static_tests_need_no_log() {
+    let folder = folder();
+    let path = folder.path();
+    let config = fs::read_to_string(path.join("edge.toml")).unwrap();
+    fs::write(path.join("edge.toml"), config + "\n[static]\nfile = \"static.csv\"\n").unwrap();
+    let gauge = "q1,q2,q3,fx,fy,fz,mx,my,mz,dx,dy,dz,sx,sy,sz\n\
+                 0,-0.45,0.95,0,0,-981,0,0,0,,,-1.12e-4,,,5e-6\n";
+    fs::write(path.join("static.csv"), gauge).unwrap();
+    let table = |arguments: &str| {
+        let output = flexid(path, arguments);
+        assert!(output.status.success(), "{}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let alone = table("identify --config edge.toml --json o.json");
+    assert!(alone.contains("joint_3") && !alone.contains("no record"), "{alone}");
+    assert!(path.join("o.json").exists());
+    let wrong = table("identify --config edge.toml mill3.urdf");
+    assert!(wrong.contains("warning: no record: waiting for frames"), "{wrong}");
+}
+
+/// One pose tells little, and says so.
+#[test]
+fn what_a_single_pose_does_not_tell_is_named() {
+    let folder = folder();
+    let (table, report) = identified(folder.path(), "--experiments 1", || ());
+    let confidence = &report["confidence"];
+    assert_eq!(confidence["held_out"].as_array().unwrap().len(), 0);
+    assert!(!table.contains("held out"), "{table}");
+    for direction in confidence["weak_directions"].as_array().unwrap() {
+        let text = direction["text"].as_str().unwrap();
+        assert!(text.contains(direction["shares"][0]["name"].as_str().unwrap()), "{text}");
+        assert!(table.contains(text), "{text:?} is not in\n{table}");
+    }
+}
+
+/// A link that weighs a fifth less than it should: the advice is to look at the model, not for more data.
+#[test]
+fn a_wrong_model_is_told_as_one() {
+    let folder = folder();
+    let model = folder.path().join("mill3-model.toml");
+    let lighter = || edit(&model, "mass_kg = 485.0", "mass_kg = 388.0");
+    let (table, report) = identified(folder.path(), "", lighter);
+    assert_eq!(report["confidence"]["residuals"]["size_objects"], true);
+    let warnings = report["warnings"].as_array().unwrap();
+    let said = |part: &str| warnings.iter().any(|line| line.as_str().unwrap().contains(part));
+    assert!(said("the model is wrong") && said("masses") && !said("more poses"), "{warnings:?}");
+    let consistency = report["fit"]["consistency"].as_f64().unwrap();
+    let caveat =
+        if consistency > 10.0 { " no intervals: " } else { " intervals are √(χ²/dof) = " };
+    assert!(table.contains(caveat), "{table}");
+    let interval = &report["confidence"]["joints"][0]["stiffness_interval"][0];
+    assert!(consistency <= 10.0 || interval.is_null(), "{interval} at {consistency}");
+}
+
+/// The simulated sensors are in time, and joint 1 is as stiff as it is said to be.
+#[test]
+fn what_is_sought_beside_the_joints_and_what_is_fixed_is_told() {
+    let folder = folder();
+    let sections = "\n[calibration]\ndelay_s = 5e-4\n\n[parameters]\n\
+                    fixed = { \"joint_1.stiffness.tx\" = 6.0e7 }\n";
+    let config = folder.path().join("edge.toml");
+    fs::write(&config, fs::read_to_string(&config).unwrap() + sections).unwrap();
+    let (table, report) = identified(folder.path(), "", || ());
+    let joint = &report["joints"][0];
+    assert_eq!(joint["stiffness_verdict"][0], "fixed");
+    assert!((joint["stiffness"][0].as_f64().unwrap() / 6.0e7 - 1.0).abs() < 1e-12, "{joint}");
+    assert_eq!(joint["stiffness_std"][0], Value::Null);
+    let confidence = &report["confidence"];
+    assert_eq!(confidence["joints"][0]["stiffness_interval"][0], Value::Null);
+    let unknowns = confidence["correlations"]["unknowns"].as_array().unwrap();
+    assert_eq!((unknowns.len(), &unknowns[0]), (36, &"joint_1 ty stiffness".into()));
+    assert_eq!(unknowns[35], "delay");
+    let [delay] = confidence["nuisances"].as_array().unwrap().as_slice() else {
+        panic!("{confidence}")
+    };
+    assert_eq!((&delay["name"], &delay["unit"]), (&"delay".into(), &"s".into()));
+    assert_eq!(delay["verdict"], "identified");
+    let [value, std] = ["value", "std"].map(|key| delay[key].as_f64().unwrap());
+    // A hundredth of a sample, and four standard deviations.
+    assert!(std < 5e-6 && value.abs() < 4.0 * std, "{delay}");
+    for part in ["     fixed ", ", 1 fixed\n", "calibration  delay "] {
+        assert!(table.contains(part), "{part:?} is not in\n{table}");
+    }
+}

@@ -1,0 +1,11 @@
+//! The command line as its users meet it: what it says, where it says it, and its exit status.
+
+mod bad_input;
+mod demo;
+mod identify;
+mod pipes;
+mod plan;
+mod sensors;
+mod setup;
+mod simulate;
+mod watch;

@@ -1,0 +1,50 @@
+//! Gravity and sensors as the configuration has them, in the simulation and in the fit.
+
+use std::fs;
+
+use crate::setup::{edit, folder, identified, json};
+
+/// The simulated robot sags and the simulated accelerometer turns with the tool, as the fit assumes.
+#[test]
+fn what_gravity_does_to_the_simulated_robot_is_what_the_fit_expects() {
+    let folder = folder();
+    let edge = folder.path().join("edge.toml");
+    edit(&edge, "[0.0, 0.0, 0.0]", "[0.0, 0.0, -9.80665]");
+    edit(&edge, "\"inertial\"", "\"strapdown\"");
+    let (_, report) = identified(folder.path(), "--truth drawn:1", || ());
+    let consistency = report["fit"]["consistency"].as_f64().unwrap();
+    assert!((0.9..1.1).contains(&consistency), "chi^2/dof is {consistency}");
+}
+
+/// The simulated sensors sit where the configuration says, and the fit allows for it; without that it does not hold.
+#[test]
+fn sensors_that_sit_elsewhere_are_allowed_for() {
+    let folder = folder();
+    let edge = folder.path().join("edge.toml");
+    edit(&edge, "[0.0, 0.0, 0.0]", "[0.0, 0.0, -9.80665]");
+    edit(&edge, "\"inertial\"", "\"strapdown\"");
+    let section = "\n[mounting]\naccelerometer_xyz_m = [0.08, -0.05, 0.22]\n\
+                   accelerometer_rpy_rad = [0.4, -0.3, 1.2]\nforce_rpy_rad = [-0.2, 0.5, -0.7]\n\
+                   tool_mass_kg = 2.0\ntool_centre_m = [0.01, 0.02, 0.12]\n";
+    let config = fs::read_to_string(&edge).unwrap();
+    fs::write(&edge, format!("{config}{section}")).unwrap();
+    let (_, report) = identified(folder.path(), "--truth-json t.json", || ());
+    assert_eq!(report["confidence"]["residuals"]["size_objects"], false);
+    let consistency = report["fit"]["consistency"].as_f64().unwrap();
+    assert!((0.9..1.1).contains(&consistency), "chi^2/dof is {consistency}");
+    let truth = json(folder.path(), "t.json");
+    for joint in report["joints"].as_array().unwrap() {
+        let truth = &truth["truth"][joint["name"].as_str().unwrap()];
+        for kind in ["stiffness", "damping"] {
+            for dof in 0..6 {
+                let [value, std, truth] =
+                    [&joint[kind], &joint[format!("{kind}_std")], &truth[kind]]
+                        .map(|list| list[dof].as_f64().unwrap());
+                assert!((value - truth).abs() < 4.5 * std, "{kind} {dof} of {joint}");
+            }
+        }
+    }
+    let ignorant = || fs::write(&edge, &config).unwrap();
+    let (_, report) = identified(folder.path(), "", ignorant);
+    assert_eq!(report["confidence"]["residuals"]["size_objects"], true);
+}

@@ -1,0 +1,57 @@
+//! `flexid model import` and `flexid simulate`.
+
+use std::fs;
+
+use crate::setup::{flexid, folder, json, stderr};
+
+const URDF: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/urdf");
+
+#[test]
+fn import_writes_the_model_of_the_scenario_and_warns_of_placeholders() {
+    let folder = folder();
+    let output = flexid(folder.path(), "model import mill3.urdf --tcp tcp -o new.toml");
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", stderr(&output));
+    let read = |name| fs::read_to_string(folder.path().join(name)).unwrap();
+    assert_eq!(read("new.toml"), read("mill3-model.toml"));
+
+    let arm = format!("model import {URDF}/kuka_kr16_2.urdf --tcp tool0 -o arm.toml");
+    let output = flexid(folder.path(), &arm);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("every moving link weighs 2 kg: are these placeholders?"));
+}
+
+#[test]
+fn the_same_seed_gives_the_same_log() {
+    let folder = folder();
+    let log = |arguments: &str| {
+        let command =
+            format!("simulate --config edge.toml --experiments 1 --candump o.log {arguments}");
+        let output = flexid(folder.path(), &command);
+        assert!(output.status.success(), "{}", stderr(&output));
+        fs::read_to_string(folder.path().join("o.log")).unwrap()
+    };
+    let first = log("--seed 3");
+    // 8192 samples of force and acceleration, and 41 poses of three joints.
+    assert_eq!(first.lines().count(), 2 * 8192 + 41 * 3);
+    assert!(first.starts_with("(1767000000.000060) vcan0 101#"));
+    assert_eq!(first, log("--seed 3"));
+    assert_ne!(first, log("--seed 4"));
+    assert_ne!(first, log("--seed 3 --truth drawn:1"));
+}
+
+#[test]
+fn lost_frames_are_in_the_truth_and_not_in_the_log() {
+    let folder = folder();
+    let command = "simulate --config edge.toml --drop 0.01 --experiments 4 --candump o.log --truth-json t.json";
+    let output = flexid(folder.path(), command);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let truth = json(folder.path(), "t.json");
+    let experiments = truth["experiments"].as_array().unwrap();
+    assert_eq!(experiments.len(), 4);
+    let sum = |key: &str| experiments.iter().map(|one| one[key].as_u64().unwrap()).sum::<u64>();
+    let lost = sum("dropped_force") + sum("dropped_acc");
+    assert!((500..800).contains(&lost), "1 % of 65536 is not {lost}");
+    let log = fs::read_to_string(folder.path().join("o.log")).unwrap();
+    assert_eq!(log.lines().count() as u64, 4 * (2 * 8192 + 41 * 3) - lost);
+    assert_eq!(truth["truth"]["joint_1"]["stiffness"][5], 2.3e6);
+}
