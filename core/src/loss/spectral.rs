@@ -8,8 +8,8 @@ use crate::parameters::Bushings;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Terms, accelerance, receptance};
 use crate::search::{MAX_EXPERIMENTS, MAX_LOSSES};
+use crate::spectrum::Experiment;
 use crate::spectrum::search::SearchSpectra;
-use crate::spectrum::{Experiment, Spectrum};
 
 /// [`ssp`] of every experiment, one after the other; those beyond [`MAX_EXPERIMENTS`] do not count.
 pub fn losses<const B: usize>(
@@ -30,16 +30,13 @@ pub fn ssp<'a, const B: usize>(
 ) -> [f32; 3] {
     let mut terms = spectra.terms.clone();
     terms.set_bushings(bushings);
-    let parts = |spectrum: &'a Spectrum<B>| {
-        core::array::from_fn(|axis| [&spectrum.re[axis][..], &spectrum.im[axis][..]])
-    };
     Ssp {
         terms: &terms,
         alpha: spectra.alpha,
         omega: &spectra.omega,
         bins: spectra.bins,
-        force: parts(&spectra.force),
-        acceleration: parts(&spectra.acceleration),
+        force: spectra.force.parts(),
+        acceleration: spectra.acceleration.parts(),
     }
     .of(level)
 }
@@ -82,7 +79,6 @@ impl Ssp<'_> {
         let at = |[re, im]: [&[f32]; 2], first: usize| {
             Complex::new(like.load(&re[first..]), like.load(&im[first..]))
         };
-        let square = |z: Complex<V>| z.re.mul_add(z.re, z.im * z.im);
         let mut sums = [like.fill(0.0); 3];
         for first in (0..omega.len()).step_by(V::WIDTH) {
             let s = Complex::new(like.fill(alpha), like.load(&omega[first..]));
@@ -101,8 +97,8 @@ impl Ssp<'_> {
                 let model = (row[0] * pushed[0]).plus(row[1], pushed[1]).plus(row[2], pushed[2]);
                 let measured = at(acceleration[axis], first);
                 // Filling bins are silent on both sides: 0 / tiny.
-                let size = square(measured) + square(model) + like.fill(f32::MIN_POSITIVE);
-                sums[axis] = sums[axis] + square(measured - model) / size;
+                let size = measured.square() + model.square() + like.fill(f32::MIN_POSITIVE);
+                sums[axis] = sums[axis] + (measured - model).square() / size;
             }
         }
         sums.map(|sum| {

@@ -57,7 +57,19 @@ impl<V: Lanes> Complex<V> {
         Self::new(self.re * b, self.im * b)
     }
 
-    /// `e^self` to 1e-13 where its magnitude is up to 16: a power series of a 32nd, squared five times.
+    /// The conjugate.
+    #[inline(always)]
+    pub fn conjugate(self) -> Self {
+        Self::new(self.re, -self.im)
+    }
+
+    /// The square of the magnitude.
+    #[inline(always)]
+    pub fn square(self) -> V {
+        self.re.mul_add(self.re, self.im * self.im)
+    }
+
+    /// `e^self` to 1e-12 where its magnitude is up to 16: a power series of a 32nd, squared five times.
     #[inline(always)]
     pub fn exponential(self) -> Self {
         let real = |value: f64| self.re.fill(<V::Scalar as super::lanes::Scalar>::from_f64(value));

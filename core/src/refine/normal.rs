@@ -125,10 +125,23 @@ impl<const L: usize> Normal<L> {
 
     /// Adds the Schur complement of another problem, whose first `eliminated` unknowns are gone.
     pub(crate) fn add_complement<const M: usize>(&mut self, other: &Normal<M>, eliminated: usize) {
+        self.take_complement(other, eliminated, 1.0);
+    }
+
+    /// Takes away what [`Normal::add_complement`] added.
+    pub(crate) fn subtract_complement<const M: usize>(
+        &mut self,
+        other: &Normal<M>,
+        eliminated: usize,
+    ) {
+        self.take_complement(other, eliminated, -1.0);
+    }
+
+    fn take_complement<const M: usize>(&mut self, other: &Normal<M>, eliminated: usize, sign: f64) {
         for i in 0..self.size {
             let row = &other.row(eliminated + i)[eliminated..];
             for (target, value) in self.entries[packed(i)..packed(i + 1)].iter_mut().zip(row) {
-                *target += value;
+                *target += sign * value;
             }
         }
     }
@@ -175,20 +188,6 @@ impl<const L: usize> Normal<L> {
             }
         }
         self.entries[packed(self.size) - 1] -= gain;
-    }
-
-    /// Takes away what [`Normal::add_complement`] added.
-    pub(crate) fn subtract_complement<const M: usize>(
-        &mut self,
-        other: &Normal<M>,
-        eliminated: usize,
-    ) {
-        for i in 0..self.size {
-            let row = &other.row(eliminated + i)[eliminated..];
-            for (target, value) in self.entries[packed(i)..packed(i + 1)].iter_mut().zip(row) {
-                *target -= value;
-            }
-        }
     }
 
     /// Adds the square of `value + step` of one unknown.

@@ -25,24 +25,21 @@ impl Whitening {
             let mut sum = Complex { re: 0.0, im: 0.0 };
             for axis in 0..3 {
                 let (a, b) = (accelerance[i][axis], accelerance[j][axis]);
-                let conjugate = Complex { re: b.re, im: -b.im };
-                sum = sum + (a * conjugate).scale(0.5 * force_noise[axis]);
+                sum = sum + (a * b.conjugate()).scale(0.5 * force_noise[axis]);
             }
             if i == j {
                 sum.re += 0.5 * acceleration_noise[i];
             }
             sum
         };
-        let square = |z: Complex<f64>| z.re * z.re + z.im * z.im;
-        let conjugate = |z: Complex<f64>| Complex { re: z.re, im: -z.im };
         let floor = |pivot: f64| libm::sqrt(pivot.max(f64::MIN_POSITIVE));
         // Cholesky, then the inverse of the factor, both by hand for 3×3.
         let l00 = floor(covariance(0, 0).re);
         let l10 = covariance(1, 0).scale(1.0 / l00);
-        let l11 = floor(covariance(1, 1).re - square(l10));
+        let l11 = floor(covariance(1, 1).re - l10.square());
         let l20 = covariance(2, 0).scale(1.0 / l00);
-        let l21 = (covariance(2, 1) - l20 * conjugate(l10)).scale(1.0 / l11);
-        let l22 = floor(covariance(2, 2).re - square(l20) - square(l21));
+        let l21 = (covariance(2, 1) - l20 * l10.conjugate()).scale(1.0 / l11);
+        let l22 = floor(covariance(2, 2).re - l20.square() - l21.square());
         let (w00, w11, w22) = (1.0 / l00, 1.0 / l11, 1.0 / l22);
         let w10 = l10.scale(-w00 * w11);
         let w21 = l21.scale(-w11 * w22);
@@ -58,7 +55,6 @@ impl Whitening {
         accelerance: &[[Complex<f64>; 3]; 3],
         residual: &[[f64; 2]; 3],
     ) -> [Complex<f64>; 3] {
-        let conjugate = |z: Complex<f64>| Complex { re: z.re, im: -z.im };
         let [r0, r1, r2] = residual.map(|[re, im]| Complex { re, im });
         let [w10, w20, w21] = self.below;
         let [x, y, z] = self.diagonal;
@@ -66,14 +62,14 @@ impl Whitening {
         let white =
             [r0.scale(x), r1.scale(y).plus(w10, r0), r2.scale(z).plus(w20, r0).plus(w21, r1)];
         let weighed = [
-            white[0].scale(x).plus(conjugate(w10), white[1]).plus(conjugate(w20), white[2]),
-            white[1].scale(y).plus(conjugate(w21), white[2]),
+            white[0].scale(x).plus(w10.conjugate(), white[1]).plus(w20.conjugate(), white[2]),
+            white[1].scale(y).plus(w21.conjugate(), white[2]),
             white[2].scale(z),
         ];
         core::array::from_fn(|push| {
             let mut sum = Complex { re: 0.0, im: 0.0 };
             for axis in 0..3 {
-                sum = sum.plus(conjugate(accelerance[axis][push]), weighed[axis]);
+                sum = sum.plus(accelerance[axis][push].conjugate(), weighed[axis]);
             }
             sum.scale(0.5 * force_noise[push])
         })

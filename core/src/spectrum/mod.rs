@@ -58,6 +58,11 @@ pub struct Spectrum<const B: usize> {
 impl<const B: usize> Spectrum<B> {
     const EMPTY: Self = Self { re: [const { Vec::new() }; 3], im: [const { Vec::new() }; 3] };
 
+    /// Real and imaginary parts along each axis.
+    pub(crate) fn parts(&self) -> [[&[f32]; 2]; 3] {
+        core::array::from_fn(|axis| [&self.re[axis][..], &self.im[axis][..]])
+    }
+
     /// Sum of the squares.
     fn power(&self) -> f64 {
         self.re.iter().chain(&self.im).flatten().map(|part| f64::from(part * part)).sum()
@@ -79,8 +84,8 @@ pub enum SpectrumError {
     NoForce,
 }
 
-/// Force power in the band, in units of the noise's, below which a record tells nothing: the fit takes the force for exact
-/// where it matters.
+/// Force power in the band, in units of the noise's, below which a record tells nothing: the fit weighs what it takes for the
+/// force as if there were no noise left in it.
 const LEAST_FORCE: f64 = 10.0;
 /// Fewest bins that a fit makes sense of.
 const MIN_BINS: usize = 8;

@@ -20,14 +20,14 @@ use crate::spectrum::fft::MIN_SAMPLES;
 /// One decoded frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
-    /// Force that the tool exerts on the robot at the TCP, TCP axes, N.
+    /// Force that the tool exerts on the robot, along the force sensor's axes.
     Force {
         /// Counts the instants; wraps.
         counter: u32,
         /// N.
         value: [f32; 3],
     },
-    /// Acceleration of the TCP, TCP axes, m/s².
+    /// Acceleration, along the accelerometer's axes.
     Acceleration {
         /// Counts the instants; wraps; equal to the force's at the same instant.
         counter: u32,
@@ -110,9 +110,9 @@ pub struct Record<const N: usize> {
     pub pose: Vec<f64, MAX_JOINTS>,
     /// Samples per second, Hz.
     pub rate_hz: f64,
-    /// Force that the tool exerts on the robot, TCP axes, N, per axis.
+    /// Force that the tool exerts on the robot, N, along each of the force sensor's axes.
     pub force: [Vec<f32, N>; 3],
-    /// Acceleration of the TCP, TCP axes, m/s², per axis.
+    /// Acceleration, m/s², along each of the accelerometer's axes.
     pub acceleration: [Vec<f32, N>; 3],
     /// Standard deviation of the noise of one force sample, per axis, bridging errors included, N.
     pub force_noise: [f32; 3],
