@@ -123,7 +123,7 @@ impl Bounds {
     }
 
     /// The middle of the bounds, by their logarithms, for every joint of a chain.
-    pub(crate) fn middle(&self, joints: usize) -> Bushings {
+    pub fn middle(&self, joints: usize) -> Bushings {
         let (lower, upper) = self.logarithms(joints);
         from_logarithms(&core::array::from_fn(|i| 0.5 * (lower[i] + upper[i])), joints)
     }

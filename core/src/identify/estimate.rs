@@ -3,12 +3,11 @@
 use heapless::Vec;
 
 use super::minimum::Minimum;
-use crate::DOF;
-use crate::parameters::{Bounds, Bushings, End};
-use crate::refine::{Agreement, Fit, Problem, Refinement};
+use crate::parameters::{Bushings, End};
+use crate::refine::{Agreement, Problem, Refinement};
 use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::Experiment;
-use crate::unknowns::{Coordinates, MAX_NUISANCES, Nuisance};
+use crate::unknowns::{Coordinate, Coordinates, MAX_NUISANCES, Nuisance};
 use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 
 /// How far a settled estimate can be believed.
@@ -85,7 +84,7 @@ impl Estimate {
         let bushings = refinement.bushings(problem.sought);
         let fit = &minimum.fit;
         Self {
-            standard_deviations: within(problem.bounds, &bushings, fit),
+            standard_deviations: within(problem, &minimum, &bushings),
             bushings,
             ssp_median: fit.ssp[0],
             ssp_max: fit.ssp[1],
@@ -116,17 +115,19 @@ impl Estimate {
 }
 
 /// Standard deviations in the parameters' units. One that lies on a bound has none: the data push it further than it may.
-fn within(bounds: &Bounds, bushings: &Bushings, fit: &Fit) -> Bushings {
+fn within(problem: &Problem<'_>, minimum: &Minimum, bushings: &Bushings) -> Bushings {
+    let Problem { sought, bounds, .. } = *problem;
+    let ranges = sought.ranges(&minimum.coordinates, bounds);
     let mut deviations = bushings.clone();
-    for (joint, bushing) in deviations.iter_mut().enumerate() {
-        let ranges = bounds.stiffness.iter().chain(&bounds.damping);
-        let values = bushing.stiffness.iter_mut().chain(&mut bushing.damping);
-        for (index, (value, &range)) in values.zip(ranges).enumerate() {
-            let inside = End::reached(range, *value).is_none();
-            let relative = fit.deviations[2 * DOF * joint + index];
-            // A parameter that is fixed may lie anywhere.
-            *value = if inside || relative == 0.0 { *value * relative } else { f64::INFINITY };
-        }
+    let values = deviations.iter_mut().flat_map(|b| b.stiffness.iter_mut().chain(&mut b.damping));
+    for (index, value) in values.enumerate() {
+        let relative = minimum.fit.deviations[index];
+        // A parameter that is fixed may lie anywhere; those that are tied may lie where all of them may.
+        let at_end = sought.unknown(Coordinate::of(index)).is_some_and(|unknown| {
+            let [value, lower, upper] = ranges[unknown].map(libm::exp);
+            End::reached([lower, upper], value).is_some()
+        });
+        *value = if at_end { f64::INFINITY } else { *value * relative };
     }
     deviations
 }

@@ -22,9 +22,16 @@ pub(super) struct Minimum {
     pub(super) converged: bool,
     /// How often it has been reached.
     pub(super) times: u32,
+    /// Retired records and those that are kept are not of the same robot.
+    pub(super) contradicted: bool,
 }
 
 impl Minimum {
+    pub(super) fn new(coordinates: Coordinates, fit: Fit, converged: bool) -> Self {
+        let contradicted = fit.contradiction > rarely_exceeded(fit.covariance.rank() as f64);
+        Self { coordinates, fit, converged, times: 1, contradicted }
+    }
+
     /// The residuals are larger than noise explains.
     pub(super) fn size_objects(&self) -> bool {
         !noise_explains(self.fit.sum_of_squares, self.fit.degrees_of_freedom)
@@ -52,25 +59,43 @@ impl Minimum {
         !self.size_objects() && !self.statics_object()
     }
 
-    /// Noise explains the residuals, and hides nothing.
+    /// Noise explains the residuals, and hides nothing; and no older record objects.
     pub(super) fn is_beyond_doubt(&self) -> bool {
-        self.converged && self.is_consistent() && self.stands_clear()
+        self.converged && self.is_consistent() && self.stands_clear() && !self.contradicted
     }
 
-    /// It is the same minimum, by its sum of squares.
-    pub(super) fn is_as_good_as(&self, best: &Self) -> bool {
-        let (found, best) = (self.fit.sum_of_squares, best.fit.sum_of_squares);
-        (found - best).abs() <= 1.0 + SAME_MINIMUM * best
+    /// The better of two; one that has been reached twice has been reached as often as both.
+    pub(super) fn or_better(mut self, mut other: Self) -> Self {
+        let same = self.is_as_good_as(&other);
+        if same && self.converged && other.converged {
+            let times = self.times + other.times;
+            (self.times, other.times) = (times, times);
+        }
+        // Of one that did not get there and the same that did, the latter.
+        let better = if same && self.converged != other.converged {
+            other.converged
+        } else {
+            other.fit.objective < self.fit.objective
+        };
+        if better { other } else { self }
+    }
+
+    /// It is the same minimum, by what a refinement makes least.
+    fn is_as_good_as(&self, other: &Self) -> bool {
+        let (own, other) = (self.fit.objective, other.fit.objective);
+        (own - other).abs() <= 1.0 + SAME_MINIMUM * other
+    }
+
+    /// Whether the contradiction of retired records is more than the model's own error makes, which differs from cut to cut:
+    /// that error is what noise does not explain of `alone`, the records that are kept without them.
+    pub(super) fn is_contradicted_beyond(&self, alone: &Self) -> bool {
+        let error = (alone.fit.sum_of_squares - alone.fit.degrees_of_freedom).max(0.0);
+        self.fit.contradiction > rarely_exceeded(self.fit.covariance.rank() as f64) + error
     }
 
     /// There are more residuals than unknowns, so that a wrong model would show.
     pub(super) fn is_tested(&self) -> bool {
         self.fit.degrees_of_freedom >= 1.0
-    }
-
-    /// Retired records and those that are kept are not of the same robot.
-    pub(super) fn is_contradicted(&self) -> bool {
-        self.fit.contradiction > rarely_exceeded(self.fit.covariance.rank() as f64)
     }
 }
 

@@ -274,9 +274,15 @@ impl<R: Rng> Identifier<R> {
         converged: bool,
         experiments: &mut [Experiment<B>],
     ) {
-        let found =
-            Minimum { coordinates: *self.refinement.coordinates(), fit, converged, times: 1 };
-        let Some(mut found) = self.reconsidered(found) else { return };
+        let mut found = Minimum::new(*self.refinement.coordinates(), fit, converged);
+        if let Some(together) = self.together.take() {
+            found = self.reconciled(together, found);
+            if found.contradicted && found.times >= TIMES_CONSISTENT {
+                return self.settle(found, Acceptance::ModelSuspect, experiments);
+            }
+        } else if found.converged && found.contradicted && !self.knows_better() {
+            return self.try_alone(found);
+        }
         if found.converged && !found.is_tested() {
             return self.settle(found, Acceptance::Unsettled, experiments);
         }
@@ -290,16 +296,12 @@ impl<R: Rng> Identifier<R> {
             return self.settle(found, acceptance, experiments);
         }
         let best = match self.best.take() {
-            Some(mut best) => {
-                if found.converged && found.is_as_good_as(&best) {
-                    let times = best.times + found.times;
-                    (best.times, found.times) = (times, times);
-                }
-                if best.fit.sum_of_squares < found.fit.sum_of_squares { best } else { found }
-            }
+            Some(best) => best.or_better(found),
             None => found,
         };
-        if best.times >= TIMES_CONSISTENT && best.is_consistent() {
+        if best.times >= TIMES_CONSISTENT && best.contradicted {
+            self.try_alone(best);
+        } else if best.times >= TIMES_CONSISTENT && best.is_consistent() {
             self.settle(best, Acceptance::Consistent, experiments);
         } else if best.times >= TIMES_SUSPECT {
             self.settle(best, Acceptance::ModelSuspect, experiments);
@@ -311,22 +313,36 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
-    /// Where retired records and those that are kept cannot both be right, those that are kept are tried alone first, and
-    /// there is no minimum yet. What is retired is forgotten only if they are consistent without.
-    fn reconsidered(&mut self, found: Minimum) -> Option<Minimum> {
-        let refinement = &mut self.refinement;
-        if let Some(together) = self.together.take() {
-            let forget = found.converged && found.is_consistent();
-            self.forgotten += refinement.unshelve(!forget);
-            return Some(if forget { found } else { together });
+    /// Whether retired records and those that are kept are at one in another minimum.
+    fn knows_better(&self) -> bool {
+        let agrees = |best: &Minimum| best.converged && best.is_consistent() && !best.contradicted;
+        self.best.as_ref().is_some_and(agrees)
+    }
+
+    /// Where retired records and those that are kept cannot both be right, refines those that are kept alone.
+    fn try_alone(&mut self, together: Minimum) {
+        self.refinement.shelve(&self.sought);
+        self.refinement.restart_at(&together.coordinates);
+        self.together = Some(together);
+        self.phase = Phase::Refining;
+    }
+
+    /// Forgets what is retired only if the records that are kept are consistent `alone`, and it is sure that no noise hides a
+    /// wrong minimum; else goes back to both.
+    fn reconciled(&mut self, mut together: Minimum, alone: Minimum) -> Minimum {
+        if alone.converged {
+            together.contradicted = together.is_contradicted_beyond(&alone);
         }
-        if found.converged && found.is_contradicted() {
-            refinement.shelve(&self.sought);
-            refinement.restart_at(&found.coordinates);
-            self.together = Some(found);
-            return None;
+        let sure = alone.stands_clear() || together.times >= TIMES_CONSISTENT;
+        let forget = together.contradicted && alone.converged && alone.is_consistent() && sure;
+        self.forgotten += self.refinement.unshelve(!forget);
+        if forget {
+            // It was found with what is forgotten.
+            self.best = None;
+            alone
+        } else {
+            together
         }
-        Some(found)
     }
 
     fn settle<const B: usize>(

@@ -20,7 +20,7 @@ use crate::calibration::Calibration;
 use crate::receptance::gradient::PerDof;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Response, Terms};
-use crate::spectrum::{Experiment, Spectrum};
+use crate::spectrum::Experiment;
 use crate::unknowns::{MAX_UNKNOWNS, Sought};
 use crate::{DOF, MAX_JOINTS};
 
@@ -45,14 +45,11 @@ pub(super) struct Bins<'a> {
 
 impl<'a> Bins<'a> {
     pub(super) fn of<const B: usize>(experiment: &'a Experiment<B>) -> Self {
-        let parts = |spectrum: &'a Spectrum<B>| {
-            core::array::from_fn(|axis| [&spectrum.re[axis][..], &spectrum.im[axis][..]])
-        };
         Self {
             spacing: experiment.spacing,
             first_bin: experiment.first_bin,
-            force: parts(&experiment.force),
-            acceleration: parts(&experiment.acceleration),
+            force: experiment.force.parts(),
+            acceleration: experiment.acceleration.parts(),
             force_noise: experiment.force_noise,
             acceleration_noise: experiment.acceleration_noise,
             seam: experiment.seam,
@@ -103,7 +100,8 @@ pub(super) struct Assembly<'a> {
 }
 
 impl Assembly<'_> {
-    /// Fills `normal` (not yet eliminated). Returns what is left: with all unknowns, at the seam as it stands.
+    /// Fills `normal` (not yet eliminated). Returns what is left with all unknowns, at the seam as it stands; of the seam alone
+    /// nothing.
     pub(super) fn run(self, level: Level) -> Residuals {
         f64::dispatch(level, self)
     }
@@ -190,6 +188,9 @@ impl Kernel<f64> for Assembly<'_> {
                 }
                 weights[lane].apply(rows, columns + 1);
                 normal.add(rows);
+                if !all {
+                    continue;
+                }
                 let white = [0, 2, 4].map(|row| [rows[row][columns], rows[row + 1][columns]]);
                 let measured = record.measured(first + lane);
                 let mut model = measured;

@@ -13,7 +13,10 @@ use crate::verdict::Covariance;
 pub struct Fit {
     /// Sum of squares of the whitened residuals, of static tests and of priors; what retired records add is left out.
     pub sum_of_squares: f64,
-    /// Its expectation if the model is right: real residuals less unknowns that are told.
+    /// What a refinement makes least: the same, with what retired records add.
+    pub objective: f64,
+    /// Expectation of [`Fit::sum_of_squares`] if the model is right: real residuals less unknowns that are told;
+    /// a little more with retired records, which have told some of them before.
     pub degrees_of_freedom: f64,
     /// Share of the static tests in the sum of squares.
     pub static_sum_of_squares: f64,
@@ -57,6 +60,7 @@ impl Refinement {
         let values = problem.sought.values(&self.coordinates);
         Fit {
             sum_of_squares,
+            objective: self.normal.sum_of_squares(),
             static_sum_of_squares,
             static_residuals,
             degrees_of_freedom: residuals.saturating_sub(sought) as f64,

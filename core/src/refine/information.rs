@@ -53,7 +53,12 @@ impl Information {
     }
 
     /// Adds what independent experiments tell.
+    ///
+    /// # Panics
+    ///
+    /// If they tell of another number of unknowns.
     pub fn add(&mut self, other: &Self) {
+        assert_eq!(self.normal.unknowns(), other.normal.unknowns());
         self.normal.add_complement(&other.normal, 0);
     }
 
@@ -64,6 +69,8 @@ impl Information {
     ///
     /// If there is no such unknown.
     pub fn add_known(&mut self, unknown: usize, deviation: f64) {
+        let unknowns = self.normal.unknowns();
+        assert!(unknown < unknowns, "unknown {unknown} of {unknowns}");
         if deviation > 0.0 && deviation.is_finite() {
             *self.normal.entry(unknown, unknown) += 1.0 / (deviation * deviation);
         }

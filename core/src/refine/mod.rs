@@ -87,7 +87,7 @@ pub enum Outcome {
     Improving,
     /// No step would gain anything.
     Converged,
-    /// It has had its steps, and is not at a minimum.
+    /// It has had its steps, or none is any good, and is not at a minimum.
     Exhausted,
 }
 
@@ -106,6 +106,8 @@ pub struct Refinement {
     shelf: Option<Knowledge>,
     assembled: bool,
     damping: f64,
+    /// Whether the last trial was, and with it all that go further.
+    refused: bool,
     iterations: u32,
 }
 
@@ -120,6 +122,7 @@ impl Refinement {
             shelf: None,
             assembled: false,
             damping: FIRST_DAMPING,
+            refused: false,
             iterations: 0,
         }
     }
@@ -134,6 +137,7 @@ impl Refinement {
         self.coordinates = *coordinates;
         self.assembled = false;
         self.damping = FIRST_DAMPING;
+        self.refused = false;
         self.iterations = 0;
     }
 
@@ -176,7 +180,7 @@ impl Refinement {
         let standing = self.normal.sum_of_squares();
         let (step, predicted) = self.propose(problem, &self.normal, self.damping);
         if predicted < NEGLIGIBLE {
-            if predicted >= 0.0 && self.damping <= FIRST_DAMPING {
+            if predicted >= 0.0 && (self.damping <= FIRST_DAMPING || self.refused) {
                 return Outcome::Converged;
             }
             // A damped step that gains nothing says little; nor does one that the bounds turned uphill.
@@ -195,18 +199,18 @@ impl Refinement {
                 4.0
             };
             self.damping = self.damping.max(1e-9);
+            self.refused = false;
             self.assemble(problem, experiments);
         } else {
             self.coordinates = before;
+            self.refused = true;
             self.damping *= 10.0;
         }
         self.unless_exhausted()
     }
 
     fn unless_exhausted(&self) -> Outcome {
-        if self.damping > LAST_DAMPING {
-            Outcome::Converged
-        } else if self.iterations >= MAX_ITERATIONS {
+        if self.damping > LAST_DAMPING || self.iterations >= MAX_ITERATIONS {
             Outcome::Exhausted
         } else {
             Outcome::Improving
@@ -265,3 +269,6 @@ impl Refinement {
         Information::of_complement(&self.record, seam, problem.sought)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -88,18 +88,30 @@ impl Sought {
     }
 
     /// Holds a parameter at `value` (its own unit).
+    ///
+    /// # Panics
+    ///
+    /// If the value is not positive and finite, or there is no such parameter.
     pub fn fix(&mut self, parameter: Coordinate, value: f64) {
-        let index = parameter.index();
-        if let (Some(gone), true) = (self.unknown[index], index < MAX_PARAMETERS) {
+        assert!(value > 0.0 && value.is_finite(), "{parameter:?} cannot be {value}");
+        let index = self.parameter(parameter);
+        if let Some(gone) = self.unknown[index] {
             self.fixed[index] = value;
             self.unknown[index] = None;
             self.close(gone);
         }
     }
 
-    /// Lets a parameter have the value of `other`.
+    /// Lets a parameter have the value of `other`, a stiffness that of a stiffness and a damping that of a damping. Nothing
+    /// happens where one of them is fixed.
+    ///
+    /// # Panics
+    ///
+    /// If they are not alike, or there is no such parameter.
     pub fn tie(&mut self, parameter: Coordinate, other: Coordinate) {
-        let (index, other) = (parameter.index(), other.index());
+        let stiffness = |each| matches!(each, Coordinate::Stiffness { .. });
+        assert_eq!(stiffness(parameter), stiffness(other), "{parameter:?} is not like {other:?}");
+        let (index, other) = (self.parameter(parameter), self.parameter(other));
         if let (Some(gone), Some(unknown)) = (self.unknown[index], self.unknown[other])
             && gone != unknown
         {
@@ -108,6 +120,17 @@ impl Sought {
             }
             self.close(gone);
         }
+    }
+
+    /// Where a parameter stands.
+    fn parameter(&self, parameter: Coordinate) -> usize {
+        let known = matches!(
+            parameter,
+            Coordinate::Stiffness { joint, dof } | Coordinate::Damping { joint, dof }
+                if joint < self.joints && dof < DOF
+        );
+        assert!(known, "{parameter:?} is no parameter of {} joints", self.joints);
+        parameter.index()
     }
 
     /// Closes the gap that an unknown leaves which no coordinate has any more.

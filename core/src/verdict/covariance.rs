@@ -121,6 +121,7 @@ impl Covariance {
     ///
     /// If `i` is not less than [`Covariance::unknowns`].
     pub fn deviation(&self, i: usize) -> f64 {
+        assert!(i < self.unknowns, "unknown {i} of {}", self.unknowns);
         libm::sqrt(self.get(i, i))
     }
 

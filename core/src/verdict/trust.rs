@@ -24,19 +24,20 @@ pub enum Verdict {
 pub struct Trust {
     /// Standard deviations are this much larger than the noise makes them; NaN where nothing is to be trusted.
     inflation: f64,
-    /// Whether the minimum is known to be the right one, and the model not far from right.
+    /// Whether the fit is, and the model not far from right.
     sound: bool,
 }
 
 impl Trust {
-    /// From χ² per degree of freedom of the fit, and whether its minimum is known to be the right one.
+    /// From χ² per degree of freedom of the fit, and whether it is sound: its minimum is known to be the right one, and no
+    /// static test contradicts it.
     ///
     /// Residuals that are larger than the noise explains come from something else that moves the parameters
     /// as well: as much as a noise of their size would.
-    pub fn new(consistency: f64, settled: bool) -> Self {
+    pub fn new(consistency: f64, sound: bool) -> Self {
         let sane = consistency.is_finite() && consistency >= 0.0;
         let inflation = if sane { libm::sqrt(consistency.max(1.0)) } else { f64::NAN };
-        Self { inflation, sound: settled && consistency <= SUSPECT }
+        Self { inflation, sound: sound && consistency <= SUSPECT }
     }
 
     /// The verdict on a parameter, and its standard deviation where there is one to speak of, both deviations in the
@@ -72,7 +73,7 @@ mod tests {
 
     #[test]
     fn no_confident_number_from_a_bad_fit() {
-        let verdict = |consistency, settled| Trust::new(consistency, settled).verdict(1e7, 1e5);
+        let verdict = |consistency, sound| Trust::new(consistency, sound).verdict(1e7, 1e5);
         assert_eq!(verdict(0.5, true), (Verdict::Identified, Some(1e5)));
         assert_eq!(verdict(1.96, true), (Verdict::Identified, Some(1.4e5)));
         assert_eq!(verdict(2.01, true).0, Verdict::Weak);

@@ -1,0 +1,140 @@
+//! The gradient that the steps follow, against central differences of the sum of squares that they lower.
+//!
+//! It is checked where it is hardest: far from a minimum, so that the residuals are large; with as much noise in the force as
+//! in the acceleration, so that the weights move with the parameters; and with the seam found anew at every point.
+
+use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng as _;
+
+use super::*;
+use crate::calibration::Nuisances;
+use crate::chain::{Joint, JointKind, Link};
+use crate::mounting::Mounting;
+use crate::parameters::Bushing;
+use crate::spectrum::Accelerometer;
+use crate::stream::Record;
+use crate::unknowns::Coordinate;
+
+const SAMPLES: usize = 1024;
+const BINS: usize = 128;
+
+fn chain() -> Chain {
+    let joint = |x: f64, axis| Joint {
+        origin: Isometry3::new(Vector3::new(x, 0.3, -0.2), Vector3::new(0.4, x, -0.7)),
+        axis,
+        kind: JointKind::Revolute,
+        link: Link {
+            mass: 300.0 * x,
+            centre_of_mass: Vector3::new(0.2, -0.1, x),
+            inertia: Matrix3::from_diagonal(&Vector3::new(30.0, 40.0, 25.0)),
+        },
+    };
+    let joints = [joint(0.5, Vector3::z_axis()), joint(0.9, Vector3::y_axis())];
+    Chain::new(&joints, Isometry3::translation(0.4, 0.1, 0.2)).unwrap()
+}
+
+/// The force sensor's noise, seen through the robot, is about that of the accelerometer.
+fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
+    let mut noise = |size: f32| {
+        let mut uniform = |_| size * (random.next_u32() as f32 / u32::MAX as f32 - 0.5);
+        core::array::from_fn(|_| (0..SAMPLES).map(&mut uniform).collect())
+    };
+    Record {
+        start_s: 0.0,
+        pose: [0.4, -0.3].into_iter().collect(),
+        rate_hz: 500.0,
+        force: noise(400.0),
+        acceleration: noise(2.0),
+        force_noise: [20.0; 3],
+        acceleration_noise: [0.05; 3],
+        starts_at_rest: true,
+    }
+}
+
+fn sought() -> Sought {
+    let mut sought = Sought::new(
+        2,
+        &Nuisances {
+            delay: Some(1e-3),
+            acceleration_gain: Some(0.1),
+            force_gain: Some(0.1),
+            misalignment: Some(0.1),
+            mass: Some(0.1),
+        },
+    );
+    let stiffness = |dof| Coordinate::Stiffness { joint: 0, dof };
+    sought.tie(stiffness(1), stiffness(0));
+    sought.fix(Coordinate::Damping { joint: 1, dof: 2 }, 8e3);
+    sought
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::with_cases(12) })]
+
+    #[test]
+    fn the_gradient_equals_finite_differences(seed in 0_u64..1000, tool_mass in prop_oneof![Just(0.0), Just(30.0)]) {
+        const STEP: f64 = 1e-3;
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let chain = chain();
+        let measurement = Measurement {
+            band_hz: [5.0, 60.0],
+            // Its share in the derivatives of the masses is left out.
+            gravity: [0.0; 3],
+            accelerometer: Accelerometer::Strapdown,
+            mounting: Mounting {
+                accelerometer: Vector3::new(0.1, -0.2, 0.05),
+                accelerometer_axes: Rotation3::new(Vector3::new(0.2, 0.1, -0.3)),
+                force_axes: Rotation3::new(Vector3::new(-0.1, 0.3, 0.2)),
+                tool_mass,
+                tool_centre: Vector3::new(0.05, 0.0, 0.1),
+            },
+        };
+        let mut buffer = [0.0; SAMPLES];
+        let record = record(&mut random);
+        let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut buffer);
+        let mut experiments = [experiment.unwrap()];
+        let bounds = crate::parameters::Bounds::new([1e6, 1e9], [1e5, 1e8], [1e3, 1e6], [1e2, 1e5]).unwrap();
+        let sought = sought();
+        let problem = Problem {
+            chain: &chain,
+            measurement: &measurement,
+            bounds: &bounds,
+            sought: &sought,
+            statics: &[],
+            level: Level::new(),
+        };
+        let bushing = Bushing {
+            stiffness: [2e7, 2e7, 1e7, 5e6, 2e6, 4e6],
+            damping: [2e4, 1e4, 3e4, 4e3, 5e3, 1e3],
+        };
+        let guess = [bushing; 2].into_iter().collect();
+        let mut refinement = Refinement::new(&sought, &guess);
+        let start = *refinement.coordinates();
+        let mut at = |unknown: usize, by: f64, experiments: &mut [Experiment<BINS>]| {
+            let mut step = [0.0; MAX_UNKNOWNS];
+            step[unknown] = by;
+            let mut moved = start;
+            sought.advance(&mut moved, &step);
+            refinement.restart_at(&moved);
+            let sum_of_squares = refinement.fit_seams(&problem, experiments) + refinement.beside(&problem);
+            refinement.assemble(&problem, experiments);
+            (sum_of_squares, refinement.normal.clone())
+        };
+        let (standing, normal) = at(0, 0.0, &mut experiments);
+        // The normal equations know the sum of squares that they are the expansion of.
+        prop_assert!((normal.sum_of_squares() / standing - 1.0).abs() < 1e-9);
+        for unknown in 0..sought.unknowns() {
+            let (up, _) = at(unknown, STEP, &mut experiments);
+            let (down, _) = at(unknown, -STEP, &mut experiments);
+            let numeric = (up - down) / (2.0 * STEP);
+            let ours = -2.0 * normal.right()[unknown];
+            // The size of a gradient that is not small. Seams that hardly differ leave rounding in both.
+            let size = libm::sqrt(normal.row(unknown)[unknown] * standing);
+            let name = sought.coordinate(unknown);
+            prop_assert!((ours - numeric).abs() < 1e-4 * size, "{name:?}: {ours} {numeric}, of {size}");
+        }
+    }
+}
