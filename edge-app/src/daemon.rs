@@ -4,6 +4,7 @@
 //! the board and fetched from there.
 
 use std::io;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
@@ -29,6 +30,8 @@ const SILENCE: Duration = Duration::from_secs(1);
 const BUS_NEWS: Duration = Duration::from_millis(500);
 const WORK_NEWS: Duration = Duration::from_millis(100);
 
+/// Why the solver has found nothing although there are records.
+type Refusal = Mutex<Option<String>>;
 /// A record on its way to the solver, with what had come in when it was cut.
 type Parcel = (Box<Record>, Counts);
 
@@ -63,15 +66,16 @@ fn work(
     stop: &Stop,
 ) -> io::Result<Outcome> {
     let (sender, receiver) = bounded(QUEUE);
+    let refusal: &Refusal = &Mutex::new(None);
     let big = |name: &str| thread::Builder::new().name(name.into()).stack_size(STACK);
     let (mut outcome, solver) = thread::scope(|scope| {
-        let reader = Reader { config, board, stop };
+        let reader = Reader { config, board, refusal, stop };
         let reader =
             big("flexid-reader").spawn_scoped(scope, move || reader.run(source, sender))?;
         let solver = big("flexid-solver").spawn_scoped(scope, move || {
             // Without a solver there is nothing to read for.
             let _end = StopAtEnd(stop);
-            solve(config, &receiver, board, stop)
+            solve(config, &receiver, board, refusal, stop)
         });
         let solver = solver.inspect_err(|_| stop.request())?;
         let outcome = join(reader);
@@ -108,6 +112,7 @@ fn join<T>(thread: ScopedJoinHandle<'_, io::Result<T>>) -> io::Result<T> {
 struct Reader<'a> {
     config: &'a Config,
     board: &'a Board,
+    refusal: &'a Refusal,
     stop: &'a Stop,
 }
 
@@ -196,7 +201,10 @@ impl Reader<'_> {
             joints: model.joints.len() as u8,
             interface: clipped(interface),
             state: match health.link {
-                LinkState::Up => clipped(intake.state(self.config)),
+                LinkState::Up => match lock(self.refusal).as_deref() {
+                    Some(refusal) => clipped(refusal),
+                    None => clipped(intake.state(self.config)),
+                },
                 LinkState::Down | LinkState::Gone => clipped(&health.trouble),
             },
         }));
@@ -227,6 +235,11 @@ impl Reader<'_> {
     }
 }
 
+/// What is guarded is whole between any two statements.
+fn lock(refusal: &Refusal) -> MutexGuard<'_, Option<String>> {
+    refusal.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Tells the log what is new at the source.
 fn log_changes(before: &SourceHealth, now: SourceHealth) -> SourceHealth {
     if now.trouble != before.trouble {
@@ -247,6 +260,7 @@ fn solve<'a>(
     config: &'a Config,
     records: &Receiver<Parcel>,
     board: &Board,
+    refusal: &Refusal,
     stop: &Stop,
 ) -> io::Result<Solver<'a>> {
     let mut solver = Solver::new(config)?;
@@ -263,7 +277,9 @@ fn solve<'a>(
             }
         });
         board.publish(FromEdge::Progress(solver.progress()));
-        if let Some(finding) = solver.finding(&counts, "") {
+        let finding = solver.finding(&counts, "");
+        *lock(refusal) = if finding.is_none() { solver.refusal() } else { None };
+        if let Some(finding) = finding {
             board.publish_together(finding.messages());
         }
         if stop.requested() {

@@ -116,6 +116,10 @@ fn mend(message: &str, key: &str) -> String {
         let number = format!("expected a number{}", unit_phrase(key));
         let whole = "expected a whole number that is not negative";
         message
+            .replace(
+                "invalid type: map, expected f64",
+                "a name with points must stand in quotes, like \"a.b.c\" = 1",
+            )
             .replace("expected f64", &number)
             .replace("expected usize", whole)
             .replace("expected u64", whole)
@@ -125,7 +129,7 @@ fn mend(message: &str, key: &str) -> String {
 /// ` (in Hz)` for `rate_hz`.
 fn unit_phrase(key: &str) -> String {
     // Longer endings first: `_n_per_m` also ends in `_m`.
-    const UNITS: [(&str, &str); 10] = [
+    const UNITS: [(&str, &str); 11] = [
         ("_nm_per_rad", "Nm/rad"),
         ("_nms_per_rad", "Nms/rad"),
         ("_ns_per_m", "Ns/m"),
@@ -136,6 +140,7 @@ fn unit_phrase(key: &str) -> String {
         ("_hz", "Hz"),
         ("_rad", "rad"),
         ("_m", "m"),
+        ("_s", "s"),
     ];
     let unit = UNITS.iter().find(|(ending, _)| key.ends_with(ending));
     unit.map(|(_, unit)| format!(" (in {unit})")).unwrap_or_default()

@@ -9,6 +9,7 @@
 //! unloaded (m), and the standard deviation of that (m); all but the joints along the TCP's axes. An empty displacement
 //! was not measured. Columns may come in any order; lines that begin with `#` or hold nothing are left out.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
@@ -37,6 +38,10 @@ const DISPLACEMENT: usize = 6;
 const DEVIATION: usize = 9;
 /// No robot that keeps its shape gives way by more, m.
 const LARGEST_DISPLACEMENT_M: f64 = 0.1;
+/// Nobody knows a displacement better than to an atom, nor gains by one that is known worse, m.
+const DEVIATIONS_M: RangeInclusive<f64> = 1e-9..=LARGEST_DISPLACEMENT_M;
+/// No robot bears more, N or Nm.
+const LARGEST_LOAD: f64 = 1e6;
 
 /// Reads the static tests of a robot.
 ///
@@ -51,6 +56,8 @@ pub fn load(file: &Path, model: &Model) -> Result<Vec<StaticTest>, BadInput> {
 /// # Errors
 /// As [`load`].
 pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Vec<StaticTest>, BadInput> {
+    // Spreadsheets begin with a byte order mark.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(Trim::All)
@@ -114,7 +121,7 @@ impl<'a> Table<'a> {
                 } else {
                     format!("known are {}", known.join(","))
                 };
-                return Err(format!("unknown column {name:?}: {mend}"));
+                return Err(format!("unknown column {}: {mend}", shown(name)));
             }
             if header.iter().skip(index + 1).any(|other| other == name) {
                 return Err(format!("column {name} is there twice: name each once"));
@@ -147,6 +154,12 @@ impl<'a> Table<'a> {
         let mut wrench = [0.0; 6];
         for (column, value) in wrench.iter_mut().enumerate() {
             *value = self.needed(line, column, "write 0 where there is no load")?;
+            if value.abs() > LARGEST_LOAD {
+                let (name, unit) = COLUMNS[column];
+                return Err(format!(
+                    "column {name} is {value:e}: must be at most {LARGEST_LOAD:e} (in {unit})"
+                ));
+            }
         }
         if wrench == [0.0; 6] {
             return Err("has no load: one of fx,fy,fz,mx,my,mz must not be 0".to_string());
@@ -194,9 +207,12 @@ impl<'a> Table<'a> {
         }
         let mend = format!("write the standard deviation of {name} (in m)");
         let deviation = self.needed(line, DEVIATION + axis, &mend)?;
-        if deviation <= 0.0 {
+        if !DEVIATIONS_M.contains(&deviation) {
             let (name, _) = COLUMNS[DEVIATION + axis];
-            return Err(format!("column {name} is {deviation}: must be positive"));
+            let (least, most) = DEVIATIONS_M.into_inner();
+            return Err(format!(
+                "column {name} is {deviation:e}: must lie between {least:e} and {most} (in m)"
+            ));
         }
         Ok(Some(Reading { value, deviation }))
     }
@@ -219,6 +235,14 @@ fn number(cell: &str, column: &str, unit: &str) -> Result<Option<f64>, String> {
     }
     match cell.parse() {
         Ok(number) if f64::is_finite(number) => Ok(Some(number)),
-        _ => Err(format!("column {column} is {cell:?}: must be a number (in {unit})")),
+        _ => Err(format!("column {column} is {}: must be a number (in {unit})", shown(cell))),
+    }
+}
+
+/// A cell in quotes; of one that goes on and on, since a quote is not closed, the beginning.
+fn shown(cell: &str) -> String {
+    match cell.char_indices().nth(40) {
+        Some((end, _)) => format!("{:?}... (is a quote not closed?)", &cell[..end]),
+        None => format!("{cell:?}"),
     }
 }

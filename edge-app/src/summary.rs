@@ -16,12 +16,14 @@ impl fmt::Display for Summary<'_> {
             Acceptance::ModelSuspect => "MODEL SUSPECT",
             Acceptance::Unsettled => "not settled",
         };
+        write!(f, "{accepted}: χ²/dof {:.3}", fit.consistency)?;
+        // Static tests alone have none.
+        if fit.records > 0 {
+            write!(f, ", SSP {:.1e} (worst {:.1e})", fit.ssp, fit.ssp_max)?;
+        }
         writeln!(
             f,
-            "{accepted}: χ²/dof {:.3}, SSP {:.1e} (worst {:.1e}); {}, {}, {} lost; {}, {}, {:.1} s",
-            fit.consistency,
-            fit.ssp,
-            fit.ssp_max,
+            "; {}, {}, {} lost; {}, {}, {:.1} s",
             count(fit.records, "record"),
             count(fit.frames, "frame"),
             fit.frames_lost,

@@ -3,6 +3,7 @@
 use std::io::{IsTerminal as _, stdout};
 use std::time::{Duration, Instant};
 
+use ::console::{Term, truncate_str};
 use anyhow::Result;
 use flexid_wire::messages::{BusHealth, BusState, FromEdge, Phase, Progress, Status};
 use flexid_wire::report::{Acceptance, JointReport, Report, Verdict};
@@ -196,7 +197,10 @@ impl Screen {
                 // The first time all, then line by line: that flickers less.
                 let mut text = String::from(if drawn.is_none() { CLEAR } else { "\x1b[H" });
                 *drawn = Some(Instant::now());
-                for line in page(view).lines() {
+                // What does not fit would scroll the screen: the end has it all.
+                let (rows, columns) = Term::stdout().size();
+                for line in page(view).lines().take(usize::from(rows).saturating_sub(1)) {
+                    let line = truncate_str(line, columns.into(), "…");
                     text += &format!("{line}\x1b[K\n");
                 }
                 print(&(text + "\x1b[J"))
@@ -213,10 +217,7 @@ impl Screen {
                 let bus = view.bus_line().map(|line| line + "\n");
                 print(&(table.unwrap_or_default() + &bus.unwrap_or_default()))
             }
-            Self::Live { drawn } => {
-                *drawn = None;
-                self.draw(view)
-            }
+            Self::Live { .. } => print(&(CLEAR.to_owned() + &page(view))),
         }
     }
 

@@ -6,7 +6,7 @@ use flexid_edge::finding::Finding;
 pub(crate) use flexid_edge::pipeline::DOF_NAMES;
 use flexid_edge::summary::Summary;
 use flexid_wire::confidence::{Confidence, Interval};
-use flexid_wire::report::{Report, Verdict};
+use flexid_wire::report::{Acceptance, Report, Verdict};
 
 use crate::confidence;
 
@@ -61,23 +61,31 @@ pub fn finding(Finding { report, confidence }: &Finding, truth: Option<&[Bushing
     )
 }
 
-/// What to know of the intervals where the residuals are larger than the noise.
+/// What to know of the intervals where they are not those of the noise, or where there is none of what was measured.
 fn caveat(report: &Report, confidence: &Confidence) -> String {
-    if !confidence.residuals.size_objects {
-        return String::new();
-    }
     let times = report.fit.consistency.sqrt();
-    let mut intervals = confidence
+    let intervals = confidence
         .joints
         .iter()
         .flat_map(|joint| joint.stiffness_interval.iter().chain(&joint.damping_interval));
-    if intervals.any(Option::is_some) {
+    let deviations =
+        report.joints.iter().flat_map(|joint| joint.stiffness_std.iter().chain(&joint.damping_std));
+    if intervals.flatten().next().is_some() {
+        if !confidence.residuals.size_objects {
+            return String::new();
+        }
         format!(" intervals are √(χ²/dof) = {times:.1} times as wide as the noise makes them\n")
-    } else {
+    } else if deviations.flatten().next().is_none() {
+        String::new()
+    } else if report.fit.acceptance == Acceptance::Unsettled {
+        " no intervals: another minimum may be the right one\n".to_owned()
+    } else if confidence.residuals.size_objects {
         format!(
             " no intervals: residuals of {times:.1} times the noise have another cause, and how far that moves the numbers \
              nobody knows\n"
         )
+    } else {
+        " no intervals: static tests contradict the fit\n".to_owned()
     }
 }
 
@@ -98,7 +106,9 @@ fn cells(value: f64, interval: Option<Interval>, told: Verdict, truth: Option<f6
 fn relative(value: f64, [lower, upper]: Interval) -> String {
     let (down, up) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
     if up - down <= 0.1 * up {
-        format!("±{:.2} %", 0.5 * (down + up))
+        let percent = 0.5 * (down + up);
+        // None is zero.
+        if percent < 0.005 { "±<0.01 %".to_owned() } else { format!("±{percent:.2} %") }
     } else {
         format!("-{down:.0} to +{up:.0} %")
     }
@@ -133,6 +143,7 @@ mod tests {
             super::relative(1e7, [1e7 / factor, 1e7 * factor])
         };
         assert_eq!(interval(0.0004), "±0.08 %");
+        assert_eq!(interval(0.000_02), "±<0.01 %");
         assert_eq!(interval(0.05), "±9.82 %");
         assert_eq!(interval(0.06), "-11 to +12 %");
         assert_eq!(interval(0.3), "-44 to +80 %");

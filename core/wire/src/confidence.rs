@@ -56,7 +56,8 @@ pub struct Confidence {
 /// The 95 % intervals of one joint's parameters, log-normal.
 ///
 /// `None` where there is no honest one: where the parameter is not observable or fixed, and for all where the residuals
-/// are so large that their cause is no noise.
+/// are so large that their cause is no noise, where another minimum may be the right one, or where static tests contradict
+/// the fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct JointIntervals {
     /// The joint's name in the model.
@@ -78,7 +79,7 @@ pub struct Nuisance {
     pub value: f64,
     /// Standard deviation in the same unit; `None` where the fit is broken.
     pub std: Option<f64>,
-    /// 95 %, in the same unit; `None` where the residuals are so large that their cause is no noise.
+    /// 95 %, in the same unit; `None` where no joint's parameter has one.
     pub interval: Option<Interval>,
     /// How much the data add to what was known of it beforehand: whether they leave 5 % or less of that standard deviation,
     /// or 30 %.

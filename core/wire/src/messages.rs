@@ -150,7 +150,7 @@ pub struct Progress {
     pub search_evaluations: u64,
     /// Refinement iterations done.
     pub refine_iterations: u64,
-    /// Smallest loss of the present search (surface similarity parameter, 0 to 1).
+    /// Smallest loss of the present search (surface similarity parameter, 0 to 2).
     pub search_loss: f32,
     /// Records so far.
     pub records: u64,

@@ -69,7 +69,7 @@ pub struct Fit {
     pub frames: u64,
     /// Force and acceleration frames missing by their counters.
     pub frames_lost: u64,
-    /// Surface similarity parameter per direction and experiment, 0 (equal) to 1: the median of them.
+    /// Surface similarity parameter per direction and experiment, 0 (equal) to 2 (opposite): the median of them.
     pub ssp: f64,
     /// The largest of them.
     pub ssp_max: f64,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use super::Accelerometer;
+use super::{Accelerometer, BoundsSection};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -36,15 +36,6 @@ pub(super) struct ModelSection {
     pub(super) file: PathBuf,
     #[serde(default = "ModelSection::standard_gravity")]
     pub(super) gravity_m_per_s2: [f64; 3],
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct BoundsSection {
-    pub(super) stiffness_translation_n_per_m: [f64; 2],
-    pub(super) stiffness_rotation_nm_per_rad: [f64; 2],
-    pub(super) damping_translation_ns_per_m: [f64; 2],
-    pub(super) damping_rotation_nms_per_rad: [f64; 2],
 }
 
 #[derive(Deserialize)]

@@ -1,15 +1,15 @@
 //! `EDGE.toml`: read, checked, and put into the form that the rest works with.
 
+mod bounds;
 mod file;
 mod listen;
 mod mounting;
 mod sought;
 
-use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use flexid_core::mounting::Mounting;
-use flexid_core::parameters::{Bounds, EmptyBounds};
+use flexid_core::parameters::Bounds;
 use flexid_core::spectrum::Measurement;
 use flexid_core::statics::StaticTest;
 use flexid_core::stream::StreamConfig;
@@ -22,13 +22,12 @@ use crate::signals::SignalTable;
 use crate::statics;
 use crate::summary::count;
 
+pub use bounds::BoundsSection;
+use bounds::CONCEIVABLE;
 pub use file::SignalsSection;
 pub use flexid_core::spectrum::Accelerometer;
 pub use listen::{Listen, ListenError};
 
-/// No bushing of a robot is softer or harder, SI units: what is beyond is a slip of the pen, and the numbers
-/// that follow from it leave the range of floating point.
-pub const CONCEIVABLE: RangeInclusive<f64> = 1e-3..=1e12;
 /// Shortest and longest record, samples.
 const RECORD_SAMPLES: [usize; 2] = [256, SAMPLES];
 /// Fewest and most bins that a fit takes.
@@ -106,7 +105,7 @@ impl Config {
         if !gravity.iter().all(|g| g.is_finite()) {
             return Err(bad("[model] gravity_m_per_s2 has a number that is not finite".into()));
         }
-        let bounds = bounds(&raw.bounds).map_err(bad)?;
+        let bounds = raw.bounds.check().map_err(bad)?;
         let interface = interface(&raw.bus.interface).map_err(bad)?;
         let listen = listen(&raw.server.listen, base).map_err(bad)?;
         let record_samples = record_samples(measurement).map_err(bad)?;
@@ -121,8 +120,7 @@ impl Config {
                 count(model.joints.len() as u64, "joint"),
             )));
         }
-        let sought =
-            sought::sought(&raw.calibration, &raw.parameters, &model, &bounds).map_err(bad)?;
+        let sought = sought::sought(&raw.calibration, &raw.parameters, &model).map_err(bad)?;
         let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
         let signals = SignalTable::load(file, &base.join(&raw.bus.dbc), &raw.signals, &model)?;
 
@@ -203,21 +201,6 @@ fn check_band(measurement: &file::MeasurementSection) -> Result<(), String> {
         ));
     }
     Ok(())
-}
-
-fn bounds(section: &file::BoundsSection) -> Result<Bounds, String> {
-    let ranges = [
-        ("stiffness_translation_n_per_m", section.stiffness_translation_n_per_m),
-        ("stiffness_rotation_nm_per_rad", section.stiffness_rotation_nm_per_rad),
-        ("damping_translation_ns_per_m", section.damping_translation_ns_per_m),
-        ("damping_rotation_nms_per_rad", section.damping_rotation_nms_per_rad),
-    ];
-    Bounds::new(ranges[0].1, ranges[1].1, ranges[2].1, ranges[3].1).map_err(
-        |EmptyBounds { damping, dof }| {
-            let (key, [lower, upper]) = ranges[2 * usize::from(damping) + usize::from(dof >= 3)];
-            format!("[bounds] {key} is [{lower:e}, {upper:e}]: must be 0 < lower < upper")
-        },
-    )
 }
 
 fn interface(name: &str) -> Result<String, String> {

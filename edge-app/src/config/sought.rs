@@ -1,11 +1,10 @@
 //! What is sought: sections `[calibration]` and `[parameters]`.
 
 use flexid_core::calibration::Nuisances;
-use flexid_core::parameters::Bounds;
 use flexid_core::unknowns::{Coordinate, Sought};
 
+use super::CONCEIVABLE;
 use super::file::{CalibrationSection, ParametersSection};
-use super::{CONCEIVABLE, positive};
 use crate::model::Model;
 use crate::pipeline::DOF_NAMES;
 
@@ -14,7 +13,6 @@ pub(super) fn sought(
     calibration: &CalibrationSection,
     parameters: &ParametersSection,
     model: &Model,
-    bounds: &Bounds,
 ) -> Result<Sought, String> {
     let mut sought = Sought::new(model.joints.len(), &nuisances(calibration)?);
     let mut taken = Vec::new();
@@ -51,9 +49,9 @@ pub(super) fn sought(
             ));
         }
         for (other, name) in others.iter().zip(&names[1..]) {
-            if range(bounds, *first) != range(bounds, *other) {
+            if kind(*first) != kind(*other) {
                 return Err(format!(
-                    "[parameters] tied: {:?} and {name:?} have different [bounds]: tie like to like",
+                    "[parameters] tied: {:?} and {name:?} are of different units: tie like to like",
                     names[0]
                 ));
             }
@@ -67,16 +65,20 @@ pub(super) fn sought(
 }
 
 fn nuisances(section: &CalibrationSection) -> Result<Nuisances, String> {
-    let width = |key: &str, width: Option<f64>| match width {
-        Some(width) => positive(&format!("[calibration] {key}"), width).map(|()| Some(width)),
-        None => Ok(None),
+    // The fit is linear about what is believed: beyond these it is the model that wants mending.
+    let width = |key: &str, width: Option<f64>, most: f64, unit: &str| match width {
+        Some(width) if !(width > 0.0 && width <= most) => Err(format!(
+            "[calibration] {key} is {width}: must be above 0 and at most {most} ({unit})"
+        )),
+        _ => Ok(width),
     };
+    let part = "0.1 is 10 %";
     Ok(Nuisances {
-        delay: width("delay_s", section.delay_s)?,
-        acceleration_gain: width("acceleration_gain", section.acceleration_gain)?,
-        force_gain: width("force_gain", section.force_gain)?,
-        misalignment: width("misalignment_rad", section.misalignment_rad)?,
-        mass: width("link_mass", section.link_mass)?,
+        delay: width("delay_s", section.delay_s, 0.1, "in s")?,
+        acceleration_gain: width("acceleration_gain", section.acceleration_gain, 1.0, part)?,
+        force_gain: width("force_gain", section.force_gain, 1.0, part)?,
+        misalignment: width("misalignment_rad", section.misalignment_rad, 0.5, "in rad")?,
+        mass: width("link_mass", section.link_mass, 1.0, part)?,
     })
 }
 
@@ -102,10 +104,11 @@ fn parameter(place: &str, name: &str, model: &Model) -> Result<Coordinate, Strin
     }
 }
 
-fn range(bounds: &Bounds, parameter: Coordinate) -> Option<[f64; 2]> {
+/// Whether it is a damping, and of a rotation: what its unit, and its bounds, depend on.
+fn kind(parameter: Coordinate) -> Option<[bool; 2]> {
     match parameter {
-        Coordinate::Stiffness { dof, .. } => bounds.stiffness.get(dof).copied(),
-        Coordinate::Damping { dof, .. } => bounds.damping.get(dof).copied(),
+        Coordinate::Stiffness { dof, .. } => Some([false, dof >= 3]),
+        Coordinate::Damping { dof, .. } => Some([true, dof >= 3]),
         _ => None,
     }
 }

@@ -1,6 +1,8 @@
 //! What unknowns are called, and how to enumerate names in a line.
 
 use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_wire::messages::Name;
+use flexid_wire::text::clipped;
 
 use crate::model::Model;
 
@@ -10,7 +12,10 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Such as `joint_1 tx stiffness` or `delay`.
 pub fn name(model: &Model, coordinate: Coordinate) -> String {
-    let joint = |joint: usize| model.joints.get(joint).map_or("?", |joint| joint.name.as_str());
+    // As a report has them, so that what comes behind a very long one is not cut off.
+    let joint = |joint: usize| -> Name {
+        model.joints.get(joint).map_or_else(Name::new, |joint| clipped(&joint.name))
+    };
     match coordinate {
         Coordinate::Stiffness { joint: index, dof } => {
             format!("{} {} stiffness", joint(index), DOF_NAMES[dof])

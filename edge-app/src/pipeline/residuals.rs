@@ -1,6 +1,6 @@
 //! What the residuals say of the model, and what to do about it.
 
-use flexid_core::identify::Estimate;
+use flexid_core::identify::{Acceptance, Estimate};
 use flexid_wire::confidence;
 use flexid_wire::text::clipped;
 
@@ -21,6 +21,8 @@ pub(super) struct Residuals {
     whiteness_objects: bool,
     /// Those of the static tests are larger than their noise explains.
     statics_object: bool,
+    /// They are those of a minimum that can be believed to be the right one.
+    settled: bool,
 }
 
 impl Residuals {
@@ -33,6 +35,7 @@ impl Residuals {
             size_objects: false,
             whiteness_objects: false,
             statics_object: false,
+            settled: true,
         }
     }
 
@@ -43,14 +46,21 @@ impl Residuals {
             size_objects,
             whiteness_objects,
             statics_object,
+            acceptance,
             ..
         } = estimate;
-        Self { consistency, whiteness, size_objects, whiteness_objects, statics_object }
+        let settled = acceptance != Acceptance::Unsettled;
+        Self { consistency, whiteness, size_objects, whiteness_objects, statics_object, settled }
     }
 
-    /// Whether intervals made of noise of their size say anything of the parameters.
-    pub(super) fn allow_intervals(&self) -> bool {
+    /// Whether noise can be their cause, or sensors that are a little off.
+    pub(super) fn are_sane(&self) -> bool {
         (0.0..=HUGE).contains(&self.consistency)
+    }
+
+    /// Whether intervals made of noise of their size say where the parameters are.
+    pub(super) fn allow_intervals(&self) -> bool {
+        self.are_sane() && self.settled && !self.statics_object
     }
 
     /// A standard deviation that noise makes, as large as residuals of their size make it; none where it is no number.
@@ -79,7 +89,7 @@ impl Residuals {
             }
             (false, false) => format!("noise explains them ({size}, {whiteness})"),
             (true, true) => format!("{size} and {whiteness} object: the model is wrong"),
-            (true, false) if self.allow_intervals() => {
+            (true, false) if self.are_sane() => {
                 format!("{size} objects, {whiteness} does not: more noise than at rest")
             }
             (true, false) => format!("{size} objects, {whiteness} does not: the model is wrong"),
@@ -95,7 +105,7 @@ impl Residuals {
         match (self.size_objects, self.whiteness_objects) {
             (false, false) => None,
             (true, false) if self.statics_object => None,
-            (true, _) if !self.allow_intervals() => Some(format!(
+            (true, _) if !self.are_sane() => Some(format!(
                 "the model is wrong (chi^2/dof {consistency:.0}): check masses, TCP, [mounting], joint angles, axes and \
                  units of the signals, then gravity, delay, gains"
             )),
@@ -123,7 +133,15 @@ mod tests {
         [consistency, whiteness]: [f64; 2],
         [size_objects, whiteness_objects, statics_object]: [bool; 3],
     ) -> Residuals {
-        Residuals { consistency, whiteness, size_objects, whiteness_objects, statics_object }
+        let settled = true;
+        Residuals {
+            consistency,
+            whiteness,
+            size_objects,
+            whiteness_objects,
+            statics_object,
+            settled,
+        }
     }
 
     #[test]
@@ -205,6 +223,9 @@ mod tests {
             let residuals = residuals([consistency, 0.0], [true, false, false]);
             assert_eq!(residuals.allow_intervals(), allowed, "{consistency}");
         }
+        // Nor where another minimum may be the right one, or static tests contradict this one.
+        assert!(!Residuals { settled: false, ..Residuals::noise(1.0) }.allow_intervals());
+        assert!(!Residuals { statics_object: true, ..Residuals::noise(1.0) }.allow_intervals());
         let inflate =
             |consistency, deviation| residuals([consistency, 0.0], [false; 3]).inflate(deviation);
         assert_eq!([inflate(0.5, 0.1), inflate(4.0, 0.1)], [Some(0.1), Some(0.2)]);

@@ -19,6 +19,7 @@ use super::{Counts, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES, unchecke
 use crate::config::Config;
 use crate::finding::Finding;
 use crate::stop::Stop;
+use crate::summary::count;
 
 /// A record that is being worked on may take so long after the end was asked for.
 const GRACE: Duration = Duration::from_secs(2);
@@ -181,13 +182,23 @@ impl<'a> Solver<'a> {
     }
 
     fn refused(&self) -> Option<String> {
-        let (count, error) = self.refused?;
-        Some(format!("{count} records refused, the first because {}", report::reason(error)))
+        let (records, error) = self.refused?;
+        let records = count(records, "record");
+        Some(format!("{records} refused, the first because {}", report::reason(error)))
     }
 
     fn left_out(&self) -> Option<String> {
         let records = self.records - self.settled + self.waiting;
-        (records > 0).then(|| format!("ended before the newest {records} records were worked through: they are not in the numbers"))
+        match records {
+            0 => None,
+            1 => Some(
+                "ended before the newest record was worked through: it is not in the numbers"
+                    .into(),
+            ),
+            _ => Some(format!(
+                "ended before the newest {records} records were worked through: they are not in the numbers"
+            )),
+        }
     }
 
     /// Keeps an experiment if there is room for it; whether it is kept.

@@ -5,6 +5,7 @@ use std::fmt::Display;
 use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::parameters::{Bounds, Bushings, End};
 use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_core::verdict::MAX_DIRECTIONS;
 
 use super::directions::of_parameters;
 use super::names::{enumerate, name};
@@ -30,7 +31,11 @@ pub(super) fn warnings(
     if estimate.acceptance == Acceptance::Unsettled {
         let directions = of_parameters(sought, &estimate.weak_directions);
         let drowned = (!estimate.stands_clear).then_some(estimate.ssp_median);
-        warnings.push(unsettled(residuals.size_objects, directions, drowned));
+        warnings.push(if basis.records == 0 {
+            "static tests alone tell too little to be tested: add tests, or records".to_owned()
+        } else {
+            unsettled(residuals.size_objects, directions, drowned)
+        });
     }
     warnings.extend(residuals.advice());
     if let Some(excess) = estimate.static_consistency.filter(|_| estimate.statics_object) {
@@ -41,7 +46,7 @@ pub(super) fn warnings(
     }
     if let Some(names) = on_bounds(config, sought, &estimate.bushings) {
         // A wrong model drives parameters anywhere.
-        let mend = if residuals.allow_intervals() { "widen them" } else { "mend the model first" };
+        let mend = if residuals.are_sane() { "widen them" } else { "mend the model first" };
         warnings.push(format!("on an end of [bounds]: {names}: {mend}"));
     }
     if estimate.forgotten > 0 {
@@ -62,8 +67,11 @@ fn unsettled(size_objects: bool, weak_directions: usize, drowned: Option<f64>) -
     if size_objects {
         found.to_owned()
     } else if weak_directions > 0 {
+        let least = if weak_directions < MAX_DIRECTIONS { "" } else { "at least " };
         let directions = count(weak_directions as u64, "combination");
-        format!("{found}; these poses hardly tell {directions} of parameters: record more poses")
+        format!(
+            "{found}; these poses hardly tell {least}{directions} of parameters: record more poses"
+        )
     } else if let Some(ssp) = drowned {
         format!("{found}; records hardly stand clear of the noise (SSP {ssp:.2}): cut harder")
     } else {
@@ -143,7 +151,7 @@ fn of_the_records(config: &Config, basis: &Basis) -> Vec<String> {
         _ => {}
     }
     if *bus_errors > 0 {
-        warn(&format_args!("the bus reported {bus_errors} errors"));
+        warn(&format_args!("the bus reported {}", count(*bus_errors, "error")));
     }
     warnings
 }
@@ -166,7 +174,9 @@ mod tests {
         for line in [unsettled(false, 0, None), unsettled(true, 8, Some(0.3))] {
             assert!(line.ends_with("those of a wrong one"), "{line}");
         }
-        let longest = [unsettled(false, 8, Some(0.3)), drowned];
+        let many = unsettled(false, MAX_DIRECTIONS, Some(0.3));
+        assert!(many.contains("hardly tell at least 8 combinations"), "{many}");
+        let longest = [many, drowned];
         assert!(longest.iter().all(|line| line.len() <= 160));
     }
 

@@ -34,6 +34,8 @@ const STROKE: Quantity = Quantity("stroke", &[("m", 1.0), ("mm", 1e-3)]);
 
 /// Counters narrower than this wrap too often to tell a loss from a pause; wider ones do not exist.
 const COUNTER_BITS: std::ops::RangeInclusive<u8> = 8..=32;
+/// Steps that a signal may have in SI units: the numbers that follow from others leave the range of floating point.
+const STEPS: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 /// Vector's editor keeps signals without a message in one of this name.
 const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
@@ -279,7 +281,15 @@ impl<'a> Lookup<'a> {
         let unit = found.signal.unit.trim();
         match units.iter().find(|(name, _)| *name == unit) {
             Some((_, size)) => {
-                Ok(Signal { scale: signal.scale * size, offset: signal.offset * size, ..signal })
+                let in_si =
+                    Signal { scale: signal.scale * size, offset: signal.offset * size, ..signal };
+                if !STEPS.contains(&in_si.scale.abs()) || !in_si.offset.is_finite() {
+                    return Err(self.bad_dbc(format!(
+                        "signal {} has factor {:e} and offset {:e} ({unit}): no {what} is measured so",
+                        found.signal.name, signal.scale, signal.offset
+                    )));
+                }
+                Ok(in_si)
             }
             None => {
                 let known: Vec<&str> = units.iter().map(|(name, _)| *name).collect();

@@ -54,11 +54,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let config = Config::load(&args.config)?;
     let scenario = Scenario::of(&config)?;
     let cutting = cutting(args, &scenario)?;
-    if scenario.measurement.acceleration_noise() == 0.0 {
+    // As a record has it: in single precision.
+    if !(scenario.measurement.acceleration_noise() as f32).is_normal() {
         let message = "[measurement] acceleration_noise_g_per_sqrt_hz is 0: give the sensor's";
         return Err(BadInput::new(scenario_file(&config), message).into());
     }
     let sought = &config.sought;
+    if plan::parameters(sought) == 0 {
+        let message = "[parameters] fixed names every parameter: leave one to plan for";
+        return Err(BadInput::new(&config.file, message).into());
+    }
     let start = match &args.from {
         Some(file) => Start::load(file, &config, sought)?,
         None => Start::unknown(&config, sought),

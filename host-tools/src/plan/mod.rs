@@ -111,7 +111,7 @@ pub fn plan(
 }
 
 /// How many unknowns are parameters of the joints: the first ones, the nuisances come behind them.
-fn parameters(sought: &Sought) -> usize {
+pub(crate) fn parameters(sought: &Sought) -> usize {
     let parameter = |unknown: &usize| {
         let coordinate = sought.coordinate(*unknown);
         matches!(coordinate, Some(Coordinate::Stiffness { .. } | Coordinate::Damping { .. }))

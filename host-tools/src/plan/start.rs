@@ -1,15 +1,22 @@
 //! What is known before the first experiment of a plan.
 
+use std::fmt::Display;
 use std::path::Path;
 
-use flexid_core::parameters::{Bounds, Bushing, Bushings};
+use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::refine::Information;
 use flexid_core::unknowns::{Coordinate, Sought};
 use flexid_edge::config::Config;
 use flexid_edge::input::{self, BadInput};
+use flexid_wire::messages::Name;
 use flexid_wire::report::{Acceptance, JointReport, Report};
+use flexid_wire::text::clipped;
+use serde_json::Deserializer;
 
 use super::file_name;
+
+/// Nothing is known better than to this part of it.
+const LEAST: f64 = 1e-9;
 
 /// Where the parameters are thought to be, and what experiments have told of them.
 #[derive(Clone, Debug)]
@@ -23,10 +30,7 @@ pub struct Start {
 impl Start {
     /// No experiment: every parameter in the middle of its bounds, on the logarithmic scale.
     pub fn unknown(config: &Config, sought: &Sought) -> Self {
-        let Bounds { stiffness, damping } = config.bounds;
-        let middle = |[lower, upper]: [f64; 2]| lower * (upper / lower).sqrt();
-        let bushing = Bushing { stiffness: stiffness.map(middle), damping: damping.map(middle) };
-        let mut bushings = config.model.joints.iter().map(|_| bushing).collect();
+        let mut bushings = config.bounds.middle(config.model.joints.len());
         sought.impose(&mut bushings);
         Self { bushings, information: Information::none(sought.unknowns()) }
     }
@@ -44,15 +48,18 @@ impl Start {
 
     fn parse(file: &Path, text: &str, config: &Config, sought: &Sought) -> Result<Self, BadInput> {
         let bad = |message: String| BadInput::new(file, message);
-        let report: Report = serde_json::from_str(text).map_err(|error| {
-            bad(format!("{error}: give a file as `flexid identify --json` writes it"))
-        })?;
-        let found: Vec<&str> = report.joints.iter().map(|joint| joint.name.as_str()).collect();
-        let wanted: Vec<&str> = config.model.joints.iter().map(|joint| &*joint.name).collect();
-        // A report clips names that are very long.
-        let same = found.len() == wanted.len()
-            && found.iter().zip(&wanted).all(|(found, wanted)| wanted.starts_with(found));
-        if !same {
+        let mend = |fault: &dyn Display| {
+            bad(format!("{fault}: give a file as `flexid identify --json` writes it"))
+        };
+        // `flexid watch --json` writes one after the other, the newest last.
+        let reports = Deserializer::from_str(text).into_iter::<Report>();
+        let newest = reports.last().ok_or_else(|| mend(&"is empty"))?;
+        let report = newest.map_err(|error| mend(&error))?;
+        let found: Vec<Name> = report.joints.iter().map(|joint| joint.name.clone()).collect();
+        // As a report has them, which clips names that are very long.
+        let wanted: Vec<Name> =
+            config.model.joints.iter().map(|joint| clipped(&joint.name)).collect();
+        if found != wanted {
             return Err(bad(format!(
                 "is of the joints [{}], but {} has the model with [{}]: name the result of this robot",
                 found.join(", "),
@@ -85,6 +92,14 @@ impl Start {
                     if !(value > 0.0 && value.is_finite()) {
                         return Err(bad(format!(
                             "{} {kind} is {value:e}: must be positive",
+                            found.name
+                        )));
+                    }
+                    if let Some(deviation) =
+                        deviation.filter(|d| !(*d >= LEAST * value && d.is_finite()))
+                    {
+                        return Err(bad(format!(
+                            "{} {kind}_std is {deviation:e}: must be at least {LEAST:e} of the value",
                             found.name
                         )));
                     }

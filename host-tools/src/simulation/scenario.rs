@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use flexid_core::parameters::{Bounds, Bushing};
-use flexid_edge::config::{CONCEIVABLE, Config};
+use flexid_edge::config::{BoundsSection, Config};
 use flexid_edge::input::{self, BadInput};
 use flexid_edge::model::{Kind, Model, ModelJoint};
 use rand_core::Rng;
@@ -109,15 +109,6 @@ struct File {
     experiment: Vec<Experiment>,
     force: Cutting,
     measurement: Sampling,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BoundsSection {
-    stiffness_translation_n_per_m: [f64; 2],
-    stiffness_rotation_nm_per_rad: [f64; 2],
-    damping_translation_ns_per_m: [f64; 2],
-    damping_rotation_nms_per_rad: [f64; 2],
 }
 
 #[derive(Deserialize)]
@@ -278,28 +269,6 @@ pub(crate) fn check(bushing: &Bushing, bounds: &Bounds) -> Result<(), String> {
         }
     }
     Ok(())
-}
-
-impl BoundsSection {
-    fn check(&self) -> Result<Bounds, String> {
-        let ranges = [
-            ("stiffness_translation_n_per_m", self.stiffness_translation_n_per_m),
-            ("stiffness_rotation_nm_per_rad", self.stiffness_rotation_nm_per_rad),
-            ("damping_translation_ns_per_m", self.damping_translation_ns_per_m),
-            ("damping_rotation_nms_per_rad", self.damping_rotation_nms_per_rad),
-        ];
-        for (key, [lower, upper]) in ranges {
-            let both = CONCEIVABLE.contains(&lower) && CONCEIVABLE.contains(&upper);
-            if !(both && lower < upper) {
-                let (least, most) = CONCEIVABLE.into_inner();
-                return Err(format!(
-                    "[bounds] {key} is [{lower:e}, {upper:e}]: must be {least:e} <= lower < upper <= {most:e}"
-                ));
-            }
-        }
-        let [kt, kr, dt, dr] = ranges.map(|(_, range)| range);
-        Bounds::new(kt, kr, dt, dr).map_err(|error| format!("[bounds] {error:?}"))
-    }
 }
 
 impl Experiment {
