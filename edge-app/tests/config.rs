@@ -145,7 +145,22 @@ fn mistakes_in_the_mounting_name_place_and_mend() {
 #[test]
 fn mistakes_in_what_is_sought_name_place_and_mend() {
     let table = [
-        ("[calibration]\ndelay_s = 0.0", "[calibration] delay_s is 0: must be positive"),
+        (
+            "[calibration]\nmisalignment_rad = 3.0",
+            "[calibration] misalignment_rad is 3: must be above 0 and at most 0.5 (in rad)",
+        ),
+        (
+            "[calibration]\nforce_gain = 5.0",
+            "[calibration] force_gain is 5: must be above 0 and at most 1 (0.1 is 10 %)",
+        ),
+        (
+            "[parameters]\nfixed = { joint_1.stiffness.tx = 6.0e7 }",
+            ":44: [parameters] fixed: a name with points must stand in quotes, like \"a.b.c\" = 1",
+        ),
+        (
+            "[calibration]\ndelay_s = 0.0",
+            "[calibration] delay_s is 0: must be above 0 and at most 0.1 (in s)",
+        ),
         (
             "[parameters]\nfixed = { \"joint_1.stiffness.tx\" = -1.0 }",
             "[parameters] fixed \"joint_1.stiffness.tx\" is -1e0: must lie between 1e-3 and 1e12",
@@ -180,7 +195,7 @@ fn mistakes_in_what_is_sought_name_place_and_mend() {
         ),
         (
             "[parameters]\ntied = [[\"joint_1.stiffness.tx\", \"joint_1.stiffness.rx\"]]",
-            "[parameters] tied: \"joint_1.stiffness.tx\" and \"joint_1.stiffness.rx\" have different [bounds]: tie like to like",
+            "[parameters] tied: \"joint_1.stiffness.tx\" and \"joint_1.stiffness.rx\" are of different units: tie like to like",
         ),
         (
             "[parameters]\ntied = [[\"joint_1.stiffness.tx\", \"joint_1.stiffness.tx\"]]",
@@ -189,7 +204,8 @@ fn mistakes_in_what_is_sought_name_place_and_mend() {
     ];
     for (section, message) in table {
         let error = load("edge.toml", "[search]", &format!("{section}\n\n[search]")).unwrap_err();
-        assert_eq!(error, format!("edge.toml: {message}"));
+        let line = if message.starts_with(':') { "" } else { ": " };
+        assert_eq!(error, format!("edge.toml{line}{message}"));
     }
 }
 
@@ -278,17 +294,22 @@ fn mistakes_in_the_config_name_place_and_mend() {
         (
             "[1.0e7, 2.0e8]",
             "[1.0e7, 1.0e7]",
-            "edge.toml: [bounds] stiffness_translation_n_per_m is [1e7, 1e7]: must be 0 < lower < upper",
+            "edge.toml: [bounds] stiffness_translation_n_per_m is [1e7, 1e7]: must be 1e-3 <= lower < upper <= 1e12",
         ),
         (
             "[1.0e7, 2.0e8]",
             "[2.0e8, 1.0e7]",
-            "edge.toml: [bounds] stiffness_translation_n_per_m is [2e8, 1e7]: must be 0 < lower < upper",
+            "edge.toml: [bounds] stiffness_translation_n_per_m is [2e8, 1e7]: must be 1e-3 <= lower < upper <= 1e12",
+        ),
+        (
+            "[1.0e7, 2.0e8]",
+            "[1.0e7, 1.0e300]",
+            "edge.toml: [bounds] stiffness_translation_n_per_m is [1e7, 1e300]: must be 1e-3 <= lower < upper <= 1e12",
         ),
         (
             "[1.0e2, 5.0e4]",
             "[-1.0e2, 5.0e4]",
-            "edge.toml: [bounds] damping_rotation_nms_per_rad is [-1e2, 5e4]: must be 0 < lower < upper",
+            "edge.toml: [bounds] damping_rotation_nms_per_rad is [-1e2, 5e4]: must be 1e-3 <= lower < upper <= 1e12",
         ),
         (
             "gravity_m_per_s2 = [0.0, 0.0, 0.0]",

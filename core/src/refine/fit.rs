@@ -73,7 +73,8 @@ impl Refinement {
     }
 
     /// How well all other records, and what is known, foretell this one, after [`Refinement::fit`]: one step of
-    /// Gauss and Newton takes its share out of the estimate.
+    /// Gauss and Newton takes its share out of the estimate. Where the others hardly tell some parameter, that step goes too far,
+    /// and what comes of it looks worse than a fit to the others would.
     pub fn hold_out<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
