@@ -7,12 +7,13 @@ mod common;
 
 use std::time::Duration;
 
+use common::fits::settle;
 use common::milling::{Conditions, SAMPLES, cut, record};
 use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use criterion::{Criterion, criterion_group, criterion_main};
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
-use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
+use flexid_core::identify::{Acceptance, Estimate, Identifier};
 use flexid_core::parameters::Bushings;
 use flexid_core::spectrum::Experiment;
 use flexid_core::stream::Record;
@@ -74,10 +75,9 @@ impl Recorded {
             Level::new(),
             generator,
         ));
-        identifier.renew(&experiments);
-        while identifier.step(&mut experiments) != Phase::Settled {}
+        let estimate = settle(&mut identifier, &mut experiments);
         assert_eq!(identifier.progress().starts, 1, "the first search misses the basin");
-        identifier.estimate().expect("a settled identifier has an estimate").clone()
+        estimate
     }
 }
 

@@ -3,11 +3,12 @@
 
 mod common;
 
+use common::fits::settle;
 use common::milling::{Conditions, SAMPLES, cut, experiments, record};
 use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use fearless_simd::Level;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
-use flexid_core::identify::{Estimate, Identifier, Phase};
+use flexid_core::identify::{Estimate, Identifier};
 use flexid_core::parameters::{Bounds, Bushings, EmptyBounds};
 use flexid_core::spectrum::{Experiment, Measurement, SpectrumError};
 use flexid_core::stream::Record;
@@ -28,9 +29,7 @@ fn identify(
     let generator = Random::new(7).0;
     let mut identifier =
         Box::new(Identifier::new(chain.clone(), bounds, measurement, Level::new(), generator));
-    identifier.renew(experiments);
-    while identifier.step(experiments) != Phase::Settled {}
-    let estimate = identifier.estimate().expect("a settled identifier has an estimate").clone();
+    let estimate = settle(&mut identifier, experiments);
     let verdicts = verdicts(&estimate);
     (estimate, verdicts)
 }

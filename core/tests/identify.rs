@@ -2,10 +2,11 @@
 
 mod common;
 
+use common::fits::{identifier, parameters, settle};
 use common::milling::{Conditions, cut, displacement_error, experiments, motion};
-use common::{MEASUREMENT, Random, bounds, mill3, parameter_deviation};
+use common::{Random, bounds, mill3, parameter_deviation};
 use fearless_simd::Level;
-use flexid_core::identify::{Acceptance, Identifier, Phase};
+use flexid_core::identify::Acceptance;
 use flexid_core::loss::spectral;
 use flexid_core::search::{Search, Sensitivities, Strategy, Weighing};
 
@@ -37,23 +38,15 @@ fn search_alone_beats_the_papers_deviation() {
 
 #[test]
 fn identifies_ten_robots_to_the_noise_limit() {
-    let (chain, bounds) = (mill3(), bounds());
+    let chain = mill3();
     let unseen = [([0.3, -0.8, 1.2], [700.0, 3600.0], 0), ([-0.9, -1.4, 0.6], [800.0, 4500.0], 1)];
     let mut worst = (0.0_f64, 0.0_f64, 0.0_f64);
     for seed in 100..110 {
         let mut random = Random::new(seed);
         let truth = random.bushings(3);
         let mut experiments = experiments(&truth, &mut random);
-        let mut identifier = Box::new(Identifier::new(
-            chain.clone(),
-            bounds,
-            MEASUREMENT,
-            Level::new(),
-            random.0.clone(),
-        ));
-        identifier.renew(&experiments);
-        while identifier.step(&mut experiments) != Phase::Settled {}
-        let estimate = identifier.estimate().expect("a settled identifier has an estimate");
+        let mut identifier = identifier(parameters(3));
+        let estimate = settle(&mut identifier, &mut experiments);
         assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}");
         let deviation = parameter_deviation(&estimate.bushings, &truth);
         let mut errors = Vec::new();
@@ -83,23 +76,17 @@ fn goes_on_from_record_to_record_deterministically() {
         let mut random = Random::new(7);
         let truth = random.bushings(3);
         let all = experiments(&truth, &mut random);
-        let generator = random.0.clone();
-        let mut identifier =
-            Box::new(Identifier::new(mill3(), bounds(), MEASUREMENT, Level::new(), generator));
+        let mut identifier = identifier(parameters(3));
         let mut known = Vec::new();
         let mut starts = Vec::new();
         for experiment in all {
             known.push(experiment);
-            identifier.renew(&known);
-            while identifier.step(&mut known) != Phase::Settled {}
+            settle(&mut identifier, &mut known);
             starts.push(identifier.progress().starts);
         }
         let estimate = identifier.estimate().expect("settled").clone();
-        (
-            estimate,
-            parameter_deviation(&identifier.estimate().expect("settled").bushings, &truth),
-            starts,
-        )
+        let deviation = parameter_deviation(&estimate.bushings, &truth);
+        (estimate, deviation, starts)
     };
     let (first, deviation, starts) = run();
     let (second, ..) = run();

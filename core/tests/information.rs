@@ -2,26 +2,17 @@
 
 mod common;
 
+use common::fits::{parameters, problem};
 use common::milling::{Conditions, SAMPLES, cut, record};
 use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
-use fearless_simd::Level;
-use flexid_core::calibration::Nuisances;
-use flexid_core::refine::{Information, Problem, Refinement};
+use flexid_core::refine::{Information, Refinement};
 use flexid_core::spectrum::Experiment;
-use flexid_core::unknowns::Sought;
 
 /// Standard deviations of the scenario's first `count` experiments: foretold, told by the records, and fitted.
 fn deviations(count: usize) -> [Vec<f64>; 3] {
     let (chain, bushings, bounds) = (mill3(), nominal(), bounds());
-    let sought = Sought::new(bushings.len(), &Nuisances::default());
-    let problem = Problem {
-        chain: &chain,
-        measurement: &MEASUREMENT,
-        bounds: &bounds,
-        sought: &sought,
-        statics: &[],
-        level: Level::new(),
-    };
+    let sought = parameters(bushings.len());
+    let problem = problem(&chain, &MEASUREMENT, &bounds, &sought);
     let mut random = Random::new(11);
     let mut refinement = Box::new(Refinement::new(&sought, &bushings));
     let mut buffer = [0.0; SAMPLES];

@@ -3,17 +3,16 @@
 
 mod common;
 
+use common::fits::{self, Generator, mean_square, parameters, problem, relative, scores, settle};
 use common::milling::{Conditions, SAMPLES, cut, experiments, record};
 use common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3};
 use fearless_simd::Level;
-use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
-use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
+use flexid_core::identify::{Acceptance, Estimate, Identifier};
 use flexid_core::parameters::Bushings;
-use flexid_core::refine::{Fit, Outcome, Problem, Refinement};
+use flexid_core::refine::{Fit, Problem};
 use flexid_core::spectrum::{Experiment, Measurement};
 use flexid_core::statics::{Deflection, MAX_STATIC_TESTS, Reading, StaticTest, StaticTestError};
-use flexid_core::unknowns::Sought;
 use flexid_core::verdict::Verdict;
 use nalgebra::{Complex, DVector, Vector3};
 use proptest::prelude::*;
@@ -117,33 +116,17 @@ fn refine(
     experiments: &mut [Experiment<BINS>],
 ) -> (Bushings, Fit) {
     let (chain, bounds) = (mill3(), bounds());
-    let sought = Sought::new(guess.len(), &Nuisances::default());
-    let problem = Problem {
-        chain: &chain,
-        measurement: &MEASUREMENT,
-        bounds: &bounds,
-        sought: &sought,
-        statics,
-        level: Level::new(),
-    };
-    let mut refinement = Box::new(Refinement::new(&sought, guess));
-    while refinement.step(&problem, experiments) == Outcome::Improving {}
-    let fit = refinement.fit(&problem, experiments);
+    let sought = parameters(guess.len());
+    let problem = Problem { statics, ..problem(&chain, &MEASUREMENT, &bounds, &sought) };
+    let (refinement, fit) = fits::refine(&problem, guess, experiments);
     (refinement.bushings(&sought), fit)
 }
 
-/// Errors of the stiffnesses' logarithms, in standard deviations, of those that are told to `limit`.
-fn stiffness_scores(found: &Bushings, truth: &Bushings, fit: &Fit, limit: f64) -> Vec<f64> {
-    let mut scores = Vec::new();
-    for (joint, (found, truth)) in found.iter().zip(truth).enumerate() {
-        for dof in 0..6 {
-            let deviation = fit.deviations[12 * joint + dof];
-            if deviation <= limit {
-                scores.push((found.stiffness[dof] / truth.stiffness[dof]).ln() / deviation);
-            }
-        }
-    }
-    scores
+/// [`scores`] of the stiffnesses that are told to 5 %: by logarithms, for what is found is not normal at 5 %.
+fn stiffness_scores(found: &Bushings, truth: &Bushings, deviations: &[f64]) -> Vec<f64> {
+    let scores = scores(found, truth, deviations).into_iter().zip(deviations).enumerate();
+    let told = scores.filter(|(index, (_, deviation))| index % 12 < 6 && **deviation <= 0.05);
+    told.map(|(_, (score, _))| score).collect()
 }
 
 /// One record with thirty times the noise: a cut that hardly moves the robot.
@@ -167,7 +150,7 @@ fn static_tests_identify_what_records_hardly_excite() {
             let (found, fit) = refine(&truth, statics, &mut records.clone());
             let consistency = fit.sum_of_squares / fit.degrees_of_freedom;
             assert!((consistency - 1.0).abs() < 0.06, "robot {seed}: {consistency}");
-            stiffness_scores(&found, &truth, &fit, 0.05)
+            stiffness_scores(&found, &truth, &fit.deviations)
         };
         let (before, after) = (told(&[]), told(&tests));
         println!(
@@ -178,36 +161,24 @@ fn static_tests_identify_what_records_hardly_excite() {
         assert!(after.len() >= before.len() + 3, "{} and {}", before.len(), after.len());
         scores.extend(after);
     }
-    let mean_square = scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64;
+    let mean_square = mean_square(&scores);
     assert!((0.5..1.7).contains(&mean_square), "{mean_square}: {scores:.1?}");
 }
 
-fn identifier(tests: &[StaticTest]) -> Box<Identifier<rand_xoshiro::Xoshiro256PlusPlus>> {
+fn identifier(tests: &[StaticTest]) -> Box<Identifier<Generator>> {
     identifier_of(tests, MEASUREMENT)
 }
 
-fn identifier_of(
-    tests: &[StaticTest],
-    measurement: Measurement,
-) -> Box<Identifier<rand_xoshiro::Xoshiro256PlusPlus>> {
+fn identifier_of(tests: &[StaticTest], measurement: Measurement) -> Box<Identifier<Generator>> {
     let generator = Random::new(5).0;
     let identifier = Identifier::new(mill3(), bounds(), measurement, Level::new(), generator);
     Box::new(identifier.with_statics(tests).expect("good tests"))
 }
 
-fn settle(
-    identifier: &mut Identifier<rand_xoshiro::Xoshiro256PlusPlus>,
-    records: &mut [Experiment<BINS>],
-) -> Estimate {
-    identifier.renew(records);
-    while identifier.step(records) != Phase::Settled {}
-    identifier.estimate().expect("settled").clone()
-}
-
 /// Without a record the stiffnesses are found where the tests tell them, in gravity and without, and no damping passes for found.
 #[test]
 fn static_tests_alone() {
-    let (mut all, mut told) = (Vec::new(), 0);
+    let mut scores = Vec::new();
     for seed in 90..100 {
         let mut random = Random::new(seed);
         let truth = random.bushings(3);
@@ -216,26 +187,17 @@ fn static_tests_alone() {
         let measurement = Measurement { gravity: gravity.into(), ..MEASUREMENT };
         let estimate = settle(&mut identifier_of(&tests, measurement), &mut []);
         assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}");
-        for ((found, truth), deviation) in
-            estimate.bushings.iter().zip(&truth).zip(&estimate.standard_deviations)
-        {
+        for deviation in &estimate.standard_deviations {
             assert!(deviation.damping.iter().all(|deviation| deviation.is_infinite()));
-            for dof in 0..6 {
-                let relative = deviation.stiffness[dof] / found.stiffness[dof];
-                if relative < 0.05 {
-                    told += 1;
-                    // By logarithms: what is found is not normal at 5 %.
-                    all.push((found.stiffness[dof] / truth.stiffness[dof]).ln() / relative);
-                }
-            }
         }
+        scores.extend(stiffness_scores(&estimate.bushings, &truth, &relative(&estimate)));
     }
-    let mean_square = all.iter().map(|z| z * z).sum::<f64>() / all.len() as f64;
+    let (told, mean_square) = (scores.len(), mean_square(&scores));
     println!(
         "ten robots: {told} of 180 stiffnesses told to 5 %, mean square score {mean_square:.2}"
     );
     assert!(told >= 20, "{told}");
-    assert!((0.7..1.4).contains(&mean_square), "{mean_square}: {all:.1?}");
+    assert!((0.7..1.4).contains(&mean_square), "{mean_square}: {scores:.1?}");
 }
 
 /// Fewer displacements than stiffnesses: an estimate, and nothing in it that is sure without reason.

@@ -2,6 +2,7 @@
 //! an axis in the base frame, the mass matrix a sum over links, the receptance a 6J×6J solve.
 #![allow(dead_code)]
 
+pub(crate) mod fits;
 pub(crate) mod milling;
 
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
