@@ -244,10 +244,11 @@ pub(crate) fn displacement_error(
     std::array::from_fn(|axis| {
         let power = |of: &dyn Fn(usize) -> f64| -> f64 {
             let mut samples: Vec<f32> = (0..truth.len()).map(|n| (of(n) * 1e6) as f32).collect();
-            let hz_per_bin = RATE / truth.len() as f64;
             let bins =
                 flexid_core::spectrum::fft::real_transform(&mut samples).expect("a power of two");
-            let band = (band_hz[0] / hz_per_bin) as usize..(band_hz[1] / hz_per_bin) as usize;
+            // Those that a fit takes.
+            let [first, last] = band_hz.map(|hz| hz * truth.len() as f64 / RATE);
+            let band = first.ceil() as usize..=last.floor() as usize;
             bins[band].iter().map(|bin| f64::from(bin.norm_sqr())).sum()
         };
         let error = power(&|n| truth[n].1[axis] - model[n].1[axis]);
