@@ -14,7 +14,7 @@ pub(crate) const RATE: f64 = 2000.0;
 /// Samples of a record, 4.096 s.
 pub(crate) const SAMPLES: usize = 8192;
 /// Steps of the integration per sample.
-const STEPS: usize = 20;
+pub(crate) const STEPS: usize = 20;
 /// Noise of a sample: 5e-3 N/√Hz and 5e-5 g/√Hz up to half the rate.
 pub(crate) const FORCE_NOISE: f64 = 0.158_114;
 pub(crate) const ACCELERATION_NOISE: f64 = 0.015_505_7;
@@ -78,6 +78,8 @@ pub(crate) struct Conditions {
     pub(crate) gravity: Vector3<f64>,
     pub(crate) strapdown: bool,
     pub(crate) mounting: Mounting,
+    /// By how many steps of the integration the acceleration comes late: less than a sample.
+    pub(crate) late: usize,
 }
 
 impl Default for Conditions {
@@ -88,6 +90,7 @@ impl Default for Conditions {
             gravity: Vector3::zeros(),
             strapdown: false,
             mounting: Mounting::AT_TCP,
+            late: 0,
         }
     }
 }
@@ -174,26 +177,32 @@ fn sense(
     let mut series = Vec::new();
     let mut state = DVector::zeros(2 * n);
     let mut now = fine(0);
+    let mut acceleration = Vector3::zeros();
     for m in 0..STEPS * (SAMPLES + conditions.skipped) {
-        if m % STEPS == 0 && m / STEPS >= conditions.skipped {
+        let samples = m.is_multiple_of(STEPS);
+        let accelerates = (m + conditions.late).is_multiple_of(STEPS);
+        if samples || accelerates {
             let (q, v) = (state.rows(0, n), state.rows(n, n));
             let load = tip.rows(0, 3).transpose() * now - &stiffness * q - &damping * v;
-            let acceleration = &tip * (&inverse_mass * load);
+            let motion = &tip * (&inverse_mass * load);
             let displacement = &tip * q;
             let halves = |six: &DVector<f64>| {
                 [0, 3].map(|first| Vector3::from_fn(|axis, _| six[first + axis]))
             };
-            let ([slide, turn], [linear, angular]) = (halves(&displacement), halves(&acceleration));
+            let ([slide, turn], [linear, angular]) = (halves(&displacement), halves(&motion));
             let of_point = |point: Vector3<f64>| linear + angular.cross(&point);
             let tilt = turn.cross(&g);
             let felt = if conditions.strapdown { tilt } else { Vector3::zeros() };
             let Mounting { accelerometer, accelerometer_axes, force_axes, tool_mass, tool_centre } =
                 conditions.mounting;
-            series.push(Sensed {
-                force: force_axes.inverse() * (now - tool_mass * (of_point(tool_centre) + tilt)),
-                acceleration: accelerometer_axes.inverse() * (of_point(accelerometer) + felt),
-                displacement: slide,
-            });
+            if accelerates {
+                acceleration = accelerometer_axes.inverse() * (of_point(accelerometer) + felt);
+            }
+            if samples && m / STEPS >= conditions.skipped {
+                let force =
+                    force_axes.inverse() * (now - tool_mass * (of_point(tool_centre) + tilt));
+                series.push(Sensed { force, acceleration, displacement: slide });
+            }
         }
         let next = fine(m + 1);
         let slope = (next - now) / step;
