@@ -145,4 +145,18 @@ mod tests {
         assert!(frac.iter().all(|frac| (frac - 1.0).abs() < 1e-12), "{frac:?}");
         assert!(vaf.iter().all(|vaf| vaf.abs() < 1e-12), "{vaf:?}");
     }
+
+    /// Two bins: the one is right, in the other the model turns by a quarter to either side, or is silent.
+    #[test]
+    fn agreement_of_pairs_that_are_half_right() {
+        for (wrong, expected) in [([0.0, 1.0], 0.0), ([0.0, -1.0], 0.0), ([0.0, 0.0], 0.5)] {
+            let mut residuals = Residuals::new(2);
+            for model in [[1.0, 0.0], wrong] {
+                residuals.take(&[[1.0, 0.0]; 3], &[model; 3], &[[0.0; 2]; 3]);
+            }
+            let Agreement { frac, vaf } = residuals.agreement();
+            assert!(frac.iter().all(|frac| (frac - 0.5).abs() < 1e-12), "{wrong:?}: {frac:?}");
+            assert!(vaf.iter().all(|vaf| (vaf - expected).abs() < 1e-12), "{wrong:?}: {vaf:?}");
+        }
+    }
 }
