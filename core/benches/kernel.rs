@@ -30,9 +30,11 @@ fn by_joints(criterion: &mut Criterion) {
     group.bench_function(BenchmarkId::new("value f64", 3), |bencher| {
         bencher.iter(|| f64::dispatch(level, Values(black_box(&bins))));
     });
-    group.bench_function(BenchmarkId::new("value and gradient f64", 3), |bencher| {
-        bencher.iter(|| f64::dispatch(level, Gradients(black_box(&bins))));
-    });
+    for (name, seam) in [("value and gradient f64", false), ("the same with a seam", true)] {
+        group.bench_function(BenchmarkId::new(name, 3), |bencher| {
+            bencher.iter(|| f64::dispatch(level, Gradients { bins: black_box(&bins), seam }));
+        });
+    }
     group.finish();
 }
 

@@ -7,6 +7,7 @@ pub(crate) mod counted;
 use fearless_simd::Level;
 use flexid_core::receptance::lanes::{Kernel, Lanes, Precision, Scalar};
 use flexid_core::receptance::{Complex, Response, Terms, receptance};
+use flexid_core::{DOF, MAX_JOINTS};
 use nalgebra::Vector3;
 
 use crate::common::Random;
@@ -59,26 +60,33 @@ impl<T: Precision> Kernel<T> for Values<'_, T> {
 }
 
 /// Response and gradient at every bin, all of it added up.
-pub(crate) struct Gradients<'a, T: Precision>(pub(crate) &'a Bins<T>);
+pub(crate) struct Gradients<'a, T: Precision> {
+    pub(crate) bins: &'a Bins<T>,
+    /// Whether the record has a seam, as in the refinement.
+    pub(crate) seam: bool,
+}
 
 impl<T: Precision> Kernel<T> for Gradients<'_, T> {
     type Output = f64;
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = T>>(self, like: V) -> f64 {
-        let Bins { joints, terms, omega } = self.0;
+        let Self { bins: Bins { joints, terms, omega }, seam } = self;
         let mut sum = like.fill(T::default());
         let force = [1.0, 2.0, 3.0].map(|f| {
             let force = like.fill(T::from_f64(f));
             Complex::new(force, force)
         });
+        let load = like.fill(T::from_f64(0.5));
+        let loads = [[Complex::new(load, load); DOF]; MAX_JOINTS];
+        let loads = seam.then_some(&loads);
         let mut found = Response::new(like);
         for first in (0..omega.len()).step_by(V::WIDTH) {
             let s = Complex::new(like.fill(T::default()), like.load(&omega[first..]));
-            found.evaluate(terms, s, &force, None);
+            found.evaluate(terms, s, &force, loads);
             // One loop, or the compiler unrolls the inner one, and the code outgrows the cache of instructions.
-            for index in 0..6 * joints {
-                for part in found.derivatives(terms, s, index / 6, index % 6).as_flattened() {
+            for index in 0..DOF * joints {
+                for part in found.derivatives(terms, s, index / DOF, index % DOF).as_flattened() {
                     sum = sum + part.re + part.im;
                 }
             }
