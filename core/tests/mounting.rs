@@ -2,14 +2,16 @@
 
 mod common;
 
-use common::fits::{assert_within_the_intervals, mean_square, relative, scores, settle};
+use common::fits::{
+    assert_within_the_intervals, identifier_of, mean_square, relative, scores, settle,
+};
 use common::milling::{Conditions, SAMPLES, cut, record};
-use common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal, respond};
+use common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, mill3, nominal, respond};
 use fearless_simd::Level;
 use flexid_core::calibration::{Calibration, Nuisances};
 use flexid_core::chain::Chain;
 use flexid_core::chain::linearise::LinearChain;
-use flexid_core::identify::{Acceptance, Estimate, Identifier};
+use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::loss::spectral;
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushings;
@@ -337,10 +339,7 @@ fn identify(
     nuisances: &Nuisances,
 ) -> Estimate {
     let mut experiments = experiments(records, mounting);
-    let generator = Random::new(5).0;
-    let (measurement, level) = (measurement(mounting), Level::new());
-    let identifier = Identifier::new(mill3(), bounds(), measurement, level, generator);
-    settle(&mut Box::new(identifier.seeking(Sought::new(3, nuisances))), &mut experiments)
+    settle(&mut identifier_of(measurement(mounting), Sought::new(3, nuisances)), &mut experiments)
 }
 
 fn at_the_noise_limit(estimate: &Estimate, truth: &Bushings) {

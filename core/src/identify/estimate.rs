@@ -66,10 +66,11 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Of a minimum, where `refinement` stands and has been [fitted](Refinement::fit); nothing is forgotten yet.
+    /// Of a minimum, where `refinement` stands and has been [fitted](Refinement::fit).
     pub(super) fn of<const B: usize>(
-        minimum: Minimum,
+        minimum: &Minimum,
         acceptance: Acceptance,
+        forgotten: u64,
         refinement: &mut Refinement,
         problem: &Problem<'_>,
         experiments: &mut [Experiment<B>],
@@ -84,7 +85,7 @@ impl Estimate {
         let bushings = refinement.bushings(problem.sought);
         let fit = &minimum.fit;
         Self {
-            standard_deviations: within(problem, &minimum, &bushings),
+            standard_deviations: within(problem, minimum, &bushings),
             bushings,
             ssp_median: fit.ssp[0],
             ssp_max: fit.ssp[1],
@@ -101,15 +102,17 @@ impl Estimate {
             held_out,
             nuisances: problem.sought.found(&minimum.coordinates, &fit.covariance),
             retired: refinement.retired(),
-            forgotten: 0,
+            forgotten,
             coordinates: minimum.coordinates,
-            covariance: minimum.fit.covariance,
+            covariance: minimum.fit.covariance.clone(),
         }
     }
 
-    /// How far its parameters can be trusted: none is identified in a fit that did not settle, or that static tests contradict.
+    /// How far its parameters can be trusted: none is identified in a fit that did not settle, that static tests contradict, or
+    /// whose residuals are both larger and more alike than noise makes them, so that the model is wrong.
     pub fn trust(&self) -> Trust {
-        let sound = self.acceptance != Acceptance::Unsettled && !self.statics_object;
+        let wrong = self.statics_object || self.size_objects && self.whiteness_objects;
+        let sound = self.acceptance != Acceptance::Unsettled && !wrong;
         Trust::new(self.consistency, sound)
     }
 }

@@ -64,8 +64,8 @@ impl Minimum {
         self.converged && self.is_consistent() && self.stands_clear() && !self.contradicted
     }
 
-    /// The better of two; one that has been reached twice has been reached as often as both.
-    pub(super) fn or_better(mut self, mut other: Self) -> Self {
+    /// Becomes the better of the two; what has been reached twice has been reached as often as both.
+    pub(super) fn compete(&mut self, mut other: Self) {
         let same = self.is_as_good_as(&other);
         if same && self.converged && other.converged {
             let times = self.times + other.times;
@@ -77,7 +77,9 @@ impl Minimum {
         } else {
             other.fit.objective < self.fit.objective
         };
-        if better { other } else { self }
+        if better {
+            *self = other;
+        }
     }
 
     /// It is the same minimum, by what a refinement makes least.

@@ -278,35 +278,38 @@ impl<R: Rng> Identifier<R> {
         if let Some(together) = self.together.take() {
             found = self.reconciled(together, found);
             if found.contradicted && found.times >= TIMES_CONSISTENT {
-                return self.settle(found, Acceptance::ModelSuspect, experiments);
+                return self.settle(&found, Acceptance::ModelSuspect, experiments);
             }
         } else if found.converged && found.contradicted && !self.knows_better() {
             return self.try_alone(found);
         }
         if found.converged && !found.is_tested() {
-            return self.settle(found, Acceptance::Unsettled, experiments);
+            return self.settle(&found, Acceptance::Unsettled, experiments);
         }
         if found.is_beyond_doubt() {
-            return self.settle(found, Acceptance::Consistent, experiments);
+            return self.settle(&found, Acceptance::Consistent, experiments);
         }
         if experiments.is_empty() {
             // In the compliances static tests are linear, but for gravity: another start would end here, too.
             let acceptance =
                 if found.converged { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
-            return self.settle(found, acceptance, experiments);
+            return self.settle(&found, acceptance, experiments);
         }
         let best = match self.best.take() {
-            Some(best) => best.or_better(found),
+            Some(mut best) => {
+                best.compete(found);
+                best
+            }
             None => found,
         };
         if best.times >= TIMES_CONSISTENT && best.contradicted {
             self.try_alone(best);
         } else if best.times >= TIMES_CONSISTENT && best.is_consistent() {
-            self.settle(best, Acceptance::Consistent, experiments);
+            self.settle(&best, Acceptance::Consistent, experiments);
         } else if best.times >= TIMES_SUSPECT {
-            self.settle(best, Acceptance::ModelSuspect, experiments);
+            self.settle(&best, Acceptance::ModelSuspect, experiments);
         } else if self.starts >= MAX_STARTS {
-            self.settle(best, Acceptance::Unsettled, experiments);
+            self.settle(&best, Acceptance::Unsettled, experiments);
         } else {
             self.best = Some(best);
             self.start_search(experiments);
@@ -347,16 +350,18 @@ impl<R: Rng> Identifier<R> {
 
     fn settle<const B: usize>(
         &mut self,
-        minimum: Minimum,
+        minimum: &Minimum,
         acceptance: Acceptance,
         experiments: &mut [Experiment<B>],
     ) {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.restart_at(&minimum.coordinates);
-        let minimum = Minimum { fit: refinement.fit(&problem, experiments), ..minimum };
-        let estimate = Estimate::of(minimum, acceptance, refinement, &problem, experiments);
-        self.estimate = Some(Estimate { forgotten: self.forgotten, ..estimate });
+        refinement.fit(&problem, experiments);
+        let forgotten = self.forgotten;
+        let estimate =
+            Estimate::of(minimum, acceptance, forgotten, refinement, &problem, experiments);
+        self.estimate = Some(estimate);
         self.best = None;
         self.phase = Phase::Settled;
     }

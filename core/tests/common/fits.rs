@@ -16,8 +16,16 @@ pub(crate) type Generator = Xoshiro256PlusPlus;
 
 /// Who identifies the scenario's robot.
 pub(crate) fn identifier(sought: Sought) -> Box<Identifier<Generator>> {
+    identifier_of(MEASUREMENT, sought)
+}
+
+/// The same, from what is measured otherwise.
+pub(crate) fn identifier_of(
+    measurement: Measurement,
+    sought: Sought,
+) -> Box<Identifier<Generator>> {
     let generator = Random::new(5).0;
-    let identifier = Identifier::new(mill3(), bounds(), MEASUREMENT, Level::new(), generator);
+    let identifier = Identifier::new(mill3(), bounds(), measurement, Level::new(), generator);
     Box::new(identifier.seeking(sought))
 }
 
