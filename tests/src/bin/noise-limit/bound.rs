@@ -135,3 +135,128 @@ fn spectra(motion: &Motion, window: Range<usize>) -> Result<Vec<Vec<Complex<f64>
     };
     motion.elongation.iter().map(spectrum).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::Dense;
+    use crate::linear::motion;
+    use flexid::simulation::force::OVERSAMPLING;
+    use nalgebra::Vector3;
+
+    type Spectrum = Vec<Vector3<Complex<f64>>>;
+
+    /// In mid-milling, as short as two hundred bins and the ends leave it.
+    const WINDOW: Range<usize> = 1000..3048;
+    /// Of a logarithm, for differences.
+    const STEP: f64 = 1e-4;
+
+    /// Against the motion itself: differences of the simulated reading by each parameter, with the free motion from every
+    /// state at the start of the window, and each axis's jump, as further unknowns of one least-squares problem.
+    #[test]
+    fn is_what_the_motion_tells() {
+        let study = Study::load().unwrap();
+        let mut cut = study.unseen(1).swap_remove(0);
+        cut.force.truncate(WINDOW.end * OVERSAMPLING);
+        let truth = study.robot(0);
+        let bins: Vec<usize> = (0..WINDOW.len() / 2)
+            .filter(|bin| {
+                let hz = *bin as f64 * cut.rate_hz / WINDOW.len() as f64;
+                (study.measurement.band_hz[0]..=study.measurement.band_hz[1]).contains(&hz)
+            })
+            .collect();
+        let omega = |bin: usize| TAU * cut.rate_hz / WINDOW.len() as f64 * bin as f64;
+        let moved = |index: usize, by: f64| {
+            let mut bushings = truth.clone();
+            let joint = &mut bushings[index / 12];
+            let value = match index % 12 {
+                dof @ 0..6 => &mut joint.stiffness[dof],
+                dof => &mut joint.damping[dof - 6],
+            };
+            *value *= by.exp();
+            motion(&study.chain, &bushings, &cut).acceleration
+        };
+        let parameters = 12 * truth.len();
+        let mut columns: Vec<Spectrum> = (0..parameters)
+            .map(|index| {
+                let (up, down) = (moved(index, STEP), moved(index, -STEP));
+                let slope = |n: usize| (up[n] - down[n]) / (2.0 * STEP);
+                transform(&WINDOW.map(slope).collect::<Vec<_>>(), &bins)
+            })
+            .collect();
+        let equation = Equation::new(&study.chain, &truth, &cut);
+        columns.extend(free(&equation, &cut).iter().map(|series| transform(series, &bins)));
+        for axis in 0..3 {
+            let along = |value| Vector3::ith(axis, value);
+            columns.push(bins.iter().map(|_| along(Complex::from(1.0))).collect());
+            columns.push(bins.iter().map(|bin| along(Complex::new(0.0, omega(*bin)))).collect());
+        }
+
+        let sampling = &study.scenario.measurement;
+        let dense = Dense::new(&study.chain, &cut.pose, cut.gravity, &[[0.0; 6]; 3]);
+        // Of each bin, the inverse of its noise's covariance: white noise has as much in every bin as samples have together.
+        let weights: Vec<_> = bins
+            .iter()
+            .map(|bin| {
+                let s = Complex::new(0.0, omega(*bin));
+                let accelerance = dense.receptance(&truth, s) * (s * s);
+                let force = sampling.force_noise().powi(2);
+                let noise = &accelerance * accelerance.adjoint() * Complex::from(force)
+                    + DMatrix::identity(3, 3)
+                        * Complex::from(sampling.acceleration_noise().powi(2));
+                (noise * Complex::from(WINDOW.len() as f64)).try_inverse().unwrap()
+            })
+            .collect();
+        // Both parts of a complex number tell, and each has half of its variance.
+        let product = |a: &Spectrum, b: &Spectrum| {
+            let bins = a.iter().zip(&weights).zip(b);
+            2.0 * bins.map(|((a, weight), b)| (a.adjoint() * weight * b)[0].re).sum::<f64>()
+        };
+        let gram = DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
+            product(&columns[i], &columns[j])
+        });
+        let scale = gram.diagonal().map(|entry| 1.0 / entry.sqrt());
+        let scaled = DMatrix::from_diagonal(&scale) * gram * DMatrix::from_diagonal(&scale);
+        let inverse = scaled.cholesky().unwrap().inverse();
+        let motion = motion(&study.chain, &truth, &cut);
+        let told = information(&study, &study.chain, &truth, &cut, &motion, WINDOW).unwrap();
+        for (index, deviation) in deviations(&told).unwrap().into_iter().enumerate() {
+            let ours = scale[index] * inverse[(index, index)].sqrt();
+            assert!((deviation / ours - 1.0).abs() < 1e-3, "{index}: {deviation:e}, not {ours:e}");
+        }
+    }
+
+    /// Readings of the robot left to itself at the start of the window, from each elongation and velocity.
+    fn free(equation: &Equation, cut: &Cut) -> Vec<Vec<Vector3<f64>>> {
+        let n = equation.size();
+        let per_mass = equation.mass.clone().lu();
+        let mut state_matrix = DMatrix::zeros(2 * n, 2 * n);
+        state_matrix.view_mut((0, n), (n, n)).fill_with_identity();
+        let pull = -per_mass.solve(&equation.stiffness).unwrap();
+        let drag = -per_mass.solve(&equation.damping).unwrap();
+        state_matrix.view_mut((n, 0), (n, n)).copy_from(&pull);
+        state_matrix.view_mut((n, n), (n, n)).copy_from(&drag);
+        let read = &equation.tip * state_matrix.rows(n, n);
+        let step = (state_matrix / cut.rate_hz).exp();
+        let mut states = DMatrix::identity(2 * n, 2 * n);
+        let mut series = vec![Vec::new(); 2 * n];
+        for _ in WINDOW {
+            for (readings, reading) in series.iter_mut().zip((&read * &states).column_iter()) {
+                readings.push(reading.into_owned());
+            }
+            states = &step * states;
+        }
+        series
+    }
+
+    /// The discrete Fourier transform, as it is defined.
+    fn transform(series: &[Vector3<f64>], bins: &[usize]) -> Spectrum {
+        let turn = |k| Complex::from_polar(1.0, -TAU * k as f64 / series.len() as f64);
+        let turns: Vec<_> = (0..series.len()).map(turn).collect();
+        let at = |&bin: &usize| {
+            let each = series.iter().enumerate();
+            each.map(|(n, value)| value.map(Complex::from) * turns[n * bin % turns.len()]).sum()
+        };
+        bins.iter().map(at).collect()
+    }
+}
