@@ -16,8 +16,8 @@ pub(crate) struct Figure {
     pub(crate) limit: String,
     pub(crate) measured: String,
     pub(crate) held: bool,
-    /// Runs that it rests on.
-    pub(crate) runs: usize,
+    /// Runs that it rests on, and what they are made of if not of one robot each.
+    pub(crate) runs: String,
 }
 
 /// What a part of the proof came to.
@@ -31,7 +31,7 @@ pub(crate) struct Proven {
 pub(crate) struct Table(pub(crate) Vec<Proven>);
 
 impl Figure {
-    /// A number that must not pass `limit`; `digits` after the point.
+    /// A number that must not pass `limit`.
     pub(crate) fn at_most(
         what: impl Into<String>,
         runs: usize,
@@ -44,7 +44,7 @@ impl Figure {
             limit: format!("≤ {limit:.3}{unit}"),
             measured: format!("{measured:.3}{unit}"),
             held: measured <= limit,
-            runs,
+            runs: runs.to_string(),
         }
     }
 
@@ -57,11 +57,25 @@ impl Figure {
         unit: &str,
     ) -> Self {
         Self {
+            measured: format!("{measured:.3}{unit}"),
+            ..Self::all_within(what, runs, [least, most], [measured; 2], unit)
+        }
+    }
+
+    /// Numbers that must all lie within `[least, most]`: the lowest and the highest of them.
+    pub(crate) fn all_within(
+        what: impl Into<String>,
+        runs: usize,
+        [least, most]: [f64; 2],
+        [lowest, highest]: [f64; 2],
+        unit: &str,
+    ) -> Self {
+        Self {
             what: what.into(),
-            limit: format!("{least:.2} to {most:.2}{unit}"),
-            measured: format!("{measured:.2}{unit}"),
-            held: (least..=most).contains(&measured),
-            runs,
+            limit: format!("{least:.3} to {most:.3}{unit}"),
+            measured: format!("{lowest:.3} to {highest:.3}{unit}"),
+            held: least <= lowest && highest <= most,
+            runs: runs.to_string(),
         }
     }
 
@@ -78,7 +92,7 @@ impl Figure {
             limit: limit.into(),
             measured: format!("{count} of {runs}"),
             held,
-            runs,
+            runs: runs.to_string(),
         }
     }
 
@@ -88,6 +102,11 @@ impl Figure {
         let what = format!("{what}: runs that the noise does not explain");
         let share = 100.0 * unexplained as f64 / runs as f64;
         Self::at_most(what, runs, most, share, " %").remark(unexplained)
+    }
+
+    /// What the runs are made of.
+    pub(crate) fn made_of(self, runs: impl fmt::Display) -> Self {
+        Self { runs: runs.to_string(), ..self }
     }
 
     /// What else the measured number is, in words.

@@ -4,6 +4,9 @@
 const CHANCE: f64 = 1e-4;
 /// The same in standard deviations of a normal variable.
 pub(crate) const DEVIATIONS: f64 = 3.72;
+/// Errors from which on chance leaves the limits of a single parameter alone: the share of its intervals that cover passes
+/// 92 or 98 %, and its root mean square 0.9 or 1.1, less often than [`CHANCE`].
+pub(crate) const ENOUGH: usize = 863;
 
 /// Least and largest count of `trials` that succeed with probability `share` each.
 pub(crate) fn counts(trials: usize, share: f64) -> [usize; 2] {
@@ -38,9 +41,10 @@ pub(crate) fn root_mean_squares(errors: usize) -> [f64; 2] {
     [-DEVIATIONS, DEVIATIONS].map(|off| (1.0 - variance + off * variance.sqrt()).max(0.0).powf(1.5))
 }
 
-/// The most that it may come to: `limit` unless so few scatter beyond.
-pub(crate) fn root_mean_square(errors: usize, limit: f64) -> f64 {
-    root_mean_squares(errors)[1].max(limit)
+/// The same if `[least, most]` is allowed anyway.
+pub(crate) fn root_mean_squares_beyond(errors: usize, [least, most]: [f64; 2]) -> [f64; 2] {
+    let [lowest, highest] = root_mean_squares(errors);
+    [least.min(lowest), most.max(highest)]
 }
 
 #[cfg(test)]
@@ -53,11 +57,21 @@ mod tests {
         assert_eq!(counts(40, 0.95), [31, 40]);
         assert_eq!(counts(1, 0.95), [0, 1]);
         // χ² of 10 exceeds 35.56 with a chance of 1e-4, of 1000 exceeds 1175.
-        assert!((root_mean_square(10, 1.0) - 3.556_f64.sqrt()).abs() < 0.02);
-        assert!((root_mean_square(1000, 1.0) - 1.175_f64.sqrt()).abs() < 0.01);
-        assert_eq!(root_mean_square(1000, 1.1), 1.1);
+        assert!((root_mean_squares(10)[1] - 3.556_f64.sqrt()).abs() < 0.02);
+        assert!((root_mean_squares(1000)[1] - 1.175_f64.sqrt()).abs() < 0.01);
         // And falls below 842.2.
         assert!((root_mean_squares(1000)[0] - 0.8422_f64.sqrt()).abs() < 0.001);
         assert_eq!(root_mean_squares(1)[0], 0.0);
+    }
+
+    #[test]
+    fn enough_leave_the_limits_alone() {
+        let (shares, sizes) = ([92.0, 98.0], [0.9, 1.1]);
+        for errors in ENOUGH..=1200 {
+            assert_eq!(percentages(errors, 0.95, shares), shares);
+            assert_eq!(root_mean_squares_beyond(errors, sizes), sizes);
+        }
+        assert_ne!(percentages(ENOUGH - 1, 0.95, shares), shares);
+        assert_ne!(root_mean_squares_beyond(700, sizes), sizes);
     }
 }
