@@ -1,6 +1,6 @@
-//! What real robots have besides: an acceleration that comes late, sensors' gains and links' masses that are not what they
-//! are taken for. Sought, intervals cover, theirs as well; not sought, the fit says that something is wrong, and calls
-//! nothing identified.
+//! What real robots have besides: an acceleration that comes late, sensors' gains, an accelerometer's axes and links' masses
+//! that are not what they are taken for. Sought, intervals cover, theirs as well; not sought, the fit says that something is
+//! wrong, and calls nothing identified.
 //!
 //! A gain that all axes share looks like a mass, a stiffness and a damping that all links share: if both are sought, what is
 //! known beforehand decides. One error then moves nearly all intervals of a run.
@@ -12,7 +12,7 @@ use flexid_core::calibration::Nuisances;
 use flexid_core::chain::{Chain, Joint};
 use flexid_core::unknowns::{Coordinate, Nuisance};
 use flexid_core::verdict::Verdict;
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
 
 use crate::figure::Figure;
@@ -28,6 +28,8 @@ const DELAY_S: f64 = 0.3e-3;
 const GAIN: f64 = 0.1;
 /// How far each link's mass is off, either way; together with gains, its standard deviation.
 const MASS: f64 = 0.05;
+/// By how much the accelerometer is turned, about an axis anywhere: a degree, rad.
+const TURN: f64 = 0.01745;
 /// What is known of the delay beforehand: hardly anything, s.
 const DELAY_KNOWN_S: f64 = 1e-3;
 /// How far from 95 % the share of the intervals that cover may be, percent.
@@ -43,7 +45,7 @@ const NOTHING: Nuisances = Nuisances {
 };
 
 /// What is off, and what is known of it beforehand: but for the delay, its size.
-const CASES: [(&str, Nuisances); 5] = [
+const CASES: [(&str, Nuisances); 6] = [
     ("0.3 ms delay", Nuisances { delay: Some(DELAY_KNOWN_S), ..NOTHING }),
     ("acceleration gains 10 % off", Nuisances { acceleration_gain: Some(GAIN), ..NOTHING }),
     ("masses 5 % off", Nuisances { mass: Some(MASS), ..NOTHING }),
@@ -57,6 +59,7 @@ const CASES: [(&str, Nuisances); 5] = [
         },
     ),
     ("force gains 10 % off", Nuisances { force_gain: Some(GAIN), ..NOTHING }),
+    ("accelerometer turned by 1°", Nuisances { misalignment: Some(TURN), ..NOTHING }),
 ];
 
 /// What is off in one run.
@@ -64,6 +67,8 @@ struct Wrong {
     delay_s: f64,
     acceleration_gain: Vector3<f64>,
     force_gain: Vector3<f64>,
+    /// Rotation vector from the accelerometer's axes, as taken for, to what they are.
+    turn: Vector3<f64>,
     mass: Vec<f64>,
 }
 
@@ -138,7 +143,8 @@ fn outcome(
     let mut sensors = Sensors::new(study, random(Purpose::Noise, number))?;
     let mut record = |cut: &Cut| -> Result<Record> {
         let acceleration = motion(&chain, &truth, &wrong.late(cut)).acceleration;
-        let read = |value: &Vector3<f64>| value.component_mul(&wrong.acceleration_gain);
+        let back = Rotation3::new(wrong.turn).inverse();
+        let read = |value: &Vector3<f64>| (back * value).component_mul(&wrong.acceleration_gain);
         let acceleration: Vec<_> = acceleration.iter().map(read).collect();
         let force = cut.force.iter().step_by(OVERSAMPLING);
         let force: Vec<_> = force.map(|value| value.component_mul(&wrong.force_gain)).collect();
@@ -207,6 +213,9 @@ impl Wrong {
             acceleration_gain: [0, 1, 2].map(|_| factor(known.acceleration_gain)).into(),
             mass: (0..joints).map(|_| factor(known.mass)).collect(),
             force_gain: [0, 1, 2].map(|_| factor(known.force_gain)).into(),
+            turn: known.misalignment.map_or_else(Vector3::zeros, |angle| {
+                Vector3::from_fn(|_, _| draw.normal()).normalize() * angle
+            }),
         }
     }
 
@@ -224,6 +233,7 @@ impl Wrong {
             Coordinate::Delay => found.value - self.delay_s,
             Coordinate::AccelerationGain(axis) => (found.value / self.acceleration_gain[axis]).ln(),
             Coordinate::ForceGain(axis) => (found.value / self.force_gain[axis]).ln(),
+            Coordinate::Misalignment(axis) => found.value - self.turn[axis],
             Coordinate::Mass(link) => (found.value / self.mass[link]).ln(),
             _ => f64::NAN,
         };
