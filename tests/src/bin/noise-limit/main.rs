@@ -51,7 +51,7 @@ const PARTS: [Part; 8] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 30] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 60] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 10] },
-    Part { name: "displacement", prove: displacement::prove, robots: [20, 4] },
+    Part { name: "displacement", prove: displacement::prove, robots: [20, 2] },
     Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 4] },
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 6] },
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
