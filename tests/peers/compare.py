@@ -57,8 +57,6 @@ def evaluations(flexid, experiments):
         for one in theirs:
             one.time()
     ours["seconds"] = {level: min(one[level] for one in rounds) for level in rounds[0]}
-
-
     print(f"\nOne evaluation of the loss: three experiments of 4.096 s, {ours['bins']} bins in all. One")
     print(f"thread, best of {ROUNDS} interleaved rounds; in each, flexid's is the shortest of 300 tries, by the clock, that")
     print(f"of MuJoCo {mujoco.__version__} one pass of mj_step alone, processor time. The loss is of one guess; the error is")
