@@ -1,6 +1,8 @@
 //! The simulated robot against recordings of the same robot made with an independent physics engine: pushed
 //! by the recorded force, it shows the recorded acceleration but for noise.
 
+mod common;
+
 use std::fs::{self, File};
 use std::io::Read as _;
 use std::path::Path;
@@ -27,14 +29,10 @@ type Samples = Vec<Option<Vector3<f64>>>;
 
 /// The files of a recording and of the scenario that its configuration names, side by side.
 fn assembled(recording: &str) -> TempDir {
-    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder = tempfile::tempdir().unwrap();
-    // The recording's own edge.toml comes last.
-    for from in [manifest.join("scenario"), manifest.join("../tests/recordings").join(recording)] {
-        for file in fs::read_dir(from).unwrap().map(|entry| entry.unwrap().path()) {
-            fs::copy(&file, folder.path().join(file.file_name().unwrap())).unwrap();
-        }
-    }
+    let folder = common::folder();
+    let recordings = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/recordings");
+    // It has an edge.toml of its own.
+    common::copy(&Path::new(recordings).join(recording), folder.path());
     folder
 }
 

@@ -1,5 +1,7 @@
 //! The reproduction of the paper, held in place: a quick run whose numbers are frozen, and the same bytes again.
 
+mod common;
+
 use std::path::Path;
 use std::process::Command;
 
@@ -117,22 +119,6 @@ fn without_seconds(html: &str) -> String {
     kept
 }
 
-/// The reference scenario in a folder of its own, with `from` replaced by `to` in one of its files.
-fn scenario_with(file: &str, from: &str, to: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario")).unwrap()
-    {
-        let entry = entry.unwrap();
-        let mut text = std::fs::read_to_string(entry.path()).unwrap();
-        if entry.file_name() == file {
-            assert!(text.contains(from), "{file} has no {from}");
-            text = text.replacen(from, to, 1);
-        }
-        std::fs::write(folder.path().join(entry.file_name()), text).unwrap();
-    }
-    folder
-}
-
 #[test]
 fn bad_input_is_told_in_one_line_with_status_2() {
     let model = std::fs::read_to_string(
@@ -140,31 +126,34 @@ fn bad_input_is_told_in_one_line_with_status_2() {
     )
     .unwrap();
     let joints = &model[model.find("[[joint").unwrap()..model.find("[tcp]").unwrap_or(model.len())];
-    for (folder, arguments, told) in [
-        (scenario_with("", "", ""), "--out /proc/here", "/proc/here: cannot be made: "),
+    // Arguments; file, text and its replacement; what stderr says.
+    type Case<'a> = (&'a str, Option<[&'a str; 3]>, &'a str);
+    let cases: [Case<'_>; 7] = [
+        ("--out /proc/here", None, "/proc/here: cannot be made: "),
+        ("--out edge.toml", None, "edge.toml: cannot be made: a file is in its place"),
+        ("--out . --iterations 0", None, "--iterations"),
+        ("--out . --robots 1", None, "--robots"),
         (
-            scenario_with("", "", ""),
-            "--out edge.toml",
-            "edge.toml: cannot be made: a file is in its place",
-        ),
-        (scenario_with("", "", ""), "--out . --iterations 0", "--iterations"),
-        (scenario_with("", "", ""), "--out . --robots 1", "--robots"),
-        (
-            scenario_with("mill3.toml", "6.0e7, 6.6e7", "6.0e9, 6.6e7"),
             "--out . --config edge.toml",
+            Some(["mill3.toml", "6.0e7, 6.6e7", "6.0e9, 6.6e7"]),
             "mill3.toml: [[truth]] joint_1 stiffness tx is 6e9: must lie within [bounds], 1e7 to 2e8",
         ),
         (
-            scenario_with("edge.toml", "scenario = \"mill3.toml\"", ""),
             "--out . --config edge.toml",
+            Some(["edge.toml", "scenario = \"mill3.toml\"", ""]),
             "[simulation] key `scenario` is missing",
         ),
         (
-            scenario_with("mill3-model.toml", joints, ""),
             "--out . --config edge.toml",
+            Some(["mill3-model.toml", joints, ""]),
             "mill3-model.toml:1: key `joint` is missing",
         ),
-    ] {
+    ];
+    for (arguments, change, told) in cases {
+        let folder = common::folder();
+        if let Some([file, from, to]) = change {
+            common::edit(&folder.path().join(file), from, to);
+        }
         let done = Command::new(env!("CARGO_BIN_EXE_flexid"))
             .arg("reproduce")
             .args(arguments.split_whitespace())

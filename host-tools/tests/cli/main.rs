@@ -1,6 +1,8 @@
 //! The command line as its users meet it: what it says, where it says it, and its exit status.
 
 mod bad_input;
+#[path = "../common/mod.rs"]
+mod common;
 mod demo;
 mod identify;
 mod pipes;
