@@ -1,12 +1,14 @@
 //! `flexid plan`: which experiments to do next.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use anyhow::{Context as _, Result, anyhow};
 use clap::value_parser;
 use flexid_core::spectrum::SpectrumError;
 use flexid_edge::config::Config;
 use flexid_edge::input::BadInput;
+use flexid_edge::summary::count;
 use rayon::ThreadPoolBuilder;
 
 use crate::console::{complain, print};
@@ -51,6 +53,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
+    let started = Instant::now();
     let config = Config::load(&args.config)?;
     let scenario = Scenario::of(&config)?;
     let cutting = cutting(args, &scenario)?;
@@ -82,11 +85,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let bar = progress::bar(possible, "weighing");
     let threads =
         ThreadPoolBuilder::new().stack_size(STACK).build().context("no threads can be started")?;
-    let (criterion, count) = (args.criterion, args.experiments as usize);
+    let (criterion, wanted) = (args.criterion, args.experiments as usize);
     let planned = threads.install(|| {
         let all = candidates.evaluate(&candidates.poses(args.poses as usize), || bar.inc(1))?;
         let lost = possible - all.len() as u64;
-        Ok((lost, plan::plan(&candidates, &start, &all, criterion, count)))
+        Ok((lost, plan::plan(&candidates, &start, &all, criterion, wanted)))
     });
     bar.finish_and_clear();
     let (lost, planned) = planned.map_err(|error: SpectrumError| {
@@ -104,7 +107,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "warning: the force is lost in the force sensor's noise in {lost} of {possible} experiments: they are left out"
         ));
     }
-    let printed = print(&table::plan(&planned));
+    let experiments = count(planned.steps.len() as u64, "experiment");
+    let seconds = started.elapsed().as_secs_f64();
+    let printed =
+        print(&format!("{}{experiments} planned, {seconds:.1} s\n", table::plan(&planned)));
     if let Some(json) = json {
         json.finish(&(serde_json::to_string_pretty(&planned)? + "\n"))?;
     }

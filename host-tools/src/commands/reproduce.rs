@@ -103,5 +103,6 @@ fn summary(tables: &Tables, out: &Path) -> String {
         let line = format!("{:<36}{ours:>15}{paper:>9}", row.name);
         text += &format!("{}\n", line.trim_end());
     }
-    text + &format!("{} and tables.json are written\n", out.join("report.html").display())
+    let html = out.join("report.html");
+    text + &format!("{} and tables.json are written, {:.1} s\n", html.display(), tables.seconds)
 }
