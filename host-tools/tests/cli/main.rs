@@ -10,4 +10,5 @@ mod plan;
 mod sensors;
 mod setup;
 mod simulate;
+mod statics;
 mod watch;
