@@ -6,6 +6,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use embedded_can::StandardId;
+use flexid_core::motion::EquationOfMotion;
+use flexid_core::motion::radau::Radau;
+use flexid_core::parameters::{Bounds, Bushing};
 use flexid_core::stream::Reading;
 use flexid_edge::config::Config;
 use flexid_edge::daemon;
@@ -14,6 +17,7 @@ use flexid_edge::pipeline::{Intake, Outcome, Solver, run_offline};
 use flexid_edge::source::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 use flexid_edge::stop::Stop;
 use flexid_wire::report::Verdict;
+use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -50,9 +54,40 @@ fn config() -> Config {
     Config::parse(&file, &text.replace("[2.0, 200.0]", "[20.0, 150.0]")).unwrap()
 }
 
-/// At each pose a quiet time, then smooth noise that pushes a block of a ton; in every hundredth instant the
-/// acceleration is lost.
-fn frames(config: &Config, poses: &[[f64; 3]]) -> Vec<Arrival> {
+/// What the accelerometer reads at the instants at which a force is measured, one after the other.
+type Tool = Box<dyn FnMut([f32; 3]) -> [f32; 3]>;
+
+/// A block of a ton, whatever the pose: no robot.
+fn block(_: &[f64; 3]) -> Tool {
+    Box::new(|force| force.map(|force| force * 1e-3))
+}
+
+/// The robot, every parameter in the middle of its bounds.
+fn robot(config: &Config, pose: &[f64; 3]) -> Tool {
+    let middle = |[lower, upper]: [f64; 2]| (lower * upper).sqrt();
+    let Bounds { stiffness, damping } = config.bounds;
+    let bushing = Bushing { stiffness: stiffness.map(middle), damping: damping.map(middle) };
+    let chain = config.model.chain().unwrap();
+    let equation = EquationOfMotion::new(&chain, pose, config.gravity.into(), &[bushing; 3]);
+    let start = equation.rest();
+    let mut robot = Radau::new(equation, start, 1.0 / RATE_HZ);
+    let (accelerometer, mounting) = (config.accelerometer, config.mounting);
+    let mut last = Vector3::zeros();
+    Box::new(move |force| {
+        let force = Vector3::from(force).cast();
+        robot.step(|part| last.lerp(&force, part)).unwrap();
+        last = force;
+        let reading = robot.equation().reading(robot.state(), &force, accelerometer, &mounting);
+        reading.acceleration.cast().into()
+    })
+}
+
+/// At each pose a quiet time, then smooth noise that pushes the tool; in every hundredth instant the acceleration is lost.
+fn frames(
+    config: &Config,
+    poses: &[[f64; 3]],
+    at_pose: impl Fn(&[f64; 3]) -> Tool,
+) -> Vec<Arrival> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let mut noise = |size: f32| size * ((rng.next_u32() >> 8) as f32 / (1 << 23) as f32 - 1.0);
     let mut frames = Vec::new();
@@ -63,6 +98,7 @@ fn frames(config: &Config, poses: &[[f64; 3]]) -> Vec<Arrival> {
     let period = 1.0 / RATE_HZ;
     for (place, pose) in poses.iter().enumerate() {
         let start = 1.0e9 + 10.0 * place as f64;
+        let mut tool = at_pose(pose);
         let mut cutting = [(0.0, 0.0); 3];
         for counter in 0..5 * SAMPLES / 2 {
             let time = start + f64::from(counter) * period;
@@ -79,8 +115,9 @@ fn frames(config: &Config, poses: &[[f64; 3]]) -> Vec<Arrival> {
             }
             let value = cutting.map(|(_, force)| force + noise(0.5));
             send(time, Reading::Force { counter, value });
+            let acceleration = tool(value);
             if counter % 100 != 99 {
-                let value = value.map(|force| force * 1e-3 + noise(0.02));
+                let value = acceleration.map(|acceleration| acceleration + noise(0.02));
                 send(time + 0.25 * period, Reading::Acceleration { counter, value });
             }
         }
@@ -88,8 +125,10 @@ fn frames(config: &Config, poses: &[[f64; 3]]) -> Vec<Arrival> {
     frames
 }
 
+const POSES: [[f64; 3]; 2] = [[0.0, -0.45, 0.95], [0.7, -1.1, 1.9]];
+
 fn source(config: &Config, breaks: bool) -> Replay {
-    let frames = frames(config, &[[0.0, -0.45, 0.95], [0.7, -1.1, 1.9]]);
+    let frames = frames(config, &POSES, block);
     Replay { frames: frames.into_iter(), breaks }
 }
 
@@ -123,12 +162,21 @@ fn the_daemon_and_the_offline_tool_say_the_same() {
     assert_eq!(timeless(daemon), offline);
 }
 
-/// What is asked of the shape of a confidence, whatever it says; a block of a ton is no robot, so it says much.
+/// Of a robot something is told; a block of a ton is none, and of what moves it so there are no intervals.
 #[test]
 fn a_confidence_goes_with_its_report() {
     let config = config();
-    let Finding { report, confidence } =
-        timeless(run_offline(&config, &mut source(&config, false), |_| {}).unwrap());
+    let told = |frames: Vec<Arrival>| {
+        let mut source = Replay { frames: frames.into_iter(), breaks: false };
+        intervals_told(&timeless(run_offline(&config, &mut source, |_| {}).unwrap()))
+    };
+    assert_eq!(told(frames(&config, &POSES, block)), 0);
+    let of_robot = told(frames(&config, &POSES, |pose| robot(&config, pose)));
+    assert!(of_robot > 0, "nothing is told of a robot");
+}
+
+/// What is asked of the shape of a confidence, whatever it says; counts the intervals.
+fn intervals_told(Finding { report, confidence }: &Finding) -> usize {
     let mut told = 0;
     for (joint, intervals) in report.joints.iter().zip(&confidence.joints) {
         assert_eq!(joint.name, intervals.name);
@@ -143,6 +191,7 @@ fn a_confidence_goes_with_its_report() {
             told += 1;
         }
     }
+    println!("{told} intervals of 36, χ²/dof {}", report.fit.consistency);
     let verdicts = report
         .joints
         .iter()
@@ -164,20 +213,20 @@ fn a_confidence_goes_with_its_report() {
         }
     }
     assert_eq!(confidence.held_out.len() as u64, report.fit.records);
-    let poses = [[0.0, -0.45, 0.95], [0.7, -1.1, 1.9]];
     for held_out in &confidence.held_out {
         let near =
             |pose: &[f64; 3]| pose.iter().zip(&held_out.pose).all(|(a, b)| (a - b).abs() < 1e-3);
-        assert!(poses.iter().any(near), "{held_out:?}");
+        assert!(POSES.iter().any(near), "{held_out:?}");
     }
     assert!(confidence.nuisances.is_empty(), "none is asked for");
+    told
 }
 
 /// Seven records at one pose, of which four are kept, and a model so wrong that none of the others is folded in.
 #[test]
 fn records_that_are_lost_are_counted() {
     let config = config();
-    let frames = frames(&config, &[[0.0, -0.45, 0.95]; 7]);
+    let frames = frames(&config, &[[0.0, -0.45, 0.95]; 7], block);
     let mut source = Replay { frames: frames.into_iter(), breaks: false };
     let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
     let taken = outcome.counts.stream.records;
@@ -212,7 +261,7 @@ fn nothing_to_tell_from_is_said_in_words() {
     let outcome = run_offline(&config, &mut empty, |_| {}).unwrap();
     assert!(outcome.finding.is_none());
     assert_eq!(outcome.state, "waiting for frames");
-    let mut short = frames(&config, &[[0.0; 3]]);
+    let mut short = frames(&config, &[[0.0; 3]], block);
     short.truncate(100);
     let without_joints = short.split_off(3);
     let mut short = Replay { frames: short.into_iter(), breaks: false };
@@ -228,7 +277,8 @@ fn nothing_to_tell_from_is_said_in_words() {
 /// What is said of frames that have been changed by `spoil`.
 fn spoilt(spoil: impl FnMut(Arrival) -> Arrival) -> Outcome {
     let config = config();
-    let frames: Vec<_> = frames(&config, &[[0.0, -0.45, 0.95]]).into_iter().map(spoil).collect();
+    let frames: Vec<_> =
+        frames(&config, &[[0.0, -0.45, 0.95]], block).into_iter().map(spoil).collect();
     let mut source = Replay { frames: frames.into_iter(), breaks: false };
     run_offline(&config, &mut source, |_| {}).unwrap()
 }

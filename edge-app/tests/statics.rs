@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use flexid_core::statics::{Reading, StaticTest};
 use flexid_edge::config::Config;
 use flexid_edge::model::Model;
 use flexid_edge::pipeline::{run_offline, run_statics};
@@ -18,7 +19,7 @@ q1,q2,q3,fx,fy,fz,mx,my,mz,dx,dy,dz,sx,sy,sz
 0.7, -1.1, 1.9, 500, 0, 0, 0, 20, 0, 1e-4, 2e-5, -3e-5, 5e-6, 5e-6, 5e-6
 ";
 
-fn parse(text: &str) -> Result<Vec<flexid_core::statics::StaticTest>, String> {
+fn parse(text: &str) -> Result<Vec<StaticTest>, String> {
     let model = Model::parse(Path::new("model.toml"), MODEL).unwrap();
     statics::parse(Path::new("static.csv"), text, &model).map_err(|error| error.to_string())
 }
@@ -48,6 +49,33 @@ fn columns_may_come_in_any_order() {
         .map(|line| line.split(',').rev().collect::<Vec<_>>().join(","))
         .collect();
     assert_eq!(parse(&turned.join("\n")).unwrap(), parse(GAUGE).unwrap());
+}
+
+/// A robot of so many joints, and a load on each axis; the first line names the joints from the base.
+#[test]
+fn robots_of_one_to_seven_joints_are_read() {
+    for count in [1, 7] {
+        let mut model = Model::parse(Path::new("model.toml"), MODEL).unwrap();
+        model.joints = model.joints.iter().cycle().take(count).cloned().collect();
+        let names: Vec<String> = (1..=count).map(|joint| format!("q{joint}")).collect();
+        let pose: Vec<f64> = (1..=count).map(|joint| -0.1 * joint as f64).collect();
+        let angles: Vec<String> = pose.iter().map(f64::to_string).collect();
+        let text = format!(
+            "{},fx,fy,fz,mx,my,mz,dx,dy,dz,sx,sy,sz\n{},1,2,3,4,5,6,7e-4,,9e-4,1e-6,,3e-6\n",
+            names.join(","),
+            angles.join(",")
+        );
+        let tests = statics::parse(Path::new("static.csv"), &text, &model).unwrap();
+        let reading = |value, deviation| Some(Reading { value, deviation });
+        let displacement = [reading(7e-4, 1e-6), None, reading(9e-4, 3e-6)];
+        let wrench = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let pose = pose.into_iter().collect();
+        assert_eq!(tests, [StaticTest { pose, wrench, displacement }]);
+        let missing = text.replacen(&names[count - 1], "q0", 1);
+        let error = statics::parse(Path::new("static.csv"), &missing, &model).unwrap_err();
+        let known = format!("known are {},fx,", names.join(","));
+        assert!(error.to_string().contains(&known), "{error}");
+    }
 }
 
 #[test]
