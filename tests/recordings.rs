@@ -1,16 +1,20 @@
 //! Every folder of `recordings` is a test: `flexid identify` finds the robot that made it.
 
 use std::fs;
+use std::iter::zip;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use flexid_hil::bench::Bench;
-use flexid_hil::report::Report;
+use flexid_hil::report::{Confidence, HeldOut, Report};
 use flexid_hil::truth::{Bounds, Truth};
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value;
+
+/// Who works so long at a recording hangs.
+const HANGS: Duration = Duration::from_secs(300);
 
 fn main() -> ExitCode {
     let recordings = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings");
@@ -22,7 +26,7 @@ fn main() -> ExitCode {
         }
     };
     let mut arguments = Arguments::from_args();
-    arguments.test_threads = Some(1); // each is held to a time
+    arguments.test_threads = Some(1); // the times that they print are of one at a time
     libtest_mimic::run(&arguments, tests).exit_code()
 }
 
@@ -45,18 +49,66 @@ fn identify(recording: &Path) -> Result<()> {
     let logs = contents(&bench.path(""))?;
     let logs = logs.iter().filter_map(|file| file.file_name()?.to_str());
     command.extend(logs.filter(|name| name.ends_with(".log")));
-    let limit = Duration::from_secs(10) * u32::try_from(experiments.len())?;
-    let ended = bench.flexid("identify", command)?.succeed(limit)?;
+    let ended = bench.flexid("identify", command)?.succeed(HANGS)?;
 
     let report = Report::last_of(&fs::read_to_string(bench.path("report.json"))?)?;
     let bounds = Bounds::of(&bench.path("edge.toml"))?;
-    let deviation = Truth::of_recording(&truth)?.parameter_deviation(&report, &bounds)?;
+    let truth = Truth::of_recording(&truth)?;
+    let deviation = truth.parameter_deviation(&report, &bounds)?;
     let displacement = displacement_error(&ended.output).context(ended.output)?;
     println!("deviation {deviation:.5}, displacement error {displacement} %, {:?}", report.fit);
     ensure!(deviation <= 0.005, "parameter deviation {deviation}");
     ensure!(displacement <= 1.0, "displacement error {displacement} % on unseen poses");
     ensure!(report.fit.frames_lost == lost, "{} frames lost, not {lost}", report.fit.frames_lost);
     ensure!(report.fit.records == experiments.len() as u64, "{} records", report.fit.records);
+    intervals_are_honest(&report, &truth)?;
+    noise_explains_the_rest(&report)
+}
+
+/// The truth lies in the intervals as often as they say, and as far from the estimates.
+fn intervals_are_honest(report: &Report, truth: &Truth) -> Result<()> {
+    let (mut covered, mut scores) = (0, Vec::new());
+    for (joint, intervals) in report.joints.iter().zip(&report.confidence.joints) {
+        ensure!(joint.name == intervals.name, "{} is not {}", intervals.name, joint.name);
+        let truth = truth.joint(&joint.name)?;
+        let stiffness = zip(joint.stiffness, truth.stiffness)
+            .zip(zip(joint.stiffness_std, intervals.stiffness_interval))
+            .zip(&joint.stiffness_verdict);
+        let damping = zip(joint.damping, truth.damping)
+            .zip(zip(joint.damping_std, intervals.damping_interval))
+            .zip(&joint.damping_verdict);
+        for (((value, truth), (deviation, interval)), verdict) in stiffness.chain(damping) {
+            let covers = |[lower, upper]: [f64; 2]| (lower..=upper).contains(&truth);
+            covered += usize::from(interval.is_some_and(covers));
+            if verdict == "identified" {
+                let deviation = deviation.context("identified without a standard deviation")?;
+                scores.push((value / truth).ln() * value / deviation);
+            }
+        }
+    }
+    let identified = scores.len();
+    let score = (scores.iter().map(|score| score * score).sum::<f64>() / identified as f64).sqrt();
+    println!("{covered} intervals of 36 cover, {identified} identified, their errors {score:.2} σ");
+    // Of 36 intervals of 95 % fewer cover once in a thousand robots, if their errors are correlated as they are.
+    ensure!(covered >= 28, "{covered} of 36 intervals cover the truth");
+    // As loosely: the root mean square of 36 scores, correlated as they are, is 1 ± 0.2.
+    ensure!((0.6..1.6).contains(&score), "the errors of what is identified are {score} σ");
+    Ok(())
+}
+
+/// The engine moves as the model says, and each record as the others foretell.
+fn noise_explains_the_rest(report: &Report) -> Result<()> {
+    let Confidence { correlations, residuals, held_out, .. } = &report.confidence;
+    ensure!(correlations.unknowns.len() == 36, "{:?}", correlations.unknowns);
+    ensure!(correlations.percent.len() == 36 * 35 / 2, "{} pairs", correlations.percent.len());
+    let vaf = held_out.iter().flat_map(|record| record.vaf).fold(1.0, f64::min);
+    println!("held out: VAF {vaf:.4} at least; whiteness objects: {}", residuals.whiteness_objects);
+    ensure!(!residuals.size_objects, "χ²/dof is {}", report.fit.consistency);
+    ensure!(held_out.len() as u64 == report.fit.records, "{} held out", held_out.len());
+    for HeldOut { frac, vaf } in held_out {
+        let predicted = frac.iter().chain(vaf).all(|part| (0.99..=1.0).contains(part));
+        ensure!(predicted, "a record held out is predicted to FRAC {frac:?} and VAF {vaf:?}");
+    }
     Ok(())
 }
 

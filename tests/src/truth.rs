@@ -53,6 +53,11 @@ impl Truth {
         Ok(Self(serde_json::from_value(truth["truth"].clone())?))
     }
 
+    /// That of a joint.
+    pub fn joint(&self, name: &str) -> Result<&Bushing> {
+        self.0.get(name).with_context(|| format!("no joint is called {name}"))
+    }
+
     /// The paper's E: mean over the parameters of |identified − true| / (upper − lower bound).
     pub fn parameter_deviation(&self, report: &Report, bounds: &Bounds) -> Result<f64> {
         ensure!(
@@ -65,8 +70,7 @@ impl Truth {
         let damping = [bounds.damping_translation_ns_per_m, bounds.damping_rotation_nms_per_rad];
         let mut sum = 0.0;
         for joint in &report.joints {
-            let truth = self.0.get(&joint.name);
-            let truth = truth.with_context(|| format!("no joint is called {}", joint.name))?;
+            let truth = self.joint(&joint.name)?;
             sum += deviations(&joint.stiffness, &truth.stiffness, stiffness);
             sum += deviations(&joint.damping, &truth.damping, damping);
         }
