@@ -89,9 +89,9 @@ fn intervals_are_honest(report: &Report, truth: &Truth) -> Result<()> {
     let identified = scores.len();
     let score = (scores.iter().map(|score| score * score).sum::<f64>() / identified as f64).sqrt();
     println!("{covered} intervals of 36 cover, {identified} identified, their errors {score:.2} σ");
-    // Of 36 intervals of 95 % fewer cover once in a thousand robots, if their errors are correlated as they are.
+    // Correlated as the errors are, fewer of 36 intervals of 95 % cover for less than one robot in a hundred.
     ensure!(covered >= 28, "{covered} of 36 intervals cover the truth");
-    // As loosely: the root mean square of 36 scores, correlated as they are, is 1 ± 0.2.
+    // As often; the root mean square is 1 ± 0.2.
     ensure!((0.6..1.6).contains(&score), "the errors of what is identified are {score} σ");
     Ok(())
 }
