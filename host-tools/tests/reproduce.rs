@@ -98,6 +98,8 @@ fn the_same_seed_gives_the_same_bytes() {
             .output()
             .unwrap();
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let told = String::from_utf8(done.stdout).unwrap();
+        assert!(told.contains(" are written, ") && told.ends_with(" s\n"), "{told}");
         let json = std::fs::read_to_string(folder.path().join("tables.json")).unwrap();
         let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
         let lines = json.lines().filter(|line| !line.contains("\"seconds\""));

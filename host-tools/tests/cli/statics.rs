@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::iter::zip;
+use std::path::Path;
 
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3, Vector6};
+use rand_core::{Rng as _, SeedableRng as _};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng as _, SeedableRng as _};
 
 use crate::setup::{edit, flexid, folder, json, stderr};
 
@@ -44,19 +45,9 @@ fn motions(pose: [f64; 3]) -> [Vector6<f64>; STIFFNESSES] {
     })
 }
 
-#[test]
-fn static_tests_alone_find_what_their_information_allows() {
-    let folder = folder();
-    let path = folder.path();
-    let simulated = flexid(path, "simulate --config edge.toml --candump o.log --truth-json t.json");
-    assert!(simulated.status.success(), "{}", stderr(&simulated));
-    let truth = json(path, "t.json");
-    let truth: Vec<f64> = ["joint_1", "joint_2", "joint_3"]
-        .iter()
-        .flat_map(|joint| truth["truth"][joint]["stiffness"].as_array().unwrap())
-        .map(|stiffness| stiffness.as_f64().unwrap())
-        .collect();
-
+/// A table of random loads on the robot with these stiffnesses, and what its readings, in units of their noise, change by
+/// with the logarithms of these.
+fn measured(truth: &[f64]) -> (String, DMatrix<f64>) {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
     let mut csv = "q1,q2,q3,fx,fy,fz,mx,my,mz,dx,dy,dz,sx,sy,sz\n".to_owned();
     let mut jacobian = DMatrix::zeros(3 * LOADS, STIFFNESSES);
@@ -83,10 +74,30 @@ fn static_tests_alone_find_what_their_information_allows() {
         let cells: Vec<String> = cells.map(|cell| format!("{cell:e}")).collect();
         writeln!(csv, "{}", cells.join(",")).unwrap();
     }
+    (csv, jacobian)
+}
+
+/// The scenario's stiffnesses, base first.
+fn truth(folder: &Path) -> Vec<f64> {
+    let command = "simulate --config edge.toml --experiments 1 --candump o.log --truth-json t.json";
+    let simulated = flexid(folder, command);
+    assert!(simulated.status.success(), "{}", stderr(&simulated));
+    let truth = json(folder, "t.json");
+    let joints = ["joint_1", "joint_2", "joint_3"].iter();
+    let stiffnesses =
+        joints.flat_map(|joint| truth["truth"][joint]["stiffness"].as_array().unwrap());
+    stiffnesses.map(|stiffness| stiffness.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn static_tests_alone_find_what_their_information_allows() {
+    let folder = folder();
+    let path = folder.path();
+    let truth = truth(path);
+    let (csv, jacobian) = measured(&truth);
     // What is not told at all has the inverse of a wide prior.
-    let information = jacobian.transpose() * &jacobian;
     let prior = DMatrix::identity(STIFFNESSES, STIFFNESSES) * WIDE.powi(-2);
-    let covariance = (information + prior).try_inverse().unwrap();
+    let covariance = (jacobian.transpose() * &jacobian + prior).try_inverse().unwrap();
     fs::write(path.join("static.csv"), csv).unwrap();
     edit(&path.join("edge.toml"), "[search]", "[static]\nfile = \"static.csv\"\n\n[search]");
     let output = flexid(path, "identify --config edge.toml --json o.json");
