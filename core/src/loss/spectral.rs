@@ -23,8 +23,8 @@ pub fn losses<const B: usize>(
 
 /// Surface similarity parameter of measured and modelled motion along each of the accelerometer's axes, mean over the bins;
 /// the same for displacement as for acceleration, since `s²` cancels.
-pub fn ssp<'a, const B: usize>(
-    spectra: &'a SearchSpectra<B>,
+pub fn ssp<const B: usize>(
+    spectra: &SearchSpectra<B>,
     bushings: &Bushings,
     level: Level,
 ) -> [f32; 3] {

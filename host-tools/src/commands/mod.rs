@@ -28,7 +28,7 @@ enum Command {
     Model(model::Command),
     /// Simulates a milling robot that sends frames, onto a CAN bus or into a log
     Simulate(simulate::Args),
-    /// Identifies the joints from candump logs, as the daemon would
+    /// Identifies the joints from candump logs and static tests, as the daemon would
     Identify(identify::Args),
     /// Plans which experiments to do next
     Plan(plan::Args),
