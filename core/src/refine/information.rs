@@ -1,8 +1,9 @@
 //! Fisher information of the unknowns: what experiments tell of them, whether done or only thought of.
 
-use super::ParameterNormal;
 use super::normal::Normal;
-use crate::parameters::Bounds;
+use super::statics::Statics;
+use super::{ParameterNormal, Problem};
+use crate::parameters::{Bounds, Bushings};
 use crate::unknowns::{MAX_UNKNOWNS, Sought};
 use crate::verdict::Covariance;
 
@@ -38,6 +39,16 @@ impl Information {
         for (unknown, value) in sought.priors(&[0.0; MAX_UNKNOWNS]) {
             information.normal.add_prior(unknown, value);
         }
+        information
+    }
+
+    /// What static tests of a problem tell where the parameters are thought to be.
+    pub fn of_statics(problem: &Problem<'_>, bushings: &Bushings) -> Self {
+        let mut information = Self::none(problem.sought.unknowns());
+        let coordinates = problem.sought.coordinates(bushings);
+        let calibration = problem.sought.calibration(&coordinates);
+        let bushings = problem.sought.bushings(&coordinates);
+        Statics { problem, bushings, calibration }.add_to(&mut information.normal);
         information
     }
 

@@ -29,7 +29,7 @@ pub(super) struct Args {
     /// The daemon's configuration; the scenario of its [simulation] section has cutter, spindle speeds and noise
     #[arg(long, value_name = "EDGE.toml")]
     config: PathBuf,
-    /// What is known already, as `identify --json` writes it [default: the bounds alone]
+    /// What is known already, as `identify --json` writes it [default: the bounds, and the static tests of [static]]
     ///
     /// Its fit must be consistent. Each parameter counts as known to its standard deviation whatever the others are: the
     /// correlations in the file are left aside.

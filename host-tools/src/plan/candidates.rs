@@ -119,6 +119,13 @@ impl Candidates<'_> {
         Some(refinement.information(&problem, &mut spectra))
     }
 
+    /// What the configuration's static tests tell.
+    pub fn statics(&self) -> Information {
+        let measurement = self.config.measurement();
+        let problem = Problem { statics: &self.config.statics, ..self.problem(&measurement) };
+        Information::of_statics(&problem, self.bushings)
+    }
+
     /// Number of cuts at each pose.
     pub fn cuts_per_pose(&self) -> usize {
         self.cuts().len()

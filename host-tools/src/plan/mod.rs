@@ -82,6 +82,9 @@ pub fn plan(
         Prediction::new(&config.model, sought, told, uncertainty)
     };
     let mut told = start.information.clone();
+    if !start.has_statics {
+        told.add(&workplace.statics());
+    }
     told.add(&Information::of_nuisances(sought));
     let now = predict(&told);
     let mut left: Vec<&Candidate> = candidates.iter().collect();

@@ -25,14 +25,17 @@ pub struct Start {
     pub bushings: Bushings,
     /// Of the experiments done; neither the bounds nor the nuisances' priors are in it.
     pub information: Information,
+    /// Whether the static tests are among them.
+    pub has_statics: bool,
 }
 
 impl Start {
-    /// No experiment: every parameter in the middle of its bounds, on the logarithmic scale.
+    /// No experiment but static tests: every parameter in the middle of its bounds, on the logarithmic scale.
     pub fn unknown(config: &Config, sought: &Sought) -> Self {
         let mut bushings = config.bounds.middle(config.model.joints.len());
         sought.impose(&mut bushings);
-        Self { bushings, information: Information::none(sought.unknowns()) }
+        let information = Information::none(sought.unknowns());
+        Self { bushings, information, has_statics: false }
     }
 
     /// The estimate that `flexid identify --json` has written to `file`, each parameter with its standard deviation, as if
@@ -79,7 +82,7 @@ impl Start {
                 "its fit is {fault}: mend what its warnings name first, or plan without it"
             )));
         }
-        let mut start = Self::unknown(config, sought);
+        let mut start = Self { has_statics: true, ..Self::unknown(config, sought) };
         for (joint, found) in report.joints.iter().enumerate() {
             let JointReport { stiffness, damping, .. } = *found;
             start.bushings[joint] = Bushing { stiffness, damping };

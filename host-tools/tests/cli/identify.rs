@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::setup::{edit, flexid, folder, identified, json, stderr};
+use crate::setup::{add_static_test, edit, flexid, folder, identified, json, stderr};
 
 #[test]
 fn the_result_says_how_far_to_trust_it() {
@@ -62,11 +62,7 @@ fn the_result_says_how_far_to_trust_it() {
 fn static_tests_need_no_log() {
     let folder = folder();
     let path = folder.path();
-    let config = fs::read_to_string(path.join("edge.toml")).unwrap();
-    fs::write(path.join("edge.toml"), config + "\n[static]\nfile = \"static.csv\"\n").unwrap();
-    let gauge = "q1,q2,q3,fx,fy,fz,mx,my,mz,dx,dy,dz,sx,sy,sz\n\
-                 0,-0.45,0.95,0,0,-981,0,0,0,,,-1.12e-4,,,5e-6\n";
-    fs::write(path.join("static.csv"), gauge).unwrap();
+    add_static_test(path);
     let table = |arguments: &str| {
         let output = flexid(path, arguments);
         assert!(output.status.success(), "{}", stderr(&output));

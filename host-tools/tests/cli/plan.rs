@@ -3,10 +3,11 @@
 use std::fs;
 use std::path::Path;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector6};
 use serde_json::Value;
 
-use crate::setup::{edit, flexid, folder, identified, json, stderr};
+use crate::setup::{add_static_test, edit, flexid, folder, identified, json, stderr};
+use crate::statics::motions;
 
 /// A plan, told as a table and as JSON.
 fn planned(folder: &Path, arguments: &str) -> (String, Value) {
@@ -188,4 +189,29 @@ fn a_plan_goes_without_the_cuts_that_tell_nothing() {
     assert!(errors.starts_with(warning), "{errors}");
     let plan = json(folder.path(), "p.json");
     assert_eq!(plan["candidates"], 12);
+}
+
+/// Before any cut a dial gauge tells one combination of the stiffnesses, each of which lies between its bounds: the determinant of
+/// what is known of all parameters grows as that of one reading does.
+#[test]
+fn a_plan_counts_the_static_tests() {
+    let folder = folder();
+    let uncertainty = || {
+        let (_, plan) = planned(folder.path(), "--poses 1 --experiments 1");
+        plan["now"]["uncertainty"].as_f64().unwrap()
+    };
+    let before = uncertainty();
+    add_static_test(folder.path());
+    let shrunk = uncertainty() / before;
+
+    let load = Vector6::new(0.0, 0.0, -981.0, 0.0, 0.0, 0.0);
+    let variance = |(spring, motion): (usize, &Vector6<f64>)| {
+        let [lower, upper]: [f64; 2] = if spring % 6 < 3 { [1e7, 2e8] } else { [1e6, 1e8] };
+        let share = motion.z * motion.dot(&load) / (lower * upper).sqrt();
+        (share * (upper / lower).ln()).powi(2) / 12.0
+    };
+    let motions = motions([0.0, -0.45, 0.95]);
+    let known = motions.iter().enumerate().map(variance).sum::<f64>() / 5e-6_f64.powi(2);
+    let expected = (1.0 + known).powf(-0.5 / 36.0);
+    assert!((shrunk / expected - 1.0).abs() < 1e-6, "{shrunk} for {expected}");
 }

@@ -37,6 +37,14 @@ pub(crate) fn json(folder: &Path, file: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
 }
 
+/// A dial gauge above the tool, and a hundred kilograms hung on it.
+pub(crate) fn add_static_test(folder: &Path) {
+    let test = "q1,q2,q3,fx,fy,fz,mx,my,mz,dx,dy,dz,sx,sy,sz\n\
+                0,-0.45,0.95,0,0,-981,0,0,0,,,-1.12e-4,,,5e-6\n";
+    fs::write(folder.join("static.csv"), test).unwrap();
+    edit(&folder.join("edge.toml"), "[search]", "[static]\nfile = \"static.csv\"\n\n[search]");
+}
+
 /// Simulates and identifies; the table and the result file.
 pub(crate) fn identified(
     folder: &Path,

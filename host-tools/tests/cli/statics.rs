@@ -22,7 +22,7 @@ const WIDE: f64 = 10.0;
 const STIFFNESSES: usize = 18;
 
 /// How the TCP moves if one of the robot's 18 springs gives way by one, along the TCP's axes: displacement, then turn.
-fn motions(pose: [f64; 3]) -> [Vector6<f64>; STIFFNESSES] {
+pub(crate) fn motions(pose: [f64; 3]) -> [Vector6<f64>; STIFFNESSES] {
     let origins = [[0.0, 0.0, 0.5], [0.5, 0.0, 0.545], [1.3, 0.0, 0.0]].map(Vector3::from);
     let axes = [Vector3::z_axis(), Vector3::y_axis(), Vector3::y_axis()];
     let mut frame = Isometry3::identity();
