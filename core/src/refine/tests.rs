@@ -21,7 +21,8 @@ use crate::unknowns::Coordinate;
 const SAMPLES: usize = 1024;
 const BINS: usize = 128;
 
-fn chain() -> Chain {
+/// Two joints.
+pub(super) fn chain() -> Chain {
     let joint = |x: f64, axis| Joint {
         origin: Isometry3::new(Vector3::new(x, 0.3, -0.2), Vector3::new(0.4, x, -0.7)),
         axis,
@@ -34,6 +35,15 @@ fn chain() -> Chain {
     };
     let joints = [joint(0.5, Vector3::z_axis()), joint(0.9, Vector3::y_axis())];
     Chain::new(&joints, Isometry3::translation(0.4, 0.1, 0.2)).unwrap()
+}
+
+/// Its bushings, both alike.
+pub(super) fn bushings() -> Bushings {
+    let bushing = Bushing {
+        stiffness: [2e7, 3e7, 1e7, 5e6, 2e6, 4e6],
+        damping: [2e4, 1e4, 3e4, 4e3, 5e3, 1e3],
+    };
+    [bushing; 2].into_iter().collect()
 }
 
 /// The force sensor's noise, seen through the robot, is about that of the accelerometer.
@@ -106,12 +116,7 @@ proptest! {
             statics: &[],
             level: Level::new(),
         };
-        let bushing = Bushing {
-            stiffness: [2e7, 2e7, 1e7, 5e6, 2e6, 4e6],
-            damping: [2e4, 1e4, 3e4, 4e3, 5e3, 1e3],
-        };
-        let guess = [bushing; 2].into_iter().collect();
-        let mut refinement = Refinement::new(&sought, &guess);
+        let mut refinement = Refinement::new(&sought, &bushings());
         let start = *refinement.coordinates();
         let mut at = |unknown: usize, by: f64, experiments: &mut [Experiment<BINS>]| {
             let mut step = [0.0; MAX_UNKNOWNS];

@@ -1,6 +1,6 @@
 //! The derivatives in the nuisances, with sensors that sit elsewhere, against central differences of the reading.
 
-use nalgebra::{Isometry3, Rotation3, Vector3};
+use nalgebra::{Rotation3, Vector3};
 use proptest::array::{uniform3, uniform6};
 use proptest::prelude::*;
 
@@ -8,29 +8,13 @@ use super::*;
 use crate::MAX_JOINTS;
 use crate::calibration::Nuisances;
 use crate::chain::linearise::LinearChain;
-use crate::chain::{Chain, Joint, JointKind, Link};
 use crate::mounting::Mounting;
-use crate::parameters::{Bushing, Bushings};
+use crate::parameters::Bushings;
+use crate::refine::tests::{bushings, chain};
 
 /// Two joints in gravity.
 fn robot() -> (LinearChain, Bushings) {
-    let joint = |x: f64, axis| Joint {
-        origin: Isometry3::new(Vector3::new(x, 0.3, -0.2), Vector3::new(0.4, x, -0.7)),
-        axis,
-        kind: JointKind::Revolute,
-        link: Link {
-            mass: 300.0 * x,
-            centre_of_mass: Vector3::new(0.2, -0.1, x),
-            inertia: Matrix3::from_diagonal(&Vector3::new(30.0, 40.0, 25.0)),
-        },
-    };
-    let joints = [joint(0.5, Vector3::z_axis()), joint(0.9, Vector3::y_axis())];
-    let chain = Chain::new(&joints, Isometry3::translation(0.4, 0.1, 0.2)).unwrap();
-    let bushing = Bushing {
-        stiffness: [2e7, 3e7, 1e7, 5e6, 2e6, 4e6],
-        damping: [2e4, 1e4, 3e4, 4e3, 5e3, 1e3],
-    };
-    let bushings: Bushings = [bushing; 2].into_iter().collect();
+    let (chain, bushings) = (chain(), bushings());
     let linear = chain.linearise(&[0.4, -0.3], Vector3::new(0.0, 0.0, -9.8), &bushings);
     (linear, bushings)
 }
