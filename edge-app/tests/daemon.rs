@@ -81,6 +81,21 @@ impl Bus {
         self.send(Reading::Acceleration { counter, value: force.map(|force| force * 1e-3) });
     }
 
+    /// A rest of 256 instants and a cut of 384, in which the force along each axis is what `next` says; both have noise.
+    fn cut(&self, mut next: impl FnMut(u32, &mut dyn FnMut() -> f32) -> [f32; 3]) {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let mut noise = || (rng.next_u32() >> 8) as f32 / (1 << 23) as f32 - 1.0;
+        self.joints();
+        let start = Instant::now();
+        for counter in 0..640 {
+            // At another rate than the config's, records are refused.
+            let due = start + counter * Duration::from_micros(500);
+            thread::sleep(due.saturating_duration_since(Instant::now()));
+            let force = if counter < 256 { [0.0; 3] } else { next(counter, &mut noise) };
+            self.instant(counter, force.map(|force| force + 0.5 * noise()));
+        }
+    }
+
     fn joints(&self) {
         for index in 0..3 {
             self.send(Reading::Joint { index, value: 0.0 });
@@ -115,7 +130,9 @@ impl Client {
 
     /// Waits for the bus to be as `wanted`.
     fn bus_health(&mut self, wanted: impl Fn(&BusHealth) -> bool) -> BusHealth {
+        let begun = Instant::now();
         while let Some(message) = self.receive() {
+            assert!(begun.elapsed() < PATIENCE, "the daemon does not say it");
             match message {
                 FromEdge::BusHealth(health) if wanted(&health) => return health,
                 _ => {}
@@ -126,7 +143,9 @@ impl Client {
 
     /// Waits for the daemon to say `wanted`.
     fn state(&mut self, wanted: &str) -> Status {
+        let begun = Instant::now();
         while let Some(message) = self.receive() {
+            assert!(begun.elapsed() < PATIENCE, "the daemon does not say {wanted:?}");
             match message {
                 FromEdge::Status(status) if status.state.contains(wanted) => return status,
                 _ => {}
@@ -173,23 +192,15 @@ fn counts_what_is_wrong_on_the_bus_and_takes_the_rest() {
 #[test]
 fn a_bus_that_falls_silent_ends_the_record() {
     let outcome = with_daemon(|bus, connect, _| {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-        let mut force = [(0.0, 0.0); 3];
-        bus.joints();
-        let start = Instant::now();
-        for counter in 0..640 {
-            // At another rate than the config's, records are refused.
-            let due = start + counter * Duration::from_micros(500);
-            thread::sleep(due.saturating_duration_since(Instant::now()));
-            let mut noise = || (rng.next_u32() >> 8) as f32 / (1 << 23) as f32 - 1.0;
-            // White force counts as noise of the sensor: cutting is smooth.
-            let push = if counter < 256 { 0.0 } else { 100.0 };
-            for (smooth, force) in &mut force {
-                *smooth = 0.8 * *smooth + push * noise();
+        let mut state = [(0.0, 0.0); 3];
+        // White force counts as noise of the sensor: cutting is smooth.
+        bus.cut(|_, noise| {
+            state.each_mut().map(|(smooth, force)| {
+                *smooth = 0.8 * *smooth + 100.0 * noise();
                 *force = 0.8 * *force + *smooth;
-            }
-            bus.instant(counter, force.map(|(_, force)| force + 0.5 * noise()));
-        }
+                *force
+            })
+        });
         // No joint angle follows that would tell that the robot stood still to the end.
         let mut client = connect();
         let report = loop {
@@ -207,6 +218,16 @@ fn a_bus_that_falls_silent_ends_the_record() {
         drop(bus);
     });
     assert!(outcome.finding.is_some());
+}
+
+/// Who mills above the band must hear that no record tells anything, or wait for ever.
+#[test]
+fn says_why_records_tell_nothing() {
+    with_daemon(|bus, connect, _| {
+        let mut client = connect();
+        bus.cut(|counter, _| [3.0 * (0.3 * std::f32::consts::PI * counter as f32).sin(); 3]);
+        client.state("refused, the first because in the band it has hardly more force than noise");
+    });
 }
 
 #[test]
