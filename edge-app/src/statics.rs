@@ -116,12 +116,13 @@ impl<'a> Table<'a> {
         let known = names(model);
         for (index, name) in header.iter().enumerate() {
             if !known.iter().any(|known| known == name) {
-                let mend = if name.contains([';', '\t']) {
-                    "separate columns with commas".to_string()
-                } else {
-                    format!("known are {}", known.join(","))
-                };
-                return Err(format!("unknown column {}: {mend}", shown(name)));
+                if name.contains([';', '\t']) {
+                    return Err(format!(
+                        "unknown column {name:?}: separate columns with commas, and write decimals with points"
+                    ));
+                }
+                let known = known.join(",");
+                return Err(format!("unknown column {}: known are {known}", shown(name)));
             }
             if header.iter().skip(index + 1).any(|other| other == name) {
                 return Err(format!("column {name} is there twice: name each once"));

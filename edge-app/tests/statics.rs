@@ -105,7 +105,11 @@ fn mistakes_name_line_column_and_mend() {
             ",q4",
             "2: unknown column \"q4\": known are q1,q2,q3,fx,fy,fz,mx,my,mz,dx,dy,dz,sx,sy,sz",
         ),
-        ("q1,q2,q3", "q1;q2;q3", "2: unknown column \"q1;q2;q3\": separate columns with commas"),
+        (
+            "q1,q2,q3",
+            "q1;q2;q3",
+            "2: unknown column \"q1;q2;q3\": separate columns with commas, and write decimals with points",
+        ),
     ];
     for (from, to, message) in table {
         assert!(GAUGE.contains(from), "{from:?}");

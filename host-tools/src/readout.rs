@@ -197,10 +197,10 @@ impl Screen {
                 // The first time all, then line by line: that flickers less.
                 let mut text = String::from(if drawn.is_none() { CLEAR } else { "\x1b[H" });
                 *drawn = Some(Instant::now());
-                // What does not fit would scroll the screen: the end has it all.
+                // What does not fit would scroll the screen; the end has it all.
                 let (rows, columns) = Term::stdout().size();
-                for line in page(view).lines().take(usize::from(rows).saturating_sub(1)) {
-                    let line = truncate_str(line, columns.into(), "…");
+                for line in fitting(&page(view), rows.into()) {
+                    let line = truncate_str(&line, columns.into(), "…");
                     text += &format!("{line}\x1b[K\n");
                 }
                 print(&(text + "\x1b[J"))
@@ -241,8 +241,35 @@ fn page(view: &View) -> String {
     if let Some(state) = view.state() {
         page += &format!("{state} ({percent:.0} %)\n");
     }
+    // What must be known stands above what may not fit.
     if let Some(finding) = &view.finding {
-        page += &table::finding(finding, None);
+        page += &format!("{}\n{}", Summary(&finding.report), table::parameters(finding, None));
     }
     page
+}
+
+/// As much of a page as `rows` have room for, and how much more there is.
+fn fitting(page: &str, rows: usize) -> Vec<String> {
+    let lines: Vec<String> = page.lines().map(str::to_owned).collect();
+    if lines.len() < rows {
+        return lines;
+    }
+    // The cursor needs a row as well.
+    let shown = rows.saturating_sub(2);
+    let hidden = lines.len() - shown;
+    let more = format!("... {hidden} lines more: make the window higher");
+    lines.into_iter().take(shown).chain([more]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_counted() {
+        let page = "1\n2\n3\n4\n";
+        assert_eq!(fitting(page, 5), ["1", "2", "3", "4"]);
+        assert_eq!(fitting(page, 4), ["1", "2", "... 2 lines more: make the window higher"]);
+        assert_eq!(fitting(page, 0), ["... 4 lines more: make the window higher"]);
+    }
 }

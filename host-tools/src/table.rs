@@ -25,7 +25,15 @@ pub fn bushings(report: &Report) -> Vec<Bushing> {
 
 /// All parameters, how far to trust them, how the fit went, and the warnings; with `truth` (base first) also the
 /// true values and how far the estimates are from them.
-pub fn finding(Finding { report, confidence }: &Finding, truth: Option<&[Bushing]>) -> String {
+pub fn finding(finding: &Finding, truth: Option<&[Bushing]>) -> String {
+    format!("{}\n{}", parameters(finding, truth), Summary(&finding.report))
+}
+
+/// The same without how the fit went and the warnings.
+pub(crate) fn parameters(
+    Finding { report, confidence }: &Finding,
+    truth: Option<&[Bushing]>,
+) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
     let mut header = vec!["joint", "DOF"];
@@ -54,10 +62,9 @@ pub fn finding(Finding { report, confidence }: &Finding, truth: Option<&[Bushing
         column.set_cell_alignment(CellAlignment::Right);
     }
     format!(
-        "{table}\n N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them\n{}\n{}\n{}",
+        "{table}\n N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them\n{}\n{}",
         caveat(report, confidence),
-        confidence::lines(confidence),
-        Summary(report)
+        confidence::lines(confidence)
     )
 }
 

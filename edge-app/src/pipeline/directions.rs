@@ -76,6 +76,7 @@ fn named<T: Copy>(shares: &[(T, f32)]) -> impl Iterator<Item = T> {
 fn words(shares: &[(&str, f32)], told: Told) -> String {
     let names: Vec<&str> = named(shares).collect();
     let how_badly = match told {
+        Told::Not if names.len() == 1 => return format!("{} is not told at all", names[0]),
         Told::Not => "not told at all".to_owned(),
         Told::AsBefore => "hardly better than [calibration]".to_owned(),
         Told::Relative(deviation) if deviation > 10.0 => "over 1000 %".to_owned(),
@@ -132,7 +133,7 @@ mod tests {
                 for count in 1..=6 {
                     let text = words(&shares[..count], told);
                     assert!(text.len() <= Text::new().capacity(), "{}: {text}", text.len());
-                    assert!(text.ends_with(')'), "{text}");
+                    assert!(text.ends_with(')') || text.ends_with(" at all"), "{text}");
                 }
             }
         }

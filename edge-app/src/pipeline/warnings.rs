@@ -8,7 +8,7 @@ use flexid_core::unknowns::{Coordinate, Sought};
 use flexid_core::verdict::MAX_DIRECTIONS;
 
 use super::directions::of_parameters;
-use super::names::{enumerate, name};
+use super::names::{DOF_NAMES, enumerate, name};
 use super::obstacle::wrong_rate;
 use super::report::Basis;
 use super::residuals::Residuals;
@@ -38,6 +38,10 @@ pub(super) fn warnings(
         });
     }
     warnings.extend(residuals.advice());
+    let parameters = sought.unknowns() - estimate.nuisances.len();
+    if residuals.size_objects && parameters < 2 * DOF_NAMES.len() * config.model.joints.len() {
+        warnings.push("what [parameters] fixes or ties may not be so: see without it".to_owned());
+    }
     if let Some(excess) = estimate.static_consistency.filter(|_| estimate.statics_object) {
         warnings.push(format!(
             "static tests are off by {:.1} of their standard deviations: check poses, loads and signs in [static] file",
@@ -46,7 +50,11 @@ pub(super) fn warnings(
     }
     if let Some(names) = on_bounds(config, sought, &estimate.bushings) {
         // A wrong model drives parameters anywhere.
-        let mend = if residuals.are_sane() { "widen them" } else { "mend the model first" };
+        let mend = if residuals.are_sane() {
+            "widen them"
+        } else {
+            "look at their units, and at the model"
+        };
         warnings.push(format!("on an end of [bounds]: {names}: {mend}"));
     }
     if estimate.forgotten > 0 {

@@ -87,10 +87,10 @@ impl Start {
             let JointReport { stiffness, damping, .. } = *found;
             start.bushings[joint] = Bushing { stiffness, damping };
             let kinds = [
-                ("stiffness", &stiffness, &found.stiffness_std),
-                ("damping", &damping, &found.damping_std),
+                ("stiffness", &stiffness, &found.stiffness_std, &config.bounds.stiffness),
+                ("damping", &damping, &found.damping_std, &config.bounds.damping),
             ];
-            for (kind, values, deviations) in kinds {
+            for (kind, values, deviations, bounds) in kinds {
                 for (dof, (&value, deviation)) in values.iter().zip(deviations).enumerate() {
                     if !(value > 0.0 && value.is_finite()) {
                         return Err(bad(format!(
@@ -110,6 +110,16 @@ impl Start {
                         "stiffness" => Coordinate::Stiffness { joint, dof },
                         _ => Coordinate::Damping { joint, dof },
                     };
+                    // What is fixed may lie anywhere.
+                    let [lower, upper] = bounds[dof];
+                    let within = lower * (1.0 - LEAST)..=upper * (1.0 + LEAST);
+                    if sought.unknown(coordinate).is_some() && !within.contains(&value) {
+                        return Err(bad(format!(
+                            "{} {kind} is {value:e}, outside the [bounds] of {}: name the result of this robot",
+                            found.name,
+                            file_name(&config.file)
+                        )));
+                    }
                     // What is tied has been measured once, and stands in the file under each of its names.
                     let own = |unknown: &usize| sought.coordinate(*unknown) == Some(coordinate);
                     if let (Some(unknown), Some(deviation)) =
