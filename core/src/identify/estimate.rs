@@ -50,7 +50,7 @@ pub struct Estimate {
     pub statics_object: bool,
     /// Whether the records stand clear of the noise, so that it cannot hide a wrong minimum.
     pub stands_clear: bool,
-    /// Covariance of the unknowns; [`Identifier::sought`] says which they are.
+    /// Covariance of the unknowns; [`Identifier::sought`](super::Identifier::sought) says which they are.
     pub covariance: Covariance,
     /// Combinations of unknowns that the data tell badly, the worst first.
     pub weak_directions: Vec<Direction, MAX_DIRECTIONS>,

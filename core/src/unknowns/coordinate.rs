@@ -27,15 +27,15 @@ pub enum Coordinate {
         /// 0..6.
         dof: usize,
     },
-    /// [`Calibration::delay`].
+    /// [`Calibration::delay`](crate::calibration::Calibration::delay).
     Delay,
-    /// Logarithm of [`Calibration::acceleration_gain`] of an axis.
+    /// Logarithm of [`Calibration::acceleration_gain`](crate::calibration::Calibration::acceleration_gain) of an axis.
     AccelerationGain(usize),
-    /// Logarithm of [`Calibration::force_gain`] of an axis.
+    /// Logarithm of [`Calibration::force_gain`](crate::calibration::Calibration::force_gain) of an axis.
     ForceGain(usize),
-    /// [`Calibration::misalignment`] about an axis.
+    /// [`Calibration::misalignment`](crate::calibration::Calibration::misalignment) about an axis.
     Misalignment(usize),
-    /// Logarithm of [`Calibration::mass`] of a link, from 0.
+    /// Logarithm of [`Calibration::mass`](crate::calibration::Calibration::mass) of a link, from 0.
     Mass(usize),
 }
 
