@@ -1,4 +1,4 @@
-//! The programs under test, as they are shipped: built with the release profile.
+//! The programs under test, as they are shipped: built with the release profile, unless others are named.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,8 @@ use std::sync::OnceLock;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
-/// Names the folder of the built programs to the tests that run inside a bus, where nothing is built.
+/// Names the folder of programs that are built: to the tests that run inside a bus, where nothing is built, and by whom has
+/// them already.
 pub const FOLDER: &str = "FLEXID_PROGRAMS";
 
 /// The folder that holds `flexid` and `flexid-edge`. Builds them, once in a process, unless [`FOLDER`] says
