@@ -1,16 +1,21 @@
 //! Gravity and sensors as the configuration has them, in the simulation and in the fit.
 
 use std::fs;
+use std::path::Path;
 
 use crate::setup::{edit, folder, identified, json};
+
+/// Gravity, and an accelerometer that turns with the tool.
+fn as_on_earth(config: &Path) {
+    edit(config, "[0.0, 0.0, 0.0]", "[0.0, 0.0, -9.80665]");
+    edit(config, "\"inertial\"", "\"strapdown\"");
+}
 
 /// The simulated robot sags and the simulated accelerometer turns with the tool, as the fit assumes.
 #[test]
 fn what_gravity_does_to_the_simulated_robot_is_what_the_fit_expects() {
     let folder = folder();
-    let edge = folder.path().join("edge.toml");
-    edit(&edge, "[0.0, 0.0, 0.0]", "[0.0, 0.0, -9.80665]");
-    edit(&edge, "\"inertial\"", "\"strapdown\"");
+    as_on_earth(&folder.path().join("edge.toml"));
     let (_, report) = identified(folder.path(), "--truth drawn:1", || ());
     let consistency = report["fit"]["consistency"].as_f64().unwrap();
     assert!((0.9..1.1).contains(&consistency), "chi^2/dof is {consistency}");
@@ -21,8 +26,7 @@ fn what_gravity_does_to_the_simulated_robot_is_what_the_fit_expects() {
 fn sensors_that_sit_elsewhere_are_allowed_for() {
     let folder = folder();
     let edge = folder.path().join("edge.toml");
-    edit(&edge, "[0.0, 0.0, 0.0]", "[0.0, 0.0, -9.80665]");
-    edit(&edge, "\"inertial\"", "\"strapdown\"");
+    as_on_earth(&edge);
     let section = "\n[mounting]\naccelerometer_xyz_m = [0.08, -0.05, 0.22]\n\
                    accelerometer_rpy_rad = [0.4, -0.3, 1.2]\nforce_rpy_rad = [-0.2, 0.5, -0.7]\n\
                    tool_mass_kg = 2.0\ntool_centre_m = [0.01, 0.02, 0.12]\n";
