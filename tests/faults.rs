@@ -8,25 +8,33 @@ use std::cell::RefCell;
 use std::fs;
 use std::io::{ErrorKind, Read, Write};
 use std::net::Shutdown;
-use std::os::unix::net::UnixStream;
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::net::{UnixDatagram, UnixStream};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Result, ensure};
-use flexid_hil::bench::Bench;
+use anyhow::{Context, Result, ensure};
+use flexid_hil::bench::{ADDRESS, Bench};
 use flexid_hil::bus::{self, ip_link, test};
+use flexid_hil::process::{Program, until};
 use flexid_hil::report::Report;
 use flexid_hil::truth::{Bounds, Truth};
+use nix::sys::signal::Signal;
 
 fn main() -> ExitCode {
     bus::main(vec![
         test("link_down_and_up", link_down_and_up),
+        test("each_trouble_is_logged_and_its_end", each_trouble_is_logged_and_its_end),
+        test("can_fd_frames_are_named", can_fd_frames_are_named),
         test("interface_deleted_and_made_again", interface_deleted_and_made_again),
         test("interface_missing_at_start", interface_missing_at_start),
         test("frames_of_wrong_length", frames_of_wrong_length),
         test("client_sends_rubbish", client_sends_rubbish),
         test("client_reads_nothing", client_reads_nothing),
+        test("killed_and_started_again", killed_and_started_again),
+        test("config_read_again", config_read_again),
+        test("client_may_not_connect", client_may_not_connect),
     ])
 }
 
@@ -36,6 +44,41 @@ fn link_down_and_up() -> Result<()> {
         std::thread::sleep(Duration::from_secs(2));
         ip_link("set vcan0 up")
     })?;
+    Ok(())
+}
+
+/// The second time as the first. A link that is set up and has no carrier is that of a controller that is bus-off.
+fn each_trouble_is_logged_and_its_end() -> Result<()> {
+    bus::restore()?;
+    let bench = Bench::scenario()?;
+    let edge = bench.edge()?;
+    let logged = |what: &str, times: usize| {
+        until(what, Duration::from_secs(20), || Ok(edge.errors()?.matches(what).count() >= times))
+    };
+    for time in 1..=2 {
+        ip_link("set vcan0 down")?;
+        logged("the link of vcan0 is down: `ip link set vcan0 up`", time)?;
+        ip_link("set vcan0 up")?;
+        logged("the link is up again", 2 * time - 1)?;
+        ip_link("set vcan0 state dormant")?;
+        logged("vcan0 is bus-off: ", time)?;
+        ip_link("set vcan0 state up")?;
+        logged("the link is up again", 2 * time)?;
+    }
+    bench.stop(edge)?;
+    Ok(())
+}
+
+/// Only a socket that asks for them hears of them.
+fn can_fd_frames_are_named() -> Result<()> {
+    bus::restore()?;
+    let bench = Bench::scenario()?;
+    let edge = bench.edge()?;
+    bus::send("101##01122334455667788")?;
+    let watch = bench.flexid("watch", ["watch", ADDRESS, "--timeout", "10"])?;
+    let told = "frames 0x101 are CAN FD: set the sender to classical CAN";
+    until(told, Duration::from_secs(10), || Ok(watch.output()?.contains(told)))?;
+    bench.stop(edge)?;
     Ok(())
 }
 
@@ -111,15 +154,93 @@ fn client_reads_nothing() -> Result<()> {
     Ok(())
 }
 
+/// SIGKILL after the first experiment: the next daemon says at once what the first had found, and goes on.
+fn killed_and_started_again() -> Result<()> {
+    run_with(|bench, edge| {
+        bench.identified(1, Duration::from_secs(60))?;
+        edge.signal(Signal::SIGKILL)?;
+        let ended = edge.wait(Duration::from_secs(10))?;
+        ensure!(ended.errors.contains("INFO"), "no log: {}", ended.errors);
+        let verdicts = ended.errors.lines().find(|line| line.contains("χ²/dof"));
+        ensure!(verdicts.is_some(), "the log has no verdict: {}", ended.errors);
+        let edge = bench.edge()?;
+        let report = bench.identified(1, Duration::from_secs(10))?;
+        ensure!(report.fit.records == 1 && report.fit.frames > 0, "{:?}", report.fit);
+        Ok(edge)
+    })?;
+    Ok(())
+}
+
+/// SIGHUP: a bad config is named and the old one stays, a good one is taken; the service manager hears of both.
+fn config_read_again() -> Result<()> {
+    let manager = tempfile::tempdir()?;
+    let manager = UnixDatagram::bind(manager.path().join("notify"))?;
+    manager.set_read_timeout(Some(Duration::from_secs(10)))?;
+    let hears = |wanted: &str| {
+        let mut buffer = [0; 256];
+        let bytes = manager.recv(&mut buffer).context("the service manager hears nothing")?;
+        let heard = String::from_utf8_lossy(&buffer[..bytes]);
+        ensure!(heard.starts_with(wanted), "the service manager hears {heard:?}, not {wanted}");
+        Ok(())
+    };
+    run_with(|bench, edge| {
+        bench.stop(edge)?;
+        let notify = manager.local_addr()?;
+        let notify = notify.as_pathname().context("a socket without a name")?;
+        let notify = format!("NOTIFY_SOCKET={}", notify.display());
+        let edge = bench.start("edge", "env", [&notify, "flexid-edge", "--config", "edge.toml"])?;
+        hears("READY=1")?;
+        let good = fs::read_to_string(bench.path("edge.toml"))?;
+        for (config, log) in [
+            ("[model]", "goes on with the old config: edge.toml:"),
+            (good.as_str(), "edge.toml: read again"),
+        ] {
+            fs::write(bench.path("edge.toml"), config)?;
+            edge.signal(Signal::SIGHUP)?;
+            hears("RELOADING=1\nMONOTONIC_USEC=")?;
+            hears("READY=1")?;
+            until(log, Duration::from_secs(5), || Ok(edge.errors()?.contains(log)))?;
+        }
+        Ok(edge)
+    })?;
+    hears("STOPPING=1")
+}
+
+/// Who may not write the socket hears so, and what to do about it.
+fn client_may_not_connect() -> Result<()> {
+    bus::restore()?;
+    let bench = Bench::scenario()?;
+    let edge = bench.edge()?;
+    fs::set_permissions(bench.path("flexid.sock"), fs::Permissions::from_mode(0o000))?;
+    // Root without its capabilities is a user like any other.
+    let watch = ["--bounding-set=-all", "--inh-caps=-all", "flexid", "watch", ADDRESS];
+    let ended = bench.start("watch", "setpriv", watch)?.wait(Duration::from_secs(20))?;
+    ensure!(ended.status.code() == Some(1), "{}: {}", ended.status, ended.errors);
+    for part in ["may not connect", "socket_group"] {
+        ensure!(ended.errors.contains(part), "does not say {part}: {}", ended.errors);
+    }
+    bench.stop(edge)?;
+    Ok(())
+}
+
 /// Three experiments with `fault` after the first: the robot is found from all three, nothing is lost,
 /// and the daemon ends cleanly.
 fn run_with_fault(fault: impl FnOnce(&Bench) -> Result<()>) -> Result<Report> {
+    run_with(|bench, edge| {
+        fault(bench)?;
+        Ok(edge)
+    })
+}
+
+/// The same where the fault is the daemon's: `fault` returns the one that goes on.
+fn run_with(fault: impl FnOnce(&Bench, Program) -> Result<Program>) -> Result<Report> {
     bus::restore()?;
     let recording = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/nominal"));
     let bench = Bench::recording(recording)?;
-    let mut edge = bench.edge()?;
+    bench.configure("[bus]", "[state]\nfile = \"flexid.state\"\n\n[bus]")?;
+    let edge = bench.edge()?;
     bench.play("exp_00.log", "can0")?;
-    fault(&bench)?;
+    let mut edge = fault(&bench, edge)?;
     // The daemon may take a moment to find the bus again.
     std::thread::sleep(Duration::from_secs(3));
     edge.still_runs()?;

@@ -17,6 +17,7 @@ fn main() -> ExitCode {
         test("robot_daemon_readout", robot_daemon_readout),
         test("test_bench_of_the_readme", test_bench_of_the_readme),
         test("simulated_log_replays", simulated_log_replays),
+        test("nothing_is_sent_where_a_robot_may_listen", nothing_is_sent_where_a_robot_may_listen),
     ])
 }
 
@@ -89,6 +90,34 @@ fn simulated_log_replays() -> Result<()> {
         Ok(frames(&listener.output()?).len() >= written.len())
     })?;
     ensure!(frames(&listener.output()?) == written, "canplayer sent other frames");
+    Ok(())
+}
+
+/// A vxcan leads out of this network: as of a robot's bus, nobody knows who listens at the other end.
+fn nothing_is_sent_where_a_robot_may_listen() -> Result<()> {
+    let bench = Bench::scenario()?;
+    let link =
+        "ip link add can7 type vxcan peer name can8 && ip link set can7 up && ip link set can8 up";
+    bench.start("link", "sh", ["-c", link])?.succeed(Duration::from_secs(10))?;
+    let listener = bench.start("listener", "candump", ["-L", "can8"])?;
+    std::thread::sleep(Duration::from_millis(500)); // it does not say when it listens
+    let simulate = ["simulate", "--config", "edge.toml", "--experiments", "1", "--can", "can7"];
+    let refused = bench.flexid("refused", simulate)?.wait(Duration::from_secs(20))?;
+    ensure!(refused.status.code() == Some(2), "{:?}", refused);
+    for part in ["--can can7: ", "of kind \"vxcan\"", "--onto-real-bus"] {
+        ensure!(refused.errors.contains(part), "{:?} does not say {part:?}", refused.errors);
+    }
+    ensure!(refused.errors.lines().count() == 1, "{}", refused.errors);
+    std::thread::sleep(Duration::from_millis(200)); // candump hears what is under way
+    ensure!(listener.output()?.is_empty(), "sent: {}", listener.output()?);
+
+    let allowed = simulate.into_iter().chain(["--onto-real-bus"]);
+    bench.flexid("allowed", allowed)?.succeed(Duration::from_secs(60))?;
+    until("the frames arrive", Duration::from_secs(5), || {
+        Ok(listener.output()?.lines().count() >= 2 * 8192)
+    })?;
+    let unlink = bench.start("unlink", "ip", ["link", "del", "can7"])?;
+    unlink.succeed(Duration::from_secs(10))?;
     Ok(())
 }
 

@@ -17,6 +17,7 @@ pub mod identify;
 pub mod loss;
 pub mod motion;
 pub mod mounting;
+pub mod noise;
 pub mod parameters;
 pub mod receptance;
 pub mod refine;

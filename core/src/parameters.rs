@@ -1,7 +1,11 @@
 //! What is identified: 6 stiffnesses and 6 dampings of every joint, and the bounds they lie in.
 
+use core::error::Error;
+use core::fmt;
+
 use heapless::Vec;
 
+use crate::unknowns::Sought;
 use crate::{DOF, MAX_JOINTS};
 
 /// Most parameters: 12 per joint.
@@ -42,6 +46,18 @@ pub struct EmptyBounds {
     /// Degree of freedom, 0..6.
     pub dof: usize,
 }
+
+/// So many fractions are not the parameters of any chain: 12 for each of 1 to [`MAX_JOINTS`] joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParameterCount(pub usize);
+
+impl fmt::Display for ParameterCount {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} parameters: a chain has 12 for each of 1 to {MAX_JOINTS} joints", self.0)
+    }
+}
+
+impl Error for ParameterCount {}
 
 /// An end of a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,7 +117,20 @@ impl Bounds {
     /// magnitude, and there it is that of the fourth root. With bounds ten times wider on both sides than the
     /// reference scenario's it finds 30 robots of 30, the linear scale 12 of 20; within the scenario's bounds the linear one
     /// finds more at the first start (59 of 60, and 55), and the logarithm less than either (63 of 100).
-    pub fn bushings(&self, fractions: &[f32]) -> Bushings {
+    ///
+    /// # Errors
+    ///
+    /// If they are not twelve for each of 1 to [`MAX_JOINTS`] joints.
+    pub fn bushings(&self, fractions: &[f32]) -> Result<Bushings, ParameterCount> {
+        let (joints, rest) = fractions.as_chunks::<{ 2 * DOF }>();
+        if !rest.is_empty() || !(1..=MAX_JOINTS).contains(&joints.len()) {
+            return Err(ParameterCount(fractions.len()));
+        }
+        Ok(self.within(fractions))
+    }
+
+    /// The same of fractions that are as many as a chain has parameters; those of more joints are left out.
+    pub(crate) fn within(&self, fractions: &[f32]) -> Bushings {
         let root = |value: f64| libm::sqrt(libm::sqrt(value));
         let within = |fraction: f32, [lower, upper]: [f64; 2]| {
             let between = |lower: f64, upper: f64| lower + f64::from(fraction) * (upper - lower);
@@ -115,6 +144,7 @@ impl Bounds {
         let (joints, _) = fractions.as_chunks::<{ 2 * DOF }>();
         joints
             .iter()
+            .take(MAX_JOINTS)
             .map(|joint| Bushing {
                 stiffness: core::array::from_fn(|dof| within(joint[dof], self.stiffness[dof])),
                 damping: core::array::from_fn(|dof| within(joint[DOF + dof], self.damping[dof])),
@@ -122,10 +152,20 @@ impl Bounds {
             .collect()
     }
 
-    /// The middle of the bounds, by their logarithms, for every joint of a chain.
-    pub fn middle(&self, joints: usize) -> Bushings {
+    /// The middle of the bounds, by their logarithms, for every joint of the chain that something is sought of.
+    pub fn middle(&self, sought: &Sought) -> Bushings {
+        let joints = sought.joints();
         let (lower, upper) = self.logarithms(joints);
         from_logarithms(&core::array::from_fn(|i| 0.5 * (lower[i] + upper[i])), joints)
+    }
+
+    /// The upper ends of the bounds, for every joint of the chain that something is sought of: the stiffest robot.
+    pub fn stiffest(&self, sought: &Sought) -> Bushings {
+        let bushing = Bushing {
+            stiffness: self.stiffness.map(|[_, upper]| upper),
+            damping: self.damping.map(|[_, upper]| upper),
+        };
+        (0..sought.joints()).map(|_| bushing).collect()
     }
 
     /// Logarithms of the lower and upper ends for a chain of `joints`, in the order of [`logarithms`].
@@ -186,9 +226,19 @@ mod tests {
     }
 
     #[test]
+    fn fractions_of_no_chain_are_refused() {
+        let bounds = Bounds::new([1e7, 2e8], [1e6, 1e8], [1e2, 1e6], [1e1, 5e5]).expect("in order");
+        for count in [0, 11, 13, 85, 96] {
+            let fractions = std::vec![0.5; count];
+            assert_eq!(bounds.bushings(&fractions).err(), Some(ParameterCount(count)));
+        }
+        assert_eq!(bounds.bushings(&[0.5; 84]).expect("seven joints").len(), 7);
+    }
+
+    #[test]
     fn fractions_cover_the_bounds() {
         let bounds = Bounds::new([1e7, 2e8], [1e6, 1e8], [1e2, 1e6], [1e1, 5e5]).expect("in order");
-        let at = |fraction: f32| bounds.bushings(&[fraction; 12])[0];
+        let at = |fraction: f32| bounds.bushings(&[fraction; 12]).expect("one joint")[0];
         assert_eq!((at(0.0).stiffness[0], at(1.0).stiffness[0]), (1e7, 2e8));
         assert_eq!(at(0.5).stiffness[5], 0.5 * (1e6 + 1e8));
         let ends = [at(0.0).damping[0], at(1.0).damping[0]];

@@ -8,7 +8,7 @@
 
 use heapless::Vec;
 
-use crate::chain::linearise::LinearChain;
+use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::parameters::Bushing;
 use crate::receptance::{Complex, Response, Terms};
 use crate::{DOF, MAX_JOINTS};
@@ -91,8 +91,16 @@ pub struct Deflection {
 
 impl Deflection {
     /// Of a chain that is linearised at the test's pose, under a wrench (N and Nm on the TCP, along its axes).
-    pub fn new(chain: &LinearChain, bushings: &[Bushing], wrench: &[f64; 6]) -> Self {
-        let terms = Terms::at_rest(chain, bushings, wrench);
+    ///
+    /// # Errors
+    ///
+    /// If there is not one bushing per joint.
+    pub fn new(
+        chain: &LinearChain,
+        bushings: &[Bushing],
+        wrench: &[f64; 6],
+    ) -> Result<Self, LinearisationError> {
+        let terms = Terms::at_rest(chain, bushings, wrench)?;
         let rest = Complex::zero(0.0);
         let full = Complex::new(1.0, 0.0);
         let mut response = Response::new(0.0);
@@ -106,6 +114,6 @@ impl Deflection {
                 }
             }
         }
-        Self { displacement: response.acceleration.map(|reading| reading.re), gradient }
+        Ok(Self { displacement: response.acceleration.map(|reading| reading.re), gradient })
     }
 }

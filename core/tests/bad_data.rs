@@ -8,7 +8,7 @@ use common::milling::{Conditions, SAMPLES, cut, experiments, record};
 use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use fearless_simd::Level;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
-use flexid_core::identify::{Estimate, Identifier};
+use flexid_core::identify::{Acceptance, Estimate, Identifier};
 use flexid_core::parameters::{Bounds, Bushings, EmptyBounds};
 use flexid_core::spectrum::{Experiment, Measurement, SpectrumError};
 use flexid_core::stream::Record;
@@ -202,6 +202,18 @@ fn the_same_pose_again_and_again_makes_nothing_up() {
     assert_true(&estimate, &truth, &verdicts);
 }
 
+/// In gravity no guess within these bounds comes to rest: an estimate that says nothing, and no panic.
+#[test]
+fn bounds_too_soft_for_gravity_identify_nothing() {
+    let measurement = Measurement { gravity: [0.0, 0.0, -9.80665], ..MEASUREMENT };
+    let (soft, damping) = ([1e2, 1e3], [1e3, 1e5]);
+    let limp = Bounds::new(soft, soft, damping, damping).expect("in order");
+    let mut experiments = [spectra(&one_record(), &measurement).expect("a good record")];
+    let (estimate, verdicts) = identify(&mill3(), measurement, limp, &mut experiments);
+    assert_eq!(estimate.acceptance, Acceptance::Unsettled);
+    assert!(verdicts.iter().all(|(_, told)| *told == Verdict::NotObservable), "{verdicts:?}");
+}
+
 /// No sensor is free of noise: who says so is not believed where it matters.
 #[test]
 fn noise_of_zero_gives_no_confident_number() {
@@ -230,6 +242,27 @@ fn noise_of_zero_gives_no_confident_number() {
         assert_eq!(identified(&verdicts).len(), expected, "{case}: {}", estimate.consistency);
         assert_true(&estimate, &truth, &verdicts);
     }
+}
+
+/// Noise that was read in the cut would explain any model.
+#[test]
+fn noise_that_is_too_loud_gives_no_confident_number() {
+    let truth = nominal();
+    let mut random = Random::new(18);
+    let made = EXPERIMENTS.iter().map(|(pose, rpm, feed)| {
+        let force = cut(&mut random, *rpm, *feed);
+        let conditions = Conditions::default();
+        let mut record = record(&mill3(), pose, &truth, &force, &conditions, &mut random);
+        let noise = record.force_noise.iter_mut().chain(&mut record.acceleration_noise);
+        noise.for_each(|noise| *noise *= 3.0);
+        spectra(&record, &MEASUREMENT).expect("a good record")
+    });
+    let mut experiments: Vec<Experiment<BINS>> = made.collect();
+    let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &mut experiments);
+    assert!((0.1..0.12).contains(&estimate.consistency), "{}", estimate.consistency);
+    assert!(estimate.noise_too_loud);
+    assert_eq!(estimate.acceptance, Acceptance::Unsettled);
+    assert_eq!(identified(&verdicts), []);
 }
 
 #[test]

@@ -44,8 +44,8 @@ fn dynamic(z: Complex<f64>) -> Dynamic {
 
 /// How a robot of these bushings agrees with a record whose seam alone is fitted, by a dense least-squares solve.
 fn agreement(bushings: &Bushings, experiment: &Experiment<BINS>) -> Agreement {
-    let linear = mill3().linearise(&experiment.pose, Vector3::zeros(), bushings);
-    let terms = Terms::new(&linear, bushings, false);
+    let linear = mill3().linearise(&experiment.pose, Vector3::zeros(), bushings).unwrap();
+    let terms = Terms::new(&linear, bushings, false).unwrap();
     let loads = 6 * bushings.len();
     let columns = 2 * loads + 6;
     let bins = experiment.bins();
@@ -73,10 +73,12 @@ fn agreement(bushings: &Bushings, experiment: &Experiment<BINS>) -> Agreement {
         }
         // Noise of both sensors.
         let accelerance = Matrix3::from_fn(|a, f| dynamic(response.accelerance[a][f]));
-        let square =
-            |noise: [f64; 3]| Matrix3::from_diagonal(&Vector3::from(noise)).map(Dynamic::from);
-        let noise = square(experiment.acceleration_noise)
-            + accelerance * square(experiment.force_noise) * accelerance.adjoint();
+        let square = |noise: &[heapless::Vec<f32, BINS>; 3]| {
+            let at_bin = Vector3::from_fn(|axis, _| Dynamic::from(f64::from(noise[axis][bin])));
+            Matrix3::from_diagonal(&at_bin)
+        };
+        let noise = square(&experiment.acceleration_noise)
+            + accelerance * square(&experiment.force_noise) * accelerance.adjoint();
         let factor = noise.cholesky().expect("there is noise").l();
         let whitened = factor.solve_lower_triangular(&rows).expect("its diagonal is positive");
         for axis in 0..3 {

@@ -23,10 +23,10 @@ fn search_alone_beats_the_papers_deviation() {
         let jacobians = experiments.iter().map(|experiment| &experiment.search.jacobian);
         search.renew(Weighing::Sensitivities(Sensitivities::jacobian(jacobians, 3)));
         while !search.finished() {
-            let guess = bounds.bushings(search.ask(&mut random.0));
+            let guess = bounds.bushings(search.ask(&mut random.0)).unwrap();
             search.tell(&spectral::losses(&experiments, &guess, Level::new()));
         }
-        deviations.push(parameter_deviation(&bounds.bushings(search.centre()), &truth));
+        deviations.push(parameter_deviation(&bounds.bushings(search.centre()).unwrap(), &truth));
     }
     let mean = deviations.iter().sum::<f64>() / 10.0;
     println!(

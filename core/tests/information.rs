@@ -26,12 +26,12 @@ fn deviations(count: usize) -> [Vec<f64>; 3] {
         record.acceleration.iter_mut().for_each(|axis| axis.fill(0.0));
         let mut planned: Experiment<BINS> =
             Experiment::new(&chain, &MEASUREMENT, &record, &mut buffer).unwrap();
-        foretold.add(&refinement.information(&problem, &mut planned));
+        foretold.add(&refinement.information(&problem, &mut planned).unwrap());
     }
     let fitted = refinement.fit(&problem, &mut done).covariance;
     let mut told = Information::none(sought.unknowns());
     for experiment in &mut done {
-        told.add(&refinement.information(&problem, experiment));
+        told.add(&refinement.information(&problem, experiment).unwrap());
     }
     let covariances = [foretold.covariance(), told.covariance(), fitted];
     covariances.map(|own| (0..sought.unknowns()).map(|i| own.deviation(i)).collect())

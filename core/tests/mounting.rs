@@ -44,7 +44,7 @@ impl Case {
         let mut random = Random::new(seed);
         let (chain, pose) = (random.chain(joints), random.pose(joints));
         let bushings = random.bushings(joints);
-        let linear = chain.linearise(&pose, gravity, &bushings);
+        let linear = chain.linearise(&pose, gravity, &bushings).unwrap();
         let mounting = random.mounting();
         let s = Complex { re: random.uniform(0.0, 2.0), im: random.uniform(10.0, 1300.0) };
         let mut complex = |size: f64| Complex {
@@ -63,7 +63,7 @@ impl Case {
 
     fn terms(&self, strapdown: bool) -> Terms<f64> {
         let ideal = Calibration::default();
-        Terms::mounted(&self.linear, &self.bushings, strapdown, &self.mounting, &ideal)
+        Terms::mounted(&self.linear, &self.bushings, strapdown, &self.mounting, &ideal).unwrap()
     }
 }
 
@@ -220,8 +220,8 @@ proptest! {
         let case = Case::new(seed, joints, Vector3::zeros());
         let calibration = Calibration { delay: 2e-3, misalignment: [0.1, -0.2, 0.3], ..Calibration::default() };
         let at = |scale: &[f64]| {
-            let linear = case.chain.weighing(scale).linearise(&case.pose, case.gravity, &case.bushings);
-            let terms = Terms::mounted(&linear, &case.bushings, false, &case.mounting, &calibration);
+            let linear = case.chain.weighing(scale).linearise(&case.pose, case.gravity, &case.bushings).unwrap();
+            let terms = Terms::mounted(&linear, &case.bushings, false, &case.mounting, &calibration).unwrap();
             respond(&terms.with_masses(), case.s, &case.force, &case.seam)
         };
         let here = at(&vec![1.0; joints]);
@@ -339,7 +339,10 @@ fn identify(
     nuisances: &Nuisances,
 ) -> Estimate {
     let mut experiments = experiments(records, mounting);
-    settle(&mut identifier_of(measurement(mounting), Sought::new(3, nuisances)), &mut experiments)
+    settle(
+        &mut identifier_of(measurement(mounting), Sought::new(3, nuisances).unwrap()),
+        &mut experiments,
+    )
 }
 
 fn at_the_noise_limit(estimate: &Estimate, truth: &Bushings) {

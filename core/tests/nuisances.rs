@@ -37,7 +37,7 @@ fn spoilt(
 }
 
 fn identify(nuisances: &Nuisances, experiments: &mut [Experiment<BINS>]) -> Estimate {
-    settle(&mut identifier(Sought::new(3, nuisances)), experiments)
+    settle(&mut identifier(Sought::new(3, nuisances).unwrap()), experiments)
 }
 
 /// Sought, the nuisances are found within four of their deviations and the intervals hold; not sought, the fit says no.
@@ -69,7 +69,7 @@ fn found_and_seen(
 /// The records have told all nuisances: what is left of the prior's deviation is a fifth at most. Whoever reports the
 /// prior has all of it left.
 fn assert_told(estimate: &Estimate, nuisances: &Nuisances) {
-    let sought = Sought::new(3, nuisances);
+    let sought = Sought::new(3, nuisances).unwrap();
     for nuisance in &estimate.nuisances {
         let prior = sought.width(nuisance.coordinate);
         assert!(nuisance.deviation < prior / 5.0, "{nuisance:?}, before {prior}");
@@ -116,7 +116,7 @@ fn gains() {
     });
     let wanted: Vec<_> = wanted.collect();
     let estimate = found_and_seen(&nuisances, &wanted, make, &truth);
-    let sought = Sought::new(3, &nuisances);
+    let sought = Sought::new(3, &nuisances).unwrap();
     let unknowns: Vec<usize> = wanted.iter().map(|w| sought.unknown(w.0).unwrap()).collect();
     let covariance = |a: usize, b: usize| {
         let (a, b) = (unknowns[a], unknowns[b]);
@@ -187,12 +187,11 @@ fn fixed_and_tied_parameters() {
     let mut truth = Random::new(69).bushings(3);
     truth[1].stiffness[1] = truth[1].stiffness[0];
     let mut records = experiments(&truth, &mut Random::new(70));
-    let mut sought = Sought::new(3, &Nuisances::default());
-    sought.fix(Coordinate::Damping { joint: 0, dof: 3 }, truth[0].damping[3]);
-    sought.tie(
-        Coordinate::Stiffness { joint: 1, dof: 1 },
-        Coordinate::Stiffness { joint: 1, dof: 0 },
-    );
+    let mut sought = Sought::new(3, &Nuisances::default()).unwrap();
+    sought.fix(Coordinate::Damping { joint: 0, dof: 3 }, truth[0].damping[3]).unwrap();
+    sought
+        .tie(Coordinate::Stiffness { joint: 1, dof: 1 }, Coordinate::Stiffness { joint: 1, dof: 0 })
+        .unwrap();
     assert_eq!(sought.unknowns(), 34);
     let estimate = settle(&mut identifier(sought), &mut records);
     assert_eq!(estimate.acceptance, Acceptance::Consistent);

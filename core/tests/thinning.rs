@@ -70,10 +70,10 @@ fn search(experiments: &[Experiment<BINS>], seed: u64) -> Bushings {
     let jacobians = experiments.iter().map(|experiment| &experiment.search.jacobian);
     search.renew(Weighing::Sensitivities(Sensitivities::jacobian(jacobians, 3)));
     while !search.finished() {
-        let guess = bounds().bushings(search.ask(&mut generator));
+        let guess = bounds().bushings(search.ask(&mut generator)).unwrap();
         search.tell(&spectral::losses(experiments, &guess, Level::new()));
     }
-    bounds().bushings(search.centre())
+    bounds().bushings(search.centre()).unwrap()
 }
 
 /// Mean, and its standard error.

@@ -47,6 +47,13 @@ impl Board {
         self.changed.notify_all();
     }
 
+    /// Takes down the report and its confidence: they are of another robot, or of another measurement.
+    pub fn withdraw_finding(&self) {
+        let finding =
+            |message: &FromEdge| matches!(message, FromEdge::Report(_) | FromEdge::Confidence(_));
+        self.lock().messages.retain(|(_, message)| !finding(message));
+    }
+
     /// No news will follow.
     pub fn close(&self) {
         self.lock().closed = true;

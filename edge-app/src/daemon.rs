@@ -3,22 +3,28 @@
 //! Reading never waits: a record for which there is no room is given up, and a message for a client is put on
 //! the board and fetched from there.
 
+mod journal;
+mod solving;
+
 use std::io;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, Sender, TrySendError, bounded};
-use flexid_wire::messages::{BusHealth, BusState, FromEdge, Phase, Status};
+use crossbeam_channel::{Sender, TrySendError, bounded};
+use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Status};
 use flexid_wire::text::clipped;
 use tracing::{error, info, warn};
 
 use crate::board::Board;
 use crate::config::Config;
-use crate::pipeline::{Counts, Intake, Outcome, Record, STACK, Solver, unchecked};
+use crate::pipeline::{Counts, Intake, Outcome, Record, STACK, unchecked};
+use crate::reload::Reload;
 use crate::server::{self, Listener};
-use crate::source::{Flow, FrameSource, LinkState, SourceHealth};
+use crate::source::{ErrorCounts, Flow, FrameSource, LinkState, SourceHealth};
 use crate::stop::Stop;
+use crate::store::Store;
+use solving::Solving;
 
 /// Records that may wait for the solver: more than half a minute of milling.
 const QUEUE: usize = 8;
@@ -30,67 +36,88 @@ const SILENCE: Duration = Duration::from_secs(1);
 const BUS_NEWS: Duration = Duration::from_millis(500);
 const WORK_NEWS: Duration = Duration::from_millis(100);
 
+/// What a daemon runs with.
+#[derive(Clone, Copy, Debug)]
+pub struct Daemon<'a> {
+    /// What it begins with.
+    pub config: &'a Config,
+    /// Where it serves clients.
+    pub listeners: &'a [Listener],
+    /// Ends it.
+    pub stop: &'a Stop,
+    /// Brings it another config; `None` where none will come.
+    pub reload: Option<&'a Reload>,
+    /// Where its numbers survive it; `None` where they need not.
+    pub store: Option<&'a Store>,
+}
+
 /// Why the solver has found nothing although there are records.
 type Refusal = Mutex<Option<String>>;
-/// A record on its way to the solver, with what had come in when it was cut.
-type Parcel = (Box<Record>, Counts);
 
-/// Runs until `stop`, or until `source` ends. What was read by then is used, unless `stop` asks for haste.
+/// What the reader has for the solver.
+enum Order {
+    /// A record, with what had come in when it was cut.
+    Record(Box<Record>, Counts),
+    /// Another config from here on, with what had come in, and whether the stream begins anew with it.
+    Reload { config: Arc<Config>, counts: Counts, anew: bool },
+}
+
+/// Runs a daemon that keeps nothing and whose config stays; see [`Daemon::run`].
 ///
 /// # Errors
-/// The system gave no thread, or one of them has died.
+/// As [`Daemon::run`].
 pub fn run(
     config: &Config,
     source: &mut dyn FrameSource,
     listeners: &[Listener],
     stop: &Stop,
 ) -> io::Result<Outcome> {
-    let board = Board::new();
-    thread::scope(|scope| {
-        let server = thread::Builder::new().name("flexid-server".into());
-        let server = server.spawn_scoped(scope, || server::serve(listeners, &board, stop))?;
-        let outcome = work(config, source, &board, stop);
-        // Whatever has happened, the server is told of the end.
-        board.close();
-        stop.request();
-        join(server)?;
-        outcome
-    })
+    Daemon { config, listeners, stop, reload: None, store: None }.run(source)
 }
 
-/// Reads and solves; the last report is on the board when it is done.
-fn work(
-    config: &Config,
-    source: &mut dyn FrameSource,
-    board: &Board,
-    stop: &Stop,
-) -> io::Result<Outcome> {
-    let (sender, receiver) = bounded(QUEUE);
-    let refusal: &Refusal = &Mutex::new(None);
-    let big = |name: &str| thread::Builder::new().name(name.into()).stack_size(STACK);
-    let (mut outcome, solver) = thread::scope(|scope| {
-        let reader = Reader { config, board, refusal, stop };
-        let reader =
-            big("flexid-reader").spawn_scoped(scope, move || reader.run(source, sender))?;
-        let solver = big("flexid-solver").spawn_scoped(scope, move || {
-            // Without a solver there is nothing to read for.
-            let _end = StopAtEnd(stop);
-            solve(config, &receiver, board, refusal, stop)
-        });
-        let solver = solver.inspect_err(|_| stop.request())?;
-        let outcome = join(reader);
-        let solver = join(solver)?;
-        Ok::<_, io::Error>((outcome?, solver))
-    })?;
-    outcome.finding = solver.finding(&outcome.counts, &outcome.trouble);
-    if let Some(refusal) = solver.refusal() {
-        outcome.state = refusal;
+impl Daemon<'_> {
+    /// Runs until `stop`, or until `source` ends. What was read by then is used, unless `stop` asks for haste.
+    ///
+    /// # Errors
+    /// The system gave no thread, or one of them has died.
+    pub fn run(&self, source: &mut dyn FrameSource) -> io::Result<Outcome> {
+        let Self { listeners, stop, .. } = *self;
+        let board = Board::new();
+        thread::scope(|scope| {
+            let server = thread::Builder::new().name("flexid-server".into());
+            let server = server.spawn_scoped(scope, || server::serve(listeners, &board, stop))?;
+            let outcome = self.work(source, &board);
+            // Whatever has happened, the server is told of the end.
+            board.close();
+            stop.request();
+            join(server)?;
+            outcome
+        })
     }
-    if let Some(finding) = &mut outcome.finding {
-        finding.explain(&outcome.state);
-        board.publish_together(finding.messages());
+
+    /// Reads and solves; the last report is on the board when it is done.
+    fn work(&self, source: &mut dyn FrameSource, board: &Board) -> io::Result<Outcome> {
+        let Self { config, stop, reload, .. } = *self;
+        let (sender, receiver) = bounded(QUEUE);
+        let refusal: &Refusal = &Mutex::new(None);
+        let big = |name: &str| thread::Builder::new().name(name.into()).stack_size(STACK);
+        let (mut outcome, solving) = thread::scope(|scope| {
+            let reader = Reader { board, refusal, stop, reload };
+            let reader = big("flexid-reader")
+                .spawn_scoped(scope, move || reader.run(config, source, &sender))?;
+            let solver = big("flexid-solver").spawn_scoped(scope, move || {
+                // Without a solver there is nothing to read for.
+                let _end = StopAtEnd(stop);
+                Solving::begin(self, board, refusal)?.run(&receiver)
+            });
+            let solver = solver.inspect_err(|_| stop.request())?;
+            let outcome = join(reader);
+            let solving = join(solver)?;
+            Ok::<_, io::Error>((outcome?, solving))
+        })?;
+        solving.end(&mut outcome);
+        Ok(outcome)
     }
-    Ok(outcome)
 }
 
 /// Asks for the end when it goes, even by a panic.
@@ -110,89 +137,142 @@ fn join<T>(thread: ScopedJoinHandle<'_, io::Result<T>>) -> io::Result<T> {
 
 /// The thread that reads the bus.
 struct Reader<'a> {
-    config: &'a Config,
     board: &'a Board,
     refusal: &'a Refusal,
     stop: &'a Stop,
+    reload: Option<&'a Reload>,
+}
+
+/// What lasts from one config to the next.
+struct Watch {
+    begun: Instant,
+    health: SourceHealth,
+    given_up: u64,
+}
+
+/// Why reading ends.
+enum End {
+    /// For good.
+    Outcome(Box<Outcome>),
+    /// Its stream goes on under another config, from the start.
+    Reload(Arc<Config>),
 }
 
 impl Reader<'_> {
     /// Reads to the end; the outcome as far as it is known here.
-    fn run(&self, source: &mut dyn FrameSource, sender: Sender<Parcel>) -> io::Result<Outcome> {
-        let mut intake = Intake::new(self.config).map_err(unchecked)?;
+    fn run(
+        &self,
+        config: &Config,
+        source: &mut dyn FrameSource,
+        sender: &Sender<Order>,
+    ) -> io::Result<Outcome> {
+        let mut config = Arc::new(config.clone());
+        let mut watch = Watch { begun: Instant::now(), health: source.health(), given_up: 0 };
+        loop {
+            match self.read(config, source, sender, &mut watch)? {
+                End::Outcome(outcome) => return Ok(*outcome),
+                End::Reload(next) => config = next,
+            }
+        }
+    }
+
+    /// Reads until the end, or until a config comes under which the frames mean something else.
+    fn read(
+        &self,
+        mut config: Arc<Config>,
+        source: &mut dyn FrameSource,
+        sender: &Sender<Order>,
+        watch: &mut Watch,
+    ) -> io::Result<End> {
+        let streams = Arc::clone(&config);
+        let mut intake = Intake::new(&streams).map_err(unchecked)?;
         let begun = Instant::now();
-        let (mut told, mut told_frames, mut given_up) = (begun, 0, 0);
+        let (mut told, mut told_frames) = (begun, 0);
         let (mut flow, mut broken) = (Flow::Open, None);
         let (mut heard, mut heard_frames) = (begun, 0);
-        let mut health = source.health();
-        self.tell(&intake, &health, begun, 0.0, given_up);
+        let mut lost_link = false;
+        self.tell(&config, &intake, watch, 0.0);
         while flow == Flow::Open && !self.stop.requested() {
             let mut cut = Vec::new();
             let mut keep = |record: &Record| cut.push(Box::new(record.clone()));
+            if std::mem::take(&mut lost_link) {
+                intake.forget_angles(&mut keep);
+            }
             flow = intake.read(source, LOOK, &mut keep).unwrap_or_else(|error| {
                 error!("the bus cannot be read any more: {error}");
                 broken = Some(error);
                 Flow::Ended
             });
+            // A config that comes waits for room in the queue, so that it stays between its records.
+            let next = self.reload.and_then(Reload::pending).filter(|_| !sender.is_full());
+            let anew = next.as_ref().is_some_and(|next| {
+                next.stream() != streams.stream() || next.signals != streams.signals
+            });
             // A robot that rests tells nothing that would end its last record.
             let frames = intake.counts().stream.frames;
-            if frames > heard_frames && flow == Flow::Open {
+            if frames > heard_frames && flow == Flow::Open && !anew {
                 (heard, heard_frames) = (Instant::now(), frames);
-            } else if flow == Flow::Ended || heard.elapsed() >= SILENCE {
+            } else if flow == Flow::Ended || anew || heard.elapsed() >= SILENCE {
                 intake.finish(&mut keep);
                 heard = Instant::now();
             }
-            given_up += self.hand_over(cut, intake.counts(), &sender);
+            watch.given_up += self.hand_over(cut, intake.counts(), sender);
+            if let Some(next) = next {
+                let counts = intake.counts();
+                let order = Order::Reload { config: Arc::clone(&next), counts, anew };
+                if sender.try_send(order).is_ok() {
+                    self.reload.inspect(|reload| reload.taken(&next));
+                    if anew && flow == Flow::Open {
+                        return Ok(End::Reload(next));
+                    }
+                    config = next;
+                }
+            }
             let elapsed = told.elapsed();
             if elapsed >= BUS_NEWS || flow == Flow::Ended {
                 let frames = intake.counts().all;
                 let rate = (frames - told_frames) as f64 / elapsed.as_secs_f64();
-                health = log_changes(&health, source.health());
-                self.tell(&intake, &health, begun, rate, given_up);
+                let now = source.health();
+                lost_link = watch.health.link == LinkState::Up && now.link != LinkState::Up;
+                watch.health = log_changes(&watch.health, now);
+                self.tell(&config, &intake, watch, rate);
                 (told, told_frames) = (Instant::now(), frames);
             }
         }
-        Ok(Outcome {
+        Ok(End::Outcome(Box::new(Outcome {
             finding: None,
             counts: intake.counts(),
-            state: intake.state(self.config),
+            state: intake.state(&config),
             trouble: match &broken {
                 Some(error) => format!("the bus cannot be read any more: {error}"),
-                None => health.trouble,
+                None => watch.health.trouble.clone(),
             },
             broken,
-        })
+        })))
     }
 
     /// Sends records to the solver; the samples of those for which there is no room.
-    fn hand_over(&self, records: Vec<Box<Record>>, counts: Counts, sender: &Sender<Parcel>) -> u64 {
+    fn hand_over(&self, records: Vec<Box<Record>>, counts: Counts, sender: &Sender<Order>) -> u64 {
         let mut given_up = 0;
         for record in records {
             info!("record {} at pose {:.4?}", counts.stream.records, record.pose);
-            match sender.try_send((record, counts)) {
+            let samples = record.force[0].len() as u64;
+            match sender.try_send(Order::Record(record, counts)) {
                 Ok(()) => {}
-                Err(TrySendError::Full((record, _))) => {
+                Err(TrySendError::Full(_)) => {
                     warn!("the solver is {QUEUE} records behind: a record is given up");
-                    given_up += record.force[0].len() as u64;
+                    given_up += samples;
                 }
                 // It has asked for the end.
-                Err(TrySendError::Disconnected((record, _))) => {
-                    given_up += record.force[0].len() as u64;
-                }
+                Err(TrySendError::Disconnected(_)) => given_up += samples,
             }
         }
         given_up
     }
 
-    fn tell(
-        &self,
-        intake: &Intake,
-        health: &SourceHealth,
-        begun: Instant,
-        frames_per_second: f64,
-        given_up: u64,
-    ) {
-        let Config { model, interface, .. } = self.config;
+    fn tell(&self, config: &Config, intake: &Intake, watch: &Watch, frames_per_second: f64) {
+        let Config { model, interface, .. } = config;
+        let &Watch { begun, ref health, given_up } = watch;
         let counts = intake.counts();
         let stream = &counts.stream;
         self.board.publish(FromEdge::Status(Status {
@@ -203,15 +283,17 @@ impl Reader<'_> {
             state: match health.link {
                 LinkState::Up => match lock(self.refusal).as_deref() {
                     Some(refusal) => clipped(refusal),
-                    None => clipped(intake.state(self.config)),
+                    None => clipped(intake.state(config)),
                 },
-                LinkState::Down | LinkState::Gone => clipped(&health.trouble),
+                LinkState::Down | LinkState::BusOff | LinkState::Gone => clipped(&health.trouble),
             },
+            record_fraction: intake.record_fraction(),
         }));
         self.board.publish(FromEdge::BusHealth(BusHealth {
             state: match health.link {
                 LinkState::Up => BusState::Up,
                 LinkState::Down => BusState::Down,
+                LinkState::BusOff => BusState::BusOff,
                 LinkState::Gone => BusState::Gone,
             },
             frames: stream.frames,
@@ -231,6 +313,9 @@ impl Reader<'_> {
             measured_rate_hz: stream.measured_rate_hz,
             frames_per_second,
             error: clipped(&health.trouble),
+            errors: bus_errors(&health.errors),
+            doubtful_rate: stream.doubtful_rate,
+            measured_rate_std_hz: stream.measured_rate_std_hz,
         }));
     }
 }
@@ -240,55 +325,40 @@ fn lock(refusal: &Refusal) -> MutexGuard<'_, Option<String>> {
     refusal.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Tells the log what is new at the source.
+/// As they go onto the wire.
+fn bus_errors(errors: &ErrorCounts) -> BusErrors {
+    BusErrors {
+        bus_off: errors.bus_off,
+        restarted: errors.restarted,
+        controller_passive: errors.controller_passive,
+        controller_warning: errors.controller_warning,
+        controller_overflow: errors.controller_overflow,
+        protocol: errors.protocol,
+        no_acknowledgement: errors.no_acknowledgement,
+        transceiver: errors.transceiver,
+        lost_arbitration: errors.lost_arbitration,
+        transmit_timeout: errors.transmit_timeout,
+    }
+}
+
+/// Tells the log what is new at the source: each trouble when it comes, and when it is over.
 fn log_changes(before: &SourceHealth, now: SourceHealth) -> SourceHealth {
     if now.trouble != before.trouble {
-        warn!("{}", now.trouble);
+        if !now.trouble.is_empty() {
+            warn!("{}", now.trouble);
+        } else if before.link != LinkState::Up {
+            info!("the link is up again");
+        } else {
+            info!("over: {}", before.trouble);
+        }
     }
-    if now.link == LinkState::Up && before.link != LinkState::Up {
-        info!("the link is up again");
+    let errors = now.errors.bus_off - before.errors.bus_off;
+    if errors > 0 && now.link != LinkState::BusOff {
+        warn!("the controller was bus-off in the meantime, {errors} times");
     }
     if now.kernel_dropped > before.kernel_dropped {
         let dropped = now.kernel_dropped - before.kernel_dropped;
         warn!("the kernel dropped {dropped} frames: raise net.core.rmem_max");
     }
     now
-}
-
-/// The thread that solves: record by record, until there are no more.
-fn solve<'a>(
-    config: &'a Config,
-    records: &Receiver<Parcel>,
-    board: &Board,
-    refusal: &Refusal,
-    stop: &Stop,
-) -> io::Result<Solver<'a>> {
-    let mut solver = Solver::new(config)?;
-    board.publish(FromEdge::Progress(solver.progress()));
-    if let Some(finding) = solver.finding(&Counts::default(), "") {
-        board.publish_together(finding.messages());
-    }
-    for (record, counts) in records {
-        let (mut told, mut phase) = (Instant::now(), Phase::Waiting);
-        solver.take(&record, stop, |progress| {
-            if progress.phase != phase || told.elapsed() >= WORK_NEWS {
-                board.publish(FromEdge::Progress(*progress));
-                (told, phase) = (Instant::now(), progress.phase);
-            }
-        });
-        board.publish(FromEdge::Progress(solver.progress()));
-        let finding = solver.finding(&counts, "");
-        *lock(refusal) = if finding.is_none() { solver.refusal() } else { None };
-        if let Some(finding) = finding {
-            board.publish_together(finding.messages());
-        }
-        if stop.requested() {
-            solver.leave(records.try_iter().count() as u64);
-            break;
-        }
-    }
-    if let Some(refusal) = solver.refusal() {
-        warn!("{refusal}");
-    }
-    Ok(solver)
 }

@@ -6,6 +6,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
+use serde_path_to_error::Segment;
 
 /// A file that cannot be used as it is. Its text is one line that names file, place and mend.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -68,28 +69,39 @@ pub fn read(file: &Path) -> Result<String, BadInput> {
 /// # Errors
 /// One line with the file, the line, section and key, and the mend.
 pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, BadInput> {
-    toml::from_str(text).map_err(|error| {
+    let bad = |error: &toml::de::Error, place: &str, key: &str| {
         let line = error.span().map(|span| {
             let before = text.as_bytes().get(..span.start).unwrap_or_default();
             1 + before.iter().filter(|&&byte| byte == b'\n').count()
         });
-        let place = line.map(|line| place(text, line)).unwrap_or_default();
-        let key = place.trim_end_matches(": ").rsplit(' ').next().unwrap_or_default();
         let message = one_line(&format!("{place}{}", mend(error.message(), key)));
         BadInput { file: file.to_path_buf(), line, message }
+    };
+    let document = toml::Deserializer::parse(text).map_err(|error| bad(&error, "", ""))?;
+    serde_path_to_error::deserialize(document).map_err(|error| {
+        let (place, key) = place(text, error.path());
+        bad(error.inner(), &place, &key)
     })
 }
 
-/// The section that a line stands in, and its key: `[measurement] rate_hz: `.
-fn place(text: &str, line: usize) -> String {
-    let lines = || text.lines().take(line).map(|line| line.split('#').next().unwrap_or("").trim());
-    let section = lines().filter(|line| line.starts_with('[')).last().unwrap_or_default();
-    let key = lines().last().and_then(|line| line.split_once('=')).map(|(key, _)| key.trim());
-    match (section, key) {
-        ("", None) => String::new(),
-        ("", Some(key)) => format!("{key}: "),
-        (section, None) => format!("{section} "),
-        (section, Some(key)) => format!("{section} {key}: "),
+/// The section that a path in the TOML `text` leads to, `[measurement] rate_hz: `, and the key in it.
+fn place(text: &str, path: &serde_path_to_error::Path) -> (String, String) {
+    let mut keys = path.iter().filter_map(|segment| match segment {
+        Segment::Map { key } => Some(key.as_str()),
+        _ => None,
+    });
+    let Some(first) = keys.next() else { return (String::new(), String::new()) };
+    let document: toml::Table = toml::from_str(text).unwrap_or_default();
+    let section = match document.get(first) {
+        Some(toml::Value::Table(_)) => format!("[{first}] "),
+        Some(toml::Value::Array(list)) if list.iter().any(toml::Value::is_table) => {
+            format!("[[{first}]] ")
+        }
+        _ => return (format!("{first}: "), first.to_owned()),
+    };
+    match keys.next() {
+        Some(key) => (format!("{section}{key}: "), key.to_owned()),
+        None => (section, String::new()),
     }
 }
 

@@ -4,15 +4,18 @@
 
 pub mod board;
 pub mod config;
+pub mod console;
 pub mod daemon;
 pub mod finding;
 pub mod input;
 pub mod model;
 pub mod pipeline;
+pub mod reload;
 pub mod server;
 pub mod signals;
 pub mod source;
 pub mod statics;
 pub mod stop;
+pub mod store;
 pub mod summary;
 pub mod usage;

@@ -1,7 +1,8 @@
 //! The log on stderr, which may hold up nobody: lines that nobody reads are lost.
 
-use std::io::{IsTerminal, Write, stderr};
+use std::io::{Write, stderr};
 
+use anstream::{AutoStream, ColorChoice};
 use tracing::Subscriber;
 use tracing_appender::non_blocking::{NonBlocking, WorkerGuard};
 use tracing_subscriber::EnvFilter;
@@ -10,7 +11,9 @@ use tracing_subscriber::EnvFilter;
 /// at most.
 pub(crate) fn start() -> (NonBlocking, WorkerGuard) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    let (subscriber, writer, guard) = lossy(stderr(), filter, stderr().is_terminal());
+    // On a terminal, as far as NO_COLOR, CLICOLOR and TERM allow.
+    let colours = AutoStream::choice(&stderr()) != ColorChoice::Never;
+    let (subscriber, writer, guard) = lossy(stderr(), filter, colours);
     // It fails where there is a logger already: never, in a program that has just begun.
     let _ = tracing::subscriber::set_global_default(subscriber);
     (writer, guard)
@@ -28,11 +31,14 @@ fn lossy(
 
 #[cfg(test)]
 mod tests {
-    use std::io;
+    use std::fs::File;
+    use std::io::{self, Read as _};
+    use std::process::{Command, Stdio};
     use std::sync::mpsc::{Receiver, Sender, channel};
     use std::thread;
     use std::time::Duration;
 
+    use nix::pty::openpty;
     use tracing::info;
 
     use super::*;
@@ -71,5 +77,48 @@ mod tests {
         });
         is_stuck.recv_timeout(Duration::from_secs(30)).expect("nothing was written");
         is_done.recv_timeout(Duration::from_secs(30)).expect("the program is held up");
+    }
+
+    /// What this test, run by itself with a terminal as its stderr and `variable` set, logs there.
+    fn logged_with(variable: &str, value: &str) -> String {
+        let terminal = openpty(None, None).unwrap();
+        let mut child = Command::new(std::env::current_exe().unwrap());
+        child.args([
+            "--exact",
+            "log::tests::colours_are_for_terminals_that_want_them",
+            "--nocapture",
+        ]);
+        for inherited in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "RUST_LOG"] {
+            child.env_remove(inherited);
+        }
+        child.env(LOGS, "yes").env("TERM", "xterm").env(variable, value);
+        child.stdout(Stdio::null()).stderr(terminal.slave);
+        let status = child.status().unwrap();
+        drop(child);
+        assert!(status.success());
+        let mut said = Vec::new();
+        // With nobody at the other end it ends with EIO, after all that was written.
+        let _ = File::from(terminal.master).read_to_end(&mut said);
+        String::from_utf8(said).unwrap()
+    }
+
+    /// Set for a child that is to log a line.
+    const LOGS: &str = "FLEXID_TEST_LOGS";
+
+    #[test]
+    fn colours_are_for_terminals_that_want_them() {
+        if std::env::var_os(LOGS).is_some() {
+            let (_writer, guard) = start();
+            info!("a line");
+            drop(guard);
+            return;
+        }
+        for (variable, value, coloured) in
+            [("LANG", "C", true), ("NO_COLOR", "1", false), ("CLICOLOR", "0", false)]
+        {
+            let said = logged_with(variable, value);
+            assert!(said.contains("a line"), "{said:?}");
+            assert_eq!(said.contains('\x1b'), coloured, "{variable}={value}: {said:?}");
+        }
     }
 }

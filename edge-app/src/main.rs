@@ -2,28 +2,31 @@
 #![forbid(unsafe_code)]
 
 mod log;
+mod service;
 
 use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::thread;
 
 use anyhow::Context as _;
 use clap::Parser;
 use flexid_edge::config::Config;
-use flexid_edge::daemon;
+use flexid_edge::console::{self, PrintError, printable};
+use flexid_edge::daemon::Daemon;
 use flexid_edge::input::BadInput;
+use flexid_edge::reload::Reload;
 use flexid_edge::server::Listener;
 use flexid_edge::source::{CanSocket, FrameSource, OpenError};
 use flexid_edge::stop::Stop;
+use flexid_edge::store::Store;
 use flexid_edge::summary::Summary;
 use flexid_edge::usage;
-use sd_notify::NotifyState;
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
-use tracing::{info, warn};
+use service::{Service, Signals};
+use tracing::info;
 
 /// Finds the stiffness and damping of a robot's joints while it mills, from force and acceleration on the CAN
-/// bus. Runs until SIGTERM or SIGINT. Exit status: 0 done, 2 bad input or usage, 1 anything else.
+/// bus. Runs until SIGTERM or SIGINT; SIGHUP has it read its config again. Exit status: 0 done, 2 bad input or usage, 1 anything else.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -42,13 +45,14 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // The log's way never waits; it does not fail either.
-            let _ = writeln!(log, "flexid-edge: {error:#}");
+            let _ = writeln!(log, "flexid-edge: {}", printable(&format!("{error:#}")));
             ExitCode::from(if error.is::<BadInput>() { 2 } else { 1 })
         }
     }
 }
 
 fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let signals = Signals::catch().context("signals cannot be caught")?;
     let config = Config::load(&arguments.config)?;
     let bad = |section: &str, error: &dyn std::fmt::Display| {
         BadInput::new(&config.file, format!("[{section}] {error}"))
@@ -57,41 +61,56 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
         OpenError::Io { .. } => anyhow::Error::new(error),
         _ => bad("bus", &error).into(),
     })?;
-    let listeners = config.listen.iter().map(Listener::bind).collect::<Result<Vec<_>, _>>();
+    let bind = |address| Listener::bind_for(address, &config.socket_access);
+    let listeners = config.listen.iter().map(bind).collect::<Result<Vec<_>, _>>();
     let listeners = listeners.map_err(|error| bad("server", &error))?;
 
-    let stop = Stop::new();
-    for signal in [SIGTERM, SIGINT] {
-        // The first asks, the second does not wait; registered in the order in which they are run.
-        flag::register_conditional_shutdown(signal, 1, stop.flag())
-            .and_then(|_| flag::register(signal, stop.flag()))
-            .context("signals cannot be caught")?;
+    let store = Store::find(config.state.as_deref());
+    if let Some(store) = &store {
+        let unwritable = |error| format!("{}: cannot be written: {error}", store.file().display());
+        store.try_out().map_err(|error| bad("state", &unwritable(error)))?;
     }
+
+    let (stop, reload) = (Stop::new(), Reload::new());
+    let service = Service { config: &config, signals, stop: &stop, reload: &reload };
     let bytes = bus.health().receive_buffer_bytes;
     info!("reading {}, receive buffer {bytes} bytes", config.interface);
     for listener in &listeners {
         info!("listening on {}", listener.address());
     }
-    tell_service_manager(NotifyState::Ready);
-    let outcome = daemon::run(&config, &mut bus, &listeners, &stop)?;
-    tell_service_manager(NotifyState::Stopping);
+    match &store {
+        Some(store) => info!("keeps its numbers in {}", store.file().display()),
+        None => info!("keeps its numbers until it ends: [state] names no file"),
+    }
+    let daemon = Daemon {
+        config: &config,
+        listeners: &listeners,
+        stop: &stop,
+        reload: Some(&reload),
+        store: store.as_ref(),
+    };
+    let outcome = thread::scope(|scope| {
+        thread::Builder::new()
+            .name("flexid-service".into())
+            .spawn_scoped(scope, || service.attend())?;
+        let outcome = daemon.run(&mut bus);
+        // It may not have begun.
+        stop.request();
+        outcome
+    })?;
 
     let result = match &outcome.finding {
         Some(finding) => Summary(&finding.report).to_string(),
         None => format!("nothing identified: {}\n", outcome.state),
     };
-    std::io::stdout().write_all(result.as_bytes()).context("the result cannot be printed")?;
+    match console::print(&result) {
+        Ok(()) | Err(PrintError::Closed) => {}
+        Err(error) => return Err(error.into()),
+    }
     match outcome.broken {
         Some(error) => {
             Err(error).context(format!("{}: the bus cannot be read any more", config.interface))
         }
         None => Ok(()),
-    }
-}
-
-/// Does nothing where there is no systemd.
-fn tell_service_manager(state: NotifyState) {
-    if let Err(error) = sd_notify::notify(&[state]) {
-        warn!("the service manager does not listen: {error}");
     }
 }

@@ -12,7 +12,7 @@ use flexid_wire::signal::{Signal, SignalError};
 use crate::source::{Frame, FrameKind};
 
 /// Frames to readings and back. All signals scaled to SI units: N, m/s², rad or m.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SignalTable {
     messages: HashMap<Id, Message>,
     /// Width of the force and the acceleration counter, bits.
@@ -23,6 +23,8 @@ pub struct SignalTable {
     pub acceleration_resolution: f32,
     /// Names of the signals of force and acceleration, as in [`Limits`].
     pub axes: [String; 6],
+    /// Names of the signals of the joints, base first.
+    pub joints: Vec<String>,
 }
 
 /// Which values of a frame lie at the limit of what their signal can carry: force x, y, z, acceleration x, y, z.
@@ -61,6 +63,24 @@ pub enum NoReading {
 }
 
 impl SignalTable {
+    /// All of it as text, the same for the same table.
+    pub(crate) fn described(&self) -> String {
+        let mut messages: Vec<_> =
+            self.messages.iter().map(|(id, message)| format!("{id:?} {message:?}")).collect();
+        messages.sort();
+        messages.concat()
+    }
+
+    /// Identifiers of the frames that are read: of force, acceleration, then the joints, base first.
+    pub fn identifiers(&self) -> Vec<Id> {
+        let first = |(_, message): &(&Id, &Message)| {
+            message.contents.iter().map(Content::rank).min().unwrap_or(u8::MAX)
+        };
+        let mut messages: Vec<_> = self.messages.iter().collect();
+        messages.sort_by_key(first);
+        messages.into_iter().map(|(&id, _)| id).collect()
+    }
+
     /// Hands every reading in `frame` to `sink`; which of them are at their limit.
     ///
     /// # Errors
@@ -119,6 +139,15 @@ impl SignalTable {
 }
 
 impl Content {
+    /// Place in the order force, acceleration, joints base first.
+    fn rank(&self) -> u8 {
+        match self {
+            Self::Force { .. } => 0,
+            Self::Acceleration { .. } => 1,
+            Self::Joint { index, .. } => 2 + index,
+        }
+    }
+
     /// `None` never happens: the table was checked against the length of the payload.
     fn decode(&self, data: &[u8]) -> Option<Reading> {
         let value = |signal: &Signal| signal.decode(data).ok();
@@ -195,7 +224,8 @@ mod tests {
     use crate::config::Config;
 
     fn mill3() -> SignalTable {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/edge.toml");
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/mill3-edge.toml");
         Config::load(&file).unwrap().signals
     }
 

@@ -8,6 +8,13 @@ use flexid_wire::report::{Acceptance, Report, Verdict};
 #[derive(Clone, Copy, Debug)]
 pub struct Summary<'a>(pub &'a Report);
 
+impl Summary<'_> {
+    /// How the fit went and how many parameters it tells, on one line.
+    pub fn line(&self) -> String {
+        self.to_string().lines().take(2).collect::<Vec<_>>().join("; ")
+    }
+}
+
 impl fmt::Display for Summary<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Report { joints, fit, warnings } = self.0;
@@ -17,20 +24,23 @@ impl fmt::Display for Summary<'_> {
             Acceptance::Unsettled => "not settled",
         };
         write!(f, "{accepted}: χ²/dof {:.3}", fit.consistency)?;
-        // Static tests alone have none.
-        if fit.records > 0 {
-            write!(f, ", SSP {:.1e} (worst {:.1e})", fit.ssp, fit.ssp_max)?;
+        let steps = count(fit.refine_iterations, "refinement step");
+        if fit.records == 0 && fit.frames == 0 {
+            writeln!(f, "; static tests alone; {steps}, {:.1} s", fit.seconds)?;
+        } else {
+            if fit.records > 0 {
+                write!(f, ", SSP {:.1e} (worst {:.1e})", fit.ssp, fit.ssp_max)?;
+            }
+            writeln!(
+                f,
+                "; {}, {}, {} lost; {}, {steps}, {:.1} s",
+                count(fit.records, "record"),
+                count(fit.frames, "frame"),
+                fit.frames_lost,
+                count(fit.search_evaluations, "search sample"),
+                fit.seconds
+            )?;
         }
-        writeln!(
-            f,
-            "; {}, {}, {} lost; {}, {}, {:.1} s",
-            count(fit.records, "record"),
-            count(fit.frames, "frame"),
-            fit.frames_lost,
-            count(fit.search_evaluations, "search sample"),
-            count(fit.refine_iterations, "refinement step"),
-            fit.seconds
-        )?;
         let verdicts = || {
             joints
                 .iter()
@@ -59,14 +69,13 @@ pub fn count(number: u64, what: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use flexid_wire::report::{Fit, JointReport};
     use flexid_wire::text::clipped;
 
     use super::*;
 
-    #[test]
-    fn tells_the_fit_the_verdicts_and_the_warnings() {
+    pub(crate) fn report() -> Report {
         let joint = JointReport {
             name: clipped("joint_1"),
             stiffness: [1e7; 6],
@@ -93,13 +102,25 @@ mod tests {
             acceptance: Acceptance::Consistent,
         };
         let warnings = [clipped("look at this")].into_iter().collect();
-        let mut report = Report { joints: [joint].into_iter().collect(), fit, warnings };
+        Report { joints: [joint].into_iter().collect(), fit, warnings }
+    }
+
+    #[test]
+    fn tells_the_fit_the_verdicts_and_the_warnings() {
+        let mut report = report();
         assert_eq!(
             Summary(&report).to_string(),
             "consistent: χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records, 6000 frames, 2 lost; \
              2000 search samples, 1 refinement step, 1.2 s\n\
              6 of 12 parameters identified, 2 weak, 4 not observable\nwarning: look at this\n"
         );
+        let line = Summary(&report).line();
+        assert!(line.starts_with("consistent: χ²/dof 1.000"), "{line}");
+        assert!(line.ends_with("1.2 s; 6 of 12 parameters identified, 2 weak, 4 not observable"));
+        (report.fit.records, report.fit.frames) = (0, 0);
+        let text = Summary(&report).to_string();
+        let first = "consistent: χ²/dof 1.000; static tests alone; 1 refinement step, 1.2 s\n";
+        assert!(text.starts_with(first), "{text}");
         report.joints[0].damping_verdict[0] = Verdict::Fixed;
         let text = Summary(&report).to_string();
         assert!(text.contains("identified, 1 weak, 4 not observable, 1 fixed\n"), "{text}");

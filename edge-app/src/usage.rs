@@ -3,6 +3,9 @@
 use std::process::ExitCode;
 
 use clap::Parser;
+use clap::error::{ContextKind, ContextValue};
+
+use crate::console::complain;
 
 /// Reads the arguments of this program. Help and version go to stdout, and the program ends.
 ///
@@ -13,17 +16,30 @@ pub fn parse<Arguments: Parser>() -> Result<Arguments, ExitCode> {
         if !error.use_stderr() {
             error.exit();
         }
-        eprintln!("{}: {}", Arguments::command().get_name(), one_line(&error));
+        complain(&format!("{}: {}", Arguments::command().get_name(), one_line(&error)));
         ExitCode::from(2)
     })
 }
 
-/// The first paragraph says what is wrong; the rest is the usage.
+/// What is wrong, which clap says in its first paragraph, and what may have been meant.
 fn one_line(error: &clap::Error) -> String {
     let text = error.to_string();
     let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty());
     let first = lines.collect::<Vec<_>>().join(" ");
-    format!("{} (see --help)", first.trim_start_matches("error: "))
+    let meant = nearest(error).map(|name| format!(": did you mean '{name}'?")).unwrap_or_default();
+    format!("{}{meant} (see --help)", first.trim_start_matches("error: "))
+}
+
+/// The argument, subcommand or value that is most like the wrong one.
+fn nearest(error: &clap::Error) -> Option<String> {
+    let kinds =
+        [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::SuggestedValue];
+    kinds.into_iter().find_map(|kind| match error.get(kind)? {
+        ContextValue::String(name) => Some(name.clone()),
+        // The most similar stands last.
+        ContextValue::Strings(names) => names.last().cloned(),
+        _ => None,
+    })
 }
 
 #[cfg(test)]
@@ -40,12 +56,16 @@ mod tests {
 
     #[test]
     fn mistakes_are_one_line() {
-        let mistakes: [(&[&str], &str); 3] = [
+        let mistakes: [(&[&str], &str); 4] = [
             (
                 &["x"],
                 "the following required arguments were not provided: --config <CONFIG> (see --help)",
             ),
             (&["x", "--colour"], "unexpected argument '--colour' found (see --help)"),
+            (
+                &["x", "--confg", "a"],
+                "unexpected argument '--confg' found: did you mean '--config'? (see --help)",
+            ),
             (
                 &["x", "--config", "a", "--seed", "b"],
                 "invalid value 'b' for '--seed <SEED>': invalid digit found in string (see --help)",

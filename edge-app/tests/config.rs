@@ -8,7 +8,9 @@ use flexid_core::unknowns::Coordinate;
 use flexid_edge::config::{Accelerometer, Config, Listen};
 use nalgebra::Vector3;
 
-const EDGE: &str = include_str!("../../host-tools/scenario/edge.toml");
+const EDGE: &str = include_str!("../../host-tools/scenario/mill3-edge.toml");
+/// The example for a real robot.
+const EXAMPLE: &str = include_str!("../../host-tools/scenario/edge.toml");
 const MODEL: &str = include_str!("../../host-tools/scenario/mill3-model.toml");
 const DBC: &str = include_str!("../../host-tools/scenario/mill3.dbc");
 
@@ -89,14 +91,31 @@ fn sensors_may_sit_elsewhere() {
     assert_eq!((mounting.tool_mass, mounting.tool_centre), (2.0, Vector3::new(0.0, 0.0, 0.05)));
 }
 
-/// What the file says of the section, taken out of its comment.
+/// A user who copies the example for his robot has gravity and an accelerometer that turns with the tool.
 #[test]
-fn the_mounting_that_is_shown_is_right() {
-    let (_, shown) = EDGE.split_once("# [mounting]\n").unwrap();
-    let lines: String =
-        shown.lines().map(|line| format!("{}\n", line.trim_start_matches("# "))).collect();
-    let section = format!("[mounting]\n{lines}\n[search]");
-    let mounting = load("edge.toml", "[search]", &section).unwrap().mounting;
+fn the_example_is_for_a_real_robot() {
+    let config = load("edge.toml", EDGE, EXAMPLE).unwrap();
+    assert_eq!(config.gravity, [0.0, 0.0, -9.80665]);
+    assert_eq!(config.accelerometer, Accelerometer::Strapdown);
+    assert_eq!(config.scenario, None);
+}
+
+/// Every key that the example shows in a comment is a key, and has the value that is said to be the default.
+#[test]
+fn what_the_example_shows_in_comments_is_right() {
+    let shown = |line: &str| {
+        let line = line.strip_prefix("# ").unwrap_or(line);
+        let is_key = line.split_once(" = ").is_some_and(|(key, _)| !key.contains([' ', ',']));
+        (is_key || line.starts_with('[')).then(|| format!("{line}\n"))
+    };
+    let all: String = EXAMPLE.lines().filter_map(shown).collect();
+    assert!(all.contains("\ntool_mass_kg") && all.contains("\n[calibration]\n"), "{all}");
+    let all = all.replace("[static]\nfile = \"static.csv\"\n", "");
+    let config = load("edge.toml", EDGE, &all).unwrap();
+    assert_eq!(config.gravity, [0.0, 0.0, -9.80665]);
+    assert_eq!(config.accelerometer, Accelerometer::Strapdown);
+    assert_eq!(config.record_samples, 8192);
+    let mounting = config.mounting;
     assert_eq!((mounting.tool_mass, mounting.accelerometer.z), (2.0, 0.12));
 }
 
@@ -138,7 +157,7 @@ fn mistakes_in_the_mounting_name_place_and_mend() {
     let error = load("edge.toml", "[search]", "[mounting]\ntool_mass = 2\n\n[search]").unwrap_err();
     assert_eq!(
         error,
-        "edge.toml:44: [mounting] tool_mass: unknown key `tool_mass`: did you mean `tool_mass_kg` (in kg)?"
+        "edge.toml:31: [mounting] tool_mass: unknown key `tool_mass`: did you mean `tool_mass_kg` (in kg)?"
     );
 }
 
@@ -155,7 +174,7 @@ fn mistakes_in_what_is_sought_name_place_and_mend() {
         ),
         (
             "[parameters]\nfixed = { joint_1.stiffness.tx = 6.0e7 }",
-            ":44: [parameters] fixed: a name with points must stand in quotes, like \"a.b.c\" = 1",
+            ":31: [parameters] fixed: a name with points must stand in quotes, like \"a.b.c\" = 1",
         ),
         (
             "[calibration]\ndelay_s = 0.0",
@@ -209,6 +228,50 @@ fn mistakes_in_what_is_sought_name_place_and_mend() {
     }
 }
 
+/// Values over several lines, whose brackets look like sections.
+#[test]
+fn a_mistake_within_an_array_names_its_own_section() {
+    let cases = [
+        (
+            "tied = [\n  [\n    \"joint_1.stiffness.tx\", 5\n  ],\n]",
+            "edge.toml:33: [parameters] tied: invalid type: integer `5`, expected a string",
+        ),
+        (
+            "tied = [\n[\"joint_1.stiffness.tx\", \"joint_1.stiffness.ty\"],\n5]",
+            "edge.toml:33: [parameters] tied: invalid type: integer `5`, expected a sequence",
+        ),
+        (
+            "tied = [\n[\"a = 1\"],\n]\nfixd = 1",
+            "edge.toml:34: [parameters] fixd: unknown key `fixd`: did you mean `fixed`?",
+        ),
+    ];
+    for (lines, message) in cases {
+        let section = format!("[parameters]\n{lines}\n\n[search]");
+        assert_eq!(load("edge.toml", "[search]", &section).unwrap_err(), message);
+    }
+}
+
+#[test]
+fn who_may_connect_is_said_in_octal() {
+    let access = |line: &str| {
+        let config = load("edge.toml", "[server]", &format!("[server]\n{line}"))?;
+        Ok((config.socket_access.mode, config.socket_access.group))
+    };
+    assert_eq!(access(""), Ok((0o660, None)));
+    let all = access("socket_mode = 0o666\nsocket_group = \"mill\"");
+    assert_eq!(all, Ok((0o666, Some("mill".into()))));
+    for (line, error) in [
+        ("socket_mode = 660", "socket_mode is 0o1224: write three octal digits"),
+        ("socket_mode = 0o060", "socket_mode is 0o60: write three octal digits"),
+        ("socket_group = \"\"", "socket_group is no name of a group"),
+    ] {
+        let told: String = access(line).unwrap_err();
+        assert!(told.contains(&format!("edge.toml: [server] {error}")), "{told}");
+    }
+    let config = load("edge.toml", "[server]", "[state]\nfile = \"a.state\"\n[server]").unwrap();
+    assert!(config.state.unwrap().ends_with("a.state"));
+}
+
 #[test]
 fn mistakes_in_the_config_name_place_and_mend() {
     let table = [
@@ -237,7 +300,7 @@ fn mistakes_in_the_config_name_place_and_mend() {
         (
             "seed = 1",
             "colour = 1",
-            "edge.toml:44: [search] colour: unknown key `colour`: known are seed",
+            "edge.toml:31: [search] colour: unknown key `colour`: known are seed",
         ),
         ("rate_hz = 2000.0\n", "", "edge.toml:25: [measurement] key `rate_hz` (in Hz) is missing"),
         (
@@ -269,7 +332,7 @@ fn mistakes_in_the_config_name_place_and_mend() {
         (
             "seed = 1",
             "seed = -1",
-            "edge.toml:44: [search] seed: invalid value: integer `-1`, expected a whole number that is not negative",
+            "edge.toml:31: [search] seed: invalid value: integer `-1`, expected a whole number that is not negative",
         ),
         (
             "rate_hz = 2000.0",

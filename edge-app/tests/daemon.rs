@@ -19,7 +19,7 @@ use flexid_wire::messages::{BusHealth, BusState, FromEdge, Hello, Status, ToEdge
 use nix::sys::socket::{AddressFamily, SockFlag, SockType, socketpair};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use socketcan::{CanDataFrame, Socket as _};
+use socketcan::{CanDataFrame, CanErrorFrame, Socket as _};
 
 /// Nothing here takes nearly as long; a test that waits for it has failed.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -39,7 +39,7 @@ struct Client {
 /// Runs the daemon on the reference scenario, but with short records, while `test` has the bus and a way to
 /// connect; its outcome.
 fn with_daemon(test: impl FnOnce(Bus, &dyn Fn() -> Client, &Stop)) -> Outcome {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/edge.toml");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/mill3-edge.toml");
     let text = std::fs::read_to_string(&file).unwrap();
     let text = text.replace("rate_hz = 2000.0", "rate_hz = 2000.0\nrecord_samples = 256");
     let text = text.replace("[2.0, 200.0]", "[20.0, 150.0]");
@@ -73,6 +73,12 @@ impl Bus {
     fn send_raw(&self, id: u16, data: &[u8]) {
         let id = StandardId::new(id).unwrap();
         self.socket.write_frame(&CanDataFrame::new(id, data).unwrap()).unwrap();
+    }
+
+    /// An error frame of this class, with what the controller says.
+    fn error(&self, class: u32, says: u8) {
+        let frame = CanErrorFrame::new_error(class, &[0, says, 0, 0, 0, 0, 0, 0]).unwrap();
+        self.socket.write_frame(&frame).unwrap();
     }
 
     /// One instant of both sensors: a block of a ton that is pushed.
@@ -169,6 +175,27 @@ fn says_what_it_waits_for() {
         bus.send(Reading::Joint { index: 0, value: 0.0 });
         bus.send(Reading::Joint { index: 2, value: 0.0 });
         client.state("waiting for the first record: 0.1 s of milling at one pose");
+    });
+}
+
+/// A daemon at another bit rate than the bus hears errors and no frame. What is over is no trouble any more.
+#[test]
+fn says_what_the_bus_reports() {
+    with_daemon(|bus, connect, _| {
+        let mut client = connect();
+        (0..7).for_each(|_| bus.error(0x088, 0));
+        client.state(
+            "waiting for frames: 7 errors of the bus and no frame: is the bit rate of vcan0",
+        );
+        for times in 1..3 {
+            bus.error(0x040, 0);
+            let health = client.bus_health(|health| health.errors.bus_off == times);
+            assert_eq!((health.state, health.errors.protocol), (BusState::BusOff, 7));
+            assert!(health.error.contains("type can restart`"), "{}", health.error);
+            bus.error(0x100, 0);
+            let health = client.bus_health(|health| health.errors.restarted == times);
+            assert_eq!((health.state, health.error.as_str()), (BusState::Up, ""));
+        }
     });
 }
 

@@ -210,3 +210,37 @@ fn one_client_too_many_is_turned_away() {
         assert_eq!(refusal(&mut connect()), "16 clients are served already: close one");
     });
 }
+
+/// One process holds all places, and half of its connections say nothing: another peer gets in nevertheless.
+#[test]
+fn a_crowd_makes_room_for_another_peer() {
+    with_server(|board, first, tcp, connect| {
+        let mut crowd: Vec<UnixStream> = vec![first.try_clone().unwrap()];
+        crowd.extend((1..MAX_CLIENTS).map(|_| connect()));
+        for client in &mut crowd[..MAX_CLIENTS / 2] {
+            say_hello(client, Hello::new("crowd"));
+            assert!(matches!(receive(client, &mut Decoder::new()), Some(FromEdge::Hello(_))));
+        }
+        let Listen::Tcp(address) = tcp else { panic!("no port") };
+        let mut others = Vec::new();
+        for _ in 0..2 {
+            let mut other = TcpStream::connect(address).unwrap();
+            other.set_read_timeout(Some(PATIENCE)).unwrap();
+            say_hello(&mut other, Hello::new("other"));
+            let mut decoder = Decoder::new();
+            match receive(&mut other, &mut decoder) {
+                Some(FromEdge::Hello(_)) => others.push((other, decoder)),
+                refused => panic!("the other peer gets {refused:?}"),
+            }
+        }
+        // Who made room hears why.
+        let reason = refusal(&mut crowd[0]);
+        assert!(reason.starts_with("all 16 places are taken"), "{reason}");
+        // The crowd does not get its places back.
+        assert_eq!(refusal(&mut connect()), "16 clients are served already: close one");
+        board.publish(progress(1));
+        for (other, decoder) in &mut others {
+            assert_eq!(receive(other, decoder), Some(progress(1)));
+        }
+    });
+}

@@ -148,7 +148,7 @@ fn config(csv: Option<&str>) -> Result<Config, String> {
     for name in ["mill3-model.toml", "mill3.dbc"] {
         fs::copy(scenario.join(name), folder.path().join(name)).unwrap();
     }
-    let edge = fs::read_to_string(scenario.join("edge.toml")).unwrap();
+    let edge = fs::read_to_string(scenario.join("mill3-edge.toml")).unwrap();
     let section = "[static]\nfile = \"static.csv\"\n\n[search]";
     fs::write(folder.path().join("edge.toml"), edge.replacen("[search]", section, 1)).unwrap();
     if let Some(csv) = csv {
@@ -176,6 +176,12 @@ fn static_tests_alone_make_a_report() {
     // Nobody asked for records.
     let said = |part: &str| report.warnings.iter().any(|warning| warning.contains(part));
     assert!(!said("no record"), "{:?}", report.warnings);
+    let confidence = finding.confidence;
+    // Nor for dampings, which no static test tells; and nothing along a band was measured.
+    for direction in &confidence.weak_directions {
+        assert!(!direction.text.contains("damping"), "{}", direction.text);
+    }
+    assert!(!confidence.residuals.text.contains("whiteness"), "{}", confidence.residuals.text);
     for joint in &report.joints {
         let verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
         assert!(verdicts.copied().all(|verdict| verdict == Verdict::NotObservable));
@@ -187,7 +193,7 @@ fn static_tests_alone_make_a_report() {
 fn a_log_without_a_record_is_told_of() {
     let config = config(Some(GAUGE)).unwrap();
     let log = CandumpLog::new(Path::new("other.log"), "(1.0) vcan0 7FF#00\n".as_bytes());
-    let outcome = run_offline(&config, &mut Logs::new([log]), |_| {}).unwrap();
+    let outcome = run_offline(&config, &mut Logs::new([Ok(log)]), |_| {}).unwrap();
     let warnings = outcome.finding.expect("a finding").report.warnings;
     let expected = format!("no record: {}", outcome.state);
     assert!(warnings.iter().any(|warning| *warning == *expected), "{warnings:?}");

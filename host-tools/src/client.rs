@@ -28,6 +28,16 @@ pub enum ClientError {
         /// What the kernel says.
         error: io::Error,
     },
+    /// The socket's file is another group's.
+    #[error(
+        "{address}: this user may not connect ({error}): join the group that `ls -l` shows for the socket, or have the daemon's [server] socket_group and socket_mode changed"
+    )]
+    NotAllowed {
+        /// Where.
+        address: Listen,
+        /// What the kernel says.
+        error: io::Error,
+    },
     /// The daemon does not want this client.
     #[error("{address}: the daemon refuses: {reason}")]
     Refused {
@@ -92,6 +102,9 @@ impl Client {
         let socket = loop {
             match connect(address, left()) {
                 Ok(socket) => break socket,
+                Err(error) if error.kind() == ErrorKind::PermissionDenied => {
+                    return Err(ClientError::NotAllowed { address: address.clone(), error });
+                }
                 Err(error) => {
                     let absent =
                         matches!(error.kind(), ErrorKind::NotFound | ErrorKind::ConnectionRefused);

@@ -4,10 +4,9 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Parser;
+use flexid_edge::console::{PrintError, complain};
 use flexid_edge::input::BadInput;
 use flexid_edge::usage;
-
-use crate::console::{Closed, complain};
 
 /// Exit status for bad input or usage.
 const BAD_INPUT: u8 = 2;
@@ -24,9 +23,11 @@ pub(crate) fn main<A: Parser>(run: impl FnOnce(&A) -> Result<()>) -> ExitCode {
         Err(status) => return status,
     };
     let Err(error) = run(&arguments) else { return ExitCode::SUCCESS };
-    if !error.is::<Closed>() {
-        complain(&format!("{}: {error:#}", A::command().get_name()));
+    // Who reads no further has what he wanted.
+    if matches!(error.downcast_ref(), Some(PrintError::Closed)) {
+        return ExitCode::SUCCESS;
     }
+    complain(&format!("{}: {error:#}", A::command().get_name()));
     let bad_input = error.is::<BadInput>() || error.is::<BadArgument>();
     if bad_input { BAD_INPUT.into() } else { ExitCode::FAILURE }
 }

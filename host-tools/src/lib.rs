@@ -3,14 +3,17 @@
 
 pub mod client;
 pub mod commands;
+mod compact;
 mod confidence;
-mod console;
 pub mod demo;
 mod exit;
+mod news;
 mod output;
+mod page;
 pub mod plan;
 mod progress;
 mod readout;
+pub mod recording;
 pub mod reproduce;
 pub mod simulation;
 pub mod table;

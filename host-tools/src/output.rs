@@ -85,6 +85,21 @@ fn replace(path: &Path, permissions: &Permissions, text: &str) -> io::Result<()>
     Ok(())
 }
 
+/// Makes sure that `folder` is there.
+///
+/// # Errors
+/// It cannot be made; what to do.
+pub(crate) fn folder(folder: &Path) -> Result<(), BadInput> {
+    fs::create_dir_all(folder).map_err(|error| {
+        let why = match error.kind() {
+            ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "a file is in its place".into(),
+            ErrorKind::PermissionDenied => "no permission".into(),
+            _ => error.to_string(),
+        };
+        BadInput::new(folder, format!("cannot be made: {why}: name a folder elsewhere"))
+    })
+}
+
 /// Why `file` cannot be written, and the mend.
 pub(crate) fn unwritable(file: &Path, error: &io::Error) -> BadInput {
     let why = match error.kind() {

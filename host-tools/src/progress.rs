@@ -1,13 +1,58 @@
 //! The progress bar of long work: shown on a terminal, silent elsewhere.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use std::fmt::Write;
+use std::time::Duration;
 
-/// A bar of `length` ticks with the time left.
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
+
+/// A bar of `length` ticks, with the time left as the ticks so far let expect it.
 pub(crate) fn bar(length: u64, doing: &'static str) -> ProgressBar {
-    let bar = ProgressBar::new(length).with_message(doing);
-    let template = "{msg} [{wide_bar}] {percent:>3} %, {eta} left";
-    match ProgressStyle::with_template(template) {
-        Ok(style) => bar.with_style(style.progress_chars("=> ")),
-        Err(_) => bar,
+    ProgressBar::new(length).with_message(doing).with_style(estimated())
+}
+
+/// A bar of `length` milliseconds of work that goes at the pace of the clock: what is left of them is the time left.
+pub(crate) fn timed(length: u64, doing: &'static str) -> ProgressBar {
+    let left = |state: &ProgressState, text: &mut dyn Write| {
+        // The bar's own writer does not fail.
+        let _ = text.write_str(&time_left(state.pos(), state.len()));
+    };
+    let style = style("{msg} [{wide_bar}] {percent:>3} %, {left} left").with_key("left", left);
+    ProgressBar::new(length).with_message(doing).with_style(style)
+}
+
+/// Something moves, and nobody knows how much there is.
+pub(crate) fn endless(doing: &'static str) -> ProgressBar {
+    ProgressBar::no_length().with_message(doing).with_style(style("{spinner} {msg}"))
+}
+
+/// The style of a [`bar`].
+pub(crate) fn estimated() -> ProgressStyle {
+    style("{msg} [{wide_bar}] {percent:>3} %, {eta} left")
+}
+
+fn style(template: &str) -> ProgressStyle {
+    let style =
+        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    style.progress_chars("=> ")
+}
+
+/// Of a bar of `length` milliseconds, in words.
+fn time_left(position: u64, length: Option<u64>) -> String {
+    let left = length.unwrap_or_default().saturating_sub(position);
+    HumanDuration(Duration::from_secs(left.div_ceil(1000))).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whatever the first ticks take: an estimate from them was off by hundreds of times.
+    #[test]
+    fn the_time_left_of_work_in_time_is_what_is_left_of_it() {
+        assert_eq!(time_left(0, Some(14_288)), "15 seconds");
+        assert_eq!(time_left(14_000, Some(14_288)), "1 second");
+        assert_eq!(time_left(14_288, Some(14_288)), "0 seconds");
+        let bar = timed(14_288, "simulating");
+        assert_eq!(bar.length(), Some(14_288));
     }
 }

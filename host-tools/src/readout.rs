@@ -5,11 +5,12 @@ use std::time::{Duration, Instant};
 
 use ::console::{Term, truncate_str};
 use anyhow::Result;
-use flexid_wire::messages::{BusHealth, BusState, FromEdge, Phase, Progress, Status};
+use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Phase, Progress, Status};
 use flexid_wire::report::{Acceptance, JointReport, Report, Verdict};
 
-use crate::console::print;
-use crate::table;
+use crate::news::News;
+use crate::{page, table};
+use flexid_edge::console::{draw, print, printable};
 use flexid_edge::finding::Finding;
 use flexid_edge::summary::{Summary, count};
 
@@ -94,6 +95,7 @@ impl View {
             BusState::Up => return None,
             BusState::Down => "DOWN",
             BusState::Gone => "GONE",
+            BusState::BusOff => "BUS-OFF",
         };
         let error = if bus.error.is_empty() { "" } else { ": " };
         Some(format!("{} {state}{error}{}", self.interface(), bus.error))
@@ -138,6 +140,9 @@ impl View {
             let records = count(bus.wrong_rate, "record");
             line += &format!(", {records} at {:.1} Hz", bus.measured_rate_hz);
         }
+        for (number, what) in errors(&bus.errors).filter(|(number, _)| *number > 0) {
+            line += &format!(", {number} {what}");
+        }
         if dead.is_none() && !bus.error.is_empty() {
             line += &format!("; {}", bus.error);
         }
@@ -149,9 +154,26 @@ impl View {
     }
 }
 
+/// What the bus has reported, the gravest first.
+fn errors(errors: &BusErrors) -> impl Iterator<Item = (u64, &'static str)> {
+    [
+        (errors.bus_off, "times bus-off"),
+        (errors.restarted, "controller restarts"),
+        (errors.controller_passive, "times error-passive"),
+        (errors.controller_warning, "error warnings"),
+        (errors.controller_overflow, "controller overflows"),
+        (errors.protocol, "protocol errors"),
+        (errors.no_acknowledgement, "without acknowledgement"),
+        (errors.transceiver, "transceiver errors"),
+        (errors.lost_arbitration, "lost arbitrations"),
+        (errors.transmit_timeout, "transmit timeouts"),
+    ]
+    .into_iter()
+}
+
 /// Where the news go: JSON lines, lines for people, or a screen that is drawn anew.
 pub(crate) enum Screen {
-    Json,
+    Json(Box<News>),
     Lines { last: String },
     Live { drawn: Option<Instant> },
 }
@@ -160,7 +182,7 @@ impl Screen {
     /// JSON lines if asked for, a live screen on a terminal, else lines.
     pub(crate) fn new(json: bool) -> Self {
         if json {
-            Self::Json
+            Self::Json(Box::new(News::new()))
         } else if stdout().is_terminal() {
             Self::Live { drawn: None }
         } else {
@@ -171,8 +193,11 @@ impl Screen {
     /// What is printed for each finding.
     pub(crate) fn hear(&mut self, finding: &Finding) -> Result<()> {
         match self {
-            Self::Json => print(&(serde_json::to_string(finding)? + "\n")),
-            Self::Lines { .. } => print(&Summary(&finding.report).to_string()),
+            Self::Json(news) => {
+                news.end();
+                Ok(print(&(serde_json::to_string(finding)? + "\n"))?)
+            }
+            Self::Lines { .. } => Ok(print(&Summary(&finding.report).to_string())?),
             Self::Live { .. } => Ok(()),
         }
     }
@@ -180,7 +205,7 @@ impl Screen {
     /// Shows what has changed.
     pub(crate) fn draw(&mut self, view: &View) -> Result<()> {
         match self {
-            Self::Json => Ok(()),
+            Self::Json(news) => Ok(print(&news.lines(view)?)?),
             Self::Lines { last } => {
                 let news: Vec<_> = view.dead_bus().into_iter().chain(view.state()).collect();
                 let news = news.join("; ");
@@ -188,7 +213,7 @@ impl Screen {
                     return Ok(());
                 }
                 last.clone_from(&news);
-                print(&(news + "\n"))
+                Ok(print(&(news + "\n"))?)
             }
             Self::Live { drawn } => {
                 if drawn.is_some_and(|drawn| drawn.elapsed() < REDRAW) {
@@ -199,11 +224,12 @@ impl Screen {
                 *drawn = Some(Instant::now());
                 // What does not fit would scroll the screen; the end has it all.
                 let (rows, columns) = Term::stdout().size();
-                for line in fitting(&page(view), rows.into()) {
+                for line in page::lines(view, rows.into(), columns.into()) {
+                    let line = printable(&line);
                     let line = truncate_str(&line, columns.into(), "…");
                     text += &format!("{line}\x1b[K\n");
                 }
-                print(&(text + "\x1b[J"))
+                Ok(draw(&(text + "\x1b[J"))?)
             }
         }
     }
@@ -211,65 +237,25 @@ impl Screen {
     /// What stays when the command ends.
     pub(crate) fn end(&mut self, view: &View) -> Result<()> {
         match self {
-            Self::Json => Ok(()),
+            Self::Json(_) => Ok(()),
             Self::Lines { .. } => {
                 let table = view.finding.as_ref().map(|finding| table::finding(finding, None));
                 let bus = view.bus_line().map(|line| line + "\n");
-                print(&(table.unwrap_or_default() + &bus.unwrap_or_default()))
+                Ok(print(&(table.unwrap_or_default() + &bus.unwrap_or_default()))?)
             }
-            Self::Live { .. } => print(&(CLEAR.to_owned() + &page(view))),
+            Self::Live { .. } => {
+                let (_, columns) = Term::stdout().size();
+                let page = page::full(view, columns.into()).join("\n");
+                Ok(draw(&(CLEAR.to_owned() + &printable(&page) + "\n"))?)
+            }
         }
     }
 
     /// Leaves an empty screen for something else.
     pub(crate) fn clear(self) -> Result<()> {
         match self {
-            Self::Live { drawn: Some(_) } => print(CLEAR),
+            Self::Live { drawn: Some(_) } => Ok(draw(CLEAR)?),
             _ => Ok(()),
         }
-    }
-}
-
-fn page(view: &View) -> String {
-    // A dead bus must meet the eye.
-    let mut page = view.bus_line().map_or_else(String::new, |line| line + "\n");
-    if let Some(Status { model, joints, uptime_s, .. }) = &view.status {
-        let joints = count((*joints).into(), "joint");
-        page += &format!("{model} ({joints}), up {uptime_s:.0} s\n");
-    }
-    let percent = view.progress.map_or(0.0, |progress| 100.0 * progress.fraction);
-    if let Some(state) = view.state() {
-        page += &format!("{state} ({percent:.0} %)\n");
-    }
-    // What must be known stands above what may not fit.
-    if let Some(finding) = &view.finding {
-        page += &format!("{}\n{}", Summary(&finding.report), table::parameters(finding, None));
-    }
-    page
-}
-
-/// As much of a page as `rows` have room for, and how much more there is.
-fn fitting(page: &str, rows: usize) -> Vec<String> {
-    let lines: Vec<String> = page.lines().map(str::to_owned).collect();
-    if lines.len() < rows {
-        return lines;
-    }
-    // The cursor needs a row as well.
-    let shown = rows.saturating_sub(2);
-    let hidden = lines.len() - shown;
-    let more = format!("... {hidden} lines more: make the window higher");
-    lines.into_iter().take(shown).chain([more]).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_does_not_fit_is_counted() {
-        let page = "1\n2\n3\n4\n";
-        assert_eq!(fitting(page, 5), ["1", "2", "3", "4"]);
-        assert_eq!(fitting(page, 4), ["1", "2", "... 2 lines more: make the window higher"]);
-        assert_eq!(fitting(page, 0), ["... 4 lines more: make the window higher"]);
     }
 }

@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn mistakes_are_named_with_place_and_mend() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario");
-        let config = Config::load(&folder.join("edge.toml")).unwrap();
+        let config = Config::load(&folder.join("mill3-edge.toml")).unwrap();
         let model = folder.join("mill3.toml");
         let truth = scenario::Scenario::load(&model, &config.model).unwrap().truth;
         let right = serde_json::to_string(&TruthFile::new(&config.model, &truth)).unwrap();

@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 fn study() -> Study {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario");
-    Study::new(&Config::load(&folder.join("edge.toml")).unwrap(), true).unwrap()
+    Study::new(&Config::load(&folder.join("mill3-edge.toml")).unwrap(), true).unwrap()
 }
 
 fn quick(level: fearless_simd::Level) -> Tables {

@@ -14,7 +14,7 @@ use flexid_edge::stop::Stop;
 use flexid_wire::confidence::{Confidence, JointIntervals, Residuals};
 use flexid_wire::framing::{FRAME_BUFFER, encode};
 use flexid_wire::messages::{
-    BusHealth, BusState, FromEdge, Hello, Phase, Progress, Refusal, Status,
+    BusErrors, BusHealth, BusState, FromEdge, Hello, Phase, Progress, Refusal, Status,
 };
 use flexid_wire::report::{Acceptance, Fit, JointReport, Report, Verdict};
 use flexid_wire::text::clipped;
@@ -122,6 +122,9 @@ fn bus(state: BusState, error: &str) -> FromEdge {
         measured_rate_hz: 0.0,
         frames_per_second: 0.0,
         error: clipped(error),
+        errors: BusErrors::default(),
+        doubtful_rate: 0,
+        measured_rate_std_hz: 0.0,
     })
 }
 
@@ -132,6 +135,7 @@ fn status(state: &str) -> FromEdge {
         joints: 3,
         interface: clipped("vcan0"),
         state: clipped(state),
+        record_fraction: 0.25,
     })
 }
 
@@ -211,6 +215,65 @@ fn ends_when_the_parameters_are_identified() {
     ] {
         assert!(table.contains(part), "{part:?} is not in {table}");
     }
+}
+
+#[test]
+fn json_speaks_before_the_first_report_and_then_in_reports_alone() {
+    let lines = |news: &[FromEdge]| {
+        let output = watch(news, "--timeout 1.2 --json");
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let lines = text(&output.stdout);
+        let lines = lines.lines().map(|line| serde_json::from_str(line).unwrap());
+        lines.collect::<Vec<serde_json::Value>>()
+    };
+    let state = "waiting for force frames: none seen";
+    let early = lines(&[status(state), progress(Phase::Searching, 1)]);
+    assert_eq!(early.len(), 2, "{early:?}");
+    assert_eq!(early[0]["status"]["state"], state);
+    assert_eq!(early[0]["status"]["record_fraction"], 0.25);
+    assert_eq!(early[1]["progress"]["phase"], "searching");
+    assert_eq!(early[1]["progress"]["fraction"], 0.5);
+
+    let late = lines(&[report(Acceptance::Consistent, 3), status(state)]);
+    assert_eq!(late.len(), 1, "{late:?}");
+    assert_eq!(late[0]["fit"]["records"], 3);
+}
+
+/// A daemon on another machine may send anything.
+#[test]
+fn no_control_character_reaches_the_terminal() {
+    let evil = "\x1b]0;owned\x07\r\n\u{9b}2J\u{202e}";
+    let FromEdge::Report(mut report) = report(Acceptance::ModelSuspect, 3) else { unreachable!() };
+    report.joints[0].name = clipped(evil);
+    report.warnings = [clipped(evil)].into_iter().collect();
+    let FromEdge::Confidence(mut confidence) = confidence() else { unreachable!() };
+    confidence.joints[0].name = clipped(evil);
+    confidence.correlations.unknowns[0] = clipped(evil);
+    confidence.residuals.text = clipped(evil);
+    let FromEdge::Status(mut status) = status(evil) else { unreachable!() };
+    (status.model, status.interface) = (clipped(evil), clipped(evil));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
+    let (board, stop) = (Board::new(), Stop::new());
+    board.publish(FromEdge::Status(status));
+    board.publish(bus(BusState::Down, evil));
+    board.publish_together([FromEdge::Report(report), FromEdge::Confidence(confidence)]);
+    thread::scope(|scope| {
+        scope.spawn(|| serve(&listeners, &board, &stop));
+        for arguments in
+            ["--timeout 0.7", "--json --timeout 0.7", "--until identified --timeout 0.7"]
+        {
+            let output = flexid(&path, arguments);
+            for said in [text(&output.stdout), text(&output.stderr)] {
+                let obeyed = |c: &char| (c.is_control() && *c != '\n') || *c == '\u{202e}';
+                assert_eq!(said.chars().find(obeyed), None, "{arguments}: {said:?}");
+            }
+            assert!(text(&output.stdout).contains("]0;owned"), "{arguments}");
+        }
+        board.close();
+        stop.request();
+    });
 }
 
 #[test]

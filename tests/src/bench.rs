@@ -34,13 +34,14 @@ impl Bench {
         Ok(Self { folder: tempfile::tempdir()? })
     }
 
-    /// The reference scenario as it is shipped.
+    /// The reference scenario as it is shipped; its configuration is also there as `edge.toml`.
     pub fn scenario() -> Result<Self> {
         let bench = Self::empty()?;
         for file in fs::read_dir(SCENARIO).context(SCENARIO)? {
             let file = file?;
             fs::copy(file.path(), bench.path(file.file_name()))?;
         }
+        fs::copy(bench.path("mill3-edge.toml"), bench.path("edge.toml"))?;
         Ok(bench)
     }
 

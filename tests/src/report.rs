@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use serde::Deserialize;
+use serde_json::Value;
 
 /// Identified joints, and how the fit went.
 #[derive(Clone, Debug, Deserialize)]
@@ -108,12 +109,13 @@ pub struct HeldOut {
 }
 
 impl Report {
-    /// The last of the JSON documents in `text`.
+    /// The last of the JSON documents in `text`; those before may be news of another kind.
     pub fn last_of(text: &str) -> Result<Self> {
-        serde_json::Deserializer::from_str(text)
-            .into_iter::<Self>()
+        let last = serde_json::Deserializer::from_str(text)
+            .into_iter::<Value>()
             .last()
             .with_context(|| format!("no report in {text:?}"))?
-            .with_context(|| format!("not a report: {text}"))
+            .with_context(|| format!("no JSON: {text}"))?;
+        serde_json::from_value(last).with_context(|| format!("not a report: {text}"))
     }
 }

@@ -33,9 +33,9 @@ impl<T: Precision> Bins<T> {
         let mut random = Random::new(joints as u64);
         let (chain, bushings, pose) =
             (random.chain(joints), random.bushings(joints), random.pose(joints));
-        let linear = chain.linearise(&pose, Vector3::zeros(), &bushings);
+        let linear = chain.linearise(&pose, Vector3::zeros(), &bushings).unwrap();
         let omega = (1..=BINS).map(|bin| T::from_f64(SPACING * bin as f64)).collect();
-        Self { joints, terms: Terms::new(&linear, &bushings, false), omega }
+        Self { joints, terms: Terms::new(&linear, &bushings, false).unwrap(), omega }
     }
 }
 

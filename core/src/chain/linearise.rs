@@ -16,6 +16,9 @@
 //! origin, rates of its three turns), along the axes of the joint frame: in these coordinates a bushing is
 //! diagonal however far it has sagged.
 
+use core::error::Error;
+use core::fmt;
+
 use heapless::Vec;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, Vector3, Vector6};
 
@@ -32,6 +35,8 @@ pub struct LinearJoint {
     pub lever: Matrix3<f64>,
     /// See [`LinearJoint::rotate`].
     pub turn: Matrix3<f64>,
+    /// Inverse of `turn`.
+    pub turn_back: Matrix3<f64>,
     /// Spatial inertia of the link: kg, kg m, kg m².
     pub inertia: Matrix6<f64>,
     /// Γ: gravity's stiffness among the turns of this bushing, Nm.
@@ -55,42 +60,108 @@ pub struct LinearChain {
     pub gravity_at_tip: Vector3<f64>,
 }
 
-/// Equilibria converge by a factor of about sag·stiffness ratio, 1e-2 at worst, a round.
-const EQUILIBRIUM_ROUNDS: usize = 12;
+/// A round brings the sag nearer to the equilibrium by a factor of about the largest angle of sag: 1e-2 in a robot that can
+/// mill. Sixty rounds reach [`AT_REST`] up to a factor of 0.6; beyond that a bushing is no spring about its place any more.
+const EQUILIBRIUM_ROUNDS: usize = 60;
+/// Change of the sag in a round, m or rad, below which the chain is at rest: a millionth of the smallest sag that matters,
+/// a micrometre.
+const AT_REST: f64 = 1e-12;
+/// Cosine of the turn about y down to which the three turns of a bushing are independent: of the seven digits of the single
+/// precision that the search works in, three are lost there.
+const INDEPENDENT: f64 = 1e-3;
+
+/// Why a chain has no linearisation at a pose. Joints count from 0, base first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinearisationError {
+    /// The pose has so many angles, not one per joint.
+    Angles(usize),
+    /// There are so many bushings, not one per joint.
+    Bushings(usize),
+    /// The bushing of this joint does not come to rest under gravity: it is too soft for what it carries.
+    NoEquilibrium(usize),
+    /// The bushing of this joint has turned by a quarter turn about y at rest, where two of its turns have one axis.
+    QuarterTurn(usize),
+}
+
+impl fmt::Display for LinearisationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Angles(count) => write!(f, "a pose of {count} angles: give one per joint"),
+            Self::Bushings(count) => write!(f, "{count} bushings: give one per joint"),
+            Self::NoEquilibrium(joint) => {
+                write!(f, "joint {} does not come to rest under gravity: stiffen it", joint + 1)
+            }
+            Self::QuarterTurn(joint) => {
+                write!(f, "joint {} turns by a quarter turn under gravity: stiffen it", joint + 1)
+            }
+        }
+    }
+}
+
+impl Error for LinearisationError {}
 
 impl Chain {
     /// Linearises about the static equilibrium at joint angles `pose` (one per joint, rad or m) under
     /// `gravity` (base axes, m/s²). The bushings matter only through the sag: without gravity the
     /// result does not depend on them.
     ///
-    /// # Panics
+    /// # Errors
     ///
-    /// If there is not one angle and one bushing per joint.
+    /// If there is not one angle and one bushing per joint, or if the bushings are too soft for gravity.
     pub fn linearise(
         &self,
         pose: &[f64],
         gravity: Vector3<f64>,
         bushings: &[Bushing],
-    ) -> LinearChain {
-        assert_eq!((pose.len(), bushings.len()), (self.joints.len(), self.joints.len()));
+    ) -> Result<LinearChain, LinearisationError> {
+        if pose.len() != self.joints.len() {
+            return Err(LinearisationError::Angles(pose.len()));
+        }
+        if bushings.len() != self.joints.len() {
+            return Err(LinearisationError::Bushings(bushings.len()));
+        }
+        let sag = self.sag(pose, gravity, bushings)?;
+        Ok(Sagged::new(self, pose, gravity, &sag).linearise(self, &sag))
+    }
+
+    /// The elongations of the bushings at rest under gravity.
+    fn sag(
+        &self,
+        pose: &[f64],
+        gravity: Vector3<f64>,
+        bushings: &[Bushing],
+    ) -> Result<[Vector6<f64>; MAX_JOINTS], LinearisationError> {
         let mut sag = [Vector6::zeros(); MAX_JOINTS];
-        if gravity != Vector3::zeros() {
-            for _ in 0..EQUILIBRIUM_ROUNDS {
-                let frames = Sagged::new(self, pose, gravity, &sag);
-                let mut change = 0.0_f64;
-                for (index, joint) in frames.joints.iter().enumerate() {
-                    let load = joint.gravity_load();
-                    let stiffness = Vector6::from(bushings[index].stiffness);
-                    let next = load.component_div(&stiffness);
-                    change = change.max((next - sag[index]).amax());
-                    sag[index] = next;
+        if gravity == Vector3::zeros() {
+            return Ok(sag);
+        }
+        // Of the last round: the largest change, and the joint that it was of. What is no number is no rest.
+        let mut moving = Some(0);
+        for _ in 0..EQUILIBRIUM_ROUNDS {
+            let frames = Sagged::new(self, pose, gravity, &sag);
+            let mut largest = AT_REST;
+            moving = None;
+            for (index, joint) in frames.joints.iter().enumerate() {
+                let stiffness = Vector6::from(bushings[index].stiffness);
+                let next = joint.gravity_load().component_div(&stiffness);
+                let change = (next - sag[index]).abs().sum();
+                if change.is_nan() || change >= largest {
+                    (largest, moving) = (change, Some(index));
                 }
-                if change < 1e-12 {
-                    break;
-                }
+                sag[index] = next;
+            }
+            if moving.is_none() {
+                break;
             }
         }
-        Sagged::new(self, pose, gravity, &sag).linearise(self, &sag)
+        if let Some(joint) = moving {
+            return Err(LinearisationError::NoEquilibrium(joint));
+        }
+        // The determinant of the axes of a bushing's turns is the cosine of the second.
+        match sag.iter().position(|sag| libm::cos(sag[4]).abs() < INDEPENDENT) {
+            Some(joint) => Err(LinearisationError::QuarterTurn(joint)),
+            None => Ok(sag),
+        }
     }
 }
 
@@ -115,6 +186,29 @@ struct Sagged {
 }
 
 impl SaggedJoint {
+    /// From a rotation of the link, joint axes, to the three turns at this sag. The columns of the axes are x, y turned by
+    /// the first turn a, and z turned by the first two, a and b:
+    ///
+    /// ```text
+    ///     [ 1   0      sin b       ]          1    [ cos b   sin a sin b   −cos a sin b ]
+    ///     [ 0  cos a  −sin a cos b ]⁻¹  =   -----  [   0     cos a cos b    sin a cos b ]
+    ///     [ 0  sin a   cos a cos b ]        cos b  [   0       −sin a          cos a    ]
+    /// ```
+    fn turn_axes_inverse(sag: &Vector6<f64>) -> Matrix3<f64> {
+        let ((sin_a, cos_a), (sin_b, cos_b)) = (libm::sincos(sag[3]), libm::sincos(sag[4]));
+        Matrix3::new(
+            cos_b,
+            sin_a * sin_b,
+            -cos_a * sin_b, //
+            0.0,
+            cos_a * cos_b,
+            sin_a * cos_b, //
+            0.0,
+            -sin_a,
+            cos_a,
+        ) / cos_b
+    }
+
     /// Generalised gravity force on the six elongations: N, Nm.
     fn gravity_load(&self) -> Vector6<f64> {
         let force = self.gravity * self.mass;
@@ -170,23 +264,23 @@ impl Sagged {
     }
 
     fn linearise(&self, chain: &Chain, sag: &[Vector6<f64>; MAX_JOINTS]) -> LinearChain {
-        let mut before = Matrix3::identity();
+        let (mut before, mut before_inverse) = (Matrix3::identity(), Matrix3::identity());
         let mut joints = Vec::new();
         for (index, frame) in self.joints.iter().enumerate() {
             let back = frame.step.rotation.inverse().to_rotation_matrix().into_inner();
-            let axes = frame.turn_axes;
-            // The axes of the turns coincide only at a sag of a quarter turn about y.
-            let axes_inverse = axes.try_inverse().unwrap_or_else(Matrix3::identity);
+            let (axes, axes_inverse) =
+                (frame.turn_axes, SaggedJoint::turn_axes_inverse(&sag[index]));
             let _ = joints.push(LinearJoint {
                 rotate: back,
                 lever: -back * frame.step.translation.vector.cross_matrix() * before,
                 turn: axes_inverse * back * before,
+                turn_back: before_inverse * back.transpose() * axes,
                 inertia: spatial_inertia(&chain.joints[index].link, &frame.turned, &axes),
                 gravity_turns: gravity_turns(frame),
                 gravity_coupling: gravity_coupling(frame),
                 sag: sag[index],
             });
-            before = axes;
+            (before, before_inverse) = (axes, axes_inverse);
         }
         let last = &self.joints[self.joints.len() - 1];
         let tcp_axes = last.turned * chain.tcp.rotation.to_rotation_matrix();
@@ -253,3 +347,6 @@ fn gravity_coupling(frame: &SaggedJoint) -> SMatrix<f64, 6, 3> {
     }
     coupling.transpose() * frame.turn_axes
 }
+
+#[cfg(test)]
+mod tests;

@@ -95,7 +95,8 @@ impl Chain {
         &self.joints
     }
 
-    /// The same chain with each link's mass and inertia times `scale`, base first: positive.
+    /// The same chain with each link's mass and inertia times `scale`, base first: positive. Links for which there is none
+    /// keep theirs.
     pub fn weighing(&self, scale: &[f64]) -> Self {
         let mut chain = self.clone();
         for (joint, &scale) in chain.joints.iter_mut().zip(scale) {

@@ -3,8 +3,8 @@
 use heapless::Vec;
 
 use super::minimum::Minimum;
-use crate::parameters::{Bushings, End};
-use crate::refine::{Agreement, Problem, Refinement};
+use crate::parameters::Bushings;
+use crate::refine::{Agreement, Problem, Refinement, lies_on_bound};
 use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::Experiment;
 use crate::unknowns::{Coordinate, Coordinates, MAX_NUISANCES, Nuisance};
@@ -12,13 +12,15 @@ use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 
 /// How far a settled estimate can be believed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Acceptance {
     /// The residuals are as large as the noise explains.
     Consistent,
     /// The same minimum was reached from several searches, and its residuals are larger than the noise
     /// explains: the model is wrong.
     ModelSuspect,
-    /// The budget of starts ran out before either.
+    /// The budget of starts ran out before either; or the residuals cannot tell, since they are too few, or far smaller than
+    /// the noise that they are measured by.
     Unsettled,
 }
 
@@ -35,6 +37,8 @@ pub struct Estimate {
     pub ssp_max: f64,
     /// χ² per degree of freedom; 1 when noise alone explains the residuals.
     pub consistency: f64,
+    /// Residuals less the unknowns that they determine: below 1 nothing is left to test the model by.
+    pub degrees_of_freedom: f64,
     /// Sum of squares of the static tests' residuals per displacement measured, about 1 or less when their noise alone
     /// explains them; none without static tests.
     pub static_consistency: Option<f64>,
@@ -44,6 +48,8 @@ pub struct Estimate {
     pub whiteness: f64,
     /// Whether the residuals are larger than noise explains.
     pub size_objects: bool,
+    /// Whether they are smaller than noise leaves them: it is taken for louder than it is.
+    pub noise_too_loud: bool,
     /// Whether they have more structure along the band than noise explains.
     pub whiteness_objects: bool,
     /// Whether the residuals of the static tests by themselves are larger than their noise explains.
@@ -52,12 +58,14 @@ pub struct Estimate {
     pub stands_clear: bool,
     /// Covariance of the unknowns; [`Identifier::sought`](super::Identifier::sought) says which they are.
     pub covariance: Covariance,
-    /// Combinations of unknowns that the data tell badly, the worst first.
+    /// Combinations of unknowns that the data tell badly, the worst first. Without records no damping by itself is one.
     pub weak_directions: Vec<Direction, MAX_DIRECTIONS>,
     /// How well a fit to the others predicts each experiment, in their order; empty if there are no others.
     pub held_out: Vec<Agreement, MAX_EXPERIMENTS>,
     /// What was sought beside the parameters.
     pub nuisances: Vec<Nuisance, MAX_NUISANCES>,
+    /// Experiments that are kept, which it is fitted to; none where static tests alone tell all.
+    pub experiments: usize,
     /// Records that are not kept any more, whose information is in the numbers.
     pub retired: u64,
     /// Retired records that had to be forgotten, since the newer ones contradict them: the robot has changed.
@@ -75,7 +83,12 @@ impl Estimate {
         problem: &Problem<'_>,
         experiments: &mut [Experiment<B>],
     ) -> Self {
-        let weak_directions = refinement.weak_directions();
+        // Static tests tell of dampings in no pose.
+        let moves = !experiments.is_empty() || refinement.retired() > 0;
+        let is_damping = |unknown| {
+            matches!(problem.sought.coordinate(unknown), Some(Coordinate::Damping { .. }))
+        };
+        let weak_directions = refinement.weak_directions(|unknown| moves || !is_damping(unknown));
         let mut held_out = Vec::new();
         if experiments.len() > 1 {
             for experiment in experiments.iter_mut().take(MAX_EXPERIMENTS) {
@@ -90,16 +103,19 @@ impl Estimate {
             ssp_median: fit.ssp[0],
             ssp_max: fit.ssp[1],
             consistency: fit.sum_of_squares / fit.degrees_of_freedom.max(1.0),
+            degrees_of_freedom: fit.degrees_of_freedom,
             static_consistency: (fit.static_residuals > 0)
                 .then(|| fit.static_sum_of_squares / fit.static_residuals as f64),
             acceptance,
             whiteness: fit.whiteness,
             size_objects: minimum.size_objects(),
+            noise_too_loud: minimum.noise_is_too_loud(),
             whiteness_objects: minimum.whiteness_objects(),
             statics_object: minimum.statics_object(),
             stands_clear: minimum.stands_clear(),
             weak_directions,
             held_out,
+            experiments: experiments.len(),
             nuisances: problem.sought.found(&minimum.coordinates, &fit.covariance),
             retired: refinement.retired(),
             forgotten,
@@ -126,10 +142,8 @@ fn within(problem: &Problem<'_>, minimum: &Minimum, bushings: &Bushings) -> Bush
     for (index, value) in values.enumerate() {
         let relative = minimum.fit.deviations[index];
         // A parameter that is fixed may lie anywhere; those that are tied may lie where all of them may.
-        let at_end = sought.unknown(Coordinate::of(index)).is_some_and(|unknown| {
-            let [value, lower, upper] = ranges[unknown].map(libm::exp);
-            End::reached([lower, upper], value).is_some()
-        });
+        let unknown = sought.unknown(Coordinate::of(index));
+        let at_end = unknown.is_some_and(|unknown| lies_on_bound(&ranges[unknown]));
         *value = if at_end { f64::INFINITY } else { *value * relative };
     }
     deviations

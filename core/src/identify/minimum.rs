@@ -1,35 +1,60 @@
 //! What a refinement has come to, and whether noise explains it.
 
-use crate::refine::Fit;
-use crate::unknowns::Coordinates;
+use crate::refine::{Fit, Remaining};
+use crate::unknowns::{Coordinates, Sought};
 
 /// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a
 /// few hundred quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
 const CONSISTENT: f64 = 1.3;
+/// χ² per degree of freedom below which the noise is taken for louder than it is, if the residuals are many: the nearest wrong
+/// basin of the reference scenario, at 2, would then be below 1.
+const TOO_LOUD: f64 = 0.5;
 /// Whiteness up to which noise explains the residuals' structure.
 const STRUCTURED: f64 = 4.0;
 /// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
 /// one wrong basin in twenty has residuals that noise explains.
 const CLEAR: f64 = 0.05;
-/// Two minima are the same if their sums of squares differ by less than 1, and this part of them.
+/// Two minima are equally good if their sums of squares differ by less than 1, and this part of them.
 const SAME_MINIMUM: f64 = 1e-4;
+/// Gain in the sum of squares up to which a minimum counts as reached although a step would still gain it. No parameter
+/// then lies farther from the minimum than its own standard deviation, since `δᵢ² ≤ Cᵢᵢ δᵀNδ`; the deviations are widened
+/// by the way that is left, and their intervals cover no less than at the minimum.
+const REACHED: f64 = 1.0;
+/// Squared distance `Δθᵀ N Δθ` up to which two points are the same minimum: each may be `√REACHED` from it.
+const SAME_PLACE: f64 = 4.0 * REACHED;
 
 /// Where a refinement has ended.
 #[derive(Clone, Debug)]
 pub(super) struct Minimum {
     pub(super) coordinates: Coordinates,
     pub(super) fit: Fit,
-    pub(super) converged: bool,
+    /// What a step would still gain.
+    remaining: f64,
     /// How often it has been reached.
     pub(super) times: u32,
     /// Retired records and those that are kept are not of the same robot.
     pub(super) contradicted: bool,
+    /// Another minimum elsewhere is as good, so that the data do not say which of the two is right.
+    pub(super) has_rival: bool,
 }
 
 impl Minimum {
-    pub(super) fn new(coordinates: Coordinates, fit: Fit, converged: bool) -> Self {
+    /// Where a refinement has ended, with what is left to the minimum there.
+    pub(super) fn new(
+        coordinates: Coordinates,
+        mut fit: Fit,
+        remaining: &Remaining,
+        sought: &Sought,
+    ) -> Self {
         let contradicted = fit.contradiction > rarely_exceeded(fit.covariance.rank() as f64);
-        Self { coordinates, fit, converged, times: 1, contradicted }
+        fit.widen(sought, &remaining.step);
+        let remaining = remaining.gain;
+        Self { coordinates, fit, remaining, times: 1, contradicted, has_rival: false }
+    }
+
+    /// The refinement has come to the minimum, or so near that it makes no difference.
+    pub(super) fn is_reached(&self) -> bool {
+        self.remaining <= REACHED && self.fit.objective.is_finite()
     }
 
     /// The residuals are larger than noise explains.
@@ -48,32 +73,47 @@ impl Minimum {
         !(0.0..=most).contains(&self.fit.static_sum_of_squares)
     }
 
+    /// The records' residuals are smaller than their noise leaves them: it was not read where nothing is cut. It would hide a
+    /// wrong basin as well.
+    pub(super) fn noise_is_too_loud(&self) -> bool {
+        let Fit { sum_of_squares, degrees_of_freedom, .. } = self.fit;
+        let of_records = sum_of_squares - self.fit.static_sum_of_squares;
+        let freedom = degrees_of_freedom - self.fit.static_residuals as f64;
+        of_records < (TOO_LOUD * freedom).min(rarely_undercut(freedom))
+    }
+
     /// The noise is too small to hide a wrong basin.
     pub(super) fn stands_clear(&self) -> bool {
         self.fit.ssp[0] <= CLEAR
     }
 
     /// Noise explains the residuals, and by themselves those of the static tests, which the many of the records would
-    /// outvote.
+    /// outvote; and it is no louder than they are.
     pub(super) fn is_consistent(&self) -> bool {
-        !self.size_objects() && !self.statics_object()
+        !self.size_objects() && !self.statics_object() && !self.noise_is_too_loud()
     }
 
     /// Noise explains the residuals, and hides nothing; and no older record objects.
     pub(super) fn is_beyond_doubt(&self) -> bool {
-        self.converged && self.is_consistent() && self.stands_clear() && !self.contradicted
+        self.is_reached() && self.is_consistent() && self.stands_clear() && !self.contradicted
     }
 
-    /// Becomes the better of the two; what has been reached twice has been reached as often as both.
-    pub(super) fn compete(&mut self, mut other: Self) {
-        let same = self.is_as_good_as(&other);
-        if same && self.converged && other.converged {
-            let times = self.times + other.times;
-            (self.times, other.times) = (times, times);
+    /// Becomes the better of the two; what has been reached twice has been reached as often as both. `distance` is the
+    /// squared distance between them in standard deviations.
+    pub(super) fn compete(&mut self, mut other: Self, distance: f64) {
+        let both_reached = self.is_reached() && other.is_reached();
+        let same = self.is_as_good_as(&other) && other.has_place(distance);
+        if same && both_reached {
+            self.times += other.times;
+            other.times = self.times;
+            self.has_rival |= other.has_rival;
+            other.has_rival = self.has_rival;
+        } else if both_reached && self.is_as_good_as(&other) {
+            (self.has_rival, other.has_rival) = (true, true);
         }
         // Of one that did not get there and the same that did, the latter.
-        let better = if same && self.converged != other.converged {
-            other.converged
+        let better = if same && self.is_reached() != other.is_reached() {
+            other.is_reached()
         } else {
             other.fit.objective < self.fit.objective
         };
@@ -82,10 +122,17 @@ impl Minimum {
         }
     }
 
-    /// It is the same minimum, by what a refinement makes least.
+    /// What a refinement makes least is the same for both.
     fn is_as_good_as(&self, other: &Self) -> bool {
         let (own, other) = (self.fit.objective, other.fit.objective);
         (own - other).abs() <= 1.0 + SAME_MINIMUM * other
+    }
+
+    /// Whether a point at this squared distance is the same minimum. Residuals larger than the noise make the standard
+    /// deviations larger, too.
+    fn has_place(&self, distance: f64) -> bool {
+        let inflation = self.fit.sum_of_squares / self.fit.degrees_of_freedom.max(1.0);
+        distance <= SAME_PLACE * inflation.max(1.0)
     }
 
     /// Whether the contradiction of retired records is more than the model's own error makes, which differs from cut to cut:
@@ -112,9 +159,115 @@ fn rarely_exceeded(degrees_of_freedom: f64) -> f64 {
     degrees_of_freedom + 2.0 * libm::sqrt(10.0 * degrees_of_freedom) + 2.0 * 10.0
 }
 
+/// What χ² of so many degrees of freedom falls below with a chance below e⁻¹⁰ (the same lemma).
+fn rarely_undercut(degrees_of_freedom: f64) -> f64 {
+    degrees_of_freedom - 2.0 * libm::sqrt(10.0 * degrees_of_freedom.max(0.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibration::Nuisances;
+    use crate::refine::Information;
+    use crate::unknowns::MAX_UNKNOWNS;
+
+    /// Where nothing is left to gain: so many residuals of this χ², of which static tests have a part.
+    fn fit(sum_of_squares: f64, degrees_of_freedom: f64, statics: [f64; 2]) -> Fit {
+        let sought = Sought::new(1, &Nuisances::default()).unwrap();
+        let mut information = Information::none(sought.unknowns());
+        information.add_known(0, 0.01);
+        Fit {
+            sum_of_squares,
+            objective: sum_of_squares,
+            degrees_of_freedom,
+            static_sum_of_squares: statics[0],
+            static_residuals: statics[1] as usize,
+            deviations: [f64::INFINITY; _],
+            covariance: information.covariance(),
+            ssp: [0.1; 2],
+            whiteness: 0.0,
+            contradiction: 0.0,
+        }
+    }
+
+    /// A minimum of two thousand residuals that noise explains, with `gain` left to it, along the first unknown, whose
+    /// standard deviation is 0.01.
+    fn minimum(sum_of_squares: f64, gain: f64) -> Minimum {
+        let sought = Sought::new(1, &Nuisances::default()).unwrap();
+        let mut step = [0.0; MAX_UNKNOWNS];
+        step[0] = 0.01 * libm::sqrt(gain);
+        let fit = fit(sum_of_squares, 2000.0, [0.0; 2]);
+        Minimum::new([0.0; _], fit, &Remaining { step, gain }, &sought)
+    }
+
+    #[test]
+    fn residuals_far_below_the_noise_are_not_consistent() {
+        for (sum_of_squares, freedom, statics, too_loud) in [
+            (200.0, 10_000.0, [0.0; 2], true),
+            (4_900.0, 10_000.0, [0.0; 2], true),
+            (5_100.0, 10_000.0, [0.0; 2], false),
+            // A few may be as small by chance.
+            (0.1, 30.0, [0.0; 2], false),
+            (55.0, 160.0, [0.0; 2], true),
+            (75.0, 120.0, [0.0; 2], false),
+            // Readings by hand may be better than their user says.
+            (10_000.1, 10_100.0, [0.1, 100.0], false),
+            (0.1, 100.0, [0.1, 100.0], false),
+        ] {
+            let fit = fit(sum_of_squares, freedom, statics);
+            let minimum = Minimum { fit, ..minimum(2000.0, 0.0) };
+            assert_eq!(minimum.noise_is_too_loud(), too_loud, "{sum_of_squares} of {freedom}");
+            assert_eq!(minimum.is_consistent(), !too_loud, "{sum_of_squares} of {freedom}");
+        }
+    }
+    #[test]
+    fn a_minimum_is_reached_twice_only_at_the_same_place() {
+        let cases = [
+            // Gains left, sums of squares, squared distance: times reached, rival.
+            ([0.0, 0.0], [2000.0, 2000.5], 1e-3, (2, false)),
+            ([0.9, 0.9], [2000.0, 2000.5], 3.9, (2, false)),
+            ([0.0, 0.0], [2000.0, 2000.5], 1e4, (1, true)),
+            ([0.0, 0.0], [2000.0, 2010.0], 1e4, (1, false)),
+            ([0.0, 2.0], [2000.0, 2000.5], 1e-3, (1, false)),
+            ([0.0, 2.0], [2000.0, 2000.5], 1e4, (1, false)),
+            // Residuals of a hundred times the noise: so is the distance.
+            ([0.0, 0.0], [2e5, 2e5 + 1.0], 300.0, (2, false)),
+        ];
+        for (gains, sums, distance, expected) in cases {
+            let mut best = minimum(sums[0], gains[0]);
+            best.compete(minimum(sums[1], gains[1]), distance);
+            assert_eq!((best.times, best.has_rival), expected, "{gains:?} {sums:?} {distance}");
+        }
+    }
+
+    /// A better minimum has no rival in a worse one's.
+    #[test]
+    fn a_better_minimum_has_no_rival_among_the_worse() {
+        let mut best = minimum(2010.0, 0.0);
+        best.compete(minimum(2010.0, 0.0), 1e4);
+        assert!(best.has_rival);
+        best.compete(minimum(2000.0, 0.0), 1e4);
+        assert!(!best.has_rival && best.times == 1);
+    }
+
+    #[test]
+    fn what_is_left_to_a_minimum_widens_its_deviations() {
+        for (gain, reached, deviation) in [
+            (0.0, true, 0.01),
+            (0.25, true, 0.0125_f64.sqrt() * 0.1),
+            (1.1, false, 0.021_f64.sqrt() * 0.1),
+        ] {
+            let minimum = minimum(2000.0, gain);
+            assert_eq!(minimum.is_reached(), reached, "{gain}");
+            let widened = minimum.fit.deviations[0];
+            assert!(
+                (widened / deviation - 1.0).abs() < 1e-12,
+                "{gain}: {widened}, not {deviation}"
+            );
+            assert_eq!(minimum.fit.deviations[1], f64::INFINITY);
+        }
+        assert!(!minimum(2000.0, f64::NAN).is_reached());
+    }
 
     #[test]
     fn few_residuals_may_be_larger_than_many() {

@@ -1,33 +1,35 @@
 //! The state machine from records to an estimate: search, refine, judge, and search again while the residuals say
 //! that the basin is wrong.
 //!
-//! A refinement that converges is accepted if noise alone explains its residuals, and the records stand clear of
-//! the noise. If not, either the basin is wrong, or the model is, or the noise hides which; another search tells: the
-//! best minimum reached again and again is accepted as well, with the remark that the model is suspect if the noise does not
-//! explain it. A bare threshold would restart for ever on real data.
+//! A refinement that has reached a minimum is accepted if noise alone explains its residuals, and the records stand clear
+//! of the noise. If not, either the basin is wrong, or the model is, or the noise hides which; another search tells: the
+//! best minimum reached again and again, by its coordinates and not by χ² alone, is accepted as well, with the remark that
+//! the model is suspect if the noise does not explain it. A bare threshold would restart for ever on real data. Two minima
+//! in different places that are equally good leave the estimate unsettled: the data do not say which is right.
 //!
 //! Work is budgeted per change of the records, not by the clock, so that the same records give the same estimate
 //! on any machine.
 
 mod estimate;
 mod minimum;
+mod standing;
 
 use fearless_simd::Level;
 use heapless::Vec;
 use rand_core::Rng;
 
 use crate::DOF;
-use crate::calibration::Nuisances;
 use crate::chain::Chain;
 use crate::loss::spectral;
 use crate::parameters::Bounds;
-use crate::refine::{Fit, Outcome, Problem, Refinement};
+use crate::refine::{Outcome, Problem, Refinement};
 use crate::search::{Search, Sensitivities, Strategy, Weighing};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
-use crate::unknowns::Sought;
+use crate::unknowns::{Sought, SoughtError};
 pub use estimate::{Acceptance, Estimate};
 use minimum::Minimum;
+pub use standing::{Standing, StandingError};
 
 /// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin,
 const TIMES_CONSISTENT: u32 = 2;
@@ -105,8 +107,8 @@ impl<R: Rng> Identifier<R> {
         generator: R,
     ) -> Self {
         let search = Search::new(Strategy::default(), 2 * DOF * chain.joints().len());
-        let sought = Sought::new(chain.joints().len(), &Nuisances::default());
-        let refinement = Refinement::new(&sought, &bounds.bushings(search.centre()));
+        let sought = Sought::parameters_of(&chain);
+        let refinement = Refinement::new(&sought, &bounds.within(search.centre()));
         Self {
             chain,
             bounds,
@@ -130,10 +132,16 @@ impl<R: Rng> Identifier<R> {
     }
 
     /// Seeks something else than every parameter for itself: before the first record.
-    pub fn seeking(mut self, sought: Sought) -> Self {
-        self.refinement = Refinement::new(&sought, &self.bounds.bushings(self.search.centre()));
+    ///
+    /// # Errors
+    /// If it is sought of a chain of another number of joints.
+    pub fn seek(&mut self, sought: Sought) -> Result<(), SoughtError> {
+        if sought.joints() != self.chain.joints().len() {
+            return Err(SoughtError::JointCount(sought.joints()));
+        }
+        self.refinement = Refinement::new(&sought, &self.bounds.within(self.search.centre()));
         self.sought = sought;
-        self
+        Ok(())
     }
 
     /// Rests the fit on static tests as well: before the first record. They need none: [`Identifier::renew`] with no
@@ -162,7 +170,7 @@ impl<R: Rng> Identifier<R> {
         if experiments.is_empty() {
             self.phase = Phase::Waiting;
             if !self.statics.is_empty() {
-                let middle = self.bounds.middle(self.chain.joints().len());
+                let middle = self.bounds.middle(&self.sought);
                 self.refinement.restart(&self.sought, &middle);
                 self.phase = Phase::Refining;
             }
@@ -195,8 +203,7 @@ impl<R: Rng> Identifier<R> {
         };
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.restart_at(&estimate.coordinates);
-        refinement.retire(&problem, experiment);
-        true
+        refinement.retire(&problem, experiment).is_ok()
     }
 
     /// One sample of the search, or one step of the refinement. Call with the experiments that [`Identifier::renew`]
@@ -205,12 +212,12 @@ impl<R: Rng> Identifier<R> {
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
             Phase::Searching => {
-                let mut guess = self.bounds.bushings(self.search.ask(&mut self.generator));
+                let mut guess = self.bounds.within(self.search.ask(&mut self.generator));
                 self.sought.impose(&mut guess);
                 self.search.tell(&spectral::losses(experiments, &guess, self.level));
                 self.search_evaluations += 1;
                 if self.search.finished() {
-                    let found = self.bounds.bushings(self.search.centre());
+                    let found = self.bounds.within(self.search.centre());
                     self.refinement.restart(&self.sought, &found);
                     self.phase = Phase::Refining;
                 }
@@ -220,14 +227,54 @@ impl<R: Rng> Identifier<R> {
                 let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
                 let problem =
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
-                let outcome = refinement.step(&problem, experiments);
-                if outcome != Outcome::Improving {
-                    let fit = refinement.fit(&problem, experiments);
-                    self.judge(fit, outcome == Outcome::Converged, experiments);
+                if refinement.step(&problem, experiments) != Outcome::Improving {
+                    self.judge(experiments);
                 }
             }
         }
         self.phase
+    }
+
+    /// Where it stands; `None` unless it has settled on an estimate of records.
+    pub fn standing(&self) -> Option<Standing> {
+        let estimate = self.estimate.as_ref().filter(|_| self.phase == Phase::Settled)?;
+        Some(Standing {
+            coordinates: estimate.coordinates.iter().copied().collect(),
+            acceptance: estimate.acceptance,
+            retired: self.refinement.retired_records(),
+            forgotten: self.forgotten,
+            starts: self.total_starts,
+            search_evaluations: self.search_evaluations,
+            refine_iterations: self.refine_iterations,
+        })
+    }
+
+    /// What drives the search, as it stands.
+    pub fn generator(&self) -> &R {
+        &self.generator
+    }
+
+    /// Goes on from where another identifier of the same problem stood when it had settled on these `experiments`; a new
+    /// identifier takes the other's generator, too. Costs a fit, and no search.
+    ///
+    /// # Errors
+    /// It cannot have been of the same problem. Then nothing has changed.
+    pub fn resume<const B: usize>(
+        &mut self,
+        standing: &Standing,
+        experiments: &mut [Experiment<B>],
+    ) -> Result<(), StandingError> {
+        let coordinates = standing.coordinates(&self.sought, &self.bounds)?;
+        self.refinement
+            .resume(&self.sought, &coordinates, &standing.retired)
+            .ok_or(StandingError::Retired)?;
+        self.forgotten = standing.forgotten;
+        self.total_starts = standing.starts;
+        self.search_evaluations = standing.search_evaluations;
+        self.refine_iterations = standing.refine_iterations;
+        let minimum = self.reached(experiments);
+        self.settle(&minimum, standing.acceptance, experiments);
+        Ok(())
     }
 
     /// The estimate of the records as they last stood; none before the first has settled.
@@ -268,22 +315,18 @@ impl<R: Rng> Identifier<R> {
     }
 
     /// Accepts what a refinement has come to, or searches again.
-    fn judge<const B: usize>(
-        &mut self,
-        fit: Fit,
-        converged: bool,
-        experiments: &mut [Experiment<B>],
-    ) {
-        let mut found = Minimum::new(*self.refinement.coordinates(), fit, converged);
+    fn judge<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) {
+        let mut found = self.reached(experiments);
         if let Some(together) = self.together.take() {
             found = self.reconciled(together, found);
+            self.stand_at(&found, experiments);
             if found.contradicted && found.times >= TIMES_CONSISTENT {
                 return self.settle(&found, Acceptance::ModelSuspect, experiments);
             }
-        } else if found.converged && found.contradicted && !self.knows_better() {
+        } else if found.is_reached() && found.contradicted && !self.knows_better() {
             return self.try_alone(found);
         }
-        if found.converged && !found.is_tested() {
+        if found.is_reached() && (!found.is_tested() || found.noise_is_too_loud()) {
             return self.settle(&found, Acceptance::Unsettled, experiments);
         }
         if found.is_beyond_doubt() {
@@ -291,22 +334,23 @@ impl<R: Rng> Identifier<R> {
         }
         if experiments.is_empty() {
             // In the compliances static tests are linear, but for gravity: another start would end here, too.
-            let acceptance =
-                if found.converged { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
+            let reached = found.is_reached();
+            let acceptance = if reached { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
             return self.settle(&found, acceptance, experiments);
         }
         let best = match self.best.take() {
             Some(mut best) => {
-                best.compete(found);
+                let distance = self.refinement.distance(&self.sought, &best.coordinates);
+                best.compete(found, distance);
                 best
             }
             None => found,
         };
         if best.times >= TIMES_CONSISTENT && best.contradicted {
             self.try_alone(best);
-        } else if best.times >= TIMES_CONSISTENT && best.is_consistent() {
+        } else if best.times >= TIMES_CONSISTENT && best.is_consistent() && !best.has_rival {
             self.settle(&best, Acceptance::Consistent, experiments);
-        } else if best.times >= TIMES_SUSPECT {
+        } else if best.times >= TIMES_SUSPECT && !best.has_rival {
             self.settle(&best, Acceptance::ModelSuspect, experiments);
         } else if self.starts >= MAX_STARTS {
             self.settle(&best, Acceptance::Unsettled, experiments);
@@ -318,7 +362,8 @@ impl<R: Rng> Identifier<R> {
 
     /// Whether retired records and those that are kept are at one in another minimum.
     fn knows_better(&self) -> bool {
-        let agrees = |best: &Minimum| best.converged && best.is_consistent() && !best.contradicted;
+        let agrees =
+            |best: &Minimum| best.is_reached() && best.is_consistent() && !best.contradicted;
         self.best.as_ref().is_some_and(agrees)
     }
 
@@ -333,11 +378,11 @@ impl<R: Rng> Identifier<R> {
     /// Forgets what is retired only if the records that are kept are consistent `alone`, and it is sure that no noise hides a
     /// wrong minimum; else goes back to both.
     fn reconciled(&mut self, mut together: Minimum, alone: Minimum) -> Minimum {
-        if alone.converged {
+        if alone.is_reached() {
             together.contradicted = together.is_contradicted_beyond(&alone);
         }
         let sure = alone.stands_clear() || together.times >= TIMES_CONSISTENT;
-        let forget = together.contradicted && alone.converged && alone.is_consistent() && sure;
+        let forget = together.contradicted && alone.is_reached() && alone.is_consistent() && sure;
         self.forgotten += self.refinement.unshelve(!forget);
         if forget {
             // It was found with what is forgotten.
@@ -348,16 +393,36 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
+    /// What the refinement has come to.
+    // A fit is large: inlined, it would take room on the stack while the next one is made.
+    #[inline(never)]
+    fn reached<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> Minimum {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let fit = refinement.fit(&problem, experiments);
+        let remaining = refinement.remaining(&problem);
+        Minimum::new(*refinement.coordinates(), fit, &remaining, sought)
+    }
+
+    /// Goes back to a minimum, and fits there what is fitted beside the parameters.
+    // As above.
+    #[inline(never)]
+    fn stand_at<const B: usize>(&mut self, minimum: &Minimum, experiments: &mut [Experiment<B>]) {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        refinement.restart_at(&minimum.coordinates);
+        refinement.fit(&problem, experiments);
+    }
+
     fn settle<const B: usize>(
         &mut self,
         minimum: &Minimum,
         acceptance: Acceptance,
         experiments: &mut [Experiment<B>],
     ) {
+        self.stand_at(minimum, experiments);
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        refinement.restart_at(&minimum.coordinates);
-        refinement.fit(&problem, experiments);
         let forgotten = self.forgotten;
         let estimate =
             Estimate::of(minimum, acceptance, forgotten, refinement, &problem, experiments);

@@ -41,6 +41,70 @@ pub fn ssp<const B: usize>(
     .of(level)
 }
 
+/// Energies of measured and modelled acceleration: sums over the bins and the accelerometer's axes, (m/s)².
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energies {
+    /// Of the measured acceleration, noise included.
+    pub measured: f32,
+    /// Of what the measured force makes of the model.
+    pub modelled: f32,
+}
+
+/// [`Energies`] of one experiment: whether force and acceleration go with the model's masses at all.
+pub fn energies<const B: usize>(
+    spectra: &SearchSpectra<B>,
+    bushings: &Bushings,
+    level: Level,
+) -> Energies {
+    let mut terms = spectra.terms.clone();
+    terms.set_bushings(bushings);
+    let acceleration = spectra.acceleration.parts();
+    let measured = acceleration.iter().flatten().copied().flatten();
+    let modelled = Modelled {
+        terms: &terms,
+        alpha: spectra.alpha,
+        omega: &spectra.omega,
+        force: spectra.force.parts(),
+    };
+    Energies {
+        measured: measured.map(|part| part * part).sum(),
+        modelled: f32::dispatch(level, modelled),
+    }
+}
+
+/// What the modelled energy is made of.
+struct Modelled<'a> {
+    terms: &'a Terms<f32>,
+    alpha: f32,
+    omega: &'a [f32],
+    /// Per axis real and imaginary parts; filling bins are silent.
+    force: [[&'a [f32]; 2]; 3],
+}
+
+impl Kernel<f32> for Modelled<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<V: Lanes<Scalar = f32>>(self, like: V) -> f32 {
+        let Self { terms, alpha, omega, force } = self;
+        let mut sum = like.fill(0.0);
+        for first in (0..omega.len()).step_by(V::WIDTH) {
+            let s = Complex::new(like.fill(alpha), like.load(&omega[first..]));
+            let force = force
+                .map(|[re, im]| Complex::new(like.load(&re[first..]), like.load(&im[first..])));
+            let mut rows = [[Complex::zero(like); 3]; 3];
+            accelerance(terms, s, &mut rows);
+            for row in &rows {
+                let model = (row[0] * force[0]).plus(row[1], force[1]).plus(row[2], force[2]);
+                sum = sum + model.square();
+            }
+        }
+        let mut lanes = [0.0; 16];
+        sum.store(&mut lanes);
+        lanes.iter().sum()
+    }
+}
+
 /// Spectra as slices, so that there is one kernel for all capacities.
 struct Ssp<'a> {
     terms: &'a Terms<f32>,

@@ -28,6 +28,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 
 use crate::MAX_JOINTS;
 use crate::chain::Chain;
+use crate::chain::linearise::LinearisationError;
 use crate::parameters::Bushing;
 use kinematics::{Link, Placed};
 
@@ -55,7 +56,7 @@ pub struct EquationOfMotion {
     gravity: Vector3<f64>,
     /// The TCP in the last link.
     tcp: Pose,
-    /// The static equilibrium.
+    /// The static equilibrium, or what else counts as rest.
     rest: Coordinates,
     /// The TCP's axes at rest, in base axes: force and readings are along these.
     rest_axes: Matrix3<f64>,
@@ -70,16 +71,44 @@ struct Pose {
 }
 
 impl EquationOfMotion {
-    /// At joint angles `pose` (one per joint, rad or m) under `gravity` (base axes, m/s²).
+    /// At joint angles `pose` (one per joint, rad or m) under `gravity` (base axes, m/s²); the TCP at rest is that of the
+    /// static equilibrium.
     ///
-    /// # Panics
+    /// # Errors
     ///
-    /// If there is not one angle and one bushing per joint.
-    pub fn new(chain: &Chain, pose: &[f64], gravity: Vector3<f64>, bushings: &[Bushing]) -> Self {
+    /// As [`Chain::linearise`].
+    pub fn new(
+        chain: &Chain,
+        pose: &[f64],
+        gravity: Vector3<f64>,
+        bushings: &[Bushing],
+    ) -> Result<Self, LinearisationError> {
         let mut rest = Coordinates::default();
-        let equilibrium = chain.linearise(pose, gravity, bushings);
+        let equilibrium = chain.linearise(pose, gravity, bushings)?;
         for (rest, joint) in rest.iter_mut().zip(&equilibrium.joints) {
             *rest = joint.sag;
+        }
+        Self::about(chain, pose, gravity, bushings, rest)
+    }
+
+    /// The same about other elongations, which then count as rest: gravity leaves a robot that is soft enough no
+    /// equilibrium, but it moves all the same.
+    ///
+    /// # Errors
+    ///
+    /// If there is not one angle and one bushing per joint.
+    pub fn about(
+        chain: &Chain,
+        pose: &[f64],
+        gravity: Vector3<f64>,
+        bushings: &[Bushing],
+        rest: Coordinates,
+    ) -> Result<Self, LinearisationError> {
+        if pose.len() != chain.joints().len() {
+            return Err(LinearisationError::Angles(pose.len()));
+        }
+        if bushings.len() != chain.joints().len() {
+            return Err(LinearisationError::Bushings(bushings.len()));
         }
         let per_joint = |of: fn(&Bushing) -> [f64; 6]| {
             let mut all = Coordinates::default();
@@ -102,10 +131,10 @@ impl EquationOfMotion {
         };
         let tcp = equation.tcp_pose(&equation.placed(&rest));
         (equation.rest_axes, equation.rest_tcp) = (tcp.axes, tcp.translation);
-        equation
+        Ok(equation)
     }
 
-    /// At rest in the static equilibrium under gravity.
+    /// At rest: in the static equilibrium under gravity, or as [`EquationOfMotion::about`] has it.
     pub fn rest(&self) -> State {
         State { elongation: self.rest, rate: Coordinates::default() }
     }
@@ -177,6 +206,6 @@ mod tests {
             stiffness: [2e7, 3e7, 1e7, 5e6, 2e6, 4e6],
             damping: [2e4, 1e4, 3e4, 4e3, 5e3, 1e3],
         };
-        EquationOfMotion::new(&chain, &[0.4, -0.3, 1.1], Vector3::zeros(), &[bushing; 3])
+        EquationOfMotion::new(&chain, &[0.4, -0.3, 1.1], Vector3::zeros(), &[bushing; 3]).unwrap()
     }
 }

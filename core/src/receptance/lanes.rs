@@ -25,6 +25,10 @@ pub trait Lanes:
     type Scalar: Scalar;
     /// How many.
     const WIDTH: usize;
+    /// One value of any kind for each lane: `[T; WIDTH]`.
+    type Each<T: Copy>: AsMut<[T]>;
+    /// The same value for each lane.
+    fn each<T: Copy>(value: T) -> Self::Each<T>;
     /// `value` in as many lanes as `self` has.
     fn fill(self, value: Self::Scalar) -> Self;
     /// `self · factor + term`, fused where the processor can.
@@ -51,6 +55,11 @@ macro_rules! scalar {
         impl Lanes for $type {
             type Scalar = $type;
             const WIDTH: usize = 1;
+            type Each<T: Copy> = [T; 1];
+            #[inline(always)]
+            fn each<T: Copy>(value: T) -> [T; 1] {
+                [value]
+            }
             #[inline(always)]
             fn fill(self, value: $type) -> Self {
                 value
@@ -75,10 +84,15 @@ scalar!(f32);
 scalar!(f64);
 
 macro_rules! vector {
-    ($($type:ident of $scalar:ty),*) => {$(
+    ($($type:ident of $scalar:ty, $width:literal);*) => {$(
         impl<S: Simd> Lanes for $type<S> {
             type Scalar = $scalar;
-            const WIDTH: usize = <Self as SimdBase<S>>::LEN;
+            const WIDTH: usize = $width;
+            type Each<T: Copy> = [T; $width];
+            #[inline(always)]
+            fn each<T: Copy>(value: T) -> [T; $width] {
+                [value; $width]
+            }
             #[inline(always)]
             fn fill(self, value: $scalar) -> Self {
                 Self::splat(self.simd, value)
@@ -99,7 +113,7 @@ macro_rules! vector {
     )*};
 }
 
-vector!(f32x16 of f32, f64x8 of f64);
+vector!(f32x16 of f32, 16; f64x8 of f64, 8);
 
 /// A computation that is written once for any number of lanes; mark `run` `#[inline(always)]`.
 pub trait Kernel<T: Scalar> {

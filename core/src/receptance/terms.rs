@@ -7,7 +7,7 @@ use super::lanes::Scalar;
 use super::symmetric::{PACKED, at};
 use super::tool::ToolTerms;
 use crate::calibration::Calibration;
-use crate::chain::linearise::{LinearChain, LinearJoint};
+use crate::chain::linearise::{LinearChain, LinearJoint, LinearisationError};
 use crate::mounting::{Mounting, tilts};
 use crate::parameters::Bushing;
 use crate::{DOF, MAX_JOINTS};
@@ -55,30 +55,48 @@ pub struct Terms<T> {
 impl<T: Scalar> Terms<T> {
     /// Of a linearised chain with one bushing per joint, base first. A `strapdown` accelerometer turns
     /// with the TCP and feels gravity: it reads `a + θ × g`, its reading at rest removed.
-    pub fn new(chain: &LinearChain, bushings: &[Bushing], strapdown: bool) -> Self {
+    ///
+    /// # Errors
+    ///
+    /// If there is not one bushing per joint.
+    pub fn new(
+        chain: &LinearChain,
+        bushings: &[Bushing],
+        strapdown: bool,
+    ) -> Result<Self, LinearisationError> {
         Self::calibrated(chain, bushings, strapdown, &Calibration::default())
     }
 
     /// The same, read by sensors that differ so from what they are taken for. Masses are the chain's, and force gains the
     /// force's own.
+    ///
+    /// # Errors
+    ///
+    /// As [`Terms::new`].
     pub fn calibrated(
         chain: &LinearChain,
         bushings: &[Bushing],
         strapdown: bool,
         calibration: &Calibration,
-    ) -> Self {
+    ) -> Result<Self, LinearisationError> {
         Self::mounted(chain, bushings, strapdown, &Mounting::AT_TCP, calibration)
     }
 
     /// The same, with the sensors mounted so. The misalignment turns the accelerometer further, about its own axes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Terms::new`].
     pub fn mounted(
         chain: &LinearChain,
         bushings: &[Bushing],
         strapdown: bool,
         mounting: &Mounting,
         calibration: &Calibration,
-    ) -> Self {
-        debug_assert_eq!(chain.joints.len(), bushings.len());
+    ) -> Result<Self, LinearisationError> {
+        if chain.joints.len() != bushings.len() {
+            return Err(LinearisationError::Bushings(bushings.len()));
+        }
         let mut joints = Vec::new();
         for (joint, bushing) in chain.joints.iter().zip(bushings) {
             let _ = joints.push(JointTerms::new(joint, bushing));
@@ -94,7 +112,7 @@ impl<T: Scalar> Terms<T> {
             inertia: columns(&(mounting.centres(chain) * mounting.tool_mass)),
             weight: columns(&(tilts(chain, &mounting.force_axes) * mounting.tool_mass)),
         });
-        Self {
+        Ok(Self {
             joints,
             force: columns(&force),
             reading: columns(&reading),
@@ -108,24 +126,28 @@ impl<T: Scalar> Terms<T> {
             strapdown,
             delay: T::from_f64(calibration.delay),
             masses: false,
-        }
+        })
     }
 
     /// Of the chain at rest under a wrench (N and Nm on the TCP, along its axes): at s = 0 a response to 1 along the first
     /// axis "reads" the displacement of the TCP.
-    pub(crate) fn at_rest(chain: &LinearChain, bushings: &[Bushing], wrench: &[f64; 6]) -> Self {
+    pub(crate) fn at_rest(
+        chain: &LinearChain,
+        bushings: &[Bushing],
+        wrench: &[f64; 6],
+    ) -> Result<Self, LinearisationError> {
         let [fx, fy, fz, mx, my, mz] = *wrench;
         let load = chain.tip_force * Vector3::new(fx, fy, fz)
             + chain.tip_torque * Vector3::new(mx, my, mz);
         let mut force = SMatrix::<f64, 6, 3>::zeros();
         force.set_column(0, &load);
-        Self {
+        Ok(Self {
             force: columns(&force),
             tilt: columns(&chain.tip_force),
             // What the elongations are read by regardless of the frequency.
             strapdown: true,
-            ..Self::new(chain, bushings, false)
-        }
+            ..Self::new(chain, bushings, false)?
+        })
     }
 
     /// The same, with [`Response::per_mass`](super::Response::per_mass) wanted.
@@ -133,7 +155,8 @@ impl<T: Scalar> Terms<T> {
         Self { masses: true, ..self }
     }
 
-    /// The same chain with other bushings; the sag stays that of the first.
+    /// The same chain with other bushings, one per joint; the sag stays that of the first. Joints for which there is none
+    /// keep theirs.
     pub fn set_bushings(&mut self, bushings: &[Bushing]) {
         for (terms, bushing) in self.joints.iter_mut().zip(bushings) {
             terms.stiffness = bushing.stiffness.map(T::from_f64);
@@ -150,8 +173,7 @@ impl<T: Scalar> JointTerms<T> {
                 inertia[at(i, j)] = T::from_f64(joint.inertia[(i, j)]);
             }
         }
-        // The axes of the turns coincide only at a sag of a quarter turn.
-        let turn = joint.turn.try_inverse().unwrap_or_else(Matrix3::identity);
+        let turn = joint.turn_back;
         let rotate = joint.rotate.transpose();
         Self {
             rotate: rows(&rotate),

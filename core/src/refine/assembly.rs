@@ -6,6 +6,7 @@ use super::seam::{MAX_SEAM, Seam, unknowns};
 use super::statics::Statics;
 use super::summary::Summary;
 use super::{Problem, Refinement};
+use crate::chain::linearise::LinearisationError;
 use crate::receptance::Terms;
 use crate::spectrum::{Accelerometer, Experiment};
 
@@ -14,7 +15,8 @@ use crate::spectrum::{Accelerometer, Experiment};
 const SMALL_SEAM: f64 = 1e-11;
 
 impl Refinement {
-    /// The seams that fit best at the parameters; returns the sum of squares that remains.
+    /// The seams that fit best at the parameters; returns the sum of squares that remains, infinite where gravity leaves the
+    /// robot no equilibrium.
     pub(super) fn fit_seams<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -29,7 +31,9 @@ impl Refinement {
         experiment: &mut Experiment<B>,
     ) -> f64 {
         let joints = problem.chain.joints().len();
-        self.run(problem, experiment, Unknowns::Seam);
+        if self.run(problem, experiment, Unknowns::Seam).is_err() {
+            return f64::INFINITY;
+        }
         let normal = &mut self.record;
         normal.prefer_small(&[0.0; MAX_SEAM][..unknowns(joints)], SMALL_SEAM);
         normal.eliminate(unknowns(joints));
@@ -57,22 +61,22 @@ impl Refinement {
         &mut self,
         problem: &Problem<'_>,
         experiments: &mut [Experiment<B>],
-    ) -> Summary {
+    ) -> Result<Summary, LinearisationError> {
         let mut total = self.normal.clone();
         total.reset(problem.sought.unknowns());
         let mut summary = Summary::default();
         for experiment in experiments {
-            summary.push(&self.assemble_record(problem, experiment, Unknowns::All));
+            summary.push(&self.assemble_record(problem, experiment, Unknowns::All)?);
             total.add_complement(&self.record, unknowns(problem.chain.joints().len()));
         }
         for (unknown, value) in problem.sought.priors(&self.coordinates) {
             total.add_prior(unknown, value);
         }
-        self.statics(problem).add_to(&mut total);
+        self.statics(problem).add_to(&mut total)?;
         self.knowledge.add_to(&mut total, &problem.sought.values(&self.coordinates));
         self.normal = total;
         self.assembled = true;
-        summary
+        Ok(summary)
     }
 
     /// The normal equations of one record, the seam eliminated.
@@ -81,14 +85,14 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &mut Experiment<B>,
         wanted: Unknowns,
-    ) -> Residuals {
+    ) -> Result<Residuals, LinearisationError> {
         let joints = problem.chain.joints().len();
         let standing = experiment.seam;
-        let residuals = self.run(problem, experiment, wanted);
+        let residuals = self.run(problem, experiment, wanted)?;
         let seam = unknowns(joints);
         self.record.prefer_small(&standing.to_solution(joints)[..seam], SMALL_SEAM);
         self.record.eliminate(seam);
-        residuals
+        Ok(residuals)
     }
 
     /// Fills the record's normal equations.
@@ -97,25 +101,25 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &mut Experiment<B>,
         unknowns: Unknowns,
-    ) -> Residuals {
+    ) -> Result<Residuals, LinearisationError> {
         let Problem { measurement, sought, .. } = *problem;
         let bushings = self.bushings(sought);
         let calibration = self.calibration(sought);
-        let linear = problem.linearise(&experiment.pose, &bushings, &calibration);
+        let linear = problem.linearise(&experiment.pose, &bushings, &calibration)?;
         let strapdown = measurement.accelerometer == Accelerometer::Strapdown;
         let mounting = &measurement.mounting;
-        let mut terms = Terms::mounted(&linear, &bushings, strapdown, mounting, &calibration);
+        let mut terms = Terms::mounted(&linear, &bushings, strapdown, mounting, &calibration)?;
         if sought.seeks_masses() {
             terms = terms.with_masses();
         }
-        Assembly {
+        let assembly = Assembly {
             terms: &terms,
             record: Bins::of(experiment),
             sought,
             calibration: &calibration,
             unknowns,
             normal: &mut self.record,
-        }
-        .run(problem.level)
+        };
+        Ok(assembly.run(problem.level))
     }
 }

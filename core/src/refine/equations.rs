@@ -10,6 +10,7 @@
 //! the estimate would be biased: the noise in F is in r as well.
 
 use fearless_simd::Level;
+use heapless::Vec;
 
 use super::normal::{Normal, packed};
 use super::residuals::Residuals;
@@ -38,8 +39,9 @@ pub(super) struct Bins<'a> {
     /// Per axis real and imaginary parts.
     force: [[&'a [f32]; 2]; 3],
     acceleration: [[&'a [f32]; 2]; 3],
-    force_noise: [f64; 3],
-    acceleration_noise: [f64; 3],
+    /// Per axis mean squares.
+    force_noise: [&'a [f32]; 3],
+    acceleration_noise: [&'a [f32]; 3],
     seam: Seam,
 }
 
@@ -50,8 +52,8 @@ impl<'a> Bins<'a> {
             first_bin: experiment.first_bin,
             force: experiment.force.parts(),
             acceleration: experiment.acceleration.parts(),
-            force_noise: experiment.force_noise,
-            acceleration_noise: experiment.acceleration_noise,
+            force_noise: experiment.force_noise.each_ref().map(Vec::as_slice),
+            acceleration_noise: experiment.acceleration_noise.each_ref().map(Vec::as_slice),
             seam: experiment.seam,
         }
     }
@@ -70,6 +72,18 @@ impl<'a> Bins<'a> {
             }
         }
         measured
+    }
+
+    /// Mean squares of the noise of the force, as a sensor of no gain would have it, and of the acceleration.
+    #[inline(always)]
+    fn noise(&self, force_gain: &[f64; 3], bin: usize) -> [[f64; 3]; 2] {
+        let mut noise = [[0.0; 3]; 2];
+        for axis in 0..3 {
+            let gain = force_gain[axis];
+            noise[0][axis] = f64::from(self.force_noise[axis][bin]) / (gain * gain);
+            noise[1][axis] = f64::from(self.acceleration_noise[axis][bin]);
+        }
+        noise
     }
 
     fn omega(&self, bin: usize) -> f64 {
@@ -124,9 +138,8 @@ impl Kernel<f64> for Assembly<'_> {
         let seam = if all { record.seam } else { Seam::default() };
         let mut residuals = Residuals::new(bins);
         let gain = &calibration.force_gain;
-        let force_noise: [f64; 3] =
-            core::array::from_fn(|axis| record.force_noise[axis] / (gain[axis] * gain[axis]));
-        let mut rows = [[[0.0; COLUMNS]; 6]; MAX_WIDTH];
+        let mut rows = V::each([[0.0; COLUMNS]; 6]);
+        let rows = rows.as_mut();
         let mut loads = [[Complex::zero(like); DOF]; MAX_JOINTS];
         let mut response = Response::new(like);
         for first in (0..bins).step_by(V::WIDTH) {
@@ -156,8 +169,8 @@ impl Kernel<f64> for Assembly<'_> {
                 }
                 let at = |z: &[[f64; MAX_WIDTH]; 2]| Complex { re: z[0][lane], im: z[1][lane] };
                 let accelerance = accelerance.each_ref().map(|row| row.each_ref().map(at));
-                weights[lane] =
-                    Whitening::new(&record.acceleration_noise, &force_noise, &accelerance);
+                let [force_noise, acceleration_noise] = record.noise(gain, first + lane);
+                weights[lane] = Whitening::new(&acceleration_noise, &force_noise, &accelerance);
                 if wanted == Unknowns::All {
                     let errors =
                         weights[lane].force_error(&force_noise, &accelerance, &unexplained[lane]);
@@ -175,9 +188,9 @@ impl Kernel<f64> for Assembly<'_> {
                 batch.force[axis] = batch.force[axis] + better[axis];
             }
             response.elongate(terms, batch.s, all.then_some(&better));
-            write_seam(&mut rows, &response, &batch, joints);
+            write_seam(rows, &response, &batch, joints);
             if all {
-                derivatives.write(&mut rows, &response, terms, &batch);
+                derivatives.write(rows, &response, terms, &batch);
             }
             for lane in 0..lanes {
                 let rows = &mut rows[lane];

@@ -2,8 +2,9 @@
 
 use super::equations::Unknowns;
 use super::residuals::Agreement;
+use super::summary::Summary;
 use super::{Problem, Refinement, seam};
-use crate::parameters::MAX_PARAMETERS;
+use crate::parameters::{End, MAX_PARAMETERS};
 use crate::spectrum::Experiment;
 use crate::unknowns::Sought;
 use crate::verdict::Covariance;
@@ -15,8 +16,8 @@ pub struct Fit {
     pub sum_of_squares: f64,
     /// What a refinement makes least: the same, with what retired records add.
     pub objective: f64,
-    /// Expectation of [`Fit::sum_of_squares`] if the model is right: real residuals less unknowns that are told;
-    /// a little more with retired records, which have told some of them before.
+    /// Expectation of [`Fit::sum_of_squares`] if the model is right: real residuals less the unknowns that they determine, of
+    /// which a parameter on a bound is none. A little more with retired records, which have told some of the unknowns before.
     pub degrees_of_freedom: f64,
     /// Share of the static tests in the sum of squares.
     pub static_sum_of_squares: f64,
@@ -28,7 +29,7 @@ pub struct Fit {
     pub covariance: Covariance,
     /// Surface similarity parameter per direction and experiment, median and largest.
     pub ssp: [f64; 2],
-    /// Ljung and Box's statistic of the whitened residuals, less its expectation and in its standard deviations: about
+    /// Box and Pierce's statistic of the whitened residuals, less its expectation and in its standard deviations: about
     /// N(0, 1) if the model and the colour of the noise are right.
     pub whiteness: f64,
     /// By how much the sum of squares is larger than the least that kept and retired records would have each by
@@ -36,8 +37,18 @@ pub struct Fit {
     pub contradiction: f64,
 }
 
+impl Fit {
+    /// Takes the errors as those of a point that lies `step` short of the minimum: their mean squares are the covariance of
+    /// the minimum and the square of the way there.
+    pub(crate) fn widen(&mut self, sought: &Sought, step: &[f64]) {
+        self.covariance.widen(step);
+        self.deviations = deviations(sought, &self.covariance);
+    }
+}
+
 impl Refinement {
-    /// Evaluates the fit at the parameters as they stand.
+    /// Evaluates the fit at the parameters as they stand. Where gravity leaves the robot no equilibrium, its sum of squares
+    /// is infinite and nothing is told.
     pub fn fit<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -48,22 +59,28 @@ impl Refinement {
         let (priors, off) =
             priors.fold((0, 0.0), |(n, sum), (_, value)| (n + 1, sum + value * value));
         let sum_of_squares = self.fit_seams(problem, experiments) + static_sum_of_squares + off;
-        let summary = self.assemble(problem, experiments);
+        let (summary, objective) = match self.assemble(problem, experiments) {
+            Ok(summary) => (summary, self.normal.sum_of_squares()),
+            Err(_) => {
+                self.normal.reset(problem.sought.unknowns());
+                (Summary::default(), f64::INFINITY)
+            }
+        };
         let joints = problem.chain.joints().len();
         let covariance = Covariance::of(&self.normal);
         let static_residuals = problem.statics.iter().map(|test| test.readings().count()).sum();
         let residuals = experiments.iter().map(|e| 6 * e.bins()).sum::<usize>();
         let residuals = residuals + static_residuals + priors;
+        let seams = experiments.len() * seam::unknowns(joints);
         // Retired records have told the unknowns before.
-        let told = if self.knowledge.records() > 0 { 0 } else { covariance.rank() };
-        let sought = told + experiments.len() * seam::unknowns(joints);
+        let told = if self.knowledge.records() > 0 { 0 } else { self.determined(problem) };
         let values = problem.sought.values(&self.coordinates);
         Fit {
             sum_of_squares,
-            objective: self.normal.sum_of_squares(),
+            objective,
             static_sum_of_squares,
             static_residuals,
-            degrees_of_freedom: residuals.saturating_sub(sought) as f64,
+            degrees_of_freedom: residuals.saturating_sub(seams + told) as f64,
             deviations: deviations(problem.sought, &covariance),
             covariance,
             whiteness: summary.whiteness(),
@@ -72,26 +89,52 @@ impl Refinement {
         }
     }
 
+    /// How many combinations of unknowns the data determine: those that lie on a bound do not count. That is what the
+    /// optimum within the bounds takes off the expectation of χ² where the truth lies on these bounds, too (Meyer and Woodroofe,
+    /// "On the degrees of freedom in shape-restricted regression", 2000); where it lies inside, it takes off up to as many
+    /// more as there are parameters on bounds.
+    fn determined(&self, problem: &Problem<'_>) -> usize {
+        let unknowns = problem.sought.unknowns();
+        let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
+        let mut free = self.normal.clone();
+        for unknown in (0..unknowns).filter(|&unknown| lies_on_bound(&ranges[unknown])) {
+            for other in 0..unknowns {
+                *free.entry(unknown.max(other), unknown.min(other)) = 0.0;
+            }
+        }
+        Covariance::of(&free).rank()
+    }
+
     /// How well all other records, and what is known, foretell this one, after [`Refinement::fit`]: one step of
     /// Gauss and Newton takes its share out of the estimate. Where the others hardly tell some parameter, that step goes too far,
-    /// and what comes of it looks worse than a fit to the others would.
+    /// and what comes of it looks worse than a fit to the others would. No agreement where the step ends at a robot that
+    /// gravity leaves no equilibrium.
     pub fn hold_out<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiment: &mut Experiment<B>,
     ) -> Agreement {
         let standing = self.coordinates;
-        self.assemble_record(problem, experiment, Unknowns::All);
+        if self.assemble_record(problem, experiment, Unknowns::All).is_err() {
+            return Agreement::default();
+        }
         let mut others = self.normal.clone();
         others.subtract_complement(&self.record, seam::unknowns(problem.chain.joints().len()));
         let (step, _) = self.propose(problem, &others, 0.0);
         problem.sought.advance(&mut self.coordinates, &step);
         self.fit_seam(problem, experiment);
-        let agreement = self.assemble_record(problem, experiment, Unknowns::All).agreement();
+        let foretold = self.assemble_record(problem, experiment, Unknowns::All);
+        let agreement = foretold.map_or_else(|_| Agreement::default(), |it| it.agreement());
         self.coordinates = standing;
         self.fit_seam(problem, experiment);
         agreement
     }
+}
+
+/// Whether the value of an unknown lies on an end of its range, `[value, lower, upper]` by logarithms.
+pub(crate) fn lies_on_bound(range: &[f64; 3]) -> bool {
+    let [value, lower, upper] = range.map(libm::exp);
+    End::reached([lower, upper], value).is_some()
 }
 
 /// Standard deviation of each parameter's logarithm.

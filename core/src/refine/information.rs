@@ -3,6 +3,7 @@
 use super::normal::Normal;
 use super::statics::Statics;
 use super::{ParameterNormal, Problem};
+use crate::chain::linearise::LinearisationError;
 use crate::parameters::{Bounds, Bushings};
 use crate::unknowns::{MAX_UNKNOWNS, Sought};
 use crate::verdict::Covariance;
@@ -43,13 +44,20 @@ impl Information {
     }
 
     /// What static tests of a problem tell where the parameters are thought to be.
-    pub fn of_statics(problem: &Problem<'_>, bushings: &Bushings) -> Self {
+    ///
+    /// # Errors
+    ///
+    /// If the robot has no equilibrium there.
+    pub fn of_statics(
+        problem: &Problem<'_>,
+        bushings: &Bushings,
+    ) -> Result<Self, LinearisationError> {
         let mut information = Self::none(problem.sought.unknowns());
         let coordinates = problem.sought.coordinates(bushings);
         let calibration = problem.sought.calibration(&coordinates);
         let bushings = problem.sought.bushings(&coordinates);
-        Statics { problem, bushings, calibration }.add_to(&mut information.normal);
-        information
+        Statics { problem, bushings, calibration }.add_to(&mut information.normal)?;
+        Ok(information)
     }
 
     /// Of the record whose first `eliminated` unknowns are gone.
@@ -143,7 +151,8 @@ mod tests {
 
     #[test]
     fn parameters_have_bounds_and_nuisances_priors() {
-        let sought = Sought::new(1, &Nuisances { delay: Some(1e-3), ..Nuisances::default() });
+        let nuisances = Nuisances { delay: Some(1e-3), ..Nuisances::default() };
+        let sought = Sought::new(1, &nuisances).unwrap();
         let bounds = Bounds { stiffness: [[1e6, 1e8]; 6], damping: [[1e3, 1e4]; 6] };
         let of_bounds = Information::of_bounds(&sought, &bounds);
         let deviation = |information: &Information, i| information.covariance().deviation(i);

@@ -3,8 +3,10 @@
 //! About the estimate at which a record retires, its sum of squares is a quadratic of the unknowns; all retired records
 //! together are one such quadratic, however many they are.
 
+use heapless::Vec;
+
 use super::ParameterNormal;
-use super::normal::Normal;
+use super::normal::{Normal, packed};
 use crate::unknowns::MAX_UNKNOWNS;
 
 /// Sum of squares of all retired records as a quadratic about one point.
@@ -16,12 +18,53 @@ pub(crate) struct Knowledge {
     records: u64,
 }
 
+/// All retired records as numbers that can be kept in a file.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Retired {
+    /// Lower triangle by rows, the right-hand side as the last.
+    normal: Vec<f64, { packed(MAX_UNKNOWNS + 1) }>,
+    /// Value of each unknown.
+    at: Vec<f64, MAX_UNKNOWNS>,
+    records: u64,
+}
+
+impl Retired {
+    /// How many.
+    pub(crate) fn records(&self) -> u64 {
+        self.records
+    }
+}
+
 impl Knowledge {
     /// Of no record, about `so` many unknowns.
     pub(crate) fn none(unknowns: usize) -> Self {
         let mut normal = Normal::new();
         normal.reset(unknowns);
         Self { normal, at: [0.0; MAX_UNKNOWNS], records: 0 }
+    }
+
+    /// Of retired records; `None` where they are not of so many unknowns, or hold a number that is not finite.
+    pub(crate) fn of(retired: &Retired, unknowns: usize) -> Option<Self> {
+        let Retired { normal, at, records } = retired;
+        let fits = normal.len() == packed(unknowns + 1) && at.len() == unknowns;
+        if !fits || normal.iter().chain(at).any(|value| !value.is_finite()) {
+            return None;
+        }
+        let mut knowledge = Self::none(unknowns);
+        knowledge.normal.entries_mut().copy_from_slice(normal);
+        knowledge.at[..unknowns].copy_from_slice(at);
+        knowledge.records = *records;
+        Some(knowledge)
+    }
+
+    /// The retired records that it is of.
+    pub(crate) fn retired(&self) -> Retired {
+        Retired {
+            normal: self.normal.entries().iter().copied().collect(),
+            at: self.at.iter().copied().take(self.normal.unknowns()).collect(),
+            records: self.records,
+        }
     }
 
     /// Records that it stands for.

@@ -1,9 +1,8 @@
 //! Refinement: damped Gauss-Newton (Levenberg-Marquardt) in the logarithms of the parameters, with the exact
 //! gradient, every bin weighted by its noise, and the seam of every record projected out.
 //!
-//! One [`Refinement::step`] tries one step. It ends when the step that is left would lower the sum of squares by
-//! less than 1e-4: a hundredth of a standard deviation in all parameters together, but for combinations that the data
-//! hardly tell, which the damping holds back.
+//! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
+//! would lower the sum of squares by less than 1e-4: a hundredth of a standard deviation in all parameters together.
 
 mod assembly;
 mod equations;
@@ -23,7 +22,7 @@ use fearless_simd::Level;
 
 use crate::calibration::Calibration;
 use crate::chain::Chain;
-use crate::chain::linearise::LinearChain;
+use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::parameters::{Bounds, Bushings};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::StaticTest;
@@ -31,8 +30,10 @@ use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::verdict::{self, Direction, MAX_DIRECTIONS};
 use equations::{RecordNormal, Unknowns};
 pub use fit::Fit;
+pub(crate) use fit::lies_on_bound;
 pub use information::Information;
 use knowledge::Knowledge;
+pub(crate) use knowledge::Retired;
 use normal::{Normal, packed};
 pub use residuals::Agreement;
 use seam::unknowns;
@@ -70,7 +71,7 @@ impl Problem<'_> {
         pose: &[f64],
         bushings: &Bushings,
         calibration: &Calibration,
-    ) -> LinearChain {
+    ) -> Result<LinearChain, LinearisationError> {
         let gravity = self.measurement.gravity();
         if self.sought.seeks_masses() {
             self.chain.weighing(&calibration.mass).linearise(pose, gravity, bushings)
@@ -85,10 +86,19 @@ impl Problem<'_> {
 pub enum Outcome {
     /// Another step is worth while.
     Improving,
-    /// No step would gain anything.
+    /// No step would gain anything, however little it is damped.
     Converged,
-    /// It has had its steps, or none is any good, and is not at a minimum.
+    /// It has had its steps, or those that promise a gain are no good: it may not be at a minimum.
     Exhausted,
+}
+
+/// What is left to a minimum, by the quadratic that the normal equations are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Remaining {
+    /// Of the unknowns.
+    pub(crate) step: [f64; MAX_UNKNOWNS],
+    /// By how much it would lower the sum of squares.
+    pub(crate) gain: f64,
 }
 
 pub(crate) type ParameterNormal = Normal<{ packed(MAX_UNKNOWNS + 1) }>;
@@ -160,9 +170,13 @@ impl Refinement {
         &self.coordinates
     }
 
-    /// Combinations of the unknowns that the data tell badly, where the last [`Refinement::fit`] was.
-    pub fn weak_directions(&self) -> heapless::Vec<Direction, MAX_DIRECTIONS> {
-        verdict::weak_directions(&self.normal)
+    /// Combinations of the unknowns that the data tell badly, where the last [`Refinement::fit`] was. An unknown of which
+    /// data of their kind never tell anything, by `asked`, is none of them.
+    pub(crate) fn weak_directions(
+        &self,
+        asked: impl Fn(usize) -> bool,
+    ) -> heapless::Vec<Direction, MAX_DIRECTIONS> {
+        verdict::weak_directions(&self.normal, asked)
     }
 
     /// Tries one step; keeps it if the residuals shrink.
@@ -173,18 +187,23 @@ impl Refinement {
     ) -> Outcome {
         if !self.assembled {
             self.fit_seams(problem, experiments);
-            self.assemble(problem, experiments);
+            if self.assemble(problem, experiments).is_err() {
+                return Outcome::Exhausted;
+            }
         }
         self.iterations += 1;
         let before = self.coordinates;
         let standing = self.normal.sum_of_squares();
         let (step, predicted) = self.propose(problem, &self.normal, self.damping);
         if predicted < NEGLIGIBLE {
-            if predicted >= 0.0 && (self.damping <= FIRST_DAMPING || self.refused) {
+            // A damped step that gains nothing says little: what counts is the step without damping.
+            if self.remaining(problem).gain < NEGLIGIBLE {
                 return Outcome::Converged;
             }
-            // A damped step that gains nothing says little; nor does one that the bounds turned uphill.
-            self.damping *= if predicted < 0.0 { 10.0 } else { 0.1 };
+            if self.refused {
+                return Outcome::Exhausted;
+            }
+            self.damping *= 0.1;
             return self.unless_exhausted();
         }
         problem.sought.advance(&mut self.coordinates, &step);
@@ -200,13 +219,29 @@ impl Refinement {
             };
             self.damping = self.damping.max(1e-9);
             self.refused = false;
-            self.assemble(problem, experiments);
+            if self.assemble(problem, experiments).is_err() {
+                return Outcome::Exhausted;
+            }
         } else {
             self.coordinates = before;
             self.refused = true;
             self.damping *= 10.0;
         }
         self.unless_exhausted()
+    }
+
+    /// What a step without damping, within the bounds, would gain from where the last assembly was.
+    pub(crate) fn remaining(&self, problem: &Problem<'_>) -> Remaining {
+        let (step, gain) = self.propose(problem, &self.normal, 0.0);
+        Remaining { step, gain }
+    }
+
+    /// How far other coordinates lie from these: `Δθᵀ N Δθ`, the information N that of the last assembly. The square of a
+    /// distance in standard deviations; along directions that the data do not tell it costs nothing.
+    pub(crate) fn distance(&self, sought: &Sought, other: &Coordinates) -> f64 {
+        let (own, other) = (sought.values(&self.coordinates), sought.values(other));
+        let apart: [f64; MAX_UNKNOWNS] = core::array::from_fn(|i| own[i] - other[i]);
+        self.normal.quadratic(&apart)
     }
 
     fn unless_exhausted(&self) -> Outcome {
@@ -218,17 +253,41 @@ impl Refinement {
     }
 
     /// Folds a record that will not be kept into what is known, at the parameters as they stand.
+    ///
+    /// # Errors
+    ///
+    /// If the robot has no equilibrium there; nothing is folded then.
     pub fn retire<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiment: &mut Experiment<B>,
-    ) {
+    ) -> Result<(), LinearisationError> {
         self.fit_seam(problem, experiment);
-        self.assemble_record(problem, experiment, Unknowns::All);
+        self.assemble_record(problem, experiment, Unknowns::All)?;
         let values = problem.sought.values(&self.coordinates);
         let seam = unknowns(problem.chain.joints().len());
         self.knowledge.take(&self.record, seam, &values);
         self.assembled = false;
+        Ok(())
+    }
+
+    /// What retired records tell, to be kept elsewhere.
+    pub(crate) fn retired_records(&self) -> Retired {
+        self.knowledge.retired()
+    }
+
+    /// Stands at some coordinates, with these retired records; `None`, and nothing has changed, where no fit of what is sought
+    /// can have retired them.
+    pub(crate) fn resume(
+        &mut self,
+        sought: &Sought,
+        coordinates: &Coordinates,
+        retired: &Retired,
+    ) -> Option<()> {
+        self.knowledge = Knowledge::of(retired, sought.unknowns())?;
+        self.shelf = None;
+        self.restart_at(coordinates);
+        Some(())
     }
 
     /// Puts all retired records aside.
@@ -259,14 +318,18 @@ impl Refinement {
     ///
     /// The measured acceleration has no part in it, so that an experiment may be asked that has not been done: a
     /// record of the force alone, its acceleration zero.
+    ///
+    /// # Errors
+    ///
+    /// If the robot has no equilibrium there.
     pub fn information<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiment: &mut Experiment<B>,
-    ) -> Information {
-        self.assemble_record(problem, experiment, Unknowns::Foretold);
+    ) -> Result<Information, LinearisationError> {
+        self.assemble_record(problem, experiment, Unknowns::Foretold)?;
         let seam = unknowns(problem.chain.joints().len());
-        Information::of_complement(&self.record, seam, problem.sought)
+        Ok(Information::of_complement(&self.record, seam, problem.sought))
     }
 }
 

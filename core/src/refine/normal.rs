@@ -36,6 +36,16 @@ impl<const L: usize> Normal<L> {
         self.size - 1
     }
 
+    /// All rows, one after the other, each up to its diagonal.
+    pub(crate) fn entries(&self) -> &[f64] {
+        &self.entries[..packed(self.size)]
+    }
+
+    /// See [`Normal::entries`].
+    pub(crate) fn entries_mut(&mut self) -> &mut [f64] {
+        &mut self.entries[..packed(self.size)]
+    }
+
     /// Row `i` up to its diagonal.
     pub(crate) fn row(&self, i: usize) -> &[f64] {
         &self.entries[packed(i)..packed(i + 1)]
@@ -165,13 +175,27 @@ impl<const L: usize> Normal<L> {
 
     /// By how much `step` lowers the sum of squares: `2 gᵀx − xᵀNx`. Before eliminating.
     pub(crate) fn gain(&self, step: &[f64]) -> f64 {
-        let mut gain = 0.0;
+        let linear: f64 =
+            self.right()[..self.unknowns()].iter().zip(step).map(|(g, x)| g * x).sum();
+        2.0 * linear - self.quadratic(step)
+    }
+
+    /// `xᵀNx`: by how much the sum of squares rises over `step` from the least. Before eliminating.
+    pub(crate) fn quadratic(&self, step: &[f64]) -> f64 {
+        let mut sum = 0.0;
         for i in 0..self.unknowns() {
             let row = self.row(i);
             let off: f64 = row[..i].iter().zip(step).map(|(n, x)| n * x).sum();
-            gain += step[i] * (2.0 * self.right()[i] - row[i] * step[i] - 2.0 * off);
+            sum += step[i] * (row[i] * step[i] + 2.0 * off);
         }
-        gain
+        sum
+    }
+
+    /// `g − Nx` of unknown `i`: half of what the sum of squares falls by per unit of it, after `step`. Before eliminating.
+    pub(crate) fn slope(&self, i: usize, step: &[f64]) -> f64 {
+        let before = self.row(i)[..i].iter().zip(step).map(|(n, x)| n * x);
+        let behind = (i..self.unknowns()).map(|j| self.row(j)[i] * step[j]);
+        self.right()[i] - before.sum::<f64>() - behind.sum::<f64>()
     }
 
     /// The same problem from `step` on: what is sought is then the rest of the way. Before eliminating.

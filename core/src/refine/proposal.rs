@@ -1,5 +1,12 @@
 //! A step: damped, within the bounds, and not too far.
+//!
+//! The damped sum of squares is a strictly convex quadratic of the step, and the step is its least point in the box that
+//! the bounds and the longest step make. An active-set method finds it, from the standing point on (Stark and Parker,
+//! "Bounded-variable least-squares: an algorithm and applications", 1995): unknowns that meet an end of the box are held
+//! there, and released when the gradient points back inside. Every round lowers the quadratic, so that the gain it
+//! promises is never negative.
 
+use super::normal::Normal;
 use super::{ParameterNormal, Problem, Refinement};
 use crate::unknowns::MAX_UNKNOWNS;
 
@@ -7,46 +14,160 @@ use crate::unknowns::MAX_UNKNOWNS;
 const LONGEST_STEP: f64 = 1.0;
 /// Information per parameter that damping starts from, so that an unobserved one stays put.
 const FLOOR: f64 = 1e-6;
+/// An unknown is released from its end of the box only for more gain than this: a hundred unknowns that stay held
+/// cost less than a hundredth of the gain that ends a refinement.
+const WORTH_RELEASING: f64 = 1e-8;
+/// Rounds after which the search of the box ends wherever it is. Most unknowns are held once and never released.
+const MAX_ROUNDS: usize = 4 * MAX_UNKNOWNS;
+
+/// How far each unknown may go, `[least, most]`, 0 between them.
+type Room = [[f64; 2]; MAX_UNKNOWNS];
 
 impl Refinement {
-    /// The damped step within the bounds, and the gain it promises.
+    /// The damped step within the bounds, and the gain it promises: at least 0.
     pub(super) fn propose(
         &self,
         problem: &Problem<'_>,
         normal: &ParameterNormal,
         damping: f64,
     ) -> ([f64; MAX_UNKNOWNS], f64) {
-        let unknowns = normal.unknowns();
+        let mut damped = normal.clone();
+        for i in 0..normal.unknowns() {
+            let diagonal = damped.entry(i, i);
+            *diagonal += damping * (*diagonal + FLOOR) + FLOOR;
+        }
         let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
-        // An unknown that would pass its bound, or go too far, is put there, and the others are solved for again.
-        let mut put = [None; MAX_UNKNOWNS];
-        let mut step = [0.0; MAX_UNKNOWNS];
-        loop {
-            let mut damped = normal.clone();
-            for i in 0..unknowns {
-                let diagonal = damped.entry(i, i);
-                *diagonal += damping * (*diagonal + FLOOR) + FLOOR;
-            }
-            damped.fix(&put[..unknowns]);
-            damped.eliminate(unknowns);
-            damped.substitute(unknowns, &mut step);
-            let mut beyond = false;
-            for i in 0..unknowns {
-                let [value, lower, upper] = ranges[i];
-                let (least, most) = (lower - value, upper - value);
-                let inside =
-                    step[i].max(least.clamp(-LONGEST_STEP, 0.0)).min(most.clamp(0.0, LONGEST_STEP));
-                if let Some(value) = put[i] {
-                    step[i] = value;
-                } else if inside != step[i] {
-                    put[i] = Some(inside);
-                    beyond = true;
+        let room = ranges.map(|[value, lower, upper]| {
+            [(lower - value).clamp(-LONGEST_STEP, 0.0), (upper - value).clamp(0.0, LONGEST_STEP)]
+        });
+        let step = least_within(&damped, &room);
+        (step, normal.gain(&step))
+    }
+}
+
+/// The step in the box that gains most.
+fn least_within<const L: usize>(normal: &Normal<L>, room: &Room) -> [f64; MAX_UNKNOWNS] {
+    let unknowns = normal.unknowns();
+    let mut step = [0.0; MAX_UNKNOWNS];
+    let mut held: [bool; MAX_UNKNOWNS] =
+        core::array::from_fn(|i| i < unknowns && !has_way(normal.right()[i], 0.0, room[i]));
+    for _ in 0..MAX_ROUNDS {
+        let aim = solve_beside(normal, &step, &held);
+        // The part of the way to the aim that stays in the box, and the unknown that meets its end first.
+        let (mut part, mut meets) = (1.0, None);
+        for i in (0..unknowns).filter(|&i| !held[i]) {
+            let [least, most] = room[i];
+            let end = aim[i].max(least).min(most);
+            if end != aim[i] {
+                let own = ((end - step[i]) / (aim[i] - step[i])).max(0.0);
+                if own < part {
+                    (part, meets) = (own, Some((i, end)));
                 }
             }
-            if !beyond {
-                break;
+        }
+        for i in (0..unknowns).filter(|&i| !held[i]) {
+            step[i] += part * (aim[i] - step[i]);
+        }
+        if let Some((i, end)) = meets {
+            (step[i], held[i]) = (end, true);
+            continue;
+        }
+        let gain = |i: usize| {
+            let slope = normal.slope(i, &step);
+            let gain = slope * slope / normal.row(i)[i];
+            if has_way(slope, step[i], room[i]) { gain } else { 0.0 }
+        };
+        let released = (0..unknowns).filter(|&i| held[i]).map(|i| (i, gain(i)));
+        let released = released.filter(|(_, gain)| *gain > WORTH_RELEASING);
+        match released.max_by(|(_, one), (_, other)| one.total_cmp(other)) {
+            Some((i, _)) => held[i] = false,
+            None => break,
+        }
+    }
+    step
+}
+
+/// Whether an unknown at `step` may go where the sum of squares falls; `slope` is half its fall per step.
+fn has_way(slope: f64, step: f64, [least, most]: [f64; 2]) -> bool {
+    if slope > 0.0 { step < most } else { step > least }
+}
+
+/// The step that gains most while the unknowns that are `held` stay where they are.
+fn solve_beside<const L: usize>(
+    normal: &Normal<L>,
+    step: &[f64; MAX_UNKNOWNS],
+    held: &[bool; MAX_UNKNOWNS],
+) -> [f64; MAX_UNKNOWNS] {
+    let unknowns = normal.unknowns();
+    let put: [Option<f64>; MAX_UNKNOWNS] = core::array::from_fn(|i| held[i].then_some(step[i]));
+    let mut pinned = normal.clone();
+    pinned.fix(&put[..unknowns]);
+    pinned.eliminate(unknowns);
+    let mut aim = [0.0; MAX_UNKNOWNS];
+    pinned.substitute(unknowns, &mut aim);
+    aim
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use proptest::collection::vec;
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    use super::*;
+    use crate::refine::normal::packed;
+
+    const UNKNOWNS: usize = 9;
+
+    /// The least point of `xᵀNx − 2gᵀx` in the box by cyclic coordinate descent, which converges for every convex quadratic.
+    fn by_coordinates(n: &DMatrix<f64>, g: &DVector<f64>, room: &Room) -> DVector<f64> {
+        let mut x = DVector::zeros(UNKNOWNS);
+        for _ in 0..20_000 {
+            for i in 0..UNKNOWNS {
+                let slope = g[i] - n.row(i).transpose().dot(&x);
+                x[i] = (x[i] + slope / n[(i, i)]).clamp(room[i][0], room[i][1]);
             }
         }
-        (step, normal.gain(&step))
+        x
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(3), ..ProptestConfig::with_cases(64) })]
+
+        /// Correlated unknowns, some of them at an end of the box from the beginning.
+        #[test]
+        fn the_least_point_of_the_box_is_found(
+            entries in vec(-1.0_f64..1.0, 12 * UNKNOWNS),
+            pull in vec(-3.0_f64..3.0, UNKNOWNS),
+            below in vec(prop_oneof![Just(0.0), 0.0_f64..1.0], UNKNOWNS),
+            above in vec(prop_oneof![Just(0.0), 0.0_f64..1.0], UNKNOWNS),
+            common in 0.0_f64..2.0,
+        ) {
+            // A common part makes the columns alike.
+            let jacobian = DMatrix::from_fn(12, UNKNOWNS, |i, j| entries[i * UNKNOWNS + j] + common);
+            let n = jacobian.transpose() * &jacobian + DMatrix::identity(UNKNOWNS, UNKNOWNS) * 0.05;
+            let g = DVector::from_vec(pull);
+            let mut normal = Normal::<{ packed(UNKNOWNS + 1) }>::new();
+            normal.reset(UNKNOWNS);
+            for i in 0..UNKNOWNS {
+                for j in 0..=i {
+                    *normal.entry(i, j) = n[(i, j)];
+                }
+                *normal.entry(UNKNOWNS, i) = g[i];
+            }
+            let mut room: Room = [[0.0; 2]; MAX_UNKNOWNS];
+            for i in 0..UNKNOWNS {
+                room[i] = [-below[i], above[i]];
+            }
+            let expected = by_coordinates(&n, &g, &room);
+            let step = least_within(&normal, &room);
+            for i in 0..UNKNOWNS {
+                prop_assert!((room[i][0]..=room[i][1]).contains(&step[i]), "{} of {:?}", step[i], room[i]);
+            }
+            let best = 2.0 * g.dot(&expected) - expected.dot(&(&n * &expected));
+            let gain = normal.gain(&step);
+            prop_assert!(gain >= 0.0 && (best - gain).abs() < 1e-6, "gain {gain}, {best} is possible");
+        }
     }
 }

@@ -3,19 +3,19 @@
 
 use nalgebra::Matrix3;
 
-use super::equations::{Batch, COLUMNS, MAX_WIDTH, spill};
+use super::equations::{Batch, COLUMNS, spill};
 use crate::DOF;
 use crate::calibration::Calibration;
 use crate::receptance::lanes::Lanes;
 use crate::receptance::{Complex, Response, Terms};
 use crate::unknowns::{Coordinate, MAX_UNKNOWNS, Sought};
 
-/// Of each lane.
-pub(super) type Rows = [[[f64; COLUMNS]; 6]; MAX_WIDTH];
+/// Of one lane.
+type Rows = [[f64; COLUMNS]; 6];
 
 #[inline(always)]
 pub(super) fn write_seam<V: Lanes<Scalar = f64>>(
-    rows: &mut Rows,
+    rows: &mut [Rows],
     response: &Response<V>,
     batch: &Batch<V>,
     joints: usize,
@@ -30,7 +30,7 @@ pub(super) fn write_seam<V: Lanes<Scalar = f64>>(
             }
         }
         let jumps = 2 * DOF * joints;
-        for (lane, rows) in rows[..V::WIDTH].iter_mut().enumerate() {
+        for (lane, rows) in rows.iter_mut().enumerate() {
             for other in 0..3 {
                 let own = f64::from(u8::from(other == axis));
                 rows[2 * axis][jumps + other] = own;
@@ -62,7 +62,7 @@ impl<'a> Derivatives<'a> {
     #[inline(always)]
     pub(super) fn write<V: Lanes<Scalar = f64>>(
         &self,
-        rows: &mut Rows,
+        rows: &mut [Rows],
         response: &Response<V>,
         terms: &Terms<f64>,
         batch: &Batch<V>,
@@ -118,7 +118,7 @@ impl<'a> Derivatives<'a> {
     #[inline(always)]
     fn put<V: Lanes<Scalar = f64>>(
         &self,
-        rows: &mut Rows,
+        rows: &mut [Rows],
         axis: usize,
         index: usize,
         value: Complex<V>,
@@ -127,7 +127,7 @@ impl<'a> Derivatives<'a> {
             Some((column, false)) => write(rows, axis, column, value),
             Some((column, true)) => {
                 let [re, im] = spill(value);
-                for (lane, rows) in rows[..V::WIDTH].iter_mut().enumerate() {
+                for (lane, rows) in rows.iter_mut().enumerate() {
                     rows[2 * axis][column] += re[lane];
                     rows[2 * axis + 1][column] += im[lane];
                 }
@@ -138,9 +138,9 @@ impl<'a> Derivatives<'a> {
 }
 
 #[inline(always)]
-fn write<V: Lanes<Scalar = f64>>(rows: &mut Rows, axis: usize, column: usize, value: Complex<V>) {
+fn write<V: Lanes<Scalar = f64>>(rows: &mut [Rows], axis: usize, column: usize, value: Complex<V>) {
     let [re, im] = spill(value);
-    for (lane, rows) in rows[..V::WIDTH].iter_mut().enumerate() {
+    for (lane, rows) in rows.iter_mut().enumerate() {
         rows[2 * axis][column] = re[lane];
         rows[2 * axis + 1][column] = im[lane];
     }

@@ -3,6 +3,7 @@
 use super::{ParameterNormal, Problem};
 use crate::DOF;
 use crate::calibration::Calibration;
+use crate::chain::linearise::LinearisationError;
 use crate::parameters::Bushings;
 use crate::statics::{Deflection, StaticTest};
 use crate::unknowns::{Coordinate, MAX_UNKNOWNS};
@@ -18,10 +19,12 @@ pub(super) struct Statics<'a> {
 }
 
 impl Statics<'_> {
-    /// Sum of squares of the residuals, each in its standard deviations.
+    /// Sum of squares of the residuals, each in its standard deviations; infinite where the robot has no equilibrium.
     pub(super) fn sum_of_squares(&self) -> f64 {
         let squares = |test: &StaticTest| {
-            let model = self.deflection(test).displacement;
+            let Ok(Deflection { displacement: model, .. }) = self.deflection(test) else {
+                return f64::INFINITY;
+            };
             let square = |residual: f64| residual * residual;
             test.readings().map(|(a, r)| square((r.value - model[a]) / r.deviation)).sum::<f64>()
         };
@@ -29,10 +32,10 @@ impl Statics<'_> {
     }
 
     /// Adds them to the normal equations.
-    pub(super) fn add_to(&self, normal: &mut ParameterNormal) {
+    pub(super) fn add_to(&self, normal: &mut ParameterNormal) -> Result<(), LinearisationError> {
         let sought = self.problem.sought;
         for test in self.problem.statics {
-            let model = self.deflection(test);
+            let model = self.deflection(test)?;
             let mut rows = [[0.0; COLUMNS]; 6];
             for (axis, reading) in test.readings() {
                 let row = &mut rows[axis];
@@ -51,10 +54,11 @@ impl Statics<'_> {
             }
             normal.add(&rows);
         }
+        Ok(())
     }
 
-    fn deflection(&self, test: &StaticTest) -> Deflection {
-        let linear = self.problem.linearise(&test.pose, &self.bushings, &self.calibration);
+    fn deflection(&self, test: &StaticTest) -> Result<Deflection, LinearisationError> {
+        let linear = self.problem.linearise(&test.pose, &self.bushings, &self.calibration)?;
         Deflection::new(&linear, &self.bushings, &test.wrench)
     }
 }

@@ -6,7 +6,7 @@ use super::residuals::Residuals;
 #[derive(Default)]
 pub(super) struct Summary {
     pub(super) similarities: Similarities,
-    /// Ljung and Box's statistic, and its expectation.
+    /// Box and Pierce's statistic, and its expectation.
     statistic: f64,
     expected: f64,
 }

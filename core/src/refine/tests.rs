@@ -60,6 +60,9 @@ fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
         acceleration: noise(2.0),
         force_noise: [20.0; 3],
         acceleration_noise: [0.05; 3],
+        force_noise_shape: Default::default(),
+        acceleration_noise_shape: Default::default(),
+        has_doubtful_rate: false,
         starts_at_rest: true,
     }
 }
@@ -74,10 +77,11 @@ fn sought() -> Sought {
             misalignment: Some(0.1),
             mass: Some(0.1),
         },
-    );
+    )
+    .unwrap();
     let stiffness = |dof| Coordinate::Stiffness { joint: 0, dof };
-    sought.tie(stiffness(1), stiffness(0));
-    sought.fix(Coordinate::Damping { joint: 1, dof: 2 }, 8e3);
+    sought.tie(stiffness(1), stiffness(0)).unwrap();
+    sought.fix(Coordinate::Damping { joint: 1, dof: 2 }, 8e3).unwrap();
     sought
 }
 
@@ -125,7 +129,7 @@ proptest! {
             sought.advance(&mut moved, &step);
             refinement.restart_at(&moved);
             let sum_of_squares = refinement.fit_seams(&problem, experiments) + refinement.beside(&problem);
-            refinement.assemble(&problem, experiments);
+            refinement.assemble(&problem, experiments).unwrap();
             (sum_of_squares, refinement.normal.clone())
         };
         let (standing, normal) = at(0, 0.0, &mut experiments);
@@ -142,4 +146,50 @@ proptest! {
             prop_assert!((ours - numeric).abs() < 1e-4 * size, "{name:?}: {ours} {numeric}, of {size}");
         }
     }
+}
+
+/// Two unknowns that the data hardly tell apart: a damped step along their difference gains next to nothing, and yet a
+/// quarter of a standard deviation is left to the minimum.
+#[test]
+fn a_damped_step_that_gains_nothing_is_no_end() {
+    let (chain, sought) = (chain(), sought());
+    let measurement = Measurement {
+        band_hz: [5.0, 60.0],
+        gravity: [0.0; 3],
+        accelerometer: Accelerometer::Inertial,
+        mounting: Mounting::AT_TCP,
+    };
+    let bounds = Bounds::new([1e6, 1e9], [1e5, 1e8], [1e3, 1e6], [1e2, 1e5]).unwrap();
+    let level = Level::new();
+    let problem = Problem {
+        chain: &chain,
+        measurement: &measurement,
+        bounds: &bounds,
+        sought: &sought,
+        statics: &[],
+        level,
+    };
+    let outcome = |way: f64, refused: bool| {
+        let mut refinement = Refinement::new(&sought, &bushings());
+        refinement.normal.reset(sought.unknowns());
+        let last = sought.unknowns();
+        // N = [[1e8, 1e8 - 1], [1e8 - 1, 1e8]], and g = N x with x along the difference.
+        for (i, j, entry) in
+            [(0, 0, 1e8), (1, 0, 1e8 - 1.0), (1, 1, 1e8), (last, 0, way), (last, 1, -way)]
+        {
+            *refinement.normal.entry(i, j) = entry;
+        }
+        (refinement.assembled, refinement.refused) = (true, refused);
+        let (_, damped) = refinement.propose(&problem, &refinement.normal, refinement.damping);
+        assert!(damped < NEGLIGIBLE, "{damped}");
+        let left = refinement.remaining(&problem).gain;
+        assert!((left - 2.0 * way * way).abs() < 1e-6, "{left}");
+        let none: &mut [Experiment<BINS>] = &mut [];
+        (refinement.step(&problem, none), refinement.damping)
+    };
+    assert_eq!(outcome(0.18, false), (Outcome::Improving, 0.1 * FIRST_DAMPING));
+    // Steps that go further have been tried, and were no good.
+    assert_eq!(outcome(0.18, true).0, Outcome::Exhausted);
+    assert_eq!(outcome(0.006, false).0, Outcome::Converged);
+    assert_eq!(outcome(0.006, true).0, Outcome::Converged);
 }

@@ -19,6 +19,7 @@ use heapless::Vec;
 use crate::MAX_JOINTS;
 use crate::chain::Chain;
 use crate::mounting::Mounting;
+use crate::noise::NoiseShape;
 use crate::refine::seam::Seam;
 use crate::stream::Record;
 use nalgebra::Vector3;
@@ -103,10 +104,10 @@ pub struct Experiment<const B: usize> {
     pub force: Spectrum<B>,
     /// DFT of the acceleration times the sample period, along the accelerometer's axes, m/s.
     pub acceleration: Spectrum<B>,
-    /// Mean square of the noise in one bin of the force, per axis, (Ns)².
-    pub force_noise: [f64; 3],
-    /// Mean square of the noise in one bin of the acceleration, per axis, (m/s)².
-    pub acceleration_noise: [f64; 3],
+    /// Mean square of the noise in each bin of the force, per axis, (Ns)².
+    pub force_noise: [Vec<f32, B>; 3],
+    /// Mean square of the noise in each bin of the acceleration, per axis, (m/s)².
+    pub acceleration_noise: [Vec<f32, B>; 3],
     /// What the search reads.
     pub search: SearchSpectra<B>,
     /// What mends the seam, as last estimated.
@@ -167,12 +168,26 @@ impl<const B: usize> Experiment<B> {
         if !force.power().is_finite() || !acceleration.power().is_finite() {
             return Err(SpectrumError::NotFinite);
         }
-        let mean_square = |sigma: [f32; 3]| {
-            sigma.map(|s| f64::from(s) * f64::from(s) * samples as f64 * period * period)
+        let mean_square = |deviation: [f32; 3], shapes: &[NoiseShape; 3]| {
+            core::array::from_fn(|axis| {
+                let white = f64::from(deviation[axis]) * f64::from(deviation[axis]);
+                let white = (white * samples as f64 * period * period) as f32;
+                let frequency = |bin: usize| bin as f32 / samples as f32;
+                let density = |bin| shapes[axis].density(frequency(bin), samples);
+                band.clone().map(|bin| white * density(bin)).collect::<Vec<f32, B>>()
+            })
         };
-        let force_noise = mean_square(record.force_noise);
+        let force_noise: [Vec<f32, B>; 3] =
+            mean_square(record.force_noise, &record.force_noise_shape);
+        let acceleration_noise: [Vec<f32, B>; 3] =
+            mean_square(record.acceleration_noise, &record.acceleration_noise_shape);
+        let mut noises = force_noise.iter().chain(&acceleration_noise).flatten();
+        if noises.any(|value| !value.is_finite()) {
+            return Err(SpectrumError::NotFinite);
+        }
         // No force at all is too little even where its noise is said to be none.
-        if force.power() <= LEAST_FORCE * bins as f64 * force_noise.iter().sum::<f64>() {
+        let noise: f64 = force_noise.iter().flatten().map(|value| f64::from(*value)).sum();
+        if force.power() <= LEAST_FORCE * noise {
             return Err(SpectrumError::NoForce);
         }
         let search = SearchSpectra::new(chain, &measurement.mounting, record, band, buffer)?;
@@ -183,7 +198,7 @@ impl<const B: usize> Experiment<B> {
             force,
             acceleration,
             force_noise,
-            acceleration_noise: mean_square(record.acceleration_noise),
+            acceleration_noise,
             search,
             seam: Seam::default(),
         })

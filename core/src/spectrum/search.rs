@@ -91,14 +91,19 @@ impl<const B: usize> SearchSpectra<B> {
         }
         let unit = Bushing { stiffness: [1.0; 6], damping: [1.0; 6] };
         let bushings: Bushings = chain.joints().iter().map(|_| unit).collect();
-        let linear = chain.linearise(&record.pose, Vector3::zeros(), &bushings);
+        // Without gravity nothing sags: only the number of angles can be wrong.
+        let wrong_pose = |_| SpectrumError::Pose(record.pose.len());
+        let linear =
+            chain.linearise(&record.pose, Vector3::zeros(), &bushings).map_err(wrong_pose)?;
+        let calibration = Calibration::default();
+        let terms = Terms::mounted(&linear, &bushings, false, mounting, &calibration);
         Ok(Self {
             alpha: alpha as f32,
             omega,
             force,
             acceleration,
             bins: thinned,
-            terms: Terms::mounted(&linear, &bushings, false, mounting, &Calibration::default()),
+            terms: terms.map_err(wrong_pose)?,
             jacobian: linear.jacobian_of(mounting.readings(&linear)),
         })
     }

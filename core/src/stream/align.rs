@@ -4,6 +4,7 @@
 //! anew with any counter. What leaves here is a sequence of instants in order, each with what arrived of it.
 
 use super::StreamHealth;
+use super::clock::SET_BACK_S;
 
 /// Force or acceleration along three axes.
 pub(super) type Value = [f32; 3];
@@ -21,8 +22,8 @@ pub(super) struct Instant {
 pub(super) enum Aligned {
     /// The next instant.
     Instant(Instant),
-    /// More instants are missing than can be bridged; the robot has gone on.
-    Gap,
+    /// More instants are missing than can be bridged; the robot has gone on. How many, if the time tells it.
+    Gap(Option<u64>),
     /// The sensor started anew, or was silent: nothing is known of what lies between.
     Restart,
 }
@@ -48,8 +49,8 @@ const EARLY_PERIODS: f64 = 3.0;
 const RECENT: i64 = 10;
 /// Repeated frames in a row after which the sensor counts as started anew a little further back.
 const MAX_REPEATS: usize = 2 * OPEN;
-/// How fast the earliest arrival is forgotten, so that it follows the sensor's clock: 1000 ppm.
-const DRIFT: f64 = 1e-3;
+/// Part by which the sensor's period may differ from the configured one: so fast the earliest arrival is forgotten.
+const DRIFT: f64 = 0.1;
 
 /// Aligns the readings of one sensor.
 #[derive(Clone, Debug)]
@@ -64,6 +65,19 @@ pub(super) struct Aligner {
     odd: Option<Frame>,
     /// Frames in a row that had already been seen.
     repeats: usize,
+    /// The newest gap of whole turns of the counter, until it is sure that they were lost.
+    turns: Option<Turns>,
+}
+
+/// Turns of the counter that were counted as lost since a frame came late by so much: if the sender was only held up, the frames
+/// after it come early.
+#[derive(Clone, Copy, Debug)]
+struct Turns {
+    instants: u64,
+    /// How early they came so far, s.
+    early_s: f64,
+    /// Until when they may, on the clock of the frames, s.
+    until_s: f64,
 }
 
 /// One frame of a sensor.
@@ -93,6 +107,7 @@ impl Aligner {
             open: heapless::Deque::new(),
             odd: None,
             repeats: 0,
+            turns: None,
         }
     }
 
@@ -106,15 +121,20 @@ impl Aligner {
         health.frames += 1;
         let Some(newest) = self.newest else { return self.begin(frame) };
         let step = self.step(newest.counter, frame.counter);
-        let silent = frame.time_s - newest.time_s > SILENCE_S;
-        if step <= 0 && self.enter(step, &frame) {
+        let passed_s = self.passed(step, frame.time_s - newest.time_s);
+        let silent = passed_s > SILENCE_S;
+        let turned = !silent && self.may_have_turned(step, passed_s, newest.delay_s);
+        if turned {
+            self.settle(health);
+            self.turn(step, passed_s, &frame, health, sink);
+        } else if step <= 0 && self.enter(step, &frame) {
             self.settle(health);
         } else if step <= 0 && step > -RECENT && !silent && self.repeats < MAX_REPEATS {
             self.repeats += 1;
             health.repeated += 1;
-        } else if step > 0 && self.agrees(step, frame.time_s) {
+        } else if step > 0 && self.agrees(step, passed_s) {
             self.settle(health);
-            self.advance(step, &frame, health, sink);
+            self.advance(step, passed_s, &frame, health, sink);
         } else {
             self.disagree(frame, silent, health, sink);
         }
@@ -151,6 +171,10 @@ impl Aligner {
             return;
         }
         health.restarts += 1;
+        if first.is_some() {
+            // It was right: the new sequence begins with it.
+            self.odd = None;
+        }
         self.flush(health, sink);
         sink(Aligned::Restart, health);
         self.begin(first.unwrap_or(frame));
@@ -159,6 +183,11 @@ impl Aligner {
             health.frames -= 1;
             self.push(frame, health, sink);
         }
+    }
+
+    /// Whether a frame has come that others may follow.
+    pub(super) fn has_begun(&self) -> bool {
+        self.newest.is_some()
     }
 
     /// Hands on all that is open: nothing more will come.
@@ -173,6 +202,7 @@ impl Aligner {
         health.refused += u64::from(self.odd.take().is_some());
         self.newest = None;
         self.repeats = 0;
+        self.turns = None;
     }
 
     /// Signed difference of two counters that wrap.
@@ -201,52 +231,119 @@ impl Aligner {
         true
     }
 
+    /// The time between two frames, s; what their counters say where the clock was set back.
+    fn passed(&self, step: i64, passed_s: f64) -> f64 {
+        if passed_s < -SET_BACK_S { step.max(0) as f64 * self.period_s } else { passed_s }
+    }
+
+    /// Whether the counter may have turned once more than it takes for `step`: the time allows for it, with all that the newest
+    /// instant was late.
+    fn may_have_turned(&self, step: i64, passed_s: f64, delay_s: f64) -> bool {
+        let further = (step + (1_i64 << self.counter_bits)) as f64;
+        // The second frame of an instant, and one that is late, come after those that were held up with them.
+        let early_s = if step > 0 { delay_s } else { 0.0 };
+        (1.0 - DRIFT) * further * self.period_s
+            <= passed_s + early_s + EARLY_PERIODS * self.period_s
+    }
+
     /// Whether a counter that has advanced by `step` agrees with the time that has passed.
-    fn agrees(&self, step: i64, time_s: f64) -> bool {
+    fn agrees(&self, step: i64, passed_s: f64) -> bool {
         let Some(newest) = self.newest else { return false };
-        let passed = time_s - newest.time_s;
         if step == 1 {
             // A sender that was held up catches up in a burst.
-            return passed <= SILENCE_S;
+            return passed_s <= SILENCE_S;
         }
-        let late = passed - step as f64 * self.period_s;
+        let late = passed_s - step as f64 * self.period_s;
         let latest = if step <= 1 + MAX_MISSING { SILENCE_S } else { LATE_S };
         late <= latest && newest.delay_s + late >= -EARLY_PERIODS * self.period_s
     }
 
+    /// The next instant, after those that are missing.
     fn advance(
         &mut self,
         step: i64,
+        passed_s: f64,
         frame: &Frame,
         health: &mut StreamHealth,
         sink: &mut impl FnMut(Aligned, &mut StreamHealth),
     ) {
-        let Frame { time_s, counter, .. } = *frame;
-        let expected_s = step as f64 * self.period_s;
-        let delay_s = self.newest.map_or(0.0, |newest| {
-            let late = time_s - newest.time_s - expected_s;
-            (newest.delay_s + late - DRIFT * expected_s).max(0.0)
-        });
+        self.delay(step, passed_s, frame, health);
         if step - 1 > MAX_MISSING {
-            while let Some(instant) = self.open.pop_front() {
+            let missing = step as u64 - 1;
+            health.frames_lost += 2 * missing;
+            return self.interrupt(Some(missing), frame, health, sink);
+        }
+        for missing in (0..step).rev() {
+            if self.open.is_full()
+                && let Some(instant) = self.open.pop_front()
+            {
                 hand_on(instant, health, sink);
             }
-            health.frames_lost += 2 * (step as u64 - 1);
-            sink(Aligned::Gap, health);
+            let time_s = frame.time_s - missing as f64 * self.period_s;
             let _ = self.open.push_back(Instant { time_s, ..Instant::default() });
-        } else {
-            for missing in (0..step).rev() {
-                if self.open.is_full()
-                    && let Some(instant) = self.open.pop_front()
-                {
-                    hand_on(instant, health, sink);
-                }
-                let time_s = time_s - missing as f64 * self.period_s;
-                let _ = self.open.push_back(Instant { time_s, ..Instant::default() });
+        }
+        self.enter(0, frame);
+    }
+
+    /// The next instant of a counter that may have turned once or more. As many turns are lost as the time says, but nothing is
+    /// joined: the sender may have been held up instead.
+    fn turn(
+        &mut self,
+        step: i64,
+        passed_s: f64,
+        frame: &Frame,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(Aligned, &mut StreamHealth),
+    ) {
+        let turn = 1_i64 << self.counter_bits;
+        let fewest = i64::from(step <= 0);
+        let turns = libm::round((passed_s / self.period_s - step as f64) / turn as f64);
+        let step = step + turn * (turns as i64).max(fewest);
+        self.delay(step, passed_s, frame, health);
+        health.frames_lost += 2 * (step as u64 - 1);
+        if turns >= 1.0 && fewest == 0 {
+            let instants = turns as u64 * turn as u64;
+            let until_s = frame.time_s + SILENCE_S;
+            self.turns = Some(Turns { instants, early_s: 0.0, until_s });
+        }
+        self.interrupt(None, frame, health, sink);
+    }
+
+    /// Ends what is open; the sequence goes on with this frame.
+    fn interrupt(
+        &mut self,
+        missing: Option<u64>,
+        frame: &Frame,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(Aligned, &mut StreamHealth),
+    ) {
+        while let Some(instant) = self.open.pop_front() {
+            hand_on(instant, health, sink);
+        }
+        sink(Aligned::Gap(missing), health);
+        let _ = self.open.push_back(Instant { time_s: frame.time_s, ..Instant::default() });
+        self.enter(0, frame);
+    }
+
+    /// Takes note of when the newest instant came. If frames catch up what turns of the counter were taken for, none were lost.
+    fn delay(&mut self, step: i64, passed_s: f64, frame: &Frame, health: &mut StreamHealth) {
+        let expected_s = step as f64 * self.period_s;
+        let late_s = passed_s - expected_s;
+        let before_s = self.newest.map_or(0.0, |newest| newest.delay_s);
+        let mut delay_s = (before_s + late_s - DRIFT * expected_s).max(0.0);
+        if let Some(mut turns) = self.turns.take()
+            && frame.time_s <= turns.until_s
+        {
+            turns.early_s -= late_s;
+            let held_up_s = turns.instants as f64 * self.period_s;
+            if turns.early_s > held_up_s / 2.0 {
+                health.frames_lost -= 2 * turns.instants;
+                delay_s = held_up_s - turns.early_s;
+            } else {
+                self.turns = Some(turns);
             }
         }
-        self.newest = Some(Newest { counter, time_s, delay_s });
-        self.enter(0, frame);
+        self.newest = Some(Newest { counter: frame.counter, time_s: frame.time_s, delay_s });
     }
 }
 
@@ -273,8 +370,12 @@ mod tests {
 
     impl Bench {
         fn new() -> Self {
+            Self::with_counter_bits(16)
+        }
+
+        fn with_counter_bits(bits: u32) -> Self {
             Self {
-                aligner: Aligner::new(2000.0, 16),
+                aligner: Aligner::new(2000.0, bits),
                 health: StreamHealth::default(),
                 instants: std::vec::Vec::new(),
                 breaks: std::vec::Vec::new(),
@@ -284,7 +385,8 @@ mod tests {
         fn push(&mut self, time_s: f64, counter: u32, channel: Channel) {
             let value = [counter as f32; 3];
             let (instants, breaks) = (&mut self.instants, &mut self.breaks);
-            let frame = Frame { time_s, counter: counter & 0xffff, channel, value };
+            let mask = (1 << self.aligner.counter_bits) - 1;
+            let frame = Frame { time_s, counter: counter & mask, channel, value };
             self.aligner.push(frame, &mut self.health, &mut |event, _: &mut StreamHealth| {
                 match event {
                     Aligned::Instant(instant) => instants.push(instant),
@@ -342,7 +444,7 @@ mod tests {
         bench.run(0.065, 130..200);
         bench.end();
         assert_eq!(bench.health.frames_lost, 60);
-        assert_eq!(bench.breaks, [Aligned::Gap]);
+        assert_eq!(bench.breaks, [Aligned::Gap(Some(30))]);
         assert_eq!(bench.health.restarts, 0);
     }
 
@@ -414,5 +516,78 @@ mod tests {
         assert_eq!(bench.health.frames_lost, 0);
         assert_eq!(bench.health.repeated, 2);
         assert_eq!(bench.instants.len(), 12);
+    }
+
+    #[test]
+    fn the_two_frames_that_show_a_restart_are_not_refused() {
+        let mut bench = Bench::new();
+        bench.run(0.0, 0..100);
+        bench.run(0.05, 20_000..20_050);
+        bench.end();
+        assert_eq!((bench.health.restarts, bench.health.refused), (1, 0));
+        assert_eq!(bench.instants.len(), 150);
+    }
+
+    /// At 2 kHz a counter of 8 bits turns in 128 ms.
+    #[test]
+    fn lost_turns_of_the_counter_are_gaps() {
+        for lost in [200, 253, 256, 257, 512, 767] {
+            let mut bench = Bench::with_counter_bits(8);
+            bench.run(0.0, 0..1000);
+            bench.run(f64::from(1000 + lost) * 5e-4, 1000 + lost..3000);
+            bench.end();
+            assert_eq!(bench.breaks, [Aligned::Gap(None)], "{lost}");
+            assert_eq!((bench.health.restarts, bench.health.refused), (0, 0), "{lost}");
+            assert_eq!(bench.health.frames_lost, 2 * u64::from(lost));
+            assert_eq!(bench.instants.len() as u32, 3000 - lost);
+            assert!(bench.instants.iter().all(|i| i.force.is_some() && i.force == i.acceleration));
+        }
+    }
+
+    /// The same counters, but nothing is lost: the frames come at once when the sender goes on.
+    #[test]
+    fn a_hold_up_of_whole_turns_is_a_gap_without_loss() {
+        for held_s in [0.13, 0.3, 0.45] {
+            let mut bench = Bench::with_counter_bits(8);
+            bench.run(0.0, 0..1000);
+            for counter in 1000..3000 {
+                let time_s = f64::from(counter).mul_add(5e-4, 1.3e-4);
+                let time_s = time_s.max(0.5 + held_s + f64::from(counter - 1000) * 1e-4);
+                bench.push(time_s, counter, Channel::Force);
+                bench.push(time_s, counter, Channel::Acceleration);
+            }
+            bench.end();
+            assert!(!bench.breaks.is_empty(), "{held_s}");
+            assert!(bench.breaks.iter().all(|each| *each == Aligned::Gap(None)), "{held_s}");
+            assert_eq!(bench.health.frames_lost, 0, "{held_s}");
+            assert_eq!((bench.health.restarts, bench.instants.len()), (0, 3000), "{held_s}");
+        }
+    }
+
+    #[test]
+    fn a_hold_up_within_a_turn_joins() {
+        let mut bench = Bench::with_counter_bits(8);
+        bench.run(0.0, 0..100);
+        for counter in 100..300 {
+            bench.push(0.15, counter, Channel::Force);
+            bench.push(0.15, counter, Channel::Acceleration);
+        }
+        bench.run(0.15, 300..400);
+        bench.end();
+        assert_eq!((bench.health.frames_lost, bench.breaks.len()), (0, 0));
+        assert_eq!(bench.instants.len(), 400);
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_is_no_break() {
+        for (back_s, first) in [(3600.0, 100), (0.02, 100), (10.0, 102)] {
+            let mut bench = Bench::new();
+            bench.run(5000.0, 0..100);
+            bench.run(5000.05 - back_s, first..200);
+            bench.end();
+            assert_eq!(bench.breaks, [], "{back_s}");
+            assert_eq!(bench.health.frames_lost, 2 * u64::from(first - 100), "{back_s}");
+            assert_eq!((bench.instants.len(), bench.health.refused), (200, 0), "{back_s}");
+        }
     }
 }

@@ -11,8 +11,9 @@ use crate::refine::normal::{Normal, packed};
 /// Neighbours used on each side of a gap.
 const REACH: usize = 6;
 const NEIGHBOURS: usize = 2 * REACH;
-/// Every so manyth position serves to fit the weights; a prime, so that no periodic cut is met in one phase only.
-const STRIDE: usize = 3;
+/// Mean distance of the positions that serve to fit the weights: twice the golden ratio. The multiples of an irrational
+/// number are spread evenly over the phases of any period (Weyl, 1916), so that a periodic cut is met in all of them.
+const STRIDE: f64 = 3.236_067_977_499_79;
 /// Most gaps of one signal in a record.
 const MAX_GAPS: usize = 1024;
 /// Rounds in which gaps close together settle.
@@ -117,7 +118,8 @@ fn fit(signal: &[f32], length: usize, place: usize) -> (Weights, f32) {
     let mut rows = [[0.0; WIDTH]; 6];
     let (mut filled, mut count) = (0, 0);
     let last = (signal.len() + 1).saturating_sub(REACH + length);
-    for first in (REACH..last).step_by(STRIDE) {
+    let positions = (0..).map(|k| REACH + (f64::from(k) * STRIDE) as usize);
+    for first in positions.take_while(|&first| first < last) {
         let mut known = !signal[first + place].is_nan();
         for (entry, value) in rows[filled].iter_mut().zip(neighbours(signal, first, length)) {
             known &= !value.is_nan();
@@ -221,6 +223,29 @@ mod tests {
         let ratio = bridged.mean_square_error * bridged.samples as f32 / made;
         assert!((0.8..1.25).contains(&ratio), "{ratio}");
         assert!((bridged.mean_square_error - 1.0 / 12.0).abs() < 0.01);
+    }
+
+    /// A tooth every so many samples, of which one in each period is anything and the others are nothing: the error is that
+    /// of a sixth, a third, ... of the samples, whichever of them they are.
+    #[test]
+    fn a_periodic_cut_is_met_in_all_its_phases() {
+        for (period, phase) in
+            (2..=12_usize).flat_map(|period| (0..period).map(move |p| (period, p)))
+        {
+            let mut state = 5_u32;
+            let mut signal: StdVec<f32> = (0..4096)
+                .map(|n| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    let blow = (state >> 8) as f32 / (1 << 24) as f32 - 0.5;
+                    if n % period == phase { blow } else { 0.0 }
+                })
+                .collect();
+            signal[2000] = f32::NAN;
+            let bridged = bridge(&mut signal).expect("a short gap");
+            let expected = 1.0 / (12.0 * period as f32);
+            let ratio = bridged.mean_square_error / expected;
+            assert!((0.7..1.3).contains(&ratio), "period {period}, phase {phase}: {ratio}");
+        }
     }
 
     #[test]

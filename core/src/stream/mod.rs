@@ -6,15 +6,20 @@
 
 mod align;
 mod bridge;
+mod clock;
 mod noise;
+mod pose;
 mod stretch;
 
 use heapless::Vec;
 
 use align::{Aligned, Aligner, Channel, Frame};
-use stretch::{Moved, Stretch};
+use clock::{Clock, SET_BACK_S};
+use pose::Moved;
+use stretch::Stretch;
 
 use crate::MAX_JOINTS;
+use crate::noise::NoiseShape;
 use crate::spectrum::fft::MIN_SAMPLES;
 
 /// One decoded frame.
@@ -94,22 +99,41 @@ pub struct StreamHealth {
     pub samples_discarded: u64,
     /// Readings refused: a value that is not finite, a joint that the robot does not have, a single odd counter.
     pub refused: u64,
-    /// Records whose instants arrived at another rate than the configuration says. Faster ones are refused; slower
-    /// ones may come from a sender that was held up, and are kept.
+    /// Records whose instants arrived at another rate than the configuration says: by more than 200 ppm and three standard
+    /// deviations where the sensor kept time, by more than 10 % where its sender was held up. Records of samples that came more
+    /// than 10 % faster are refused.
     pub wrong_rate: u64,
-    /// Instants per second of the newest of those, as they arrived; 0 before the first. Hz.
+    /// Of those, records that were refused.
+    pub too_fast: u64,
+    /// Records whose instants arrived at another rate than the configuration says, but do not tell which. They have the
+    /// configured one.
+    pub doubtful_rate: u64,
+    /// Instants per second of the newest of any of these, as they arrived; 0 before the first. Hz.
     pub measured_rate_hz: f32,
+    /// Standard deviation of that, Hz.
+    pub measured_rate_std_hz: f32,
+}
+
+impl StreamHealth {
+    /// Whether `measured_rate_hz` is certain enough to be the rate of the records.
+    pub fn measured_rate_is_used(&self) -> bool {
+        f64::from(self.measured_rate_std_hz) <= clock::CRYSTAL * f64::from(self.measured_rate_hz)
+    }
 }
 
 /// One stretch of force and acceleration at one static pose, without holes.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Record<const N: usize> {
     /// Time of the first sample, on the clock of the readings, s.
     pub start_s: f64,
     /// Joint angles, rad (m).
     pub pose: Vec<f64, MAX_JOINTS>,
-    /// Samples per second, Hz.
+    /// Samples per second, Hz: as they arrived if that is known to 50 ppm, else as configured, and in between the mean of both.
     pub rate_hz: f64,
+    /// Whether the samples arrived at another rate than configured, but do not tell which: what is fitted to them is wrong by
+    /// an unknown factor.
+    pub has_doubtful_rate: bool,
     /// Force that the tool exerts on the robot, N, along each of the force sensor's axes.
     pub force: [Vec<f32, N>; 3],
     /// Acceleration, m/s², along each of the accelerometer's axes.
@@ -118,6 +142,10 @@ pub struct Record<const N: usize> {
     pub force_noise: [f32; 3],
     /// Standard deviation of the noise of one acceleration sample, per axis, bridging errors included, m/s².
     pub acceleration_noise: [f32; 3],
+    /// Spectrum of the force's noise, per axis.
+    pub force_noise_shape: [NoiseShape; 3],
+    /// Spectrum of the acceleration's noise, per axis.
+    pub acceleration_noise_shape: [NoiseShape; 3],
     /// Whether the robot rests when the record starts.
     pub starts_at_rest: bool,
 }
@@ -125,19 +153,22 @@ pub struct Record<const N: usize> {
 /// Shortest record is this part of a full one.
 const SHORTEST: usize = 8;
 
-/// Part by which the measured rate may differ from the configured one.
-const RATE_TOLERANCE: f64 = 0.1;
+/// After a silence of all signals that is longer, the robot may have moved unheard, s: between two recordings, say.
+const LONG_SILENCE_S: f64 = 10.0;
 
 /// Turns readings into records of up to `N` samples.
 #[derive(Clone, Debug)]
 pub struct Stream<const N: usize> {
     config: StreamConfig,
     aligner: Aligner,
+    clock: Clock,
     stretch: Stretch<N>,
     record: Record<N>,
     health: StreamHealth,
-    /// Noise of the newest record that had a quiet stretch.
+    /// Noise of the newest record that had a quiet stretch; the acceleration's of one that had the robot at rest in it.
     quiet: Option<noise::Noise>,
+    /// When the newest reading came, s.
+    heard_s: Option<f64>,
 }
 
 impl StreamConfig {
@@ -169,50 +200,76 @@ impl<const N: usize> Stream<N> {
         Ok(Self {
             config,
             aligner: Aligner::new(config.rate_hz, config.counter_bits),
+            clock: Clock::new(config.rate_hz),
             stretch: Stretch::new(),
             record: Record {
                 start_s: 0.0,
                 pose: Vec::new(),
                 rate_hz: config.rate_hz,
+                has_doubtful_rate: false,
                 force: [const { Vec::new() }; 3],
                 acceleration: [const { Vec::new() }; 3],
                 force_noise: [0.0; 3],
                 acceleration_noise: [0.0; 3],
+                force_noise_shape: [NoiseShape::WHITE; 3],
+                acceleration_noise_shape: [NoiseShape::WHITE; 3],
                 starts_at_rest: false,
             },
             health: StreamHealth::default(),
             quiet: None,
+            heard_s: None,
         })
     }
 
     /// Takes one reading, which arrived at `time_s`, s on any clock; `sink` gets the records that are complete.
+    ///
+    /// A clock that is set back while the counters go on is no break. One that is set forward is taken for a sender that was held
+    /// up, and by more than 0.5 s for a silence.
     pub fn push(&mut self, time_s: f64, reading: Reading, mut sink: impl FnMut(&Record<N>)) {
-        let (channel, counter, value) = match reading {
-            Reading::Force { counter, value } => (Channel::Force, counter, value),
-            Reading::Acceleration { counter, value } => (Channel::Acceleration, counter, value),
-            Reading::Joint { index, value } => return self.joint(index, value, &mut sink),
-        };
-        if !time_s.is_finite() || value.iter().any(|value| !value.is_finite()) {
+        if !time_s.is_finite() {
             self.health.refused += 1;
             return;
         }
-        let Self { config, aligner, stretch, record, health, quiet } = self;
+        let before_s = self.heard_s.replace(time_s).unwrap_or(time_s);
+        if time_s - before_s > LONG_SILENCE_S {
+            self.health.restarts += u64::from(self.aligner.has_begun());
+            self.forget_angles(&mut sink);
+        }
+        let (channel, counter, value) = match reading {
+            Reading::Force { counter, value } => (Channel::Force, counter, value),
+            Reading::Acceleration { counter, value } => (Channel::Acceleration, counter, value),
+            Reading::Joint { index, value } => return self.joint(time_s, index, value, &mut sink),
+        };
+        if value.iter().any(|value| !value.is_finite()) {
+            self.health.refused += 1;
+            return;
+        }
+        let restarts = self.health.restarts;
         let frame = Frame { time_s, counter, channel, value };
-        aligner.push(frame, health, &mut |event, health| {
-            let mut cutter = Cutter { config, stretch, record, health, quiet };
-            cutter.take(event, &mut sink);
-        });
+        let (aligner, health, mut cutter) = self.split();
+        aligner.push(frame, health, &mut |event, health| cutter.take(event, health, &mut sink));
+        if self.health.restarts > restarts && time_s < before_s - SET_BACK_S {
+            // Another recording, made before: of what lies between nothing is known.
+            self.stretch.pose.forget_all();
+        }
     }
 
     /// Nothing more will come (the end of a log): `sink` gets what is complete enough.
     pub fn finish(&mut self, mut sink: impl FnMut(&Record<N>)) {
-        let Self { config, aligner, stretch, record, health, quiet } = self;
-        aligner.flush(health, &mut |event, health| {
-            let mut cutter = Cutter { config, stretch, record, health, quiet };
-            cutter.take(event, &mut sink);
-        });
-        let mut cutter = Cutter { config, stretch, record, health, quiet };
-        cutter.take(Aligned::Restart, &mut sink);
+        let (aligner, health, mut cutter) = self.split();
+        aligner.flush(health, &mut |event, health| cutter.take(event, health, &mut sink));
+        cutter.take(Aligned::Restart, health, &mut sink);
+    }
+
+    /// Readings may have been missed, as when a bus was down: ends what is being recorded, and no joint angle holds any more.
+    pub fn forget_angles(&mut self, sink: impl FnMut(&Record<N>)) {
+        self.finish(sink);
+        self.stretch.pose.forget_all();
+    }
+
+    fn split(&mut self) -> (&mut Aligner, &mut StreamHealth, Cutter<'_, N>) {
+        let Self { config, aligner, clock, stretch, record, health, quiet, .. } = self;
+        (aligner, health, Cutter { config, clock, stretch, record, quiet })
     }
 
     /// What has been seen so far.
@@ -220,26 +277,32 @@ impl<const N: usize> Stream<N> {
         self.health
     }
 
-    /// The first joint whose angle the present stretch lacks.
-    pub fn missing_joint(&self) -> Option<usize> {
-        (1..=self.config.joints).find(|&joints| !self.stretch.pose.is_known(joints)).map(|j| j - 1)
+    /// How much of a full record the present cut has given so far, 0 to 1; 0 while nothing is cut.
+    pub fn record_fraction(&self) -> f32 {
+        let samples = if self.stretch.cutting { self.stretch.len() } else { 0 };
+        (samples as f32 / self.config.record_samples as f32).min(1.0)
     }
 
-    fn joint(&mut self, index: u8, angle: f64, sink: &mut impl FnMut(&Record<N>)) {
+    /// The first joint whose angle has never come, or used to come in a cycle and has not for 2 s.
+    pub fn missing_joint(&self) -> Option<usize> {
+        self.stretch.pose.awaited(self.config.joints, self.heard_s.unwrap_or_default())
+    }
+
+    fn joint(&mut self, time_s: f64, index: u8, angle: f64, sink: &mut impl FnMut(&Record<N>)) {
         let joint = usize::from(index);
         if !angle.is_finite() || joint >= self.config.joints {
             self.health.refused += 1;
             return;
         }
         let samples = self.stretch.len();
-        if let Err(Moved) = self.stretch.pose.read(joint, angle, samples) {
-            let Self { config, stretch, record, health, quiet, .. } = self;
-            let standing = stretch.pose.confirmed(config.joints);
-            let mut cutter = Cutter { config, stretch, record, health, quiet };
-            cutter.end(standing, sink);
+        if let Err(Moved) = self.stretch.pose.read(joint, angle, time_s, samples) {
+            let standing = self.stretch.standing(&self.config);
+            let (_, health, mut cutter) = self.split();
+            cutter.end(standing, health, sink);
             self.stretch.clear();
+            self.stretch.pose.forget(joint);
             // The first reading of the new pose.
-            let _ = self.stretch.pose.read(joint, angle, 0);
+            let _ = self.stretch.pose.read(joint, angle, time_s, 0);
         }
     }
 }
@@ -247,53 +310,73 @@ impl<const N: usize> Stream<N> {
 /// Cuts records out of the stretch.
 struct Cutter<'a, const N: usize> {
     config: &'a StreamConfig,
+    clock: &'a mut Clock,
     stretch: &'a mut Stretch<N>,
     record: &'a mut Record<N>,
-    health: &'a mut StreamHealth,
     quiet: &'a mut Option<noise::Noise>,
 }
 
 impl<const N: usize> Cutter<'_, N> {
-    fn take(&mut self, event: Aligned, sink: &mut impl FnMut(&Record<N>)) {
+    fn take(
+        &mut self,
+        event: Aligned,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(&Record<N>),
+    ) {
         match event {
             Aligned::Instant(instant) => {
+                if instant.force.is_some() || instant.acceleration.is_some() {
+                    self.clock.arrive(instant.time_s);
+                } else {
+                    self.clock.miss(1);
+                }
                 let full = self.config.record_samples;
                 let let_go = self.stretch.push(&instant, self.config);
-                self.health.samples_discarded += let_go as u64;
+                health.samples_discarded += let_go as u64;
                 if self.stretch.newest_missing() > bridge::MAX_GAP {
                     let standing = self.stretch.len() - self.stretch.newest_missing();
-                    self.end(standing, sink);
+                    self.end(standing, health, sink);
                     return self.stretch.clear_samples();
                 }
                 // The end of a record may lie in a movement that the next angle will tell of.
-                let standing = self.stretch.pose.confirmed(self.config.joints);
+                let standing = self.stretch.standing(self.config);
                 if !self.stretch.overflows() {
                     if standing >= full {
-                        self.emit(full, sink);
+                        self.emit(full, health, sink);
                     }
                 } else if standing >= full || self.stretch.is_overdue() {
                     // What came since it was full is lost; the next samples do not join on.
-                    self.end(standing, sink);
+                    self.end(standing, health, sink);
                     self.stretch.clear_samples();
                 }
             }
-            Aligned::Gap => {
-                self.end(self.stretch.len(), sink);
+            Aligned::Gap(missing) => {
+                self.end(self.stretch.len(), health, sink);
                 self.stretch.clear_samples();
+                match missing {
+                    Some(instants) => self.clock.miss(instants),
+                    None => self.clock.end_run(),
+                }
             }
             Aligned::Restart => {
-                self.end(self.stretch.len(), sink);
+                self.end(self.stretch.len(), health, sink);
                 self.stretch.clear();
+                self.clock.end_run();
             }
         }
     }
 
     /// Makes records of the first `standing` samples and discards the rest.
-    fn end(&mut self, standing: usize, sink: &mut impl FnMut(&Record<N>)) {
+    fn end(
+        &mut self,
+        standing: usize,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(&Record<N>),
+    ) {
         let full = self.config.record_samples;
         let (mut standing, mut rest) = (standing, self.stretch.len() - standing);
         // Nothing is known of the pose, or nothing was cut.
-        if !self.stretch.pose.is_known(self.config.joints) || !self.stretch.cutting {
+        if self.stretch.pose.unknown(self.config.joints).is_some() || !self.stretch.cutting {
             (standing, rest) = (0, self.stretch.len());
         }
         // A sample or two that were lost at the very end can be bridged, too.
@@ -301,32 +384,41 @@ impl<const N: usize> Cutter<'_, N> {
         let open = self.stretch.newest_missing() + short;
         if rest == 0 && short > 0 && open <= bridge::MAX_GAP {
             for _ in 0..short {
-                let lost = align::Instant { time_s: self.stretch.next_s(), ..Default::default() };
-                self.stretch.push(&lost, self.config);
+                self.stretch.push(&align::Instant::default(), self.config);
             }
             standing = full;
         }
         while standing >= (full / SHORTEST).max(MIN_SAMPLES) && self.stretch.cutting {
             let samples = full.min(1 << standing.ilog2());
-            self.emit(samples, sink);
+            self.emit(samples, health, sink);
             standing -= samples;
         }
-        self.health.samples_discarded += (standing + rest) as u64;
+        health.samples_discarded += (standing + rest) as u64;
     }
 
     /// Makes a record of the oldest `samples`, bridged, with its noise.
-    fn emit(&mut self, samples: usize, sink: &mut impl FnMut(&Record<N>)) {
-        let Self { config, stretch, record, health, quiet } = self;
-        let ratio = stretch.measured_rate_hz().map_or(1.0, |rate_hz| rate_hz / config.rate_hz);
-        if (ratio - 1.0).abs() > RATE_TOLERANCE {
-            health.wrong_rate += 1;
-            health.measured_rate_hz = (ratio * config.rate_hz) as f32;
+    fn emit(
+        &mut self,
+        samples: usize,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(&Record<N>),
+    ) {
+        let Self { config, clock, stretch, record, quiet } = self;
+        let rate = clock.rate();
+        if rate.is_wrong || rate.is_doubtful || rate.is_refused {
+            health.measured_rate_hz = rate.measured_hz as f32;
+            health.measured_rate_std_hz = rate.deviation_hz as f32;
         }
-        if ratio > 1.0 + RATE_TOLERANCE {
+        health.wrong_rate += u64::from(rate.is_wrong || rate.is_refused);
+        health.doubtful_rate += u64::from(rate.is_doubtful && !rate.is_refused);
+        if rate.is_refused {
+            health.too_fast += 1;
             health.samples_discarded += samples as u64;
             stretch.discard(samples, config.rate_hz);
             return stretch.look_for_cut(config);
         }
+        record.rate_hz = rate.rate_hz;
+        record.has_doubtful_rate = rate.is_doubtful;
         record.start_s = stretch.start_s;
         record.pose = stretch.pose.mean(config.joints);
         let mut bridged = [bridge::Bridged::default(); 6];
@@ -349,26 +441,24 @@ impl<const N: usize> Cutter<'_, N> {
         }
         let force = record.force.each_ref().map(|signal| signal.as_slice());
         let acceleration = record.acceleration.each_ref().map(|signal| signal.as_slice());
-        let own = noise::estimate(force, acceleration);
-        // A record without a quiet stretch is as noisy as the last that had one; the first of all, as its white part.
-        let noise = match (own.quiet, **quiet) {
-            (false, Some(last)) => noise::Noise { starts_at_rest: false, ..last },
-            _ => own,
-        };
+        let own = noise::estimate(force, acceleration, config.force_resolution);
+        let noise = own.or_else(quiet.as_ref());
         if own.quiet {
-            **quiet = Some(own);
+            **quiet = Some(noise.clone());
         }
-        let resolution = |step: f32| step * step / 12.0;
-        let total = |sensor: f32, step: f32, bridged: &bridge::Bridged| {
-            let share = bridged.samples as f32 / samples as f32;
-            let square = (sensor * sensor).max(resolution(step));
-            libm::sqrtf(square + share * bridged.mean_square_error)
-        };
         for axis in 0..3 {
-            record.force_noise[axis] =
-                total(noise.force[axis], config.force_resolution, &bridged[axis]);
-            record.acceleration_noise[axis] =
-                total(noise.acceleration[axis], config.acceleration_resolution, &bridged[3 + axis]);
+            let added = |bridged: &bridge::Bridged| {
+                bridged.samples as f32 / samples as f32 * bridged.mean_square_error
+            };
+            let rounding = |step: f32| step * step / 12.0;
+            let least = rounding(config.force_resolution);
+            let force = noise.force[axis].raised(least, added(&bridged[axis]));
+            record.force_noise[axis] = libm::sqrtf(force.power);
+            record.force_noise_shape[axis] = force.shape;
+            let least = rounding(config.acceleration_resolution);
+            let acceleration = noise.acceleration[axis].raised(least, added(&bridged[3 + axis]));
+            record.acceleration_noise[axis] = libm::sqrtf(acceleration.power);
+            record.acceleration_noise_shape[axis] = acceleration.shape;
         }
         record.starts_at_rest = noise.starts_at_rest;
         health.bridged += (bridged[0].samples + bridged[3].samples) as u64;

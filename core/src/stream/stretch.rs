@@ -5,24 +5,23 @@ use heapless::Vec;
 use super::StreamConfig;
 use super::align::Instant;
 use super::noise::{self, BLOCK};
-use crate::MAX_JOINTS;
+use super::pose::{NOTICE_S, Pose};
 
-/// How far a joint may move before the pose counts as another: rad or m. A pose wrong by 1e-3 rad biases stiffnesses by 1 %.
-const STATIC: f64 = 5e-4;
-/// A block is part of the cut if its force is not white, and varies by more than this many times the quietest block's
-/// variance,
+/// A block is part of the cut if its force varies by more than this many times the quietest block's variance, which white
+/// noise never does;
 const CUT: f32 = 6.0;
-/// or by more than this many of its steps.
+/// or, while no block has varied by this many times another,
+const CONTRAST: f32 = 30.0;
+/// if it varies by more than this many of its steps, and repeats itself as milling does.
 const LOUD_STEPS: f32 = 64.0;
+/// Blocks after which the quietest is forgotten, at the earliest, and after twice as many at the latest: half a minute at 2 kHz.
+/// What a sensor gives while it starts does not count for longer.
+const MEMORY: u32 = 1024;
 /// What is kept from before the cut, s, but at most this part of a record.
 const BEFORE_CUT_S: f64 = 1.0;
 const BEFORE_CUT_PART: usize = 4;
 /// A full stretch waits for the next joint angle for this part of its length.
 const PATIENCE: usize = 8;
-
-/// Why a stretch cannot go on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Moved;
 
 /// A growing stretch. Missing samples are not a number.
 #[derive(Clone, Debug)]
@@ -32,30 +31,67 @@ pub(super) struct Stretch<const N: usize> {
     /// Of the first sample.
     pub(super) start_s: f64,
     pub(super) pose: Pose,
-    /// Arrival of the first and the newest instant since it was last cleared, and how many came.
-    arrivals: (f64, f64, u64),
     /// Instants that came while it was full, and were let go.
     beyond: usize,
     /// Whether the cut has begun; before it only the newest samples are kept.
     pub(super) cutting: bool,
-    /// Smallest variance of a block so far, N²; known from all stretches.
-    quietest: f32,
+    range: Range,
+    /// Whether a reading has changed since the sensor started.
+    has_started: bool,
 }
 
-/// Joint angles over a stretch.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Pose {
-    angles: [Angle; MAX_JOINTS],
+/// Samples of a block that are not missing.
+struct Block {
+    force: [Vec<f32, BLOCK>; 3],
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Angle {
-    first: f64,
-    /// Sum of the readings' distances from the first.
-    sum: f64,
-    readings: u32,
-    /// Samples of the stretch when it was last read.
-    confirmed: usize,
+impl Block {
+    /// Sum over the axes, N².
+    fn variance(&self) -> f32 {
+        self.force.iter().map(|signal| noise::variance(signal)).sum()
+    }
+
+    fn is_dead(&self) -> bool {
+        noise::is_dead(self.force.each_ref().map(Vec::as_slice))
+    }
+
+    fn repeats(&self) -> bool {
+        noise::repeats(self.force.each_ref().map(Vec::as_slice))
+    }
+}
+
+/// Variances of the blocks of all stretches, N².
+#[derive(Clone, Debug)]
+struct Range {
+    /// Smallest and largest of the newest blocks, and of the [`MEMORY`] blocks before.
+    newest: [f32; 2],
+    before: [f32; 2],
+    /// Blocks that are in the newest.
+    blocks: u32,
+}
+
+impl Range {
+    const NONE: [f32; 2] = [f32::INFINITY, 0.0];
+
+    fn new() -> Self {
+        Self { newest: Self::NONE, before: Self::NONE, blocks: 0 }
+    }
+
+    fn note(&mut self, variance: f32) {
+        if self.blocks == MEMORY {
+            *self = Self { newest: Self::NONE, before: self.newest, blocks: 0 };
+        }
+        self.blocks += 1;
+        self.newest = [self.newest[0].min(variance), self.newest[1].max(variance)];
+    }
+
+    fn quietest(&self) -> f32 {
+        self.newest[0].min(self.before[0])
+    }
+
+    fn loudest(&self) -> f32 {
+        self.newest[1].max(self.before[1])
+    }
 }
 
 impl<const N: usize> Stretch<N> {
@@ -65,10 +101,10 @@ impl<const N: usize> Stretch<N> {
             acceleration: [const { Vec::new() }; 3],
             start_s: 0.0,
             pose: Pose::default(),
-            arrivals: (0.0, 0.0, 0),
             beyond: 0,
             cutting: false,
-            quietest: f32::INFINITY,
+            range: Range::new(),
+            has_started: false,
         }
     }
 
@@ -92,10 +128,6 @@ impl<const N: usize> Stretch<N> {
             self.start_s = instant.time_s;
             self.cutting = false;
         }
-        if self.arrivals.2 == 0 {
-            self.arrivals.0 = instant.time_s;
-        }
-        self.arrivals = (self.arrivals.0, instant.time_s, self.arrivals.2 + 1);
         if self.len() == N {
             self.beyond += 1;
             return 1;
@@ -107,14 +139,19 @@ impl<const N: usize> Stretch<N> {
             let _ = self.force[axis].push(force[axis]);
             let _ = self.acceleration[axis].push(acceleration[axis]);
         }
-        if self.cutting || !self.len().is_multiple_of(BLOCK) {
+        if !self.len().is_multiple_of(BLOCK) {
             return 0;
         }
-        self.cutting = self.is_cut(self.len() - BLOCK, config);
+        let newest = self.len() - BLOCK;
+        self.note(newest);
+        self.cutting = self.cutting || self.is_cut(newest, config);
+        if self.cutting {
+            return 0;
+        }
         let before_cut = ((BEFORE_CUT_S * config.rate_hz) as usize)
             .min(config.record_samples / BEFORE_CUT_PART)
             .max(BLOCK);
-        if self.cutting || self.len() < before_cut + BLOCK {
+        if self.len() < before_cut + BLOCK {
             return 0;
         }
         self.discard(BLOCK, config.rate_hz);
@@ -127,35 +164,46 @@ impl<const N: usize> Stretch<N> {
         self.cutting = (0..blocks).any(|block| self.is_cut(block * BLOCK, config));
     }
 
-    /// Whether something is cut in the block from `first` on.
-    fn is_cut(&mut self, first: usize, config: &StreamConfig) -> bool {
-        let (mut varies, mut white) = (0.0, 0.0);
-        for signal in &self.force {
-            let block = &signal[first..first + BLOCK];
-            let known: Vec<f32, BLOCK> = block.iter().copied().filter(|v| !v.is_nan()).collect();
-            if known.len() < BLOCK / 2 {
-                return false;
+    /// Takes notice of the block from `first` on. A sensor that gives the same reading throughout has noise of less than a
+    /// step, unless it has not started yet.
+    fn note(&mut self, first: usize) {
+        match self.block(first) {
+            Some(block) if !block.is_dead() => {
+                self.has_started = true;
+                self.range.note(block.variance());
             }
-            varies += noise::variance(&known);
-            white += noise::sixth_difference(&known);
+            Some(_) if self.has_started => self.range.note(0.0),
+            _ => {}
         }
-        self.quietest = self.quietest.min(varies);
+    }
+
+    /// Whether something is cut in the block from `first` on.
+    fn is_cut(&self, first: usize, config: &StreamConfig) -> bool {
+        let Some(block) = self.block(first) else { return false };
+        let variance = block.variance();
         let step = config.force_resolution * config.force_resolution;
-        varies > noise::WHITE * white + step
-            && (varies > CUT * self.quietest.max(step)
-                || varies > 3.0 * LOUD_STEPS * LOUD_STEPS * step)
+        let quietest = self.range.quietest().max(step);
+        let contrasts = self.range.loudest() > CONTRAST * quietest;
+        let is_loud = variance > 3.0 * LOUD_STEPS * LOUD_STEPS * step;
+        variance > CUT * quietest || (!contrasts && is_loud && block.repeats())
     }
 
-    /// Instants per second, as they arrived; none while there are too few to tell.
-    pub(super) fn measured_rate_hz(&self) -> Option<f64> {
-        let (first_s, newest_s, count) = self.arrivals;
-        (count > 1 && newest_s > first_s).then(|| (count - 1) as f64 / (newest_s - first_s))
+    /// The force from `first` on; none where half of the samples are missing.
+    fn block(&self, first: usize) -> Option<Block> {
+        let known = |signal: &Vec<f32, N>| {
+            let block = signal[first..first + BLOCK].iter().copied();
+            block.filter(|value| !value.is_nan()).collect()
+        };
+        let force: [Vec<f32, BLOCK>; 3] = self.force.each_ref().map(known);
+        force.iter().all(|signal| signal.len() >= BLOCK / 2).then_some(Block { force })
     }
 
-    /// When the next instant is due, s.
-    pub(super) fn next_s(&self) -> f64 {
-        let (first_s, newest_s, count) = self.arrivals;
-        newest_s + if count > 1 { (newest_s - first_s) / (count - 1) as f64 } else { 0.0 }
+    /// Samples up to which every joint is known to have stood still.
+    pub(super) fn standing(&self, config: &StreamConfig) -> usize {
+        let came = self.len() + self.beyond;
+        // Before a full stretch is overdue.
+        let notice = ((NOTICE_S * config.rate_hz) as usize).min(N / PATIENCE / 2);
+        self.pose.standing(config.joints, came, notice).min(self.len())
     }
 
     /// How many of the newest samples in a row lack force, or lack acceleration.
@@ -174,15 +222,14 @@ impl<const N: usize> Stretch<N> {
         }
         self.start_s += count as f64 / rate_hz;
         self.beyond = 0;
-        for angle in &mut self.pose.angles {
-            angle.confirmed = angle.confirmed.saturating_sub(count);
-        }
+        self.pose.discard(count);
     }
 
-    /// Empties it, pose included.
+    /// Empties it; of the pose what must hold is still known.
     pub(super) fn clear(&mut self) {
         self.clear_samples();
-        self.pose = Pose::default();
+        self.pose.renew();
+        self.has_started = false;
     }
 
     /// Empties it; the pose is still known.
@@ -190,44 +237,8 @@ impl<const N: usize> Stretch<N> {
         for signal in self.force.iter_mut().chain(&mut self.acceleration) {
             signal.clear();
         }
-        for angle in &mut self.pose.angles {
-            angle.confirmed = 0;
-        }
-        self.arrivals.2 = 0;
+        self.pose.discard(usize::MAX);
         self.beyond = 0;
         self.cutting = false;
-    }
-}
-
-impl Pose {
-    /// Takes a joint's angle, read when the stretch has `samples`.
-    pub(super) fn read(&mut self, joint: usize, angle: f64, samples: usize) -> Result<(), Moved> {
-        let known = &mut self.angles[joint];
-        if known.readings > 0 && (angle - known.first).abs() > STATIC {
-            return Err(Moved);
-        }
-        if known.readings == 0 {
-            known.first = angle;
-        }
-        known.sum += angle - known.first;
-        known.readings += 1;
-        known.confirmed = samples;
-        Ok(())
-    }
-
-    /// Whether every one of `joints` has been read.
-    pub(super) fn is_known(&self, joints: usize) -> bool {
-        self.angles[..joints].iter().all(|angle| angle.readings > 0)
-    }
-
-    /// Samples up to which every joint is known to have stood still.
-    pub(super) fn confirmed(&self, joints: usize) -> usize {
-        self.angles[..joints].iter().map(|angle| angle.confirmed).min().unwrap_or(0)
-    }
-
-    /// Mean angles.
-    pub(super) fn mean(&self, joints: usize) -> Vec<f64, MAX_JOINTS> {
-        let mean = |angle: &Angle| angle.first + angle.sum / f64::from(angle.readings.max(1));
-        self.angles[..joints].iter().map(mean).collect()
     }
 }

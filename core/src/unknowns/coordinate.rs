@@ -1,7 +1,7 @@
 //! The places of what may be sought: parameters joint by joint, then the nuisances.
 
-use crate::DOF;
 use crate::parameters::MAX_PARAMETERS;
+use crate::{DOF, MAX_JOINTS};
 
 /// Where the nuisances stand.
 pub(super) const DELAY: usize = MAX_PARAMETERS;
@@ -40,6 +40,22 @@ pub enum Coordinate {
 }
 
 impl Coordinate {
+    /// [`Coordinate::index`], if there is one: callers may name any joint, axis or link.
+    pub(super) fn place(self) -> Option<usize> {
+        let exists = match self {
+            Self::Stiffness { joint, dof } | Self::Damping { joint, dof } => {
+                joint < MAX_JOINTS && dof < DOF
+            }
+            Self::Delay => true,
+            Self::AccelerationGain(axis) | Self::ForceGain(axis) | Self::Misalignment(axis) => {
+                axis < 3
+            }
+            Self::Mass(link) => link < MAX_JOINTS,
+        };
+        exists.then(|| self.index())
+    }
+
+    /// Place among all coordinates, of one that exists.
     pub(crate) const fn index(self) -> usize {
         match self {
             Self::Stiffness { joint, dof } => 2 * DOF * joint + dof,

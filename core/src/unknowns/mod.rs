@@ -6,11 +6,14 @@
 
 mod coordinate;
 
+use core::error::Error;
+use core::fmt;
 use core::ops::Range;
 
 use heapless::Vec;
 
 use crate::calibration::{Calibration, Nuisances};
+use crate::chain::Chain;
 use crate::parameters::{Bounds, Bushings, MAX_PARAMETERS, from_logarithms, logarithms};
 use crate::verdict::Covariance;
 use crate::{DOF, MAX_JOINTS};
@@ -36,6 +39,38 @@ pub struct Nuisance {
     pub deviation: f64,
 }
 
+/// Why something cannot be sought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SoughtError {
+    /// A chain has 1 to [`MAX_JOINTS`] joints, not so many.
+    JointCount(usize),
+    /// The chain has no such parameter, or it is a nuisance.
+    NoParameter(Coordinate),
+    /// A parameter cannot be held at this value, which is not positive and finite.
+    Value(Coordinate, f64),
+    /// A stiffness and a damping cannot be tied to each other.
+    NotAlike(Coordinate, Coordinate),
+}
+
+impl fmt::Display for SoughtError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::JointCount(count) => {
+                write!(f, "{count} joints: a chain has 1 to {MAX_JOINTS}")
+            }
+            Self::NoParameter(parameter) => write!(f, "the chain has no parameter {parameter:?}"),
+            Self::Value(parameter, value) => {
+                write!(f, "{parameter:?} cannot be {value}: must be positive and finite")
+            }
+            Self::NotAlike(one, other) => {
+                write!(f, "{one:?} cannot be tied to {other:?}: tie like to like")
+            }
+        }
+    }
+}
+
+impl Error for SoughtError {}
+
 /// What a fit of a chain of some joints seeks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sought {
@@ -52,7 +87,24 @@ pub struct Sought {
 
 impl Sought {
     /// All parameters of a chain of `joints`, each for itself, and `nuisances`.
-    pub fn new(joints: usize, nuisances: &Nuisances) -> Self {
+    ///
+    /// # Errors
+    ///
+    /// If no chain has so many joints.
+    pub fn new(joints: usize, nuisances: &Nuisances) -> Result<Self, SoughtError> {
+        if !(1..=MAX_JOINTS).contains(&joints) {
+            return Err(SoughtError::JointCount(joints));
+        }
+        Ok(Self::of_joints(joints, nuisances))
+    }
+
+    /// All parameters of a chain, each for itself, and nothing beside.
+    pub(crate) fn parameters_of(chain: &Chain) -> Self {
+        Self::of_joints(chain.joints().len(), &Nuisances::default())
+    }
+
+    /// Of no more than [`MAX_JOINTS`].
+    fn of_joints(joints: usize, nuisances: &Nuisances) -> Self {
         let mut sought = Self {
             joints,
             unknown: [None; MAX_UNKNOWNS],
@@ -87,32 +139,42 @@ impl Sought {
         }
     }
 
+    /// Number of joints of the chain.
+    pub fn joints(&self) -> usize {
+        self.joints
+    }
+
     /// Holds a parameter at `value` (its own unit).
     ///
-    /// # Panics
+    /// # Errors
     ///
     /// If the value is not positive and finite, or there is no such parameter.
-    pub fn fix(&mut self, parameter: Coordinate, value: f64) {
-        assert!(value > 0.0 && value.is_finite(), "{parameter:?} cannot be {value}");
-        let index = self.parameter(parameter);
+    pub fn fix(&mut self, parameter: Coordinate, value: f64) -> Result<(), SoughtError> {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(SoughtError::Value(parameter, value));
+        }
+        let index = self.parameter(parameter)?;
         if let Some(gone) = self.unknown[index] {
             self.fixed[index] = value;
             self.unknown[index] = None;
             self.close(gone);
         }
+        Ok(())
     }
 
     /// Lets a parameter have the value of `other`, a stiffness that of a stiffness and a damping that of a damping. Nothing
     /// happens where one of them is fixed.
     ///
-    /// # Panics
+    /// # Errors
     ///
     /// If they are not alike, or there is no such parameter.
-    pub fn tie(&mut self, parameter: Coordinate, other: Coordinate) {
+    pub fn tie(&mut self, parameter: Coordinate, other: Coordinate) -> Result<(), SoughtError> {
         let stiffness = |each| matches!(each, Coordinate::Stiffness { .. });
-        assert_eq!(stiffness(parameter), stiffness(other), "{parameter:?} is not like {other:?}");
-        let (index, other) = (self.parameter(parameter), self.parameter(other));
-        if let (Some(gone), Some(unknown)) = (self.unknown[index], self.unknown[other])
+        let places = (self.parameter(parameter)?, self.parameter(other)?);
+        if stiffness(parameter) != stiffness(other) {
+            return Err(SoughtError::NotAlike(parameter, other));
+        }
+        if let (Some(gone), Some(unknown)) = (self.unknown[places.0], self.unknown[places.1])
             && gone != unknown
         {
             for each in self.unknown.iter_mut().filter(|each| **each == Some(gone)) {
@@ -120,17 +182,17 @@ impl Sought {
             }
             self.close(gone);
         }
+        Ok(())
     }
 
     /// Where a parameter stands.
-    fn parameter(&self, parameter: Coordinate) -> usize {
+    fn parameter(&self, parameter: Coordinate) -> Result<usize, SoughtError> {
         let known = matches!(
             parameter,
             Coordinate::Stiffness { joint, dof } | Coordinate::Damping { joint, dof }
                 if joint < self.joints && dof < DOF
         );
-        assert!(known, "{parameter:?} is no parameter of {} joints", self.joints);
-        parameter.index()
+        if known { Ok(parameter.index()) } else { Err(SoughtError::NoParameter(parameter)) }
     }
 
     /// Closes the gap that an unknown leaves which no coordinate has any more.
@@ -149,9 +211,9 @@ impl Sought {
         self.unknowns
     }
 
-    /// The unknown that moves a coordinate.
+    /// The unknown that moves a coordinate; none where it stays, or where the chain has no such coordinate.
     pub fn unknown(&self, coordinate: Coordinate) -> Option<usize> {
-        self.unknown[coordinate.index()].map(usize::from)
+        self.unknown.get(coordinate.place()?).copied().flatten().map(usize::from)
     }
 
     /// The first coordinate that an unknown moves: its name.
@@ -159,9 +221,9 @@ impl Sought {
         self.sought().find(|(_, own)| *own == unknown).map(|(index, _)| Coordinate::of(index))
     }
 
-    /// Prior standard deviation of a nuisance: s, rad, or of a logarithm; 0 of a parameter.
+    /// Prior standard deviation of a nuisance: s, rad, or of a logarithm; 0 of a parameter, and of what is not sought.
     pub fn width(&self, coordinate: Coordinate) -> f64 {
-        self.width[coordinate.index()]
+        coordinate.place().map_or(0.0, |place| self.width[place])
     }
 
     /// Sets parameters that are fixed, and those that are tied to the first of them.
@@ -301,14 +363,43 @@ mod tests {
     use super::*;
     use crate::parameters::Bushing;
 
+    /// Eight joints would have the parameters of the last among the nuisances.
+    #[test]
+    fn what_no_chain_has_cannot_be_sought() {
+        for joints in [0, 8, usize::MAX] {
+            let refused = Sought::new(joints, &Nuisances::default()).err();
+            assert_eq!(refused, Some(SoughtError::JointCount(joints)));
+        }
+        let mut sought = Sought::new(2, &Nuisances::default()).unwrap();
+        let all = sought.clone();
+        let own = Coordinate::Stiffness { joint: 0, dof: 0 };
+        let damping = Coordinate::Damping { joint: 0, dof: 0 };
+        for other in [
+            Coordinate::Stiffness { joint: 2, dof: 0 },
+            Coordinate::Stiffness { joint: 0, dof: 6 },
+            Coordinate::Damping { joint: usize::MAX, dof: 0 },
+            Coordinate::Delay,
+            Coordinate::Mass(9),
+        ] {
+            assert_eq!(sought.fix(other, 1.0), Err(SoughtError::NoParameter(other)));
+            assert_eq!(sought.tie(own, other), Err(SoughtError::NoParameter(other)));
+            assert_eq!((sought.unknown(other), sought.width(other)), (None, 0.0));
+        }
+        assert_eq!(sought.tie(own, damping), Err(SoughtError::NotAlike(own, damping)));
+        for value in [0.0, -1.0, f64::INFINITY] {
+            assert_eq!(sought.fix(own, value), Err(SoughtError::Value(own, value)));
+        }
+        assert_eq!(sought, all);
+    }
+
     #[test]
     fn what_is_fixed_comes_back_as_it_was_given() {
-        let mut sought = Sought::new(2, &Nuisances::default());
+        let mut sought = Sought::new(2, &Nuisances::default()).unwrap();
         let (stiffness, damping) =
             (Coordinate::Stiffness { joint: 1, dof: 3 }, Coordinate::Damping { joint: 0, dof: 5 });
         // exp(ln(x)) is neither.
-        sought.fix(stiffness, 6.0e7);
-        sought.fix(damping, 1.9e3);
+        sought.fix(stiffness, 6.0e7).unwrap();
+        sought.fix(damping, 1.9e3).unwrap();
         let guess = Bushing { stiffness: [1e7; DOF], damping: [1e4; DOF] };
         let mut bushings = Bushings::from_iter([guess; 2]);
         sought.impose(&mut bushings);

@@ -105,6 +105,17 @@ impl Covariance {
         }
     }
 
+    /// Adds the mean square of a shift that all errors have in common; what is not told stays so.
+    pub(crate) fn widen(&mut self, shift: &[f64]) {
+        let told: [bool; MAX_UNKNOWNS] =
+            core::array::from_fn(|i| i < self.unknowns && self.get(i, i).is_finite());
+        for i in (0..self.unknowns).filter(|&i| told[i]) {
+            for j in (0..=i).filter(|&j| told[j]) {
+                *self.entry(i, j) += shift[i] * shift[j];
+            }
+        }
+    }
+
     /// How many unknowns the fit has.
     pub fn unknowns(&self) -> usize {
         self.unknowns

@@ -60,9 +60,10 @@ impl Direction {
 }
 
 /// Directions whose deviation exceeds [`WEAK`], weakest told first, from an information matrix of which nothing has
-/// been eliminated.
+/// been eliminated. Single unknowns that are not told at all are left out if they are not `asked` for.
 pub(crate) fn weak_directions<const L: usize>(
     information: &Normal<L>,
+    asked: impl Fn(usize) -> bool,
 ) -> Vec<Direction, MAX_DIRECTIONS> {
     let told = told_of(information);
     let entry = |i: usize, j: usize| if told[i] && told[j] { information.row(i)[j] } else { 0.0 };
@@ -87,6 +88,9 @@ pub(crate) fn weak_directions<const L: usize>(
     simplify(null_space);
     for vector in null_space {
         let direction = Direction::new(f64::INFINITY, vector);
+        if matches!(direction.shares[..], [(unknown, _)] if !asked(usize::from(unknown))) {
+            continue;
+        }
         insert(&mut directions, direction, Direction::before);
     }
     directions
@@ -140,7 +144,7 @@ mod tests {
     use super::*;
 
     fn weak(matrix: &DMatrix<f64>) -> Vec<Direction, MAX_DIRECTIONS> {
-        weak_directions(&information(matrix))
+        weak_directions(&information(matrix), |_| true)
     }
 
     /// Whether the direction consists of these shares, up to its sign.
@@ -232,6 +236,17 @@ mod tests {
             assert_eq!(direction.deviation, f64::INFINITY);
             assert_eq!(direction.shares[..], [(i, 1.0)]);
         }
+    }
+
+    /// Ten unknowns that nobody asks for do not fill the list; the weak one and the one that is asked for are in it.
+    #[test]
+    fn unknowns_that_are_not_asked_for_take_no_room() {
+        let mut matrix = DMatrix::zeros(12, 12);
+        matrix[(10, 10)] = 1.0;
+        let directions = weak_directions(&information(&matrix), |unknown| unknown >= 10);
+        let named: std::vec::Vec<u8> =
+            directions.iter().map(|direction| direction.shares[0].0).collect();
+        assert_eq!(named, [11, 10]);
     }
 
     #[test]

@@ -26,12 +26,14 @@ pub(crate) fn identifier_of(
 ) -> Box<Identifier<Generator>> {
     let generator = Random::new(5).0;
     let identifier = Identifier::new(mill3(), bounds(), measurement, Level::new(), generator);
-    Box::new(identifier.seeking(sought))
+    let mut identifier = Box::new(identifier);
+    identifier.seek(sought).unwrap();
+    identifier
 }
 
 /// Every parameter of a chain of so many joints, and nothing beside.
 pub(crate) fn parameters(joints: usize) -> Sought {
-    Sought::new(joints, &Nuisances::default())
+    Sought::new(joints, &Nuisances::default()).unwrap()
 }
 
 /// Tells of these experiments and works until there is nothing left to do.

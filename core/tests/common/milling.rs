@@ -128,6 +128,7 @@ fn sense(
 ) -> Vec<Sensed> {
     let sag: Vec<[f64; 6]> = chain
         .linearise(pose, conditions.gravity, bushings)
+        .unwrap()
         .joints
         .iter()
         .map(|joint| joint.sag.into())
@@ -230,6 +231,9 @@ pub(crate) fn record(
         acceleration: [const { heapless::Vec::new() }; 3],
         force_noise: [(conditions.noise * FORCE_NOISE) as f32; 3],
         acceleration_noise: [(conditions.noise * ACCELERATION_NOISE) as f32; 3],
+        force_noise_shape: Default::default(),
+        acceleration_noise_shape: Default::default(),
+        has_doubtful_rate: false,
         starts_at_rest: conditions.skipped == 0,
     };
     for sensed in sense(chain, pose, bushings, force, conditions) {

@@ -36,7 +36,7 @@ proptest! {
         let mut random = Random::new(seed);
         let (chain, pose) = (random.chain(joints), random.pose(joints));
         let bushings = soft(&mut random, joints);
-        let equation = EquationOfMotion::new(&chain, &pose, EARTH, &bushings);
+        let equation = EquationOfMotion::about(&chain, &pose, EARTH, &bushings, Coordinates::default()).unwrap();
         let state = State {
             elongation: coordinates(&mut random, joints, 1.0),
             rate: coordinates(&mut random, joints, 3.0),
@@ -61,7 +61,7 @@ proptest! {
         let mut random = Random::new(seed);
         let (chain, pose) = (random.chain(joints), random.pose(joints));
         let free = vec![Bushing::default(); joints];
-        let equation = EquationOfMotion::new(&chain, &pose, Vector3::zeros(), &free);
+        let equation = EquationOfMotion::new(&chain, &pose, Vector3::zeros(), &free).unwrap();
         let state = State {
             elongation: coordinates(&mut random, joints, 1.0),
             rate: Coordinates::default(),

@@ -28,7 +28,8 @@ fn balance(
     (steps, step): (usize, f64),
     push: impl Fn(f64) -> Vector3<f64>,
 ) -> Balance {
-    let equation = EquationOfMotion::new(chain, pose, EARTH, bushings);
+    let equation =
+        EquationOfMotion::about(chain, pose, EARTH, bushings, Coordinates::default()).unwrap();
     let to_base = poses(chain, pose, &equation.rest().elongation)[bushings.len()].rotation;
     let stored = |state: &State| {
         kinetic_energy(chain, pose, state) + potential_energy(chain, pose, EARTH, bushings, state)
@@ -69,7 +70,7 @@ fn push(t: f64) -> Vector3<f64> {
 fn the_work_of_the_force_is_stored_or_turned_to_heat() {
     let (chain, bushings) = (mill3(), nominal());
     let pose = EXPERIMENTS[1].0;
-    let start = EquationOfMotion::new(&chain, &pose, EARTH, &bushings).rest();
+    let start = EquationOfMotion::new(&chain, &pose, EARTH, &bushings).unwrap().rest();
     let Balance { work, heat, stored, .. } =
         balance((&chain, &pose), &bushings, start, (3000, 1e-4), push);
     let left = work - stored - heat;

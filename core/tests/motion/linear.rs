@@ -51,7 +51,7 @@ fn between(samples: &[[f64; 3]], at: f64) -> Vector3<f64> {
 
 fn milled(experiment: usize, force: &[[f64; 3]], gravity: Vector3<f64>) -> Seen {
     let (pose, ..) = EXPERIMENTS[experiment];
-    let equation = EquationOfMotion::new(&mill3(), &pose, gravity, &nominal());
+    let equation = EquationOfMotion::new(&mill3(), &pose, gravity, &nominal()).unwrap();
     let start = equation.rest();
     let mut radau = Radau::new(equation, start, 1.0 / (RATE * STEPS as f64));
     let mut seen = Seen::default();
@@ -86,7 +86,7 @@ fn sensed(
     accelerometer: Accelerometer,
 ) -> [Vec<Vector3<f64>>; 2] {
     let (pose, ..) = EXPERIMENTS[experiment];
-    let equation = EquationOfMotion::new(&mill3(), &pose, EARTH, &nominal());
+    let equation = EquationOfMotion::new(&mill3(), &pose, EARTH, &nominal()).unwrap();
     let start = equation.rest();
     let mut radau = Radau::new(equation, start, 1.0 / (RATE * STEPS as f64));
     let mut seen = [Vec::new(), Vec::new()];
@@ -123,9 +123,9 @@ fn errors(
     seen: &Seen,
 ) -> [[f64; 3]; QUANTITIES] {
     let (pose, ..) = EXPERIMENTS[experiment];
-    let linear = mill3().linearise(&pose, gravity, &nominal());
+    let linear = mill3().linearise(&pose, gravity, &nominal()).unwrap();
     let [inertial, strapdown] =
-        [false, true].map(|strapdown| Terms::new(&linear, &nominal(), strapdown));
+        [false, true].map(|strapdown| Terms::new(&linear, &nominal(), strapdown).unwrap());
     let force: Vec<_> = force.iter().map(|&force| force.into()).collect();
     let seconds = SAMPLES as f64 / RATE;
     let mut powers = [[[0.0; 2]; 3]; QUANTITIES];
@@ -196,9 +196,9 @@ fn sensors_elsewhere_read_what_the_response_says() {
         for (seen, other) in seen.iter_mut().zip(sensed(experiment, &opposite, accelerometer)) {
             seen.iter_mut().zip(other).for_each(|(seen, other)| *seen = 0.5 * (*seen - other));
         }
-        let linear = mill3().linearise(&pose, EARTH, &nominal());
+        let linear = mill3().linearise(&pose, EARTH, &nominal()).unwrap();
         let (strapdown, ideal) = (accelerometer == Strapdown, Calibration::default());
-        let terms = Terms::mounted(&linear, &nominal(), strapdown, &elsewhere(), &ideal);
+        let terms = Terms::mounted(&linear, &nominal(), strapdown, &elsewhere(), &ideal).unwrap();
         let seconds = SAMPLES as f64 / RATE;
         let mut response = Response::new(0.0);
         let mut powers = [[0.0; 2]; 3];

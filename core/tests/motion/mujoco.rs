@@ -78,7 +78,14 @@ impl Robot {
         let angles: Vec<_> = self.joints.iter().map(|joint| joint.angle).collect();
         let bushing = |j: &Joint| Bushing { stiffness: j.stiffness, damping: j.damping };
         let bushings: Bushings = self.joints.iter().map(bushing).collect();
-        let equation = EquationOfMotion::new(&chain, &angles, GRAVITY.into(), &bushings);
+        let equation = EquationOfMotion::about(
+            &chain,
+            &angles,
+            GRAVITY.into(),
+            &bushings,
+            Coordinates::default(),
+        )
+        .unwrap();
         let rest = poses(&chain, &angles, &equation.rest().elongation);
         Built { equation, to_rest: rest[self.joints.len()].rotation.inverse() }
     }

@@ -8,8 +8,8 @@ use core::fmt;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Most bytes of the message in one frame; the fullest report takes about 3200, the fullest confidence 19,000.
-pub const MAX_FRAME: usize = 20_480;
+/// Most bytes of the message in one frame; the fullest report takes about 14,900, the fullest confidence 21,100.
+pub const MAX_FRAME: usize = 24_576;
 /// Bytes of the length before each message.
 pub const PREFIX: usize = 4;
 /// A buffer of this many bytes holds any one frame with its prefix.
@@ -239,10 +239,10 @@ mod tests {
     #[test]
     fn a_frame_that_is_too_long_is_refused_by_its_prefix_alone() {
         let announced = (MAX_FRAME as u32 + 1).to_le_bytes();
-        assert_eq!(take_frame(&announced), Err(FrameError::TooLong(20_481)));
+        assert_eq!(take_frame(&announced), Err(FrameError::TooLong(24_577)));
         assert_eq!(
-            FrameError::TooLong(20_481).to_string(),
-            "a frame of 20481 bytes is announced, at most 20480 are allowed: \
+            FrameError::TooLong(24_577).to_string(),
+            "a frame of 24577 bytes is announced, at most 24576 are allowed: \
              the peer does not speak flexid's protocol"
         );
         assert_eq!(take_frame(&(MAX_FRAME as u32).to_le_bytes()), Ok(None));

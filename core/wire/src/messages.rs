@@ -21,15 +21,15 @@ use crate::report::Report;
 use crate::text::clipped;
 
 /// The version of the messages. Both sides must have the same.
-pub const PROTOCOL_VERSION: u16 = 2;
+pub const PROTOCOL_VERSION: u16 = 3;
 
 /// A hash over names and types of all messages: tells programs apart that were built between two versions.
 pub const SCHEMA_KEY: [u8; 8] = Key::for_path::<(ToEdge, FromEdge)>("flexid").to_bytes();
 
 /// A name: at most 32 bytes of UTF-8. [`clipped`] makes one of anything.
 pub type Name = String<32>;
-/// A line for people: at most 160 bytes of UTF-8. [`clipped`] makes one of anything.
-pub type Text = String<160>;
+/// A line for people: at most 400 bytes of UTF-8 (160 before version 3). [`clipped`] makes one of anything.
+pub type Text = String<400>;
 
 /// From a client to the daemon.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -121,6 +121,8 @@ pub struct Status {
     pub interface: Name,
     /// In words, such as `waiting for joint angles: q2 not seen`.
     pub state: Text,
+    /// How much of a full record has been taken of the present cut, 0 to 1; 0 while nothing is cut. Since version 3.
+    pub record_fraction: f32,
 }
 
 /// What the identification is doing.
@@ -142,7 +144,8 @@ pub enum Phase {
 pub struct Progress {
     /// What is going on.
     pub phase: Phase,
-    /// Of the present search or refinement, 0 to 1.
+    /// Of the work on the newest record, 0 to 1; never falls before the next record. How many starts there will be is not
+    /// known, so each takes half of what is left. Up to version 2, of the present search or refinement.
     pub fraction: f32,
     /// Searches begun.
     pub starts: u32,
@@ -166,6 +169,33 @@ pub enum BusState {
     Down,
     /// The interface does not exist.
     Gone,
+    /// The controller has left the bus after too many errors; since version 3.
+    BusOff,
+}
+
+/// Error frames of the bus by their class, counted since the daemon's start; since version 3. One frame may be of several.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct BusErrors {
+    /// The controller has left the bus after too many errors.
+    pub bus_off: u64,
+    /// The controller has come back to the bus.
+    pub restarted: u64,
+    /// An error counter of the controller is above 127.
+    pub controller_passive: u64,
+    /// An error counter of the controller is above 96.
+    pub controller_warning: u64,
+    /// The controller had no room for a frame.
+    pub controller_overflow: u64,
+    /// Frames that break the rules of the bus: most often of another bit rate, or on bad wiring.
+    pub protocol: u64,
+    /// Nobody acknowledged a frame that was sent.
+    pub no_acknowledgement: u64,
+    /// The transceiver reports a fault of the wires.
+    pub transceiver: u64,
+    /// Frames that had to wait for others.
+    pub lost_arbitration: u64,
+    /// Frames that could not be sent in time.
+    pub transmit_timeout: u64,
 }
 
 /// What the bus delivers, counted since the daemon's start.
@@ -199,14 +229,20 @@ pub struct BusHealth {
     pub samples_discarded: u64,
     /// Readings refused: their value was not finite, or their counter had no part in the sequence.
     pub refused: u64,
-    /// Records whose frames came at another rate than the daemon was told; faster ones are refused.
+    /// Records whose frames came at another rate than the daemon was told.
     pub wrong_rate: u64,
     /// Rate of the force and acceleration samples in the newest of those, Hz; 0 before the first.
     pub measured_rate_hz: f32,
     /// Frames of all kinds per second, lately.
     pub frames_per_second: f64,
-    /// The last error of the bus in words; empty when there was none.
+    /// What is wrong with the bus now, in words; empty when nothing is.
     pub error: Text,
+    /// Errors that the bus has reported; since version 3.
+    pub errors: BusErrors,
+    /// Records whose frames came at another rate than the daemon was told, but do not tell which; since version 3.
+    pub doubtful_rate: u64,
+    /// Standard deviation of `measured_rate_hz`, Hz; since version 3.
+    pub measured_rate_std_hz: f32,
 }
 
 #[cfg(test)]
@@ -220,10 +256,10 @@ mod tests {
 
     #[test]
     fn a_client_of_another_version_is_told_which() {
-        let client = Hello { protocol_version: 3, ..Hello::new("flexid 0.3.0") };
+        let client = Hello { protocol_version: 2, ..Hello::new("flexid 0.2.0") };
         assert_eq!(
             client.refusal().unwrap().reason,
-            "client speaks flexid protocol 3, this daemon speaks 2: install matching versions"
+            "client speaks flexid protocol 2, this daemon speaks 3: install matching versions"
         );
     }
 
@@ -231,7 +267,7 @@ mod tests {
     fn a_client_built_between_two_versions_is_told_so_in_full() {
         let client = Hello { schema_key: [0xAB; 8], ..Hello::new("flexid 0.1.0") };
         let reason = client.refusal().unwrap().reason;
-        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 2"));
+        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 3"));
         assert!(reason.ends_with("install matching versions"), "{reason}");
     }
 }

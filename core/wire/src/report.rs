@@ -12,8 +12,8 @@ use crate::messages::{Name, Text};
 
 /// Most joints that a report holds.
 pub const MAX_JOINTS: usize = 7;
-/// Most warnings that a report holds.
-pub const MAX_WARNINGS: usize = 8;
+/// Most warnings that a report holds (8 before version 3).
+pub const MAX_WARNINGS: usize = 32;
 
 /// How far a parameter can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]

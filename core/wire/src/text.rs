@@ -1,23 +1,32 @@
 //! Text that always fits.
 
-use core::fmt::{Display, Write};
+use core::fmt::{Display, Result, Write};
 
 use heapless::String;
 
-/// `value` as text of at most `N` bytes of UTF-8; what does not fit is cut off, between characters.
+/// Stands for what was cut off.
+const CUT: char = '…';
+
+/// `value` as text of at most `N` bytes of UTF-8; what does not fit is cut off between characters, and `…` stands for it
+/// (where `N` has room for that).
 ///
 /// Takes `format_args!` as well as `&str`.
 pub fn clipped<const N: usize>(value: impl Display) -> String<N> {
     let mut clip = Clip(String::new());
     // The error means that the text is full; what was written before it stays.
-    let _ = write!(clip, "{value}");
+    if write!(clip, "{value}").is_err() && N >= CUT.len_utf8() {
+        while clip.0.len() + CUT.len_utf8() > N {
+            let _ = clip.0.pop();
+        }
+        let _ = clip.0.push(CUT);
+    }
     clip.0
 }
 
 struct Clip<const N: usize>(String<N>);
 
 impl<const N: usize> Write for Clip<N> {
-    fn write_str(&mut self, text: &str) -> core::fmt::Result {
+    fn write_str(&mut self, text: &str) -> Result {
         text.chars().try_for_each(|character| self.0.push(character).map_err(|_| core::fmt::Error))
     }
 }
@@ -27,15 +36,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cuts_between_characters() {
+    fn cuts_between_characters_and_shows_the_cut() {
         assert_eq!(clipped::<8>("joint_1").as_str(), "joint_1");
-        assert_eq!(clipped::<8>("Gelenkachse").as_str(), "Gelenkac");
-        assert_eq!(clipped::<6>("Größe").as_str(), "Größ");
+        assert_eq!(clipped::<8>("12345678").as_str(), "12345678");
+        assert_eq!(clipped::<8>("Gelenkachse").as_str(), "Gelen…");
+        assert_eq!(clipped::<7>("Größe 5").as_str(), "Grö…");
         assert_eq!(clipped::<2>("€").as_str(), "");
     }
 
     #[test]
     fn nothing_follows_a_cut() {
-        assert_eq!(clipped::<5>(format_args!("{}{}", "1234€", "x")).as_str(), "1234");
+        assert_eq!(clipped::<6>(format_args!("{}{}", "1234€", "x")).as_str(), "123…");
     }
 }

@@ -14,8 +14,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 2] =
-    [(1, [27, 84, 154, 181, 40, 115, 78, 33]), (2, [228, 103, 188, 121, 18, 38, 118, 136])];
+const SCHEMA_KEYS: [(u16, [u8; 8]); 3] = [
+    (1, [27, 84, 154, 181, 40, 115, 78, 33]),
+    (2, [228, 103, 188, 121, 18, 38, 118, 136]),
+    (3, [199, 205, 85, 206, 40, 25, 67, 64]),
+];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
 fn frozen<T: Serialize + DeserializeOwned + PartialEq + Debug>(message: T, hexadecimal: &str) {
@@ -137,6 +140,7 @@ fn from_edge_refused() {
     );
 }
 
+/// Since version 3 with its last field.
 #[test]
 fn from_edge_status() {
     frozen(
@@ -146,9 +150,11 @@ fn from_edge_status() {
             joints: 3,
             interface: clipped("vcan0"),
             state: clipped("waiting for joint angles: q2 not seen"),
+            record_fraction: 0.5,
         }),
-        "3c000000 02 000000000000f83f 056d696c6c33 03 057663616e30 \
-         2577616974696e6720666f72206a6f696e7420616e676c65733a207132206e6f74207365656e",
+        "40000000 02 000000000000f83f 056d696c6c33 03 057663616e30 \
+         2577616974696e6720666f72206a6f696e7420616e676c65733a207132206e6f74207365656e \
+         0000003f",
     );
 }
 
@@ -205,9 +211,24 @@ fn from_edge_bus_health() {
             measured_rate_hz: 2000.0,
             frames_per_second: 4030.0,
             error: clipped("vcan0: network is down"),
+            errors: BusErrors {
+                bus_off: 14,
+                restarted: 15,
+                controller_passive: 16,
+                controller_warning: 17,
+                controller_overflow: 18,
+                protocol: 19,
+                no_acknowledgement: 20,
+                transceiver: 21,
+                lost_arbitration: 22,
+                transmit_timeout: 23,
+            },
+            doubtful_rate: 24,
+            measured_rate_std_hz: 0.5,
         }),
-        "35000000 05 01 01 02 03 04 05 06 07 08 09 0a 80801a 0b 0c 0d 0000fa44 00000000007caf40 \
-         167663616e303a206e6574776f726b20697320646f776e",
+        // From the errors on: since version 3.
+        "44000000 05 01 01 02 03 04 05 06 07 08 09 0a 80801a 0b 0c 0d 0000fa44 00000000007caf40 \
+         167663616e303a206e6574776f726b20697320646f776e 0e0f1011121314151617 18 0000003f",
     );
 }
 
@@ -242,6 +263,8 @@ fn variants_keep_their_numbers() {
         "04000000 00010203",
     );
     frozen([BusState::Up, BusState::Down, BusState::Gone], "03000000 000102");
+    // Since version 3.
+    frozen([BusState::BusOff], "01000000 03");
 }
 
 #[test]

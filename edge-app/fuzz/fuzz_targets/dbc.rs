@@ -18,7 +18,7 @@ static MODEL: LazyLock<Model> = LazyLock::new(|| {
     Model::parse(Path::new("model.toml"), text).unwrap()
 });
 
-/// The names in the scenario's `edge.toml`.
+/// The names in the scenario's `mill3-edge.toml`.
 static NAMES: LazyLock<SignalsSection> = LazyLock::new(|| SignalsSection {
     force: ["Fx", "Fy", "Fz"].map(String::from),
     force_counter: "ForceCounter".into(),

@@ -27,6 +27,7 @@ pub(super) struct File {
     pub(super) search: SearchSection,
     #[serde(default)]
     pub(super) server: ServerSection,
+    pub(super) state: Option<StateSection>,
     pub(super) simulation: Option<SimulationSection>,
 }
 
@@ -131,7 +132,17 @@ pub(super) struct SearchSection {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ServerSection {
+    #[serde(default = "ServerSection::beside_the_file")]
     pub(super) listen: Vec<String>,
+    pub(super) socket_mode: Option<u32>,
+    pub(super) socket_group: Option<String>,
+}
+
+/// Where the daemon keeps its numbers; left out, where systemd says.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StateSection {
+    pub(super) file: PathBuf,
 }
 
 #[derive(Deserialize)]
@@ -164,8 +175,14 @@ impl MeasurementSection {
     }
 }
 
+impl ServerSection {
+    fn beside_the_file() -> Vec<String> {
+        vec!["unix:flexid.sock".to_string()]
+    }
+}
+
 impl Default for ServerSection {
     fn default() -> Self {
-        Self { listen: vec!["unix:flexid.sock".to_string()] }
+        Self { listen: Self::beside_the_file(), socket_mode: None, socket_group: None }
     }
 }

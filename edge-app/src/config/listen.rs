@@ -13,6 +13,43 @@ pub enum Listen {
     Tcp(SocketAddr),
 }
 
+/// Who may connect to a Unix socket: owner and mode of its file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SocketAccess {
+    /// Permissions; to connect is to write.
+    pub mode: u32,
+    /// Name of the file's group; `None` leaves the daemon's own.
+    pub group: Option<String>,
+}
+
+impl Default for SocketAccess {
+    fn default() -> Self {
+        Self { mode: 0o660, group: None }
+    }
+}
+
+impl SocketAccess {
+    /// Checks what the section `[server]` says.
+    pub(super) fn new(mode: Option<u32>, group: Option<String>) -> Result<Self, String> {
+        let access = Self { mode: mode.unwrap_or(Self::default().mode), group };
+        // 660 without its prefix is 0o1224. The owner's next daemon connects to see whether this one still answers.
+        if access.mode > 0o777 || access.mode & 0o200 == 0 {
+            return Err(format!(
+                "[server] socket_mode is 0o{:o}: write three octal digits that let the owner write, like 0o660",
+                access.mode
+            ));
+        }
+        if access.group.as_deref().is_some_and(|name| name.is_empty() || name.contains(['\0', ':']))
+        {
+            return Err(
+                "[server] socket_group is no name of a group: leave it out for the daemon's own"
+                    .into(),
+            );
+        }
+        Ok(access)
+    }
+}
+
 /// An address that is neither a Unix socket's nor on the loopback interface.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ListenError {

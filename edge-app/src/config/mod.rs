@@ -2,6 +2,7 @@
 
 mod bounds;
 mod file;
+mod fingerprint;
 mod listen;
 mod mounting;
 mod sought;
@@ -14,7 +15,9 @@ use flexid_core::spectrum::Measurement;
 use flexid_core::statics::StaticTest;
 use flexid_core::stream::StreamConfig;
 use flexid_core::unknowns::Sought;
+use flexid_wire::text::clipped;
 
+use crate::console::printable;
 use crate::input::{self, BadInput};
 use crate::model::Model;
 use crate::pipeline::{BINS, SAMPLES};
@@ -25,8 +28,9 @@ use crate::summary::count;
 pub use bounds::BoundsSection;
 use bounds::CONCEIVABLE;
 pub use file::SignalsSection;
+pub use fingerprint::{Fingerprint, Validity};
 pub use flexid_core::spectrum::Accelerometer;
-pub use listen::{Listen, ListenError};
+pub use listen::{Listen, ListenError, SocketAccess};
 
 /// Shortest and longest record, samples.
 const RECORD_SAMPLES: [usize; 2] = [256, SAMPLES];
@@ -68,6 +72,10 @@ pub struct Config {
     pub statics: Vec<StaticTest>,
     /// Where clients are served.
     pub listen: Vec<Listen>,
+    /// Who may connect to the Unix sockets among them.
+    pub socket_access: SocketAccess,
+    /// Where the daemon keeps its numbers; `None` where `[state]` is left out.
+    pub state: Option<PathBuf>,
     /// Seed of the random search: the same seed and the same frames give the same report.
     pub seed: u64,
     /// Truth, forces and noise of the simulated robot; the daemon does not read it.
@@ -108,6 +116,8 @@ impl Config {
         let bounds = raw.bounds.check().map_err(bad)?;
         let interface = interface(&raw.bus.interface).map_err(bad)?;
         let listen = listen(&raw.server.listen, base).map_err(bad)?;
+        let socket_access =
+            SocketAccess::new(raw.server.socket_mode, raw.server.socket_group).map_err(bad)?;
         let record_samples = record_samples(measurement).map_err(bad)?;
 
         let model_file = base.join(&raw.model.file);
@@ -144,6 +154,8 @@ impl Config {
             record_samples,
             statics,
             listen,
+            socket_access,
+            state: raw.state.map(|state| base.join(state.file)),
             seed: raw.search.seed,
             scenario: raw.simulation.map(|simulation| base.join(simulation.scenario)),
         })
@@ -159,9 +171,10 @@ impl Config {
         }
     }
 
-    /// The file's name without its folder, for messages that have little room.
-    pub(crate) fn file_name(&self) -> std::path::Display<'_> {
-        self.file.file_name().map_or(&*self.file, Path::new).display()
+    /// The file's name without its folder, at most 64 bytes, for messages that have little room.
+    pub(crate) fn file_name(&self) -> String {
+        let name = self.file.file_name().map_or(&*self.file, Path::new);
+        clipped::<64>(printable(&name.display().to_string())).as_str().to_owned()
     }
 
     /// What the stream must know of the signals.

@@ -14,7 +14,8 @@ pub(super) fn sought(
     parameters: &ParametersSection,
     model: &Model,
 ) -> Result<Sought, String> {
-    let mut sought = Sought::new(model.joints.len(), &nuisances(calibration)?);
+    let mut sought = Sought::new(model.joints.len(), &nuisances(calibration)?)
+        .map_err(|error| format!("[model]: {error}"))?;
     let mut taken = Vec::new();
     let mut once = |place: &str, name: &str, coordinate: Coordinate| {
         if taken.contains(&coordinate) {
@@ -32,7 +33,9 @@ pub(super) fn sought(
                 "[parameters] fixed {name:?} is {value:e}: must lie between {least:e} and {most:e}"
             ));
         }
-        sought.fix(once("fixed", name, parameter("fixed", name, model)?)?, value);
+        let coordinate = once("fixed", name, parameter("fixed", name, model)?)?;
+        let unfit = |error| format!("[parameters] fixed {name:?}: {error}");
+        sought.fix(coordinate, value).map_err(unfit)?;
     }
     for names in &parameters.tied {
         let mut coordinates = Vec::new();
@@ -55,7 +58,8 @@ pub(super) fn sought(
                     names[0]
                 ));
             }
-            sought.tie(*other, *first);
+            let unfit = |error| format!("[parameters] tied {name:?}: {error}");
+            sought.tie(*other, *first).map_err(unfit)?;
         }
     }
     if sought.unknowns() == 0 {

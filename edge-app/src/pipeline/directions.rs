@@ -10,8 +10,8 @@ use super::residuals::Residuals;
 
 /// Who takes part in a direction is named in words with this much of the one that takes part most.
 const NAMED: f32 = 1.0 / 3.0;
-/// Bytes for their names: the line has 160.
-const ROOM: usize = 88;
+/// Bytes for their names: the line has 400.
+const ROOM: usize = 240;
 
 /// How badly a direction is told.
 #[derive(Clone, Copy, Debug)]
@@ -147,7 +147,7 @@ mod tests {
             force_gain: Some(0.05),
             ..Nuisances::default()
         };
-        let sought = Sought::new(1, &nuisances);
+        let sought = Sought::new(1, &nuisances).unwrap();
         let names: Vec<String> =
             (0..sought.unknowns()).map(|number| format!("u{number}")).collect();
         let direction = |deviation, shares: &[(u8, f32)]| Direction {

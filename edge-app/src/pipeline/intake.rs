@@ -6,11 +6,15 @@ use std::time::Duration;
 use flexid_core::MAX_JOINTS;
 use flexid_core::stream::{Reading, Stream, StreamError, StreamHealth};
 
+use super::names::clipped_name;
 use super::obstacle::{MisfitKind, Misfits, Oddities, obstacle};
+use super::plausibility::{self, Oddness, Plausibility};
+use super::strangers::Strangers;
 use super::{Misfit, Record, SAMPLES};
 use crate::config::Config;
 use crate::signals::{NoReading, SignalTable};
 use crate::source::{Arrival, Flow, Frame, FrameKind, FrameSource};
+use crate::summary::count as count_of;
 
 /// What has come in so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,6 +37,8 @@ pub struct Counts {
     pub standing_still: [u64; 2],
     /// Force and acceleration readings that are no finite numbers.
     pub not_finite: u64,
+    /// What the readings themselves look like.
+    pub oddness: Oddness,
     /// Errors that the bus reported.
     pub bus_errors: u64,
     /// What the stream says.
@@ -47,7 +53,9 @@ pub struct Intake<'a> {
     batch: Vec<Arrival>,
     seen: Seen,
     misfits: Misfits,
+    strangers: Strangers,
     oddities: Oddities,
+    plausibility: Plausibility,
 }
 
 /// Which signals have come at all.
@@ -71,7 +79,9 @@ impl<'a> Intake<'a> {
             batch: Vec::new(),
             seen: Seen::default(),
             misfits: Misfits::default(),
+            strangers: Strangers::default(),
             oddities: Oddities::default(),
+            plausibility: Plausibility::new(config),
         })
     }
 
@@ -87,30 +97,49 @@ impl<'a> Intake<'a> {
     ) -> io::Result<Flow> {
         self.batch.clear();
         let flow = source.read(&mut self.batch, timeout);
-        for &Arrival { time_s, frame } in &self.batch {
-            let decoded = self.table.decode(&frame, |reading| {
-                self.seen.note(&reading);
-                self.oddities.note(&reading);
-                self.stream.push(time_s, reading, &mut sink);
+        let Self { table, stream, counts, batch, seen, misfits, strangers, oddities, plausibility } =
+            self;
+        for &Arrival { time_s, frame } in &*batch {
+            let decoded = table.decode(&frame, |reading| {
+                seen.note(&reading);
+                oddities.note(&reading);
+                plausibility.note(&reading);
+                stream.push(time_s, reading, |record| {
+                    plausibility.note_record(record);
+                    sink(record);
+                });
             });
             match decoded {
                 Ok(limits) => {
-                    self.misfits.fits(&frame);
-                    self.counts.clipped += u64::from(limits.contains(&true));
-                    for (count, limit) in self.counts.at_limit.iter_mut().zip(limits) {
+                    misfits.fits(&frame);
+                    counts.clipped += u64::from(limits.contains(&true));
+                    for (count, limit) in counts.at_limit.iter_mut().zip(limits) {
                         *count += u64::from(limit);
                     }
                 }
-                Err(reason) => count(&frame, reason, &mut self.counts, &mut self.misfits),
+                Err(reason) => {
+                    if reason == NoReading::UnknownId {
+                        strangers.note(&frame);
+                    }
+                    count(&frame, reason, counts, misfits);
+                }
             }
         }
-        self.counts.all += self.batch.len() as u64;
+        counts.all += batch.len() as u64;
         flow
     }
 
     /// Nothing more will come: hands over what is complete enough.
-    pub fn finish(&mut self, sink: impl FnMut(&Record)) {
-        self.stream.finish(sink);
+    pub fn finish(&mut self, mut sink: impl FnMut(&Record)) {
+        self.stream.finish(|record| {
+            self.plausibility.note_record(record);
+            sink(record);
+        });
+    }
+
+    /// Frames may have been missed: hands over what is complete enough, and no joint angle holds any more.
+    pub fn forget_angles(&mut self, sink: impl FnMut(&Record)) {
+        self.stream.forget_angles(sink);
     }
 
     /// What has come in so far.
@@ -119,32 +148,69 @@ impl<'a> Intake<'a> {
             misfit: self.misfits.worst(),
             standing_still: self.oddities.standing_still,
             not_finite: self.oddities.not_finite,
+            oddness: self.plausibility.oddness(),
             stream: self.stream.health(),
             ..self.counts
         }
     }
 
+    /// How much of a full record the present cut has given so far, 0 to 1.
+    pub fn record_fraction(&self) -> f32 {
+        self.stream.record_fraction()
+    }
+
+    /// What came instead, if none of the frames that came has a known identifier.
+    fn strangers(&self) -> Option<String> {
+        let known = self.counts.all - self.counts.unknown - self.counts.bus_errors;
+        (known == 0).then(|| self.strangers.beside(&self.table.identifiers())).flatten()
+    }
+
     /// What stands in the way of records, or else what is awaited, in words.
     pub fn state(&self, config: &Config) -> String {
-        let silent = config.model.joints.iter().zip(self.seen.joints).filter(|(_, seen)| !seen);
-        let silent: Vec<&str> = silent.map(|(joint, _)| joint.name.as_str()).collect();
         let counts = self.counts();
         let recording = counts.stream.records > 0;
         if self.counts.all == 0 {
-            "waiting for frames".into()
-        } else if let Some(obstacle) = obstacle(&counts, config).filter(|_| !recording) {
-            obstacle
-        } else if !self.seen.force {
-            "waiting for force frames: none seen".into()
-        } else if !self.seen.acceleration {
-            "waiting for acceleration frames: none seen".into()
-        } else if !silent.is_empty() {
-            format!("waiting for joint angles: {} not seen", silent.join(", "))
-        } else if !recording {
+            return "waiting for frames".into();
+        }
+        if self.counts.all == self.counts.bus_errors {
+            let errors = count_of(self.counts.bus_errors, "error");
+            let interface = &config.interface;
+            return format!(
+                "waiting for frames: {errors} of the bus and no frame: is the bit rate of {interface} that of the bus?"
+            );
+        }
+        if let Some(obstacle) = obstacle(&counts, config).filter(|_| !recording) {
+            return obstacle;
+        }
+        if let Some(strangers) = self.strangers() {
+            return format!("no frame of [bus] dbc: {strangers}");
+        }
+        if !self.seen.force {
+            return "waiting for force frames: none seen".into();
+        }
+        if !self.seen.acceleration {
+            return "waiting for acceleration frames: none seen".into();
+        }
+        let silent = config.model.joints.iter().zip(self.seen.joints).filter(|(_, seen)| !seen);
+        let silent: Vec<String> = silent.map(|(joint, _)| clipped_name(&joint.name)).collect();
+        if !silent.is_empty() {
+            return format!("waiting for joint angles: {} not seen", silent.join(", "));
+        }
+        let state = if !recording {
             let seconds = config.record_samples as f64 / config.rate_hz;
-            format!("waiting for the first record: {seconds:.1} s of milling at one pose")
+            let faint = plausibility::faint_force(&counts.oddness);
+            format!("waiting for the first record: {seconds:.1} s of milling at one pose{faint}")
+        } else if let Some(joint) = self.stream.missing_joint() {
+            let joint = clipped_name(&config.model.joints[joint].name);
+            format!(
+                "waiting for joint angles: {joint} used to come again and again, and does not any more"
+            )
         } else {
             "measuring".into()
+        };
+        match plausibility::warnings(&counts.oddness, &counts.at_limit, config).first() {
+            Some(warning) => format!("{state}; {warning}"),
+            None => state,
         }
     }
 }

@@ -9,11 +9,16 @@ mod intake;
 mod names;
 mod obstacle;
 mod offline;
+mod plausibility;
+mod repeats;
 mod report;
 mod residuals;
 mod retention;
 mod solver;
+mod state;
+mod strangers;
 mod warnings;
+mod work;
 
 use std::io;
 
@@ -25,7 +30,9 @@ pub use intake::{Counts, Intake};
 pub use names::{DOF_NAMES, name};
 pub use obstacle::{Misfit, MisfitKind};
 pub use offline::{run_offline, run_statics};
+pub use plausibility::{Excess, Oddness};
 pub use solver::Solver;
+pub use state::State;
 
 /// Most samples of a record.
 pub const SAMPLES: usize = 32_768;

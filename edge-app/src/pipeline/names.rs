@@ -12,9 +12,8 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Such as `joint_1 tx stiffness` or `delay`.
 pub fn name(model: &Model, coordinate: Coordinate) -> String {
-    // As a report has them, so that what comes behind a very long one is not cut off.
-    let joint = |joint: usize| -> Name {
-        model.joints.get(joint).map_or_else(Name::new, |joint| clipped(&joint.name))
+    let joint = |index: usize| {
+        model.joints.get(index).map_or_else(String::new, |joint| clipped_name(&joint.name))
     };
     match coordinate {
         Coordinate::Stiffness { joint: index, dof } => {
@@ -29,6 +28,12 @@ pub fn name(model: &Model, coordinate: Coordinate) -> String {
         Coordinate::Misalignment(axis) => format!("misalignment about {}", AXES[axis]),
         Coordinate::Mass(link) => format!("mass of {}'s link", joint(link)),
     }
+}
+
+/// The name of a joint or a signal as a report has it, so that a line with a few of them is never cut.
+pub(super) fn clipped_name(name: &str) -> String {
+    let name: Name = clipped(name);
+    name.as_str().to_owned()
 }
 
 /// The names of all unknowns of a fit, in their order.

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 
 use embedded_can::Id;
-use flexid_core::stream::Reading;
+use flexid_core::stream::{Reading, StreamHealth};
 
 use super::Counts;
 use crate::config::Config;
@@ -161,12 +161,29 @@ pub(super) fn obstacle(counts: &Counts, config: &Config) -> Option<String> {
 
 /// That frames come at another rate than the config says, in words, once a record did.
 pub(super) fn wrong_rate(counts: &Counts, config: &Config) -> Option<String> {
-    (counts.stream.wrong_rate > 0).then(|| {
+    let stream = &counts.stream;
+    let measured_hz = f64::from(stream.measured_rate_hz);
+    // To what can be seen of the difference.
+    let places = if (measured_hz / config.rate_hz - 1.0).abs() > 0.01 { 0 } else { 2 };
+    (stream.wrong_rate > 0 || stream.doubtful_rate > 0).then(|| {
         format!(
-            "{}: [measurement] rate_hz is {}, but frames come at {:.0}/s",
+            "{}: [measurement] rate_hz is {}, but frames come at {measured_hz:.places$}/s",
             config.file_name(),
             config.rate_hz,
-            counts.stream.measured_rate_hz
         )
     })
+}
+
+/// What is done about it.
+pub(super) fn rate_used(stream: &StreamHealth) -> String {
+    if stream.doubtful_rate > 0 {
+        let deviation = stream.measured_rate_std_hz;
+        format!("± {deviation:.2}: too uncertain to be used, so nothing is identified")
+    } else if stream.too_fast > 0 {
+        "too fast to be used".into()
+    } else if stream.measured_rate_is_used() {
+        "that is used".into()
+    } else {
+        "held up, so rate_hz is used".into()
+    }
 }

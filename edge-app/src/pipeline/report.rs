@@ -1,16 +1,18 @@
 //! The one report that the daemon sends and the offline tool writes.
 
+use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::spectrum::SpectrumError;
 use flexid_core::unknowns::{Coordinate, Sought};
 use flexid_core::verdict;
-use flexid_wire::messages::Progress;
+use flexid_wire::messages::{Name, Progress};
 use flexid_wire::report::{self, Fit, JointReport, Report, Verdict};
 use flexid_wire::text::clipped;
 
 use super::Counts;
 use super::warnings::warnings;
 use crate::config::Config;
+use crate::model::Model;
 
 /// What a report rests on beside the estimate.
 pub(super) struct Basis<'a> {
@@ -22,6 +24,8 @@ pub(super) struct Basis<'a> {
     pub(super) seconds: f64,
     /// Which records had no spectrum, and why.
     pub(super) refusal: Option<String>,
+    /// Which records had been taken before.
+    pub(super) repeats: Option<String>,
     /// Which records came too late to be in the numbers.
     pub(super) left_out: Option<String>,
     /// Records that had to make room in a fit that could not be believed, and poses that went with them.
@@ -29,6 +33,10 @@ pub(super) struct Basis<'a> {
     pub(super) dropped_poses: u64,
     /// Records that were too short to take the place of others.
     pub(super) too_short: u64,
+    /// Whether records lie at the bottom of it whose rate is not known.
+    pub(super) doubtful_rate: bool,
+    /// That force and acceleration do not go with the model's masses.
+    pub(super) scale: Option<String>,
     /// What went wrong at the source; empty when nothing did.
     pub(super) trouble: &'a str,
 }
@@ -103,6 +111,22 @@ pub(super) fn verdict(verdict: verdict::Verdict) -> Verdict {
         verdict::Verdict::Identified => Verdict::Identified,
         verdict::Verdict::Weak => Verdict::Weak,
         verdict::Verdict::NotObservable => Verdict::NotObservable,
+    }
+}
+
+/// Why a robot as stiff as the bounds allow has no equilibrium at a pose, in words.
+pub(super) fn no_equilibrium(error: LinearisationError, model: &Model, pose: &[f64]) -> String {
+    let name = |joint: usize| -> Name {
+        model.joints.get(joint).map_or_else(Name::new, |joint| clipped(&joint.name))
+    };
+    let angles: Vec<String> = pose.iter().map(|angle| format!("{angle:.2}")).collect();
+    let angles = angles.join(", ");
+    match error {
+        LinearisationError::Angles(_) | LinearisationError::Bushings(_) => error.to_string(),
+        LinearisationError::NoEquilibrium(joint) | LinearisationError::QuarterTurn(joint) => {
+            let name = name(joint);
+            format!("{name} gives way under gravity at ({angles}): raise [bounds] or check masses")
+        }
     }
 }
 

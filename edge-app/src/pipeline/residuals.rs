@@ -8,6 +8,9 @@ use flexid_wire::text::clipped;
 /// Residuals three times the noise have no noise for their cause, and nobody knows how far they move the parameters.
 const HUGE: f64 = 10.0;
 
+/// What objections mean while the search is not sure of the minimum.
+const UNSURE: &str = "the minimum may be a wrong one";
+
 /// Size and structure of what is left between model and measurement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Residuals {
@@ -17,12 +20,16 @@ pub(super) struct Residuals {
     whiteness: f64,
     /// They are larger than noise explains.
     pub(super) size_objects: bool,
+    /// They are smaller than noise leaves them.
+    pub(super) noise_too_loud: bool,
     /// They have more structure than noise explains.
     whiteness_objects: bool,
     /// Those of the static tests are larger than their noise explains.
     statics_object: bool,
     /// They are those of a minimum that can be believed to be the right one.
     settled: bool,
+    /// Records are among what left them, not static tests alone: only these have structure along the band.
+    of_records: bool,
 }
 
 impl Residuals {
@@ -33,9 +40,11 @@ impl Residuals {
             consistency,
             whiteness: 0.0,
             size_objects: false,
+            noise_too_loud: false,
             whiteness_objects: false,
             statics_object: false,
             settled: true,
+            of_records: true,
         }
     }
 
@@ -44,13 +53,24 @@ impl Residuals {
             consistency,
             whiteness,
             size_objects,
+            noise_too_loud,
             whiteness_objects,
             statics_object,
             acceptance,
+            experiments,
             ..
         } = estimate;
         let settled = acceptance != Acceptance::Unsettled;
-        Self { consistency, whiteness, size_objects, whiteness_objects, statics_object, settled }
+        Self {
+            consistency,
+            whiteness,
+            size_objects,
+            noise_too_loud,
+            whiteness_objects,
+            statics_object,
+            settled,
+            of_records: experiments > 0,
+        }
     }
 
     /// Whether noise can be their cause, or sensors that are a little off.
@@ -79,15 +99,31 @@ impl Residuals {
         }
     }
 
-    /// Which of them objects, and what that means.
+    /// Which of them objects, and what that means: of the model only where the search is sure of the minimum.
     fn words(&self) -> String {
         let size = format!("χ²/dof {:.2}", self.consistency);
+        if !self.of_records {
+            return match (self.size_objects, self.statics_object) {
+                (false, false) => format!("noise explains those of the static tests ({size})"),
+                _ => format!("{size} objects: the static tests do not fit"),
+            };
+        }
         let whiteness = format!("whiteness {:.1}", self.whiteness);
         match (self.size_objects, self.whiteness_objects) {
+            _ if self.noise_too_loud => {
+                format!("{size} objects: the noise is taken for louder than it is")
+            }
             (_, false) if self.statics_object => {
                 format!("static tests object ({size}, {whiteness})")
             }
             (false, false) => format!("noise explains them ({size}, {whiteness})"),
+            (true, true) if !self.settled => format!("{size} and {whiteness} object: {UNSURE}"),
+            (true, false) if !self.settled => {
+                format!("{size} objects, {whiteness} does not: {UNSURE}")
+            }
+            (false, true) if !self.settled => {
+                format!("{whiteness} objects, {size} does not: {UNSURE}")
+            }
             (true, true) => format!("{size} and {whiteness} object: the model is wrong"),
             (true, false) if self.are_sane() => {
                 format!("{size} objects, {whiteness} does not: more noise than at rest")
@@ -102,9 +138,25 @@ impl Residuals {
     /// What to look at, if they object; of static tests their own warning says it.
     pub(super) fn advice(&self) -> Option<String> {
         let Self { consistency, whiteness, .. } = self;
+        if !self.of_records {
+            return (self.size_objects && !self.statics_object).then(|| {
+                format!(
+                    "static tests fit badly (chi^2/dof {consistency:.1}): check poses, loads, signs and standard \
+                     deviations in [static] file, and [bounds]"
+                )
+            });
+        }
         match (self.size_objects, self.whiteness_objects) {
+            _ if self.noise_too_loud => Some(format!(
+                "the noise is taken for louder than it is (chi^2/dof {consistency:.2}): no quiet stretch in the records: \
+                 let each begin 1 s before the cut"
+            )),
             (false, false) => None,
             (true, false) if self.statics_object => None,
+            _ if !self.settled => Some(format!(
+                "residuals of that minimum object (chi^2/dof {consistency:.1}, whiteness {whiteness:.0}): if other records do not \
+                 help, check masses, TCP, [mounting], gravity, axes and units of the signals"
+            )),
             (true, _) if !self.are_sane() => Some(format!(
                 "the model is wrong (chi^2/dof {consistency:.0}): check masses, TCP, [mounting], joint angles, axes and \
                  units of the signals, then gravity, delay, gains"
@@ -133,14 +185,45 @@ mod tests {
         [consistency, whiteness]: [f64; 2],
         [size_objects, whiteness_objects, statics_object]: [bool; 3],
     ) -> Residuals {
-        let settled = true;
+        let (settled, of_records) = (true, true);
         Residuals {
             consistency,
             whiteness,
             size_objects,
+            noise_too_loud: false,
             whiteness_objects,
             statics_object,
             settled,
+            of_records,
+        }
+    }
+
+    /// Who has measured nothing but deflections hears nothing of cuts, sensors or structure along the band.
+    #[test]
+    fn static_tests_alone_have_words_of_their_own() {
+        let alone =
+            |objections| Residuals { of_records: false, ..residuals([3.2, 0.0], objections) };
+        let cases = [
+            ([false; 3], "noise explains those of the static tests (χ²/dof 3.20)", None),
+            (
+                [true, false, false],
+                "χ²/dof 3.20 objects: the static tests do not fit",
+                Some("[static]"),
+            ),
+            // A warning of its own says what to do.
+            ([true, false, true], "χ²/dof 3.20 objects: the static tests do not fit", None),
+        ];
+        for (objections, words, advice) in cases {
+            let alone = alone(objections);
+            assert_eq!(alone.words(), words);
+            match (alone.advice(), advice) {
+                (None, None) => {}
+                (Some(given), Some(advice)) => {
+                    assert!(given.contains(advice) && given.len() <= 160, "{given}");
+                    assert!(!given.contains("cut") && !given.contains("sensors"), "{given}");
+                }
+                other => panic!("{objections:?}: {other:?}"),
+            }
         }
     }
 
@@ -211,6 +294,34 @@ mod tests {
                     assert!(!given.contains("more poses"), "{given}");
                 }
                 other => panic!("{numbers:?}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn noise_that_is_too_loud_is_named() {
+        let loud = Residuals { noise_too_loud: true, settled: false, ..Residuals::noise(0.02) };
+        assert_eq!(loud.words(), "χ²/dof 0.02 objects: the noise is taken for louder than it is");
+        let advice = loud.advice().unwrap();
+        assert!(advice.contains("(chi^2/dof 0.02): no quiet stretch") && advice.len() <= 160);
+        assert!(!loud.allow_intervals());
+    }
+
+    #[test]
+    fn the_model_is_not_blamed_for_a_search_that_is_not_sure() {
+        for numbers in [[84.2, 99.0], [2.1, 9.0], [f64::NAN, f64::NAN]] {
+            for objections in [
+                [true, true, false],
+                [true, false, false],
+                [false, true, false],
+                [true, true, true],
+            ] {
+                let unsure = Residuals { settled: false, ..residuals(numbers, objections) };
+                let words = unsure.words();
+                assert!(words.ends_with("the minimum may be a wrong one"), "{words}");
+                let advice = unsure.advice().unwrap();
+                assert!(advice.starts_with("residuals of that minimum object"), "{advice}");
+                assert!(!(words + &advice).contains("model"), "{advice}");
             }
         }
     }

@@ -38,18 +38,20 @@ impl Entry<'_> {
 /// oldest, but not for the rest of a stretch.
 pub(super) fn find_room(kept: &[Entry], new: &Entry) -> Room {
     let at_pose = || (0..kept.len()).filter(|&index| kept[index].shares_pose(new));
+    // Twice as long or half as long, whatever the rates at which the samples came.
+    let halvings = |index: usize| (kept[index].spacing / new.spacing).log2().round();
     if at_pose().count() >= MAX_PER_POSE {
         // Of equal ones `min_by` takes the first.
-        let shortest = at_pose().min_by(|&a, &b| kept[b].spacing.total_cmp(&kept[a].spacing));
+        let shortest = at_pose().min_by(|&a, &b| halvings(b).total_cmp(&halvings(a)));
         return match shortest {
-            Some(index) if new.spacing <= kept[index].spacing => Room::Instead(index),
+            Some(index) if halvings(index) >= 0.0 => Room::Instead(index),
             _ => Room::Nowhere,
         };
     }
     if kept.len() < MAX_EXPERIMENTS {
         return Room::Free;
     }
-    if at_pose().any(|index| kept[index].spacing < new.spacing) {
+    if at_pose().any(|index| halvings(index) < 0.0) {
         return Room::Nowhere;
     }
     let alone = |entry: &Entry| kept.len() - kept.iter().filter(|k| k.shares_pose(entry)).count();

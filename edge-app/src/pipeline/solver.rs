@@ -1,22 +1,28 @@
 //! Records in, parameters out.
 
 use std::io;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
-use flexid_core::identify::{Identifier, Phase};
-use flexid_core::spectrum::{Measurement, SpectrumError};
+use flexid_core::identify::{Acceptance, Identifier, Phase};
+use flexid_core::parameters::Bushings;
+use flexid_core::spectrum::Measurement;
 use flexid_core::unknowns::Sought;
 use flexid_wire::messages::{self, Progress};
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::confidence::confidence;
+use super::plausibility::Scale;
+use super::repeats::{Fingerprint, Taken};
 use super::report::{self, Basis, report};
 use super::retention::{Entry, Room, find_room};
+use super::state::{Settled, State};
+use super::work::Work;
 use super::{Counts, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES, unchecked};
-use crate::config::Config;
+use crate::config::{Config, Validity};
 use crate::finding::Finding;
 use crate::stop::Stop;
 use crate::summary::count;
@@ -28,13 +34,24 @@ const GRACE: Duration = Duration::from_secs(2);
 ///
 /// Each record is worked on until the identifier settles before the next is taken, with a budget of steps and
 /// none of time: the same records in the same order give the same parameters on any machine of one SIMD level.
-pub struct Solver<'a> {
-    config: &'a Config,
+pub struct Solver {
+    config: Arc<Config>,
     chain: Chain,
     measurement: Measurement,
     sought: Sought,
     identifier: Box<Identifier<Xoshiro256PlusPlus>>,
     experiments: Vec<Experiment>,
+    /// What each experiment was made of, and its number among all records that came, from 1.
+    sources: Vec<Arc<Record>>,
+    numbers: Vec<u64>,
+    came: u64,
+    taken: Taken,
+    /// The robot at the upper ends of the bounds: a pose at which it does not come to rest tells nothing.
+    stiffest: Bushings,
+    /// As it last settled.
+    state: State,
+    /// Records that are in the experiments since.
+    unsettled: Vec<Arc<Record>>,
     /// Where core works on one signal.
     buffer: Box<[f32; SAMPLES]>,
     /// Taken in, and of these the ones that were when the estimate last settled.
@@ -44,36 +61,133 @@ pub struct Solver<'a> {
     poses: Vec<Pose>,
     /// Left in the queue at the end.
     waiting: u64,
-    refused: Option<(u64, SpectrumError)>,
+    /// How many records were refused, and why the first was.
+    refused: Option<(u64, String)>,
     /// Poses that had to make room, and were not folded into what is known.
     dropped_poses: u64,
     /// Records that were too short to take the place of others.
     too_short: u64,
+    scale: Scale,
+    /// On the newest record.
+    work: Work,
     spent: Duration,
 }
 
-impl<'a> Solver<'a> {
+impl Solver {
     /// A solver that knows what the static tests tell. Needs a thread with a large stack.
     ///
     /// # Errors
     /// None for a checked config.
-    pub fn new(config: &'a Config) -> io::Result<Self> {
+    pub fn new(config: &Config) -> io::Result<Self> {
+        let mut solver = Self::begin(config, Xoshiro256PlusPlus::seed_from_u64(config.seed))?;
+        let identifier = &mut solver.identifier;
+        identifier.renew(&solver.experiments);
+        while !matches!(identifier.step(&mut solver.experiments), Phase::Settled | Phase::Waiting) {
+        }
+        solver.work.advance(&identifier.progress());
+        Ok(solver)
+    }
+
+    /// A solver that goes on after another one left `state`, as far as it [holds](State::validity) under `config`: with
+    /// all, or with the records that were kept, which it fits anew. Records that wait in it are the caller's to give.
+    ///
+    /// # Errors
+    /// None for a checked config.
+    pub fn resume(
+        config: &Config,
+        state: State,
+        stop: &Stop,
+        on_progress: impl FnMut(&Progress),
+    ) -> io::Result<Self> {
+        match (state.validity(config), &state.settled) {
+            (Validity::Whole, Some(settled)) => {
+                let mut solver = Self::begin(config, settled.generator.clone())?;
+                solver.take_over(&state.kept);
+                let Solver { identifier, experiments, .. } = &mut solver;
+                let all = experiments.len() == state.kept.len();
+                if !all || identifier.resume(&settled.standing, experiments).is_err() {
+                    return Self::refit(config, state, stop, on_progress);
+                }
+                solver.dropped_poses = settled.dropped_poses;
+                solver.too_short = settled.too_short;
+                solver.spent = settled.spent;
+                (solver.records, solver.settled) = (settled.records, settled.records);
+                solver.came = settled.came;
+                solver.numbers.clone_from(&settled.numbers);
+                solver.taken = settled.taken.clone();
+                solver.poses = solver.poses_of_experiments();
+                solver.state = State { waiting: Vec::new(), ..state };
+                Ok(solver)
+            }
+            (Validity::Whole, None) | (Validity::Records(_), _) => {
+                Self::refit(config, state, stop, on_progress)
+            }
+            (Validity::Nothing(_), _) => Self::new(config),
+        }
+    }
+
+    /// A solver that has fitted the records that are kept in `state`.
+    fn refit(
+        config: &Config,
+        state: State,
+        stop: &Stop,
+        mut on_progress: impl FnMut(&Progress),
+    ) -> io::Result<Self> {
+        let mut solver = Self::new(config)?;
+        solver.state.earlier = state.earlier;
+        solver.take_over(&state.kept);
+        if !solver.experiments.is_empty() {
+            solver.unsettled = solver.sources.clone();
+            solver.work(stop, &mut on_progress);
+        }
+        Ok(solver)
+    }
+
+    /// Makes experiments of records that were kept.
+    fn take_over(&mut self, kept: &[Arc<Record>]) {
+        for record in kept {
+            self.came += 1;
+            match self.experiment(record) {
+                Ok(experiment) => {
+                    self.scale.note(&experiment);
+                    self.experiments.push(experiment);
+                    self.sources.push(Arc::clone(record));
+                    self.numbers.push(self.came);
+                    self.taken.add(self.came, Fingerprint::of(record));
+                    self.records += 1;
+                }
+                Err(reason) => self.refused.get_or_insert((0, reason)).0 += 1,
+            }
+        }
+    }
+
+    /// Before the static tests have been looked at.
+    fn begin(config: &Config, rng: Xoshiro256PlusPlus) -> io::Result<Self> {
         let chain = config.model.chain().map_err(unchecked)?;
         let measurement = config.measurement();
-        let rng = Xoshiro256PlusPlus::seed_from_u64(config.seed);
         let sought = config.sought.clone();
-        let identifier =
-            Identifier::new(chain.clone(), config.bounds, measurement, Level::new(), rng)
-                .seeking(sought.clone())
-                .with_statics(&config.statics)
-                .map_err(unchecked)?;
-        let mut solver = Self {
-            config,
+        let level = Level::new();
+        let scale = Scale::new(&config.bounds, config.model.joints.len(), level);
+        let identifier = Identifier::new(chain.clone(), config.bounds, measurement, level, rng)
+            .with_statics(&config.statics)
+            .map_err(unchecked)?;
+        let mut identifier = Box::new(identifier);
+        identifier.seek(sought.clone()).map_err(unchecked)?;
+        let stiffest = config.bounds.stiffest(&sought);
+        Ok(Self {
+            config: Arc::new(config.clone()),
             chain,
             measurement,
             sought,
-            identifier: Box::new(identifier),
+            identifier,
             experiments: Vec::with_capacity(MAX_EXPERIMENTS),
+            sources: Vec::with_capacity(MAX_EXPERIMENTS),
+            numbers: Vec::with_capacity(MAX_EXPERIMENTS),
+            came: 0,
+            taken: Taken::default(),
+            stiffest,
+            state: State::new(config),
+            unsettled: Vec::new(),
             buffer: Box::new([0.0; SAMPLES]),
             records: 0,
             settled: 0,
@@ -82,35 +196,46 @@ impl<'a> Solver<'a> {
             refused: None,
             dropped_poses: 0,
             too_short: 0,
+            scale,
+            work: Work::default(),
             spent: Duration::ZERO,
-        };
-        let identifier = &mut solver.identifier;
-        identifier.renew(&solver.experiments);
-        while !matches!(identifier.step(&mut solver.experiments), Phase::Settled | Phase::Waiting) {
-        }
-        Ok(solver)
+        })
     }
 
     /// Takes a record in and works until all is found that it tells; once `stop` asks for the end, for 2 s more
     /// at most. `on_progress` hears of every step.
     pub fn take(&mut self, record: &Record, stop: &Stop, mut on_progress: impl FnMut(&Progress)) {
-        let begun = Instant::now();
-        match Experiment::new(&self.chain, &self.measurement, record, &mut self.buffer) {
+        self.came += 1;
+        let fingerprint = Fingerprint::of(record);
+        if self.taken.has(self.came, &fingerprint) {
+            return;
+        }
+        match self.experiment(record) {
             Ok(experiment) => {
-                let news = self.keep(experiment);
-                // What was settled before this record is so with it, if it is not kept.
+                self.scale.note(&experiment);
+                let news = self.keep(experiment, record);
+                // A record that is left out leaves a settled estimate settled.
                 self.settled += u64::from(!news && self.settled == self.records);
                 self.records += 1;
                 if !news {
+                    self.note_settled();
                     return;
                 }
+                self.taken.add(self.came, fingerprint);
             }
-            Err(error) => {
-                self.refused.get_or_insert((0, error)).0 += 1;
+            Err(reason) => {
+                self.refused.get_or_insert((0, reason)).0 += 1;
                 return;
             }
         }
+        self.work(stop, &mut on_progress);
+    }
+
+    /// Works until all is found that the experiments tell; see [`Solver::take`].
+    fn work(&mut self, stop: &Stop, on_progress: &mut impl FnMut(&Progress)) {
+        let begun = Instant::now();
         self.identifier.renew(&self.experiments);
+        self.work = Work::default();
         let mut deadline = None;
         let in_time = |deadline: &mut Option<Instant>| {
             !stop.requested()
@@ -118,14 +243,51 @@ impl<'a> Solver<'a> {
         };
         while in_time(&mut deadline) {
             let phase = self.identifier.step(&mut self.experiments);
+            self.work.advance(&self.identifier.progress());
             on_progress(&self.progress());
             if matches!(phase, Phase::Settled | Phase::Waiting) {
                 self.settled = self.records;
-                self.poses = self.experiments.iter().map(|each| each.pose.clone()).collect();
+                self.poses = self.poses_of_experiments();
+                self.unsettled.clear();
                 break;
             }
         }
         self.spent += begun.elapsed();
+        self.note_settled();
+    }
+
+    fn poses_of_experiments(&self) -> Vec<Pose> {
+        self.experiments.iter().map(|each| each.pose.clone()).collect()
+    }
+
+    /// Remembers how it stands, once it has settled on records.
+    fn note_settled(&mut self) {
+        if !self.unsettled.is_empty() || self.experiments.is_empty() {
+            return;
+        }
+        if let Some(standing) = self.identifier.standing() {
+            self.state.kept.clone_from(&self.sources);
+            self.state.settled = Some(Box::new(Settled {
+                standing,
+                generator: self.identifier.generator().clone(),
+                records: self.records,
+                came: self.came,
+                numbers: self.numbers.clone(),
+                taken: self.taken.clone(),
+                dropped_poses: self.dropped_poses,
+                too_short: self.too_short,
+                spent: self.spent,
+            }));
+        }
+    }
+
+    /// What another solver needs to go on: this one as it last settled, and the records that have come since, `waiting`
+    /// among them, which it was not given. `counts` is what has come in.
+    pub fn state(&self, counts: &Counts, waiting: &[Arc<Record>]) -> State {
+        let mut state = self.state.clone();
+        state.earlier = state.earlier.and(counts);
+        state.waiting = self.unsettled.iter().chain(waiting).map(Arc::clone).collect();
+        state
     }
 
     /// There are so many more records that will not be taken: the end has come.
@@ -143,7 +305,7 @@ impl<'a> Solver<'a> {
                 Phase::Refining => messages::Phase::Refining,
                 Phase::Settled => messages::Phase::Settled,
             },
-            fraction: progress.fraction,
+            fraction: self.work.fraction(),
             starts: progress.starts,
             search_evaluations: progress.search_evaluations,
             refine_iterations: progress.refine_iterations,
@@ -156,23 +318,32 @@ impl<'a> Solver<'a> {
     /// wrong at the source.
     pub fn finding(&self, counts: &Counts, trouble: &str) -> Option<Finding> {
         let Self { config, sought, .. } = self;
-        let estimate = self.identifier.estimate()?;
+        let counts = self.state.earlier.added_to(*counts);
+        let mut estimate = self.identifier.estimate()?.clone();
+        let doubtful_rate = self.sources.iter().any(|record| record.has_doubtful_rate);
+        if doubtful_rate {
+            // A wrong rate makes every parameter wrong by a factor, and leaves no trace in the residuals.
+            estimate.acceptance = Acceptance::Unsettled;
+        }
         let records = self.poses.len() as u64 + estimate.retired;
         let left_out = self.settled.saturating_sub(records);
         let basis = Basis {
             progress: self.progress(),
             records,
-            counts: *counts,
+            counts,
             seconds: self.spent.as_secs_f64(),
             refusal: self.refused(),
+            repeats: self.taken.repeats(),
             left_out: self.left_out(),
             dropped: left_out.saturating_sub(self.too_short + estimate.forgotten),
             dropped_poses: self.dropped_poses,
             too_short: self.too_short,
+            doubtful_rate,
+            scale: self.scale.warning(),
             trouble,
         };
-        let report = report(config, sought, estimate, &basis);
-        let confidence = confidence(config, sought, estimate, &report, &self.poses, left_out);
+        let report = report(config, sought, &estimate, &basis);
+        let confidence = confidence(config, sought, &estimate, &report, &self.poses, left_out);
         Some(Finding { report, confidence })
     }
 
@@ -182,9 +353,19 @@ impl<'a> Solver<'a> {
     }
 
     fn refused(&self) -> Option<String> {
-        let (records, error) = self.refused?;
-        let records = count(records, "record");
-        Some(format!("{records} refused, the first because {}", report::reason(error)))
+        let (records, reason) = self.refused.as_ref()?;
+        let records = count(*records, "record");
+        Some(format!("{records} refused, the first because {reason}"))
+    }
+
+    /// A record's spectra, or why it tells nothing, in words.
+    fn experiment(&mut self, record: &Record) -> Result<Experiment, String> {
+        let gravity = self.measurement.gravity.into();
+        if let Err(error) = self.chain.linearise(&record.pose, gravity, &self.stiffest) {
+            return Err(report::no_equilibrium(error, &self.config.model, &record.pose));
+        }
+        Experiment::new(&self.chain, &self.measurement, record, &mut self.buffer)
+            .map_err(report::reason)
     }
 
     fn left_out(&self) -> Option<String> {
@@ -202,7 +383,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Keeps an experiment if there is room for it; whether it is kept.
-    fn keep(&mut self, experiment: Experiment) -> bool {
+    fn keep(&mut self, experiment: Experiment, record: &Record) -> bool {
         fn entry(experiment: &Experiment) -> Entry<'_> {
             Entry { pose: &experiment.pose, spacing: experiment.spacing }
         }
@@ -213,7 +394,12 @@ impl<'a> Solver<'a> {
                 let last = kept.iter().filter(|other| other.shares_pose(&kept[index])).count() == 1;
                 // What it tells stays, if it is known what that is.
                 let mut retiring = self.experiments.remove(index);
-                let retired = self.identifier.retire(&mut retiring);
+                let source = self.sources.remove(index);
+                let number = self.numbers.remove(index);
+                let retired = !source.has_doubtful_rate && self.identifier.retire(&mut retiring);
+                if !retired {
+                    self.taken.forget(number);
+                }
                 self.dropped_poses += u64::from(last && !retired);
             }
             Room::Nowhere => {
@@ -222,6 +408,10 @@ impl<'a> Solver<'a> {
             }
         }
         self.experiments.push(experiment);
+        let record = Arc::new(record.clone());
+        self.sources.push(Arc::clone(&record));
+        self.numbers.push(self.came);
+        self.unsettled.push(record);
         true
     }
 }

@@ -8,16 +8,17 @@ use flexid_core::unknowns::{Coordinate, Sought};
 use flexid_core::verdict::MAX_DIRECTIONS;
 
 use super::directions::of_parameters;
-use super::names::{DOF_NAMES, enumerate, name};
-use super::obstacle::wrong_rate;
+use super::names::{DOF_NAMES, clipped_name, enumerate, name};
+use super::obstacle::{rate_used, wrong_rate};
+use super::plausibility;
 use super::report::Basis;
 use super::residuals::Residuals;
 use super::{Counts, MisfitKind};
 use crate::config::Config;
 use crate::summary::count;
 
-/// Bytes for the names of parameters: the line has 160.
-const ROOM: usize = 100;
+/// Bytes for the names of parameters: the line has 400.
+const ROOM: usize = 200;
 
 /// The gravest first.
 pub(super) fn warnings(
@@ -26,20 +27,32 @@ pub(super) fn warnings(
     estimate: &Estimate,
     basis: &Basis,
 ) -> Vec<String> {
-    let mut warnings = Vec::new();
+    let Counts { oddness, at_limit, .. } = &basis.counts;
+    // Before all else: nothing that the fit says is worth more than its readings.
+    let mut warnings: Vec<String> = basis.scale.iter().cloned().collect();
+    warnings.extend(plausibility::warnings(oddness, at_limit, config));
     let residuals = Residuals::of(estimate);
-    if estimate.acceptance == Acceptance::Unsettled {
+    // Noise that is too loud, and a doubtful rate, have warnings of their own.
+    let explained = residuals.noise_too_loud || basis.doubtful_rate;
+    if estimate.acceptance == Acceptance::Unsettled && !explained {
         let directions = of_parameters(sought, &estimate.weak_directions);
         let drowned = (!estimate.stands_clear).then_some(estimate.ssp_median);
-        warnings.push(if basis.records == 0 {
+        warnings.push(if basis.records > 0 {
+            unsettled(residuals.size_objects, directions, drowned)
+        } else if estimate.degrees_of_freedom < 1.0 {
             "static tests alone tell too little to be tested: add tests, or records".to_owned()
         } else {
-            unsettled(residuals.size_objects, directions, drowned)
+            "the fit to the static tests comes to no end: check their poses, loads and signs, and [bounds]"
+                .to_owned()
         });
     }
     warnings.extend(residuals.advice());
+    let settled = estimate.acceptance != Acceptance::Unsettled;
     let parameters = sought.unknowns() - estimate.nuisances.len();
-    if residuals.size_objects && parameters < 2 * DOF_NAMES.len() * config.model.joints.len() {
+    if settled
+        && residuals.size_objects
+        && parameters < 2 * DOF_NAMES.len() * config.model.joints.len()
+    {
         warnings.push("what [parameters] fixes or ties may not be so: see without it".to_owned());
     }
     if let Some(excess) = estimate.static_consistency.filter(|_| estimate.statics_object) {
@@ -49,13 +62,24 @@ pub(super) fn warnings(
         ));
     }
     if let Some(names) = on_bounds(config, sought, &estimate.bushings) {
-        // A wrong model drives parameters anywhere.
-        let mend = if residuals.are_sane() {
-            "widen them"
-        } else {
-            "look at their units, and at the model"
+        // A wrong minimum and a wrong model drive parameters anywhere.
+        let mend = match (settled, residuals.are_sane()) {
+            (false, _) => "they may be those of a wrong minimum",
+            (true, false) => "look at their units, and at the model",
+            (true, true) if basis.records > 0 => "widen them",
+            (true, true) => "add tests, or widen them",
         };
         warnings.push(format!("on an end of [bounds]: {names}: {mend}"));
+    }
+    // The one reason for doubt that no residual shows.
+    if estimate.acceptance == Acceptance::ModelSuspect
+        && !residuals.size_objects
+        && !estimate.statics_object
+    {
+        warnings.push(
+            "older records and the newer ones do not fit one robot: it or its tool has changed, or the model is wrong"
+                .to_owned(),
+        );
     }
     if estimate.forgotten > 0 {
         let records = count(estimate.forgotten, "older record");
@@ -119,20 +143,22 @@ fn of_the_records(config: &Config, basis: &Basis) -> Vec<String> {
     if !basis.trouble.is_empty() {
         warn(&basis.trouble);
     }
-    for reason in [&basis.left_out, &basis.refusal].into_iter().flatten() {
+    for reason in [&basis.left_out, &basis.refusal, &basis.repeats].into_iter().flatten() {
         warn(reason);
     }
     let Counts { wrong_length, bus_errors, misfit, at_limit, .. } = &basis.counts;
     if let Some(wrong_rate) = wrong_rate(&basis.counts, config) {
-        let records = basis.counts.stream.wrong_rate;
-        warn(&format_args!("{}: {wrong_rate}", count(records, "record")));
+        let stream = &basis.counts.stream;
+        let records = count(stream.wrong_rate.max(stream.doubtful_rate), "record");
+        warn(&format_args!("{records}: {wrong_rate}, {}", rate_used(stream)));
     }
     let clipped = config.signals.axes.iter().zip(at_limit).filter(|(_, frames)| **frames > 0);
-    let clipped: Vec<_> = clipped.map(|(name, frames)| format!("{name} in {frames}")).collect();
+    let clipped: Vec<_> =
+        clipped.map(|(name, frames)| format!("{} in {frames}", clipped_name(name))).collect();
     if !clipped.is_empty() {
         warn(&format_args!(
             "at the limit: {} frames: widen the range of the sensor or the signal",
-            clipped.join(", ")
+            enumerate(&clipped, ROOM)
         ));
     }
     if basis.dropped > 0 {
@@ -170,8 +196,10 @@ mod tests {
 
     use flexid_core::calibration::Nuisances;
     use flexid_core::parameters::Bushing;
+    use flexid_wire::messages;
 
     use super::*;
+    use crate::pipeline::{Excess, Misfit, Oddness};
 
     #[test]
     fn more_poses_are_asked_for_only_where_poses_lack() {
@@ -188,9 +216,102 @@ mod tests {
         assert!(longest.iter().all(|line| line.len() <= 160));
     }
 
+    /// Each of the longest names, all numbers as long as they get.
+    #[test]
+    fn the_longest_lines_fit() {
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/mill3-edge.toml");
+        let mut config = Config::load(&file).unwrap();
+        config.file = "e".repeat(255).into();
+        let long = |kind: &str| kind.repeat(64);
+        config.model.joints.iter_mut().for_each(|joint| joint.name = long("joint"));
+        config.signals.axes = std::array::from_fn(|_| long("axis"));
+        config.signals.joints = vec![long("q"); 3];
+        let excess = Some(Excess { value: -1.234_567e12, by: 1e12 });
+        let mut counts = Counts {
+            wrong_length: u64::MAX,
+            misfit: Some(Misfit {
+                id: embedded_can::ExtendedId::MAX.into(),
+                kind: MisfitKind::Length { got: 64, expected: 64 },
+                frames: u64::MAX,
+                others_fit: true,
+            }),
+            at_limit: [u64::MAX; 6],
+            bus_errors: u64::MAX,
+            ..Counts::default()
+        };
+        counts.stream.wrong_rate = u64::MAX;
+        counts.stream.doubtful_rate = u64::MAX;
+        counts.stream.measured_rate_hz = 123_456.78;
+        let number = u64::MAX;
+        counts.oddness = Oddness {
+            spikes: [u64::MAX; 6],
+            stuck: [u64::MAX; 6],
+            joints: [excess; flexid_core::MAX_JOINTS],
+            rest: Some([9806.65, 0.0, 0.0]),
+            ..Oddness::default()
+        };
+        let refusal = "NNNNNNNNNNNNNNNNNNNN records refused, the first because in the band it has hardly more force than noise";
+        let basis = Basis {
+            progress: messages::Progress {
+                phase: messages::Phase::Settled,
+                fraction: 1.0,
+                starts: 1,
+                search_evaluations: 0,
+                refine_iterations: 0,
+                search_loss: 0.0,
+                records: 0,
+            },
+            records: 0,
+            counts,
+            seconds: 0.0,
+            refusal: Some(refusal.into()),
+            left_out: None,
+            dropped: u64::MAX,
+            dropped_poses: u64::MAX,
+            too_short: u64::MAX,
+            repeats: Some(format!(
+                "{number} records came again and are left out: record {number} is record {number}, and so on"
+            )),
+            doubtful_rate: true,
+            scale: None,
+            trouble: "",
+        };
+        let implausible = |oddness, at_limit| plausibility::warnings(&oddness, &at_limit, &config);
+        let flat = Oddness { flat: [u64::MAX; 6], ..counts.oddness };
+        let mut lines = implausible(counts.oddness, counts.at_limit);
+        lines.extend(implausible(flat, [0; 6]));
+        lines.extend(implausible(counts.oddness, [0; 6]));
+        // A state of the daemon says what it waits for besides.
+        let waiting = plausibility::faint_force(&Oddness { largest_force: 0.5, ..flat });
+        let waiting = format!(
+            "no record: waiting for the first record: 4.1 s of milling at one pose{waiting}; "
+        );
+        lines.iter_mut().for_each(|line| line.insert_str(0, &waiting));
+        lines.extend(of_the_records(&config, &basis));
+        lines.extend([1e-30, 0.1, 1e30].into_iter().filter_map(plausibility::Scale::line));
+        let there = [
+            "reads ",
+            "m/s^2 at rest",
+            "stuck",
+            "flat",
+            "spikes",
+            "the acceleration is",
+            "at the limit",
+            "frames come at",
+        ];
+        for start in there {
+            assert!(lines.iter().any(|line| line.contains(start)), "{start} is not in {lines:?}");
+        }
+        for line in lines {
+            assert!(line.len() <= messages::Text::new().capacity(), "{}: {line}", line.len());
+        }
+    }
+
     #[test]
     fn who_lies_on_a_bound_is_named_with_its_end() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/edge.toml");
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/mill3-edge.toml");
         let config = Config::load(&file).unwrap();
         let Bounds { stiffness, damping } = config.bounds;
         let middle = Bushing {
@@ -198,13 +319,13 @@ mod tests {
             damping: damping.map(|[lower, upper]| (lower * upper).sqrt()),
         };
         let mut bushings = Bushings::from_iter([middle; 3]);
-        let mut sought = Sought::new(3, &Nuisances::default());
+        let mut sought = Sought::new(3, &Nuisances::default()).unwrap();
         assert_eq!(on_bounds(&config, &sought, &bushings), None);
         bushings[1].damping[5] = damping[5][0];
         bushings[0].stiffness[0] = stiffness[0][1] * (1.0 - 1e-14);
         bushings[2].stiffness[2] = stiffness[2][1];
         bushings[2].stiffness[3] = stiffness[3][1];
-        sought.fix(Coordinate::Stiffness { joint: 2, dof: 3 }, stiffness[3][1]);
+        sought.fix(Coordinate::Stiffness { joint: 2, dof: 3 }, stiffness[3][1]).unwrap();
         assert_eq!(
             on_bounds(&config, &sought, &bushings).unwrap(),
             "joint_1 tx stiffness (upper), joint_2 rz damping (lower) and joint_3 tz stiffness (upper)",
@@ -213,6 +334,6 @@ mod tests {
             bushing.damping = damping.map(|[_, upper]| upper);
         }
         let names = on_bounds(&config, &sought, &bushings).unwrap();
-        assert!(names.ends_with("(upper) and 17 more") && names.len() <= 115, "{names}");
+        assert!(names.ends_with("(upper) and 13 more") && names.len() <= 215, "{names}");
     }
 }

@@ -11,6 +11,7 @@ use flexid_wire::text::clipped;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use socket2::Socket;
 
+use super::places::Place;
 use super::{LOOK, MAX_CLIENTS};
 use crate::board::Board;
 use crate::stop::Stop;
@@ -35,14 +36,23 @@ pub(super) enum Dropped {
     Talks,
     #[error("it took no message for {} s", TAKE.as_secs())]
     TakesNothing,
+    #[error(
+        "all {MAX_CLIENTS} places are taken, and its peer holds most of them: another peer gets this one"
+    )]
+    GivesWay,
     #[error(transparent)]
     Io(#[from] io::Error),
 }
 
 /// Serves one client until it goes, or the board is closed and read. A client that does not keep to
 /// the protocol is told why and dropped.
-pub(super) fn serve(mut socket: Socket, board: &Board, stop: &Stop) -> Result<(), Dropped> {
-    let served = talk(&mut socket, board, stop);
+pub(super) fn serve(
+    mut socket: Socket,
+    board: &Board,
+    stop: &Stop,
+    place: &Place,
+) -> Result<(), Dropped> {
+    let served = talk(&mut socket, board, stop, place);
     match &served {
         Err(Dropped::Io(error)) if hung_up(error) => return Ok(()),
         Ok(()) | Err(Dropped::TakesNothing | Dropped::Io(_)) => {}
@@ -51,9 +61,9 @@ pub(super) fn serve(mut socket: Socket, board: &Board, stop: &Stop) -> Result<()
     served
 }
 
-fn talk(socket: &mut Socket, board: &Board, stop: &Stop) -> Result<(), Dropped> {
+fn talk(socket: &mut Socket, board: &Board, stop: &Stop, place: &Place) -> Result<(), Dropped> {
     socket.set_write_timeout(Some(TAKE))?;
-    if !greet(socket, stop)? {
+    if !greet(socket, stop, place)? {
         return Ok(());
     }
     let mut seen = 0;
@@ -63,6 +73,9 @@ fn talk(socket: &mut Socket, board: &Board, stop: &Stop) -> Result<(), Dropped> 
         }
         if has_gone(socket)? {
             break;
+        }
+        if place.gives_way() {
+            return Err(Dropped::GivesWay);
         }
     }
     Ok(())
@@ -78,7 +91,7 @@ pub(super) fn turn_away(mut socket: Socket) {
 }
 
 /// The exchange of Hellos; false when there is nobody to serve.
-fn greet(socket: &mut Socket, stop: &Stop) -> Result<bool, Dropped> {
+fn greet(socket: &mut Socket, stop: &Stop, place: &Place) -> Result<bool, Dropped> {
     let deadline = Instant::now() + HELLO;
     let mut decoder = Decoder::new();
     loop {
@@ -91,6 +104,7 @@ fn greet(socket: &mut Socket, stop: &Stop) -> Result<bool, Dropped> {
                 return Ok(true);
             }
             None if stop.requested() => return Ok(false),
+            None if place.gives_way() => return Err(Dropped::GivesWay),
             None if Instant::now() >= deadline => return Err(Dropped::NoHello),
             None => {}
         }

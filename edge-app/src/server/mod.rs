@@ -2,10 +2,10 @@
 
 mod client;
 mod listener;
+mod places;
 
 use std::io::{self, ErrorKind};
 use std::os::fd::AsFd;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{self, Scope};
 use std::time::Duration;
 
@@ -16,8 +16,9 @@ use crate::board::Board;
 use crate::stop::Stop;
 
 pub use listener::{BindError, Listener};
+use places::Places;
 
-/// Most clients at a time; one more is refused.
+/// Most clients at a time; one more is refused, unless another peer holds more than its share.
 pub const MAX_CLIENTS: usize = 16;
 /// Threads look at the stop switch this often.
 const LOOK: Duration = Duration::from_millis(200);
@@ -28,13 +29,13 @@ const LOOK: Duration = Duration::from_millis(200);
 /// # Errors
 /// The system gave no thread; then `stop` is requested.
 pub fn serve(listeners: &[Listener], board: &Board, stop: &Stop) -> io::Result<()> {
-    let clients = AtomicUsize::new(0);
+    let places = Places::default();
     thread::scope(|scope| {
         for listener in listeners {
-            let clients = &clients;
+            let places = &places;
             let thread = thread::Builder::new().name("flexid-accept".into());
             thread
-                .spawn_scoped(scope, move || accept(scope, listener, board, stop, clients))
+                .spawn_scoped(scope, move || accept(scope, listener, board, stop, places))
                 .inspect_err(|_| stop.request())?;
         }
         Ok(())
@@ -46,7 +47,7 @@ fn accept<'scope>(
     listener: &'scope Listener,
     board: &'scope Board,
     stop: &'scope Stop,
-    clients: &'scope AtomicUsize,
+    places: &'scope Places,
 ) {
     while !stop.requested() {
         let mut waiting = [PollFd::new(listener.as_fd(), PollFlags::POLLIN)];
@@ -54,8 +55,8 @@ fn accept<'scope>(
         if !matches!(poll(&mut waiting, timeout), Ok(1..)) {
             continue;
         }
-        let socket = match listener.accept() {
-            Ok(socket) => socket,
+        let (socket, peer) = match listener.accept() {
+            Ok(accepted) => accepted,
             // It went away again.
             Err(error) if error.kind() == ErrorKind::WouldBlock => continue,
             Err(error) => {
@@ -64,22 +65,19 @@ fn accept<'scope>(
                 continue;
             }
         };
-        if clients.fetch_add(1, Ordering::Relaxed) >= MAX_CLIENTS {
-            clients.fetch_sub(1, Ordering::Relaxed);
+        let Some(place) = places.take(peer) else {
             client::turn_away(socket);
             continue;
-        }
+        };
         let spawned =
-            thread::Builder::new().name("flexid-client".into()).spawn_scoped(scope, || {
-                match client::serve(socket, board, stop) {
+            thread::Builder::new().name("flexid-client".into()).spawn_scoped(scope, move || {
+                match client::serve(socket, board, stop, &place) {
                     Ok(()) => debug!("{}: a client has gone", listener.address()),
                     // It has been told itself; a crowd of clients shall not flood the log.
                     Err(end) => debug!("{}: a client was dropped: {end}", listener.address()),
                 }
-                clients.fetch_sub(1, Ordering::Relaxed);
             });
         if let Err(error) = spawned {
-            clients.fetch_sub(1, Ordering::Relaxed);
             warn!("{}: no thread for a client: {error}", listener.address());
         }
     }

@@ -146,6 +146,7 @@ impl<'a> Lookup<'a> {
             force_resolution: coarsest(&force),
             acceleration_resolution: coarsest(&acceleration),
             axes: [axis(fx)?, axis(fy)?, axis(fz)?, axis(ax)?, axis(ay)?, axis(az)?],
+            joints: names.joints.iter().map(axis).collect::<Result<_, _>>()?,
         })
     }
 

@@ -29,7 +29,7 @@ pub struct Frame {
 /// A frame with the time at which the kernel had it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
-    /// Since the Unix epoch, s.
+    /// On the clock of the source, s: CLOCK_MONOTONIC of a bus, what a recording says (mostly since the Unix epoch).
     pub time_s: f64,
     /// What came.
     pub frame: Frame,

@@ -143,28 +143,49 @@ impl<R: Read + Send> FrameSource for CandumpLog<R> {
     }
 }
 
-/// Several logs, one after the other. One that cannot be read to its end does not keep the next from being read.
-pub struct Logs<R> {
-    open: VecDeque<CandumpLog<R>>,
+/// Several logs, one after the other, each opened when its turn comes. One that cannot be read to its end does not keep the
+/// next from being read.
+pub struct Logs<I, R> {
+    waiting: I,
+    open: Option<CandumpLog<R>>,
     /// What went wrong in those that are read.
     troubles: Vec<String>,
     /// The first that could not be read to its end.
     broken: Option<io::Error>,
 }
 
-impl<R> Logs<R> {
-    /// In the order in which they were recorded.
-    pub fn new(logs: impl IntoIterator<Item = CandumpLog<R>>) -> Self {
-        Self { open: logs.into_iter().collect(), troubles: Vec::new(), broken: None }
+impl<I: Iterator<Item = io::Result<CandumpLog<R>>>, R> Logs<I, R> {
+    /// In the order in which they were recorded. The iterator opens a log each time it is asked.
+    pub fn new(logs: impl IntoIterator<IntoIter = I>) -> Self {
+        Self { waiting: logs.into_iter(), open: None, troubles: Vec::new(), broken: None }
     }
 }
 
-impl<R: Read + Send> FrameSource for Logs<R> {
+impl<I, R> Logs<I, R> {
+    /// The first error comes after the last log, further ones among the troubles.
+    fn note(&mut self, error: io::Error) {
+        match self.broken {
+            None => self.broken = Some(error),
+            Some(_) => self.troubles.push(error.to_string()),
+        }
+    }
+}
+
+impl<I, R> FrameSource for Logs<I, R>
+where
+    I: Iterator<Item = io::Result<CandumpLog<R>>> + Send,
+    R: Read + Send,
+{
     /// An error comes after the last log.
     fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
-        let Some(log) = self.open.front_mut() else {
-            return self.broken.take().map_or(Ok(Flow::Ended), Err);
-        };
+        if self.open.is_none() {
+            match self.waiting.next() {
+                Some(Ok(log)) => self.open = Some(log),
+                Some(Err(error)) => self.note(error),
+                None => return self.broken.take().map_or(Ok(Flow::Ended), Err),
+            }
+        }
+        let Some(log) = &mut self.open else { return Ok(Flow::Open) };
         let flow = log.read(batch, timeout);
         if matches!(flow, Ok(Flow::Open)) {
             return Ok(Flow::Open);
@@ -173,11 +194,9 @@ impl<R: Read + Send> FrameSource for Logs<R> {
         if !trouble.is_empty() {
             self.troubles.push(trouble);
         }
-        self.open.pop_front();
-        match (flow, &self.broken) {
-            (Err(error), None) => self.broken = Some(error),
-            (Err(error), Some(_)) => self.troubles.push(error.to_string()),
-            (Ok(_), _) => {}
+        self.open = None;
+        if let Err(error) = flow {
+            self.note(error);
         }
         Ok(Flow::Open)
     }
@@ -270,7 +289,7 @@ mod tests {
         assert_eq!(batch.len(), 1);
         assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out");
 
-        let mut logs = Logs::new([log("a.log").on_bus("can0").unwrap(), log("b.log")]);
+        let mut logs = Logs::new([Ok(log("a.log").on_bus("can0").unwrap()), Ok(log("b.log"))]);
         let mut batch = Vec::new();
         let error = loop {
             match logs.read(&mut batch, Duration::ZERO) {

@@ -1,13 +1,16 @@
 //! Where frames come from: a bus, or a recording of one.
 
 mod frame;
+mod link;
 mod log;
+mod monotonic;
 mod socket;
 
 use std::io;
 use std::time::Duration;
 
 pub use frame::{Arrival, Frame, FrameKind};
+pub use link::ErrorCounts;
 pub use log::{CandumpLog, Logs};
 pub use socket::{CanSocket, OpenError};
 
@@ -43,6 +46,8 @@ pub enum LinkState {
     Up,
     /// The link is down.
     Down,
+    /// The controller has left the bus after too many errors.
+    BusOff,
     /// The interface does not exist any more.
     Gone,
 }
@@ -52,10 +57,12 @@ pub enum LinkState {
 pub struct SourceHealth {
     /// Whether frames can come.
     pub link: LinkState,
+    /// Errors that the bus has reported since the start.
+    pub errors: ErrorCounts,
     /// Frames that the kernel dropped since the start because nobody fetched them in time.
     pub kernel_dropped: u64,
     /// Receive buffer that the kernel granted, bytes; 0 for a recording.
     pub receive_buffer_bytes: u64,
-    /// The last thing that went wrong, in one line for people; empty when nothing did.
+    /// What is wrong now with a bus, or was with a recording, in one line for people; empty when nothing is.
     pub trouble: String,
 }

@@ -2,12 +2,13 @@
 
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use embedded_can::{ExtendedId, Id, StandardId};
 use nix::cmsg_space;
 use nix::errno::Errno;
 use nix::ifaddrs::getifaddrs;
+use nix::libc::{CAN_RAW_FD_FRAMES, SOL_CAN_RAW};
 use nix::net::if_::{InterfaceFlags, if_nametoindex};
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::socket::{
@@ -16,7 +17,9 @@ use nix::sys::socket::{
 use nix::sys::time::TimeSpec;
 use socketcan::{Socket as _, SocketOptions as _};
 
-use super::{Arrival, Flow, Frame, FrameKind, FrameSource, LinkState, SourceHealth};
+use super::link::{self, Interface, Link};
+use super::monotonic::Offset;
+use super::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 
 /// Frames fetched with one system call.
 const BATCH: usize = 64;
@@ -68,7 +71,9 @@ pub struct CanSocket {
     /// The socket's own count, and what sockets before it had counted.
     dropped: u64,
     dropped_before: u64,
-    health: SourceHealth,
+    receive_buffer_bytes: u64,
+    link: Link,
+    offset: Offset,
     looked: Instant,
 }
 
@@ -99,7 +104,9 @@ impl CanSocket {
             buffers: vec![[0; CAN_FD_FRAME]; BATCH].into_boxed_slice(),
             dropped: 0,
             dropped_before: 0,
-            health: SourceHealth { receive_buffer_bytes, ..SourceHealth::default() },
+            receive_buffer_bytes,
+            link: Link::default(),
+            offset: Offset::default(),
             looked: Instant::now(),
         })
     }
@@ -113,15 +120,21 @@ impl CanSocket {
             self.buffers.iter_mut().map(|buffer| [io::IoSliceMut::new(buffer)]).collect();
         let fd = self.socket.as_raw_fd();
         let messages = recvmmsg(fd, &mut headers, &mut slices, MsgFlags::MSG_DONTWAIT, None)?;
+        self.offset.measure()?;
         for message in messages {
             if message.bytes == 0 {
                 return Ok(Flow::Ended);
             }
-            let (time_s, dropped) = control(&message)?;
+            let (time, dropped) = control(&message)?;
             self.dropped = dropped.map_or(self.dropped, u64::from);
-            if let Some(frame) = message.iovs().next().and_then(frame) {
-                batch.push(Arrival { time_s, frame });
+            let Some(frame) = message.iovs().next().and_then(frame) else { continue };
+            match frame.kind {
+                FrameKind::Error => self.link.err(link::class(&frame), frame.data()),
+                _ => self.link.hear(),
             }
+            let offset = &mut self.offset;
+            let time_s = time.map_or(offset.looked_s(), |time| offset.monotonic_s(time));
+            batch.push(Arrival { time_s, frame });
         }
         Ok(Flow::Open)
     }
@@ -133,12 +146,7 @@ impl CanSocket {
             return;
         };
         match if_nametoindex(name.as_str()) {
-            Err(_) => {
-                if self.health.link != LinkState::Gone {
-                    self.health.link = LinkState::Gone;
-                    self.health.trouble = format!("interface {name} was removed");
-                }
-            }
+            Err(_) => self.link.look(Interface::Missing),
             Ok(now) if now != *index => {
                 let reopened = open(name).ok().and_then(|(socket, index)| {
                     prepare(&socket).ok().map(|bytes| (socket, index, bytes))
@@ -148,17 +156,13 @@ impl CanSocket {
                     *index = now;
                     self.socket = socket;
                     self.dropped_before += std::mem::take(&mut self.dropped);
-                    self.health.receive_buffer_bytes = bytes;
-                    self.health.trouble = format!("interface {name} was removed and made again");
-                    self.health.link = link_of(name).unwrap_or(LinkState::Up);
+                    self.receive_buffer_bytes = bytes;
+                    self.link.look(state_of(name).unwrap_or(Interface::Running));
                 }
             }
             Ok(_) => {
-                if let Some(link) = link_of(name) {
-                    if link == LinkState::Down && self.health.link != link {
-                        self.health.trouble = link_down(name);
-                    }
-                    self.health.link = link;
+                if let Some(state) = state_of(name) {
+                    self.link.look(state);
                 }
             }
         }
@@ -179,28 +183,32 @@ impl FrameSource for CanSocket {
             Ok(flow) => flow,
             Err(Errno::EINTR | Errno::EAGAIN) => Flow::Open,
             Err(Errno::ENETDOWN) => {
-                let name = self.interface.as_ref().map_or("", |(name, _)| name);
-                self.health.trouble = link_down(name);
-                self.health.link = LinkState::Down;
+                self.link.go_down();
                 Flow::Open
             }
             // The next look tells more.
             Err(Errno::ENODEV) => Flow::Open,
             Err(error) => return Err(error.into()),
         };
-        if batch.len() > before {
-            self.health.link = LinkState::Up;
+        // Of a link that brings errors alone, frames do not say how it is.
+        if batch[before..].iter().any(|arrival| arrival.frame.kind != FrameKind::Error) {
             self.looked = Instant::now();
         } else if self.looked.elapsed() >= LOOK {
             self.looked = Instant::now();
             self.look();
         }
-        self.health.kernel_dropped = self.dropped_before + self.dropped;
         Ok(flow)
     }
 
     fn health(&self) -> SourceHealth {
-        self.health.clone()
+        let name = self.interface.as_ref().map_or("the bus", |(name, _)| name);
+        SourceHealth {
+            link: self.link.state,
+            errors: self.link.errors,
+            kernel_dropped: self.dropped_before + self.dropped,
+            receive_buffer_bytes: self.receive_buffer_bytes,
+            trouble: self.link.trouble(name),
+        }
     }
 }
 
@@ -216,6 +224,8 @@ fn open(interface: &str) -> Result<(socketcan::CanSocket, u32), OpenError> {
     let index = if_nametoindex(interface).map_err(|_| OpenError::NoInterface(name()))?;
     let opened = socketcan::CanSocket::open(interface).and_then(|socket| {
         socket.set_error_filter_accept_all()?;
+        // To say that they come; a kernel without CAN FD refuses, and has none.
+        let _ = socket.set_socket_option_int(SOL_CAN_RAW, CAN_RAW_FD_FRAMES, 1);
         Ok(socket)
     });
     match opened {
@@ -238,8 +248,8 @@ fn prepare(socket: &socketcan::CanSocket) -> io::Result<u64> {
     Ok(getsockopt(socket, sockopt::RcvBuf)? as u64)
 }
 
-/// When the kernel had the frame, s since the epoch, and how many frames it has dropped, if any.
-fn control(message: &RecvMsg<()>) -> nix::Result<(f64, Option<u32>)> {
+/// When the kernel had the frame, since the epoch, and how many frames it has dropped, if any.
+fn control(message: &RecvMsg<()>) -> nix::Result<(Option<Duration>, Option<u32>)> {
     let (mut time, mut dropped) = (None, None);
     for control in message.cmsgs()? {
         match control {
@@ -248,8 +258,7 @@ fn control(message: &RecvMsg<()>) -> nix::Result<(f64, Option<u32>)> {
             _ => {}
         }
     }
-    let time = time.or_else(|| SystemTime::now().duration_since(UNIX_EPOCH).ok());
-    Ok((time.unwrap_or_default().as_secs_f64(), dropped))
+    Ok((time, dropped))
 }
 
 /// A frame out of the kernel's layout: identifier with flags, length, 3 bytes of padding, data.
@@ -272,15 +281,16 @@ fn frame(bytes: &[u8]) -> Option<Frame> {
     Some(Frame::new(id, kind, rest.get(4..4 + length)?))
 }
 
-fn link_of(interface: &str) -> Option<LinkState> {
+fn state_of(interface: &str) -> Option<Interface> {
     let mut addresses = getifaddrs().ok()?;
     let flags = addresses.find(|address| address.interface_name == interface)?.flags;
-    let up = InterfaceFlags::IFF_UP | InterfaceFlags::IFF_RUNNING;
-    Some(if flags.contains(up) { LinkState::Up } else { LinkState::Down })
-}
-
-fn link_down(interface: &str) -> String {
-    format!("the link of {interface} is down: `ip link set {interface} up`")
+    Some(if !flags.contains(InterfaceFlags::IFF_UP) {
+        Interface::Down
+    } else if flags.contains(InterfaceFlags::IFF_RUNNING) {
+        Interface::Running
+    } else {
+        Interface::NoCarrier
+    })
 }
 
 #[cfg(test)]
@@ -288,6 +298,7 @@ mod tests {
     use embedded_can::Frame as _;
     use nix::sys::socket::{AddressFamily, SockFlag, SockType, send, socketpair};
 
+    use super::super::LinkState;
     use super::{Frame, *};
 
     fn pair() -> (CanSocket, OwnedFd) {
@@ -306,7 +317,11 @@ mod tests {
     #[test]
     fn frames_come_as_they_were_sent_with_a_time() {
         let (mut source, bus) = pair();
-        let before = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs_f64();
+        let now_s = || {
+            let now = nix::time::clock_gettime(nix::time::ClockId::CLOCK_MONOTONIC).unwrap();
+            Duration::from(now).as_secs_f64()
+        };
+        let before_s = now_s();
         let ids = [Id::from(StandardId::MAX), ExtendedId::new(0x1234_5678).unwrap().into()];
         for round in 0..100u8 {
             for id in ids {
@@ -326,7 +341,7 @@ mod tests {
             let round = (index / 2) as u8;
             let data = &[round; 8][..usize::from(round % 9)];
             assert_eq!(arrival.frame, Frame::new(ids[index % 2], FrameKind::Data, data));
-            assert!(arrival.time_s >= before - 1.0);
+            assert!((before_s..=now_s()).contains(&arrival.time_s));
         }
         assert!(source.health().receive_buffer_bytes > 0);
     }
@@ -342,6 +357,34 @@ mod tests {
         source.read(&mut batch, Duration::from_secs(10)).unwrap();
         let kinds: Vec<_> = batch.iter().map(|arrival| arrival.frame.kind).collect();
         assert_eq!(kinds, [FrameKind::Remote, FrameKind::Error, FrameKind::Fd]);
+    }
+
+    /// Errors do not set the link up, and what is over is no trouble any more.
+    #[test]
+    fn error_frames_tell_the_state_of_the_link() {
+        let (mut source, bus) = pair();
+        let error = |class: u32, says: u8| {
+            let data = [0, says, 0, 0, 0, 0, 0, 0];
+            write(&bus, socketcan::CanErrorFrame::new_error(class, &data).unwrap());
+        };
+        let mut health = || {
+            source.read(&mut Vec::new(), Duration::from_secs(10)).unwrap();
+            source.health()
+        };
+        error(0x040, 0);
+        let off = health();
+        assert_eq!((off.link, off.errors.bus_off), (LinkState::BusOff, 1));
+        assert!(off.trouble.contains("`ip link set the bus type can restart`"), "{}", off.trouble);
+        error(0x088, 0);
+        let off = health();
+        assert_eq!((off.link, off.errors.protocol), (LinkState::BusOff, 1));
+        error(0x100, 0);
+        let up = health();
+        assert_eq!((up.link, up.trouble.as_str(), up.errors.bus_off), (LinkState::Up, "", 1));
+        error(0x004, 0x10);
+        assert!(health().trouble.contains("error-passive"));
+        error(0x004, 0x40);
+        assert_eq!(health().trouble, "");
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! What the user can ask for: one file a command.
 
+mod completions;
 mod identify;
+mod man;
 mod model;
 mod plan;
 mod reproduce;
@@ -9,7 +11,7 @@ mod watch;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::exit;
 
@@ -36,6 +38,10 @@ enum Command {
     Reproduce(reproduce::Args),
     /// Shows what a running daemon finds
     Watch(watch::Args),
+    /// Prints the completions of this command line for a shell
+    Completions(completions::Args),
+    /// Writes the manual pages
+    Man(man::Args),
 }
 
 /// The command line's `main`.
@@ -47,5 +53,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(args),
         Command::Reproduce(args) => reproduce::run(args),
         Command::Watch(args) => watch::run(args),
+        Command::Completions(args) => completions::run(args, Cli::command()),
+        Command::Man(args) => man::run(args, Cli::command()),
     })
 }

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexid_edge::input::{self, BadInput};
 
-use crate::console::{complain, print};
 use crate::output::Output;
 use crate::urdf;
+use flexid_edge::console::{complain, print};
 use flexid_edge::summary::count;
 
 /// The subcommands.
@@ -40,11 +40,11 @@ pub(super) fn run(Command::Import(args): &Command) -> Result<()> {
     let model = imported.model;
     Output::create(&args.output)?.finish(&model.to_toml()?)?;
     let mass: f64 = model.joints.iter().map(|joint| joint.mass_kg).sum();
-    print(&format!(
+    Ok(print(&format!(
         "{}: {} with {} and {mass:.1} kg of moving mass, tool at '{}'\n",
         args.output.display(),
         model.name,
         count(model.joints.len() as u64, "joint"),
         model.tcp.name
-    ))
+    ))?)
 }

@@ -11,7 +11,6 @@ use flexid_edge::input::BadInput;
 use flexid_edge::summary::count;
 use rayon::ThreadPoolBuilder;
 
-use crate::console::{complain, print};
 use crate::exit::BadArgument;
 use crate::output::Output;
 use crate::plan::candidates::Candidates;
@@ -20,6 +19,7 @@ use crate::plan::start::Start;
 use crate::plan::{self, table};
 use crate::progress;
 use crate::simulation::scenario::{Cutting, Scenario};
+use flexid_edge::console::{complain, print};
 
 /// Room for a record and its spectra, bytes.
 const STACK: usize = 16 << 20;
@@ -109,12 +109,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     let experiments = count(planned.steps.len() as u64, "experiment");
     let seconds = started.elapsed().as_secs_f64();
-    let printed =
-        print(&format!("{}{experiments} planned, {seconds:.1} s\n", table::plan(&planned)));
     if let Some(json) = json {
         json.finish(&(serde_json::to_string_pretty(&planned)? + "\n"))?;
     }
-    printed
+    Ok(print(&format!("{}{experiments} planned, {seconds:.1} s\n", table::plan(&planned)))?)
 }
 
 /// The scenario's cutter, its force within the budget.

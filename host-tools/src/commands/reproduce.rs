@@ -1,22 +1,19 @@
 //! `flexid reproduce`: the paper's tables and figures.
 
-use std::fs;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::value_parser;
 use fearless_simd::Level;
 use flexid_edge::config::Config;
-use flexid_edge::input::BadInput;
 use rayon::ThreadPoolBuilder;
 
-use crate::console::print;
-use crate::output::Output;
+use crate::output::{self, Output};
 use crate::reproduce::robot::Study;
 use crate::reproduce::tables::Tables;
 use crate::reproduce::{self, Effort, report};
 use crate::{demo, progress};
+use flexid_edge::console::print;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -45,7 +42,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<()> {
     let effort = args.effort();
     let study = study(args.config.as_deref())?;
-    make_folder(&args.out)?;
+    output::folder(&args.out)?;
     let json = Output::create(&args.out.join("tables.json"))?;
     let html = Output::create(&args.out.join("report.html"))?;
     let threads = ThreadPoolBuilder::new()
@@ -58,7 +55,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let tables = tables?;
     json.finish(&(serde_json::to_string_pretty(&tables)? + "\n"))?;
     html.finish(&report::render(&tables))?;
-    print(&summary(&tables, &args.out))
+    Ok(print(&summary(&tables, &args.out))?)
 }
 
 impl Args {
@@ -80,17 +77,6 @@ fn study(config: Option<&Path>) -> Result<Study> {
         return Ok(Study::new(&demo::config(folder.path())?, true)?);
     };
     Ok(Study::new(&Config::load(file)?, false)?)
-}
-
-fn make_folder(folder: &Path) -> Result<(), BadInput> {
-    fs::create_dir_all(folder).map_err(|error| {
-        let why = match error.kind() {
-            ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "a file is in its place".into(),
-            ErrorKind::PermissionDenied => "no permission".into(),
-            _ => error.to_string(),
-        };
-        BadInput::new(folder, format!("cannot be made: {why}: name a folder elsewhere"))
-    })
 }
 
 fn summary(tables: &Tables, out: &Path) -> String {

@@ -5,38 +5,43 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
-use clap::value_parser;
+use clap::{ArgGroup, value_parser};
 use flexid_edge::config::Config;
 use flexid_edge::source::OpenError;
 use indicatif::ProgressBar;
 use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::console::print;
 use crate::exit::BadArgument;
 use crate::output::{Output, unwritable};
 use crate::progress;
 use crate::simulation::bus::BusSender;
 use crate::simulation::candump;
+use crate::simulation::interface;
 use crate::simulation::scenario::Experiment;
-use crate::simulation::sensor::{Quality, Transmission};
+use crate::simulation::sensor::{PAUSE_S, Quality, Transmission};
 use crate::simulation::simulator::{Simulator, Truth};
 use crate::truth::{TrueExperiment, TruthFile};
+use flexid_edge::console::print;
 use flexid_edge::summary::count;
 
 /// Most experiments and repetitions: half a day of milling each.
 const MOST: u64 = 10_000;
 
 #[derive(Debug, clap::Args)]
+#[command(group(ArgGroup::new("destination").args(["can", "candump"]).required(true)))]
 pub(super) struct Args {
     /// The daemon's configuration; its [simulation] section names the scenario
     #[arg(long, value_name = "EDGE.toml")]
     config: PathBuf,
-    /// Send onto this CAN interface, at the real rate [default: the configuration's]
+    /// Send onto this CAN interface, at the real rate; it must be a virtual bus (vcan)
     #[arg(long, value_name = "IFACE")]
     can: Option<String>,
+    /// Allow --can an interface that is no vcan: made-up forces and joint angles then reach whatever listens there
+    #[arg(long, requires = "can")]
+    onto_real_bus: bool,
     /// Write a log as candump -L would, as fast as possible
-    #[arg(long, value_name = "OUT.log", conflicts_with = "can")]
+    #[arg(long, value_name = "OUT.log")]
     candump: Option<PathBuf>,
     /// Which robot: nominal, or drawn:SEED for one drawn from the scenario's bounds
     #[arg(long, default_value = "nominal")]
@@ -67,16 +72,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
     let experiments = experiments(args, &config, &simulator);
     let truth_json = args.truth_json.as_deref().map(Output::create).transpose()?;
-    let mut sink = match &args.candump {
-        Some(file) => Sink::log(file, &config.interface)?,
-        None => Sink::bus(args.can.as_deref().unwrap_or(&config.interface))?,
+    let mut sink = match (&args.candump, &args.can) {
+        (Some(file), _) => Sink::log(file, &config.interface)?,
+        (None, Some(interface)) => Sink::bus(interface, args.onto_real_bus)?,
+        (None, None) => return Err(no_destination().into()),
     };
     let mut truth = TruthFile::new(&config.model, simulator.truth());
     let (mut done, mut frames) = (0, 0);
-    let all = experiments.len() as u64 * args.repeat;
-    let bar = progress::bar(all * sink.ticks(&simulator), "simulating");
+    let bar = sink.bar(experiments.len() as u64 * args.repeat, &simulator);
     for experiment in (0..args.repeat).flat_map(|_| &experiments) {
+        bar.set_message(format!("simulating experiment {}", done + 1));
         let sent = simulator.perform(experiment)?;
+        bar.set_message(format!("sending experiment {}", done + 1));
         sink.take(&sent, &bar)?;
         done += 1;
         frames += sent.frames.len() as u64;
@@ -96,7 +103,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(file) = truth_json {
         file.finish(&(serde_json::to_string_pretty(&truth)? + "\n"))?;
     }
-    print(&format!("{} of {} sent\n", count(frames, "frame"), count(done, "experiment")))
+    Ok(print(&format!("{} of {} sent\n", count(frames, "frame"), count(done, "experiment")))?)
+}
+
+/// The command line asks for one of them before.
+fn no_destination() -> BadArgument {
+    BadArgument("--can IFACE or --candump OUT.log is missing: say where the frames go".to_owned())
 }
 
 fn quality(args: &Args) -> Result<Quality, BadArgument> {
@@ -135,19 +147,32 @@ impl Sink {
         Ok(Self::Log { writer, file: file.to_owned(), start_s: candump::EPOCH_S })
     }
 
-    fn bus(interface: &str) -> Result<Self> {
+    /// Sends on `interface`, which must be a virtual bus unless a real one is `allowed`.
+    fn bus(interface: &str, allowed: bool) -> Result<Self> {
         let sender = BusSender::open(interface).map_err(|error| match error {
             OpenError::Io { .. } => anyhow::Error::new(error),
             missing => BadArgument(format!("--can {interface}: {missing}")).into(),
         })?;
+        if let Some(why) = interface::may_be_real(interface).filter(|_| !allowed) {
+            let message = format!(
+                "--can {interface}: {why}, and a robot's controller may read made-up frames there: send on a vcan, \
+                 or add --onto-real-bus if nothing listens that moves"
+            );
+            return Err(BadArgument(message).into());
+        }
         Ok(Self::Bus(sender))
     }
 
-    /// Ticks of the progress bar an experiment: milliseconds where it takes its time, else one.
-    fn ticks(&self, simulator: &Simulator) -> u64 {
+    /// A bar for so many experiments: of experiments for a log, of the milliseconds that they take on a bus, pauses
+    /// between them included.
+    fn bar(&self, experiments: u64, simulator: &Simulator) -> ProgressBar {
         match self {
-            Self::Log { .. } => 1,
-            Self::Bus(_) => (simulator.scenario().measurement.duration_s * 1e3).round() as u64,
+            Self::Log { .. } => progress::bar(experiments, "simulating"),
+            Self::Bus(_) => {
+                let cut_s = simulator.scenario().measurement.duration_s;
+                let all_s = experiments as f64 * (cut_s + PAUSE_S) - PAUSE_S;
+                progress::timed((all_s * 1e3).round() as u64, "simulating")
+            }
         }
     }
 
@@ -165,6 +190,7 @@ impl Sink {
                 sender
                     .play(sent, |lasted| bar.set_position(done + lasted.as_millis() as u64))
                     .context("the bus does not take frames")?;
+                bar.set_position(done + (sent.lasts_s() * 1e3).round() as u64);
             }
         }
         Ok(())

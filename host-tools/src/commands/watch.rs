@@ -23,7 +23,7 @@ a file go one line for each change and, at the end, the table.";
 pub(super) struct Args {
     /// The daemon: unix:PATH or tcp:IP:PORT
     address: String,
-    /// Print each report as one line of JSON, and nothing else
+    /// Print each report as one line of JSON; before the first, {"status": …} and {"progress": …} as they change
     #[arg(long)]
     json: bool,
     /// End as soon as this is reached

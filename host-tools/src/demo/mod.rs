@@ -17,18 +17,18 @@ use flexid_edge::server::Listener;
 use flexid_edge::stop::Stop;
 
 use crate::client::Client;
-use crate::console::print;
 use crate::readout::{REDRAW, Screen, View};
 use crate::simulation::bus::BusSender;
 use crate::simulation::sensor::Quality;
 use crate::simulation::simulator::{Simulator, Truth};
 use crate::{exit, table, validation};
+use flexid_edge::console::print;
 
 use bus::DemoBus;
 
 /// The files of the reference scenario.
 const SCENARIO: [(&str, &str); 4] = [
-    ("edge.toml", include_str!("../../scenario/edge.toml")),
+    ("edge.toml", include_str!("../../scenario/mill3-edge.toml")),
     ("mill3-model.toml", include_str!("../../scenario/mill3-model.toml")),
     ("mill3.toml", include_str!("../../scenario/mill3.toml")),
     ("mill3.dbc", include_str!("../../scenario/mill3.dbc")),

@@ -47,7 +47,8 @@ pub struct Candidates<'a> {
 }
 
 impl Candidates<'_> {
-    /// Every cut at each of `poses`, but for those whose force is lost in the noise; `done` is told of each.
+    /// Every cut at each of `poses`, but for those whose force is lost in the noise, or at which gravity leaves the robot no
+    /// equilibrium; `done` is told of each.
     ///
     /// # Errors
     /// Of a record that has no spectrum for any other reason.
@@ -78,7 +79,7 @@ impl Candidates<'_> {
                 };
                 let information = refinement.information(&self.problem(&measurement), &mut spectra);
                 let experiment = Experiment { pose: pose.to_vec(), ..cut.clone() };
-                Some(Ok(Candidate { experiment, information }))
+                Some(Ok(Candidate { experiment, information: information.ok()? }))
             };
         pairs.par_iter().map_init(workplace, evaluate).flatten_iter().collect()
     }
@@ -116,14 +117,15 @@ impl Candidates<'_> {
         let mut refinement = Box::new(Refinement::new(self.sought, self.bushings));
         let problem = self.problem(&measurement);
         refinement.fit(&problem, std::slice::from_mut(&mut *spectra));
-        Some(refinement.information(&problem, &mut spectra))
+        refinement.information(&problem, &mut spectra).ok()
     }
 
-    /// What the configuration's static tests tell.
+    /// What the configuration's static tests tell; nothing where gravity leaves the robot no equilibrium.
     pub fn statics(&self) -> Information {
         let measurement = self.config.measurement();
         let problem = Problem { statics: &self.config.statics, ..self.problem(&measurement) };
-        Information::of_statics(&problem, self.bushings)
+        let told = Information::of_statics(&problem, self.bushings);
+        told.unwrap_or_else(|_| Information::none(self.sought.unknowns()))
     }
 
     /// Number of cuts at each pose.
@@ -197,6 +199,9 @@ impl Candidates<'_> {
             acceleration: [0, 1, 2].map(|_| std::iter::repeat_n(0.0, samples).collect()),
             force_noise: [sampling.force_noise() as f32; 3],
             acceleration_noise: [sampling.acceleration_noise() as f32; 3],
+            force_noise_shape: Default::default(),
+            acceleration_noise_shape: Default::default(),
+            has_doubtful_rate: false,
             starts_at_rest: true,
         })
     }

@@ -143,10 +143,10 @@ mod tests {
 
     /// With the reference scenario, nothing known of its parameters.
     fn at_work(nuisances: &Nuisances, test: impl FnOnce(&Candidates<'_>, &Start) + Send) {
-        let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenario/edge.toml"));
+        let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenario/mill3-edge.toml"));
         let config = Config::load(file).unwrap();
         let scenario = Scenario::of(&config).unwrap();
-        let sought = Sought::new(3, nuisances);
+        let sought = Sought::new(3, nuisances).unwrap();
         let start = Start::unknown(&config, &sought);
         let chain = config.model.chain().unwrap();
         let workplace = Candidates {

@@ -32,7 +32,7 @@ pub struct Start {
 impl Start {
     /// No experiment but static tests: every parameter in the middle of its bounds, on the logarithmic scale.
     pub fn unknown(config: &Config, sought: &Sought) -> Self {
-        let mut bushings = config.bounds.middle(config.model.joints.len());
+        let mut bushings = config.bounds.middle(sought);
         sought.impose(&mut bushings);
         let information = Information::none(sought.unknowns());
         Self { bushings, information, has_statics: false }
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     fn config() -> Config {
-        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenario/edge.toml");
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenario/mill3-edge.toml");
         Config::load(Path::new(file)).unwrap()
     }
 
@@ -183,12 +183,12 @@ mod tests {
 
     /// The stiffnesses of joint 1 tied to the first, the damping of joint 2 along x held.
     fn sought() -> Sought {
-        let mut sought = Sought::new(3, &Nuisances::default());
+        let mut sought = Sought::new(3, &Nuisances::default()).unwrap();
         let stiffness = |dof| Coordinate::Stiffness { joint: 0, dof };
         for dof in 1..6 {
-            sought.tie(stiffness(dof), stiffness(0));
+            sought.tie(stiffness(dof), stiffness(0)).unwrap();
         }
-        sought.fix(Coordinate::Damping { joint: 1, dof: 0 }, 7e3);
+        sought.fix(Coordinate::Damping { joint: 1, dof: 0 }, 7e3).unwrap();
         sought
     }
 

@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
+use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::loss;
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::receptance::lanes::{Kernel, Lanes, Precision};
@@ -73,7 +74,15 @@ pub struct Scratch {
 
 impl Reference {
     /// Of what the reference model did at `pose`, from rest.
-    pub fn new(chain: &Chain, pose: &[f64], response: &Response, sampling: &Sampling) -> Self {
+    ///
+    /// # Errors
+    /// If the pose has not one angle per joint.
+    pub fn new(
+        chain: &Chain,
+        pose: &[f64],
+        response: &Response,
+        sampling: &Sampling,
+    ) -> Result<Self, LinearisationError> {
         let samples = response.force.len();
         let duration = samples as f64 / sampling.rate_hz;
         let bins = ((sampling.band_hz[1] * duration) as usize).min(samples / 2 - 1) + 1;
@@ -108,11 +117,11 @@ impl Reference {
 
         let any = Bushing { stiffness: [1.0; 6], damping: [1.0; 6] };
         let bushings: Bushings = chain.joints().iter().map(|_| any).collect();
-        let linear = chain.linearise(pose, Vector3::zeros(), &bushings);
+        let linear = chain.linearise(pose, Vector3::zeros(), &bushings)?;
         let mut planner = RealFftPlanner::<f32>::new();
         let growth = |n: usize| (alpha * n as f64 / rate_hz).exp() / duration;
         let mut reference = Self {
-            terms: Terms::new(&linear, &bushings, false),
+            terms: Terms::new(&linear, &bushings, false)?,
             line: places,
             force,
             bins,
@@ -135,7 +144,7 @@ impl Reference {
             reference.spectrum[axis] = std::mem::take(&mut scratch.spectrum);
         }
         reference.series = scratch.series;
-        reference
+        Ok(reference)
     }
 
     /// The reference's displacement along each TCP axis, m.
@@ -281,7 +290,7 @@ mod tests {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
         let cut = Cut::new(&scenario.experiments[1], &scenario.cutting, &sampling, &mut rng);
         let response = cut.response(&chain, &scenario.truth);
-        let reference = Reference::new(&chain, &cut.pose, &response, &sampling);
+        let reference = Reference::new(&chain, &cut.pose, &response, &sampling).unwrap();
         (scenario, response, reference)
     }
 

@@ -39,7 +39,7 @@ pub fn identify(study: &Study, robot: &Robot, seed: u64, level: Level) -> Vec<Bu
     while !matches!(identifier.step(&mut experiments), Phase::Settled | Phase::Waiting) {}
     match identifier.estimate() {
         Some(estimate) => estimate.bushings.to_vec(),
-        None => bounds.bushings(&vec![0.5; study.parameters()]).to_vec(),
+        None => bounds.bushings(&vec![0.5; study.parameters()]).unwrap_or_default().to_vec(),
     }
 }
 
@@ -65,6 +65,9 @@ fn record(trial: &Trial, sampling: &Sampling, rng: &mut impl Rng) -> Box<Record<
         acceleration: noisy(&trial.response.acceleration, acceleration),
         force_noise: [force as f32; 3],
         acceleration_noise: [acceleration as f32; 3],
+        force_noise_shape: Default::default(),
+        acceleration_noise_shape: Default::default(),
+        has_doubtful_rate: false,
         starts_at_rest: true,
     })
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use flexid_core::chain::Chain;
+use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::parameters::{Bounds, Bushing};
 use flexid_core::search::MAX_EXPERIMENTS;
 use flexid_edge::config::Config;
@@ -113,10 +114,12 @@ impl Study {
             |experiment: &Experiment| Cut::new(experiment, &scenario.cutting, sampling, &mut rng);
         let trial = |cut: Cut| {
             let response = cut.response(&self.chain, &truth);
-            let reference = Reference::new(&self.chain, &cut.pose, &response, sampling);
-            Trial { pose: cut.pose, response, reference }
+            let reference = Reference::new(&self.chain, &cut.pose, &response, sampling)?;
+            Ok(Trial { pose: cut.pose, response, reference })
         };
-        let seen: Vec<_> = scenario.experiments.iter().map(&mut cut).map(trial).collect();
+        let seen: Result<Vec<_>, LinearisationError> =
+            scenario.experiments.iter().map(&mut cut).map(trial).collect();
+        let seen = seen.map_err(|error| BadInput::new(&self.file, error))?;
         let mut poses = generator(seed, number, Purpose::Poses);
         let unseen = (0..unseen).map(|_| {
             let cut = cut(&scenario.draw_experiment(&self.model, &mut poses));

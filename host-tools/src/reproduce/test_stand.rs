@@ -35,9 +35,9 @@ impl<'a> TestStand<'a> {
         Self { study, robot, level, scratch: Scratch::default(), order, evaluations: 0 }
     }
 
-    /// The parameters at `fractions` of the bounds.
+    /// The parameters at `fractions` of the bounds, as many as the study has; none of any other number.
     pub fn bushings(&self, fractions: &[f32]) -> Bushings {
-        self.study.bounds().bushings(fractions)
+        self.study.bounds().bushings(fractions).unwrap_or_default()
     }
 
     /// Losses of the guess at `fractions` of the bounds, direction by direction, experiment by experiment.
@@ -99,7 +99,8 @@ impl<'a> TestStand<'a> {
         let any = Bushing { stiffness: [1.0; 6], damping: [1.0; 6] };
         let bushings = vec![any; chain.joints().len()];
         let jacobians: Vec<_> = (self.robot.seen.iter())
-            .map(|trial| chain.linearise(&trial.pose, Vector3::zeros(), &bushings).jacobian())
+            .filter_map(|trial| chain.linearise(&trial.pose, Vector3::zeros(), &bushings).ok())
+            .map(|linear| linear.jacobian())
             .collect();
         Sensitivities::jacobian(&jacobians, chain.joints().len())
     }

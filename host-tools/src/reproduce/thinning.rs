@@ -234,8 +234,9 @@ mod tests {
     fn every_place_is_filled() {
         let (scenario, chain) = mill3();
         let bushings: Bushings = scenario.truth.iter().copied().collect();
-        let linear = chain.linearise(&scenario.experiments[0].pose, Vector3::zeros(), &bushings);
-        let terms = Terms::new(&linear, &bushings, false);
+        let linear =
+            chain.linearise(&scenario.experiments[0].pose, Vector3::zeros(), &bushings).unwrap();
+        let terms = Terms::new(&linear, &bushings, false).unwrap();
         for bins in [1, 40, 52, 60, 100, 130, 820] {
             let line = Line::new(1.6, 1.5 * 820.0 / bins as f64, bins);
             let mut entries = Entries::default();
@@ -264,11 +265,11 @@ mod tests {
             for robot in 0..ROBOTS {
                 let bushings: Bushings = scenario.draw_truth(&mut rng).into_iter().collect();
                 let pose = &scenario.experiments[robot % 3].pose;
-                let linear = chain.linearise(pose, Vector3::zeros(), &bushings);
+                let linear = chain.linearise(pose, Vector3::zeros(), &bushings).unwrap();
                 let mut entries = Entries::default();
-                let terms = Terms::new(&linear, &bushings, false);
+                let terms = Terms::new(&linear, &bushings, false).unwrap();
                 computed += line.receptance(&terms, Level::new(), &mut entries);
-                let exact = Terms::<f64>::new(&linear, &bushings, false);
+                let exact = Terms::<f64>::new(&linear, &bushings, false).unwrap();
                 for (place, _) in line.bins.iter().enumerate().filter(|&(_, &bin)| bin < bins) {
                     let s = Complex::new(alpha, f64::from(line.omega[place]));
                     let exact = receptance(&exact, s);

@@ -1,9 +1,9 @@
 //! Logs as `candump -L` writes them: `(seconds.microseconds) interface ID#DATA`.
 
-use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use embedded_can::Id;
+use socketcan::dump::CanDumpRecord;
+use socketcan::{CanDataFrame, CanFrame, EmbeddedFrame as _};
 
 use super::sensor::TimedFrame;
 
@@ -28,22 +28,16 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// The log cannot be written.
     pub fn write(&mut self, frames: &[TimedFrame], start_s: f64) -> io::Result<()> {
-        let mut line = String::new();
         for TimedFrame { time_s, frame } in frames {
-            let microseconds = ((start_s + time_s) * 1e6).round() as u64;
-            line.clear();
-            // Writing to a string does not fail.
-            let (seconds, rest) = (microseconds / 1_000_000, microseconds % 1_000_000);
-            let _ = write!(line, "({seconds}.{rest:06}) {} ", self.interface);
-            let _ = match frame.id {
-                Id::Standard(id) => write!(line, "{:03X}#", id.as_raw()),
-                Id::Extended(id) => write!(line, "{:08X}#", id.as_raw()),
+            let data = CanDataFrame::new(frame.id, frame.data())
+                .ok_or_else(|| io::Error::other("a frame of more than 8 bytes"))?;
+            let record = CanDumpRecord {
+                t_us: ((start_s + time_s) * 1e6).round() as u64,
+                device: self.interface.clone(),
+                frame: CanFrame::Data(data).into(),
+                direction: None,
             };
-            for byte in frame.data() {
-                let _ = write!(line, "{byte:02X}");
-            }
-            line.push('\n');
-            self.log.write_all(line.as_bytes())?;
+            writeln!(self.log, "{record}")?;
         }
         Ok(())
     }

@@ -64,9 +64,14 @@ impl Cut {
     }
 
     /// What it does to a robot with one of `bushings` a joint. Not a number from where the robot gives way
-    /// altogether: a bushing turns by 90°.
+    /// altogether: a bushing turns by 90°, or does not come to rest under gravity.
     pub fn response(&self, chain: &Chain, bushings: &[Bushing]) -> Response {
         let equation = EquationOfMotion::new(chain, &self.pose, self.gravity, bushings);
+        let Ok(equation) = equation else {
+            let nothing = vec![Vector3::repeat(f64::NAN); self.force.len().div_ceil(OVERSAMPLING)];
+            let [force, displacement, acceleration] = [nothing.clone(), nothing.clone(), nothing];
+            return Response { force, displacement, acceleration };
+        };
         let start = equation.rest();
         let mut robot = Radau::new(equation, start, 1.0 / (self.rate_hz * STEPS as f64));
         let mut stands = true;
@@ -117,7 +122,8 @@ mod tests {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
         let cut = Cut::new(&scenario.experiments[1], &scenario.cutting, sampling, &mut rng);
         let found = cut.response(&chain, &scenario.truth).displacement;
-        let equation = EquationOfMotion::new(&chain, &cut.pose, cut.gravity, &scenario.truth);
+        let equation =
+            EquationOfMotion::new(&chain, &cut.pose, cut.gravity, &scenario.truth).unwrap();
         let start = equation.rest();
         let steps = 16 * STEPS;
         let mut robot = Radau::new(equation, start, 1.0 / (cut.rate_hz * steps as f64));
@@ -131,6 +137,19 @@ mod tests {
         }
         let error = displacement_error(&exact, &found, cut.rate_hz, sampling.band_hz);
         assert!(error.iter().all(|&error| error < 1e-6), "{error:?}");
+    }
+
+    #[test]
+    fn a_robot_that_gravity_leaves_no_rest_is_not_a_number() {
+        let (scenario, chain) = mill3();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let sampling = &scenario.measurement;
+        let cut = Cut::new(&scenario.experiments[0], &scenario.cutting, sampling, &mut rng);
+        let cut = Cut { gravity: Vector3::new(0.0, 0.0, -9.80665), ..cut };
+        let limp = Bushing { stiffness: [1e3; 6], damping: [1e3; 6] };
+        let response = cut.response(&chain, &[limp; 3]);
+        let samples = cut.response(&chain, &scenario.truth).displacement.len();
+        assert!(!response.is_finite() && response.displacement.len() == samples);
     }
 
     #[test]

@@ -10,11 +10,13 @@
 //! | [`simulator`]  | experiment after experiment                                  |
 //! | [`candump`]    | frames into a log                                            |
 //! | [`bus`]        | frames onto a CAN interface                                  |
+//! | [`interface`]  | whether a CAN interface is a virtual one                     |
 
 pub mod bus;
 pub mod candump;
 pub mod experiment;
 pub mod force;
+pub mod interface;
 pub mod scenario;
 pub mod sensor;
 pub mod simulator;

@@ -7,6 +7,7 @@ use flexid_edge::config::{BoundsSection, Config};
 use flexid_edge::input::{self, BadInput};
 use flexid_edge::model::{Kind, Model, ModelJoint};
 use rand_core::Rng;
+use rand_distr::{Distribution as _, Uniform};
 use serde::{Deserialize, Serialize};
 
 use crate::table::DOF_NAMES;
@@ -206,7 +207,7 @@ impl Scenario {
     /// (between ± π or ± 1 m where there is none), spindle speeds and feed like those of the file.
     pub fn draw_experiment(&self, model: &Model, rng: &mut impl Rng) -> Experiment {
         let pose = model.joints.iter().map(|joint| uniform(rng, reach(joint))).collect();
-        let feed = [Feed::X, Feed::Y, Feed::Z][(3.0 * unit(rng)) as usize];
+        let feed = [Feed::X, Feed::Y, Feed::Z][uniform(rng, [0.0, 3.0]) as usize];
         let spindle_rpm = [uniform(rng, [600.0, 900.0]), uniform(rng, [3000.0, 5400.0])];
         Experiment { name: "drawn".into(), pose, spindle_rpm, feed }
     }
@@ -225,13 +226,9 @@ pub(crate) fn reach(joint: &ModelJoint) -> [f64; 2] {
     [lower, upper]
 }
 
-/// In [0, 1).
-fn unit(rng: &mut impl Rng) -> f64 {
-    (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-}
-
+/// From `lower` to below `upper`; `lower` where there is nothing between them.
 fn uniform(rng: &mut impl Rng, [lower, upper]: [f64; 2]) -> f64 {
-    lower + (upper - lower) * unit(rng)
+    Uniform::new(lower, upper).map_or(lower, |range| range.sample(rng))
 }
 
 fn truth(raw: &[Truth], model: &Model, bounds: &Bounds) -> Result<Vec<Bushing>, String> {

@@ -141,7 +141,7 @@ mod tests {
     const POSE: [f64; 3] = [0.0, -0.45, 0.95];
 
     fn signals() -> SignalTable {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/edge.toml");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-edge.toml");
         Config::load(&file).unwrap().signals
     }
 

@@ -39,6 +39,11 @@ pub enum UrdfError {
     /// XML that is no URDF.
     #[error("not a URDF: {0}")]
     Syntax(String),
+    /// A macro file, of which a URDF is still to be made.
+    #[error(
+        "is a xacro, a template for URDF: expand it first with `xacro IN.xacro > robot.urdf` (ROS package xacro, or `pip install xacro`)"
+    )]
+    Xacro,
     /// Two links of one name.
     #[error("link '{0}' is defined twice: rename one")]
     DuplicateLink(String),
@@ -156,6 +161,10 @@ pub enum UrdfError {
 
 /// Reads the chain from the root to the link `tcp` out of the text of a URDF file.
 pub fn import(text: &str, tcp: &str) -> Result<Imported, UrdfError> {
+    // An expanded file may still declare the name space, but uses no element of it.
+    if text.contains("<xacro:") {
+        return Err(UrdfError::Xacro);
+    }
     let syntax = |error: urdf_rs::UrdfError| UrdfError::Syntax(one_line(&error.to_string()));
     let robot = urdf_rs::read_from_string(text).map_err(syntax)?;
     let tree = Tree::new(&robot)?;

@@ -100,6 +100,13 @@ fn what_cannot_be_simulated_is_refused_with_place_and_mend() {
         (reason("<robot", "tool"), "not a URDF: "),
         (reason("", "tool"), "not a URDF: "),
         (
+            reason(
+                "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\"><xacro:include filename=\"a\"/></robot>",
+                "tool",
+            ),
+            "is a xacro, a template for URDF: expand it first with `xacro IN.xacro > robot.urdf` ",
+        ),
+        (
             reason(&arm(&body), "gripper"),
             "--tcp gripper: no such link; the file has base, arm, tool",
         ),

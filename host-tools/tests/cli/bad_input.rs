@@ -6,7 +6,7 @@ use crate::setup::{edit, flexid, folder, stderr};
 fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
     // Arguments; file, text and its replacement; what stderr says.
     type Case = (&'static str, Option<[&'static str; 3]>, &'static [&'static str]);
-    let cases: [Case; 37] = [
+    let cases: [Case; 38] = [
         ("model import gone.urdf --tcp tcp -o m.toml", None, &["gone.urdf: cannot be read"]),
         (
             "model import mill3.urdf --tcp hand -o m.toml",
@@ -27,7 +27,7 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
         ),
         (
             "simulate --config edge.toml --candump o.log",
-            Some(["edge.toml", "[simulation] ", "[simulations] "]),
+            Some(["edge.toml", "[simulation]", "[simulations]"]),
             &["edge.toml:", "simulations"],
         ),
         (
@@ -60,6 +60,11 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
         ("simulate --config edge.toml --experiments 0", None, &["--experiments", "1..=10000"]),
         ("simulate --config edge.toml --candump o.log --drop 1", None, &["--drop 1: must be"]),
         ("simulate --config edge.toml --candump o.log --truth me", None, &["drawn:SEED"]),
+        (
+            "simulate --config edge.toml",
+            None,
+            &["flexid: ", "not provided: <--can <IFACE>|--candump <OUT.log>> (see --help)"],
+        ),
         ("simulate --config edge.toml --can nocan9", None, &["--can nocan9: interface \"nocan9\""]),
         (
             "",

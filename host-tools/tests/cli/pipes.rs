@@ -15,7 +15,7 @@ fn nobody_who_listens_is_no_reason_to_panic() {
     ];
     for (program, arguments, made) in cases {
         let output = unheard(folder.path(), program, arguments);
-        assert!(matches!(output.status.code(), Some(0 | 1)), "{arguments}: {:?}", output.status);
+        assert_eq!(output.status.code(), Some(0), "{arguments}");
         assert_eq!(stderr(&output), "", "{arguments}");
         if let Some(made) = made {
             assert!(folder.path().join(made).exists(), "{arguments}: no {made}");
@@ -52,6 +52,6 @@ fn what_was_identified_stays_whatever_happens_afterwards() {
 
     let command = "identify --config edge.toml a.log --json o.json";
     let output = unheard(folder.path(), FLEXID, command);
-    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(1), ""));
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
     found();
 }

@@ -7,8 +7,17 @@ use tempfile::TempDir;
 
 const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenario");
 
-/// A folder with the scenario in it.
+/// A folder with the scenario in it; its configuration is called `edge.toml`.
 pub(crate) fn folder() -> TempDir {
+    let folder = example();
+    let [ours, name] = ["mill3-edge.toml", "edge.toml"].map(|name| folder.path().join(name));
+    fs::rename(ours, name).unwrap();
+    folder
+}
+
+/// A folder with the files as they are shipped: `edge.toml` is the example for a real robot.
+#[allow(dead_code)] // not every test needs it
+pub(crate) fn example() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     copy(Path::new(SCENARIO), folder.path());
     folder

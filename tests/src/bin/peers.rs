@@ -186,6 +186,9 @@ impl Reference {
             acceleration: [column(3), column(4), column(5)],
             force_noise: [sampling.force_noise() as f32; 3],
             acceleration_noise: [sampling.acceleration_noise() as f32; 3],
+            force_noise_shape: Default::default(),
+            acceleration_noise_shape: Default::default(),
+            has_doubtful_rate: false,
             starts_at_rest: true,
         })
     }

@@ -53,7 +53,7 @@ fn main() -> Result<()> {
         .iter()
         .map(|name| frames(&folder.join("recordings/nominal").join(name)))
         .collect::<Result<Vec<_>>>()?;
-    let config = Config::load(&folder.join("../host-tools/scenario/edge.toml"))?;
+    let config = Config::load(&folder.join("../host-tools/scenario/mill3-edge.toml"))?;
 
     let paced = run(&config, experiments.iter(), true)?;
     println!("at the pace of the recording: {paced}");

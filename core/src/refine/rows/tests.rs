@@ -4,6 +4,7 @@ use nalgebra::{Rotation3, Vector3};
 use proptest::array::{uniform3, uniform6};
 use proptest::prelude::*;
 
+use super::super::equations::MAX_WIDTH;
 use super::*;
 use crate::MAX_JOINTS;
 use crate::calibration::Nuisances;
@@ -15,7 +16,7 @@ use crate::refine::tests::{bushings, chain};
 /// Two joints in gravity.
 fn robot() -> (LinearChain, Bushings) {
     let (chain, bushings) = (chain(), bushings());
-    let linear = chain.linearise(&[0.4, -0.3], Vector3::new(0.0, 0.0, -9.8), &bushings);
+    let linear = chain.linearise(&[0.4, -0.3], Vector3::new(0.0, 0.0, -9.8), &bushings).unwrap();
     (linear, bushings)
 }
 
@@ -56,7 +57,7 @@ proptest! {
             ..Calibration::default()
         };
         let respond = |calibration: &Calibration| {
-            let terms = Terms::mounted(&linear, &bushings, true, &mounting, calibration);
+            let terms = Terms::mounted(&linear, &bushings, true, &mounting, calibration).unwrap();
             let force = core::array::from_fn(|axis| {
                 let gain = calibration.force_gain[axis];
                 Complex { re: raw[axis] / gain, im: raw[3 + axis] / gain }
@@ -73,10 +74,10 @@ proptest! {
             misalignment: Some(1.0),
             mass: None,
         };
-        let sought = Sought::new(2, &widths);
+        let sought = Sought::new(2, &widths).unwrap();
         let inverse_s = Complex { re: 0.0, im: -1.0 / omega };
         let batch = Batch { s, inverse_s, force, ratio: [1.0; MAX_WIDTH] };
-        let mut rows = [[[0.0; COLUMNS]; 6]; MAX_WIDTH];
+        let mut rows = [[[0.0; COLUMNS]; 6]];
         Derivatives::new(&sought, &calibration, 0).write(&mut rows, &response, &terms, &batch);
         let size = response.acceleration.iter().map(|a| libm::hypot(a.re, a.im)).fold(0.0, f64::max);
         for (index, unknown) in sought.nuisances() {
@@ -101,4 +102,12 @@ proptest! {
             }
         }
     }
+}
+
+/// Where there is one lane, as on a microcontroller, the rows of a bin take the stack of one lane.
+#[test]
+fn rows_take_no_more_room_than_there_are_lanes() {
+    let bytes = size_of_val(&<f64 as Lanes>::each([[0.0_f64; COLUMNS]; 6]));
+    assert_eq!(bytes, 8 * 6 * COLUMNS);
+    assert!(bytes < 10_000, "{bytes}");
 }

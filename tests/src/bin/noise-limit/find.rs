@@ -37,11 +37,13 @@ impl Task<'_> {
     pub(crate) fn identifier(
         &self,
         random: Xoshiro256PlusPlus,
-    ) -> Box<Identifier<Xoshiro256PlusPlus>> {
+    ) -> Result<Box<Identifier<Xoshiro256PlusPlus>>> {
         let Self { chain, bounds, measurement, nuisances } = self;
-        let sought = Sought::new(chain.joints().len(), nuisances);
+        let sought = Sought::new(chain.joints().len(), nuisances)?;
         let new = Identifier::new((*chain).clone(), *bounds, *measurement, Level::new(), random);
-        Box::new(new.seeking(sought))
+        let mut identifier = Box::new(new);
+        identifier.seek(sought)?;
+        Ok(identifier)
     }
 }
 
@@ -49,7 +51,7 @@ impl Task<'_> {
 pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) -> Result<Found> {
     let experiments = records.iter().map(|one| experiment(task.chain, &task.measurement, one));
     let mut experiments = experiments.collect::<Result<Vec<_>>>()?;
-    let mut identifier = task.identifier(random);
+    let mut identifier = task.identifier(random)?;
     identifier.renew(&experiments);
     while identifier.step(&mut experiments) != Phase::Settled {}
     let estimate = identifier.estimate().context("a settled identifier without an estimate")?;

@@ -173,7 +173,7 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
         told.push(sum);
     }
     let task = study.task();
-    let mut identifier = task.identifier(random(Purpose::Search, robot).0);
+    let mut identifier = task.identifier(random(Purpose::Search, robot).0)?;
     let mut sensors = Sensors::new(study, random(Purpose::Noise, robot))?;
     let (mut kept, mut all) = (Vec::new(), Vec::new());
     let mut lost = 0;
@@ -203,7 +203,7 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
     let found = Found::new(estimate, identifier.progress().starts);
     let (errors, bound) = (found.errors(&truth), deviations(&information)?);
     let over = |errors: &[f64]| errors.iter().zip(&bound).map(|(e, bound)| e / bound).collect();
-    let (whole, own) = keep_all(&task, &found.estimate.bushings, &mut all);
+    let (whole, own) = keep_all(&task, &found.estimate.bushings, &mut all)?;
     let whole_errors: Vec<f64> = logarithms(&whole)
         .iter()
         .zip(logarithms(&truth))
@@ -226,15 +226,15 @@ fn keep_all(
     task: &Task,
     guess: &Bushings,
     records: &mut [Experiment<BINS>],
-) -> (Bushings, Vec<f64>) {
-    let sought = &Sought::new(guess.len(), &task.nuisances);
+) -> Result<(Bushings, Vec<f64>)> {
+    let sought = &Sought::new(guess.len(), &task.nuisances)?;
     let Task { chain, bounds, measurement, .. } = task;
     let problem = Problem { chain, measurement, bounds, sought, statics: &[], level: Level::new() };
     let mut refinement = Box::new(Refinement::new(sought, guess));
     while refinement.step(&problem, records) == Outcome::Improving {}
     let covariance = refinement.fit(&problem, records).covariance;
     let deviations = (0..covariance.unknowns()).map(|index| covariance.deviation(index)).collect();
-    (refinement.bushings(sought), deviations)
+    Ok((refinement.bushings(sought), deviations))
 }
 
 fn print(all: &[Month]) {

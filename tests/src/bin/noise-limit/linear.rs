@@ -50,8 +50,11 @@ pub(crate) struct Equation {
 
 impl Equation {
     pub(crate) fn new(chain: &Chain, bushings: &[Bushing], cut: &Cut) -> Self {
-        let equilibrium = chain.linearise(&cut.pose, cut.gravity, bushings);
-        let sag: Vec<[f64; 6]> = equilibrium.joints.iter().map(|j| j.sag.into()).collect();
+        // Where there is no equilibrium nothing is a number, and no limit holds.
+        let sag: Vec<[f64; 6]> = match chain.linearise(&cut.pose, cut.gravity, bushings) {
+            Ok(equilibrium) => equilibrium.joints.iter().map(|j| j.sag.into()).collect(),
+            Err(_) => vec![[f64::NAN; 6]; bushings.len()],
+        };
         let dense = Dense::new(chain, &cut.pose, cut.gravity, &sag);
         let tip = dense.tip();
         // The turn t of the tool shows as t × g.

@@ -1,6 +1,7 @@
 //! Without noise, neither the basin nor the ends of the records leave a trace.
 
 use anyhow::Result;
+use flexid_core::verdict::{Trust, Verdict};
 use rayon::prelude::*;
 
 use crate::bound::{deviations, information};
@@ -24,7 +25,7 @@ struct Worst {
     parameter: usize,
     score: f64,
     consistency: f64,
-    /// Whether the noise would explain it, and each verdict is what the bound makes of its parameter.
+    /// Whether the noise is called too loud, and each verdict would be what the bound makes of its parameter if it were not.
     right: bool,
     starts: u32,
 }
@@ -42,10 +43,12 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
         }
         let deviations = deviations(&told.into_iter().sum())?;
         let found = find(&study.task(), &records, random(Purpose::Search, robot).0)?;
-        let right = found.is_consistent()
-            && deviations.iter().enumerate().all(|(index, deviation)| match *deviation {
-                told if told <= TOLD => found.identifies(index),
-                told if told >= NOT_TOLD => !found.identifies(index),
+        let trust = Trust::new(1.0, true);
+        let identifies = |deviation: f64| trust.verdict(1.0, deviation).0 == Verdict::Identified;
+        let right = found.estimate.noise_too_loud
+            && found.deviations.iter().zip(&deviations).all(|(own, deviation)| match *deviation {
+                told if told <= TOLD => identifies(*own),
+                told if told >= NOT_TOLD => !identifies(*own),
                 _ => true,
             });
         let scores = found.errors(&truth).into_iter().zip(deviations).map(|(e, d)| (e / d).abs());
@@ -74,7 +77,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
     let largest = all.last();
     Ok(vec![
         Figure::count(
-            "robots consistent without noise, each verdict that of the bound",
+            "robots found without noise, each verdict that of the bound",
             robots,
             found == robots,
             found,

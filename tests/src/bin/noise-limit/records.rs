@@ -56,6 +56,9 @@ impl<'a> Signals<'a> {
             acceleration: along(self.acceleration),
             force_noise: [sampling.force_noise() as f32; 3],
             acceleration_noise: [sampling.acceleration_noise() as f32; 3],
+            force_noise_shape: Default::default(),
+            acceleration_noise_shape: Default::default(),
+            has_doubtful_rate: false,
             starts_at_rest: true,
         }
     }

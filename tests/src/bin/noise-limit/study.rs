@@ -45,8 +45,8 @@ pub(crate) enum Purpose {
 impl Study {
     pub(crate) fn load() -> Result<Self> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario");
-        let config = Config::load(&folder.join("edge.toml"))?;
-        let file = config.scenario.as_deref().context("edge.toml names no scenario")?;
+        let config = Config::load(&folder.join("mill3-edge.toml"))?;
+        let file = config.scenario.as_deref().context("mill3-edge.toml names no scenario")?;
         let scenario = Scenario::load(file, &config.model)?;
         let (chain, measurement) = (config.model.chain()?, config.measurement());
         Ok(Self { config, chain, scenario, measurement })

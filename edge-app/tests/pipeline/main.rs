@@ -1,5 +1,7 @@
 //! The daemon and the offline tool on the same frames.
 
+mod state;
+
 use std::io;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -16,7 +18,8 @@ use flexid_edge::finding::Finding;
 use flexid_edge::pipeline::{Intake, Outcome, Solver, run_offline};
 use flexid_edge::source::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 use flexid_edge::stop::Stop;
-use flexid_wire::report::Verdict;
+use flexid_wire::messages::Progress;
+use flexid_wire::report::{Acceptance, Verdict};
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -48,9 +51,17 @@ impl FrameSource for Replay {
 
 /// The reference scenario with records of an eighth of a second.
 fn config() -> Config {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/edge.toml");
+    config_with("[bus]", "[bus]")
+}
+
+/// The same, with `from` replaced by `to`.
+fn config_with(from: &str, to: &str) -> Config {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/mill3-edge.toml");
     let text = std::fs::read_to_string(&file).unwrap();
-    let text = text.replace("rate_hz = 2000.0", "rate_hz = 2000.0\nrecord_samples = 256");
+    assert!(text.contains(from), "{from}");
+    let text = text.replace(from, to);
+    let text =
+        text.replace("rate_hz = 2000.0", &format!("rate_hz = 2000.0\nrecord_samples = {SAMPLES}"));
     Config::parse(&file, &text.replace("[2.0, 200.0]", "[20.0, 150.0]")).unwrap()
 }
 
@@ -68,7 +79,8 @@ fn robot(config: &Config, pose: &[f64; 3]) -> Tool {
     let Bounds { stiffness, damping } = config.bounds;
     let bushing = Bushing { stiffness: stiffness.map(middle), damping: damping.map(middle) };
     let chain = config.model.chain().unwrap();
-    let equation = EquationOfMotion::new(&chain, pose, config.gravity.into(), &[bushing; 3]);
+    let equation =
+        EquationOfMotion::new(&chain, pose, config.gravity.into(), &[bushing; 3]).unwrap();
     let start = equation.rest();
     let mut robot = Radau::new(equation, start, 1.0 / RATE_HZ);
     let (accelerometer, mounting) = (config.accelerometer, config.mounting);
@@ -82,10 +94,21 @@ fn robot(config: &Config, pose: &[f64; 3]) -> Tool {
     })
 }
 
-/// At each pose a quiet time, then smooth noise that pushes the tool; in every hundredth instant the acceleration is lost.
+/// As [`frames_with`], with the acceleration lost in every hundredth instant.
 fn frames(
     config: &Config,
     poses: &[[f64; 3]],
+    at_pose: impl Fn(&[f64; 3]) -> Tool,
+) -> Vec<Arrival> {
+    frames_with(config, poses, 100, 0.02, at_pose)
+}
+
+/// At each pose a quiet time, then smooth noise that pushes the tool. Of `every` so many accelerations the last is lost.
+fn frames_with(
+    config: &Config,
+    poses: &[[f64; 3]],
+    every: u32,
+    acceleration_noise: f32,
     at_pose: impl Fn(&[f64; 3]) -> Tool,
 ) -> Vec<Arrival> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
@@ -100,7 +123,8 @@ fn frames(
         let start = 1.0e9 + 10.0 * place as f64;
         let mut tool = at_pose(pose);
         let mut cutting = [(0.0, 0.0); 3];
-        for counter in 0..5 * SAMPLES / 2 {
+        let samples = config.record_samples as u32;
+        for counter in 0..5 * samples / 2 {
             let time = start + f64::from(counter) * period;
             if counter % 200 == 0 {
                 for (index, &value) in pose.iter().enumerate() {
@@ -108,7 +132,7 @@ fn frames(
                 }
             }
             // White force counts as noise of the sensor: cutting is smooth.
-            let size = if counter < SAMPLES { 0.0 } else { 100.0 };
+            let size = if counter < samples { 0.0 } else { 100.0 };
             for (smooth, force) in &mut cutting {
                 *smooth = 0.8 * *smooth + noise(size);
                 *force = 0.8 * *force + *smooth;
@@ -116,8 +140,9 @@ fn frames(
             let value = cutting.map(|(_, force)| force + noise(0.5));
             send(time, Reading::Force { counter, value });
             let acceleration = tool(value);
-            if counter % 100 != 99 {
-                let value = acceleration.map(|acceleration| acceleration + noise(0.02));
+            if counter % every != every - 1 {
+                let value =
+                    acceleration.map(|acceleration| acceleration + noise(acceleration_noise));
                 send(time + 0.25 * period, Reading::Acceleration { counter, value });
             }
         }
@@ -160,6 +185,22 @@ fn the_daemon_and_the_offline_tool_say_the_same() {
     let stop = Stop::new();
     let daemon = daemon::run(&config, &mut source(&config, false), &[], &stop).unwrap();
     assert_eq!(timeless(daemon), offline);
+}
+
+#[test]
+fn the_work_on_a_record_goes_forward_only() {
+    let config = config();
+    let mut steps: Vec<(u64, f32)> = Vec::new();
+    let note = |progress: &Progress| steps.push((progress.records, progress.fraction));
+    run_offline(&config, &mut source(&config, false), note).unwrap();
+    let fractions = |of: u64| steps.iter().filter(move |(records, _)| *records == of);
+    let records = steps.last().expect("no step at all").0;
+    for record in 1..=records {
+        let fractions: Vec<f32> = fractions(record).map(|(_, fraction)| *fraction).collect();
+        assert!(fractions.is_sorted(), "record {record}");
+        assert!(fractions[0] < 0.5 && fractions.last() == Some(&1.0), "{fractions:?}");
+    }
+    assert!(records >= 2);
 }
 
 /// Of a robot something is told; a block of a ton is none, and of what moves it so there are no intervals.
@@ -222,6 +263,35 @@ fn intervals_told(Finding { report, confidence }: &Finding) -> usize {
     told
 }
 
+#[test]
+fn wrong_units_are_named_before_all_else() {
+    let config = config();
+    let warnings = |frames: Vec<Arrival>| {
+        let mut source = Replay { frames: frames.into_iter(), breaks: false };
+        let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
+        let warnings = outcome.finding.expect("a finding").report.warnings;
+        (warnings.iter().map(|text| text.to_string()).collect::<Vec<_>>(), outcome.state)
+    };
+    let at = |pose: &[f64; 3]| robot(&config, pose);
+    let (right, state) = warnings(frames(&config, &POSES, at));
+    assert!(!right.iter().any(|warning| warning.contains('?')), "{right:?}");
+    assert_eq!(state, "measuring");
+
+    let (in_g, _) = warnings(frames(&config, &POSES, |pose| {
+        let mut tool = at(pose);
+        Box::new(move |force| tool(force).map(|value| value / 9.806_65))
+    }));
+    assert!(in_g[0].contains("is the acceleration in g?"), "{in_g:?}");
+
+    let degrees = POSES.map(|pose| pose.map(f64::to_degrees));
+    let (in_degrees, state) =
+        warnings(frames(&config, &degrees, |pose| at(&pose.map(f64::to_radians))));
+    let said = "q3 reads 108.8620, beyond joint_3's limits, ";
+    assert!(in_degrees[0].starts_with(said), "{in_degrees:?}");
+    assert!(in_degrees[0].contains("in degrees? give its unit in [bus] dbc"), "{in_degrees:?}");
+    assert_eq!(state, format!("measuring; {}", in_degrees[0]));
+}
+
 /// Seven records at one pose, of which four are kept, and a model so wrong that none of the others is folded in.
 #[test]
 fn records_that_are_lost_are_counted() {
@@ -235,6 +305,33 @@ fn records_that_are_lost_are_counted() {
     assert_eq!((report.fit.records, confidence.retired, confidence.left_out), (4, 0, taken - 4));
     let said = |part: &str| report.warnings.iter().any(|warning| warning.contains(part));
     assert!(said(" lost to make room: what they told is kept only"), "{:?}", report.warnings);
+}
+
+/// The frames of one log twice: the numbers and their deviations are those of once, and a warning says why.
+#[test]
+fn a_log_that_is_given_twice_counts_once() {
+    let config = config();
+    let run = |frames: Vec<Arrival>| {
+        let mut source = Replay { frames: frames.into_iter(), breaks: false };
+        let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
+        let records = outcome.counts.stream.records;
+        (timeless(outcome), records)
+    };
+    let log = frames(&config, &POSES, |pose| robot(&config, pose));
+    let (once, records) = run(log.clone());
+    let (twice, all) = run([log.clone(), log].concat());
+    assert!(records >= 2 && all == 2 * records, "{records} and {all} records");
+    assert_eq!(twice.report.fit.records, once.report.fit.records);
+    assert_eq!(twice.report.joints, once.report.joints);
+    let again = |finding: &Finding| {
+        finding.report.warnings.iter().find(|warning| warning.contains("again")).cloned()
+    };
+    let words = format!(
+        "{records} records came again and are left out: record {} is record 1, and so on",
+        records + 1
+    );
+    assert_eq!(again(&twice).as_deref(), Some(words.as_str()));
+    assert_eq!(again(&once), None);
 }
 
 #[test]
@@ -323,12 +420,69 @@ fn what_keeps_frames_from_becoming_records_is_named() {
         "[signals] acceleration_counter stands still (633 frames): it must count the instants",
         "the counters of force and acceleration do not go together (",
         "the counters of force and acceleration do not go together (",
-        "edge.toml: [measurement] rate_hz is 2000, but frames come at 4000/s",
+        "mill3-edge.toml: [measurement] rate_hz is 2000, but frames come at 4000/s",
     ];
     for (outcome, expected) in states.iter().zip(expected) {
         assert!(outcome.state.starts_with(expected), "{}\n  is not\n{expected}", outcome.state);
         assert!(outcome.state.len() <= 160, "{} does not fit a message", outcome.state);
         assert!(outcome.finding.is_none());
+    }
+}
+
+/// Arrivals tell the rate: what is certain is used, what is not makes the fit no better than unsettled.
+#[test]
+fn a_wrong_rate_is_warned_of_with_what_was_done() {
+    let start = 1.0e9;
+    let at = |rate_hz: f64, jitter_s: f64| {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        move |arrival: Arrival| {
+            let late_s = jitter_s * f64::from(rng.next_u32()) / 2_f64.powi(32);
+            let time_s = start + (arrival.time_s - start) * RATE_HZ / rate_hz + late_s;
+            Arrival { time_s, ..arrival }
+        }
+    };
+    for (rate_hz, jitter_s, said) in [
+        (2000.0, 0.0, None),
+        (2000.0, 3e-4, None),
+        (2004.0, 0.0, Some("but frames come at 2004.00/s, that is used")),
+        (2020.0, 1e-3, Some(": too uncertain to be used, so nothing is identified")),
+    ] {
+        let outcome = spoilt(at(rate_hz, jitter_s));
+        let Finding { report, confidence } = outcome.finding.expect("a finding");
+        let warning = report.warnings.iter().find(|warning| warning.contains("rate_hz"));
+        println!("{rate_hz} Hz: {warning:?}");
+        assert_eq!(warning.is_some(), said.is_some(), "{:?}", report.warnings);
+        let says = |said| warning.is_some_and(|warning| warning.ends_with(said));
+        assert!(said.is_none_or(says), "{warning:?}");
+        let doubtful = outcome.counts.stream.doubtful_rate > 0;
+        assert_eq!(doubtful, rate_hz == 2020.0);
+        if doubtful {
+            assert_eq!(report.fit.acceptance, Acceptance::Unsettled);
+            let sure = |joint: &flexid_wire::confidence::JointIntervals| {
+                joint.stiffness_interval.iter().chain(&joint.damping_interval).any(Option::is_some)
+            };
+            assert!(!confidence.joints.iter().any(sure));
+        }
+    }
+}
+
+/// An angle that used to be repeated is awaited, one that never was holds.
+#[test]
+fn a_joint_that_falls_silent_is_named() {
+    let config = config();
+    let third = StandardId::new(0x113).unwrap().into();
+    for (first_s, expected) in [
+        (
+            1.0e9 + 5.0,
+            "waiting for joint angles: joint_3 used to come again and again, and does not any more",
+        ),
+        (1.0e9 + 0.05, "measuring"),
+    ] {
+        let mut frames = frames(&config, &[[0.0, -0.45, 0.95]; 2], block);
+        frames.retain(|arrival| arrival.frame.id != third || arrival.time_s < first_s);
+        let mut source = Replay { frames: frames.into_iter(), breaks: false };
+        let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
+        assert_eq!(outcome.state, expected);
     }
 }
 

@@ -1,0 +1,110 @@
+//! Where an identifier stands once it has settled: what it needs, beside the experiments, to go on after a restart.
+
+use heapless::Vec;
+
+use super::Acceptance;
+use crate::parameters::Bounds;
+use crate::refine::Retired;
+use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
+
+/// How far beyond its bounds rounding may put a parameter's logarithm.
+const ROUNDING: f64 = 1e-9;
+
+/// A settled identifier, without its experiments and its generator of random numbers.
+///
+/// [`Identifier::resume`](super::Identifier::resume) with the same experiments gives the same estimate, to the bit at the
+/// same instruction set. It holds for the same robot, measurement, bounds, static tests and unknowns only; who keeps it
+/// sees to that.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Standing {
+    /// One per coordinate.
+    pub(super) coordinates: Vec<f64, MAX_UNKNOWNS>,
+    pub(super) acceptance: Acceptance,
+    pub(super) retired: Retired,
+    pub(super) forgotten: u64,
+    pub(super) starts: u32,
+    pub(super) search_evaluations: u64,
+    pub(super) refine_iterations: u64,
+}
+
+/// Why no identifier can go on from a [`Standing`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StandingError {
+    /// It has another number of coordinates, one that is not finite, or a parameter outside its bounds.
+    Coordinates,
+    /// Its retired records are of another number of unknowns, or hold a number that is not finite.
+    Retired,
+}
+
+impl Standing {
+    /// Records that were not kept any more, whose information is in it.
+    pub fn retired(&self) -> u64 {
+        self.retired.records()
+    }
+
+    /// The coordinates, if a fit of `sought` within `bounds` can stand there.
+    pub(super) fn coordinates(
+        &self,
+        sought: &Sought,
+        bounds: &Bounds,
+    ) -> Result<Coordinates, StandingError> {
+        let coordinates: Coordinates =
+            self.coordinates.as_slice().try_into().map_err(|_| StandingError::Coordinates)?;
+        let ranges = sought.ranges(&coordinates, bounds);
+        let within = ranges.iter().take(sought.unknowns()).all(|[value, lower, upper]| {
+            (lower - ROUNDING..=upper + ROUNDING).contains(value) && value.is_finite()
+        });
+        if within && coordinates.iter().all(|value| value.is_finite()) {
+            Ok(coordinates)
+        } else {
+            Err(StandingError::Coordinates)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::Nuisances;
+    use crate::refine::Refinement;
+
+    #[test]
+    fn what_no_fit_can_stand_at_is_refused() {
+        let sought = Sought::new(2, &Nuisances::default()).expect("two joints");
+        let bounds = Bounds::new([1e7, 2e8], [1e6, 1e8], [1e2, 1e6], [1e1, 5e5]).expect("in order");
+        let middle = bounds.middle(&sought);
+        let mut refinement = Refinement::new(&sought, &middle);
+        let good = Standing {
+            coordinates: sought.coordinates(&middle).into_iter().collect(),
+            acceptance: Acceptance::Consistent,
+            retired: refinement.retired_records(),
+            forgotten: 0,
+            starts: 1,
+            search_evaluations: 0,
+            refine_iterations: 0,
+        };
+        assert_eq!(good.coordinates(&sought, &bounds), Ok(sought.coordinates(&middle)));
+        let changed = |change: fn(&mut Standing)| {
+            let mut standing = good.clone();
+            change(&mut standing);
+            standing.coordinates(&sought, &bounds)
+        };
+        let short = changed(|standing| standing.coordinates.truncate(12));
+        assert_eq!(short, Err(StandingError::Coordinates));
+        for change in [
+            |standing: &mut Standing| standing.coordinates[3] = f64::NAN,
+            |standing: &mut Standing| standing.coordinates[90] = f64::INFINITY,
+            |standing: &mut Standing| standing.coordinates[3] += 10.0,
+        ] {
+            assert_eq!(changed(change), Err(StandingError::Coordinates));
+        }
+
+        let coordinates = sought.coordinates(&middle);
+        let mut resume = |joints| {
+            let of = Sought::new(joints, &Nuisances::default()).expect("a few joints");
+            refinement.resume(&of, &coordinates, &good.retired)
+        };
+        assert_eq!([resume(3), resume(2)], [None, Some(())]);
+    }
+}

@@ -1,0 +1,396 @@
+//! How fast the sensor samples, from the counters of its instants and the times at which they arrive.
+//!
+//! Instant n of a run arrives at t = t₀ + n T + w. The delay w is never negative, and large where sender, bus or reader were
+//! held up; so of each block of instants the earliest arrival counts alone (Moon, Skelly and Towsley, Estimation and removal of
+//! clock skew from network delay measurements, 1999). The slope of those against n T₀, with the configured period T₀, is
+//! T/T₀ − 1. It is the median over all pairs of blocks, which stands up to 29 % of blocks that were held up as a whole, and its
+//! standard deviation follows from the order of the slopes without any distribution (Sen, Estimates of the regression
+//! coefficient based on Kendall's tau, 1968). Delays that grow, clocks that are set and rates that change show as halves of a
+//! run that disagree, with each other or with the whole: the deviation is never smaller than that.
+
+use heapless::Vec;
+
+/// Blocks of a run; when there are so many, each two become one.
+const BLOCKS: usize = 64;
+/// Pairs of blocks.
+const PAIRS: usize = BLOCKS * (BLOCKS - 1) / 2;
+/// Instants of the first blocks.
+const BLOCK: u64 = 16;
+/// Fewer blocks tell nothing: each half must have a slope with a middle.
+const FEWEST: usize = 8;
+/// Resolution of arrival times: what `candump` writes, s.
+const RESOLUTION_S: f64 = 1e-6;
+/// Two rates contradict each other if they differ by so many standard deviations.
+const CONTRADICTS: f64 = 3.0;
+/// Crystals of sensors and computers are right to some tens of ppm. As much moves a stiffness by about a standard deviation in the
+/// reference scenario: what is less certain than this is no measurement of the rate.
+pub(super) const CRYSTAL: f64 = 50e-6;
+/// A configured rate that is wrong by more is worth a word: no two good crystals differ by as much.
+const WORTH_A_WORD: f64 = 200e-6;
+/// Arrivals of a sender that keeps time stay within this of a straight line, s: USB adapters poll every 1 ms, kernels tick every
+/// 4 ms. A sender that strays farther was held up, and its arrivals tell no rate.
+const STRAYS_S: f64 = 5e-3;
+/// Part by which the rate of such a sender may differ from the configured one without a word; who is faster was not held up.
+const TOLERANCE: f64 = 0.1;
+/// An arrival so much earlier than the one before shows that the clock was set back, s. Readers may swap frames of some ms.
+pub(super) const SET_BACK_S: f64 = 0.01;
+
+/// The sampling period, as arrivals tell it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Measured {
+    /// Part by which it is longer than the configured one.
+    pub(super) excess: f64,
+    /// Standard deviation of the excess.
+    pub(super) deviation: f64,
+    /// Over how long it was measured, s.
+    pub(super) span_s: f64,
+}
+
+/// The rate that a record is given, and what is to be said of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rate {
+    /// Hz.
+    pub(super) rate_hz: f64,
+    /// As the arrivals tell it, with its standard deviation, Hz.
+    pub(super) measured_hz: f64,
+    pub(super) deviation_hz: f64,
+    /// Whether the arrivals contradict the configured rate so much that people should know.
+    pub(super) is_wrong: bool,
+    /// Whether they contradict it, but do not tell the right one well enough.
+    pub(super) is_doubtful: bool,
+    /// Whether samples came so much faster than configured that nothing can be made of them.
+    pub(super) is_refused: bool,
+}
+
+/// Measures the sampling period of one sensor, over all its runs.
+#[derive(Clone, Debug)]
+pub(super) struct Clock {
+    period_s: f64,
+    run: Run,
+    /// What the runs before this one tell together.
+    earlier: Option<Measured>,
+}
+
+/// Instants that one counter counts.
+#[derive(Clone, Debug, Default)]
+struct Run {
+    /// Arrival of the first and of the newest instant, s.
+    arrivals: Option<(f64, f64)>,
+    /// Instants since the first.
+    instants: u64,
+    /// Instants of a block.
+    block: u64,
+    /// Earliest arrivals of the blocks that are complete, and of the one that is not.
+    blocks: Vec<Earliest, BLOCKS>,
+    open: Option<Earliest>,
+    /// Excess by which arrivals of one block are compared.
+    trend: f64,
+}
+
+/// The earliest arrival of a block.
+#[derive(Clone, Copy, Debug)]
+struct Earliest {
+    instant: u64,
+    /// When it should have come by the configured period, from the first instant, s.
+    due_s: f64,
+    /// How much later it came, s.
+    late_s: f64,
+}
+
+impl Measured {
+    /// The rate of a record, where the configuration says `rate_hz`.
+    ///
+    /// Where the two agree within what crystals and arrivals leave open, the mean of both by their variances. Where they do not, the
+    /// configuration is wrong, and the measurement right if it is as good as a crystal.
+    pub(super) fn rate(&self, rate_hz: f64) -> Rate {
+        let Self { excess, deviation, span_s } = *self;
+        let off = excess.abs();
+        let contradicted = off > CONTRADICTS * libm::hypot(deviation, CRYSTAL);
+        let weight = match (contradicted, deviation <= CRYSTAL) {
+            (true, true) => 1.0,
+            (true, false) => 0.0,
+            (false, _) => CRYSTAL * CRYSTAL / (CRYSTAL * CRYSTAL + deviation * deviation),
+        };
+        let keeps_time = deviation * span_s <= STRAYS_S;
+        let told = off > WORTH_A_WORD + CONTRADICTS * deviation;
+        let measured_hz = rate_hz / (1.0 + excess);
+        Rate {
+            rate_hz: rate_hz / (1.0 + weight * excess),
+            measured_hz,
+            deviation_hz: deviation * measured_hz,
+            is_wrong: contradicted && told && (keeps_time || off > TOLERANCE),
+            is_doubtful: contradicted && keeps_time && deviation > CRYSTAL,
+            is_refused: contradicted && excess < 1.0 / (1.0 + TOLERANCE) - 1.0,
+        }
+    }
+
+    /// Both together; of two that contradict each other the newer.
+    fn and(self, older: Self) -> Self {
+        let variances = [self, older].map(|each| each.deviation * each.deviation);
+        let total = variances[0] + variances[1];
+        if (self.excess - older.excess).abs() > CONTRADICTS * libm::sqrt(total) {
+            return self;
+        }
+        Self {
+            excess: (self.excess * variances[1] + older.excess * variances[0]) / total,
+            deviation: libm::sqrt(variances[0] * variances[1] / total),
+            span_s: self.span_s.max(older.span_s),
+        }
+    }
+}
+
+impl Clock {
+    pub(super) fn new(rate_hz: f64) -> Self {
+        Self { period_s: 1.0 / rate_hz, run: Run::default(), earlier: None }
+    }
+
+    /// The next instant arrived.
+    pub(super) fn arrive(&mut self, time_s: f64) {
+        if self.run.arrivals.is_some_and(|(_, newest_s)| time_s < newest_s - SET_BACK_S) {
+            self.end_run();
+        }
+        self.run.arrive(time_s, self.period_s);
+    }
+
+    /// So many instants did not arrive.
+    pub(super) fn miss(&mut self, instants: u64) {
+        self.run.instants += instants;
+    }
+
+    /// The next instant is of another run: how many lie between is not known.
+    pub(super) fn end_run(&mut self) {
+        self.earlier = self.measured();
+        let trend = self.earlier.map_or(0.0, |earlier| earlier.excess);
+        self.run = Run { trend, ..Run::default() };
+    }
+
+    /// The rate of a record that ends now.
+    pub(super) fn rate(&self) -> Rate {
+        let rate_hz = 1.0 / self.period_s;
+        let untold = Measured { excess: 0.0, deviation: f64::INFINITY, span_s: 0.0 };
+        self.measured().unwrap_or(untold).rate(rate_hz)
+    }
+
+    /// The period as far as it is known.
+    pub(super) fn measured(&self) -> Option<Measured> {
+        match (self.run.measured(), self.earlier) {
+            (Some(run), Some(earlier)) => Some(run.and(earlier)),
+            (run, earlier) => run.or(earlier),
+        }
+    }
+}
+
+impl Run {
+    fn arrive(&mut self, time_s: f64, period_s: f64) {
+        let Some((first_s, _)) = self.arrivals else {
+            self.arrivals = Some((time_s, time_s));
+            self.instants = 0;
+            self.block = BLOCK;
+            self.open = Some(Earliest { instant: 0, due_s: 0.0, late_s: 0.0 });
+            return;
+        };
+        self.arrivals = Some((first_s, time_s));
+        self.instants += 1;
+        let due_s = self.instants as f64 * period_s;
+        let arrival = Earliest { instant: self.instants, due_s, late_s: time_s - first_s - due_s };
+        self.open = Some(match self.open {
+            Some(open) if open.instant / self.block == arrival.instant / self.block => {
+                open.or_earlier(arrival, self.trend)
+            }
+            Some(complete) => {
+                let _ = self.blocks.push(complete);
+                arrival
+            }
+            None => arrival,
+        });
+        while self.blocks.is_full() {
+            self.merge();
+        }
+    }
+
+    /// Makes one block of each two.
+    fn merge(&mut self) {
+        self.trend = slope(&self.blocks).map_or(self.trend, |slope| slope.excess);
+        self.block *= 2;
+        let blocks = core::mem::take(&mut self.blocks);
+        for next in blocks {
+            match self.blocks.last_mut() {
+                Some(last) if last.instant / self.block == next.instant / self.block => {
+                    *last = last.or_earlier(next, self.trend);
+                }
+                _ => {
+                    let _ = self.blocks.push(next);
+                }
+            }
+        }
+    }
+
+    /// From all of it, its newer half, or its newest quarter: whichever is the surest.
+    fn measured(&self) -> Option<Measured> {
+        let newest = |part: usize| of(&self.blocks[self.blocks.len() - self.blocks.len() / part..]);
+        let surest = |a: &Measured, b: &Measured| a.deviation.total_cmp(&b.deviation);
+        [1, 2, 4].into_iter().filter_map(newest).min_by(surest)
+    }
+}
+
+impl Earliest {
+    fn or_earlier(self, other: Self, trend: f64) -> Self {
+        let detrended = |each: &Self| each.late_s - trend * each.due_s;
+        if detrended(&other) < detrended(&self) { other } else { self }
+    }
+}
+
+/// The period that these blocks tell, no surer than their halves agree.
+fn of(blocks: &[Earliest]) -> Option<Measured> {
+    if blocks.len() < FEWEST {
+        return None;
+    }
+    let (older, newer) = blocks.split_at(blocks.len() / 2);
+    let (whole, older, newer) = (slope(blocks)?, slope(older)?.excess, slope(newer)?.excess);
+    let apart = (older - newer).abs() / 2.0;
+    let shifted = (whole.excess - (older + newer) / 2.0).abs();
+    let deviation = whole.deviation.max(apart).max(shifted) + RESOLUTION_S / whole.span_s;
+    Some(Measured { deviation, ..whole })
+}
+
+/// The median slope of all pairs, with its standard deviation.
+fn slope(blocks: &[Earliest]) -> Option<Measured> {
+    let mut slopes = Vec::<f32, PAIRS>::new();
+    for (index, earlier) in blocks.iter().enumerate() {
+        for later in &blocks[index + 1..] {
+            let slope = (later.late_s - earlier.late_s) / (later.due_s - earlier.due_s);
+            let _ = slopes.push(slope as f32);
+        }
+    }
+    slopes.sort_unstable_by(f32::total_cmp);
+    // Variance of Kendall's statistic of n points: n (n − 1) (2n + 5) / 18.
+    let (n, pairs) = (blocks.len() as f64, slopes.len() as f64);
+    let spread = libm::sqrt(n * (n - 1.0) * (2.0 * n + 5.0) / 18.0);
+    let at = |rank: f64| slopes.get((rank.max(0.0) as usize).min(slopes.len().saturating_sub(1)));
+    let [lower, upper] = [at((pairs - spread) / 2.0)?, at((pairs + spread) / 2.0 + 1.0)?];
+    let excess = f64::from((at((pairs - 1.0) / 2.0)? + at(pairs / 2.0)?) / 2.0);
+    let span_s = blocks.last()?.due_s - blocks.first()?.due_s;
+    Some(Measured { excess, deviation: f64::from(upper - lower) / 2.0, span_s })
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+
+    const RATE_HZ: f64 = 2000.0;
+
+    /// Measures `instants` of a sensor whose period is longer by `excess`, that arrive late by `delay_s` of instant and number.
+    fn measure(instants: u32, excess: f64, mut delay_s: impl FnMut(f64) -> f64) -> Clock {
+        let mut clock = Clock::new(RATE_HZ);
+        for instant in 0..instants {
+            let at_s = f64::from(instant) * (1.0 + excess) / RATE_HZ;
+            let microseconds = (1e6 * (1.767e9 + at_s + delay_s(at_s))).round();
+            clock.arrive(microseconds / 1e6);
+        }
+        clock
+    }
+
+    fn uniform(rng: &mut Xoshiro256PlusPlus) -> f64 {
+        f64::from(rng.next_u32()) / 2_f64.powi(32)
+    }
+
+    /// Jitter, and hold-ups of 5 to 60 ms a few times a second after which all that waited comes at once.
+    fn held_up(seed: u64) -> impl FnMut(f64) -> f64 {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let mut free_s = 0.0;
+        move |at_s| {
+            if uniform(&mut rng) < 3.0 / RATE_HZ {
+                free_s = at_s + 0.005 + 0.055 * uniform(&mut rng);
+            }
+            (free_s - at_s).max(0.0) + 1e-4 * uniform(&mut rng)
+        }
+    }
+
+    #[test]
+    fn the_period_is_found_and_its_deviation_is_honest() {
+        let (mut worst, mut beyond, mut runs) = (0.0_f64, 0, 0);
+        for seed in 0..50 {
+            for (excess, instants) in
+                [(0.0, 10_000), (2e-3, 10_000), (-0.05, 9000), (54e-6, 40_000)]
+            {
+                let told = measure(instants, excess, held_up(seed)).measured().unwrap();
+                let error = (told.excess - excess).abs();
+                worst = worst.max(error);
+                beyond += u32::from(error > 3.0 * told.deviation);
+                runs += 1;
+            }
+        }
+        assert!(worst < 10e-6, "{:.1} ppm off", worst * 1e6);
+        assert!(beyond <= runs / 50, "{beyond} of {runs} beyond three standard deviations");
+    }
+
+    #[test]
+    fn jitter_alone_leaves_a_ppm() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let told = measure(9000, 1e-4, |_| 1e-4 * uniform(&mut rng)).measured().unwrap();
+        assert!((told.excess - 1e-4).abs() < 1e-6 && told.deviation < 2e-6, "{told:?}");
+    }
+
+    /// Neither is a measurement, nor a reason to doubt: the sender fell behind, or the clock was set.
+    #[test]
+    fn a_sender_that_falls_behind_tells_no_rate() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        let mut behind_s = 0.0;
+        let falls = measure(10_000, 0.0, |_| {
+            if uniform(&mut rng) < 0.01 {
+                behind_s += 0.02 * uniform(&mut rng);
+            }
+            behind_s
+        });
+        let set = measure(10_000, 0.0, |at_s| if at_s < 2.0 { 0.0 } else { 0.4 });
+        for (clock, is_wrong) in [(falls, true), (set, false)] {
+            let rate = clock.rate();
+            assert_eq!(
+                (rate.is_wrong, rate.is_doubtful, rate.is_refused),
+                (is_wrong, false, false)
+            );
+            assert!((rate.rate_hz / RATE_HZ - 1.0).abs() < 20e-6, "{rate:?}");
+        }
+    }
+
+    #[test]
+    fn a_rate_that_changes_is_followed() {
+        let mut clock = measure(20_000, 0.0, held_up(2));
+        clock.end_run();
+        let start_s = 1.767e9 + 20.0;
+        let mut delay_s = held_up(3);
+        for instant in 0..10_000 {
+            let at_s = f64::from(instant) * 1.003 / RATE_HZ;
+            clock.arrive(start_s + at_s + delay_s(at_s));
+        }
+        let told = clock.measured().unwrap();
+        assert!((told.excess - 3e-3).abs() < 10e-6, "{told:?}");
+        // Without a restart: the whole run disagrees with itself, its newest part does not.
+        let told = measure(30_000, 0.0, |at_s| (at_s - 5.0).max(0.0) * 3e-3).measured().unwrap();
+        assert!((told.excess - 3e-3).abs() < 10e-6, "{told:?}");
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_begins_anew() {
+        let mut clock = measure(5000, 1e-3, |at_s| if at_s < 1.0 { 0.0 } else { -3600.0 });
+        assert!((clock.measured().unwrap().excess - 1e-3).abs() < 5e-6);
+        clock.end_run();
+        assert!((clock.measured().unwrap().excess - 1e-3).abs() < 5e-6);
+    }
+
+    #[test]
+    fn what_is_too_short_for_a_measurement_is_doubtful_if_it_is_off() {
+        for (excess, doubtful) in [(0.0, false), (0.01, true), (-0.01, true)] {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+            let rate = measure(300, excess, |_| 3e-4 * uniform(&mut rng)).rate();
+            assert_eq!(
+                (rate.is_doubtful, rate.is_wrong),
+                (doubtful, doubtful),
+                "{excess} {rate:?}"
+            );
+        }
+    }
+}

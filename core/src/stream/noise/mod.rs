@@ -1,0 +1,186 @@
+//! Noise of the sensors, from the stretches of a record in which nothing is cut: its power, and its spectrum where that is
+//! not white.
+//!
+//! The power is read from all quiet blocks together: the force's from their variance, the acceleration's from their sixth
+//! differences, which pass white noise and stop what rings below a fifth of the rate. No other reading is as good if the noise
+//! is white. Whether it is, the periodogram of the stretch before the cut tells: [lines] (hum) and [levels] (a sensor's
+//! filter) replace the power where they differ from it by more than chance.
+//!
+//! The robot may ring in that stretch. A line that decays is not noise then, and below the highest frequency at which the
+//! robot rings the noise is taken for as loud as just above.
+
+mod levels;
+mod lines;
+mod observed;
+mod periodogram;
+mod quiet;
+
+use core::ops::Range;
+
+use heapless::Vec;
+
+use crate::noise::{Level, Line, MAX_LEVELS, MAX_LINES, NoiseShape};
+use observed::Observed;
+use periodogram::SHORTEST;
+pub(super) use quiet::{BLOCK, is_dead, repeats, variance};
+use quiet::{Blocks, Stretch};
+
+/// Sum of the squares of the sixth differences' coefficients, C(12, 6).
+const SIXTH: f32 = 924.0;
+/// A robot rests if it moves by less than this part of its motion in the record,
+const RESTING: f32 = 0.02;
+/// or by no more than this many times the power of the noise.
+const EXPLAINED: f32 = 2.0;
+/// A stretch's force is as quiet as another's if its variance is at most this many times as large: of a tenth of a second at
+/// 2 kHz, 200 samples, chance makes 0.7 to 1.3.
+const AS_QUIET: f32 = 1.3;
+
+/// Noise of one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct AxisNoise {
+    /// Mean square of one sample.
+    pub(super) power: f32,
+    pub(super) shape: NoiseShape,
+}
+
+/// Noise of both sensors, per axis, and how the record starts.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Noise {
+    /// N².
+    pub(super) force: [AxisNoise; 3],
+    /// (m/s²)².
+    pub(super) acceleration: [AxisNoise; 3],
+    /// Whether nothing moves when the record starts.
+    pub(super) starts_at_rest: bool,
+    /// Whether the record has a quiet stretch; else the noise is the white part of its quietest block.
+    pub(super) quiet: bool,
+    /// Whether the spectrum of the acceleration's noise was read while the robot rested.
+    pub(super) at_rest: bool,
+}
+
+impl AxisNoise {
+    fn white(power: f32) -> Self {
+        Self { power, shape: NoiseShape::WHITE }
+    }
+
+    /// From levels whose densities, and lines whose shares, are mean squares of a sample.
+    fn new(mut levels: Vec<Level, MAX_LEVELS>, mut lines: Vec<Line, MAX_LINES>) -> Self {
+        let (mut power, mut start) = (0.0, 0.0);
+        for level in &levels {
+            power += 2.0 * (level.end - start) * level.density;
+            start = level.end;
+        }
+        power += lines.iter().map(|line| line.share).sum::<f32>();
+        let parts = levels.iter_mut().map(|level| &mut level.density);
+        for part in parts.chain(lines.iter_mut().map(|line| &mut line.share)) {
+            *part /= power.max(f32::MIN_POSITIVE);
+        }
+        Self { power, shape: NoiseShape { levels, lines } }
+    }
+
+    /// The same, with white noise of the power `added`, and at no frequency quieter than white noise of the power `least`.
+    pub(super) fn raised(&self, least: f32, added: f32) -> Self {
+        let Self { power, shape } = self;
+        if shape.levels.is_empty() {
+            return Self::white(power.max(least) + added);
+        }
+        let NoiseShape { mut levels, mut lines } = shape.clone();
+        for level in &mut levels {
+            level.density = (power * level.density).max(least) + added;
+        }
+        for line in &mut lines {
+            line.share *= power;
+        }
+        Self::new(levels, lines)
+    }
+}
+
+impl Noise {
+    /// What is known better from an `earlier` record: all of it if this one has no quiet stretch (the first of all is taken
+    /// for as noisy as its white part), the acceleration's if the robot rested then and does not now.
+    pub(super) fn or_else(&self, earlier: Option<&Self>) -> Self {
+        match earlier {
+            Some(earlier) if !self.quiet => Self { starts_at_rest: false, ..earlier.clone() },
+            Some(earlier) if earlier.at_rest && !self.at_rest => {
+                let acceleration = earlier.acceleration.clone();
+                Self { acceleration, at_rest: true, ..self.clone() }
+            }
+            _ => self.clone(),
+        }
+    }
+}
+
+/// Estimates the noise of one record without holes. `force_step` is the smallest step of the force signal, N.
+pub(super) fn estimate(force: [&[f32]; 3], acceleration: [&[f32]; 3], force_step: f32) -> Noise {
+    let blocks = Blocks::judge(force, acceleration, force_step);
+    let quiet = blocks.any_quiet();
+    let force_power =
+        force.map(|signal| blocks.mean(signal, if quiet { variance } else { sixth_difference }));
+    let acceleration_power = acceleration.map(|signal| blocks.mean(signal, sixth_difference));
+    let mut noise = Noise {
+        force: force_power.map(AxisNoise::white),
+        acceleration: acceleration_power.map(AxisNoise::white),
+        starts_at_rest: false,
+        quiet,
+        at_rest: false,
+    };
+    let observe =
+        |samples: &Range<usize>| acceleration.map(|signal| Observed::of(&signal[samples.clone()]));
+    let rests = |samples: &Range<usize>, observed: &[Option<Observed>; 3]| {
+        (0..3).all(|axis| {
+            let own = observed[axis].as_ref();
+            let noise = own.map_or(acceleration_power[axis], Observed::background);
+            let hum = own.map_or(0.0, |own| own.lines_power(false));
+            let motion = RESTING * RESTING * variance(acceleration[axis]);
+            variance(&acceleration[axis][samples.clone()]) <= EXPLAINED * noise + hum + motion
+        })
+    };
+    let leading = blocks.leading();
+    noise.starts_at_rest = !leading.is_empty() && rests(&leading, &observe(&leading));
+    let Some(Stretch { samples, precedes_cut }) = blocks.stretch(SHORTEST) else { return noise };
+    let longest = blocks.longest().map_or(samples.clone(), |stretch| stretch.samples);
+    let mut observed = observe(&samples);
+    for (own, signal) in observed.iter_mut().zip(acceleration) {
+        if let Some(own) = own {
+            own.sharpen(&signal[samples.clone()], &signal[longest.clone()]);
+        }
+    }
+    let rests = precedes_cut && rests(&samples, &observed);
+    noise.at_rest = rests && observed.iter().all(Option::is_some);
+    for (noise, own) in noise.acceleration.iter_mut().zip(&observed) {
+        if let Some(own) = own.as_ref().and_then(|own| own.noise(noise.power, rests)) {
+            *noise = own;
+        }
+    }
+    // A tool beyond the force sensor pushes it while the robot rings.
+    let is_as_quiet = |signal: &&[f32]| {
+        variance(&signal[longest.clone()]) <= AS_QUIET * variance(&signal[samples.clone()])
+    };
+    let samples = if !rests || force.iter().all(is_as_quiet) { longest } else { samples };
+    for (noise, signal) in noise.force.iter_mut().zip(force) {
+        let own = Observed::of(&signal[samples.clone()]).and_then(|own| {
+            // The variance has the lines in it.
+            own.noise((noise.power - own.lines_power(rests)).max(0.0), rests)
+        });
+        if let Some(own) = own {
+            *noise = own;
+        }
+    }
+    noise
+}
+
+/// Variance of the white part: of what the neighbours do not tell.
+pub(super) fn sixth_difference(signal: &[f32]) -> f32 {
+    let differences = signal
+        .windows(7)
+        .map(|w| w[0] + w[6] - 6.0 * (w[1] + w[5]) + 15.0 * (w[2] + w[4]) - 20.0 * w[3]);
+    let (mut sum, mut count) = (0.0, 0);
+    for difference in differences {
+        sum += difference * difference;
+        count += 1;
+    }
+    sum / (SIXTH * count.max(1) as f32)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,152 @@
+//! Which blocks of a record are quiet: judged from the force, against the loudest and the quietest block.
+
+use core::ops::Range;
+
+use heapless::Vec;
+
+/// Samples of a block.
+pub(in crate::stream) const BLOCK: usize = 64;
+/// A block is quiet if its force varies by less than this many times the quietest's variance,
+const QUIET: f32 = 3.0;
+/// which this part of all blocks has at most.
+const QUIETEST: f32 = 0.02;
+/// The quietest block is no part of the cut if its variance is less than this part of the loudest's: a tenth of its amplitude,
+const CONTRAST: f32 = 0.01;
+/// or less than this part, and nothing in it repeats itself.
+const CONTRAST_OF_NOISE: f32 = 1.0 / 6.0;
+/// Lags at which a block is compared with itself: beyond the memory of an anti-aliasing filter, and within that of a tooth
+/// passing.
+const LAGS: core::ops::RangeInclusive<usize> = 8..=24;
+/// Statistic of the three axes above which something repeats itself. White noise has 38 ± 8, noise behind a filter at a fifth
+/// of the rate 95 ± 30, a sine on one axis some 300.
+const REPEATS: f32 = 250.0;
+/// Most blocks of a record.
+const MAX_BLOCKS: usize = 32_768 / BLOCK;
+
+/// The blocks of a record.
+pub(super) struct Blocks {
+    /// Whether a block is quiet.
+    quiet: Vec<bool, MAX_BLOCKS>,
+    /// The block whose force has the smallest white part.
+    whitest: usize,
+}
+
+/// Quiet samples in a row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Stretch {
+    pub(super) samples: Range<usize>,
+    /// Whether something is cut after it.
+    pub(super) precedes_cut: bool,
+}
+
+impl Blocks {
+    /// Judges the blocks of a record. `force_step` is the smallest step of the force signal, N.
+    pub(super) fn judge(force: [&[f32]; 3], acceleration: [&[f32]; 3], force_step: f32) -> Self {
+        let blocks = (force[0].len() / BLOCK).min(MAX_BLOCKS);
+        let dies = |signals: [&[f32]; 3], block| is_dead(signals.map(|signal| part(signal, block)));
+        let dead: Vec<bool, MAX_BLOCKS> =
+            (0..blocks).map(|block| dies(force, block) || dies(acceleration, block)).collect();
+        let sum = |block: usize, of: fn(&[f32]) -> f32| -> f32 {
+            force.iter().map(|signal| of(part(signal, block))).sum()
+        };
+        let variances: Vec<f32, MAX_BLOCKS> =
+            (0..blocks).map(|block| sum(block, variance)).collect();
+        let alive = variances.iter().zip(&dead).filter(|(_, dead)| !**dead);
+        let mut sorted: Vec<f32, MAX_BLOCKS> = alive.map(|(variance, _)| *variance).collect();
+        sorted.sort_unstable_by(f32::total_cmp);
+        let loudest = sorted.last().copied().unwrap_or(0.0);
+        let quietest = sorted.get((sorted.len() as f32 * QUIETEST) as usize).copied();
+        let stands_out = quietest.is_some_and(|quietest| quietest <= CONTRAST_OF_NOISE * loudest);
+        // A sensor varies by no less than the rounding of its three axes. Where nothing else is quiet, its noise is less than
+        // a step, and what is dead is quiet.
+        let rounding = 0.25 * force_step * force_step;
+        let quietest = quietest.filter(|_| stands_out || !dead.contains(&true));
+        let quietest = quietest.unwrap_or(0.0).max(rounding);
+        let is_quiet = |block: usize| {
+            let repeats = || repeats(force.map(|signal| part(signal, block)));
+            variances[block] <= QUIET * quietest
+                && (!dead[block] || quietest == rounding)
+                && (quietest <= CONTRAST * loudest
+                    || quietest <= CONTRAST_OF_NOISE * loudest && !repeats())
+        };
+        let quiet: Vec<bool, MAX_BLOCKS> = (0..blocks).map(is_quiet).collect();
+        let white = |block: &usize| sum(*block, super::sixth_difference);
+        let whitest = (0..blocks).min_by(|a, b| white(a).total_cmp(&white(b))).unwrap_or_default();
+        Self { quiet, whitest }
+    }
+
+    pub(super) fn any_quiet(&self) -> bool {
+        self.quiet.contains(&true)
+    }
+
+    /// Mean over the quiet blocks; without any, of the one with the smallest white part.
+    pub(super) fn mean(&self, signal: &[f32], of: fn(&[f32]) -> f32) -> f32 {
+        let any = self.any_quiet();
+        let counts = |block: &usize| if any { self.quiet[*block] } else { *block == self.whitest };
+        let (mut sum, mut count) = (0.0, 0);
+        for block in (0..self.quiet.len()).filter(counts) {
+            sum += of(part(signal, block));
+            count += 1;
+        }
+        sum / count.max(1) as f32
+    }
+
+    /// Quiet samples that the record starts with.
+    pub(super) fn leading(&self) -> Range<usize> {
+        0..BLOCK * self.quiet.iter().take_while(|quiet| **quiet).count()
+    }
+
+    /// The first quiet stretch of at least so many samples, else the longest; none without a quiet block.
+    pub(super) fn stretch(&self, samples: usize) -> Option<Stretch> {
+        let first = self.stretches().find(|stretch| stretch.samples.len() >= samples);
+        first.or_else(|| self.longest())
+    }
+
+    /// The longest quiet stretch.
+    pub(super) fn longest(&self) -> Option<Stretch> {
+        self.stretches().max_by_key(|stretch| stretch.samples.len())
+    }
+
+    fn stretches(&self) -> impl Iterator<Item = Stretch> {
+        let quiet_at = |block: usize| self.quiet.get(block).is_some_and(|quiet| *quiet);
+        let starts = move |block: &usize| quiet_at(*block) && (*block == 0 || !quiet_at(block - 1));
+        (0..self.quiet.len()).filter(starts).map(move |start| {
+            let end = (start..).find(|block| !quiet_at(*block)).unwrap_or(start);
+            let samples = start * BLOCK..end * BLOCK;
+            Stretch { samples, precedes_cut: end < self.quiet.len() }
+        })
+    }
+}
+
+fn part(signal: &[f32], block: usize) -> &[f32] {
+    &signal[block * BLOCK..][..BLOCK]
+}
+
+/// About the mean.
+pub(in crate::stream) fn variance(signal: &[f32]) -> f32 {
+    let count = signal.len() as f32;
+    let mean = signal.iter().sum::<f32>() / count;
+    signal.iter().map(|value| (value - mean) * (value - mean)).sum::<f32>() / (count - 1.0)
+}
+
+/// Whether a sensor gives the same reading throughout half of a block, as one does that has not started yet.
+pub(in crate::stream) fn is_dead(signals: [&[f32]; 3]) -> bool {
+    let constant = |part: &[f32]| part.iter().all(|value| *value == part[0]);
+    signals.iter().all(|signal| constant(&signal[..signal.len() / 2]))
+        || signals.iter().all(|signal| constant(&signal[signal.len() / 2..]))
+}
+
+/// Whether a block repeats itself at longer lags, as milling does and noise does not: Box and Pierce's statistic (1970).
+pub(in crate::stream) fn repeats(signals: [&[f32]; 3]) -> bool {
+    let statistic = |signal: &[f32]| -> f32 {
+        let count = signal.len() as f32;
+        let mean = signal.iter().sum::<f32>() / count;
+        let power: f32 = signal.iter().map(|value| (value - mean) * (value - mean)).sum();
+        let correlation = |lag: usize| -> f32 {
+            let pairs = signal.iter().zip(signal.iter().skip(lag));
+            pairs.map(|(a, b)| (a - mean) * (b - mean)).sum::<f32>() / power.max(f32::MIN_POSITIVE)
+        };
+        count * LAGS.map(|lag| correlation(lag) * correlation(lag)).sum::<f32>()
+    };
+    signals.map(statistic).iter().sum::<f32>() > REPEATS
+}

@@ -1,0 +1,272 @@
+use super::*;
+use std::vec::Vec;
+
+/// Smallest step of the force, N.
+const STEP: f32 = 0.01;
+
+struct Noises(u32);
+
+impl Noises {
+    /// Unit variance.
+    fn next(&mut self) -> f32 {
+        let mut sum = 0.0;
+        for _ in 0..12 {
+            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            sum += (self.0 >> 8) as f32 / (1 << 24) as f32;
+        }
+        sum - 6.0
+    }
+}
+
+/// 8192 samples: quiet, from 400 to 6500 a cut, then quiet; the robot rings at 4 and 30 Hz from `from` on.
+fn record(ringing_from: usize, cut: core::ops::Range<usize>) -> ([Vec<f32>; 3], [Vec<f32>; 3]) {
+    let mut noise = Noises(5);
+    let force = core::array::from_fn(|_| {
+        (0..8192)
+            .map(|n| {
+                let cutting =
+                    if cut.contains(&n) { 200.0 * libm::sinf(0.3 * n as f32) } else { 0.0 };
+                cutting + 0.16 * noise.next()
+            })
+            .collect()
+    });
+    let acceleration = core::array::from_fn(|_| {
+        (0..8192)
+            .map(|n| {
+                let t = n as f32 / 2000.0;
+                let ring = libm::sinf(25.0 * t) + 0.5 * libm::sinf(190.0 * t);
+                (if n >= ringing_from { ring } else { 0.0 }) + 0.0155 * noise.next()
+            })
+            .collect()
+    });
+    (force, acceleration)
+}
+
+fn of((force, acceleration): &([Vec<f32>; 3], [Vec<f32>; 3])) -> Noise {
+    estimate(
+        force.each_ref().map(|signal| signal.as_slice()),
+        acceleration.each_ref().map(|signal| signal.as_slice()),
+        STEP,
+    )
+}
+
+fn deviation(noise: &AxisNoise) -> f32 {
+    libm::sqrtf(noise.power)
+}
+
+#[test]
+fn finds_the_noise_beside_the_cut_and_under_the_ringing() {
+    let noise = of(&record(400, 400..6500));
+    for axis in 0..3 {
+        assert!((deviation(&noise.force[axis]) / 0.16 - 1.0).abs() < 0.06, "{:?}", noise.force);
+        assert!(
+            (deviation(&noise.acceleration[axis]) / 0.0155 - 1.0).abs() < 0.06,
+            "{:?}",
+            noise.acceleration
+        );
+    }
+    assert!(noise.starts_at_rest);
+}
+
+#[test]
+fn a_twentieth_of_quiet_is_enough() {
+    let noise = of(&record(400, 400..8192));
+    for axis in 0..3 {
+        assert!((deviation(&noise.force[axis]) / 0.16 - 1.0).abs() < 0.12, "{:?}", noise.force);
+    }
+}
+
+#[test]
+fn a_ringing_start_is_no_rest() {
+    let noise = of(&record(0, 400..6500));
+    assert!(!noise.starts_at_rest);
+    assert!((deviation(&noise.acceleration[1]) / 0.0155 - 1.0).abs() < 0.06);
+}
+
+#[test]
+fn a_record_cut_out_of_the_milling_has_no_quiet_stretch() {
+    let noise = of(&record(0, 0..8192));
+    assert!(!noise.quiet && !noise.starts_at_rest);
+    assert!(noise.force.iter().all(|force| deviation(force) < 1.0), "{:?}", noise.force);
+}
+
+/// A sensor with a filter of its own: neighbours tell of each other.
+#[test]
+fn coloured_noise_is_found_by_contrast() {
+    let (mut force, acceleration) = record(400, 400..6500);
+    for signal in &mut force {
+        let mut state = 0.0;
+        for value in signal {
+            state += 0.2 * (*value - state);
+            *value = state;
+        }
+    }
+    let noise = of(&(force, acceleration));
+    // 0.16 N through a first-order filter: sqrt(0.2 / 1.8).
+    assert!(noise.quiet);
+    assert!(
+        noise.force.iter().all(|f| (deviation(f) / 0.0533 - 1.0).abs() < 0.15),
+        "{:?}",
+        noise.force
+    );
+}
+
+#[test]
+fn a_stuck_block_does_not_hide_the_noise() {
+    let (mut force, acceleration) = record(400, 400..6500);
+    for signal in &mut force {
+        signal[..192].fill(0.0);
+    }
+    let noise = of(&(force, acceleration));
+    assert!(
+        noise.force.iter().all(|f| (deviation(f) / 0.16 - 1.0).abs() < 0.1),
+        "{:?}",
+        noise.force
+    );
+}
+
+/// Mean density of the acceleration's noise in the fitted band, 2 to 200 Hz at 2 kHz, over that of white noise of the
+/// deviation `of`.
+fn in_band(noise: &AxisNoise, of: f32) -> f32 {
+    let bins = 8..820;
+    let count = bins.len() as f32;
+    let density = bins.map(|bin| noise.shape.density(bin as f32 / 8192.0, 8192)).sum::<f32>();
+    noise.power / (of * of) * density / count
+}
+
+/// Butterworth's low-pass filter of second order; its corner in cycles per sample.
+fn low_pass(signal: &mut [f32], corner: f32) {
+    let k = libm::tanf(core::f32::consts::PI * corner);
+    let a0 = 1.0 + core::f32::consts::SQRT_2 * k + k * k;
+    let (b0, a1, a2) =
+        (k * k / a0, 2.0 * (k * k - 1.0) / a0, (1.0 - core::f32::consts::SQRT_2 * k + k * k) / a0);
+    let (mut x, mut y) = ([0.0; 2], [0.0; 2]);
+    for value in signal {
+        let filtered = b0 * (*value + 2.0 * x[0] + x[1]) - a1 * y[0] - a2 * y[1];
+        (x, y) = ([*value, x[0]], [filtered, y[0]]);
+        *value = filtered;
+    }
+}
+
+/// Four times over, as steep as an anti-aliasing filter is.
+fn anti_alias(signals: &mut [Vec<f32>; 3], corner: f32) {
+    for signal in signals {
+        (0..4).for_each(|_| low_pass(signal, corner));
+    }
+}
+
+#[test]
+fn white_noise_is_white() {
+    let noise = of(&record(400, 400..6500));
+    assert!(noise.at_rest);
+    for axis in noise.force.iter().chain(&noise.acceleration) {
+        assert_eq!(axis.shape, NoiseShape::WHITE);
+    }
+}
+
+/// In the band the noise is that of the sensor before its filter.
+#[test]
+fn behind_a_filter_the_noise_is_read_in_the_band() {
+    for corner in [0.2, 0.3, 0.4] {
+        let (mut force, mut acceleration) = record(1600, 1600..6500);
+        anti_alias(&mut force, corner);
+        anti_alias(&mut acceleration, corner);
+        let noise = of(&(force, acceleration));
+        assert!(noise.at_rest && noise.starts_at_rest, "{corner}");
+        let ratios = [0, 1, 2].map(|axis| {
+            [in_band(&noise.force[axis], 0.16), in_band(&noise.acceleration[axis], 0.0155)]
+        });
+        // 1,600 samples have 160 independent values in the band.
+        for ratio in ratios.as_flattened() {
+            assert!((0.75..1.3).contains(ratio), "{corner}: {ratios:?}");
+        }
+    }
+}
+
+/// And while it rings as well, but for where it rings.
+#[test]
+fn behind_a_filter_the_noise_is_read_beside_the_ringing() {
+    let (mut force, mut acceleration) = record(1600, 1600..6500);
+    // Modes of 4 and 30 Hz, damped by 1 %.
+    for signal in &mut acceleration {
+        for (n, value) in signal.iter_mut().enumerate() {
+            let t = n as f32 / 2000.0;
+            let mode = |omega: f32| libm::expf(-0.01 * omega * t) * libm::sinf(omega * t);
+            *value += 0.5 * mode(25.0) + 0.5 * mode(190.0);
+        }
+    }
+    anti_alias(&mut force, 0.3);
+    anti_alias(&mut acceleration, 0.3);
+    let noise = of(&(force, acceleration));
+    assert!(!noise.at_rest);
+    for axis in &noise.acceleration {
+        let ratio = in_band(axis, 0.0155);
+        assert!((0.7..1.4).contains(&ratio), "{ratio}");
+    }
+}
+
+/// Mains hum is a line where it is, as loud as it is, and the rest is as before.
+#[test]
+fn hum_is_a_line() {
+    for (samples, uncertainty) in [(400, 2.5e-4), (1600, 3e-5)] {
+        let (force, mut acceleration) = record(samples, samples..6500);
+        for signal in &mut acceleration {
+            for (n, value) in signal.iter_mut().enumerate() {
+                *value +=
+                    0.05 * libm::sinf(core::f32::consts::TAU * 50.1 / 2000.0 * n as f32 + 1.0);
+            }
+        }
+        let noise = of(&(force, acceleration));
+        assert!(noise.starts_at_rest && noise.at_rest, "{samples}");
+        for axis in &noise.acceleration {
+            assert_eq!(axis.shape.lines.len(), 1, "{samples}: {:?}", axis.shape);
+            let line = axis.shape.lines[0];
+            assert!((line.frequency - 0.02505).abs() < line.uncertainty, "{samples}: {line:?}");
+            assert!(line.uncertainty < uncertainty, "{samples}: {line:?}");
+            let power = line.share * axis.power;
+            assert!((power / 0.00125 - 1.0).abs() < 0.2, "{samples}: {power}");
+            let between = axis.power / (0.0155 * 0.0155) * axis.shape.density(0.0625, 8192);
+            assert!((0.7..1.3).contains(&between), "{samples}: {between}");
+        }
+    }
+}
+
+/// A cut whose force passes above the band, 700 Hz at 2 kHz, which sixth differences take for white.
+fn chattering(from: usize) -> ([Vec<f32>; 3], [Vec<f32>; 3]) {
+    let (mut force, acceleration) = record(400, 400..400);
+    for (axis, signal) in force.iter_mut().enumerate() {
+        for (n, value) in signal.iter_mut().enumerate().skip(from) {
+            *value += 200.0 * libm::sinf(core::f32::consts::TAU * 0.35 * n as f32 + axis as f32);
+        }
+    }
+    (force, acceleration)
+}
+
+#[test]
+fn chatter_above_the_band_is_no_noise() {
+    let noise = of(&chattering(400));
+    assert!(noise.quiet);
+    assert!(
+        noise.force.iter().all(|f| (deviation(f) / 0.16 - 1.0).abs() < 0.12),
+        "{:?}",
+        noise.force
+    );
+    let noise = of(&chattering(0));
+    assert!(!noise.quiet, "{:?}", noise.force);
+}
+
+/// A sensor that starts with zeros, and then with an offset.
+#[test]
+fn a_start_up_is_no_noise() {
+    let (mut force, mut acceleration) = record(1600, 1600..6500);
+    for signal in force.iter_mut().chain(&mut acceleration) {
+        signal[..410].fill(0.0);
+        signal[410..].iter_mut().for_each(|value| *value += 5.0);
+    }
+    let noise = of(&(force, acceleration));
+    for axis in 0..3 {
+        assert!((deviation(&noise.force[axis]) / 0.16 - 1.0).abs() < 0.1, "{:?}", noise.force);
+        let ratio = in_band(&noise.acceleration[axis], 0.0155);
+        assert!((0.85..1.2).contains(&ratio), "{ratio}");
+    }
+}

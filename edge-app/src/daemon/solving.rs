@@ -1,0 +1,190 @@
+//! The thread that solves: record by record, until there are no more. It keeps what it finds, and begins with what an
+//! earlier daemon kept.
+
+use std::io;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crossbeam_channel::Receiver;
+use flexid_wire::messages::{FromEdge, Phase, Progress};
+use tracing::{info, warn};
+
+use super::journal::Journal;
+use super::{Daemon, Order, Refusal, WORK_NEWS, lock};
+use crate::board::Board;
+use crate::config::{Config, Validity};
+use crate::pipeline::{Counts, Outcome, Record, Solver, State};
+use crate::stop::Stop;
+use crate::store::Store;
+use crate::summary::count;
+
+/// The solver and who hears of it.
+pub(super) struct Solving<'a> {
+    solver: Solver,
+    journal: Journal,
+    /// Records that it will not be given in this run.
+    left: Vec<Arc<Record>>,
+    board: &'a Board,
+    refusal: &'a Refusal,
+    stop: &'a Stop,
+    store: Option<&'a Store>,
+}
+
+impl<'a> Solving<'a> {
+    /// Goes on where the daemon before has ended, and works through the records that it left.
+    pub(super) fn begin(
+        daemon: &Daemon<'a>,
+        board: &'a Board,
+        refusal: &'a Refusal,
+    ) -> io::Result<Self> {
+        let Daemon { config, stop, store, .. } = *daemon;
+        let mut waiting = Vec::new();
+        let solver = match store.and_then(Store::load) {
+            Some(mut state) if carries_over(&state, config, store) => {
+                waiting = state.take_waiting();
+                Solver::resume(config, state, stop, news(board))?
+            }
+            _ => Solver::new(config)?,
+        };
+        let journal = Journal::default();
+        let mut solving = Self { solver, journal, left: Vec::new(), board, refusal, stop, store };
+        solving.publish(&Counts::default());
+        for record in waiting {
+            solving.take(&record, &Counts::default());
+        }
+        Ok(solving)
+    }
+
+    /// Does what the reader wants until it wants no more.
+    pub(super) fn run(mut self, orders: &Receiver<Order>) -> io::Result<Self> {
+        for order in orders {
+            self.obey(order)?;
+        }
+        if let Some(refusal) = self.solver.refusal() {
+            warn!("{refusal}");
+        }
+        Ok(self)
+    }
+
+    fn obey(&mut self, order: Order) -> io::Result<()> {
+        match order {
+            Order::Record(record, counts) => {
+                self.take(&Arc::from(record), &counts);
+                Ok(())
+            }
+            // The next daemon reads the config itself.
+            Order::Reload { .. } if self.stop.requested() => Ok(()),
+            Order::Reload { config, counts, anew } => {
+                let none = Counts::default();
+                let (ended, current) = if anew { (&counts, &none) } else { (&none, &counts) };
+                self.reload(&config, ended, current)
+            }
+        }
+    }
+
+    /// Takes a record, or leaves it for the next daemon when the end is asked for.
+    fn take(&mut self, record: &Arc<Record>, counts: &Counts) {
+        if self.stop.requested() {
+            self.left.push(Arc::clone(record));
+            self.solver.leave(1);
+            return;
+        }
+        self.solver.take(record, self.stop, news(self.board));
+        self.publish(counts);
+        self.save(counts);
+    }
+
+    /// Goes on under another config. A stream that ends with the old one has brought `ended`, one that goes on `current`.
+    fn reload(&mut self, config: &Config, ended: &Counts, current: &Counts) -> io::Result<()> {
+        let mut state = self.solver.state(ended, &[]);
+        if !carries_over(&state, config, self.store) {
+            self.solver = Solver::new(config)?;
+            self.board.withdraw_finding();
+            self.publish(current);
+            return Ok(());
+        }
+        let waiting = state.take_waiting();
+        self.solver = Solver::resume(config, state, self.stop, news(self.board))?;
+        self.publish(current);
+        for record in waiting {
+            self.take(&record, current);
+        }
+        self.save(current);
+        Ok(())
+    }
+
+    /// Tells clients and the log how the numbers stand.
+    fn publish(&mut self, counts: &Counts) {
+        self.board.publish(FromEdge::Progress(self.solver.progress()));
+        let finding = self.solver.finding(counts, "");
+        *lock(self.refusal) = if finding.is_none() { self.solver.refusal() } else { None };
+        if let Some(finding) = finding {
+            self.journal.settled(&finding.report);
+            self.board.publish_together(finding.messages());
+        }
+    }
+
+    fn save(&self, counts: &Counts) {
+        let Some(store) = self.store else { return };
+        let state = self.solver.state(counts, &self.left);
+        if state.is_empty() {
+            return;
+        }
+        if let Err(error) = store.save(&state) {
+            warn!("{}: cannot be written: {error}: a restart forgets", store.file().display());
+        }
+    }
+
+    /// Adds the numbers to `outcome`, the last time.
+    pub(super) fn end(self, outcome: &mut Outcome) {
+        self.save(&outcome.counts);
+        outcome.finding = self.solver.finding(&outcome.counts, &outcome.trouble);
+        if let Some(refusal) = self.solver.refusal() {
+            outcome.state = refusal;
+        }
+        if let Some(finding) = &mut outcome.finding {
+            finding.explain(&outcome.state);
+            self.board.publish_together(finding.messages());
+        }
+    }
+}
+
+/// Puts progress on the board: every change of phase, and else not too often.
+fn news(board: &Board) -> impl FnMut(&Progress) {
+    let (mut told, mut phase) = (Instant::now(), Phase::Waiting);
+    move |progress| {
+        if progress.phase != phase || told.elapsed() >= WORK_NEWS {
+            board.publish(FromEdge::Progress(*progress));
+            (told, phase) = (Instant::now(), progress.phase);
+        }
+    }
+}
+
+/// Says in the log how much of a state holds under `config`; whether anything does. What does not is put aside.
+fn carries_over(state: &State, config: &Config, store: Option<&Store>) -> bool {
+    if state.is_empty() {
+        return true;
+    }
+    let [kept, waiting] = state.records();
+    let records = count((kept + waiting) as u64, "record");
+    match state.validity(config) {
+        Validity::Whole => info!("goes on with {records} kept"),
+        Validity::Records(changed) => {
+            let changed = changed.join(", ");
+            info!("{changed} changed: {records} are fitted anew");
+            if state.retired() > 0 {
+                let retired = count(state.retired(), "older record");
+                warn!("{changed} changed: what {retired} told before they made room is given up");
+            }
+        }
+        Validity::Nothing(changed) => {
+            let why = format!("of another measurement ({} changed)", changed.join(", "));
+            match store {
+                Some(store) => store.put_aside(&why),
+                None => warn!("{records} {why}: starts anew"),
+            }
+            return false;
+        }
+    }
+    true
+}

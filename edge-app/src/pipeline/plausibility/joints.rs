@@ -1,0 +1,135 @@
+//! Joint angles and strokes that the robot cannot have.
+
+use std::f64::consts::{PI, TAU};
+
+use flexid_core::MAX_JOINTS;
+
+use crate::config::Config;
+use crate::model::{Kind, Model, ModelJoint};
+use crate::pipeline::names::clipped_name;
+use crate::summary::count;
+
+/// How far beyond its limit a joint may read: limits are published in whole degrees (rad), and millimetres (m).
+const MARGIN: [f64; 2] = [PI / 180.0, 1e-3];
+
+/// The reading of a joint that is farthest beyond its limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Excess {
+    /// rad (m).
+    pub value: f64,
+    /// By how much it is beyond, rad (m).
+    pub by: f64,
+}
+
+/// What each joint can read, base first; infinite where nothing is known.
+#[derive(Clone, Debug)]
+pub(super) struct Beyond(Vec<[f64; 2]>);
+
+impl Beyond {
+    pub(super) fn new(model: &Model) -> Self {
+        let range = |joint: &ModelJoint| {
+            let [lower, upper] = limits(joint);
+            let margin = MARGIN[usize::from(joint.kind == Kind::Prismatic)];
+            [lower - margin, upper + margin]
+        };
+        Self(model.joints.iter().map(range).collect())
+    }
+
+    pub(super) fn note(&self, joint: usize, value: f64, worst: &mut [Option<Excess>; MAX_JOINTS]) {
+        let (Some([lower, upper]), Some(worst)) = (self.0.get(joint), worst.get_mut(joint)) else {
+            return;
+        };
+        let by = (value - upper).max(lower - value);
+        if by > 0.0 && by.is_finite() && worst.is_none_or(|worst| by > worst.by) {
+            *worst = Some(Excess { value, by });
+        }
+    }
+}
+
+/// Lower and upper limit; a turn to either side where a joint that turns has none.
+fn limits(joint: &ModelJoint) -> [f64; 2] {
+    let [lower, upper] = joint.limits;
+    let known = |limit: f64, turn: f64| {
+        if limit.is_infinite() && joint.kind == Kind::Revolute { turn } else { limit }
+    };
+    [known(lower, -TAU), known(upper, TAU)]
+}
+
+/// What the joint that is farthest beyond its limits reads, with the mend, and how many others are beyond theirs.
+pub(super) fn warning(joints: &[Option<Excess>; MAX_JOINTS], config: &Config) -> Option<String> {
+    let all = config.signals.joints.iter().zip(&config.model.joints).zip(joints);
+    let beyond = || all.clone().filter_map(|(joint, excess)| Some((joint, (*excess)?)));
+    let ((signal, joint), Excess { value, .. }) =
+        beyond().max_by(|(_, one), (_, other)| one.by.total_cmp(&other.by))?;
+    let [lower, upper] = limits(joint);
+    // From where on it cannot be a limit that is a little too narrow: more than a turn, or twice the stroke.
+    let (unit, other, size, far) = match joint.kind {
+        Kind::Revolute => ("rad", "degrees", PI / 180.0, TAU),
+        Kind::Prismatic => ("m", "mm", 1e-3, 2.0 * upper.abs().max(lower.abs())),
+    };
+    let mend = if (lower..=upper).contains(&(size * value)) && value.abs() > far {
+        format!("in {other}? give its unit in [bus] dbc")
+    } else {
+        format!("check its unit ({other}?) and offset, or mend the limits in [model] file")
+    };
+    let others = match beyond().count() - 1 {
+        0 => String::new(),
+        others => format!(" (and {} beyond theirs)", count(others as u64, "other joint")),
+    };
+    let [signal, joint] = [signal, &joint.name].map(|name| clipped_name(name));
+    let ends = format!("{lower:.4} to {upper:.4} {unit}");
+    Some(format!("{signal} reads {value:.4}, beyond {joint}'s limits, {ends}{others}: {mend}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn config() -> Config {
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/mill3-edge.toml");
+        Config::load(&file).unwrap()
+    }
+
+    fn told(config: &Config, joint: usize, values: &[f64]) -> Option<String> {
+        let beyond = Beyond::new(&config.model);
+        let mut worst = [None; MAX_JOINTS];
+        values.iter().for_each(|value| beyond.note(joint, *value, &mut worst));
+        warning(&worst, config)
+    }
+
+    #[test]
+    fn angles_beyond_the_limits_are_asked_for_their_unit() {
+        let mut config = config();
+        config.model.joints[1].limits = [-2.1, 2.1];
+        assert_eq!(told(&config, 1, &[2.1, -2.11, 0.0, f64::NAN, f64::INFINITY]), None);
+        assert_eq!(
+            told(&config, 1, &[0.3, 57.3, 40.0]).unwrap(),
+            "q2 reads 57.3000, beyond joint_2's limits, -2.1000 to 2.1000 rad: in degrees? give its unit in [bus] dbc"
+        );
+        let near = told(&config, 1, &[-2.3]).unwrap();
+        assert!(near.ends_with("or mend the limits in [model] file"), "{near}");
+        // A joint without limits may turn once.
+        config.model.joints[2].limits = [f64::NEG_INFINITY, f64::INFINITY];
+        assert_eq!(told(&config, 2, &[6.0]), None);
+        assert!(told(&config, 2, &[-90.0]).unwrap().contains("in degrees?"));
+        let excess = |value| Some(Excess { value, by: value });
+        let mut all = [None; MAX_JOINTS];
+        (all[0], all[1], all[2]) = (excess(70.0), excess(90.0), excess(80.0));
+        let told = warning(&all, &config).unwrap();
+        assert!(told.starts_with("q2 reads 90.0000, beyond joint_2's limits"), "{told}");
+        assert!(told.contains(" rad (and 2 other joints beyond theirs): in degrees?"), "{told}");
+    }
+
+    #[test]
+    fn strokes_are_asked_whether_they_are_in_millimetres() {
+        let mut config = config();
+        config.model.joints[0].kind = Kind::Prismatic;
+        config.model.joints[0].limits = [0.0, 1.5];
+        assert_eq!(told(&config, 0, &[1.5]), None);
+        let told = told(&config, 0, &[740.0]).unwrap();
+        assert!(told.ends_with("0.0000 to 1.5000 m: in mm? give its unit in [bus] dbc"), "{told}");
+    }
+}

@@ -1,0 +1,148 @@
+//! Who holds the places: when all are taken, the user and the process that hold most of them make room for others.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::MAX_CLIENTS;
+
+/// Threads of clients at most: those that are served, and as many that give way and have not left yet.
+const MAX_THREADS: usize = 2 * MAX_CLIENTS;
+
+/// Where a client comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Peer {
+    /// A process that came through a Unix socket: the kernel names it.
+    Process { user: u32, process: i32 },
+    /// By TCP. A process may take any address of the loopback interface, so that all of them count as one.
+    Network,
+}
+
+impl Peer {
+    fn user(self) -> Option<u32> {
+        match self {
+            Self::Process { user, .. } => Some(user),
+            Self::Network => None,
+        }
+    }
+}
+
+/// The places of all clients.
+#[derive(Debug, Default)]
+pub(super) struct Places(Mutex<Vec<Held>>);
+
+#[derive(Clone, Debug)]
+struct Held {
+    peer: Peer,
+    gives_way: Arc<AtomicBool>,
+}
+
+/// A client's place, free again when it is dropped.
+#[derive(Debug)]
+pub(super) struct Place<'a> {
+    places: &'a Places,
+    gives_way: Arc<AtomicBool>,
+}
+
+impl Places {
+    /// A place for a client; when all are taken, that of a peer who holds more than this one would. `None` when there is
+    /// no such peer.
+    pub(super) fn take(&self, peer: Peer) -> Option<Place<'_>> {
+        let mut all = self.lock();
+        if all.len() >= MAX_THREADS {
+            return None;
+        }
+        let served = || all.iter().filter(|held| !held.gives_way.load(Ordering::Relaxed));
+        if served().count() >= MAX_CLIENTS {
+            let peers: Vec<Peer> = served().map(|held| held.peer).collect();
+            let held = served().nth(too_many(&peers, peer)?)?;
+            held.gives_way.store(true, Ordering::Relaxed);
+        }
+        let gives_way = Arc::new(AtomicBool::new(false));
+        all.push(Held { peer, gives_way: Arc::clone(&gives_way) });
+        Some(Place { places: self, gives_way })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Held>> {
+        // The list is whole between any two statements.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Place<'_> {
+    /// Whether the client must leave, since another peer gets its place.
+    pub(super) fn gives_way(&self) -> bool {
+        self.gives_way.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Place<'_> {
+    fn drop(&mut self) {
+        self.places.lock().retain(|held| !Arc::ptr_eq(&held.gives_way, &self.gives_way));
+    }
+}
+
+/// The index of the place that gives way to `newcomer`: of the user who holds most the process that holds most, and of
+/// that the oldest. Within one user the same holds between processes. Nobody gives way to one who would then hold as many.
+fn too_many(held: &[Peer], newcomer: Peer) -> Option<usize> {
+    let users = |peer: Peer| held.iter().filter(|other| other.user() == peer.user()).count();
+    let processes = |peer: Peer| held.iter().filter(|other| **other == peer).count();
+    // Of equal ones `max_by_key` takes the last: the oldest, in reverse order.
+    let backwards = || (0..held.len()).rev();
+    let largest = backwards().max_by_key(|&index| (users(held[index]), processes(held[index])))?;
+    if users(newcomer) + 1 < users(held[largest]) && newcomer.user() != held[largest].user() {
+        return Some(largest);
+    }
+    let own = backwards().filter(|&index| held[index].user() == newcomer.user());
+    let largest = own.max_by_key(|&index| processes(held[index]))?;
+    (processes(newcomer) + 1 < processes(held[largest])).then_some(largest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn peer(user: u32, process: i32) -> Peer {
+        Peer::Process { user, process }
+    }
+
+    #[test]
+    fn who_holds_most_gives_way_and_not_to_one_who_would_hold_as_many() {
+        let crowd = [peer(1, 10); 16];
+        assert_eq!(too_many(&crowd, peer(1, 10)), None);
+        assert_eq!(too_many(&crowd, peer(1, 11)), Some(0));
+        assert_eq!(too_many(&crowd, peer(2, 20)), Some(0));
+        assert_eq!(too_many(&crowd, Peer::Network), Some(0));
+        assert_eq!(too_many(&[Peer::Network; 16], Peer::Network), None);
+
+        // One user of many processes, and one of a single one.
+        let mut forks: Vec<Peer> = (0..15).map(|process| peer(1, process)).collect();
+        forks.insert(0, peer(2, 20));
+        assert_eq!(too_many(&forks, peer(3, 30)), Some(1));
+        assert_eq!(too_many(&forks, peer(2, 21)), Some(1));
+        assert_eq!(too_many(&forks, peer(1, 99)), None);
+
+        let halves: Vec<Peer> = (0..16).map(|index| peer(1 + index % 2, 1)).collect();
+        assert_eq!(too_many(&halves, peer(1, 2)), Some(0));
+        assert_eq!(too_many(&halves, peer(1, 1)), None);
+        assert_eq!(too_many(&halves, peer(3, 1)), Some(0));
+    }
+
+    #[test]
+    fn those_that_give_way_count_until_they_have_left() {
+        let places = Places::default();
+        let mut crowd: Vec<Place> =
+            (0..MAX_CLIENTS).map(|_| places.take(peer(1, 1)).unwrap()).collect();
+        assert!(places.take(peer(1, 1)).is_none());
+        let other = places.take(peer(2, 2)).unwrap();
+        assert_eq!(crowd.iter().position(Place::gives_way), Some(0));
+        drop(crowd.remove(0));
+        assert!(places.take(peer(1, 1)).is_none());
+        assert!(!other.gives_way());
+        drop(other);
+        assert!(places.take(peer(1, 1)).is_some());
+
+        // Peers that push each other out do not pile up threads.
+        let all: Vec<Place> = (3..99).filter_map(|user| places.take(peer(user, 1))).collect();
+        assert!(crowd.len() + all.len() <= MAX_THREADS);
+    }
+}

@@ -1,0 +1,110 @@
+//! What signals ask of the daemon, and what the service manager hears of it.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use flexid_edge::config::Config;
+use flexid_edge::reload::Reload;
+use flexid_edge::stop::Stop;
+use sd_notify::NotifyState;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::flag;
+use tracing::{info, warn};
+
+/// Signals are looked at this often.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The signals that have come.
+pub(crate) struct Signals {
+    /// SIGTERM or SIGINT.
+    end: Arc<AtomicBool>,
+    /// SIGHUP.
+    again: Arc<AtomicBool>,
+}
+
+impl Signals {
+    /// Catches them from here on: before anything else, so that none ends a daemon that is just beginning.
+    pub(crate) fn catch() -> io::Result<Self> {
+        let (end, again) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        for signal in [SIGTERM, SIGINT] {
+            // The first asks, the second does not wait; registered in the order in which they are run.
+            flag::register_conditional_shutdown(signal, 1, Arc::clone(&end))?;
+            flag::register(signal, Arc::clone(&end))?;
+        }
+        flag::register(SIGHUP, Arc::clone(&again))?;
+        Ok(Self { end, again })
+    }
+}
+
+/// Stands between the signals, the service manager and the daemon.
+pub(crate) struct Service<'a> {
+    /// What the daemon has begun with.
+    pub(crate) config: &'a Config,
+    pub(crate) signals: Signals,
+    pub(crate) stop: &'a Stop,
+    pub(crate) reload: &'a Reload,
+}
+
+impl Service<'_> {
+    /// Does what signals ask until the daemon stops.
+    pub(crate) fn attend(&self) {
+        notify(&[NotifyState::Ready]);
+        let mut reloading = false;
+        while !self.stop.requested() {
+            if self.signals.end.load(Ordering::Relaxed) {
+                break;
+            }
+            if self.signals.again.swap(false, Ordering::Relaxed) {
+                reloading = true;
+                notify_reloading();
+                self.read_config_again();
+            }
+            if reloading && !self.reload.is_pending() {
+                reloading = false;
+                notify(&[NotifyState::Ready]);
+            }
+            thread::sleep(LOOK);
+        }
+        notify(&[NotifyState::Stopping]);
+        self.stop.request();
+    }
+
+    /// Offers the daemon the config as its file now is; one that is bad is named, and the daemon keeps the old one.
+    fn read_config_again(&self) {
+        let begun = self.config;
+        let mut config = match Config::load(&begun.file) {
+            Ok(config) => config,
+            Err(error) => return warn!("goes on with the old config: {error}"),
+        };
+        let unchanged = |place: &str, same: bool| {
+            if !same {
+                warn!("{place} has changed: takes effect when flexid-edge is started again");
+            }
+        };
+        unchanged("[bus] interface", config.interface == begun.interface);
+        unchanged("[server] listen", config.listen == begun.listen);
+        let access = config.socket_access == begun.socket_access;
+        unchanged("[server] socket_mode or socket_group", access);
+        unchanged("[state] file", config.state == begun.state);
+        config.interface.clone_from(&begun.interface);
+        info!("{}: read again", begun.file.display());
+        self.reload.offer(config);
+    }
+}
+
+fn notify_reloading() {
+    // Newer versions of systemd want the time with it.
+    let time = NotifyState::monotonic_usec_now();
+    let states: Vec<_> = std::iter::once(NotifyState::Reloading).chain(time).collect();
+    notify(&states);
+}
+
+/// Does nothing where there is no systemd.
+fn notify(states: &[NotifyState]) {
+    if let Err(error) = sd_notify::notify(states) {
+        warn!("the service manager does not listen: {error}");
+    }
+}

@@ -1,0 +1,104 @@
+//! The kernel's timestamps, brought to a clock that does not step.
+//!
+//! The kernel stamps frames with CLOCK_REALTIME, which people and NTP set. Both clocks run at the same rate: realtime − monotonic is
+//! constant until realtime is set. It is measured at each batch by a look at monotonic, realtime and monotonic again, and lies
+//! within what these leave open.
+
+use std::ops::RangeInclusive;
+use std::time::Duration;
+
+use nix::time::{ClockId, clock_gettime};
+
+/// realtime − monotonic as it was measured last, and before realtime was set.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Offset {
+    now_ns: Option<i128>,
+    before_ns: Option<i128>,
+    /// On CLOCK_MONOTONIC: the newest timestamp, and the newest look.
+    newest_ns: i128,
+    looked_ns: i128,
+}
+
+impl Offset {
+    /// Measures it now.
+    ///
+    /// # Errors
+    /// The system has no such clocks.
+    pub(super) fn measure(&mut self) -> nix::Result<()> {
+        let read = |clock| clock_gettime(clock).map(|time| Duration::from(time).as_nanos() as i128);
+        let first_ns = read(ClockId::CLOCK_MONOTONIC)?;
+        let realtime_ns = read(ClockId::CLOCK_REALTIME)?;
+        let last_ns = read(ClockId::CLOCK_MONOTONIC)?;
+        self.look(realtime_ns - last_ns..=realtime_ns - first_ns, last_ns);
+        Ok(())
+    }
+
+    fn look(&mut self, possible_ns: RangeInclusive<i128>, looked_ns: i128) {
+        self.looked_ns = looked_ns;
+        if self.now_ns.is_none_or(|now| !possible_ns.contains(&now)) {
+            self.before_ns = self.now_ns;
+            self.now_ns = Some((possible_ns.start() + possible_ns.end()) / 2);
+        }
+    }
+
+    /// A timestamp on CLOCK_MONOTONIC, s. One of before realtime was set is known by this: with the new offset it would lie
+    /// before the timestamp before it, or after the look.
+    pub(super) fn monotonic_s(&mut self, realtime: Duration) -> f64 {
+        let realtime_ns = realtime.as_nanos() as i128;
+        let fits = |ns: &i128| (self.newest_ns..=self.looked_ns).contains(ns);
+        let times = [self.now_ns, self.before_ns].map(|offset| realtime_ns - offset.unwrap_or(0));
+        let time_ns = times.into_iter().find(fits).unwrap_or(self.looked_ns);
+        self.newest_ns = self.newest_ns.max(time_ns);
+        time_ns as f64 / 1e9
+    }
+
+    /// When the clocks were looked at, on CLOCK_MONOTONIC, s.
+    pub(super) fn looked_s(&self) -> f64 {
+        self.looked_ns as f64 / 1e9
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND: i128 = 1_000_000_000;
+
+    /// Frames each 10 ms, fetched each 50 ms; realtime is set by `step_ns` at 1.02 s, in the midst of a batch.
+    #[test]
+    fn realtime_may_be_set_in_the_midst_of_a_batch() {
+        for step_ns in [0, 3600 * SECOND, -3600 * SECOND, SECOND / 2, -SECOND / 2] {
+            let mut offset = Offset::default();
+            let realtime_ns = |monotonic_ns: i128| {
+                let set = if monotonic_ns < 1_020_000_000 { 0 } else { step_ns };
+                1_767_000_000 * SECOND + monotonic_ns + set
+            };
+            for batch in 1..50_i128 {
+                let looked_ns = batch * 50_000_000;
+                // Both looks at monotonic take 100 to 900 ns.
+                let wide = 100 + 400 * (batch % 3);
+                let difference_ns = realtime_ns(looked_ns) - looked_ns;
+                offset.look(difference_ns - wide..=difference_ns + wide / 2, looked_ns);
+                for frame in 0..5 {
+                    let at_ns = looked_ns - 45_000_000 + frame * 10_000_000;
+                    let stamp = Duration::from_nanos(realtime_ns(at_ns) as u64);
+                    let error = offset.monotonic_s(stamp) - at_ns as f64 / 1e9;
+                    assert!(error.abs() < 1e-6, "{error} s, batch {batch}, step {step_ns}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_clocks_of_this_machine_agree() {
+        let mut offset = Offset::default();
+        let mut last_s = 0.0;
+        for _ in 0..1000 {
+            let realtime = clock_gettime(ClockId::CLOCK_REALTIME).unwrap();
+            offset.measure().unwrap();
+            let now_s = offset.monotonic_s(realtime.into());
+            assert!(now_s >= last_s && offset.looked_s() - now_s < 1.0);
+            last_s = now_s;
+        }
+    }
+}

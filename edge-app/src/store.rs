@@ -1,0 +1,169 @@
+//! The file in which a daemon's numbers survive its end: `[state] file`, or `flexid.state` in systemd's state directory.
+//!
+//! ```text
+//! "flexid-state"   version, u32    CRC-32 of the rest, u32    postcard of the State        numbers little-endian
+//! ```
+//!
+//! It is written whole or not at all. A file that cannot be used is put aside under another name, never deleted.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use tracing::warn;
+
+use crate::pipeline::State;
+
+const MAGIC: &[u8; 12] = b"flexid-state";
+/// Of the format: what is written by another one is not read. It changes with every struct that is in a state.
+const VERSION: u32 = 1;
+const HEADER: usize = MAGIC.len() + 4 + 4;
+/// Twice what the most records there can be take, bytes.
+const LARGEST: u64 = 128 << 20;
+/// Where systemd says that a service keeps its state: folders, with colons between them.
+const DIRECTORY: &str = "STATE_DIRECTORY";
+/// In that folder.
+const NAME: &str = "flexid.state";
+
+/// Why bytes are no state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StateError {
+    /// It begins in another way.
+    #[error("is no state of flexid-edge")]
+    Foreign,
+    /// Of an older or newer flexid.
+    #[error("is of format {0}, this flexid-edge writes format {VERSION}")]
+    Version(u32),
+    /// Cut off, or changed since it was written.
+    #[error("is damaged")]
+    Damaged,
+}
+
+/// Keeps a state in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Store {
+    file: PathBuf,
+}
+
+impl Store {
+    /// In `configured`, or else where systemd says; `None` where neither names a place.
+    pub fn find(configured: Option<&Path>) -> Option<Self> {
+        let systemds = || {
+            let folders = std::env::var_os(DIRECTORY)?;
+            std::env::split_paths(&folders).next().map(|folder| folder.join(NAME))
+        };
+        configured.map(Path::to_path_buf).or_else(systemds).map(|file| Self { file })
+    }
+
+    /// The file.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Whether the file can be written.
+    ///
+    /// # Errors
+    /// Its folder is not there, or may not be written.
+    pub fn try_out(&self) -> io::Result<()> {
+        let new = self.beside(".new");
+        File::create(&new)?;
+        fs::remove_file(&new)
+    }
+
+    /// The state that was kept; `None` where there is none. A file that is no state is put aside with a warning. Needs a
+    /// thread with a large stack.
+    pub fn load(&self) -> Option<State> {
+        let bytes = match self.read() {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
+            Err(error) => {
+                warn!("{}: cannot be read: {error}: starts anew", self.file.display());
+                return None;
+            }
+        };
+        match decode(&bytes) {
+            Ok(state) => Some(state),
+            Err(error) => {
+                self.put_aside(&error.to_string());
+                None
+            }
+        }
+    }
+
+    /// Keeps `state` in place of what was kept before.
+    ///
+    /// # Errors
+    /// The file cannot be written; what was kept before still is.
+    pub fn save(&self, state: &State) -> io::Result<()> {
+        // Always the same name: what a power cut leaves behind is overwritten, and does not pile up.
+        let new = self.beside(".new");
+        let mut file = File::create(&new)?;
+        file.write_all(&encode(state)?)?;
+        file.sync_all()?;
+        fs::rename(&new, &self.file)?;
+        // Not every file system can; then a power cut may bring back the state before, which is whole.
+        let folder = self.file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
+        Ok(())
+    }
+
+    /// Renames the file, with a warning that says why.
+    pub fn put_aside(&self, why: &str) {
+        let now = SystemTime::UNIX_EPOCH.elapsed().map(|elapsed| elapsed.as_secs());
+        let aside = self.beside(&format!(".{}", now.unwrap_or_default()));
+        let file = self.file.display();
+        match fs::rename(&self.file, &aside) {
+            Ok(()) => warn!("{file}: {why}: starts anew, and keeps it as {}", aside.display()),
+            Err(error) => warn!("{file}: {why}: starts anew (and cannot rename it: {error})"),
+        }
+    }
+
+    fn read(&self) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        File::open(&self.file)?.take(LARGEST).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn beside(&self, ending: &str) -> PathBuf {
+        let mut name = self.file.clone().into_os_string();
+        name.push(ending);
+        name.into()
+    }
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// None: a state can always be written.
+pub fn encode(state: &State) -> io::Result<Vec<u8>> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend([0; 4]);
+    let mut bytes = postcard::to_extend(state, bytes).map_err(io::Error::other)?;
+    let checksum = crc32fast::hash(&bytes[HEADER..]);
+    bytes[HEADER - 4..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    Ok(bytes)
+}
+
+/// The state that the bytes of a file hold. Needs a thread with a large stack.
+///
+/// # Errors
+/// They hold none.
+pub fn decode(bytes: &[u8]) -> Result<State, StateError> {
+    let (magic, rest) = bytes.split_first_chunk().ok_or(StateError::Foreign)?;
+    if magic != MAGIC {
+        return Err(StateError::Foreign);
+    }
+    let (version, rest) = rest.split_first_chunk().ok_or(StateError::Damaged)?;
+    let version = u32::from_le_bytes(*version);
+    if version != VERSION {
+        return Err(StateError::Version(version));
+    }
+    let (checksum, body) = rest.split_first_chunk().ok_or(StateError::Damaged)?;
+    if crc32fast::hash(body) != u32::from_le_bytes(*checksum) {
+        return Err(StateError::Damaged);
+    }
+    let state: State = postcard::from_bytes(body).map_err(|_| StateError::Damaged)?;
+    if state.is_possible() { Ok(state) } else { Err(StateError::Damaged) }
+}

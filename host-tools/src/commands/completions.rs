@@ -1,0 +1,18 @@
+//! `flexid completions`: what a shell must know to complete flexid's command lines.
+
+use anyhow::Result;
+use clap_complete::Shell;
+use flexid_edge::console::print;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The shell
+    shell: Shell,
+}
+
+pub(super) fn run(args: &Args, mut command: clap::Command) -> Result<()> {
+    let name = command.get_name().to_owned();
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut command, name, &mut script);
+    Ok(print(&String::from_utf8_lossy(&script))?)
+}

@@ -1,0 +1,20 @@
+//! `flexid man`: the manual pages, made of what `--help` says.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+
+use crate::output;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Folder for flexid.1 and a page for each command; made if it is not there
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+}
+
+pub(super) fn run(args: &Args, command: clap::Command) -> Result<()> {
+    output::folder(&args.folder)?;
+    clap_mangen::generate_to(command, &args.folder)
+        .with_context(|| format!("{}: cannot be written", args.folder.display()))
+}

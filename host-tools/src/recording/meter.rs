@@ -1,0 +1,187 @@
+//! How much of the recordings is read and worked off, as a progress bar.
+//!
+//! Each byte of a file counts twice: once when it is read, once when the work on its record is done. So the bar moves
+//! where a long recording holds few records, and where the work on a record takes longer than reading it. Bytes that come
+//! from a pipe, of which nobody knows how many there are, do not count.
+
+use std::io::{self, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use flexid_wire::messages::{Phase, Progress};
+use indicatif::ProgressBar;
+
+use crate::progress;
+
+/// Counts the bytes that its readers read; clones count together.
+#[derive(Clone, Debug)]
+pub(crate) struct Meter {
+    bar: ProgressBar,
+    bytes: Arc<AtomicU64>,
+}
+
+/// The work on the records, as [`Meter::show`] hears of it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Work {
+    records: u64,
+    /// Random starts before this record.
+    starts_before: u32,
+    /// Bytes read when this record was complete, and when the one before was.
+    complete: u64,
+    complete_before: u64,
+    /// Of this record's work, from 0 to 1.
+    share: f64,
+}
+
+impl Meter {
+    /// A bar without an end, until bytes are expected.
+    pub(crate) fn new() -> Self {
+        Self { bar: progress::endless("reading"), bytes: Arc::default() }
+    }
+
+    /// Counts, and shows nothing.
+    #[cfg(test)]
+    pub(crate) fn hidden() -> Self {
+        use indicatif::ProgressDrawTarget;
+
+        Self {
+            bar: ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden()),
+            bytes: Arc::default(),
+        }
+    }
+
+    /// So many more bytes will be read.
+    pub(crate) fn expect(&self, bytes: u64) {
+        let expected = self.bar.length().unwrap_or_else(|| {
+            self.bar.set_style(progress::estimated());
+            0
+        });
+        self.bar.set_length(expected + 2 * bytes);
+    }
+
+    /// Counts what is read through it.
+    pub(crate) fn read<R: Read>(&self, bytes: R) -> Metered<R> {
+        Metered { bytes, meter: self.clone() }
+    }
+
+    /// Shows how the work stands.
+    pub(crate) fn show(&self, work: &mut Work, progress: &Progress) {
+        let read = self.bytes.load(Ordering::Relaxed);
+        work.note(read, progress);
+        self.bar.set_position(read + work.bytes());
+        self.bar.set_message(doing(progress));
+    }
+
+    /// Removes the bar.
+    pub(crate) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Work {
+    fn note(&mut self, read: u64, progress: &Progress) {
+        if progress.records != self.records {
+            self.records = progress.records;
+            // What is refined first, without a new start, counts as one.
+            self.starts_before = progress.starts.saturating_sub(1);
+            self.complete_before = std::mem::replace(&mut self.complete, read);
+            self.share = 0.0;
+        }
+        let fraction = f64::from(progress.fraction);
+        let of_start = match progress.phase {
+            Phase::Waiting => 0.0,
+            Phase::Searching => 0.5 * fraction,
+            Phase::Refining => 0.5 + 0.5 * fraction,
+            Phase::Settled => 1.0,
+        };
+        // How many random starts there will be is unknown: each is taken for half of what is left.
+        let before = progress.starts.saturating_sub(self.starts_before).saturating_sub(1);
+        let left = 0.5_f64.powi(before.min(60) as i32);
+        let share = match progress.phase {
+            Phase::Settled => 1.0,
+            _ => 1.0 - left * (1.0 - 0.5 * of_start),
+        };
+        self.share = self.share.max(share);
+    }
+
+    /// Bytes whose records are worked off.
+    fn bytes(&self) -> u64 {
+        let this = (self.complete - self.complete_before) as f64;
+        self.complete_before + (self.share * this) as u64
+    }
+}
+
+/// In words.
+fn doing(progress: &Progress) -> String {
+    match progress.phase {
+        Phase::Waiting => "reading".into(),
+        Phase::Searching => format!("record {}: searching", progress.records),
+        Phase::Refining => format!("record {}: refining", progress.records),
+        Phase::Settled => format!("record {}: settled", progress.records),
+    }
+}
+
+/// Reads, and counts what it reads.
+pub(crate) struct Metered<R> {
+    bytes: R,
+    meter: Meter,
+}
+
+impl<R: Read> Read for Metered<R> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let read = self.bytes.read(into)?;
+        self.meter.bytes.fetch_add(read as u64, Ordering::Relaxed);
+        self.meter.bar.inc(read as u64);
+        Ok(read)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn progress(records: u64, phase: Phase, starts: u32, fraction: f32) -> Progress {
+        Progress {
+            phase,
+            fraction,
+            starts,
+            search_evaluations: 0,
+            refine_iterations: 0,
+            search_loss: 0.0,
+            records,
+        }
+    }
+
+    /// Three records of 100 bytes each; the second settles without a new search, the third takes a second start.
+    #[test]
+    fn the_bar_moves_while_a_record_is_worked_off_and_never_back() {
+        let meter = Meter::hidden();
+        meter.expect(300);
+        let mut work = Work::default();
+        let mut last = 0;
+        let mut at = |records, phase, starts, fraction| {
+            meter.show(&mut work, &progress(records, phase, starts, fraction));
+            let position = meter.bar.position();
+            assert!(position >= last, "{position} after {last}");
+            last = position;
+            position
+        };
+        let hundred = || {
+            assert_eq!(io::copy(&mut meter.read(&[0; 100][..]), &mut io::sink()).unwrap(), 100);
+        };
+        hundred();
+        assert_eq!(at(1, Phase::Searching, 1, 0.0), 100);
+        assert_eq!(at(1, Phase::Searching, 1, 0.8), 120);
+        assert_eq!(at(1, Phase::Refining, 1, 0.2), 130);
+        assert_eq!(at(1, Phase::Searching, 2, 0.0), 150);
+        assert_eq!(at(1, Phase::Settled, 2, 1.0), 200);
+        hundred();
+        assert_eq!(at(2, Phase::Refining, 2, 0.2), 330);
+        assert_eq!(at(2, Phase::Settled, 2, 1.0), 400);
+        hundred();
+        assert_eq!(at(3, Phase::Refining, 2, 1.0), 550);
+        assert_eq!(at(3, Phase::Searching, 3, 0.4), 555);
+        assert_eq!(at(3, Phase::Settled, 3, 1.0), 600);
+        assert_eq!(meter.bar.length(), Some(600));
+    }
+}

@@ -1,0 +1,150 @@
+//! The recordings that a user names: files or standard input, packed or not, one after the other.
+//!
+//! | module      | holds                                               |
+//! | ----------- | --------------------------------------------------- |
+//! | [`packed`]  | gzip and zstd, known by their first bytes           |
+//! | [`foreign`] | other formats, and how to convert them              |
+//! | `meter`     | how much of the recordings is read and worked off   |
+
+pub mod foreign;
+pub(crate) mod meter;
+pub mod packed;
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use flexid_edge::input::BadInput;
+use flexid_edge::source::{CandumpLog, FrameSource, Logs};
+
+use meter::Meter;
+
+/// Names standard input.
+const STANDARD_INPUT: &str = "-";
+
+/// A log, unpacked.
+type Log = CandumpLog<Box<dyn Read + Send>>;
+
+/// A log that can be used.
+enum Usable {
+    /// Closed again: of any number of files only one is open at a time.
+    File(PathBuf),
+    /// Standard input or a pipe, which can be opened only once.
+    Open(Log),
+}
+
+/// The logs as one source. Each is opened and checked at once, so that a wrong name is reported before the work begins.
+///
+/// # Errors
+/// The first log that cannot be read, or is none of `candump -L`; one line with the mend.
+pub(crate) fn open(
+    names: &[PathBuf],
+    interface: &str,
+    meter: &Meter,
+) -> Result<impl FrameSource + use<>, BadInput> {
+    if let Some(again) = names
+        .iter()
+        .enumerate()
+        .find(|(index, name)| name.as_os_str() == STANDARD_INPUT && names[..*index].contains(name))
+    {
+        return Err(BadInput::new(again.1, "is standard input, which can be read only once"));
+    }
+    let usable = |name: &PathBuf| usable(name, interface, meter);
+    let logs = names.iter().map(usable).collect::<Result<Vec<_>, _>>()?;
+    let (interface, meter) = (interface.to_owned(), meter.clone());
+    Ok(Logs::new(logs.into_iter().map(move |usable| match usable {
+        Usable::Open(log) => Ok(log),
+        Usable::File(name) => {
+            let file = File::open(&name).map_err(|error| unreadable(&name, &error));
+            file.and_then(|file| log(&name, meter.read(file), &interface)).map_err(io::Error::other)
+        }
+    })))
+}
+
+/// Checks the log of this name.
+fn usable(name: &Path, interface: &str, meter: &Meter) -> Result<Usable, BadInput> {
+    if name.as_os_str() == STANDARD_INPUT {
+        let log = log(Path::new("standard input"), io::stdin(), interface)?;
+        return Ok(Usable::Open(log));
+    }
+    let metadata = fs::metadata(name).map_err(|error| unreadable(name, &error))?;
+    if metadata.is_dir() {
+        return Err(BadInput::new(name, "is a folder: name the log files in it"));
+    }
+    let file = File::open(name).map_err(|error| unreadable(name, &error))?;
+    if metadata.is_file() {
+        log(name, file, interface)?;
+        meter.expect(metadata.len());
+        Ok(Usable::File(name.to_owned()))
+    } else {
+        Ok(Usable::Open(log(name, file, interface)?))
+    }
+}
+
+/// The log in `bytes`, packed or not, if it is one of `candump -L`; messages call it `name`.
+fn log(name: &Path, bytes: impl Read + Send + 'static, interface: &str) -> Result<Log, BadInput> {
+    let (head, bytes) = foreign::head(packed::unpacked(bytes));
+    if let Some(mend) = foreign::mend(&head) {
+        return Err(BadInput::new(name, mend));
+    }
+    CandumpLog::new(name, bytes).on_bus(interface)
+}
+
+fn unreadable(name: &Path, error: &io::Error) -> BadInput {
+    BadInput::new(name, format!("cannot be read: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use flexid_edge::source::Flow;
+
+    use super::*;
+
+    const LINE: &[u8] = b"(1767000000.000060) can0 101#00\n";
+
+    fn frames(mut source: impl FrameSource) -> (usize, io::Result<Flow>) {
+        let mut batch = Vec::new();
+        loop {
+            match source.read(&mut batch, Duration::ZERO) {
+                Ok(Flow::Open) => {}
+                end => return (batch.len(), end),
+            }
+        }
+    }
+
+    /// Descriptors of this process; other tests may open some of theirs meanwhile.
+    fn descriptors() -> usize {
+        fs::read_dir("/proc/self/fd").unwrap().count()
+    }
+
+    #[test]
+    fn of_many_logs_one_is_open_at_a_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let names: Vec<_> =
+            (0..300).map(|number| folder.path().join(format!("{number}.log"))).collect();
+        for name in &names {
+            fs::write(name, LINE).unwrap();
+        }
+        let before = descriptors();
+        let logs = open(&names, "can0", &Meter::hidden()).unwrap();
+        assert!(descriptors() < before + 100, "{} are open", descriptors() - before);
+        assert_eq!(frames(logs).0, 300);
+    }
+
+    #[test]
+    fn a_log_that_goes_away_meanwhile_does_not_keep_the_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = ["a.log", "b.log"].map(|name| folder.path().join(name));
+        for name in &names {
+            fs::write(name, LINE).unwrap();
+        }
+        let logs = open(&names, "can0", &Meter::hidden()).unwrap();
+        fs::remove_file(&names[0]).unwrap();
+        let (frames, end) = frames(logs);
+        assert_eq!(frames, 1);
+        let error = end.unwrap_err().to_string();
+        assert!(error.contains("a.log: cannot be read: No such file"), "{error}");
+    }
+}

@@ -1,0 +1,78 @@
+//! Manners in a shell: completions, manual pages, pipes that close, and terminals that are not driven by what is printed.
+
+use std::fs;
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+
+use crate::setup::{FLEXID, flexid, folder, stderr, unheard};
+
+#[test]
+fn completions_are_scripts_of_their_shell() {
+    let folder = folder();
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let output = flexid(folder.path(), &format!("completions {shell}"));
+        let script = String::from_utf8(output.stdout.clone()).unwrap();
+        assert!(output.status.success() && script.contains("identify"), "{}", stderr(&output));
+    }
+    let script = flexid(folder.path(), "completions bash").stdout;
+    let mut bash = Command::new("bash").arg("-n").stdin(Stdio::piped()).spawn().unwrap();
+    bash.stdin.take().unwrap().write_all(&script).unwrap();
+    assert!(bash.wait().unwrap().success());
+    assert_eq!(unheard(folder.path(), FLEXID, "completions bash").status.code(), Some(0));
+    assert_eq!(flexid(folder.path(), "completions cmd").status.code(), Some(2));
+}
+
+#[test]
+fn every_command_has_its_manual_page() {
+    let folder = folder();
+    let output = flexid(folder.path(), "man pages/of/flexid");
+    assert!(output.status.success(), "{}", stderr(&output));
+    for (page, text) in [
+        ("flexid.1", "flexid\\-identify(1)"),
+        ("flexid-identify.1", "candump"),
+        ("flexid-model-import.1", "URDF"),
+    ] {
+        let page = fs::read_to_string(folder.path().join("pages/of/flexid").join(page)).unwrap();
+        assert!(page.contains(text), "{page}");
+    }
+    let output = flexid(folder.path(), "man mill3.urdf");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("mill3.urdf: cannot be made: a file is in its place"));
+}
+
+#[test]
+fn what_was_probably_meant_is_named() {
+    let folder = folder();
+    for (arguments, meant) in [
+        ("identify --confg edge.toml", "'--confg' found: did you mean '--config'? (see --help)"),
+        ("identfy --config edge.toml", "'identfy': did you mean 'identify'? (see --help)"),
+        ("completions bsh", "did you mean 'bash'? (see --help)"),
+    ] {
+        let output = flexid(folder.path(), arguments);
+        let errors = stderr(&output);
+        assert_eq!((output.status.code(), errors.lines().count()), (Some(2), 1), "{errors}");
+        assert!(errors.contains(meant), "{errors}");
+    }
+}
+
+/// A file's name, an argument and a robot's name that would colour the terminal or rename its window.
+#[test]
+fn escape_sequences_do_not_reach_the_terminal() {
+    let folder = folder();
+    let evil = "a\x1b[31m\u{9b}b.log";
+    for arguments in [["identify", "--config", "edge.toml", evil], ["watch", evil, "--until", evil]]
+    {
+        let output =
+            Command::new(FLEXID).args(arguments).current_dir(folder.path()).output().unwrap();
+        let errors = stderr(&output);
+        assert!(!errors.contains(['\x1b', '\u{9b}']), "{errors:?}");
+        // clap takes the escape sequences out of what it repeats.
+        assert!(errors.contains("\\u009bb.log"), "{errors:?}");
+    }
+    let urdf = folder.path().join("mill3.urdf");
+    let text = fs::read_to_string(&urdf).unwrap();
+    fs::write(&urdf, text.replace("name=\"mill3\"", "name=\"mill\u{9b}3\"")).unwrap();
+    let output = flexid(folder.path(), "model import mill3.urdf --tcp tcp -o m.toml");
+    let said = String::from_utf8(output.stdout.clone()).unwrap() + &stderr(&output);
+    assert!(said.contains("mill\\u009b3") && !said.contains('\u{9b}'), "{said:?}");
+}

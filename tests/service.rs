@@ -1,0 +1,57 @@
+//! The systemd unit that is shipped: how little it leaves to who breaks into the daemon, by systemd's own measure.
+
+use std::path::Path;
+use std::process::Command;
+
+const UNIT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../edge-app/dist/flexid-edge.service");
+/// Exposure from 0 to 10; up to 4 systemd calls it OK.
+const MOST: f64 = 3.0;
+
+fn systemd_analyze(arguments: &[&str]) -> (bool, String) {
+    let output = Command::new("systemd-analyze").args(arguments).env("LC_ALL", "C").output();
+    let output = output.expect("systemd-analyze is missing: apt-get install systemd");
+    let text = [output.stdout, output.stderr].concat();
+    (output.status.success(), String::from_utf8_lossy(&text).into_owned())
+}
+
+#[test]
+fn exposure_is_low() {
+    let (_, table) = systemd_analyze(&["security", "--offline=true", "--no-pager", UNIT]);
+    let (_, level) = table.split_once("Overall exposure level for flexid-edge.service: ").unwrap();
+    let level: f64 = level.split(' ').next().unwrap().parse().unwrap();
+    assert!(level <= MOST, "{table}");
+}
+
+/// Every directive is one that systemd knows; that the program is installed, and the bus there, is not asked.
+#[test]
+fn directives_are_known() {
+    let (_, complaints) = systemd_analyze(&["verify", UNIT]);
+    let of_the_file: Vec<_> = complaints
+        .lines()
+        .filter(|line| line.contains(".service") && !line.contains("is not executable"))
+        .filter(|line| line.contains("flexid-edge"))
+        .collect();
+    assert!(of_the_file.is_empty(), "{complaints}");
+}
+
+/// What the daemon needs: the bus, its link's state, its readers, its folders, and a reload.
+#[test]
+fn the_daemon_can_still_work() {
+    let unit = std::fs::read_to_string(UNIT).unwrap();
+    let values = |key: &str| {
+        let lines = unit.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix('='));
+        lines.collect::<Vec<_>>().join(" ")
+    };
+    for family in ["AF_CAN", "AF_UNIX", "AF_INET", "AF_NETLINK"] {
+        let families = values("RestrictAddressFamilies");
+        assert!(families.split(' ').any(|own| own == family), "{families}");
+    }
+    assert_eq!(values("AmbientCapabilities"), "");
+    assert_eq!(
+        (values("RuntimeDirectory"), values("StateDirectory")),
+        ("flexid".into(), "flexid".into())
+    );
+    assert_eq!(values("ExecReload"), "/bin/kill -HUP $MAINPID");
+    assert!(values("IPAddressAllow").contains("localhost"));
+    assert!(Path::new(UNIT).with_file_name("flexid.sysusers").exists());
+}
