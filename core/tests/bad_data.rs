@@ -1,11 +1,9 @@
 //! Data that no parameter can be told from: a clear error, or a verdict that says so; never a confident number, never a
 //! panic.
 
-mod common;
-
-use common::fits::settle;
-use common::milling::{Conditions, SAMPLES, cut, experiments, record};
-use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
+use crate::common::fits::settle;
+use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use fearless_simd::Level;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::identify::{Acceptance, Estimate, Identifier};

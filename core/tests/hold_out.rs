@@ -1,10 +1,8 @@
 //! What a record looks like to all others: the short way of the core, against a fit that has never seen it.
 
-mod common;
-
-use common::fits::{parameters, problem, refine};
-use common::milling::{Conditions, SAMPLES, cut, record};
-use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, respond};
+use crate::common::fits::{parameters, problem, refine};
+use crate::common::milling::{Conditions, SAMPLES, cut, record};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, respond};
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::{Complex, Terms};
 use flexid_core::refine::Agreement;

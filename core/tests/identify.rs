@@ -1,10 +1,8 @@
 //! Search alone, and search with refinement, on robots drawn uniformly within the scenario's bounds.
 
-mod common;
-
-use common::fits::{identifier, parameters, settle};
-use common::milling::{Conditions, cut, displacement_error, experiments, motion};
-use common::{Random, bounds, mill3, parameter_deviation};
+use crate::common::fits::{identifier, parameters, settle};
+use crate::common::milling::{Conditions, cut, displacement_error, experiments, motion};
+use crate::common::{Random, bounds, mill3, parameter_deviation};
 use fearless_simd::Level;
 use flexid_core::identify::Acceptance;
 use flexid_core::loss::spectral;

@@ -1,10 +1,8 @@
 //! What an experiment will tell, foretold without its acceleration, against what the fit of the simulated one says.
 
-mod common;
-
-use common::fits::{parameters, problem};
-use common::milling::{Conditions, SAMPLES, cut, record};
-use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
+use crate::common::fits::{parameters, problem};
+use crate::common::milling::{Conditions, SAMPLES, cut, record};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use flexid_core::refine::{Information, Refinement};
 use flexid_core::spectrum::Experiment;
 

@@ -1,12 +1,10 @@
 //! Sensors that sit elsewhere than at the TCP: against dense solves, against finite differences, and end to end.
 
-mod common;
-
-use common::fits::{
+use crate::common::fits::{
     assert_within_the_intervals, identifier_of, mean_square, relative, scores, settle,
 };
-use common::milling::{Conditions, SAMPLES, cut, record};
-use common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, mill3, nominal, respond};
+use crate::common::milling::{Conditions, SAMPLES, cut, record};
+use crate::common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, mill3, nominal, respond};
 use fearless_simd::Level;
 use flexid_core::calibration::{Calibration, Nuisances};
 use flexid_core::chain::Chain;

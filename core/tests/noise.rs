@@ -1,12 +1,12 @@
 //! From the sensors' noise, whatever its colour, to honest intervals: through the stream, as the daemon does it.
 
-mod common;
-
 use std::f64::consts::{PI, SQRT_2, TAU};
 
-use common::fits::{identifier, parameters, relative, scores, settle};
-use common::milling::{ACCELERATION_NOISE, Conditions, FORCE_NOISE, RATE, SAMPLES, cut, motion};
-use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, mill3};
+use crate::common::fits::{identifier, parameters, relative, scores, settle};
+use crate::common::milling::{
+    ACCELERATION_NOISE, Conditions, FORCE_NOISE, RATE, SAMPLES, cut, motion,
+};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, mill3};
 use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::parameters::Bushings;
 use flexid_core::spectrum::Experiment;

@@ -1,10 +1,8 @@
 //! What is off beside the joints: found where it is sought, seen where it is not. And records that retire.
 
-mod common;
-
-use common::fits::{identifier, mean_square, parameters, relative, scores, settle};
-use common::milling::{Conditions, SAMPLES, STEPS, cut, experiments, record};
-use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, mill3};
+use crate::common::fits::{identifier, mean_square, parameters, relative, scores, settle};
+use crate::common::milling::{Conditions, SAMPLES, STEPS, cut, experiments, record};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, mill3};
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Acceptance, Estimate};

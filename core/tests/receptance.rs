@@ -1,10 +1,8 @@
 //! The recursion against a dense model that shares nothing with it, and its gradient against finite differences.
 
-mod common;
-
 use std::f64::consts::TAU;
 
-use common::{Dense, Random, respond};
+use crate::common::{Dense, Random, respond};
 use flexid_core::calibration::Calibration;
 use flexid_core::chain::linearise::LinearChain;
 use flexid_core::parameters::Bushings;
@@ -315,7 +313,8 @@ fn gravity_has_little_share_in_mass_derivatives() {
         let mut worst = 0.0_f64;
         for seed in 0..50 {
             let mut random = Random::new(seed);
-            let (chain, pose, bushings) = (common::mill3(), random.pose(3), random.bushings(3));
+            let (chain, pose, bushings) =
+                (crate::common::mill3(), random.pose(3), random.bushings(3));
             let s = Complex { re: 0.0, im: TAU * hertz };
             let at = |scale: &[f64]| {
                 let linear = chain.weighing(scale).linearise(&pose, EARTH, &bushings).unwrap();

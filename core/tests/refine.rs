@@ -1,10 +1,10 @@
 //! Refinement on records simulated in time: to the noise limit, in both precisions, and from every kind of start.
 
-mod common;
-
-use common::fits::{self, assert_within_the_intervals, mean_square, parameters, problem, scores};
-use common::milling::{Conditions, SAMPLES, cut, experiments, record};
-use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
+use crate::common::fits::{
+    self, assert_within_the_intervals, mean_square, parameters, problem, scores,
+};
+use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::{Fit, Refinement};

@@ -1,13 +1,14 @@
 //! Static tests: the displacement against a dense solve, its gradient against finite differences, and fits that rest
 //! on them, with records and without.
 
-mod common;
-
-use common::fits::{self, Generator, mean_square, parameters, problem, relative, scores, settle};
-use common::milling::{Conditions, SAMPLES, cut, experiments, record};
-use common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3};
+use crate::common::fits::{
+    self, Generator, mean_square, parameters, problem, relative, scores, settle,
+};
+use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
+use crate::common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3};
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
+use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::identify::{Acceptance, Estimate, Identifier};
 use flexid_core::parameters::{Bounds, Bushings, End};
 use flexid_core::refine::{Fit, Problem};
@@ -198,6 +199,75 @@ fn static_tests_alone() {
     );
     assert!(told >= 20, "{told}");
     assert!((0.7..1.4).contains(&mean_square), "{mean_square}: {scores:.1?}");
+}
+
+/// Decades around the scenario's bounds: the robot in their middle has 1e4 Nm/rad, where the weight of its links asks for some 2e4.
+fn wide() -> Bounds {
+    Bounds::new([1e4, 1e10], [1.0, 1e8], [1e3, 1e5], [1e2, 5e4]).expect("ranges")
+}
+
+/// The middle of wide bounds gives way under gravity without end; the data do not care.
+#[test]
+fn a_start_that_gravity_leaves_no_equilibrium_is_stiffened() {
+    let measurement = Measurement { gravity: EARTH.into(), ..MEASUREMENT };
+    let middle = wide().middle(&parameters(3));
+    let mut scores = Vec::new();
+    for seed in 150..156 {
+        let mut random = Random::new(seed);
+        let truth = random.bushings(3);
+        let tests = measure(&truth, 60, EARTH, &mut random);
+        let sagging = mill3().linearise(&tests[0].pose, EARTH, &middle).err();
+        assert!(matches!(sagging, Some(LinearisationError::NoEquilibrium(_))), "{sagging:?}");
+        let generator = Random::new(5).0;
+        let identifier = Identifier::new(mill3(), wide(), measurement, Level::new(), generator);
+        let mut identifier = Box::new(identifier.with_statics(&tests).expect("good tests"));
+        let estimate = settle(&mut identifier, &mut []);
+        assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}");
+        scores.extend(stiffness_scores(&estimate.bushings, &truth, &relative(&estimate)));
+    }
+    let mean_square = mean_square(&scores);
+    println!("{} stiffnesses told to 5 %, mean square score {mean_square:.2}", scores.len());
+    assert!(scores.len() >= 6, "{}", scores.len());
+    assert!(mean_square < 2.0, "{mean_square}: {scores:.1?}");
+}
+
+/// What a search has found may be as soft: a record is fitted from there as well.
+#[test]
+fn a_soft_guess_is_stiffened_for_records_too() {
+    let (chain, bounds, sought) = (mill3(), wide(), parameters(3));
+    let measurement = Measurement { gravity: EARTH.into(), ..MEASUREMENT };
+    let mut random = Random::new(157);
+    let truth = random.bushings(3);
+    let conditions = Conditions { gravity: EARTH, ..Conditions::default() };
+    let (pose, rpm, feed) = EXPERIMENTS[0];
+    let force = cut(&mut random, rpm, feed);
+    let record = record(&chain, &pose, &truth, &force, &conditions, &mut random);
+    let experiment = Experiment::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
+    let mut experiments = [experiment.expect("a good record")];
+    let problem = problem(&chain, &measurement, &bounds, &sought);
+    // Its stiffnesses alone are too soft; its dampings are the truth's.
+    let mut guess = truth.clone();
+    for (bushing, soft) in guess.iter_mut().zip(wide().middle(&sought)) {
+        bushing.stiffness = soft.stiffness;
+    }
+    let (refinement, fit) = fits::refine(&problem, &guess, &mut experiments);
+    let found = refinement.bushings(&sought);
+    assert!(fit.objective.is_finite() && fit.sum_of_squares.is_finite());
+    assert!(chain.linearise(&pose, EARTH, &found).is_ok());
+}
+
+/// Bounds within which no robot bears its weight: it says so, and does not go on for ever.
+#[test]
+fn bounds_without_an_equilibrium_are_given_up() {
+    let mut random = Random::new(158);
+    let tests = measure(&random.bushings(3), 10, EARTH, &mut random);
+    let measurement = Measurement { gravity: EARTH.into(), ..MEASUREMENT };
+    let soft = Bounds::new([1e4, 1e10], [1.0, 1e3], [1e3, 1e5], [1e2, 5e4]).expect("ranges");
+    let identifier = Identifier::new(mill3(), soft, measurement, Level::new(), Random::new(5).0);
+    let mut identifier = Box::new(identifier.with_statics(&tests).expect("good tests"));
+    let estimate = settle(&mut identifier, &mut []);
+    assert_eq!(estimate.acceptance, Acceptance::Unsettled);
+    assert!(identifier.progress().refine_iterations < 20);
 }
 
 /// Least sum of squares within the bounds: displacements are linear in the compliances, so that it is a convex problem, which

@@ -1,10 +1,8 @@
 //! The search reads every fourth bin: it finds as much as it would in all of them.
 
-mod common;
-
-use common::fits::{parameters, problem, refine};
-use common::milling::{Conditions, RATE, SAMPLES, cut, record};
-use common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, parameter_deviation};
+use crate::common::fits::{parameters, problem, refine};
+use crate::common::milling::{Conditions, RATE, SAMPLES, cut, record};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, parameter_deviation};
 use fearless_simd::Level;
 use flexid_core::loss::spectral;
 use flexid_core::parameters::Bushings;

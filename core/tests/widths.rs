@@ -1,10 +1,8 @@
 //! The same loss and the same fit, whatever the width of the vectors.
 
-mod common;
-
-use common::fits::{parameters, problem, values};
-use common::milling::{Conditions, SAMPLES, cut, record};
-use common::{BINS, MEASUREMENT, Random, bounds};
+use crate::common::fits::{parameters, problem, values};
+use crate::common::milling::{Conditions, SAMPLES, cut, record};
+use crate::common::{BINS, MEASUREMENT, Random, bounds};
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
 use flexid_core::loss::spectral;

@@ -194,17 +194,18 @@ impl Reader<'_> {
         self.tell(&config, &intake, watch, 0.0);
         while flow == Flow::Open && !self.stop.requested() {
             let mut cut = Vec::new();
-            let mut keep = |record: &Record| cut.push(Box::new(record.clone()));
             if std::mem::take(&mut lost_link) {
-                intake.forget_angles(&mut keep);
+                intake.forget_angles(keep_in(&mut cut));
             }
-            flow = intake.read(source, LOOK, &mut keep).unwrap_or_else(|error| {
+            flow = intake.read(source, LOOK, keep_in(&mut cut)).unwrap_or_else(|error| {
                 error!("the bus cannot be read any more: {error}");
                 broken = Some(error);
                 Flow::Ended
             });
-            // A config that comes waits for room in the queue, so that it stays between its records.
-            let next = self.reload.and_then(Reload::pending).filter(|_| !sender.is_full());
+            // A config that comes waits for room in the queue, so that it stays between its records: those that are cut, the
+            // one that it ends, and itself.
+            let has_room = sender.len() + cut.len() + 2 <= QUEUE;
+            let next = self.reload.and_then(Reload::pending).filter(|_| has_room);
             let anew = next.as_ref().is_some_and(|next| {
                 next.stream() != streams.stream() || next.signals != streams.signals
             });
@@ -213,7 +214,7 @@ impl Reader<'_> {
             if frames > heard_frames && flow == Flow::Open && !anew {
                 (heard, heard_frames) = (Instant::now(), frames);
             } else if flow == Flow::Ended || anew || heard.elapsed() >= SILENCE {
-                intake.finish(&mut keep);
+                intake.finish(keep_in(&mut cut));
                 heard = Instant::now();
             }
             watch.given_up += self.hand_over(cut, intake.counts(), sender);
@@ -233,12 +234,13 @@ impl Reader<'_> {
                 let frames = intake.counts().all;
                 let rate = (frames - told_frames) as f64 / elapsed.as_secs_f64();
                 let now = source.health();
-                lost_link = watch.health.link == LinkState::Up && now.link != LinkState::Up;
+                lost_link = now.link_losses > watch.health.link_losses;
                 watch.health = log_changes(&watch.health, now);
                 self.tell(&config, &intake, watch, rate);
                 (told, told_frames) = (Instant::now(), frames);
             }
         }
+        self.keep_last(&mut intake, sender);
         Ok(End::Outcome(Box::new(Outcome {
             finding: None,
             counts: intake.counts(),
@@ -249,6 +251,17 @@ impl Reader<'_> {
             },
             broken,
         })))
+    }
+
+    /// Cuts what is complete enough when the end comes in mid-record, and waits for room in the queue: the solver, which
+    /// takes no more time for a record then, keeps it for the next daemon.
+    fn keep_last(&self, intake: &mut Intake, sender: &Sender<Order>) {
+        let mut cut = Vec::new();
+        intake.finish(keep_in(&mut cut));
+        for record in cut {
+            // Without a solver there is nobody to keep it.
+            let _ = sender.send(Order::Record(record, intake.counts()));
+        }
     }
 
     /// Sends records to the solver; the samples of those for which there is no room.
@@ -318,6 +331,11 @@ impl Reader<'_> {
             measured_rate_std_hz: stream.measured_rate_std_hz,
         }));
     }
+}
+
+/// Copies records, which are large, to the heap.
+fn keep_in(cut: &mut Vec<Box<Record>>) -> impl FnMut(&Record) {
+    |record| cut.push(Box::new(record.clone()))
 }
 
 /// What is guarded is whole between any two statements.

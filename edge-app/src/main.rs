@@ -66,10 +66,11 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let listeners = listeners.map_err(|error| bad("server", &error))?;
 
     let store = Store::find(config.state.as_deref());
-    if let Some(store) = &store {
-        let unwritable = |error| format!("{}: cannot be written: {error}", store.file().display());
-        store.try_out().map_err(|error| bad("state", &unwritable(error)))?;
-    }
+    let unwritable =
+        |store: &Store, error| format!("{}: cannot be written: {error}", store.file().display());
+    let claim =
+        |store: &Store| store.claim().map_err(|error| bad("state", &unwritable(store, error)));
+    let _claim = store.as_ref().map(claim).transpose()?;
 
     let (stop, reload) = (Stop::new(), Reload::new());
     let service = Service { config: &config, signals, stop: &stop, reload: &reload };

@@ -10,7 +10,7 @@ use flexid_edge::config::Config;
 use flexid_edge::reload::Reload;
 use flexid_edge::stop::Stop;
 use sd_notify::NotifyState;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::consts::SIGHUP;
 use signal_hook::flag;
 use tracing::{info, warn};
 
@@ -20,7 +20,7 @@ const LOOK: Duration = Duration::from_millis(50);
 /// The signals that have come.
 pub(crate) struct Signals {
     /// SIGTERM or SIGINT.
-    end: Arc<AtomicBool>,
+    end: Stop,
     /// SIGHUP.
     again: Arc<AtomicBool>,
 }
@@ -28,12 +28,7 @@ pub(crate) struct Signals {
 impl Signals {
     /// Catches them from here on: before anything else, so that none ends a daemon that is just beginning.
     pub(crate) fn catch() -> io::Result<Self> {
-        let (end, again) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
-        for signal in [SIGTERM, SIGINT] {
-            // The first asks, the second does not wait; registered in the order in which they are run.
-            flag::register_conditional_shutdown(signal, 1, Arc::clone(&end))?;
-            flag::register(signal, Arc::clone(&end))?;
-        }
+        let (end, again) = (Stop::on_signals()?, Arc::new(AtomicBool::new(false)));
         flag::register(SIGHUP, Arc::clone(&again))?;
         Ok(Self { end, again })
     }
@@ -54,7 +49,7 @@ impl Service<'_> {
         notify(&[NotifyState::Ready]);
         let mut reloading = false;
         while !self.stop.requested() {
-            if self.signals.end.load(Ordering::Relaxed) {
+            if self.signals.end.requested() {
                 break;
             }
             if self.signals.again.swap(false, Ordering::Relaxed) {

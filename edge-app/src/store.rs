@@ -6,7 +6,7 @@
 //!
 //! It is written whole or not at all. A file that cannot be used is put aside under another name, never deleted.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -61,14 +61,19 @@ impl Store {
         &self.file
     }
 
-    /// Whether the file can be written.
+    /// Keeps others from the file as long as what is returned lives, by a lock on a file beside it.
     ///
     /// # Errors
-    /// Its folder is not there, or may not be written.
-    pub fn try_out(&self) -> io::Result<()> {
-        let new = self.beside(".new");
-        File::create(&new)?;
-        fs::remove_file(&new)
+    /// Another daemon has it; its folder is not there, or may not be written.
+    pub fn claim(&self) -> io::Result<File> {
+        let lock = File::create(self.beside(".lock"))?;
+        match lock.try_lock() {
+            Ok(()) => Ok(lock),
+            Err(TryLockError::WouldBlock) => {
+                Err(io::Error::other("another flexid-edge keeps its numbers there"))
+            }
+            Err(TryLockError::Error(error)) => Err(error),
+        }
     }
 
     /// The state that was kept; `None` where there is none. A file that is no state is put aside with a warning. Needs a

@@ -35,7 +35,13 @@ impl View {
     pub(crate) fn take(&mut self, message: FromEdge) -> Option<&Finding> {
         match message {
             FromEdge::Status(status) => self.status = Some(status),
-            FromEdge::Progress(progress) => self.progress = Some(progress),
+            FromEdge::Progress(progress) => {
+                let before = self.progress.replace(progress);
+                if before.is_some_and(|before| progress.records < before.records) {
+                    // The daemon begins anew: its config has changed.
+                    (self.finding, self.report) = (None, None);
+                }
+            }
             FromEdge::BusHealth(bus) => self.bus = Some(bus),
             FromEdge::Report(report) => self.report = Some(report),
             FromEdge::Confidence(confidence) => {

@@ -16,6 +16,9 @@ const STRUCTURED: f64 = 4.0;
 const CLEAR: f64 = 0.05;
 /// Two minima are equally good if their sums of squares differ by less than 1, and this part of them.
 const SAME_MINIMUM: f64 = 1e-4;
+/// Difference of the sums of squares below which the worse of two minima in different places may be the right one: the likelihood
+/// of the worse is e⁻⁵ of the better's there, and an interval of 95 % allows itself no more than one in twenty.
+const RIVAL: f64 = 10.0;
 /// Gain in the sum of squares up to which a minimum counts as reached although a step would still gain it. No parameter
 /// then lies farther from the minimum than its own standard deviation, since `δᵢ² ≤ Cᵢᵢ δᵀNδ`; the deviations are widened
 /// by the way that is left, and their intervals cover no less than at the minimum.
@@ -34,7 +37,7 @@ pub(super) struct Minimum {
     pub(super) times: u32,
     /// Retired records and those that are kept are not of the same robot.
     pub(super) contradicted: bool,
-    /// Another minimum elsewhere is as good, so that the data do not say which of the two is right.
+    /// Another minimum elsewhere is hardly worse, so that the data do not say which of the two is right.
     pub(super) has_rival: bool,
 }
 
@@ -102,13 +105,14 @@ impl Minimum {
     /// squared distance between them in standard deviations.
     pub(super) fn compete(&mut self, mut other: Self, distance: f64) {
         let both_reached = self.is_reached() && other.is_reached();
-        let same = self.is_as_good_as(&other) && other.has_place(distance);
+        let same_place = other.has_place(distance);
+        let same = self.is_as_good_as(&other) && same_place;
         if same && both_reached {
             self.times += other.times;
             other.times = self.times;
             self.has_rival |= other.has_rival;
             other.has_rival = self.has_rival;
-        } else if both_reached && self.is_as_good_as(&other) {
+        } else if both_reached && !same_place && self.is_rivalled_by(&other) {
             (self.has_rival, other.has_rival) = (true, true);
         }
         // Of one that did not get there and the same that did, the latter.
@@ -126,6 +130,12 @@ impl Minimum {
     fn is_as_good_as(&self, other: &Self) -> bool {
         let (own, other) = (self.fit.objective, other.fit.objective);
         (own - other).abs() <= 1.0 + SAME_MINIMUM * other
+    }
+
+    /// The data do not say which of the two is right.
+    fn is_rivalled_by(&self, other: &Self) -> bool {
+        let gap = (self.fit.objective - other.fit.objective).abs();
+        gap < RIVAL || self.is_as_good_as(other)
     }
 
     /// Whether a point at this squared distance is the same minimum. Residuals larger than the noise make the standard
@@ -227,7 +237,14 @@ mod tests {
             ([0.0, 0.0], [2000.0, 2000.5], 1e-3, (2, false)),
             ([0.9, 0.9], [2000.0, 2000.5], 3.9, (2, false)),
             ([0.0, 0.0], [2000.0, 2000.5], 1e4, (1, true)),
+            // The likelihood of the worse is 0.22, 0.05 and 0.008 of the better's.
+            ([0.0, 0.0], [2000.0, 2003.0], 1e4, (1, true)),
+            ([0.0, 0.0], [2006.0, 2000.0], 1e4, (1, true)),
+            ([0.0, 0.0], [2000.0, 2009.6], 1e4, (1, true)),
             ([0.0, 0.0], [2000.0, 2010.0], 1e4, (1, false)),
+            // One basin, and one that was not reached.
+            ([0.0, 0.0], [2000.0, 2003.0], 3.9, (1, false)),
+            ([0.0, 2.0], [2000.0, 2003.0], 1e4, (1, false)),
             ([0.0, 2.0], [2000.0, 2000.5], 1e-3, (1, false)),
             ([0.0, 2.0], [2000.0, 2000.5], 1e4, (1, false)),
             // Residuals of a hundred times the noise: so is the distance.
@@ -238,6 +255,15 @@ mod tests {
             best.compete(minimum(sums[1], gains[1]), distance);
             assert_eq!((best.times, best.has_rival), expected, "{gains:?} {sums:?} {distance}");
         }
+    }
+
+    /// However often the better of two is reached, the worse one remains possible.
+    #[test]
+    fn a_rival_is_not_outvoted() {
+        let mut best = minimum(2000.0, 0.0);
+        best.compete(minimum(2004.0, 0.0), 1e4);
+        best.compete(minimum(2000.0, 0.0), 1e-3);
+        assert!(best.has_rival && best.times == 2);
     }
 
     /// A better minimum has no rival in a worse one's.

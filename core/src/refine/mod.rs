@@ -26,7 +26,7 @@ use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::parameters::{Bounds, Bushings};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::StaticTest;
-use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
+use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::verdict::{self, Direction, MAX_DIRECTIONS};
 use equations::{RecordNormal, Unknowns};
 pub use fit::Fit;
@@ -44,6 +44,8 @@ const NEGLIGIBLE: f64 = 1e-4;
 const FIRST_DAMPING: f64 = 1e-2;
 /// The damping at which nothing moves any more.
 const LAST_DAMPING: f64 = 1e8;
+/// How often a start without an equilibrium goes half the way to the stiffest robot: ten times leave a hundredth of six decades.
+const MAX_STIFFENINGS: u32 = 10;
 /// Steps after which a refinement ends wherever it is.
 const MAX_ITERATIONS: u32 = 50;
 
@@ -179,7 +181,7 @@ impl Refinement {
         verdict::weak_directions(&self.normal, asked)
     }
 
-    /// Tries one step; keeps it if the residuals shrink.
+    /// Tries one step; keeps it if the residuals shrink. From a start that is too soft for gravity it goes to a stiffer one.
     pub fn step<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -187,8 +189,12 @@ impl Refinement {
     ) -> Outcome {
         if !self.assembled {
             self.fit_seams(problem, experiments);
-            if self.assemble(problem, experiments).is_err() {
-                return Outcome::Exhausted;
+            match self.assemble(problem, experiments) {
+                Ok(_) => {}
+                Err(LinearisationError::NoEquilibrium(_) | LinearisationError::QuarterTurn(_)) => {
+                    return self.stiffen(problem);
+                }
+                Err(_) => return Outcome::Exhausted,
             }
         }
         self.iterations += 1;
@@ -228,6 +234,24 @@ impl Refinement {
             self.damping *= 10.0;
         }
         self.unless_exhausted()
+    }
+
+    /// Instead of a step where gravity leaves the robot no equilibrium: half the way to the stiffest, by the logarithms.
+    fn stiffen(&mut self, problem: &Problem<'_>) -> Outcome {
+        if self.iterations >= MAX_STIFFENINGS {
+            return Outcome::Exhausted;
+        }
+        self.iterations += 1;
+        let sought = problem.sought;
+        let ranges = sought.ranges(&self.coordinates, problem.bounds);
+        let mut step = [0.0; MAX_UNKNOWNS];
+        for (unknown, [value, _, upper]) in ranges.into_iter().take(sought.unknowns()).enumerate() {
+            if let Some(Coordinate::Stiffness { .. }) = sought.coordinate(unknown) {
+                step[unknown] = 0.5 * (upper - value);
+            }
+        }
+        sought.advance(&mut self.coordinates, &step);
+        Outcome::Improving
     }
 
     /// What a step without damping, within the bounds, would gain from where the last assembly was.

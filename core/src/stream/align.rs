@@ -121,18 +121,22 @@ impl Aligner {
         health.frames += 1;
         let Some(newest) = self.newest else { return self.begin(frame) };
         let step = self.step(newest.counter, frame.counter);
-        let passed_s = self.passed(step, frame.time_s - newest.time_s);
-        let silent = passed_s > SILENCE_S;
-        let turned = !silent && self.may_have_turned(step, passed_s, newest.delay_s);
+        let since_s = frame.time_s - newest.time_s;
+        // By more than a late frame lies behind the newest.
+        let set_back = since_s < step.min(0) as f64 * self.period_s - SET_BACK_S;
+        let passed_s = if set_back { step.max(0) as f64 * self.period_s } else { since_s };
+        let silent = !set_back && since_s > SILENCE_S;
+        let tells_time = !silent && !set_back;
+        let turned = tells_time && self.may_have_turned(step, passed_s, newest.delay_s);
         if turned {
             self.settle(health);
             self.turn(step, passed_s, &frame, health, sink);
         } else if step <= 0 && self.enter(step, &frame) {
             self.settle(health);
-        } else if step <= 0 && step > -RECENT && !silent && self.repeats < MAX_REPEATS {
+        } else if step <= 0 && step > -RECENT && tells_time && self.repeats < MAX_REPEATS {
             self.repeats += 1;
             health.repeated += 1;
-        } else if step > 0 && self.agrees(step, passed_s) {
+        } else if step > 0 && self.agrees(step, passed_s, set_back) {
             self.settle(health);
             self.advance(step, passed_s, &frame, health, sink);
         } else {
@@ -185,6 +189,11 @@ impl Aligner {
         }
     }
 
+    /// Whether the newest frame disagreed with the sequence, and the next one tells which of the two is wrong.
+    pub(super) fn is_in_doubt(&self) -> bool {
+        self.odd.is_some()
+    }
+
     /// Whether a frame has come that others may follow.
     pub(super) fn has_begun(&self) -> bool {
         self.newest.is_some()
@@ -231,11 +240,6 @@ impl Aligner {
         true
     }
 
-    /// The time between two frames, s; what their counters say where the clock was set back.
-    fn passed(&self, step: i64, passed_s: f64) -> f64 {
-        if passed_s < -SET_BACK_S { step.max(0) as f64 * self.period_s } else { passed_s }
-    }
-
     /// Whether the counter may have turned once more than it takes for `step`: the time allows for it, with all that the newest
     /// instant was late.
     fn may_have_turned(&self, step: i64, passed_s: f64, delay_s: f64) -> bool {
@@ -246,9 +250,13 @@ impl Aligner {
             <= passed_s + early_s + EARLY_PERIODS * self.period_s
     }
 
-    /// Whether a counter that has advanced by `step` agrees with the time that has passed.
-    fn agrees(&self, step: i64, passed_s: f64) -> bool {
+    /// Whether a counter that has advanced by `step` agrees with the time that has passed. Where the clock was set back the time
+    /// tells nothing: a counter that goes on without a gap tells that it is the same sequence.
+    fn agrees(&self, step: i64, passed_s: f64, set_back: bool) -> bool {
         let Some(newest) = self.newest else { return false };
+        if set_back {
+            return step <= 1 + MAX_MISSING;
+        }
         if step == 1 {
             // A sender that was held up catches up in a burst.
             return passed_s <= SILENCE_S;
@@ -301,8 +309,9 @@ impl Aligner {
         let step = step + turn * (turns as i64).max(fewest);
         self.delay(step, passed_s, frame, health);
         health.frames_lost += 2 * (step as u64 - 1);
-        if turns >= 1.0 && fewest == 0 {
-            let instants = turns as u64 * turn as u64;
+        // Where the counter did not advance, the turns are all that was counted.
+        let instants = if fewest == 0 { turns as u64 * turn as u64 } else { step as u64 - 1 };
+        if instants > 0 {
             let until_s = frame.time_s + SILENCE_S;
             self.turns = Some(Turns { instants, early_s: 0.0, until_s });
         }
@@ -564,6 +573,45 @@ mod tests {
         }
     }
 
+    /// The sender is held up between the two frames of one instant. They stay apart, each with its other half lost.
+    #[test]
+    fn a_hold_up_within_an_instant_loses_that_instant_alone() {
+        for held_s in [0.13, 0.2, 0.3, 0.45] {
+            let mut bench = Bench::with_counter_bits(8);
+            bench.run(0.0, 0..1000);
+            bench.push(0.5, 1000, Channel::Force);
+            for counter in 1000..3000 {
+                let time_s = f64::from(counter).mul_add(5e-4, 1.3e-4);
+                let time_s = time_s.max(0.5 + held_s + f64::from(counter - 1000) * 1e-4);
+                if counter > 1000 {
+                    bench.push(time_s, counter, Channel::Force);
+                }
+                bench.push(time_s, counter, Channel::Acceleration);
+            }
+            bench.end();
+            assert!(bench.breaks.iter().all(|each| *each == Aligned::Gap(None)), "{held_s}");
+            assert_eq!(bench.health.frames_lost, 2, "{held_s}");
+            assert_eq!((bench.health.restarts, bench.instants.len()), (0, 3001), "{held_s}");
+        }
+    }
+
+    /// The same counters, but the turns are lost.
+    #[test]
+    fn lost_turns_after_half_an_instant_stay_counted() {
+        for turns in [1, 2, 3] {
+            let mut bench = Bench::with_counter_bits(8);
+            bench.run(0.0, 0..1000);
+            bench.push(0.5, 1000, Channel::Force);
+            let back = 1000 + 256 * turns;
+            let back_s = f64::from(back) * 5e-4;
+            bench.push(back_s + 1.3e-4, back, Channel::Acceleration);
+            bench.run(back_s + 5e-4, back + 1..back + 2000);
+            bench.end();
+            assert_eq!(bench.health.frames_lost, 2 * 256 * u64::from(turns), "{turns}");
+            assert_eq!((bench.health.restarts, bench.breaks.len()), (0, 1), "{turns}");
+        }
+    }
+
     #[test]
     fn a_hold_up_within_a_turn_joins() {
         let mut bench = Bench::with_counter_bits(8);
@@ -588,6 +636,24 @@ mod tests {
             assert_eq!(bench.breaks, [], "{back_s}");
             assert_eq!(bench.health.frames_lost, 2 * u64::from(first - 100), "{back_s}");
             assert_eq!((bench.instants.len(), bench.health.refused), (200, 0), "{back_s}");
+        }
+    }
+
+    /// Time tells nothing then: any other counter may be that of another recording.
+    #[test]
+    fn a_clock_that_is_set_back_and_a_counter_that_jumps_are_a_restart() {
+        for bits in [8, 16] {
+            for first in [104, 120, 220, 97, 92] {
+                let mut bench = Bench::with_counter_bits(bits);
+                bench.run(5000.0, 0..101);
+                bench.run(4000.0, first..first + 100);
+                bench.end();
+                assert_eq!(bench.breaks, [Aligned::Restart], "{bits} {first}");
+                let health = bench.health;
+                assert_eq!((health.restarts, health.frames_lost), (1, 0), "{bits} {first}");
+                assert_eq!((health.repeated, health.refused), (0, 0), "{bits} {first}");
+                assert_eq!(bench.instants.len(), 201, "{bits} {first}");
+            }
         }
     }
 }

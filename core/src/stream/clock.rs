@@ -6,7 +6,8 @@
 //! T/T₀ − 1. It is the median over all pairs of blocks, which stands up to 29 % of blocks that were held up as a whole, and its
 //! standard deviation follows from the order of the slopes without any distribution (Sen, Estimates of the regression
 //! coefficient based on Kendall's tau, 1968). Delays that grow, clocks that are set and rates that change show as halves of a
-//! run that disagree, with each other or with the whole: the deviation is never smaller than that.
+//! run that disagree, with each other or with the whole: the deviation is never smaller than that. Arrivals that wait for a poll
+//! or a tick form a staircase: the deviation is never smaller than one of its steps over the span.
 
 use heapless::Vec;
 
@@ -20,6 +21,12 @@ const BLOCK: u64 = 16;
 const FEWEST: usize = 8;
 /// Resolution of arrival times: what `candump` writes, s.
 const RESOLUTION_S: f64 = 1e-6;
+/// Blocks on either side of a step of a staircase, of which the earliest counts: of four, one in 140 is held up as a whole where
+/// 29 % of blocks are. Two such sides are no more than [`FEWEST`].
+const FLAT: usize = 4;
+/// Most periods that a step of a staircase is: by a whole period the next instant catches the poll instead. The rest is for the jitter.
+/// What is higher is no staircase, nor what lies beside it: the clock was set, or the rate changed.
+const HIGHEST: f64 = 1.5;
 /// Two rates contradict each other if they differ by so many standard deviations.
 const CONTRADICTS: f64 = 3.0;
 /// Crystals of sensors and computers are right to some tens of ppm. As much moves a stiffness by about a standard deviation in the
@@ -173,7 +180,7 @@ impl Clock {
 
     /// The period as far as it is known.
     pub(super) fn measured(&self) -> Option<Measured> {
-        match (self.run.measured(), self.earlier) {
+        match (self.run.measured(self.period_s), self.earlier) {
             (Some(run), Some(earlier)) => Some(run.and(earlier)),
             (run, earlier) => run.or(earlier),
         }
@@ -226,8 +233,11 @@ impl Run {
     }
 
     /// From all of it, its newer half, or its newest quarter: whichever is the surest.
-    fn measured(&self) -> Option<Measured> {
-        let newest = |part: usize| of(&self.blocks[self.blocks.len() - self.blocks.len() / part..]);
+    fn measured(&self, period_s: f64) -> Option<Measured> {
+        let blocks = &self.blocks;
+        // Of all of it: a part may lie between two steps.
+        let resolution_s = resolution(blocks, period_s);
+        let newest = |part| of(&blocks[blocks.len() - blocks.len() / part..], resolution_s);
         let surest = |a: &Measured, b: &Measured| a.deviation.total_cmp(&b.deviation);
         [1, 2, 4].into_iter().filter_map(newest).min_by(surest)
     }
@@ -240,8 +250,35 @@ impl Earliest {
     }
 }
 
-/// The period that these blocks tell, no surer than their halves agree.
-fn of(blocks: &[Earliest]) -> Option<Measured> {
+/// How finely arrivals tell the time, s: the highest step between the blocks before and after, beside the trend.
+///
+/// USB adapters poll and kernels tick. Where the period is a part of that time, or the reverse, every block has the same few
+/// phases, and its earliest arrival is late by the same time until the sensor has drifted by a whole phase.
+fn resolution(blocks: &[Earliest], period_s: f64) -> f64 {
+    let apart = |both: &[Earliest]| {
+        let [first, .., last] = both else { return 0.0 };
+        (last.late_s - first.late_s) / (last.due_s - first.due_s)
+    };
+    // Of most of the blocks, also where the rate changed.
+    let mut trends: Vec<f64, BLOCKS> = blocks.windows(1 + FLAT).map(apart).collect();
+    trends.sort_unstable_by(f64::total_cmp);
+    let trend = trends.get(trends.len() / 2).copied().unwrap_or_default();
+    let earliest = |side: &[Earliest]| {
+        side.iter().map(|each| each.late_s - trend * each.due_s).fold(f64::INFINITY, f64::min)
+    };
+    let step = |both: &[Earliest]| (earliest(&both[FLAT..]) - earliest(&both[..FLAT])).abs();
+    let steps: Vec<f64, BLOCKS> = blocks.windows(2 * FLAT).map(step).collect();
+    let highest_s = HIGHEST * period_s;
+    let is_of_staircase = |index: usize| {
+        let beside = [index.checked_sub(FLAT), Some(index), Some(index + FLAT)];
+        beside.into_iter().flatten().filter_map(|i| steps.get(i)).all(|step| *step <= highest_s)
+    };
+    let own = steps.iter().enumerate().filter(|(index, _)| is_of_staircase(*index));
+    own.fold(RESOLUTION_S, |highest, (_, step)| highest.max(*step))
+}
+
+/// The period that these blocks tell, no surer than their halves agree, and than the resolution of arrivals leaves it.
+fn of(blocks: &[Earliest], resolution_s: f64) -> Option<Measured> {
     if blocks.len() < FEWEST {
         return None;
     }
@@ -249,7 +286,7 @@ fn of(blocks: &[Earliest]) -> Option<Measured> {
     let (whole, older, newer) = (slope(blocks)?, slope(older)?.excess, slope(newer)?.excess);
     let apart = (older - newer).abs() / 2.0;
     let shifted = (whole.excess - (older + newer) / 2.0).abs();
-    let deviation = whole.deviation.max(apart).max(shifted) + RESOLUTION_S / whole.span_s;
+    let deviation = whole.deviation.max(apart).max(shifted) + resolution_s / whole.span_s;
     Some(Measured { deviation, ..whole })
 }
 
@@ -334,6 +371,42 @@ mod tests {
         assert!((told.excess - 1e-4).abs() < 1e-6 && told.deviation < 2e-6, "{told:?}");
     }
 
+    /// Arrivals that wait for a poll of 1 ms or a tick of 4 ms, with jitter before it or behind. In 4.5 s the sensor drifts by two or
+    /// three steps, and most pairs of blocks lie on the same.
+    #[test]
+    fn a_staircase_is_not_taken_for_a_rate() {
+        for (poll_s, before_s, behind_s) in [
+            (1e-3, 1e-4, 0.0),
+            (1e-3, 0.0, 1e-4),
+            (1e-3, 0.0, 1e-5),
+            (1e-3, 5e-5, 5e-5),
+            (4e-3, 1e-4, 0.0),
+            (2.5e-4, 1e-4, 0.0),
+        ] {
+            let mut worst = 0.0_f64;
+            for seed in 0..40 {
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+                let off = (250.0 + 50.0 * uniform(&mut rng)) * 1e-6;
+                let excess = if seed % 2 == 0 { off } else { -off };
+                let phase_s = poll_s * uniform(&mut rng);
+                let clock = measure(9000, excess, |at_s| {
+                    let ready_s = at_s + phase_s + before_s * uniform(&mut rng);
+                    (ready_s / poll_s).ceil() * poll_s + behind_s * uniform(&mut rng) - at_s
+                });
+                let told = clock.measured().unwrap();
+                worst = worst.max((told.excess - excess).abs() / told.deviation);
+                let rate = clock.rate();
+                let error = (rate.rate_hz * (1.0 + excess) / RATE_HZ - 1.0).abs();
+                let sure = rate.is_wrong && !rate.is_doubtful;
+                assert!(!sure || error < CRYSTAL, "{poll_s} {seed}: {excess:e} {told:?} {rate:?}");
+            }
+            assert!(
+                worst < CONTRADICTS,
+                "{poll_s} {before_s} {behind_s}: {worst:.1} deviations off"
+            );
+        }
+    }
+
     /// Neither is a measurement, nor a reason to doubt: the sender fell behind, or the clock was set.
     #[test]
     fn a_sender_that_falls_behind_tells_no_rate() {
@@ -370,7 +443,7 @@ mod tests {
         assert!((told.excess - 3e-3).abs() < 10e-6, "{told:?}");
         // Without a restart: the whole run disagrees with itself, its newest part does not.
         let told = measure(30_000, 0.0, |at_s| (at_s - 5.0).max(0.0) * 3e-3).measured().unwrap();
-        assert!((told.excess - 3e-3).abs() < 10e-6, "{told:?}");
+        assert!((told.excess - 3e-3).abs() < 10e-6 && told.deviation < CRYSTAL, "{told:?}");
     }
 
     #[test]

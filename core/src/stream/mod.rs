@@ -169,6 +169,9 @@ pub struct Stream<const N: usize> {
     quiet: Option<noise::Noise>,
     /// When the newest reading came, s.
     heard_s: Option<f64>,
+    /// Since the clock went back, until a frame tells whether the same sequence goes on: each joint's newest angle, and when it
+    /// came, s.
+    set_back: Option<[Option<(f64, f64)>; MAX_JOINTS]>,
 }
 
 impl StreamConfig {
@@ -218,12 +221,14 @@ impl<const N: usize> Stream<N> {
             health: StreamHealth::default(),
             quiet: None,
             heard_s: None,
+            set_back: None,
         })
     }
 
     /// Takes one reading, which arrived at `time_s`, s on any clock; `sink` gets the records that are complete.
     ///
-    /// A clock that is set back while the counters go on is no break. One that is set forward is taken for a sender that was held
+    /// A clock that is set back while the counters go on is no break; with any other counter it is another recording, made before,
+    /// and the angles that were read before it hold no more. One that is set forward is taken for a sender that was held
     /// up, and by more than 0.5 s for a silence.
     pub fn push(&mut self, time_s: f64, reading: Reading, mut sink: impl FnMut(&Record<N>)) {
         if !time_s.is_finite() {
@@ -234,6 +239,9 @@ impl<const N: usize> Stream<N> {
         if time_s - before_s > LONG_SILENCE_S {
             self.health.restarts += u64::from(self.aligner.has_begun());
             self.forget_angles(&mut sink);
+        }
+        if time_s < before_s - SET_BACK_S && self.aligner.has_begun() {
+            self.set_back = Some([None; MAX_JOINTS]);
         }
         let (channel, counter, value) = match reading {
             Reading::Force { counter, value } => (Channel::Force, counter, value),
@@ -248,9 +256,20 @@ impl<const N: usize> Stream<N> {
         let frame = Frame { time_s, counter, channel, value };
         let (aligner, health, mut cutter) = self.split();
         aligner.push(frame, health, &mut |event, health| cutter.take(event, health, &mut sink));
-        if self.health.restarts > restarts && time_s < before_s - SET_BACK_S {
-            // Another recording, made before: of what lies between nothing is known.
-            self.stretch.pose.forget_all();
+        let restarted = self.health.restarts > restarts;
+        if !restarted && self.aligner.is_in_doubt() {
+            return;
+        }
+        if let Some(angles) = self.set_back.take() {
+            if restarted {
+                // Another recording, made before: of what lies between nothing is known.
+                self.stretch.pose.forget_all();
+            }
+            for (index, angle) in (0..).zip(angles) {
+                if let Some((angle, time_s)) = angle {
+                    self.joint(time_s, index, angle, &mut sink);
+                }
+            }
         }
     }
 
@@ -264,6 +283,7 @@ impl<const N: usize> Stream<N> {
     /// Readings may have been missed, as when a bus was down: ends what is being recorded, and no joint angle holds any more.
     pub fn forget_angles(&mut self, sink: impl FnMut(&Record<N>)) {
         self.finish(sink);
+        self.set_back = None;
         self.stretch.pose.forget_all();
     }
 
@@ -283,7 +303,8 @@ impl<const N: usize> Stream<N> {
         (samples as f32 / self.config.record_samples as f32).min(1.0)
     }
 
-    /// The first joint whose angle has never come, or used to come in a cycle and has not for 2 s.
+    /// The first joint whose angle has never come, or not since [`forget_angles`](Self::forget_angles) or a silence of 10 s, or used
+    /// to come in a cycle and has not for 2 s.
     pub fn missing_joint(&self) -> Option<usize> {
         self.stretch.pose.awaited(self.config.joints, self.heard_s.unwrap_or_default())
     }
@@ -292,6 +313,11 @@ impl<const N: usize> Stream<N> {
         let joint = usize::from(index);
         if !angle.is_finite() || joint >= self.config.joints {
             self.health.refused += 1;
+            return;
+        }
+        if let Some(angles) = &mut self.set_back {
+            // It may be another recording's: not of what has been taken so far.
+            angles[joint] = Some((angle, time_s));
             return;
         }
         let samples = self.stretch.len();

@@ -34,7 +34,7 @@ struct Angle {
     readings: u32,
     /// Samples of the stretch when it was last read.
     confirmed: usize,
-    /// The newest reading, and when it came, s.
+    /// The newest reading, and when it came, s; none if it is forgotten.
     newest: Option<(f64, f64)>,
     /// How often in a row the same angle came again.
     repeats: u8,
@@ -84,7 +84,8 @@ impl Pose {
         self.angles[..joints].iter().position(|angle| angle.readings == 0)
     }
 
-    /// The first of `joints` whose angle has never come, or used to come in a cycle and does not any more at `now_s`.
+    /// The first of `joints` whose angle has never come or is forgotten, or used to come in a cycle and does not any more at
+    /// `now_s`.
     pub(super) fn awaited(&self, joints: usize, now_s: f64) -> Option<usize> {
         self.angles[..joints].iter().position(|angle| match angle.newest {
             None => true,
@@ -115,7 +116,7 @@ impl Pose {
         }
     }
 
-    /// Another stretch begins: what comes in a cycle will come again, the rest is as it was.
+    /// Another stretch begins: what comes in a cycle will come again, the rest is as it was. What is forgotten stays forgotten.
     pub(super) fn renew(&mut self) {
         for angle in &mut self.angles {
             let Angle { newest, repeats, .. } = *angle;
@@ -126,10 +127,11 @@ impl Pose {
         }
     }
 
-    /// The joint moves.
+    /// The joint moves, or may have moved unheard: its angle does not hold until it comes again.
     pub(super) fn forget(&mut self, joint: usize) {
-        let Angle { newest, repeats, .. } = self.angles[joint];
-        self.angles[joint] = Angle { newest, repeats, ..Angle::default() };
+        let angle = &mut self.angles[joint];
+        let repeats = if angle.is_cyclic() { angle.repeats } else { 0 };
+        *angle = Angle { repeats, ..Angle::default() };
     }
 
     /// Nobody has heard for so long that every joint may have moved.

@@ -5,8 +5,8 @@ use flexid_core::parameters::{Bushing, Bushings};
 use nalgebra::{DMatrix, Vector3};
 use proptest::prelude::*;
 
+use super::mechanics::kinetic_energy;
 use crate::common::Random;
-use crate::mechanics::kinetic_energy;
 
 const EARTH: Vector3<f64> = Vector3::new(0.0, 0.0, -9.80665);
 

@@ -6,8 +6,8 @@ use flexid_core::motion::{Coordinates, EquationOfMotion, State};
 use flexid_core::parameters::{Bushing, Bushings};
 use nalgebra::Vector3;
 
+use super::mechanics::{dissipation, kinetic_energy, poses, potential_energy};
 use crate::common::{EXPERIMENTS, Random, mill3, nominal};
-use crate::mechanics::{dissipation, kinetic_energy, poses, potential_energy};
 
 const EARTH: Vector3<f64> = Vector3::new(0.3, -0.5, -9.8);
 

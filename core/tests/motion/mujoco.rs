@@ -6,8 +6,8 @@ use flexid_core::motion::{Coordinates, EquationOfMotion, State};
 use flexid_core::parameters::{Bushing, Bushings};
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 
-use crate::mechanics::poses;
-use crate::reference::{ACCELERATIONS, GRAVITY, MOTIONS};
+use super::mechanics::poses;
+use super::reference::{ACCELERATIONS, GRAVITY, MOTIONS};
 
 /// A drive, its bushing and its link; quaternions are w x y z.
 pub(crate) struct Joint {

@@ -1,11 +1,12 @@
 //! The thread that solves: record by record, until there are no more. It keeps what it finds, and begins with what an
 //! earlier daemon kept.
 
+use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use crossbeam_channel::Receiver;
+use crossbeam_channel::{Receiver, RecvTimeoutError};
 use flexid_wire::messages::{FromEdge, Phase, Progress};
 use tracing::{info, warn};
 
@@ -18,12 +19,20 @@ use crate::stop::Stop;
 use crate::store::Store;
 use crate::summary::count;
 
+/// Numbers are written this often at most: a state is some MB, and a robot that mills brings a record every few seconds.
+const SAVE_EVERY: Duration = Duration::from_secs(60);
+
 /// The solver and who hears of it.
 pub(super) struct Solving<'a> {
     solver: Solver,
     journal: Journal,
+    /// Records of an earlier run that it is still to be given.
+    waiting: VecDeque<Arc<Record>>,
     /// Records that it will not be given in this run.
     left: Vec<Arc<Record>>,
+    /// When it was last written, and what had come in when it last changed since.
+    saved: Option<Instant>,
+    unsaved: Option<Counts>,
     board: &'a Board,
     refusal: &'a Refusal,
     stop: &'a Stop,
@@ -38,27 +47,40 @@ impl<'a> Solving<'a> {
         refusal: &'a Refusal,
     ) -> io::Result<Self> {
         let Daemon { config, stop, store, .. } = *daemon;
-        let mut waiting = Vec::new();
+        let mut waiting = VecDeque::new();
         let solver = match store.and_then(Store::load) {
             Some(mut state) if carries_over(&state, config, store) => {
-                waiting = state.take_waiting();
+                waiting = state.take_waiting().into();
                 Solver::resume(config, state, stop, news(board))?
             }
             _ => Solver::new(config)?,
         };
         let journal = Journal::default();
-        let mut solving = Self { solver, journal, left: Vec::new(), board, refusal, stop, store };
+        let mut solving = Self {
+            solver,
+            journal,
+            waiting,
+            left: Vec::new(),
+            saved: None,
+            unsaved: None,
+            board,
+            refusal,
+            stop,
+            store,
+        };
         solving.publish(&Counts::default());
-        for record in waiting {
-            solving.take(&record, &Counts::default());
-        }
+        solving.work_off(&Counts::default());
         Ok(solving)
     }
 
     /// Does what the reader wants until it wants no more.
     pub(super) fn run(mut self, orders: &Receiver<Order>) -> io::Result<Self> {
-        for order in orders {
-            self.obey(order)?;
+        loop {
+            match orders.recv_timeout(SAVE_EVERY) {
+                Ok(order) => self.obey(order)?,
+                Err(RecvTimeoutError::Timeout) => self.save_if_due(),
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
         }
         if let Some(refusal) = self.solver.refusal() {
             warn!("{refusal}");
@@ -90,8 +112,16 @@ impl<'a> Solving<'a> {
             return;
         }
         self.solver.take(record, self.stop, news(self.board));
+        self.unsaved = Some(*counts);
+        self.save_if_due();
         self.publish(counts);
-        self.save(counts);
+    }
+
+    /// Takes the records that wait.
+    fn work_off(&mut self, counts: &Counts) {
+        while let Some(record) = self.waiting.pop_front() {
+            self.take(&record, counts);
+        }
     }
 
     /// Goes on under another config. A stream that ends with the old one has brought `ended`, one that goes on `current`.
@@ -103,12 +133,10 @@ impl<'a> Solving<'a> {
             self.publish(current);
             return Ok(());
         }
-        let waiting = state.take_waiting();
+        self.waiting = state.take_waiting().into();
         self.solver = Solver::resume(config, state, self.stop, news(self.board))?;
         self.publish(current);
-        for record in waiting {
-            self.take(&record, current);
-        }
+        self.work_off(current);
         self.save(current);
         Ok(())
     }
@@ -124,9 +152,19 @@ impl<'a> Solving<'a> {
         }
     }
 
-    fn save(&self, counts: &Counts) {
+    /// Writes what has changed, unless it has been written a short time ago.
+    fn save_if_due(&mut self) {
+        let due = self.saved.is_none_or(|saved| saved.elapsed() >= SAVE_EVERY);
+        if let Some(counts) = self.unsaved.filter(|_| due) {
+            self.save(&counts);
+        }
+    }
+
+    fn save(&mut self, counts: &Counts) {
         let Some(store) = self.store else { return };
-        let state = self.solver.state(counts, &self.left);
+        (self.saved, self.unsaved) = (Some(Instant::now()), None);
+        let waiting: Vec<_> = self.left.iter().chain(&self.waiting).map(Arc::clone).collect();
+        let state = self.solver.state(counts, &waiting);
         if state.is_empty() {
             return;
         }
@@ -136,7 +174,7 @@ impl<'a> Solving<'a> {
     }
 
     /// Adds the numbers to `outcome`, the last time.
-    pub(super) fn end(self, outcome: &mut Outcome) {
+    pub(super) fn end(mut self, outcome: &mut Outcome) {
         self.save(&outcome.counts);
         outcome.finding = self.solver.finding(&outcome.counts, &outcome.trouble);
         if let Some(refusal) = self.solver.refusal() {

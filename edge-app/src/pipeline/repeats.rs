@@ -5,8 +5,9 @@
 //! documents", 1997). Two records have as many of these in common as they have samples in common, in proportion.
 
 use std::collections::VecDeque;
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::hash::Hasher;
 
+use fnv::FnvHasher;
 use serde::{Deserialize, Serialize};
 
 use super::Record;
@@ -21,7 +22,8 @@ const IN_COMMON: usize = 12;
 /// Records that are remembered, the newest: four hours of cuts of four seconds, in one megabyte.
 const REMEMBERED: usize = 4096;
 
-/// What tells a record from others, whichever sample it begins with: the smallest hashes of its windows, in order.
+/// What tells a record from others, whichever sample it begins with: the smallest FNV-1a hashes of its windows, in order. They
+/// are kept in files: the hash must stay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Fingerprint([u64; KEPT]);
 
@@ -35,9 +37,9 @@ impl Fingerprint {
     fn of_signals(signals: &[&[f32]]) -> Self {
         let samples = signals.first().map_or(0, |signal| signal.len());
         let windows = (0..=samples.saturating_sub(WINDOW)).map(|first| {
-            let mut hasher = DefaultHasher::new();
+            let mut hasher = FnvHasher::default();
             for value in signals.iter().flat_map(|signal| signal.iter().skip(first).take(WINDOW)) {
-                value.to_bits().hash(&mut hasher);
+                hasher.write(&value.to_le_bytes());
             }
             hasher.finish()
         });

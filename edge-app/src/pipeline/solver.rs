@@ -13,13 +13,14 @@ use flexid_core::unknowns::Sought;
 use flexid_wire::messages::{self, Progress};
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
+use tracing::warn;
 
 use super::confidence::confidence;
 use super::plausibility::Scale;
 use super::repeats::{Fingerprint, Taken};
 use super::report::{self, Basis, report};
 use super::retention::{Entry, Room, find_room};
-use super::state::{Settled, State};
+use super::state::{MAX_WAITING, Settled, State};
 use super::work::Work;
 use super::{Counts, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES, unchecked};
 use crate::config::{Config, Validity};
@@ -281,12 +282,17 @@ impl Solver {
         }
     }
 
-    /// What another solver needs to go on: this one as it last settled, and the records that have come since, `waiting`
-    /// among them, which it was not given. `counts` is what has come in.
+    /// What another solver needs to go on: this one as it last settled, and the newest of the records that have come since,
+    /// `waiting` among them, which it was not given. `counts` is what has come in.
     pub fn state(&self, counts: &Counts, waiting: &[Arc<Record>]) -> State {
         let mut state = self.state.clone();
         state.earlier = state.earlier.and(counts);
-        state.waiting = self.unsettled.iter().chain(waiting).map(Arc::clone).collect();
+        let came = self.unsettled.iter().chain(waiting);
+        let excess = came.clone().count().saturating_sub(MAX_WAITING);
+        if excess > 0 {
+            warn!("{} that no daemon had time for: given up", count(excess as u64, "old record"));
+        }
+        state.waiting = came.skip(excess).map(Arc::clone).collect();
         state
     }
 

@@ -11,8 +11,8 @@ use super::repeats::Taken;
 use super::{Counts, MAX_EXPERIMENTS, Record};
 use crate::config::{Config, Fingerprint, Validity};
 
-/// Records that may wait in a state: those of the queue, and one that is being worked on. More than there ever are.
-const MAX_WAITING: usize = 64;
+/// Most records that may wait in a state. Each early end adds those of the queue: eight such ends in a row.
+pub(super) const MAX_WAITING: usize = 64;
 
 /// The solver as it last settled, and the records that have come since.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -11,7 +11,8 @@
 //! | the interface is set up and running              | up                                       |
 //! | the interface does not exist                     | gone                                     |
 //!
-//! What is wrong now is in [`Link::trouble`], and gone when it is over; what was wrong stays in [`Link::errors`].
+//! What is wrong now is in [`Link::trouble`], and gone when it is over; what was wrong stays in [`Link::errors`], and how often
+//! the link was lost in [`Link::losses`].
 
 use super::{Frame, LinkState};
 
@@ -80,18 +81,20 @@ enum Controller {
 pub(super) struct Link {
     pub(super) state: LinkState,
     pub(super) errors: ErrorCounts,
+    /// Times that it was up and was so no more, however short.
+    pub(super) losses: u64,
     controller: Controller,
 }
 
 impl Link {
     /// A frame that is no error has come.
     pub(super) fn hear(&mut self) {
-        self.state = LinkState::Up;
+        self.go(LinkState::Up);
     }
 
     /// An error frame has come; `class` is its identifier without flags.
     pub(super) fn err(&mut self, class: u32, data: &[u8]) {
-        let Self { state, errors, controller } = self;
+        let Self { errors, controller, .. } = self;
         let is = |bits| u64::from(class & bits != 0);
         errors.bus_off += is(BUS_OFF);
         errors.restarted += is(RESTARTED);
@@ -113,29 +116,37 @@ impl Link {
                 *controller = Controller::Active;
             }
         }
-        if class & BUS_OFF != 0 {
-            *state = LinkState::BusOff;
-        } else if class & RESTARTED != 0 {
-            (*state, *controller) = (LinkState::Up, Controller::Active);
+        if class & (BUS_OFF | RESTARTED) != 0 {
+            // A controller that restarts was off the bus, even if the frame that said so was lost.
+            self.go(LinkState::BusOff);
+        }
+        if class & (BUS_OFF | RESTARTED) == RESTARTED {
+            self.go(LinkState::Up);
+            self.controller = Controller::Active;
         }
     }
 
     /// The socket says that the link is down.
     pub(super) fn go_down(&mut self) {
-        self.state = LinkState::Down;
+        self.go(LinkState::Down);
     }
 
     /// Somebody looked at the interface.
     pub(super) fn look(&mut self, interface: Interface) {
-        self.state = match interface {
+        self.go(match interface {
             Interface::Missing => LinkState::Gone,
             Interface::Down => LinkState::Down,
             Interface::NoCarrier => LinkState::BusOff,
             Interface::Running => LinkState::Up,
-        };
+        });
         if self.state != LinkState::Up {
             self.controller = Controller::Active;
         }
+    }
+
+    fn go(&mut self, state: LinkState) {
+        self.losses += u64::from(self.state == LinkState::Up && state != LinkState::Up);
+        self.state = state;
     }
 
     /// What is wrong with the link of `interface` now, and the mend; empty when nothing is.
@@ -160,7 +171,7 @@ impl Link {
     }
 }
 
-/// Class and data of an error frame.
+/// Class of an error frame: its identifier without flags.
 pub(super) fn class(frame: &Frame) -> u32 {
     match frame.id {
         embedded_can::Id::Extended(id) => id.as_raw(),
@@ -221,6 +232,29 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn each_time_the_link_is_lost_counts_once() {
+        let mut link = Link::default();
+        for (seen, losses) in [
+            (Seen::Frame, 0),
+            (Seen::Error(CONTROLLER, PASSIVE), 0),
+            (Seen::Error(BUS_OFF, 0), 1),
+            (Seen::Look(Interface::NoCarrier), 1),
+            (Seen::Look(Interface::Down), 1),
+            (Seen::Error(RESTARTED, 0), 1),
+            (Seen::NetDown, 2),
+            (Seen::Look(Interface::Running), 2),
+            (Seen::Look(Interface::Missing), 3),
+            (Seen::Frame, 3),
+            // Bus-off went unheard.
+            (Seen::Error(RESTARTED, 0), 4),
+        ] {
+            see(&mut link, seen);
+            assert_eq!(link.losses, losses, "{seen:?}");
+        }
+        assert_eq!(link.state, LinkState::Up, "two looks at the state alone show none of them");
     }
 
     #[test]

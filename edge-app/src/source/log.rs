@@ -17,6 +17,11 @@ const BATCH: usize = 256;
 /// Frames that are looked at to see which buses a log holds: two seconds of two full ones.
 const LOOK_AHEAD: usize = 32_768;
 
+/// Longest name of an interface, bytes: IFNAMSIZ less its zero.
+const LONGEST_NAME: usize = 15;
+/// Buses that are named when the right one is not among them.
+const NAMED: usize = 3;
+
 /// Reads a log line by line; lines that are no frames are counted and left out.
 pub struct CandumpLog<R> {
     file: PathBuf,
@@ -70,9 +75,9 @@ impl<R: Read> CandumpLog<R> {
         let bus = match buses.first() {
             Some(bus) if buses.len() == 1 => bus,
             Some(_) if !buses.contains(interface) => {
-                let buses = buses.into_iter().collect::<Vec<_>>().join(", ");
                 let message = format!(
-                    "holds frames of {buses}, but none of [bus] interface, {interface:?}: name one of them there"
+                    "holds frames of {}, but none of [bus] interface, {interface:?}: name one of them there",
+                    enumerate(&buses)
                 );
                 return Err(BadInput::new(&self.file, message));
             }
@@ -94,7 +99,10 @@ impl<R: Read> CandumpLog<R> {
     fn parse(&mut self) -> io::Result<Option<(String, Arrival)>> {
         loop {
             self.line += 1;
-            match self.reader.next_record() {
+            let garbage = match self.reader.next_record() {
+                Ok(Some(record)) if record.device.len() > LONGEST_NAME => {
+                    ParseError::InvalidDeviceName
+                }
                 Ok(Some(record)) => return Ok(Some((record.device.clone(), arrival(&record)))),
                 Ok(None) => return Ok(None),
                 // Bytes that are not even text come as an error of reading.
@@ -103,11 +111,10 @@ impl<R: Read> CandumpLog<R> {
                     let message = format!("{}:{line}: cannot be read: {error}", file.display());
                     return Err(io::Error::new(error.kind(), message));
                 }
-                Err(error) => {
-                    self.garbage += 1;
-                    self.first_garbage.get_or_insert_with(|| (self.line, error.to_string()));
-                }
-            }
+                Err(error) => error,
+            };
+            self.garbage += 1;
+            self.first_garbage.get_or_insert_with(|| (self.line, garbage.to_string()));
         }
     }
 }
@@ -206,6 +213,15 @@ where
     }
 }
 
+/// The first few names, and how many there are besides.
+fn enumerate(buses: &BTreeSet<&str>) -> String {
+    let named = buses.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
+    match buses.len().saturating_sub(NAMED) {
+        0 => named,
+        more => format!("{named} and {more} more"),
+    }
+}
+
 fn arrival(record: &CanDumpRecord) -> Arrival {
     let frame = match &record.frame {
         CanAnyFrame::Normal(frame) => Frame::new(frame.id(), FrameKind::Data, frame.data()),
@@ -265,6 +281,32 @@ mod tests {
             health.trouble,
             "a.log:2: no line of candump -L (Invalid timestamp), 5 such in all, left out"
         );
+    }
+
+    /// Of each of 32,768 frames that are looked at, the name is kept.
+    #[test]
+    fn a_name_that_no_interface_has_is_garbage() {
+        let line = |bytes| format!("(1767000000.000060) {} 101#00\n", "c".repeat(bytes));
+        let log = [line(15), line(16), line(60_000)].concat();
+        let mut source =
+            CandumpLog::new(Path::new("a.log"), log.as_bytes()).on_bus("can0").unwrap();
+        let mut batch = Vec::new();
+        while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
+        assert_eq!(batch.len(), 1);
+        assert_eq!(
+            source.health().trouble,
+            "a.log:2: no line of candump -L (Invalid device name), 2 such in all, left out"
+        );
+    }
+
+    #[test]
+    fn of_many_buses_three_are_named() {
+        let line = |bus| format!("(1767000000.000060) can{bus} 101#00\n");
+        let log: String = (0..500).map(line).collect();
+        let refused =
+            CandumpLog::new(Path::new("a.log"), log.as_bytes()).on_bus("vcan0").err().unwrap();
+        let expected = "a.log: holds frames of can0, can1, can10 and 497 more, but none of ";
+        assert!(refused.to_string().starts_with(expected), "{refused}");
     }
 
     struct Failing(&'static [u8]);

@@ -57,6 +57,8 @@ pub enum LinkState {
 pub struct SourceHealth {
     /// Whether frames can come.
     pub link: LinkState,
+    /// Times since the start that frames could come and then could not, however short; 0 for a recording.
+    pub link_losses: u64,
     /// Errors that the bus has reported since the start.
     pub errors: ErrorCounts,
     /// Frames that the kernel dropped since the start because nobody fetched them in time.

@@ -9,6 +9,10 @@ use std::time::Duration;
 
 use nix::time::{ClockId, clock_gettime};
 
+/// How far a timestamp may lie before the newest one, ns: readers on several processors swap frames. As much as core lets pass
+/// before it takes the clock to be set back (`SET_BACK_S` in `core/src/stream/clock.rs`).
+const SWAPPED_NS: i128 = 10_000_000;
+
 /// realtime − monotonic as it was measured last, and before realtime was set.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Offset {
@@ -42,14 +46,15 @@ impl Offset {
     }
 
     /// A timestamp on CLOCK_MONOTONIC, s. One of before realtime was set is known by this: with the new offset it would lie
-    /// before the timestamp before it, or after the look.
+    /// well before the newest timestamp, or after the look. One that fits neither offset has the time of the look, and says
+    /// nothing of those after it.
     pub(super) fn monotonic_s(&mut self, realtime: Duration) -> f64 {
         let realtime_ns = realtime.as_nanos() as i128;
-        let fits = |ns: &i128| (self.newest_ns..=self.looked_ns).contains(ns);
+        let fits = |ns: &i128| (self.newest_ns - SWAPPED_NS..=self.looked_ns).contains(ns);
         let times = [self.now_ns, self.before_ns].map(|offset| realtime_ns - offset.unwrap_or(0));
-        let time_ns = times.into_iter().find(fits).unwrap_or(self.looked_ns);
-        self.newest_ns = self.newest_ns.max(time_ns);
-        time_ns as f64 / 1e9
+        let time_ns = times.into_iter().find(fits);
+        self.newest_ns = self.newest_ns.max(time_ns.unwrap_or(self.newest_ns));
+        time_ns.unwrap_or(self.looked_ns) as f64 / 1e9
     }
 
     /// When the clocks were looked at, on CLOCK_MONOTONIC, s.
@@ -86,6 +91,23 @@ mod tests {
                     assert!(error.abs() < 1e-6, "{error} s, batch {batch}, step {step_ns}");
                 }
             }
+        }
+    }
+
+    /// A reader 1 s behind; in its queue two neighbours are swapped, and one stamp is an hour old.
+    #[test]
+    fn stamps_out_of_order_do_not_touch_the_others() {
+        let mut offset = Offset::default();
+        let difference_ns = 1_767_000_000 * SECOND;
+        offset.look(difference_ns..=difference_ns, 2 * SECOND);
+        let mut at_ns: Vec<i128> = (0..8000).map(|frame| SECOND + frame * 125_000).collect();
+        at_ns[100] -= 1000 + 125_000;
+        at_ns.swap(200, 201);
+        at_ns[300] -= 3600 * SECOND;
+        for (frame, at_ns) in at_ns.into_iter().enumerate() {
+            let time_s = offset.monotonic_s(Duration::from_nanos((difference_ns + at_ns) as u64));
+            let expected_s = if frame == 300 { 2.0 } else { at_ns as f64 / 1e9 };
+            assert!((time_s - expected_s).abs() < 1e-9, "frame {frame}: {time_s} s");
         }
     }
 

@@ -157,6 +157,8 @@ impl CanSocket {
                     self.socket = socket;
                     self.dropped_before += std::mem::take(&mut self.dropped);
                     self.receive_buffer_bytes = bytes;
+                    // Between two looks the old one was gone.
+                    self.link.look(Interface::Missing);
                     self.link.look(state_of(name).unwrap_or(Interface::Running));
                 }
             }
@@ -204,6 +206,7 @@ impl FrameSource for CanSocket {
         let name = self.interface.as_ref().map_or("the bus", |(name, _)| name);
         SourceHealth {
             link: self.link.state,
+            link_losses: self.link.losses,
             errors: self.link.errors,
             kernel_dropped: self.dropped_before + self.dropped,
             receive_buffer_bytes: self.receive_buffer_bytes,

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Instant;
 
@@ -228,6 +229,102 @@ impl FrameSource for Feed {
     fn health(&self) -> SourceHealth {
         SourceHealth::default()
     }
+}
+
+/// A kill while waiting records are worked off, which may come at any moment, costs none of them.
+#[test]
+fn records_wait_until_they_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::find(Some(&folder.path().join("flexid.state"))).unwrap();
+    on_a_large_stack(move || {
+        let config = config();
+        let records = records(&config, visits(&config, &VISITS));
+        let waiting: Vec<_> = records[..3].iter().cloned().map(Arc::new).collect();
+        let state = Solver::new(&config).unwrap().state(&Counts::default(), &waiting);
+        store.save(&state).unwrap();
+        let ended = AtomicBool::new(false);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                let (stop, listeners, store) = (Stop::new(), &[], Some(&store));
+                let daemon =
+                    Daemon { config: &config, listeners, stop: &stop, reload: None, store };
+                let frames = Vec::new().into_iter();
+                daemon.run(&mut Replay { frames, breaks: false }).unwrap();
+                ended.store(true, Ordering::Relaxed);
+            });
+            let mut kept = 0;
+            while !ended.load(Ordering::Relaxed) {
+                let records = store.load().unwrap().records();
+                assert_eq!(records[0] + records[1], 3);
+                kept = kept.max(records[0]);
+            }
+            assert!(kept > 0, "nothing was kept before the end");
+        });
+        assert_eq!(store.load().unwrap().records(), [3, 0]);
+    });
+}
+
+/// More early ends in a row than there are places: the newest records stay, and the file is right.
+#[test]
+fn records_that_wait_are_bounded() {
+    on_a_large_stack(|| {
+        let config = config();
+        let records = records(&config, visits(&config, &POSES[..1]));
+        let waiting = vec![Arc::new(records[0].clone()); 100];
+        let state = Solver::new(&config).unwrap().state(&Counts::default(), &waiting);
+        assert_eq!(kept(&state).records(), [0, 64]);
+    });
+}
+
+/// A file that an earlier flexid of this version has written.
+#[test]
+fn the_format_stays() {
+    on_a_large_stack(|| {
+        let bytes = include_bytes!("../../../tests/fuzz/seeds/state/waiting.state");
+        let state = store::decode(bytes).unwrap();
+        assert_eq!(state.records(), [0, 1]);
+        assert_eq!(store::encode(&state).unwrap(), bytes);
+    });
+}
+
+/// One file is one daemon's.
+#[test]
+fn a_file_is_claimed_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::find(Some(&folder.path().join("flexid.state"))).unwrap();
+    let claim = store.claim().unwrap();
+    assert!(store.claim().unwrap_err().to_string().contains("another flexid-edge"));
+    drop(claim);
+    store.claim().unwrap();
+}
+
+/// SIGTERM while a record is being cut: what there is of it waits for the next daemon.
+#[test]
+fn the_end_in_mid_record_keeps_the_record() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::find(Some(&folder.path().join("flexid.state"))).unwrap();
+    let config = config();
+    let frames = visits(&config, &POSES[..1]);
+    let expected = {
+        let (config, frames) = (config.clone(), frames.clone());
+        let large = thread::Builder::new().stack_size(64 << 20);
+        large.spawn(move || records(&config, frames).len()).unwrap().join().unwrap()
+    };
+    let (stop, (feed, arrivals)) = (Stop::new(), bounded(0));
+    thread::scope(|scope| {
+        let daemon = scope.spawn(|| {
+            let (listeners, store) = (&[], Some(&store));
+            let daemon = Daemon { config: &config, listeners, stop: &stop, reload: None, store };
+            daemon.run(&mut Feed(arrivals))
+        });
+        frames.chunks(500).for_each(|frames| feed.send(frames.to_vec()).unwrap());
+        stop.request();
+        daemon.join().unwrap().unwrap();
+    });
+    on_a_large_stack(move || {
+        let [kept, waiting] = store.load().expect("a state").records();
+        assert_eq!(kept + waiting, expected);
+    });
 }
 
 /// The outcome of a daemon that gets `next` as its config between the two poses.

@@ -1,13 +1,10 @@
 //! `flexid watch`: what a running daemon finds, live.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
 use clap::value_parser;
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
+use flexid_edge::stop::Stop;
 
 use crate::client::{self, Client};
 use crate::exit::BadArgument;
@@ -52,7 +49,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Some(seconds) => Some(deadline(seconds)?),
     };
     let mut client = Client::connect(&address, deadline)?;
-    let interrupted = interrupted()?;
+    let interrupted = Stop::on_signals().context("signals cannot be caught")?;
     let mut view = View::default();
     let mut screen = Screen::new(args.json);
     loop {
@@ -73,7 +70,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
         let when = if deadline.is_some_and(|end| Instant::now() >= end) {
             "within the --timeout"
-        } else if interrupted.load(Ordering::Relaxed) {
+        } else if interrupted.requested() {
             "when it was interrupted"
         } else {
             continue;
@@ -86,18 +83,6 @@ pub(super) fn run(args: &Args) -> Result<()> {
             None => Ok(()),
         };
     }
-}
-
-/// Whether somebody asked for the end. The first asks, the second does not wait.
-fn interrupted() -> Result<Arc<AtomicBool>> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    for signal in [SIGTERM, SIGINT] {
-        // Run in the order in which they are registered.
-        flag::register_conditional_shutdown(signal, 1, Arc::clone(&interrupted))
-            .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
-            .context("signals cannot be caught")?;
-    }
-    Ok(interrupted)
 }
 
 fn deadline(seconds: f64) -> Result<Instant, BadArgument> {

@@ -24,8 +24,6 @@ pub(crate) struct Meter {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Work {
     records: u64,
-    /// Random starts before this record.
-    starts_before: u32,
     /// Bytes read when this record was complete, and when the one before was.
     complete: u64,
     complete_before: u64,
@@ -82,26 +80,10 @@ impl Work {
     fn note(&mut self, read: u64, progress: &Progress) {
         if progress.records != self.records {
             self.records = progress.records;
-            // What is refined first, without a new start, counts as one.
-            self.starts_before = progress.starts.saturating_sub(1);
             self.complete_before = std::mem::replace(&mut self.complete, read);
             self.share = 0.0;
         }
-        let fraction = f64::from(progress.fraction);
-        let of_start = match progress.phase {
-            Phase::Waiting => 0.0,
-            Phase::Searching => 0.5 * fraction,
-            Phase::Refining => 0.5 + 0.5 * fraction,
-            Phase::Settled => 1.0,
-        };
-        // How many random starts there will be is unknown: each is taken for half of what is left.
-        let before = progress.starts.saturating_sub(self.starts_before).saturating_sub(1);
-        let left = 0.5_f64.powi(before.min(60) as i32);
-        let share = match progress.phase {
-            Phase::Settled => 1.0,
-            _ => 1.0 - left * (1.0 - 0.5 * of_start),
-        };
-        self.share = self.share.max(share);
+        self.share = f64::from(progress.fraction).max(self.share);
     }
 
     /// Bytes whose records are worked off.
@@ -140,11 +122,11 @@ impl<R: Read> Read for Metered<R> {
 mod tests {
     use super::*;
 
-    fn progress(records: u64, phase: Phase, starts: u32, fraction: f32) -> Progress {
+    fn progress(records: u64, phase: Phase, fraction: f32) -> Progress {
         Progress {
             phase,
             fraction,
-            starts,
+            starts: 1,
             search_evaluations: 0,
             refine_iterations: 0,
             search_loss: 0.0,
@@ -152,15 +134,15 @@ mod tests {
         }
     }
 
-    /// Three records of 100 bytes each; the second settles without a new search, the third takes a second start.
+    /// Two records of 100 bytes each.
     #[test]
     fn the_bar_moves_while_a_record_is_worked_off_and_never_back() {
         let meter = Meter::hidden();
-        meter.expect(300);
+        meter.expect(200);
         let mut work = Work::default();
         let mut last = 0;
-        let mut at = |records, phase, starts, fraction| {
-            meter.show(&mut work, &progress(records, phase, starts, fraction));
+        let mut at = |records, phase, fraction| {
+            meter.show(&mut work, &progress(records, phase, fraction));
             let position = meter.bar.position();
             assert!(position >= last, "{position} after {last}");
             last = position;
@@ -170,18 +152,13 @@ mod tests {
             assert_eq!(io::copy(&mut meter.read(&[0; 100][..]), &mut io::sink()).unwrap(), 100);
         };
         hundred();
-        assert_eq!(at(1, Phase::Searching, 1, 0.0), 100);
-        assert_eq!(at(1, Phase::Searching, 1, 0.8), 120);
-        assert_eq!(at(1, Phase::Refining, 1, 0.2), 130);
-        assert_eq!(at(1, Phase::Searching, 2, 0.0), 150);
-        assert_eq!(at(1, Phase::Settled, 2, 1.0), 200);
+        assert_eq!(at(1, Phase::Searching, 0.0), 100);
+        assert_eq!(at(1, Phase::Searching, 0.25), 125);
+        assert_eq!(at(1, Phase::Refining, 0.5), 150);
+        assert_eq!(at(1, Phase::Settled, 1.0), 200);
         hundred();
-        assert_eq!(at(2, Phase::Refining, 2, 0.2), 330);
-        assert_eq!(at(2, Phase::Settled, 2, 1.0), 400);
-        hundred();
-        assert_eq!(at(3, Phase::Refining, 2, 1.0), 550);
-        assert_eq!(at(3, Phase::Searching, 3, 0.4), 555);
-        assert_eq!(at(3, Phase::Settled, 3, 1.0), 600);
-        assert_eq!(meter.bar.length(), Some(600));
+        assert_eq!(at(2, Phase::Refining, 0.5), 350);
+        assert_eq!(at(2, Phase::Settled, 1.0), 400);
+        assert_eq!(meter.bar.length(), Some(400));
     }
 }

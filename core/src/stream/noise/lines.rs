@@ -1,5 +1,7 @@
 //! Lines in a periodogram: ordinates that stand out of their neighbourhood further than those of broad noise do.
 
+use core::f32::consts::{PI, TAU};
+
 use heapless::Vec;
 
 use super::periodogram::{MAX_ORDINATES, Periodogram};
@@ -22,8 +24,15 @@ const ROUNDS: usize = 8;
 const SETTLED: f32 = 0.01;
 /// Periods between the middles of two halves of a stretch after which a mode has decayed,
 const PERIODS: f32 = 4.0;
-/// if it is damped by 1 % at least: to e^(−4π · 0.01 · 4) = 0.6 of its power. What has kept more than this is steady.
+/// if it is damped by this much at least, as the lowest mode of the reference scenario is (DESIGN.md, section 4).
+const DAMPING: f32 = 0.01;
+/// What keeps more of its power than `√e^(−4π · DAMPING · periods)`, half-way in decibels between a mode and a steady
+/// oscillation, is steady; within these limits. The upper one is that of [`PERIODS`]. The lower one leaves a mode of a third
+/// of that damping time to decay, and a weak hum room for chance.
 const STEADY: f32 = 0.75;
+const LEAST_STEADY: f32 = 0.5;
+/// Samples after which a rotating phasor is computed anew: rounding has moved it by 64 · 2⁻²⁴ = 4e-6 at most.
+const RENEWED: usize = 64;
 
 /// A line of a periodogram.
 #[derive(Clone, Copy, Debug)]
@@ -40,21 +49,21 @@ pub(super) struct Peak {
 }
 
 impl Peak {
-    /// The same, sharpened by another stretch if it has the same power there.
-    pub(super) fn sharpened_beyond(self, own: &[f32], other: &[f32]) -> Self {
-        let ratio = power_at(other, self.frequency) / power_at(own, self.frequency);
-        if (STEADY..1.0 / STEADY).contains(&ratio) { self.sharpened(other) } else { self }
+    /// Whether another stretch has the same power there.
+    pub(super) fn recurs(&self, own: &Windowed, other: &Windowed) -> bool {
+        let [[before], [after]] = [own, other].map(|signal| signal.powers([self.frequency]));
+        (STEADY..1.0 / STEADY).contains(&(after / before))
     }
 
     /// The same with its frequency as exact as the whole stretch tells: where a parabola through the logarithm of three powers
     /// has its top, again and again.
-    pub(super) fn sharpened(mut self, signal: &[f32]) -> Self {
-        let length = signal.len() as f32;
+    pub(super) fn sharpened(mut self, signal: &Windowed) -> Self {
+        let length = signal.samples.len() as f32;
         let step = 0.5 / length;
         for _ in 0..ROUNDS {
-            let [before, here, after] = [-step, 0.0, step].map(|aside| {
-                libm::logf(power_at(signal, self.frequency + aside).max(f32::MIN_POSITIVE))
-            });
+            let powers = signal.powers([-step, 0.0, step].map(|aside| self.frequency + aside));
+            let [before, here, after] =
+                powers.map(|power| libm::logf(power.max(f32::MIN_POSITIVE)));
             let curvature = 2.0 * here - before - after;
             if curvature <= 0.0 {
                 return self;
@@ -132,7 +141,7 @@ fn strongest(periodogram: &Periodogram, taken: &[bool; MAX_ORDINATES]) -> Option
 /// Level beside an ordinate: the larger of the medians on either side, so that neither the foot of a steep filter nor a line
 /// beside it counts.
 fn beside(periodogram: &Periodogram, taken: &[bool; MAX_ORDINATES], ordinate: usize) -> f32 {
-    let Periodogram { power, averages, half_lobe, .. } = periodogram;
+    let Periodogram { power, half_lobe, .. } = periodogram;
     let level = |ordinates: &mut dyn Iterator<Item = usize>| {
         let free = ordinates.filter(|at| !taken[*at]).take(BESIDE).map(|at| power[at]);
         let mut values: Vec<f32, BESIDE> = free.collect();
@@ -141,31 +150,103 @@ fn beside(periodogram: &Periodogram, taken: &[bool; MAX_ORDINATES], ordinate: us
     };
     let below = level(&mut (0..ordinate.saturating_sub(*half_lobe)).rev());
     let above = level(&mut (ordinate + half_lobe + 1..power.len()));
-    // Median over mean of χ² (Wilson and Hilferty, 1931).
-    let median = 1.0 - 1.0 / (9.0 * averages);
-    below.max(above) / (median * median * median)
+    below.max(above) / periodogram.median()
 }
 
-/// Whether an oscillation keeps its power through a stretch, as no mode of a robot does that is left to itself.
-pub(super) fn is_steady(signal: &[f32], peak: &Peak) -> bool {
+/// Whether an oscillation keeps its power through a stretch, as no mode of a robot does that is left to itself. None if the
+/// stretch is too short to tell.
+pub(super) fn is_steady(signal: &[f32], peak: &Peak) -> Option<bool> {
     let (first, second) = signal.split_at(signal.len() / 2);
     let periods = peak.frequency * first.len() as f32;
-    periods >= PERIODS
-        && power_at(second, peak.frequency) >= STEADY * power_at(first, peak.frequency)
+    if periods < PERIODS {
+        return None;
+    }
+    let [[before], [after]] =
+        [first, second].map(|half| Windowed::new(half).powers([peak.frequency]));
+    // The root of the power that a mode keeps.
+    let kept = libm::expf(-2.0 * PI * DAMPING * periods);
+    Some(after >= kept.clamp(LEAST_STEADY, STEADY) * before)
 }
 
-/// Of Hann's window, at one frequency; in no unit.
-fn power_at(signal: &[f32], frequency: f32) -> f32 {
-    let length = signal.len() as f32;
-    let mean = signal.iter().sum::<f32>() / length;
-    let (mut re, mut im) = (0.0, 0.0);
-    for (n, value) in signal.iter().enumerate() {
-        let turns = n as f32 * frequency;
-        let angle = core::f32::consts::TAU * (turns - libm::floorf(turns));
-        let window = 1.0 - libm::cosf(core::f32::consts::TAU * (n as f32 + 0.5) / length);
-        let weighted = window * (value - mean) / length;
-        re += weighted * libm::cosf(angle);
-        im += weighted * libm::sinf(angle);
+/// A stretch about its mean, under Hann's window.
+pub(super) struct Windowed<'a> {
+    samples: &'a [f32],
+    mean: f32,
+}
+
+impl<'a> Windowed<'a> {
+    pub(super) fn new(samples: &'a [f32]) -> Self {
+        Self { samples, mean: samples.iter().sum::<f32>() / samples.len() as f32 }
     }
-    re * re + im * im
+
+    /// Powers at some frequencies; in no unit.
+    fn powers<const F: usize>(&self, frequencies: [f32; F]) -> [f32; F] {
+        let length = self.samples.len() as f32;
+        let [hann_cos, hann_sin] = phasor(1.0 / length, 1.0);
+        let steps = frequencies.map(|frequency| phasor(frequency, 1.0));
+        let (cos, sin) = (steps.map(|step| step[0]), steps.map(|step| step[1]));
+        let (mut re_sum, mut im_sum) = ([0.0; F], [0.0; F]);
+        for (number, part) in self.samples.chunks(RENEWED).enumerate() {
+            let first = (number * RENEWED) as f32;
+            let mut hann = phasor(1.0 / length, first + 0.5);
+            let phasors = frequencies.map(|frequency| phasor(frequency, first));
+            let (mut re, mut im) = (phasors.map(|own| own[0]), phasors.map(|own| own[1]));
+            let (mut re_part, mut im_part) = ([0.0; F], [0.0; F]);
+            for value in part {
+                let weighted = (1.0 - hann[0]) * (value - self.mean);
+                hann = [
+                    hann[0] * hann_cos - hann[1] * hann_sin,
+                    hann[0] * hann_sin + hann[1] * hann_cos,
+                ];
+                for k in 0..F {
+                    re_part[k] += weighted * re[k];
+                    im_part[k] += weighted * im[k];
+                    (re[k], im[k]) =
+                        (re[k] * cos[k] - im[k] * sin[k], re[k] * sin[k] + im[k] * cos[k]);
+                }
+            }
+            for k in 0..F {
+                re_sum[k] += re_part[k];
+                im_sum[k] += im_part[k];
+            }
+        }
+        core::array::from_fn(|k| {
+            (re_sum[k] * re_sum[k] + im_sum[k] * im_sum[k]) / (length * length)
+        })
+    }
+}
+
+/// Cosine and sine of an oscillation at a sample.
+fn phasor(frequency: f32, sample: f32) -> [f32; 2] {
+    // Many turns leave too few digits of an f32 for the angle.
+    let turns = f64::from(sample) * f64::from(frequency);
+    let angle = TAU * (turns - libm::floor(turns)) as f32;
+    [libm::cosf(angle), libm::sinf(angle)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Frequencies from the first ordinates to half the rate, in a stretch of many renewals.
+    #[test]
+    fn powers_are_those_of_the_transform() {
+        let signal: std::vec::Vec<f32> =
+            (0..5000).map(|n| libm::sinf(0.157 * n as f32) + ((n * 7919) % 13) as f32).collect();
+        let length = signal.len() as f64;
+        let mean = signal.iter().map(|value| f64::from(*value)).sum::<f64>() / length;
+        for frequency in [0.002_f32, 0.157 / TAU, 0.0251, 3.0 / 13.0, 6.0 / 13.0] {
+            let (mut re, mut im) = (0.0, 0.0);
+            for (n, value) in signal.iter().enumerate() {
+                let angle = std::f64::consts::TAU * n as f64;
+                let window = 1.0 - libm::cos(std::f64::consts::TAU * (n as f64 + 0.5) / length);
+                let weighted = window * (f64::from(*value) - mean) / length;
+                re += weighted * libm::cos(angle * f64::from(frequency));
+                im += weighted * libm::sin(angle * f64::from(frequency));
+            }
+            let expected = (re * re + im * im) as f32;
+            let [power] = Windowed::new(&signal).powers([frequency]);
+            assert!((power - expected).abs() < 4e-6 * expected + 1e-7, "{power}, not {expected}");
+        }
+    }
 }

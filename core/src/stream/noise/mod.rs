@@ -6,8 +6,9 @@
 //! is white. Whether it is, the periodogram of the stretch before the cut tells: [lines] (hum) and [levels] (a sensor's
 //! filter) replace the power where they differ from it by more than chance.
 //!
-//! The robot may ring in that stretch. A line that decays is not noise then, and below the highest frequency at which the
-//! robot rings the noise is taken for as loud as just above.
+//! The robot may ring in that stretch, and a little of it may be left where it seems to rest. A line that decays is never
+//! noise, and below the highest frequency at which the robot rings the noise is taken for as loud as just above, or as the
+//! plateau below the corner of a sensor's filter.
 
 mod levels;
 mod lines;
@@ -23,13 +24,17 @@ use crate::noise::{Level, Line, MAX_LEVELS, MAX_LINES, NoiseShape};
 use observed::Observed;
 use periodogram::SHORTEST;
 pub(super) use quiet::{BLOCK, is_dead, repeats, variance};
-use quiet::{Blocks, Stretch};
+use quiet::{Blocks, QuietRun};
 
 /// Sum of the squares of the sixth differences' coefficients, C(12, 6).
 const SIXTH: f32 = 924.0;
-/// A robot rests if it moves by less than this part of its motion in the record,
+/// A record starts at rest if what the robot moves by then, beside the noise, is at most this part of the root mean square of
+/// its motion in the record: a search that takes this for rest is off by as little, and only has to find the basin, while the
+/// refinement has the seam for any start (DESIGN.md, section 4). What decays is no noise even then.
 const RESTING: f32 = 0.02;
-/// or by no more than this many times the power of the noise.
+/// A stretch has nothing but noise in it, steady lines apart, if its variance is at most this many times what the spectrum
+/// has of broad noise. Of the shortest stretch at the lowest corner, 128 samples at a tenth of the rate, 13 pairs of
+/// values tell both, and their ratio is 1 ± 0.3: 2 is three deviations off.
 const EXPLAINED: f32 = 2.0;
 /// A stretch's force is as quiet as another's if its variance is at most this many times as large: of a tenth of a second at
 /// 2 kHz, 200 samples, chance makes 0.7 to 1.3.
@@ -126,29 +131,39 @@ pub(super) fn estimate(force: [&[f32]; 3], acceleration: [&[f32]; 3], force_step
     };
     let observe =
         |samples: &Range<usize>| acceleration.map(|signal| Observed::of(&signal[samples.clone()]));
-    let rests = |samples: &Range<usize>, observed: &[Option<Observed>; 3]| {
+    let whole = acceleration.map(variance);
+    // Whether the noise, and some motion, explain all that an axis has in a stretch.
+    let explains = |samples: &Range<usize>, observed: &[Option<Observed>; 3], motion: f32| {
         (0..3).all(|axis| {
             let own = observed[axis].as_ref();
-            let noise = own.map_or(acceleration_power[axis], Observed::background);
-            let hum = own.map_or(0.0, |own| own.lines_power(false));
-            let motion = RESTING * RESTING * variance(acceleration[axis]);
+            let noise = own.map_or(acceleration_power[axis], Observed::broad_power);
+            let hum = own.map_or(0.0, |own| own.lines_power(false, |_| 1.0));
+            let motion = motion * motion * whole[axis];
             variance(&acceleration[axis][samples.clone()]) <= EXPLAINED * noise + hum + motion
         })
     };
     let leading = blocks.leading();
-    noise.starts_at_rest = !leading.is_empty() && rests(&leading, &observe(&leading));
-    let Some(Stretch { samples, precedes_cut }) = blocks.stretch(SHORTEST) else { return noise };
-    let longest = blocks.longest().map_or(samples.clone(), |stretch| stretch.samples);
-    let mut observed = observe(&samples);
-    for (own, signal) in observed.iter_mut().zip(acceleration) {
-        if let Some(own) = own {
-            own.sharpen(&signal[samples.clone()], &signal[longest.clone()]);
+    let at_start = observe(&leading);
+    noise.starts_at_rest = !leading.is_empty() && explains(&leading, &at_start, RESTING);
+    let Some(QuietRun { samples, precedes_cut }) = blocks.run(SHORTEST) else { return noise };
+    let longest = blocks.longest().map_or(samples.clone(), |run| run.samples);
+    let mut observed = if samples == leading { at_start } else { observe(&samples) };
+    if samples != longest {
+        for (own, signal) in observed.iter_mut().zip(acceleration) {
+            if let Some(own) = own {
+                own.sharpen(&signal[samples.clone()], &signal[longest.clone()]);
+            }
         }
     }
-    let rests = precedes_cut && rests(&samples, &observed);
-    noise.at_rest = rests && observed.iter().all(Option::is_some);
+    let rests = precedes_cut && explains(&samples, &observed, RESTING);
+    let silent = precedes_cut && explains(&samples, &observed, 0.0);
+    noise.at_rest = silent && observed.iter().all(Option::is_some);
     for (noise, own) in noise.acceleration.iter_mut().zip(&observed) {
-        if let Some(own) = own.as_ref().and_then(|own| own.noise(noise.power, rests)) {
+        let own = own.as_ref().and_then(|own| {
+            // The sixth differences have the lines in them.
+            own.noise((noise.power - own.lines_power(silent, sixth_gain)).max(0.0), silent)
+        });
+        if let Some(own) = own {
             *noise = own;
         }
     }
@@ -160,13 +175,18 @@ pub(super) fn estimate(force: [&[f32]; 3], acceleration: [&[f32]; 3], force_step
     for (noise, signal) in noise.force.iter_mut().zip(force) {
         let own = Observed::of(&signal[samples.clone()]).and_then(|own| {
             // The variance has the lines in it.
-            own.noise((noise.power - own.lines_power(rests)).max(0.0), rests)
+            own.noise((noise.power - own.lines_power(silent, |_| 1.0)).max(0.0), silent)
         });
         if let Some(own) = own {
             *noise = own;
         }
     }
     noise
+}
+
+/// What sixth differences have of a line, over what they have of white noise of the same power.
+fn sixth_gain(frequency: f32) -> f32 {
+    libm::powf(2.0 * libm::sinf(core::f32::consts::PI * frequency), 12.0) / SIXTH
 }
 
 /// Variance of the white part: of what the neighbours do not tell.

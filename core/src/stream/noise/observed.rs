@@ -4,9 +4,9 @@ use heapless::Vec;
 
 use super::AxisNoise;
 use super::levels::levels;
-use super::lines::{self, Peak};
-use super::periodogram::{MAX_ORDINATES, Periodogram};
-use crate::noise::{Level, MAX_LINES};
+use super::lines::{self, Peak, Windowed};
+use super::periodogram::{LONGEST, MAX_ORDINATES, Periodogram};
+use crate::noise::{Level, MAX_LEVELS, MAX_LINES};
 
 /// A robot that does not rest rings where its motion has more than this many times the power of the noise: in noise, of
 /// which an ordinate is the mean of three values, one of a hundred million has.
@@ -14,14 +14,50 @@ const RINGS: f32 = 10.0;
 /// Upper quartile of an ordinate of noise over its mean. A filter that leaves half of the spectrum, or a robot that rings in half
 /// of it, does not move the upper quartile by much.
 const UPPER_QUARTILE: f32 = 1.3;
+/// Mean of the smaller of an ordinate of noise and its mean, over that mean: `1 − 3³e⁻³ / 3!` for the mean of three values.
+const CLIPPED: f32 = 0.78;
+/// Bands in which the plateau of a filter is looked for: one that has its corner at a tenth of the rate leaves six of them.
+const BANDS: usize = 32;
+/// Ordinates of the narrowest, of which some five are independent.
+const NARROWEST: usize = 8;
+/// A plateau is louder than the upper quartile tells by more than this factor: of noise of one level a narrowest band is once in
+/// a thousand. What falls short of it is told by [`RINGS`] times the upper quartile as well.
+const LOUDER: f32 = 3.0;
+/// A band is no noise if its mean is more than this many times what its median tells: it has peaks. In noise the ratio is 1.0
+/// ± 0.2, or ± 0.35 in the narrowest band.
+const PEAKED: f32 = 2.0;
+/// Periods between the middles of two halves of a stretch after which a mode, damped by 1 %, has kept e^(−4π · 0.01 · 12) =
+/// 0.22 of its power:
+const DECAYED: f32 = 12.0;
+/// a band that keeps less than this is no noise. It is half-way in decibels; the ratio of noise is 1 within a factor of 1.5.
+const KEPT: f32 = 0.5;
+/// What the two bands of noise of the lowest frequencies differ by beyond the corner of a filter: of eighth order it falls by
+/// this in a tenth of its corner, and chance makes 4 of 1 once in a hundred narrowest bands.
+const FALLS: f32 = 4.0;
+
+/// What becomes of a line in the course of a stretch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Course {
+    /// It keeps its power.
+    Steady,
+    /// It does not.
+    Decays,
+    /// The stretch is too short to tell.
+    Unknown,
+    /// That, and another stretch has it with the same power.
+    Recurs,
+}
 
 /// The spectrum of one axis.
 pub(super) struct Observed {
     periodogram: Periodogram,
-    /// Each line, and whether it keeps its power throughout.
-    lines: Vec<(Peak, bool), MAX_LINES>,
+    lines: Vec<(Peak, Course), MAX_LINES>,
     /// Ordinates that belong to a line, or to the mean.
     taken: [bool; MAX_ORDINATES],
+    /// Density below the corner of a filter that leaves less than a quarter of the spectrum.
+    plateau: Option<f32>,
+    /// Density of the noise where no filter takes it away.
+    background: f32,
 }
 
 impl Observed {
@@ -29,49 +65,79 @@ impl Observed {
     pub(super) fn of(signal: &[f32]) -> Option<Self> {
         let periodogram = Periodogram::of(signal)?;
         let (peaks, taken) = lines::find(&periodogram);
-        let sharpened = peaks.iter().map(|peak| peak.sharpened(signal));
-        let lines = sharpened.map(|peak| (peak, lines::is_steady(signal, &peak))).collect();
-        Some(Self { periodogram, lines, taken })
+        let [segment, whole] = [&signal[..signal.len().min(LONGEST)], signal].map(Windowed::new);
+        let sharpened = peaks.iter().map(|peak| {
+            // Half of the main lobe may be narrower than the ordinates are apart.
+            let is_long = signal.len() > 2 * LONGEST;
+            let peak = if is_long { peak.sharpened(&segment) } else { *peak };
+            peak.sharpened(&whole)
+        });
+        let course = |peak: &Peak| match lines::is_steady(signal, peak) {
+            Some(true) => Course::Steady,
+            Some(false) => Course::Decays,
+            None => Course::Unknown,
+        };
+        let lines = sharpened.map(|peak| (peak, course(&peak))).collect();
+        let quartile = upper_quartile(&periodogram);
+        let plateau = plateau(signal, &periodogram, &taken, quartile);
+        let background = plateau.unwrap_or(0.0).max(quartile);
+        Some(Self { periodogram, lines, taken, plateau, background })
     }
 
-    /// Sharpens the frequencies of lines by a longer stretch: `own` is the one that it was made of.
+    /// Sharpens the frequencies of lines by a longer stretch that has them too: `own` is the one that it was made of.
     pub(super) fn sharpen(&mut self, own: &[f32], longer: &[f32]) {
-        for (peak, _) in &mut self.lines {
-            *peak = peak.sharpened_beyond(own, longer);
+        if self.lines.is_empty() {
+            return;
+        }
+        let [own, longer] = [own, longer].map(Windowed::new);
+        for (peak, course) in &mut self.lines {
+            if !peak.recurs(&own, &longer) {
+                continue;
+            }
+            *peak = peak.sharpened(&longer);
+            if *course == Course::Unknown {
+                *course = Course::Recurs;
+            }
         }
     }
 
-    /// Power of white noise as loud as the louder half of the spectrum, lines apart.
-    pub(super) fn background(&self) -> f32 {
-        let mut sorted = self.periodogram.power.clone();
-        sorted.sort_unstable_by(f32::total_cmp);
-        sorted[sorted.len() / 4 * 3] / UPPER_QUARTILE
+    /// Mean square of a sample of the noise, lines and ringing apart.
+    pub(super) fn broad_power(&self) -> f32 {
+        let power = &self.periodogram.power;
+        let clipped = power.iter().map(|power| power.min(self.background)).sum::<f32>();
+        clipped / (CLIPPED * power.len() as f32)
     }
 
-    /// Those that are noise: all while the robot `rests`, else those that are steady.
-    fn lines(&self, rests: bool) -> Vec<Peak, MAX_LINES> {
-        self.lines.iter().filter(|(_, steady)| rests || *steady).map(|(peak, _)| *peak).collect()
+    /// Those that are noise: the steady ones, and while the robot is `silent` those that recur.
+    fn lines(&self, silent: bool) -> Vec<Peak, MAX_LINES> {
+        let is_noise = |(_, course): &&(Peak, Course)| {
+            *course == Course::Steady || silent && *course == Course::Recurs
+        };
+        self.lines.iter().filter(is_noise).map(|(peak, _)| *peak).collect()
     }
 
-    /// Power of the lines that are noise.
-    pub(super) fn lines_power(&self, rests: bool) -> f32 {
-        self.lines(rests).iter().map(|line| line.power).sum()
+    /// Power of the lines that are noise, each times the `gain` at its frequency.
+    pub(super) fn lines_power(&self, silent: bool, gain: fn(f32) -> f32) -> f32 {
+        self.lines(silent).iter().map(|line| gain(line.frequency) * line.power).sum()
     }
 
     /// The noise, which has the power `white` beside the lines if it is white. None if the robot rings in most of the
     /// spectrum.
-    pub(super) fn noise(&self, white: f32, rests: bool) -> Option<AxisNoise> {
+    pub(super) fn noise(&self, white: f32, silent: bool) -> Option<AxisNoise> {
         let mut left_out = self.taken;
-        if !rests {
-            let ordinates = self.periodogram.power.len();
-            let rung = self.rings_up_to();
-            if rung > ordinates / 2 {
+        let mut rung = 0;
+        if !silent {
+            rung = self.rings_up_to();
+            if rung > self.periodogram.power.len() / 2 {
                 return None;
             }
             left_out[..rung].fill(true);
         }
-        let lines = self.lines(rests);
+        let lines = self.lines(silent);
         let mut levels = levels(&self.periodogram, &left_out, white);
+        if let Some(plateau) = self.plateau {
+            raise(&mut levels, self.periodogram.frequency(rung), plateau);
+        }
         if levels.is_empty() {
             if lines.is_empty() {
                 return Some(AxisNoise::white(white));
@@ -83,13 +149,80 @@ impl Observed {
 
     /// The ordinate after the highest in which the robot rings.
     fn rings_up_to(&self) -> usize {
-        let limit = RINGS * self.background();
+        let limit = RINGS * self.background;
+        let hum = self.lines(false);
         let is_hum = |ordinate: &usize| {
-            let holds = |line: &Peak| (line.ordinates[0]..line.ordinates[1]).contains(ordinate);
-            self.lines(false).iter().any(holds)
+            hum.iter().any(|line| (line.ordinates[0]..line.ordinates[1]).contains(ordinate))
         };
         let rings =
             |ordinate: &usize| self.periodogram.power[*ordinate] > limit && !is_hum(ordinate);
         (0..self.periodogram.power.len()).rev().find(rings).map_or(0, |last| last + 1)
     }
+}
+
+/// Raises the levels below a frequency to a density: what is extended from above may lie beyond the corner of a filter.
+fn raise(levels: &mut Vec<Level, MAX_LEVELS>, below: f32, density: f32) {
+    let Some(first) = levels.first().copied().filter(|first| first.density < density) else {
+        return;
+    };
+    if below > 0.0 && (first.end <= below || levels.is_full()) {
+        levels[0].density = density;
+    } else if below > 0.0 {
+        let _ = levels.insert(0, Level { end: below, density });
+    }
+}
+
+/// Power of white noise as loud as the louder half of the spectrum, lines apart.
+fn upper_quartile(periodogram: &Periodogram) -> f32 {
+    let mut sorted = periodogram.power.clone();
+    sorted.sort_unstable_by(f32::total_cmp);
+    sorted[sorted.len() / 4 * 3] / UPPER_QUARTILE
+}
+
+/// Density of the noise at the lowest frequencies at which a band is flat and keeps its power, as a robot that rings does not.
+/// None if it is hardly louder than the upper quartile of the spectrum tells.
+fn plateau(
+    signal: &[f32],
+    periodogram: &Periodogram,
+    taken: &[bool; MAX_ORDINATES],
+    quartile: f32,
+) -> Option<f32> {
+    let ordinates = periodogram.power.len();
+    let width = (ordinates / BANDS).max(NARROWEST);
+    let (first, second) = signal.split_at(signal.len() / 2);
+    let free = |of: &Periodogram, band: usize| -> Vec<f32, MAX_ORDINATES> {
+        // That of a half has fewer ordinates, if not as many.
+        let ratio = ordinates / of.power.len();
+        let own = band * width / ratio..(band + 1) * width / ratio;
+        own.filter(|ordinate| !taken[ordinate * ratio]).map(|ordinate| of.power[ordinate]).collect()
+    };
+    let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len().max(1) as f32;
+    let decays = |band: &usize| {
+        let periods = periodogram.frequency(band * width + width / 2) * first.len() as f32;
+        periods >= DECAYED
+    };
+    let bands = (1..ordinates / width).filter(decays);
+    if !bands.clone().any(|band| mean(&free(periodogram, band)) > LOUDER * quartile) {
+        return None;
+    }
+    let [first, second] = [Periodogram::of(first)?, Periodogram::of(second)?];
+    let is_noise = |band: &usize| {
+        let mut values = free(periodogram, *band);
+        values.sort_unstable_by(f32::total_cmp);
+        let kept = mean(&free(&second, *band)) / mean(&free(&first, *band));
+        values.len() >= width / 2
+            && mean(&values) <= PEAKED * values[values.len() / 2] / periodogram.median()
+            && kept >= KEPT
+    };
+    let mut told = bands.filter(is_noise);
+    let lowest = told.next()?;
+    let own = mean(&free(periodogram, lowest));
+    let above = told.next().map_or(own, |band| mean(&free(periodogram, band)));
+    if own <= FALLS * above {
+        let level = own.max(above);
+        return (level > LOUDER * quartile).then_some(level);
+    }
+    // The robot rings up to the corner: below it the noise is no louder than the least that is seen there.
+    let below = (1..lowest).map(|band| mean(&free(periodogram, band)));
+    Some(below.filter(|level| *level > 0.0).reduce(f32::min).unwrap_or(own).max(own))
 }

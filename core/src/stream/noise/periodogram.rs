@@ -7,7 +7,7 @@ use heapless::Vec;
 use crate::spectrum::fft::{MIN_SAMPLES, real_transform};
 
 /// Longest segment, samples.
-const LONGEST: usize = 1024;
+pub(super) const LONGEST: usize = 1024;
 /// Most ordinates.
 pub(super) const MAX_ORDINATES: usize = LONGEST / 2;
 /// Shortest stretch that has a spectrum worth the name, samples.
@@ -44,18 +44,21 @@ impl Periodogram {
         let hop = if segments > 1 { (signal.len() - segment) / (segments - 1) } else { 0 };
         let mut power = Vec::new();
         let _ = power.resize(padded / 2, 0.0);
-        for number in 0..segments {
-            let part = &signal[number * hop..][..segment];
-            let mean = part.iter().sum::<f32>() / segment as f32;
-            for taper in 1..=TAPERS {
+        // The sum of a taper's squares is half of the samples.
+        let scale = 2.0 / (segment * segments * TAPERS) as f32;
+        for taper in 1..=TAPERS {
+            let mut weights = [0.0; LONGEST];
+            for (n, weight) in weights[..segment].iter_mut().enumerate() {
+                *weight = libm::sinf(PI * (taper as f32 * (n as f32 + 0.5) / segment as f32));
+            }
+            for number in 0..segments {
+                let part = &signal[number * hop..][..segment];
+                let mean = part.iter().sum::<f32>() / segment as f32;
                 let mut buffer = [0.0; LONGEST];
-                for (n, (value, tapered)) in part.iter().zip(&mut buffer).enumerate() {
-                    let angle = PI * (taper as f32 * (n as f32 + 0.5) / segment as f32);
-                    *tapered = libm::sinf(angle) * (value - mean);
+                for ((value, weight), tapered) in part.iter().zip(&weights).zip(&mut buffer) {
+                    *tapered = weight * (value - mean);
                 }
                 let transform = real_transform(&mut buffer[..padded])?;
-                // The sum of a taper's squares is half of the samples.
-                let scale = 2.0 / (segment * segments * TAPERS) as f32;
                 for (power, bin) in power.iter_mut().zip(transform) {
                     *power += scale * bin.norm_sqr();
                 }
@@ -69,6 +72,12 @@ impl Periodogram {
             freedom: USED * averages * spacing,
             half_lobe: libm::ceilf(HALF_LOBE / spacing) as usize,
         })
+    }
+
+    /// Median of an ordinate of white noise over its mean: of χ² (Wilson and Hilferty, 1931).
+    pub(super) fn median(&self) -> f32 {
+        let root = 1.0 - 1.0 / (9.0 * self.averages);
+        root * root * root
     }
 
     /// Frequency of an ordinate, cycles per sample.

@@ -2,16 +2,18 @@
 
 /// Samples that a spike is judged by: itself in the middle, and three neighbours on each side.
 const NEAR: usize = 7;
-/// A spike lies beyond its neighbours by more than this many times the range of those, and of such as came lately: six samples may
-/// be close to each other by chance. Six samples of Gaussian noise range over
-/// 2.5 standard deviations on average, so it lies some 25 of them away, and what a filter passes has no such sample: the
-/// neighbours have their part in it.
+/// A spike lies beyond its neighbours by more than this many times their range, or the mean of that lately if it is larger: six
+/// samples may be close to each other by chance. Six samples of Gaussian noise range over 2.5 standard deviations on average, so
+/// a spike lies some 25 of them away. No filter passes such a sample: it makes the neighbours rise with it.
 const SPIKE: f32 = 10.0;
 /// Samples over which the range of neighbours is averaged.
 const LATELY: f32 = 256.0;
-/// Samples after which an axis that has not changed is judged: thousands, so that a quiet sensor with a coarse step is not.
-const WINDOW: u32 = 2048;
-/// An axis moves if its values in a window range over more than this many steps: a cut, not the noise of a sensor at rest.
+/// Samples of a window, after which an axis that has not changed is judged: thousands, so that a quiet sensor with a coarse step
+/// is not.
+pub(super) const WINDOW: u32 = 2048;
+/// Samples after which a sensor rests if none of its axes has moved: longer than the pause between two teeth, 64 ms at 2 kHz.
+const PIECE: usize = 128;
+/// An axis moves if its values range over more than this many steps: a cut, not the noise of a sensor at rest.
 const MOVES: f32 = 20.0;
 /// A signal can be seen to be flat at its end if its values range over this many steps. With fewer, the crests of a sine share
 /// the last step with more than `NEAR_END` of the range holds beside it.
@@ -23,7 +25,7 @@ const NEAR_END: f32 = 0.025;
 const FLAT: u64 = 20;
 
 /// One axis of a sensor.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Channel {
     /// Smallest step of its signal.
     step: f32,
@@ -34,7 +36,9 @@ pub(super) struct Channel {
     /// Mean range of six neighbours lately.
     usual_range: f32,
     window: Range,
-    ends: [End; 2],
+    piece: heapless::Vec<f32, PIECE>,
+    /// What it read when the sensor rested last: zero, or the weight of the tool and an offset.
+    rest: f32,
 }
 
 /// Least and largest value.
@@ -45,7 +49,11 @@ struct Range {
     samples: u32,
 }
 
-/// The largest value so far (of the signal, or of its negative), and how often the signal was there.
+/// The largest value of an axis, then of its negative, while its sensor did not rest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Ends([Option<End>; 2]);
+
+/// The largest value, and how often the signal was there.
 #[derive(Clone, Copy, Debug)]
 struct End {
     value: f32,
@@ -55,7 +63,6 @@ struct End {
     stays: u64,
     /// Samples just inside.
     near: u64,
-    was_there: bool,
 }
 
 /// How an axis did in a window.
@@ -71,30 +78,39 @@ pub(super) enum Window {
 
 impl Range {
     const EMPTY: Self = Self { low: f32::INFINITY, high: f32::NEG_INFINITY, samples: 0 };
+
+    fn of(values: impl IntoIterator<Item = f32>) -> Self {
+        values.into_iter().fold(Self::EMPTY, Self::and)
+    }
+
+    fn and(self, value: f32) -> Self {
+        let Self { low, high, samples } = self;
+        Self { low: low.min(value), high: high.max(value), samples: samples + 1 }
+    }
+
+    fn size(&self) -> f32 {
+        self.high - self.low
+    }
 }
 
 impl Channel {
     pub(super) fn new(step: f32) -> Self {
-        let value = f32::NEG_INFINITY;
-        let end = End { value, at: 0, stays: 0, near: 0, was_there: false };
         Self {
             step,
             recent: [0.0; NEAR],
             seen: 0,
             usual_range: 0.0,
             window: Range::EMPTY,
-            ends: [end; 2],
+            piece: heapless::Vec::new(),
+            rest: 0.0,
         }
     }
 
     /// Takes a sample; whether the one three samples before it is a spike.
     pub(super) fn push(&mut self, value: f32) -> bool {
-        let Range { low, high, samples } = &mut self.window;
-        (*low, *high, *samples) = (low.min(value), high.max(value), *samples + 1);
-        let range = self.ends[0].value + self.ends[1].value;
-        for (end, value) in self.ends.iter_mut().zip([value, -value]) {
-            end.take(value, NEAR_END * range);
-        }
+        self.window = self.window.and(value);
+        // There is room: who looks at a full piece clears it.
+        let _ = self.piece.push(value);
         self.recent.rotate_left(1);
         self.recent[NEAR - 1] = value;
         self.seen += 1;
@@ -108,38 +124,43 @@ impl Channel {
 
     /// How it did since it was last asked.
     pub(super) fn end_window(&mut self) -> Window {
-        let Range { low, high, samples } = std::mem::replace(&mut self.window, Range::EMPTY);
+        let window = std::mem::replace(&mut self.window, Range::EMPTY);
         // A sensor that lost half its frames is not judged.
-        if samples < WINDOW / 2 {
+        if window.samples < WINDOW / 2 {
             Window::Calm
-        } else if high == low {
+        } else if window.size() == 0.0 {
             Window::Stuck
-        } else if high - low > MOVES * self.step {
+        } else if window.size() > MOVES * self.step {
             Window::Moves
         } else {
             Window::Calm
         }
     }
 
-    /// Samples at the largest or the least value of all, where more of them are there than just inside: the sensor cannot read
-    /// more.
-    pub(super) fn flat(&self) -> u64 {
-        let [top, bottom] = &self.ends;
-        let fine = top.value + bottom.value > FINE * self.step;
-        // At rest a force is zero, and that may be the least of all.
-        let off_zero = |end: &End| end.value.abs() > MOVES * self.step;
-        let flat = |end: &&End| fine && off_zero(end) && end.stays >= FLAT && end.stays > end.near;
-        self.ends.iter().filter(flat).map(|end| end.at).sum()
+    /// Counts the piece in `ends`. Where the robot rests the signal is flat as well: that end does not count.
+    fn note_ends(&self, ends: &mut Ends) {
+        let Range { low, high, .. } = Range::of(self.piece.iter().copied());
+        ends.reach([high, -low]);
+        let near = NEAR_END * ends.range();
+        for (end, sign) in ends.0.iter_mut().flatten().zip([1.0, -1.0]) {
+            if (end.value - sign * self.rest).abs() > MOVES * self.step {
+                end.note(self.piece.iter().map(|value| sign * value), near);
+            }
+        }
+    }
+
+    /// Of the samples in `ends` those at the largest or the least value, where more are there than just inside: the sensor
+    /// cannot read more.
+    pub(super) fn flat(&self, ends: &Ends) -> u64 {
+        let fine = ends.range() > FINE * self.step;
+        let flat = |end: &&End| fine && end.stays >= FLAT && end.stays > end.near;
+        ends.0.iter().flatten().filter(flat).map(|end| end.at).sum()
     }
 
     fn middle_is_spike(&mut self) -> bool {
         let middle = self.recent[NEAR / 2];
-        let neighbours = || {
-            let others = self.recent.iter().enumerate().filter(|(index, _)| *index != NEAR / 2);
-            others.map(|(_, value)| *value)
-        };
-        let low = neighbours().fold(f32::INFINITY, f32::min);
-        let high = neighbours().fold(f32::NEG_INFINITY, f32::max);
+        let others = self.recent.iter().enumerate().filter(|(index, _)| *index != NEAR / 2);
+        let Range { low, high, .. } = Range::of(others.map(|(_, value)| *value));
         let range = high - low;
         let usual = if self.usual_range == 0.0 { range } else { self.usual_range };
         self.usual_range = usual + (range - usual) / LATELY;
@@ -147,27 +168,53 @@ impl Channel {
     }
 }
 
-impl End {
-    fn take(&mut self, value: f32, near: f32) {
-        if value > self.value {
-            *self = Self { value, at: 1, stays: 0, near: 0, was_there: true };
-            return;
+impl Ends {
+    /// Values as large have come: what was counted at smaller ones is void.
+    fn reach(&mut self, values: [f32; 2]) {
+        for (end, value) in self.0.iter_mut().zip(values) {
+            if end.is_none_or(|end| value > end.value) {
+                *end = Some(End { value, at: 0, stays: 0, near: 0 });
+            }
         }
-        let is_there = value == self.value;
-        self.at += u64::from(is_there);
-        self.stays += u64::from(is_there && self.was_there);
-        self.near += u64::from(!is_there && value > self.value - near);
-        self.was_there = is_there;
+    }
+
+    fn range(&self) -> f32 {
+        self.0.iter().flatten().map(|end| end.value).sum()
     }
 }
 
-/// Whether so many frames of a sensor end a window.
-pub(super) fn ends_window(frames: u64) -> bool {
-    frames.is_multiple_of(WINDOW.into())
+impl End {
+    fn note(&mut self, piece: impl Iterator<Item = f32>, near: f32) {
+        let mut was_there = false;
+        for value in piece {
+            let is_there = value == self.value;
+            self.at += u64::from(is_there);
+            self.stays += u64::from(is_there && was_there);
+            self.near += u64::from(!is_there && value > self.value - near);
+            was_there = is_there;
+        }
+    }
 }
 
-/// Frames of a window.
-pub(super) const FRAMES: u64 = WINDOW as u64;
+/// Ends the piece of a sensor's axes when it is full: one of rest tells what each reads then, any other counts in all `ends`,
+/// sets of one for each axis.
+pub(super) fn end_piece<'a>(axes: &mut [Channel], ends: impl Iterator<Item = &'a mut [Ends]>) {
+    if !axes.iter().all(|axis| axis.piece.is_full()) {
+        return;
+    }
+    let range = |axis: &Channel| Range::of(axis.piece.iter().copied());
+    if axes.iter().all(|axis| range(axis).size() <= MOVES * axis.step) {
+        for axis in &mut *axes {
+            let Range { low, high, .. } = range(axis);
+            axis.rest = f32::midpoint(low, high);
+        }
+    } else {
+        for ends in ends {
+            axes.iter().zip(ends).for_each(|(axis, ends)| axis.note_ends(ends));
+        }
+    }
+    axes.iter_mut().for_each(|axis| axis.piece.clear());
+}
 
 #[cfg(test)]
 mod tests {
@@ -187,11 +234,16 @@ mod tests {
         (value / STEP).round() * STEP
     }
 
-    /// Spikes and flat samples of a signal.
+    /// Spikes and flat samples of the signal of a sensor's only axis.
     fn judged(signal: impl Iterator<Item = f32>) -> (usize, u64) {
-        let mut channel = Channel::new(STEP);
-        let spikes = signal.filter(|value| channel.push(rounded(*value))).count();
-        (spikes, channel.flat())
+        let (mut axis, mut ends) = ([Channel::new(STEP)], [Ends::default()]);
+        let spikes = signal.filter(|value| {
+            let is_spike = axis[0].push(rounded(*value));
+            end_piece(&mut axis, [&mut ends[..]].into_iter());
+            is_spike
+        });
+        let spikes = spikes.count();
+        (spikes, axis[0].flat(&ends[0]))
     }
 
     #[test]
@@ -226,11 +278,34 @@ mod tests {
     fn a_signal_that_is_cut_off_is_flat_there() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
         let signal: Vec<f32> =
-            (0..8000_u32).map(|n| 300.0 * (0.05 * n as f32).sin() + noise(&mut rng)).collect();
+            (0..8192_u32).map(|n| 300.0 * (0.05 * n as f32).sin() + noise(&mut rng)).collect();
         assert_eq!(judged(signal.iter().copied()).1, 0);
         let flat = judged(signal.iter().map(|value| value.clamp(-1e3, 250.0))).1;
         let beyond = signal.iter().filter(|value| rounded(**value) >= 250.0).count();
         assert_eq!(flat, beyond as u64);
+    }
+
+    /// A sensor that nobody tared carries the tool, and is quieter than its step: what it reads at rest is its least value, or its
+    /// largest.
+    #[test]
+    fn rest_at_an_end_is_not_flat() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        let pressing: fn(f32) -> f32 = |n| 150.0 - 150.0 * (0.3 * n).cos();
+        let tooth_by_tooth = |n: f32| 400.0 * (0.06 * n).sin().max(0.0);
+        for cut in [pressing, tooth_by_tooth] {
+            for (rests, sign) in [(300, 1.0), (300, -1.0), (5000, 1.0)] {
+                let force = |n: u32| {
+                    let cutting = (n % (rests + 5000)).checked_sub(rests);
+                    sign * (cutting.map_or(0.0, |n| cut(n as f32)) - 98.1)
+                };
+                let signal: Vec<f32> =
+                    (0..60_000).map(|n| force(n) + 0.09 * STEP * noise(&mut rng)).collect();
+                assert_eq!(judged(signal.iter().copied()).1, 0, "{rests} {sign}");
+                // Where it is overdriven besides, that is told.
+                let clamped = signal.iter().map(|value| value.clamp(-110.0, 110.0));
+                assert!(judged(clamped).1 > 1000, "{rests} {sign}");
+            }
+        }
     }
 
     #[test]

@@ -6,11 +6,15 @@ use flexid_core::MAX_JOINTS;
 
 use crate::config::Config;
 use crate::model::{Kind, Model, ModelJoint};
+use crate::pipeline::SAMPLES;
 use crate::pipeline::names::clipped_name;
 use crate::summary::count;
 
 /// How far beyond its limit a joint may read: limits are published in whole degrees (rad), and millimetres (m).
 const MARGIN: [f64; 2] = [PI / 180.0, 1e-3];
+
+/// Frames of the force after which an angle that is odd by itself is no mistake of a frame: those of the longest record.
+const HOLDS: u64 = SAMPLES as u64;
 
 /// The reading of a joint that is farthest beyond its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,28 +25,57 @@ pub struct Excess {
     pub by: f64,
 }
 
-/// What each joint can read, base first; infinite where nothing is known.
+/// The angles of each joint against its limits, base first.
 #[derive(Clone, Debug)]
-pub(super) struct Beyond(Vec<[f64; 2]>);
+pub(super) struct Joints {
+    /// What each can read; infinite where nothing is known.
+    ranges: Vec<[f64; 2]>,
+    beyond: [Option<Beyond>; MAX_JOINTS],
+}
 
-impl Beyond {
+/// A joint whose newest angle is beyond its limits.
+#[derive(Clone, Copy, Debug)]
+struct Beyond {
+    newest: Excess,
+    /// Whether the angle before was so as well.
+    again: bool,
+    /// Frames when the first in a row came.
+    since: u64,
+}
+
+impl Excess {
+    /// The one that is farther beyond.
+    pub(super) fn worse(self, other: Option<Self>) -> Self {
+        other.filter(|other| other.by > self.by).unwrap_or(self)
+    }
+}
+
+impl Joints {
     pub(super) fn new(model: &Model) -> Self {
         let range = |joint: &ModelJoint| {
             let [lower, upper] = limits(joint);
             let margin = MARGIN[usize::from(joint.kind == Kind::Prismatic)];
             [lower - margin, upper + margin]
         };
-        Self(model.joints.iter().map(range).collect())
+        Self { ranges: model.joints.iter().map(range).collect(), beyond: [None; MAX_JOINTS] }
     }
 
-    pub(super) fn note(&self, joint: usize, value: f64, worst: &mut [Option<Excess>; MAX_JOINTS]) {
-        let (Some([lower, upper]), Some(worst)) = (self.0.get(joint), worst.get_mut(joint)) else {
-            return;
-        };
-        let by = (value - upper).max(lower - value);
-        if by > 0.0 && by.is_finite() && worst.is_none_or(|worst| by > worst.by) {
-            *worst = Some(Excess { value, by });
-        }
+    /// Takes an angle that came after so many frames of the force. The worse of it and the one before, if both are odd: a single
+    /// one may be what a controller sends before it is referenced.
+    pub(super) fn note(&mut self, joint: usize, value: f64, frames: u64) -> Option<Excess> {
+        let [lower, upper] = self.ranges.get(joint)?;
+        let before = self.beyond.get_mut(joint).filter(|_| value.is_finite())?;
+        let newest = Excess { value, by: (value - upper).max(lower - value) };
+        let last = before.filter(|_| newest.by > 0.0);
+        let since = last.map_or(frames, |last| last.since);
+        *before = (newest.by > 0.0).then_some(Beyond { newest, again: last.is_some(), since });
+        last.map(|last| newest.worse(Some(last.newest)))
+    }
+
+    /// What each joint reads still, if it is odd: an angle that is sent on change alone comes once, and holds.
+    pub(super) fn standing(&self, frames: u64) -> [Option<Excess>; MAX_JOINTS] {
+        let is_odd = |beyond: &Beyond| beyond.again || frames - beyond.since >= HOLDS;
+        self.beyond.map(|beyond| beyond.filter(is_odd).map(|beyond| beyond.newest))
     }
 }
 
@@ -94,9 +127,13 @@ mod tests {
     }
 
     fn told(config: &Config, joint: usize, values: &[f64]) -> Option<String> {
-        let beyond = Beyond::new(&config.model);
+        let mut joints = Joints::new(&config.model);
         let mut worst = [None; MAX_JOINTS];
-        values.iter().for_each(|value| beyond.note(joint, *value, &mut worst));
+        for value in values {
+            if let Some(excess) = joints.note(joint, *value, 0) {
+                worst[joint] = Some(excess.worse(worst[joint]));
+            }
+        }
         warning(&worst, config)
     }
 
@@ -104,17 +141,20 @@ mod tests {
     fn angles_beyond_the_limits_are_asked_for_their_unit() {
         let mut config = config();
         config.model.joints[1].limits = [-2.1, 2.1];
-        assert_eq!(told(&config, 1, &[2.1, -2.11, 0.0, f64::NAN, f64::INFINITY]), None);
+        assert_eq!(
+            told(&config, 1, &[2.1, -2.11, 0.0, f64::NAN, f64::INFINITY, f64::INFINITY]),
+            None
+        );
         assert_eq!(
             told(&config, 1, &[0.3, 57.3, 40.0]).unwrap(),
             "q2 reads 57.3000, beyond joint_2's limits, -2.1000 to 2.1000 rad: in degrees? give its unit in [bus] dbc"
         );
-        let near = told(&config, 1, &[-2.3]).unwrap();
+        let near = told(&config, 1, &[-2.3; 2]).unwrap();
         assert!(near.ends_with("or mend the limits in [model] file"), "{near}");
         // A joint without limits may turn once.
         config.model.joints[2].limits = [f64::NEG_INFINITY, f64::INFINITY];
-        assert_eq!(told(&config, 2, &[6.0]), None);
-        assert!(told(&config, 2, &[-90.0]).unwrap().contains("in degrees?"));
+        assert_eq!(told(&config, 2, &[6.0; 2]), None);
+        assert!(told(&config, 2, &[-90.0; 2]).unwrap().contains("in degrees?"));
         let excess = |value| Some(Excess { value, by: value });
         let mut all = [None; MAX_JOINTS];
         (all[0], all[1], all[2]) = (excess(70.0), excess(90.0), excess(80.0));
@@ -124,12 +164,26 @@ mod tests {
     }
 
     #[test]
+    fn a_single_odd_angle_is_odd_only_if_it_holds() {
+        let config = config();
+        assert_eq!(told(&config, 1, &[0.3, 6.5535e4, 0.3, 6.5535e4, f64::NAN, 0.3]), None);
+        assert!(told(&config, 1, &[0.3, 90.0, f64::NAN, 90.0, 0.3]).is_some());
+        let mut joints = Joints::new(&config.model);
+        let standing = |joints: &Joints, frames| joints.standing(frames)[1].map(|odd| odd.value);
+        assert_eq!(joints.note(1, 90.0, 5000), None);
+        assert_eq!(standing(&joints, 5000 + HOLDS - 1), None);
+        assert_eq!(standing(&joints, 5000 + HOLDS), Some(90.0));
+        assert_eq!(joints.note(1, 0.3, 5000 + HOLDS), None);
+        assert_eq!(standing(&joints, 5000 + HOLDS), None);
+    }
+
+    #[test]
     fn strokes_are_asked_whether_they_are_in_millimetres() {
         let mut config = config();
         config.model.joints[0].kind = Kind::Prismatic;
         config.model.joints[0].limits = [0.0, 1.5];
-        assert_eq!(told(&config, 0, &[1.5]), None);
-        let told = told(&config, 0, &[740.0]).unwrap();
+        assert_eq!(told(&config, 0, &[1.5; 2]), None);
+        let told = told(&config, 0, &[740.0; 2]).unwrap();
         assert!(told.ends_with("0.0000 to 1.5000 m: in mm? give its unit in [bus] dbc"), "{told}");
     }
 }

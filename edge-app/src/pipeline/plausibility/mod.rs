@@ -1,7 +1,8 @@
 //! Whether readings can be what the configuration says they are: units, broken sensors, angles that the robot cannot have.
 //!
 //! A wrong unit is not seen in the residuals alone: it makes the fit as wrong as a wrong mass does. What can be said of the
-//! readings themselves is counted here, frame by frame and record by record, and told before all else.
+//! readings themselves is counted here, frame by frame and record by record, and told before all else. What is told is of the
+//! newest frames alone: a fault that was mended is warned of for some minutes, and then no more.
 
 mod channel;
 mod joints;
@@ -11,13 +12,13 @@ mod scale;
 use flexid_core::MAX_JOINTS;
 use flexid_core::stream::Reading;
 
-use super::Record;
 use super::names::{clipped_name, enumerate};
+use super::{MAX_EXPERIMENTS, Record, SAMPLES};
 use crate::config::Config;
 use crate::summary::count;
-use channel::{Channel, Window};
-use joints::Beyond;
+use channel::{Channel, Ends, WINDOW, Window, end_piece};
 pub use joints::Excess;
+use joints::Joints;
 pub(super) use scale::Scale;
 
 /// Bytes for the names of signals in a line.
@@ -26,16 +27,22 @@ const ROOM: usize = 120;
 /// acceleration of a robot's link (1 N on some 10 kg) drowns in the noise. The same force in kN stays below it up to 1000 N.
 const LEAST_CUT_N: f32 = 1.0;
 
-/// What is odd about the readings so far; force x, y, z, then acceleration x, y, z.
+/// Frames of the force that a tally is told of, at most: as many as the longest records that are kept, 4.4 minutes at 2 kHz.
+const STRETCH: u64 = (MAX_EXPERIMENTS * SAMPLES) as u64;
+/// Of spikes that are rarer than one in so many frames nothing is said: 65 s at 2 kHz, so that a robot that mills a record a minute
+/// would have one in each.
+const RARE: u64 = 131_072;
+
+/// What is odd about the readings lately; force x, y, z, then acceleration x, y, z.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Oddness {
-    /// Single samples far beyond their neighbours.
+    /// Single samples far beyond their neighbours, where they are not rare.
     pub spikes: [u64; 6],
     /// Samples of windows in which this axis never changed although another moved.
     pub stuck: [u64; 6],
     /// Samples at a value that the axis never exceeds, though it reaches it again and again.
     pub flat: [u64; 6],
-    /// The angle or stroke of each joint that is farthest beyond what the joint can reach.
+    /// The angle or stroke of each joint that is farthest beyond what the joint can reach; of one that came by itself nothing.
     pub joints: [Option<Excess>; MAX_JOINTS],
     /// Mean acceleration of the newest record that was long enough, m/s².
     pub rest: Option<[f64; 3]>,
@@ -50,23 +57,45 @@ pub(super) struct Plausibility {
     /// What the counters count up to, and where force and acceleration stand.
     last_counter: u32,
     counters: [Option<u32>; 2],
+    /// Frames of the force.
     frames: u64,
-    beyond: Beyond,
-    odd: Oddness,
+    joints: Joints,
+    /// The one that is told, and the next, which begins half a [`STRETCH`] later.
+    tallies: [Tally; 2],
+    rest: Option<[f64; 3]>,
+    largest_force: f32,
+}
+
+/// What was odd in a stretch of frames.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    /// Frames of the force.
+    frames: u64,
+    spikes: [u64; 6],
+    stuck: [u64; 6],
+    ends: [Ends; 6],
+    joints: [Option<Excess>; MAX_JOINTS],
+}
+
+impl Tally {
+    fn note_angle(&mut self, joint: usize, excess: Excess) {
+        self.joints[joint] = Some(excess.worse(self.joints[joint]));
+    }
 }
 
 impl Plausibility {
     pub(super) fn new(config: &Config) -> Self {
         let signals = &config.signals;
-        let [force, acceleration] =
-            [signals.force_resolution, signals.acceleration_resolution].map(Channel::new);
+        let steps = [signals.force_resolution, signals.acceleration_resolution];
         Self {
-            channels: [force, force, force, acceleration, acceleration, acceleration],
+            channels: std::array::from_fn(|axis| Channel::new(steps[axis / 3])),
             last_counter: u32::MAX >> (32 - signals.counter_bits.clamp(1, 32)),
             counters: [None; 2],
             frames: 0,
-            beyond: Beyond::new(&config.model),
-            odd: Oddness::default(),
+            joints: Joints::new(&config.model),
+            tallies: [Tally::default(); 2],
+            rest: None,
+            largest_force: 0.0,
         }
     }
 
@@ -74,28 +103,50 @@ impl Plausibility {
         match reading {
             Reading::Force { counter, value } => {
                 let largest = value.iter().fold(0.0_f32, |largest, v| largest.max(v.abs()));
-                self.odd.largest_force = self.odd.largest_force.max(largest);
-                self.frames += 1;
+                self.largest_force = self.largest_force.max(largest);
                 self.sensor(0, *counter, value);
-                if channel::ends_window(self.frames) {
-                    self.end_window();
-                }
+                self.count_frame();
             }
             Reading::Acceleration { counter, value } => self.sensor(1, *counter, value),
             Reading::Joint { index, value } => {
-                self.beyond.note(usize::from(*index), *value, &mut self.odd.joints);
+                let joint = usize::from(*index);
+                if let Some(excess) = self.joints.note(joint, *value, self.frames) {
+                    self.tallies.iter_mut().for_each(|tally| tally.note_angle(joint, excess));
+                }
             }
         }
     }
 
     pub(super) fn note_record(&mut self, record: &Record) {
         if let Some(mean) = rest::mean(record) {
-            self.odd.rest = Some(mean);
+            self.rest = Some(mean);
         }
     }
 
     pub(super) fn oddness(&self) -> Oddness {
-        Oddness { flat: self.channels.each_ref().map(Channel::flat), ..self.odd }
+        let [told, _] = &self.tallies;
+        let flat = |axis: usize| self.channels[axis].flat(&told.ends[axis]);
+        let is_rare = |spikes: u64| spikes * RARE < told.frames;
+        Oddness {
+            spikes: told.spikes.map(|spikes| if is_rare(spikes) { 0 } else { spikes }),
+            stuck: told.stuck,
+            flat: std::array::from_fn(flat),
+            joints: told.joints,
+            rest: self.rest,
+            largest_force: self.largest_force,
+        }
+    }
+
+    /// Counts a frame of the force, and ends what ends with it.
+    fn count_frame(&mut self) {
+        self.frames += 1;
+        self.tallies.iter_mut().for_each(|tally| tally.frames += 1);
+        if self.frames.is_multiple_of(WINDOW.into()) {
+            self.end_window();
+        }
+        if self.frames.is_multiple_of(STRETCH / 2) {
+            self.tallies = [self.tallies[1], Tally::default()];
+        }
     }
 
     /// Takes a frame of the force (0) or the acceleration (1).
@@ -115,19 +166,31 @@ impl Plausibility {
             }
             spikes[axis] = channel.push(*value);
         }
+        let axes = first..first + 3;
+        let ends = self.tallies.iter_mut().map(|tally| &mut tally.ends[axes.clone()]);
+        end_piece(&mut self.channels[axes.clone()], ends);
         // A short impact shakes all axes at once: no axis by itself.
         if let [true, false, false] | [false, true, false] | [false, false, true] = spikes {
-            for (axis, spike) in spikes.into_iter().enumerate() {
-                self.odd.spikes[first + axis] += u64::from(spike);
+            for tally in &mut self.tallies {
+                for (axis, spike) in spikes.into_iter().enumerate() {
+                    tally.spikes[first + axis] += u64::from(spike);
+                }
             }
         }
     }
 
     fn end_window(&mut self) {
         let windows = self.channels.each_mut().map(Channel::end_window);
-        if windows.contains(&Window::Moves) {
-            for (stuck, window) in self.odd.stuck.iter_mut().zip(windows) {
-                *stuck += if window == Window::Stuck { channel::FRAMES } else { 0 };
+        let moves = windows.contains(&Window::Moves);
+        let standing = self.joints.standing(self.frames);
+        for tally in &mut self.tallies {
+            for (stuck, window) in tally.stuck.iter_mut().zip(windows) {
+                *stuck += u64::from(if moves && window == Window::Stuck { WINDOW } else { 0 });
+            }
+            for (joint, excess) in standing.into_iter().enumerate() {
+                if let Some(excess) = excess {
+                    tally.note_angle(joint, excess);
+                }
             }
         }
     }
@@ -243,6 +306,69 @@ mod tests {
             values[..3].copy_from_slice(&[force, 0.5 * force, -0.3 * force]);
         };
         assert_eq!(told(&config, cut(tooth)), Vec::<String>::new());
+    }
+
+    /// Reads a cut that goes on for `frames`, changed by `spoil`.
+    fn go_on(
+        plausibility: &mut Plausibility,
+        frames: u64,
+        spoil: impl Fn(u64, &mut [f32; 6]) + Copy,
+    ) {
+        for first in (0..frames).step_by(10_000) {
+            let spoil =
+                |counter: u32, values: &mut [f32; 6]| spoil(first + u64::from(counter), values);
+            cut(spoil)
+                .take(2 * (frames - first) as usize)
+                .for_each(|reading| plausibility.note(&reading));
+        }
+    }
+
+    #[test]
+    fn what_was_mended_is_warned_of_no_more() {
+        let config = config();
+        let mut plausibility = Plausibility::new(&config);
+        let joint = |index, value| Reading::Joint { index, value };
+        let told =
+            |plausibility: &Plausibility| warnings(&plausibility.oddness(), &[0; 6], &config);
+        let spoil = |frame: u64, values: &mut [f32; 6]| {
+            values[0] = values[0].min(70.0);
+            values[2] = 1.5;
+            values[3] += if frame % 1000 == 999 { 900.0 } else { 0.0 };
+        };
+        [90.0, 90.0, 0.0].map(|angle| plausibility.note(&joint(1, angle)));
+        // All day.
+        go_on(&mut plausibility, STRETCH, spoil);
+        [90.0, 90.0, 0.0].map(|angle| plausibility.note(&joint(1, angle)));
+        plausibility.note(&joint(2, 90.0));
+        go_on(&mut plausibility, 20_000, spoil);
+        let all = told(&plausibility);
+        let starts = [
+            "q2 reads 90",
+            "stuck while",
+            "flat at its largest value: Fx",
+            "spikes of single samples: ax",
+        ];
+        assert_eq!(all.len(), starts.len(), "{all:?}");
+        assert!(all.iter().zip(starts).all(|(line, start)| line.starts_with(start)), "{all:?}");
+        go_on(&mut plausibility, STRETCH - 20_000, |_, _| {});
+        let [still] = &told(&plausibility)[..] else { panic!("{:?}", told(&plausibility)) };
+        assert!(still.starts_with("q3 reads 90.0000"), "it holds: {still}");
+    }
+
+    #[test]
+    fn rare_spikes_are_none() {
+        let config = config();
+        let mut plausibility = Plausibility::new(&config);
+        let spikes = |every: u64| {
+            move |frame: u64, values: &mut [f32; 6]| {
+                values[1] += if frame % every == every - 100 { 4000.0 } else { 0.0 };
+            }
+        };
+        for (every, named) in [(RARE, true), (4 * RARE, false)] {
+            go_on(&mut plausibility, STRETCH, spikes(every));
+            let told = plausibility.oddness().spikes;
+            assert_eq!(told[1] > 0, named, "{every}: {told:?}");
+        }
     }
 
     #[test]

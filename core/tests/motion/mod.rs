@@ -1,7 +1,5 @@
 //! The equation of motion and its integrator, against what shares no code with them.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod convergence;
 mod dynamics;
 mod energy;

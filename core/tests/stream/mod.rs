@@ -1,12 +1,13 @@
 //! From readings to records: what arrives comes out, whatever is lost, late, doubled or moved.
 
-mod common;
+mod any;
+mod clock;
+mod restarts;
 
 use std::f64::consts::TAU;
 
-use common::Random;
+use crate::common::Random;
 use flexid_core::stream::{Reading, Record, Stream, StreamConfig, StreamError, StreamHealth};
-use proptest::prelude::*;
 
 const CAPACITY: usize = 4096;
 const PERIOD: f64 = 5e-4;
@@ -97,9 +98,19 @@ impl Bench {
         (0..instants).for_each(|_| self.instant(cutting, [false; 2]));
     }
 
-    fn finish(mut self) -> (Vec<Record<CAPACITY>>, StreamHealth) {
+    /// What is recorded ends here.
+    fn end(&mut self) {
         let records = &mut self.records;
         self.stream.finish(|record| records.push(record.clone()));
+    }
+
+    fn forget_angles(&mut self) {
+        let records = &mut self.records;
+        self.stream.forget_angles(|record| records.push(record.clone()));
+    }
+
+    fn finish(mut self) -> (Vec<Record<CAPACITY>>, StreamHealth) {
+        self.end();
         (self.records, self.stream.health())
     }
 }
@@ -421,261 +432,4 @@ fn refuses_configurations_that_make_no_sense() {
     assert_eq!(refused(|c| c.counter_bits = 40), Some(StreamError::CounterBits));
     assert_eq!(refused(|c| c.force_resolution = 0.0), Some(StreamError::Resolution));
     assert_eq!(refused(|c| c.acceleration_resolution = f32::NAN), Some(StreamError::Resolution));
-}
-
-/// A sensor on a bus, instant by instant.
-struct Sensor<'a> {
-    config: StreamConfig,
-    instants: u32,
-    /// When an instant arrives, s.
-    arrival: &'a mut dyn FnMut(u32) -> f64,
-    lost: &'a dyn Fn(u32) -> bool,
-    /// Before which instants the angles come.
-    angles: &'a dyn Fn(u32) -> bool,
-}
-
-impl Sensor<'_> {
-    /// Rests for 300 instants, and then cuts.
-    fn records(&mut self) -> (Vec<Record<CAPACITY>>, StreamHealth) {
-        let mut stream = Box::new(Stream::<CAPACITY>::new(self.config).expect("good"));
-        let mut records = Vec::new();
-        let mut random = Random::new(9);
-        let mask = u32::MAX >> (32 - self.config.counter_bits);
-        for n in 0..self.instants {
-            let time_s = (self.arrival)(n);
-            let mut push = |time_s, reading| {
-                stream.push(time_s, reading, |record| records.push(record.clone()));
-            };
-            if (self.angles)(n) {
-                for index in 0..2 {
-                    push(time_s, Reading::Joint { index, value: 0.5 });
-                }
-            }
-            let size = if n < 300 { 0.0 } else { 300.0 };
-            let wave = |w: f64| size * (w * f64::from(n)).sin() + 0.2 * random.normal();
-            let value = [0.31, 0.47, 0.13].map(wave).map(|force| force as f32);
-            if !(self.lost)(n) {
-                let counter = n & mask;
-                push(time_s, Reading::Force { counter, value });
-                push(time_s + 1.3e-4, Reading::Acceleration { counter, value });
-            }
-        }
-        stream.finish(|record| records.push(record.clone()));
-        (records, stream.health())
-    }
-}
-
-fn each_200(n: u32) -> bool {
-    n.is_multiple_of(200)
-}
-
-/// The configuration says 2000 Hz. A rate that is wrong by ε makes every stiffness wrong by about 2 ε.
-#[test]
-fn a_record_has_the_rate_at_which_its_samples_arrive() {
-    for off in [0.0, 54e-6, -150e-6, 2e-3, 0.01, 0.05, -0.05, -0.5] {
-        let rate_hz = 2000.0 * (1.0 + off);
-        let mut random = Random::new(5);
-        let mut arrival = |n| 1000.0 + f64::from(n) / rate_hz + random.uniform(0.0, 1e-4);
-        let mut sensor = Sensor {
-            config: CONFIG,
-            instants: 2348,
-            arrival: &mut arrival,
-            lost: &|n| n % 97 == 3,
-            angles: &each_200,
-        };
-        let (records, health) = sensor.records();
-        let record = &records[0];
-        assert_eq!(record.force[0].len(), 2048);
-        let error = record.rate_hz / rate_hz - 1.0;
-        println!(
-            "{:8.0} ppm off, taken for {:.2} Hz: {:.1} ppm",
-            off * 1e6,
-            record.rate_hz,
-            error * 1e6
-        );
-        assert!(error.abs() < 10e-6 && !record.has_doubtful_rate, "{off}: {:.1} ppm", error * 1e6);
-        let told = if off.abs() > 2e-4 { records.len() as u64 } else { 0 };
-        assert_eq!((health.wrong_rate, health.doubtful_rate, health.too_fast), (told, 0, 0));
-        if told > 0 {
-            assert!((f64::from(health.measured_rate_hz) / rate_hz - 1.0).abs() < 10e-6);
-        }
-    }
-}
-
-/// An eighth of a second with a jitter of 0.3 ms tells a rate to a per mille: enough to see that 2000 Hz is wrong.
-#[test]
-fn a_rate_that_is_off_and_not_told_is_doubtful() {
-    for off in [0.0, 0.01] {
-        let mut random = Random::new(5);
-        let mut arrival =
-            |n| 1000.0 + f64::from(n) / (2000.0 * (1.0 + off)) + random.uniform(0.0, 3e-4);
-        let config = StreamConfig { record_samples: 256, ..CONFIG };
-        let lost = |_| false;
-        let mut sensor =
-            Sensor { config, instants: 560, arrival: &mut arrival, lost: &lost, angles: &each_200 };
-        let (records, health) = sensor.records();
-        let doubtful = off != 0.0;
-        assert_eq!((records.len() as u64, health.doubtful_rate), (1, u64::from(doubtful)));
-        assert_eq!(records[0].has_doubtful_rate, doubtful);
-        assert!((records[0].rate_hz / 2000.0 - 1.0).abs() < 50e-6, "{}", records[0].rate_hz);
-    }
-}
-
-/// The clock is set by NTP in the midst of a record: the record is whole, and its rate is right.
-#[test]
-fn a_clock_that_is_set_costs_nothing() {
-    for set_s in [-3600.0, -0.2, 0.3] {
-        let mut random = Random::new(5);
-        let mut arrival = |n| {
-            let set_s = if n < 1200 { 0.0 } else { set_s };
-            1e5 + set_s + f64::from(n) * PERIOD + random.uniform(0.0, 1e-4)
-        };
-        let (lost, instants) = (|_| false, 4200);
-        let mut sensor = Sensor {
-            config: CONFIG,
-            instants,
-            arrival: &mut arrival,
-            lost: &lost,
-            angles: &each_200,
-        };
-        let (records, health) = sensor.records();
-        assert_eq!(lengths(&records), [2048, 2048], "{set_s}");
-        for record in &records {
-            assert!((record.rate_hz / 2000.0 - 1.0).abs() < 20e-6, "{set_s}: {}", record.rate_hz);
-        }
-        assert_eq!((health.restarts, health.wrong_rate, health.doubtful_rate), (0, 0, 0));
-        assert_eq!((health.frames_lost, health.refused), (0, 0));
-    }
-}
-
-/// At 2 kHz a counter of 8 bits turns in 128 ms. What is lost of a whole turn must not be joined.
-#[test]
-fn a_lost_turn_of_the_counter_is_no_splice() {
-    let mut arrival = |n| 1000.0 + f64::from(n) * PERIOD;
-    let config = StreamConfig { counter_bits: 8, ..CONFIG };
-    let lost = |n| (1200..1456).contains(&n);
-    let mut sensor =
-        Sensor { config, instants: 2604, arrival: &mut arrival, lost: &lost, angles: &each_200 };
-    let (records, health) = sensor.records();
-    assert_eq!(lengths(&records), [1024, 1024]);
-    assert_eq!((health.frames_lost, health.restarts, health.refused), (512, 0, 0));
-}
-
-/// Joints that do not move are sent once: their angles hold until one differs.
-#[test]
-fn angles_that_are_sent_on_change_alone_hold() {
-    let mut bench = Bench::new();
-    bench.angles();
-    bench.sent = 1;
-    let run = |bench: &mut Bench, instants| {
-        for _ in 0..instants {
-            bench.instant(true, [false; 2]);
-            bench.sent = 1 + bench.sent % 199;
-        }
-    };
-    run(&mut bench, 4500);
-    assert_eq!(lengths(&bench.records), [2048, 2048]);
-    assert_eq!(bench.stream.missing_joint(), None);
-    // The force sensor starts anew; nobody moves.
-    bench.counter = 12;
-    bench.now += 0.3;
-    run(&mut bench, 2400);
-    assert_eq!(lengths(&bench.records).last(), Some(&2048));
-    assert!(bench.records.iter().all(|record| record.pose.as_slice() == [0.1, -0.7]));
-    // One joint moves; of the other nothing is heard.
-    let before = bench.records.len();
-    bench.pose[1] = 0.3;
-    let (now, value) = (bench.now, bench.pose[1]);
-    bench.push(now, Reading::Joint { index: 1, value });
-    run(&mut bench, 2400);
-    let moved = bench.records.split_off(before);
-    assert_eq!(moved.last().map(|record| record.pose.to_vec()), Some(vec![0.1, 0.3]));
-    assert_eq!(moved.last().map(|record| record.force[0].len()), Some(2048));
-    // Another recording: the robot may stand anywhere.
-    bench.now += 60.0;
-    run(&mut bench, 2400);
-    let (records, _) = bench.finish();
-    assert_eq!(
-        lengths(&records)[before..],
-        [256],
-        "what was taken before the silence, and no more"
-    );
-}
-
-/// What used to come ten times a second and does not any more is awaited: the joint may move.
-#[test]
-fn angles_that_stop_coming_are_awaited() {
-    let mut bench = Bench::new();
-    bench.run(1001, true);
-    for n in 0..6000_u32 {
-        bench.sent = 1;
-        bench.instant(true, [false; 2]);
-        if n.is_multiple_of(200) {
-            bench.push(bench.now, Reading::Joint { index: 0, value: 0.1 });
-        }
-        if !(3990..4010).contains(&n) {
-            assert_eq!(bench.stream.missing_joint().is_some(), n > 4000, "{n}");
-        }
-    }
-    assert_eq!(bench.stream.missing_joint(), Some(1));
-}
-
-fn any_reading() -> impl Strategy<Value = (f64, Reading)> {
-    let value = prop_oneof![9 => -1e3_f32..1e3, 1 => prop::num::f32::ANY];
-    let values = [value.clone(), value.clone(), value];
-    // Mostly in sequence, so that records come about.
-    let step = prop_oneof![20 => Just(1_u32), 1 => 0..6_u32, 1 => prop::num::u32::ANY];
-    (0.0..2e-3_f64, step, values, 0..40_u8).prop_map(|(wait, step, value, kind)| {
-        let reading = match kind {
-            0 => Reading::Joint { index: (step % 3) as u8, value: f64::from(value[0]) },
-            1 => Reading::Joint { index: 0, value: 0.0 },
-            2 => Reading::Joint { index: 1, value: 0.0 },
-            n if n % 2 == 0 => Reading::Force { counter: step, value },
-            _ => Reading::Acceleration { counter: step, value },
-        };
-        (wait, reading)
-    })
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, rng_seed: proptest::test_runner::RngSeed::Fixed(11), failure_persistence: None, ..ProptestConfig::default() })]
-
-    /// Whatever arrives: no panic, every record whole and of finite values, every frame counted once.
-    #[test]
-    fn any_readings_give_whole_records(readings in prop::collection::vec(any_reading(), 0..6000)) {
-        let config = StreamConfig { record_samples: 256, ..CONFIG };
-        let mut stream = Box::new(Stream::<CAPACITY>::new(config).expect("good"));
-        let (mut now, mut counter, mut frames) = (0.0, 0_u32, 0);
-        let mut whole = true;
-        for (wait, reading) in readings {
-            now += wait;
-            let reading = match reading {
-                Reading::Force { counter: step, value } => {
-                    counter = counter.wrapping_add(step) & 0xffff;
-                    Reading::Force { counter, value }
-                }
-                Reading::Acceleration { value, .. } => Reading::Acceleration { counter, value },
-                joint => joint,
-            };
-            frames += u64::from(!matches!(reading, Reading::Joint { .. }));
-            stream.push(now, reading, |record| whole &= is_whole(record));
-        }
-        stream.finish(|record| whole &= is_whole(record));
-        prop_assert!(whole);
-        let health = stream.health();
-        prop_assert!(health.frames <= frames && health.frames + health.refused >= frames);
-    }
-}
-
-fn is_whole(record: &Record<CAPACITY>) -> bool {
-    let length = record.force[0].len();
-    let noise = record.force_noise.iter().chain(&record.acceleration_noise);
-    length.is_power_of_two()
-        && record.pose.len() == 2
-        && record
-            .force
-            .iter()
-            .chain(&record.acceleration)
-            .all(|signal| signal.len() == length && signal.iter().all(|value| value.is_finite()))
-        && noise.copied().all(|noise| noise.is_finite() && noise > 0.0)
 }

@@ -11,7 +11,7 @@ use flexid_edge::model::Model;
 use libfuzzer_sys::fuzz_target;
 
 static MODEL: LazyLock<Model> = LazyLock::new(|| {
-    let text = include_str!("../../scenario/mill3-model.toml");
+    let text = include_str!("../../../host-tools/scenario/mill3-model.toml");
     Model::parse(Path::new("mill3-model.toml"), text).unwrap()
 });
 

@@ -1,0 +1,18 @@
+//! The integration tests of core as one program: what is generic there is compiled once for all of them.
+
+mod bad_data;
+mod common;
+mod hold_out;
+mod identify;
+mod information;
+mod motion;
+mod mounting;
+mod noise;
+mod nuisances;
+mod receptance;
+mod refine;
+mod search;
+mod statics;
+mod stream;
+mod thinning;
+mod widths;
