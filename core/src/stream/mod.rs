@@ -303,8 +303,8 @@ impl<const N: usize> Stream<N> {
         (samples as f32 / self.config.record_samples as f32).min(1.0)
     }
 
-    /// The first joint whose angle has never come, or not since [`forget_angles`](Self::forget_angles) or a silence of 10 s, or used
-    /// to come in a cycle and has not for 2 s.
+    /// The first joint whose angle has never come, or not since [`forget_angles`](Self::forget_angles) or a silence of
+    /// 10 s, or used to come in a cycle and has not for 2 s.
     pub fn missing_joint(&self) -> Option<usize> {
         self.stretch.pose.awaited(self.config.joints, self.heard_s.unwrap_or_default())
     }

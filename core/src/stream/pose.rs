@@ -84,8 +84,8 @@ impl Pose {
         self.angles[..joints].iter().position(|angle| angle.readings == 0)
     }
 
-    /// The first of `joints` whose angle has never come or is forgotten, or used to come in a cycle and does not any more at
-    /// `now_s`.
+    /// The first of `joints` whose angle has never come or is forgotten, or used to come in a cycle and does not any
+    /// more at `now_s`.
     pub(super) fn awaited(&self, joints: usize, now_s: f64) -> Option<usize> {
         self.angles[..joints].iter().position(|angle| match angle.newest {
             None => true,
@@ -116,7 +116,8 @@ impl Pose {
         }
     }
 
-    /// Another stretch begins: what comes in a cycle will come again, the rest is as it was. What is forgotten stays forgotten.
+    /// Another stretch begins: what comes in a cycle will come again, the rest is as it was. What is forgotten stays
+    /// forgotten.
     pub(super) fn renew(&mut self) {
         for angle in &mut self.angles {
             let Angle { newest, repeats, .. } = *angle;

@@ -202,9 +202,7 @@ impl<'a> Intake<'a> {
             format!("waiting for the first record: {seconds:.1} s of milling at one pose{faint}")
         } else if let Some(joint) = self.stream.missing_joint() {
             let joint = clipped_name(&config.model.joints[joint].name);
-            format!(
-                "waiting for joint angles: {joint} used to come again and again, and does not any more"
-            )
+            format!("waiting for joint angles: {joint} does not come any more")
         } else {
             "measuring".into()
         };

@@ -11,8 +11,8 @@
 //! | the interface is set up and running              | up                                       |
 //! | the interface does not exist                     | gone                                     |
 //!
-//! What is wrong now is in [`Link::trouble`], and gone when it is over; what was wrong stays in [`Link::errors`], and how often
-//! the link was lost in [`Link::losses`].
+//! What is wrong now is in [`Link::trouble`], and gone when it is over; what was wrong stays in [`Link::errors`], and
+//! how often the link was lost in [`Link::losses`].
 
 use super::{Frame, LinkState};
 

@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use nix::time::{ClockId, clock_gettime};
 
-/// How far a timestamp may lie before the newest one, ns: readers on several processors swap frames. As much as core lets pass
-/// before it takes the clock to be set back (`SET_BACK_S` in `core/src/stream/clock.rs`).
+/// How far a timestamp may lie before the newest one, ns: readers on several processors swap frames. As much as core
+/// lets pass before it takes the clock to be set back (`SET_BACK_S` in `core/src/stream/clock.rs`).
 const SWAPPED_NS: i128 = 10_000_000;
 
 /// realtime − monotonic as it was measured last, and before realtime was set.
@@ -45,9 +45,9 @@ impl Offset {
         }
     }
 
-    /// A timestamp on CLOCK_MONOTONIC, s. One of before realtime was set is known by this: with the new offset it would lie
-    /// well before the newest timestamp, or after the look. One that fits neither offset has the time of the look, and says
-    /// nothing of those after it.
+    /// A timestamp on CLOCK_MONOTONIC, s. One of before realtime was set is known by this: with the new offset it would
+    /// lie well before the newest timestamp, or after the look. One that fits neither offset has the time of the look,
+    /// and says nothing of those after it.
     pub(super) fn monotonic_s(&mut self, realtime: Duration) -> f64 {
         let realtime_ns = realtime.as_nanos() as i128;
         let fits = |ns: &i128| (self.newest_ns - SWAPPED_NS..=self.looked_ns).contains(ns);

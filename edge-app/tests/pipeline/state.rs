@@ -270,7 +270,8 @@ fn records_that_wait_are_bounded() {
     on_a_large_stack(|| {
         let config = config();
         let records = records(&config, visits(&config, &POSES[..1]));
-        let waiting = vec![Arc::new(records[0].clone()); 100];
+        let record = Arc::new(records[0].clone());
+        let waiting: Vec<_> = (0..100).map(|_| Arc::clone(&record)).collect();
         let state = Solver::new(&config).unwrap().state(&Counts::default(), &waiting);
         assert_eq!(kept(&state).records(), [0, 64]);
     });

@@ -2,16 +2,18 @@
 
 /// Samples that a spike is judged by: itself in the middle, and three neighbours on each side.
 const NEAR: usize = 7;
-/// A spike lies beyond its neighbours by more than this many times their range, or the mean of that lately if it is larger: six
-/// samples may be close to each other by chance. Six samples of Gaussian noise range over 2.5 standard deviations on average, so
-/// a spike lies some 25 of them away. No filter passes such a sample: it makes the neighbours rise with it.
+/// A spike lies beyond its neighbours by more than this many times their range, or the mean of that lately if it is
+/// larger: six samples may be close to each other by chance. Six samples of Gaussian noise range over 2.5 standard
+/// deviations on average, so a spike lies some 25 of them away. No filter passes such a sample: it makes the neighbours
+/// rise with it.
 const SPIKE: f32 = 10.0;
 /// Samples over which the range of neighbours is averaged.
 const LATELY: f32 = 256.0;
-/// Samples of a window, after which an axis that has not changed is judged: thousands, so that a quiet sensor with a coarse step
-/// is not.
+/// Samples of a window, after which an axis that has not changed is judged: thousands, so that a quiet sensor with a
+/// coarse step is not.
 pub(super) const WINDOW: u32 = 2048;
-/// Samples after which a sensor rests if none of its axes has moved: longer than the pause between two teeth, 64 ms at 2 kHz.
+/// Samples after which a sensor rests if none of its axes has moved: longer than the pause between two teeth, 64 ms at
+/// 2 kHz.
 const PIECE: usize = 128;
 /// An axis moves if its values range over more than this many steps: a cut, not the noise of a sensor at rest.
 const MOVES: f32 = 20.0;
@@ -149,8 +151,8 @@ impl Channel {
         }
     }
 
-    /// Of the samples in `ends` those at the largest or the least value, where more are there than just inside: the sensor
-    /// cannot read more.
+    /// Of the samples in `ends` those at the largest or the least value, where more are there than just inside: the
+    /// sensor cannot read more.
     pub(super) fn flat(&self, ends: &Ends) -> u64 {
         let fine = ends.range() > FINE * self.step;
         let flat = |end: &&End| fine && end.stays >= FLAT && end.stays > end.near;
@@ -196,8 +198,8 @@ impl End {
     }
 }
 
-/// Ends the piece of a sensor's axes when it is full: one of rest tells what each reads then, any other counts in all `ends`,
-/// sets of one for each axis.
+/// Ends the piece of a sensor's axes when it is full: one of rest tells what each reads then, any other counts in all
+/// `ends`, sets of one for each axis.
 pub(super) fn end_piece<'a>(axes: &mut [Channel], ends: impl Iterator<Item = &'a mut [Ends]>) {
     if !axes.iter().all(|axis| axis.piece.is_full()) {
         return;
@@ -285,8 +287,8 @@ mod tests {
         assert_eq!(flat, beyond as u64);
     }
 
-    /// A sensor that nobody tared carries the tool, and is quieter than its step: what it reads at rest is its least value, or its
-    /// largest.
+    /// A sensor that nobody tared carries the tool, and is quieter than its step: what it reads at rest is its least
+    /// value, or its largest.
     #[test]
     fn rest_at_an_end_is_not_flat() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);

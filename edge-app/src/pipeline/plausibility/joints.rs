@@ -13,7 +13,8 @@ use crate::summary::count;
 /// How far beyond its limit a joint may read: limits are published in whole degrees (rad), and millimetres (m).
 const MARGIN: [f64; 2] = [PI / 180.0, 1e-3];
 
-/// Frames of the force after which an angle that is odd by itself is no mistake of a frame: those of the longest record.
+/// Frames of the force after which an angle that is odd by itself is no mistake of a frame: those of the longest
+/// record.
 const HOLDS: u64 = SAMPLES as u64;
 
 /// The reading of a joint that is farthest beyond its limits.
@@ -60,8 +61,8 @@ impl Joints {
         Self { ranges: model.joints.iter().map(range).collect(), beyond: [None; MAX_JOINTS] }
     }
 
-    /// Takes an angle that came after so many frames of the force. The worse of it and the one before, if both are odd: a single
-    /// one may be what a controller sends before it is referenced.
+    /// Takes an angle that came after so many frames of the force. The worse of it and the one before, if both are odd:
+    /// a single one may be what a controller sends before it is referenced.
     pub(super) fn note(&mut self, joint: usize, value: f64, frames: u64) -> Option<Excess> {
         let [lower, upper] = self.ranges.get(joint)?;
         let before = self.beyond.get_mut(joint).filter(|_| value.is_finite())?;

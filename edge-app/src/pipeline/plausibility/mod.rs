@@ -1,8 +1,8 @@
 //! Whether readings can be what the configuration says they are: units, broken sensors, angles that the robot cannot have.
 //!
-//! A wrong unit is not seen in the residuals alone: it makes the fit as wrong as a wrong mass does. What can be said of the
-//! readings themselves is counted here, frame by frame and record by record, and told before all else. What is told is of the
-//! newest frames alone: a fault that was mended is warned of for some minutes, and then no more.
+//! A wrong unit is not seen in the residuals alone: it makes the fit as wrong as a wrong mass does. What can be said of
+//! the readings themselves is counted here, frame by frame and record by record, and told before all else. What is told
+//! is of the newest frames alone: a fault that was mended is warned of for some minutes, and then no more.
 
 mod channel;
 mod joints;
@@ -27,10 +27,11 @@ const ROOM: usize = 120;
 /// acceleration of a robot's link (1 N on some 10 kg) drowns in the noise. The same force in kN stays below it up to 1000 N.
 const LEAST_CUT_N: f32 = 1.0;
 
-/// Frames of the force that a tally is told of, at most: as many as the longest records that are kept, 4.4 minutes at 2 kHz.
+/// Most frames of the force that a tally is told of: as many as the longest records that are kept have, 4.4 minutes at
+/// 2 kHz.
 const STRETCH: u64 = (MAX_EXPERIMENTS * SAMPLES) as u64;
-/// Of spikes that are rarer than one in so many frames nothing is said: 65 s at 2 kHz, so that a robot that mills a record a minute
-/// would have one in each.
+/// Of spikes that are rarer than one in so many frames nothing is said: 65 s at 2 kHz, so that a robot that mills a
+/// record a minute would have one in each.
 const RARE: u64 = 131_072;
 
 /// What is odd about the readings lately; force x, y, z, then acceleration x, y, z.
@@ -42,7 +43,8 @@ pub struct Oddness {
     pub stuck: [u64; 6],
     /// Samples at a value that the axis never exceeds, though it reaches it again and again.
     pub flat: [u64; 6],
-    /// The angle or stroke of each joint that is farthest beyond what the joint can reach; of one that came by itself nothing.
+    /// The angle or stroke of each joint that is farthest beyond what the joint can reach; of one that came by itself
+    /// nothing.
     pub joints: [Option<Excess>; MAX_JOINTS],
     /// Mean acceleration of the newest record that was long enough, m/s².
     pub rest: Option<[f64; 3]>,
