@@ -337,10 +337,10 @@ mod tests {
             values[2] = 1.5;
             values[3] += if frame % 1000 == 999 { 900.0 } else { 0.0 };
         };
-        [90.0, 90.0, 0.0].map(|angle| plausibility.note(&joint(1, angle)));
+        [90.0, 90.0, 0.0].iter().for_each(|angle| plausibility.note(&joint(1, *angle)));
         // All day.
         go_on(&mut plausibility, STRETCH, spoil);
-        [90.0, 90.0, 0.0].map(|angle| plausibility.note(&joint(1, angle)));
+        [90.0, 90.0, 0.0].iter().for_each(|angle| plausibility.note(&joint(1, *angle)));
         plausibility.note(&joint(2, 90.0));
         go_on(&mut plausibility, 20_000, spoil);
         let all = told(&plausibility);
