@@ -28,6 +28,8 @@ use solving::Solving;
 
 /// Records that may wait for the solver: more than half a minute of milling.
 const QUEUE: usize = 8;
+/// Niceness of the solver: whatever the controller does beside it, reading above all, comes first.
+const SOLVER_NICE: i32 = 10;
 /// The reader looks at the stop switch this often when the bus is silent.
 const LOOK: Duration = Duration::from_millis(200);
 /// Force and acceleration that stay away this long end what was being recorded.
@@ -108,6 +110,8 @@ impl Daemon<'_> {
             let solver = big("flexid-solver").spawn_scoped(scope, move || {
                 // Without a solver there is nothing to read for.
                 let _end = StopAtEnd(stop);
+                // On Linux the priority is the thread's own. Where it may not be set, the solver shares evenly.
+                let _ = rustix::process::setpriority_process(None, SOLVER_NICE);
                 Solving::begin(self, board, refusal)?.run(&receiver)
             });
             let solver = solver.inspect_err(|_| stop.request())?;
