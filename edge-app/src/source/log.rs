@@ -9,6 +9,7 @@ use embedded_can::{ExtendedId, Frame as _, Id};
 use socketcan::CanAnyFrame;
 use socketcan::dump::{CanDumpRecord, ParseError, Reader};
 
+use super::padding::Unpadded;
 use super::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 use crate::input::BadInput;
 
@@ -25,7 +26,7 @@ const NAMED: usize = 3;
 /// Reads a log line by line; lines that are no frames are counted and left out.
 pub struct CandumpLog<R> {
     file: PathBuf,
-    reader: Reader<BufReader<R>>,
+    reader: Reader<BufReader<Unpadded<R>>>,
     line: u64,
     garbage: u64,
     first_garbage: Option<(u64, String)>,
@@ -43,7 +44,7 @@ impl<R: Read> CandumpLog<R> {
     pub fn new(file: &Path, log: R) -> Self {
         Self {
             file: file.to_path_buf(),
-            reader: Reader::from_reader(log),
+            reader: Reader::from_reader(Unpadded::new(log)),
             line: 0,
             garbage: 0,
             first_garbage: None,
@@ -267,6 +268,16 @@ mod tests {
         assert_eq!(kinds, [Data, Data, Remote, Fd, Error, Data]);
         assert_eq!(frames[1].frame.id, ExtendedId::new(0x1234_5678).unwrap().into());
         assert_eq!(frames[5].frame.data(), b"");
+        assert_eq!(health, SourceHealth::default());
+    }
+
+    /// `candump -L can0 vcan10` writes names of equal length.
+    #[test]
+    fn names_may_be_padded() {
+        let log = b"(1767000000.000060)   can0 101#00\n(1767000000.000070) vcan10 102#0001\n";
+        let (frames, health) = read(log);
+        let data: Vec<_> = frames.iter().map(|arrival| arrival.frame.data()).collect();
+        assert_eq!(data, [&[0][..], &[0, 1]]);
         assert_eq!(health, SourceHealth::default());
     }
 

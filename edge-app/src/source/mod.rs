@@ -4,6 +4,7 @@ mod frame;
 mod link;
 mod log;
 mod monotonic;
+mod padding;
 mod socket;
 
 use std::io;

@@ -30,7 +30,7 @@ enum Usable {
     /// Closed again: of any number of files only one is open at a time.
     File(PathBuf),
     /// Standard input or a pipe, which can be opened only once.
-    Open(Log),
+    Open(Box<Log>),
 }
 
 /// The logs as one source. Each is opened and checked at once, so that a wrong name is reported before the work begins.
@@ -53,7 +53,7 @@ pub(crate) fn open(
     let logs = names.iter().map(usable).collect::<Result<Vec<_>, _>>()?;
     let (interface, meter) = (interface.to_owned(), meter.clone());
     Ok(Logs::new(logs.into_iter().map(move |usable| match usable {
-        Usable::Open(log) => Ok(log),
+        Usable::Open(log) => Ok(*log),
         Usable::File(name) => {
             let file = File::open(&name).map_err(|error| unreadable(&name, &error));
             file.and_then(|file| log(&name, meter.read(file), &interface)).map_err(io::Error::other)
@@ -65,7 +65,7 @@ pub(crate) fn open(
 fn usable(name: &Path, interface: &str, meter: &Meter) -> Result<Usable, BadInput> {
     if name.as_os_str() == STANDARD_INPUT {
         let log = log(Path::new("standard input"), io::stdin(), interface)?;
-        return Ok(Usable::Open(log));
+        return Ok(Usable::Open(Box::new(log)));
     }
     let metadata = fs::metadata(name).map_err(|error| unreadable(name, &error))?;
     if metadata.is_dir() {
@@ -77,7 +77,7 @@ fn usable(name: &Path, interface: &str, meter: &Meter) -> Result<Usable, BadInpu
         meter.expect(metadata.len());
         Ok(Usable::File(name.to_owned()))
     } else {
-        Ok(Usable::Open(log(name, file, interface)?))
+        Ok(Usable::Open(Box::new(log(name, file, interface)?)))
     }
 }
 
