@@ -29,20 +29,14 @@ fn round_trip<T: Serialize + DeserializeOwned>(frame: &[u8]) {
     // A varint may come in more bytes than it needs, never in fewer.
     assert!(once.len() - PREFIX <= frame.len());
     let longer = [&once[PREFIX..], &[0]].concat();
-    assert!(matches!(
-        framing::decode::<T>(&longer),
-        Err(FrameError::TrailingBytes(1))
-    ));
+    assert!(matches!(framing::decode::<T>(&longer), Err(FrameError::TrailingBytes(1))));
     let again: T = framing::decode(&once[PREFIX..]).unwrap();
     let mut twice = [0; FRAME_BUFFER];
     assert_eq!(framing::encode(&again, &mut twice).unwrap(), once);
 }
 
 fn any_split_is_equal<T: Serialize + DeserializeOwned>(stream: &[u8], piece: u8) {
-    assert_eq!(
-        read::<T>(stream, usize::from(piece).max(1)),
-        read::<T>(stream, FRAME_BUFFER)
-    );
+    assert_eq!(read::<T>(stream, usize::from(piece).max(1)), read::<T>(stream, FRAME_BUFFER));
 }
 
 /// What a decoder makes of `stream` in pieces of `piece` bytes: each message as its frame.
@@ -59,11 +53,8 @@ fn read<T: Serialize + DeserializeOwned>(
         stream = &stream[count..];
         decoder.advance(count);
         while let Some(message) = decoder.next::<T>().transpose() {
-            let frame = message.map(|message| {
-                framing::encode(&message, &mut [0; FRAME_BUFFER])
-                    .unwrap()
-                    .to_vec()
-            });
+            let frame = message
+                .map(|message| framing::encode(&message, &mut [0; FRAME_BUFFER]).unwrap().to_vec());
             let lost = matches!(frame, Err(FrameError::TooLong(_)));
             out.push(frame);
             if lost {

@@ -5,44 +5,23 @@
 #![no_main]
 
 use flexid_wire::signal::{ByteOrder, Signal, SignalError};
-use libfuzzer_sys::arbitrary::{self, Arbitrary};
 use libfuzzer_sys::fuzz_target;
 
-#[derive(Arbitrary, Debug)]
-struct Input<'a> {
-    start_bit: u16,
-    length: u8,
-    intel: bool,
-    signed: bool,
-    scale: f64,
-    offset: f64,
-    physical: f64,
-    payload: &'a [u8],
-}
+/// Start bit, length, Intel's byte order, signed, scale, offset, a physical value, a payload.
+type Input<'a> = (u16, u8, bool, bool, f64, f64, f64, &'a [u8]);
 
 fuzz_target!(|input: Input<'_>| {
+    let (start_bit, length, intel, signed, scale, offset, physical, payload) = input;
     let signal = Signal {
         // Mostly near a payload, at times far outside.
-        start_bit: if input.start_bit < 0xF000 {
-            input.start_bit % 520
-        } else {
-            input.start_bit
-        },
-        length: if input.length < 0xF0 {
-            input.length % 66
-        } else {
-            input.length
-        },
-        byte_order: if input.intel {
-            ByteOrder::Intel
-        } else {
-            ByteOrder::Motorola
-        },
-        signed: input.signed,
-        scale: input.scale,
-        offset: input.offset,
+        start_bit: if start_bit < 0xF000 { start_bit % 520 } else { start_bit },
+        length: if length < 0xF0 { length % 66 } else { length },
+        byte_order: if intel { ByteOrder::Intel } else { ByteOrder::Motorola },
+        signed,
+        scale,
+        offset,
     };
-    let before = &input.payload[..input.payload.len().min(64)];
+    let before = &payload[..payload.len().min(64)];
     let mut payload = before.to_vec();
 
     let raw = match signal.decode_raw(before) {
@@ -50,7 +29,7 @@ fuzz_target!(|input: Input<'_>| {
         Err(error) => {
             assert_eq!(signal.check(before.len()), Err(error));
             assert_eq!(signal.decode(before), Err(error));
-            assert_eq!(signal.encode(input.physical, &mut payload), Err(error));
+            assert_eq!(signal.encode(physical, &mut payload), Err(error));
             assert_eq!(payload, before);
             return;
         }
@@ -59,10 +38,10 @@ fuzz_target!(|input: Input<'_>| {
     signal.encode_raw(raw, &mut payload).unwrap();
     assert_eq!(payload, before);
 
-    match signal.encode(input.physical, &mut payload) {
-        Ok(()) => returns_to_half_a_step(&signal, input.physical, &payload),
+    match signal.encode(physical, &mut payload) {
+        Ok(()) => returns_to_half_a_step(&signal, physical, &payload),
         Err(error) => {
-            assert!(error == SignalError::NotANumber && input.physical.is_nan());
+            assert!(error == SignalError::NotANumber && physical.is_nan());
             assert_eq!(payload, before);
         }
     }
@@ -82,8 +61,5 @@ fn returns_to_half_a_step(signal: &Signal, physical: f64, payload: &[u8]) {
     }
     let nearest = physical.clamp(a.min(b), a.max(b));
     let error = (signal.decode(payload).unwrap() - nearest).abs();
-    assert!(
-        error <= 0.5 * step + rounding,
-        "{signal:?}: {physical} came back {error} away"
-    );
+    assert!(error <= 0.5 * step + rounding, "{signal:?}: {physical} came back {error} away");
 }
