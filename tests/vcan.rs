@@ -24,7 +24,7 @@ fn main() -> ExitCode {
 /// The bus itself, with nothing of flexid on it: without this the other tests prove nothing.
 fn frames_cross_the_bus() -> Result<()> {
     let bench = Bench::empty()?;
-    let listener = bench.candump()?;
+    let listener = bench.candump(INTERFACE)?;
     bus::send("101#00112233AABBCCDD")?;
     bus::send("7FF#")?;
     until("both frames arrive", Duration::from_secs(5), || {
@@ -36,7 +36,7 @@ fn frames_cross_the_bus() -> Result<()> {
 /// Real rate, solver running: the truth is found, no frame is lost, and the end is clean.
 fn robot_daemon_readout() -> Result<()> {
     let bench = Bench::scenario()?;
-    let listener = bench.candump()?;
+    let listener = bench.candump(INTERFACE)?;
     let edge = bench.edge()?;
     let robot = bench.flexid("robot", ["simulate", "--config", "edge.toml", "--can", INTERFACE])?;
     let report = bench.identified(3, Duration::from_secs(180))?;
@@ -82,7 +82,7 @@ fn simulated_log_replays() -> Result<()> {
     bench
         .flexid("simulate", ["simulate", "--config", "edge.toml", "--candump", "robot.log"])?
         .succeed(Duration::from_secs(120))?;
-    let listener = bench.candump()?;
+    let listener = bench.candump(INTERFACE)?;
     bench.play("robot.log", INTERFACE)?;
     let written = fs::read_to_string(bench.path("robot.log"))?;
     let written = frames(&written);
@@ -99,8 +99,7 @@ fn nothing_is_sent_where_a_robot_may_listen() -> Result<()> {
     let link =
         "ip link add can7 type vxcan peer name can8 && ip link set can7 up && ip link set can8 up";
     bench.start("link", "sh", ["-c", link])?.succeed(Duration::from_secs(10))?;
-    let listener = bench.start("listener", "candump", ["-L", "can8"])?;
-    std::thread::sleep(Duration::from_millis(500)); // it does not say when it listens
+    let listener = bench.candump("can8")?;
     let simulate = ["simulate", "--config", "edge.toml", "--experiments", "1", "--can", "can7"];
     let refused = bench.flexid("refused", simulate)?.wait(Duration::from_secs(20))?;
     ensure!(refused.status.code() == Some(2), "{:?}", refused);

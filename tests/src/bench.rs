@@ -104,10 +104,10 @@ impl Bench {
         Ok(edge)
     }
 
-    /// Starts a candump of the bus, which counts what it misses itself.
-    pub fn candump(&self) -> Result<Program> {
+    /// Starts a candump of `interface`, which counts what it misses itself.
+    pub fn candump(&self, interface: &str) -> Result<Program> {
         let listener =
-            self.start("candump", "candump", ["-L", "-d", "-r", "4000000", INTERFACE])?;
+            self.start("candump", "candump", ["-L", "-d", "-r", "4000000", interface])?;
         std::thread::sleep(Duration::from_millis(500)); // it does not say when it listens
         Ok(listener)
     }

@@ -1,7 +1,8 @@
 //! A real vcan for a test target: it runs itself again under `with-vcan`, and never skips.
 
-use std::os::unix::process::CommandExt;
-use std::process::{Command, ExitCode};
+use std::io::Write;
+use std::process::{Command, ExitCode, Output};
+use std::thread;
 
 use anyhow::{Context, Result, ensure};
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -14,36 +15,64 @@ pub const INTERFACE: &str = "vcan0";
 /// Set by `with-vcan` for what it runs.
 const INSIDE: &str = "FLEXID_BUS";
 
+/// Which tests this process runs: `FIRST/STEP`.
+const SHARE: &str = "FLEXID_SHARE";
+
 /// A named test.
 pub fn test(name: &str, run: fn() -> Result<()>) -> Trial {
     Trial::test(name, move || run().map_err(|error| Failed::from(format!("{error:#}"))))
 }
 
-/// `main` of a test target whose `tests` share [`INTERFACE`]: one after the other, on a network of their own.
-pub fn main(tests: Vec<Trial>) -> ExitCode {
+/// `main` of a test target whose `tests` share [`INTERFACE`]: one after the other on a network of their own, on as many
+/// networks at once as there are processors.
+pub fn main(mut tests: Vec<Trial>) -> ExitCode {
     let mut arguments = Arguments::from_args();
     if arguments.list || std::env::var_os(INSIDE).is_some() {
         arguments.test_threads = Some(1);
+        if let Ok(share) = std::env::var(SHARE) {
+            let (first, step) = share.split_once('/').expect("FIRST/STEP");
+            let [first, step] = [first, step].map(|number| number.parse().expect("a number"));
+            tests = tests.into_iter().skip(first).step_by(step).collect();
+        }
         return libtest_mimic::run(&arguments, tests).exit_code();
     }
-    match enter() {
-        Ok(never) => match never {},
-        Err(error) => {
-            eprintln!("{error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    let processors = thread::available_parallelism().map_or(1, usize::from);
+    let networks = if arguments.filter.is_some() { 1 } else { processors.min(tests.len()) };
+    thread::scope(|scope| {
+        let shares: Vec<_> =
+            (0..networks).map(|first| scope.spawn(move || enter(first, networks))).collect();
+        let ended = shares.into_iter().map(|share| share.join().expect("no panic"));
+        let failed = ended.filter(|ended| !shown(ended)).count();
+        if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    })
 }
 
-/// Replaces this process by itself on a bus.
-fn enter() -> Result<std::convert::Infallible> {
+/// Runs every `step`th test from the `first` on a bus: this program again, under `with-vcan`.
+fn enter(first: usize, step: usize) -> Result<Output> {
     let programs = programs::folder()?;
-    let error = Command::new(concat!(env!("CARGO_MANIFEST_DIR"), "/with-vcan"))
+    Command::new(concat!(env!("CARGO_MANIFEST_DIR"), "/with-vcan"))
         .arg(std::env::current_exe()?)
         .args(std::env::args_os().skip(1))
         .env(programs::FOLDER, programs)
-        .exec();
-    Err(error).context("tests/with-vcan cannot be run")
+        .env(SHARE, format!("{first}/{step}"))
+        .output()
+        .context("tests/with-vcan cannot be run")
+}
+
+/// Prints what was `ended`; whether it succeeded.
+fn shown(ended: &Result<Output>) -> bool {
+    match ended {
+        Ok(output) => {
+            // Nobody reads where they are closed.
+            let _ = std::io::stderr().write_all(&output.stderr);
+            let _ = std::io::stdout().write_all(&output.stdout);
+            output.status.success()
+        }
+        Err(error) => {
+            eprintln!("{error:#}");
+            false
+        }
+    }
 }
 
 /// Runs `ip link ARGUMENTS`, such as `set vcan0 down`.
