@@ -135,8 +135,8 @@ fn one_odd_counter_is_refused() {
 /// Neither of the two frames that show it is refused, and the samples after it are there.
 #[test]
 fn a_counter_that_goes_on_elsewhere_is_a_restart() {
-    // A little back, and far away; the pairs at least.
-    for (counters, pairs) in [(94..200, 201), (20_000..20_050, 150)] {
+    // A little back, where up to five counters that were there before may not count again, and far away.
+    for (counters, pairs) in [(94..200, 201..=206), (20_000..20_050, 150..=150)] {
         let mut bench = Bench::new();
         bench.run(0.0, 0..100);
         bench.run(0.05, counters);
@@ -144,7 +144,7 @@ fn a_counter_that_goes_on_elsewhere_is_a_restart() {
         assert_eq!((bench.health.restarts, bench.health.refused), (1, 0));
         assert_eq!(bench.health.frames_lost, 0);
         assert_eq!(bench.breaks, [Aligned::Restart]);
-        assert!(bench.instants.len() >= pairs, "{}", bench.instants.len());
+        assert!(pairs.contains(&bench.instants.len()), "{}", bench.instants.len());
     }
 }
 
