@@ -13,6 +13,7 @@ extern crate std;
 
 pub mod calibration;
 pub mod chain;
+pub(crate) mod continuation;
 pub mod identify;
 pub mod loss;
 pub mod motion;

@@ -3,8 +3,11 @@
 use core::error::Error;
 use core::fmt;
 
+use core::f64::consts::TAU;
+
 use heapless::Vec;
 
+use crate::chain::Chain;
 use crate::unknowns::Sought;
 use crate::{DOF, MAX_JOINTS};
 
@@ -13,6 +16,12 @@ pub const MAX_PARAMETERS: usize = 2 * DOF * MAX_JOINTS;
 
 /// Bounds whose ends differ by more than this factor are searched on another scale.
 const WIDE: f64 = 1000.0;
+
+/// Frequencies at which a bushing may make all that it carries swing, Hz: a robot softer than the lower would not
+/// hold its own weight (it sags by g/ω² = 6 cm), and what is harder than the upper does not bend in any band that is fitted.
+pub const NATURAL_HZ: [f64; 2] = [2.0, 2000.0];
+/// Damping ratios of such a swing. Modes of robots that mill have some per cent; the range is ten times wider on both sides.
+pub const DAMPING_RATIO: [f64; 2] = [1e-3, 0.3];
 
 /// Relative distance from an end of its range up to which a parameter counts as on it.
 const ON_END: f64 = 1e-9;
@@ -29,18 +38,27 @@ pub struct Bushing {
 /// One bushing per joint, base first.
 pub type Bushings = Vec<Bushing, MAX_JOINTS>;
 
-/// The ranges that the parameters are sought in, the same for every joint, `[lower, upper]`.
+/// The ranges that the parameters of one joint are sought in, `[lower, upper]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
+pub struct Ranges {
     /// N/m for translations, Nm/rad for rotations.
     pub stiffness: [[f64; 2]; DOF],
     /// Ns/m for translations, Nms/rad for rotations.
     pub damping: [[f64; 2]; DOF],
 }
 
+/// The ranges that the parameters of a chain are sought in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Base first; those beyond the last joint of a chain have no meaning.
+    pub joints: [Ranges; MAX_JOINTS],
+}
+
 /// A range that cannot be searched: not `0 < lower < upper < ∞`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EmptyBounds {
+    /// From 0, base first.
+    pub joint: usize,
     /// Whether it is the damping's range, else the stiffness's.
     pub damping: bool,
     /// Degree of freedom, 0..6.
@@ -82,7 +100,7 @@ impl End {
 }
 
 impl Bounds {
-    /// Bounds that differ between translations and rotations only.
+    /// The same for every joint; they differ between translations and rotations only.
     pub fn new(
         stiffness_translation: [f64; 2],
         stiffness_rotation: [f64; 2],
@@ -92,19 +110,42 @@ impl Bounds {
         let spread = |translation, rotation| {
             core::array::from_fn(|dof| if dof < 3 { translation } else { rotation })
         };
-        let bounds = Self {
+        let bounds = Self::alike(Ranges {
             stiffness: spread(stiffness_translation, stiffness_rotation),
             damping: spread(damping_translation, damping_rotation),
-        };
+        });
         bounds.check().map(|()| bounds)
+    }
+
+    /// Bounds that need nobody's experience: each bushing by itself, with all that its joint carries, would swing between
+    /// [`NATURAL_HZ`], damped between [`DAMPING_RATIO`]: `k = m ω²`, `d = 2 ζ m ω`.
+    pub fn of(chain: &Chain) -> Self {
+        let ranges = |inertia: &[f64; DOF]| Ranges {
+            stiffness: inertia.map(|m| NATURAL_HZ.map(|f| m * (TAU * f) * (TAU * f))),
+            damping: inertia.map(|m| {
+                core::array::from_fn(|end| 2.0 * DAMPING_RATIO[end] * m * TAU * NATURAL_HZ[end])
+            }),
+        };
+        let carried = chain.carried();
+        // Joints that the chain has not are never asked for.
+        Self {
+            joints: core::array::from_fn(|joint| ranges(carried.get(joint).unwrap_or(&[1.0; DOF]))),
+        }
+    }
+
+    /// The same for every joint.
+    pub fn alike(ranges: Ranges) -> Self {
+        Self { joints: [ranges; MAX_JOINTS] }
     }
 
     /// Whether every range is `0 < lower < upper < ∞`.
     pub fn check(&self) -> Result<(), EmptyBounds> {
-        for (damping, ranges) in [(false, &self.stiffness), (true, &self.damping)] {
-            for (dof, &[lower, upper]) in ranges.iter().enumerate() {
-                if !(0.0 < lower && lower < upper && upper.is_finite()) {
-                    return Err(EmptyBounds { damping, dof });
+        for (joint, own) in self.joints.iter().enumerate() {
+            for (damping, ranges) in [(false, &own.stiffness), (true, &own.damping)] {
+                for (dof, &[lower, upper]) in ranges.iter().enumerate() {
+                    if !(0.0 < lower && lower < upper && upper.is_finite()) {
+                        return Err(EmptyBounds { joint, damping, dof });
+                    }
                 }
             }
         }
@@ -144,10 +185,10 @@ impl Bounds {
         let (joints, _) = fractions.as_chunks::<{ 2 * DOF }>();
         joints
             .iter()
-            .take(MAX_JOINTS)
-            .map(|joint| Bushing {
-                stiffness: core::array::from_fn(|dof| within(joint[dof], self.stiffness[dof])),
-                damping: core::array::from_fn(|dof| within(joint[DOF + dof], self.damping[dof])),
+            .zip(&self.joints)
+            .map(|(joint, own)| Bushing {
+                stiffness: core::array::from_fn(|dof| within(joint[dof], own.stiffness[dof])),
+                damping: core::array::from_fn(|dof| within(joint[DOF + dof], own.damping[dof])),
             })
             .collect()
     }
@@ -161,11 +202,7 @@ impl Bounds {
 
     /// The upper ends of the bounds, for every joint of the chain that something is sought of: the stiffest robot.
     pub fn stiffest(&self, sought: &Sought) -> Bushings {
-        let bushing = Bushing {
-            stiffness: self.stiffness.map(|[_, upper]| upper),
-            damping: self.damping.map(|[_, upper]| upper),
-        };
-        (0..sought.joints()).map(|_| bushing).collect()
+        self.ends(sought.joints(), 1)
     }
 
     /// Logarithms of the lower and upper ends for a chain of `joints`, in the order of [`logarithms`].
@@ -173,15 +210,16 @@ impl Bounds {
         &self,
         joints: usize,
     ) -> ([f64; MAX_PARAMETERS], [f64; MAX_PARAMETERS]) {
-        let end = |which: usize| {
-            let bushing = Bushing {
-                stiffness: self.stiffness.map(|range| range[which]),
-                damping: self.damping.map(|range| range[which]),
-            };
-            let bushings: Bushings = (0..joints).map(|_| bushing).collect();
-            logarithms(&bushings)
+        (logarithms(&self.ends(joints, 0)), logarithms(&self.ends(joints, 1)))
+    }
+
+    /// The lower (0) or the upper (1) ends for a chain of `joints`.
+    fn ends(&self, joints: usize, which: usize) -> Bushings {
+        let end = |own: &Ranges| Bushing {
+            stiffness: own.stiffness.map(|range| range[which]),
+            damping: own.damping.map(|range| range[which]),
         };
-        (end(0), end(1))
+        self.joints.iter().take(joints).map(end).collect()
     }
 }
 

@@ -7,7 +7,7 @@ use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nomin
 use fearless_simd::Level;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::identify::{Acceptance, Estimate, Identifier};
-use flexid_core::parameters::{Bounds, Bushings, EmptyBounds};
+use flexid_core::parameters::{Bounds, Bushings, EmptyBounds, Ranges};
 use flexid_core::spectrum::{Experiment, Measurement, SpectrumError};
 use flexid_core::stream::Record;
 use flexid_core::unknowns::Coordinate;
@@ -303,17 +303,17 @@ fn bounds_without_width_are_refused() {
     {
         assert_eq!(
             Bounds::new(empty, stiffness, damping, damping),
-            Err(EmptyBounds { damping: false, dof: 0 })
+            Err(EmptyBounds { joint: 0, damping: false, dof: 0 })
         );
         assert_eq!(
             Bounds::new(stiffness, stiffness, damping, empty),
-            Err(EmptyBounds { damping: true, dof: 3 })
+            Err(EmptyBounds { joint: 0, damping: true, dof: 3 })
         );
     }
     // Who makes them by hand gets values that lie on them, and no deviation.
     let mut random = Random::new(19);
     let mut experiments = experiments(&nominal(), &mut random);
-    let none = Bounds { stiffness: [[5e7; 2]; 6], damping: [[1e4; 2]; 6] };
+    let none = Bounds::alike(Ranges { stiffness: [[5e7; 2]; 6], damping: [[1e4; 2]; 6] });
     let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, none, &mut experiments);
     assert_eq!(identified(&verdicts), [], "χ²/dof {}", estimate.consistency);
 }

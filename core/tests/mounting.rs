@@ -291,11 +291,11 @@ fn the_searchs_loss_equals_a_dense_one() {
         for experiment in &experiments {
             let spectra = &experiment.search;
             let found = spectral::ssp(spectra, &bushings, Level::new());
-            let dense = Dense::new(&mill3(), &experiment.pose, Vector3::zeros(), &[[0.0; 6]; 3]);
+            let dense = Dense::new(&mill3(), &experiment.pose, EARTH, &[[0.0; 6]; 3]);
             let mut sums = [0.0; 3];
             for bin in 0..spectra.bins {
                 let s = Dynamic::new(spectra.alpha.into(), spectra.omega[bin].into());
-                let sensors = DenseSensors::new(&dense, &bushings, &mounting, false, s);
+                let sensors = DenseSensors::new(&dense, &bushings, &mounting, true, s);
                 let at = |spectrum: &flexid_core::spectrum::Spectrum<BINS>| {
                     std::array::from_fn(|axis| {
                         Dynamic::new(spectrum.re[axis][bin].into(), spectrum.im[axis][bin].into())

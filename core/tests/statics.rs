@@ -287,7 +287,9 @@ fn bounded_optimum(chain: &Chain, bounds: &Bounds, tests: &[StaticTest]) -> f64 
             }
         }
     }
-    let range = |spring: usize| bounds.stiffness[spring % 6].map(|stiffness| 1.0 / stiffness);
+    let range = |spring: usize| {
+        bounds.joints[spring / 6].stiffness[spring % 6].map(|stiffness| 1.0 / stiffness)
+    };
     let mut compliance = DVector::from_fn(springs, |spring, _| range(spring)[0]);
     let mut residual = &readings - &jacobian * &compliance;
     for _ in 0..50_000 {
@@ -337,7 +339,7 @@ fn a_fit_on_its_bounds_is_the_optimum_and_settled() {
         let readings = 3.0 * count as f64;
         let least = bounded_optimum(&chain, &bounds(), &tests);
         let found = estimate.static_consistency.expect("there are tests") * readings;
-        let ranges = bounds().stiffness;
+        let ranges = bounds().joints[0].stiffness;
         let on_bounds = estimate.bushings.iter().flat_map(|bushing| bushing.stiffness).enumerate();
         let on_bounds =
             on_bounds.filter(|(i, k)| End::reached(ranges[i % 6], *k).is_some()).count();

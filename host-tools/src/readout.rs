@@ -84,12 +84,8 @@ impl View {
             Phase::Waiting => waiting(),
             // Of static tests alone: what is waited for is a record.
             Phase::Settled if records == 0 => waiting(),
-            Phase::Searching => {
-                Some(format!("searching with record {records}, random start {starts}"))
-            }
-            Phase::Refining => {
-                Some(format!("refining with record {records}, random start {starts}"))
-            }
+            Phase::Searching => Some(format!("searching with record {records}, start {starts}")),
+            Phase::Refining => Some(format!("refining with record {records}, start {starts}")),
             Phase::Settled => Some(format!("settled, {}", count(records, "record"))),
         }
     }

@@ -77,13 +77,13 @@ fn parse(file: &Path, text: &str, config: &Config) -> Result<Vec<Bushing>, BadIn
         bad(format!("{error}: give a file as `flexid simulate --truth-json` writes it"))
     })?;
     let joints = &config.model.joints;
-    let bushings = joints.iter().map(|joint| {
+    let bushings = joints.iter().zip(&config.bounds.joints).map(|(joint, ranges)| {
         let name = &joint.name;
         let TrueBushing { stiffness, damping } = truth
             .remove(name)
             .ok_or_else(|| bad(format!("\"truth\" has no joint \"{name}\": add it")))?;
         let bushing = Bushing { stiffness, damping };
-        scenario::check(&bushing, &config.bounds).map_err(|error| {
+        scenario::check(&bushing, ranges).map_err(|error| {
             bad(format!("\"truth\" \"{name}\" {error}, of {}", config.file.display()))
         })?;
         Ok(bushing)

@@ -126,9 +126,10 @@ pub fn parameter_deviation(truth: &[Bushing], estimate: &[Bushing], bounds: &Bou
     let sum: f64 = truth
         .iter()
         .zip(estimate)
-        .map(|(a, b)| {
-            share(&a.stiffness, &b.stiffness, &bounds.stiffness)
-                + share(&a.damping, &b.damping, &bounds.damping)
+        .zip(&bounds.joints)
+        .map(|((a, b), own)| {
+            share(&a.stiffness, &b.stiffness, &own.stiffness)
+                + share(&a.damping, &b.damping, &own.damping)
         })
         .sum();
     sum / (12 * truth.len()) as f64

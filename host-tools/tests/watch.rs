@@ -281,10 +281,7 @@ fn gives_up_at_the_timeout_and_says_where_the_work_stands() {
     let consistent = || report(Acceptance::Consistent, 3);
     for (news, said) in [
         (vec![], "no news from the daemon"),
-        (
-            vec![progress(Phase::Searching, 3), consistent()],
-            "searching with record 3, random start 2",
-        ),
+        (vec![progress(Phase::Searching, 3), consistent()], "searching with record 3, start 2"),
         // The work on a fourth record has ended, and its report is still to come.
         (vec![progress(Phase::Settled, 4), consistent()], "settled, 4 records"),
         (vec![progress(Phase::Settled, 3), report(Acceptance::ModelSuspect, 3)], "settled"),

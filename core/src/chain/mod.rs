@@ -1,5 +1,6 @@
 //! A serial robot: joints, the rigid links that they carry, and the tool centre point (TCP).
 
+mod carried;
 pub mod jacobian;
 pub mod linearise;
 

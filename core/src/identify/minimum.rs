@@ -97,8 +97,13 @@ impl Minimum {
     }
 
     /// Noise explains the residuals, and hides nothing; and no older record objects.
+    pub(super) fn is_explained(&self) -> bool {
+        self.is_consistent() && self.stands_clear() && !self.contradicted
+    }
+
+    /// It is explained, and a minimum.
     pub(super) fn is_beyond_doubt(&self) -> bool {
-        self.is_reached() && self.is_consistent() && self.stands_clear() && !self.contradicted
+        self.is_reached() && self.is_explained()
     }
 
     /// Becomes the better of the two; what has been reached twice has been reached as often as both. `distance` is the

@@ -7,12 +7,15 @@
 //! the model is suspect if the noise does not explain it. A bare threshold would restart for ever on real data. Two minima
 //! in different places that are equally good leave the estimate unsettled: the data do not say which is right.
 //!
+//! A search is a descent from low to high frequencies or, one in four, the paper's random search ([`crate::search`]).
+//!
 //! Work is budgeted per change of the records, not by the clock, so that the same records give the same estimate
 //! on any machine.
 
 mod estimate;
 mod minimum;
 mod standing;
+mod start;
 
 use fearless_simd::Level;
 use heapless::Vec;
@@ -30,6 +33,7 @@ use crate::unknowns::{Sought, SoughtError};
 pub use estimate::{Acceptance, Estimate};
 use minimum::Minimum;
 pub use standing::{Standing, StandingError};
+use start::{Descents, Method};
 
 /// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin,
 const TIMES_CONSISTENT: u32 = 2;
@@ -37,6 +41,8 @@ const TIMES_CONSISTENT: u32 = 2;
 const TIMES_SUSPECT: u32 = 4;
 /// Steps of a refinement that starts in the right basin, about.
 const TYPICAL_ITERATIONS: f32 = 12.0;
+/// How often a refinement may go on whose steps have ended where noise explains the residuals, but short of the minimum.
+const MAX_PROLONGATIONS: u32 = 4;
 /// Searches that one change of the records may cost.
 const MAX_STARTS: u32 = 8;
 
@@ -45,7 +51,7 @@ const MAX_STARTS: u32 = 8;
 pub enum Phase {
     /// Needs a record.
     Waiting,
-    /// Random search for the basin.
+    /// A descent into the basin, or a random search for it.
     Searching,
     /// Gauss-Newton refinement.
     Refining,
@@ -62,7 +68,7 @@ pub struct Progress {
     pub fraction: f32,
     /// Searches begun.
     pub starts: u32,
-    /// Samples that the searches have cost.
+    /// Steps of the descents and samples of the random searches so far.
     pub search_evaluations: u64,
     /// Refinement iterations done.
     pub refine_iterations: u64,
@@ -81,8 +87,13 @@ pub struct Identifier<R> {
     phase: Phase,
     sought: Sought,
     statics: Vec<StaticTest, MAX_STATIC_TESTS>,
+    /// How the present start searches.
+    method: Method,
+    descents: Descents,
     search: Search,
     refinement: Refinement,
+    /// How often the present refinement has gone on.
+    prolongations: u32,
     /// Searches since the records last changed.
     starts: u32,
     total_starts: u32,
@@ -109,7 +120,10 @@ impl<R: Rng> Identifier<R> {
         let search = Search::new(Strategy::default(), 2 * DOF * chain.joints().len());
         let sought = Sought::parameters_of(&chain);
         let refinement = Refinement::new(&sought, &bounds.within(search.centre()));
+        let descents = Descents::new(start::middle(&bounds, &sought));
         Self {
+            method: Method::Descent,
+            descents,
             chain,
             bounds,
             measurement,
@@ -120,6 +134,7 @@ impl<R: Rng> Identifier<R> {
             statics: Vec::new(),
             search,
             refinement,
+            prolongations: 0,
             starts: 0,
             total_starts: 0,
             search_evaluations: 0,
@@ -164,6 +179,7 @@ impl<R: Rng> Identifier<R> {
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         self.best = None;
         self.starts = 0;
+        self.prolongations = 0;
         if self.together.take().is_some() {
             self.refinement.unshelve(true);
         }
@@ -180,7 +196,10 @@ impl<R: Rng> Identifier<R> {
             // What static tests tell alone is no basin of the records.
             _ if self.total_starts == 0 => self.start_search(experiments),
             (Phase::Waiting, _) | (Phase::Settled, None) => self.start_search(experiments),
-            (Phase::Searching, _) => self.search.renew(self.weighing(experiments)),
+            (Phase::Searching, _) => match self.method {
+                Method::Descent => self.descents.renew(),
+                Method::RandomSearch => self.search.renew(self.weighing(experiments)),
+            },
             (Phase::Refining, _) => {
                 let standing = *self.refinement.coordinates();
                 self.refinement.restart_at(&standing);
@@ -212,14 +231,10 @@ impl<R: Rng> Identifier<R> {
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
             Phase::Searching => {
-                let mut guess = self.bounds.within(self.search.ask(&mut self.generator));
-                self.sought.impose(&mut guess);
-                self.search.tell(&spectral::losses(experiments, &guess, self.level));
                 self.search_evaluations += 1;
-                if self.search.finished() {
-                    let found = self.bounds.within(self.search.centre());
-                    self.refinement.restart(&self.sought, &found);
-                    self.phase = Phase::Refining;
+                match self.method {
+                    Method::Descent => self.descend(experiments),
+                    Method::RandomSearch => self.sample(experiments),
                 }
             }
             Phase::Refining => {
@@ -289,7 +304,10 @@ impl<R: Rng> Identifier<R> {
             phase: self.phase,
             fraction: match self.phase {
                 Phase::Waiting => 0.0,
-                Phase::Searching => done as f32 / of as f32,
+                Phase::Searching => match self.method {
+                    Method::Descent => self.descents.present.fraction(),
+                    Method::RandomSearch => done as f32 / of as f32,
+                },
                 Phase::Refining => self.refinement.iterations() as f32 / TYPICAL_ITERATIONS,
                 Phase::Settled => 1.0,
             }
@@ -302,11 +320,49 @@ impl<R: Rng> Identifier<R> {
     }
 
     fn start_search<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        self.phase = Phase::Searching;
+        self.prolongations = 0;
+        self.method = Method::after(self.starts);
+        match self.method {
+            Method::Descent => {
+                let Self { bounds, sought, generator, .. } = self;
+                let start = match self.starts {
+                    0 => start::middle(bounds, sought),
+                    _ => start::about_the_middle(bounds, sought, generator),
+                };
+                self.descents = Descents::new(start);
+            }
+            Method::RandomSearch => {
+                self.search = Search::new(Strategy::default(), 2 * DOF * self.chain.joints().len());
+                self.search.renew(self.weighing(experiments));
+            }
+        }
         self.starts += 1;
         self.total_starts += 1;
-        self.search = Search::new(Strategy::default(), 2 * DOF * self.chain.joints().len());
-        self.search.renew(self.weighing(experiments));
-        self.phase = Phase::Searching;
+    }
+
+    /// One step of a descent; the end of the best is where the refinement begins.
+    fn descend<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        let Self { chain, measurement, bounds, sought, statics, descents, generator, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        descents.present.step(&problem, experiments, self.refinement.room());
+        let next = || start::about_the_middle(bounds, sought, generator);
+        if let Some(found) = descents.end(next) {
+            self.refinement.restart_at(&found);
+            self.phase = Phase::Refining;
+        }
+    }
+
+    /// One sample of a random search; its end is where the refinement begins.
+    fn sample<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        let mut guess = self.bounds.within(self.search.ask(&mut self.generator));
+        self.sought.impose(&mut guess);
+        self.search.tell(&spectral::losses(experiments, &guess, self.level));
+        if self.search.finished() {
+            let found = self.bounds.within(self.search.centre());
+            self.refinement.restart(&self.sought, &found);
+            self.phase = Phase::Refining;
+        }
     }
 
     fn weighing<const B: usize>(&self, experiments: &[Experiment<B>]) -> Weighing {
@@ -328,6 +384,10 @@ impl<R: Rng> Identifier<R> {
         }
         if found.is_reached() && (!found.is_tested() || found.noise_is_too_loud()) {
             return self.settle(&found, Acceptance::Unsettled, experiments);
+        }
+        if found.is_explained() && !found.is_reached() && self.prolongations < MAX_PROLONGATIONS {
+            self.prolongations += 1;
+            return self.refinement.restart_at(&found.coordinates);
         }
         if found.is_beyond_doubt() {
             return self.settle(&found, Acceptance::Consistent, experiments);

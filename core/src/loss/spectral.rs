@@ -1,6 +1,8 @@
 //! The SSP of measured acceleration and the model's, straight from the spectra that the search reads: no
 //! series in time is needed, and bins can be left out.
 
+use core::f64::consts::TAU;
+
 use fearless_simd::Level;
 use heapless::Vec;
 
@@ -50,24 +52,40 @@ pub struct Energies {
     pub modelled: f32,
 }
 
-/// [`Energies`] of one experiment: whether force and acceleration go with the model's masses at all.
+/// αT of the line on which the model's energy is summed: its resonances are as wide there as the distance of the bins.
+const ENERGY_DECAY: f64 = 7.0;
+/// The widest vector.
+const GROUP: usize = 16;
+
+/// [`Energies`] of one experiment: whether force and acceleration go with the model's masses at all. They are those of the whole
+/// record, and not of the search's damped line: where a cut begins slowly, its first tenth tells more of stiffnesses than of
+/// masses.
 pub fn energies<const B: usize>(
-    spectra: &SearchSpectra<B>,
+    experiment: &Experiment<B>,
     bushings: &Bushings,
     level: Level,
 ) -> Energies {
-    let mut terms = spectra.terms.clone();
+    let mut terms = experiment.search.terms.clone();
     terms.set_bushings(bushings);
-    let acceleration = spectra.acceleration.parts();
-    let measured = acceleration.iter().flatten().copied().flatten();
+    // Whole groups, the last filled with silence where there is room.
+    let bins = experiment.bins().next_multiple_of(GROUP).min(B / GROUP * GROUP);
+    let filled = |part: &Vec<f32, B>| {
+        let mut part = part.clone();
+        let _ = part.resize(bins, 0.0);
+        part
+    };
+    let force = &experiment.force;
+    let [re, im] = [&force.re, &force.im].map(|parts| parts.each_ref().map(filled));
+    let omega: Vec<f32, B> = (0..bins).map(|bin| experiment.omega(bin) as f32).collect();
     let modelled = Modelled {
         terms: &terms,
-        alpha: spectra.alpha,
-        omega: &spectra.omega,
-        force: spectra.force.parts(),
+        alpha: (ENERGY_DECAY * experiment.spacing / TAU) as f32,
+        omega: &omega,
+        force: core::array::from_fn(|axis| [&re[axis][..], &im[axis][..]]),
     };
+    let measured = experiment.acceleration.parts();
     Energies {
-        measured: measured.map(|part| part * part).sum(),
+        measured: measured.iter().flatten().copied().flatten().map(|part| part * part).sum(),
         modelled: f32::dispatch(level, modelled),
     }
 }

@@ -121,7 +121,7 @@ impl Refinement {
         let mut others = self.normal.clone();
         others.subtract_complement(&self.record, seam::unknowns(problem.chain.joints().len()));
         let (step, _) = self.propose(problem, &others, 0.0);
-        problem.sought.advance(&mut self.coordinates, &step);
+        self.advance(problem, &step);
         self.fit_seam(problem, experiment);
         let foretold = self.assemble_record(problem, experiment, Unknowns::All);
         let agreement = foretold.map_or_else(|_| Agreement::default(), |it| it.agreement());

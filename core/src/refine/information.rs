@@ -121,6 +121,7 @@ impl Information {
 mod tests {
     use super::*;
     use crate::calibration::Nuisances;
+    use crate::parameters::Ranges;
 
     #[test]
     fn sums_determinants_and_inverses() {
@@ -153,7 +154,7 @@ mod tests {
     fn parameters_have_bounds_and_nuisances_priors() {
         let nuisances = Nuisances { delay: Some(1e-3), ..Nuisances::default() };
         let sought = Sought::new(1, &nuisances).unwrap();
-        let bounds = Bounds { stiffness: [[1e6, 1e8]; 6], damping: [[1e3, 1e4]; 6] };
+        let bounds = Bounds::alike(Ranges { stiffness: [[1e6, 1e8]; 6], damping: [[1e3, 1e4]; 6] });
         let of_bounds = Information::of_bounds(&sought, &bounds);
         let deviation = |information: &Information, i| information.covariance().deviation(i);
         let uniform = |ratio: f64| libm::log(ratio) / libm::sqrt(12.0);

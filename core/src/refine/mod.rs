@@ -5,12 +5,13 @@
 //! would lower the sum of squares by less than 1e-4: a hundredth of a standard deviation in all parameters together.
 
 mod assembly;
+pub(crate) mod compliance;
 mod equations;
 mod fit;
 mod information;
 mod knowledge;
 pub(crate) mod normal;
-mod proposal;
+pub(crate) mod proposal;
 pub(crate) mod residuals;
 mod rows;
 pub(crate) mod seam;
@@ -47,7 +48,7 @@ const LAST_DAMPING: f64 = 1e8;
 /// How often a start without an equilibrium goes half the way to the stiffest robot: ten times leave a hundredth of six decades.
 const MAX_STIFFENINGS: u32 = 10;
 /// Steps after which a refinement ends wherever it is.
-const MAX_ITERATIONS: u32 = 50;
+const MAX_ITERATIONS: u32 = 100;
 
 /// What is held fixed while refining.
 #[derive(Clone, Copy, Debug)]
@@ -172,6 +173,12 @@ impl Refinement {
         &self.coordinates
     }
 
+    /// Room for normal equations, to whom works them out instead: their own are assembled anew.
+    pub(crate) fn room(&mut self) -> &mut ParameterNormal {
+        self.assembled = false;
+        &mut self.normal
+    }
+
     /// Combinations of the unknowns that the data tell badly, where the last [`Refinement::fit`] was. An unknown of which
     /// data of their kind never tell anything, by `asked`, is none of them.
     pub(crate) fn weak_directions(
@@ -212,7 +219,7 @@ impl Refinement {
             self.damping *= 0.1;
             return self.unless_exhausted();
         }
-        problem.sought.advance(&mut self.coordinates, &step);
+        self.advance(problem, &step);
         let reached = self.fit_seams(problem, experiments) + self.beside(problem);
         if reached < standing {
             let agreement = (standing - reached) / predicted;
@@ -234,6 +241,13 @@ impl Refinement {
             self.damping *= 10.0;
         }
         self.unless_exhausted()
+    }
+
+    /// Takes a step of the linearised problem.
+    fn advance(&mut self, problem: &Problem<'_>, step: &[f64; MAX_UNKNOWNS]) {
+        let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
+        let moved = compliance::logarithms(problem.sought, &ranges, step);
+        problem.sought.advance(&mut self.coordinates, &moved);
     }
 
     /// Instead of a step where gravity leaves the robot no equilibrium: half the way to the stiffest, by the logarithms.
@@ -358,4 +372,4 @@ impl Refinement {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -216,9 +216,18 @@ impl<const L: usize> Normal<L> {
 
     /// Adds the square of `value + step` of one unknown.
     pub(crate) fn add_prior(&mut self, unknown: usize, value: f64) {
+        self.add_sparse(&[(unknown, 1.0)], value);
+    }
+
+    /// Adds the square of `value + Σ factor · step` over some unknowns.
+    pub(crate) fn add_sparse(&mut self, terms: &[(usize, f64)], value: f64) {
         let right = packed(self.size - 1);
-        self.entries[packed(unknown + 1) - 1] += 1.0;
-        self.entries[right + unknown] -= value;
+        for &(i, own) in terms {
+            for &(j, other) in terms.iter().filter(|(j, _)| *j <= i) {
+                self.entries[packed(i) + j] += own * other;
+            }
+            self.entries[right + i] -= own * value;
+        }
         self.entries[packed(self.size) - 1] += value * value;
     }
 

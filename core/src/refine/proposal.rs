@@ -7,7 +7,7 @@
 //! promises is never negative.
 
 use super::normal::Normal;
-use super::{ParameterNormal, Problem, Refinement};
+use super::{ParameterNormal, Problem, Refinement, compliance};
 use crate::unknowns::MAX_UNKNOWNS;
 
 /// A step may not change a parameter by more than this factor's logarithm.
@@ -21,7 +21,7 @@ const WORTH_RELEASING: f64 = 1e-8;
 const MAX_ROUNDS: usize = 4 * MAX_UNKNOWNS;
 
 /// How far each unknown may go, `[least, most]`, 0 between them.
-type Room = [[f64; 2]; MAX_UNKNOWNS];
+pub(crate) type Room = [[f64; 2]; MAX_UNKNOWNS];
 
 impl Refinement {
     /// The damped step within the bounds, and the gain it promises: at least 0.
@@ -37,16 +37,14 @@ impl Refinement {
             *diagonal += damping * (*diagonal + FLOOR) + FLOOR;
         }
         let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
-        let room = ranges.map(|[value, lower, upper]| {
-            [(lower - value).clamp(-LONGEST_STEP, 0.0), (upper - value).clamp(0.0, LONGEST_STEP)]
-        });
+        let room = compliance::room(problem.sought, &ranges, LONGEST_STEP);
         let step = least_within(&damped, &room);
         (step, normal.gain(&step))
     }
 }
 
 /// The step in the box that gains most.
-fn least_within<const L: usize>(normal: &Normal<L>, room: &Room) -> [f64; MAX_UNKNOWNS] {
+pub(crate) fn least_within<const L: usize>(normal: &Normal<L>, room: &Room) -> [f64; MAX_UNKNOWNS] {
     let unknowns = normal.unknowns();
     let mut step = [0.0; MAX_UNKNOWNS];
     let mut held: [bool; MAX_UNKNOWNS] =

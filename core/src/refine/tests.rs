@@ -18,11 +18,11 @@ use crate::spectrum::Accelerometer;
 use crate::stream::Record;
 use crate::unknowns::Coordinate;
 
-const SAMPLES: usize = 1024;
-const BINS: usize = 128;
+pub(crate) const SAMPLES: usize = 1024;
+pub(crate) const BINS: usize = 128;
 
 /// Two joints.
-pub(super) fn chain() -> Chain {
+pub(crate) fn chain() -> Chain {
     let joint = |x: f64, axis| Joint {
         origin: Isometry3::new(Vector3::new(x, 0.3, -0.2), Vector3::new(0.4, x, -0.7)),
         axis,
@@ -38,7 +38,7 @@ pub(super) fn chain() -> Chain {
 }
 
 /// Its bushings, both alike.
-pub(super) fn bushings() -> Bushings {
+pub(crate) fn bushings() -> Bushings {
     let bushing = Bushing {
         stiffness: [2e7, 3e7, 1e7, 5e6, 2e6, 4e6],
         damping: [2e4, 1e4, 3e4, 4e3, 5e3, 1e3],
@@ -47,7 +47,7 @@ pub(super) fn bushings() -> Bushings {
 }
 
 /// The force sensor's noise, seen through the robot, is about that of the accelerometer.
-fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
+pub(crate) fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
     let mut noise = |size: f32| {
         let mut uniform = |_| size * (random.next_u32() as f32 / u32::MAX as f32 - 0.5);
         core::array::from_fn(|_| (0..SAMPLES).map(&mut uniform).collect())
@@ -67,7 +67,7 @@ fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
     }
 }
 
-fn sought() -> Sought {
+pub(crate) fn sought() -> Sought {
     let mut sought = Sought::new(
         2,
         &Nuisances {

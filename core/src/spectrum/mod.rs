@@ -190,7 +190,7 @@ impl<const B: usize> Experiment<B> {
         if force.power() <= LEAST_FORCE * noise {
             return Err(SpectrumError::NoForce);
         }
-        let search = SearchSpectra::new(chain, &measurement.mounting, record, band, buffer)?;
+        let search = SearchSpectra::new(chain, measurement, record, band, buffer)?;
         Ok(Self {
             pose: record.pose.clone(),
             spacing,

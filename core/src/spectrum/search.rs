@@ -4,23 +4,24 @@ use core::f64::consts::TAU;
 use core::ops::Range;
 
 use heapless::Vec;
-use nalgebra::Vector3;
 
-use super::{Spectrum, SpectrumError, fft};
+use super::{Accelerometer, Measurement, Spectrum, SpectrumError, fft};
 use crate::calibration::Calibration;
 use crate::chain::Chain;
 use crate::chain::jacobian::Jacobian;
-use crate::mounting::Mounting;
 use crate::parameters::{Bushing, Bushings};
 use crate::receptance::Terms;
 use crate::stream::Record;
 
-/// αT: how far the end of a record is damped, e^−7 = 0.0009.
-const DECAY: f64 = 7.0;
+/// αT: how far the end of a record is damped. Every resonance is then as wide as the distance of the bins that are kept,
+/// 8π/T, or hardly less: none hides between two of them, and descents lose the basin less often than with 7 or 15.
+const DECAY: f64 = 20.0;
 /// Every so manyth bin is kept: neighbours on the line `s = α + iω` say nearly the same.
-const THINNING: usize = 4;
+pub(crate) const THINNING: usize = 4;
 /// Bins come in groups of this many, the widest vector; what is missing is filled with silence.
 const GROUP: usize = 16;
+/// Of bushings that do not give way to the weight of any robot, N/m and Nm/rad.
+const RIGID: f64 = 1e15;
 
 /// Thinned spectra of one record, and the chain at its pose.
 #[derive(Clone, Debug)]
@@ -35,7 +36,7 @@ pub struct SearchSpectra<const B: usize> {
     pub acceleration: Spectrum<B>,
     /// Bins that are not filling.
     pub bins: usize,
-    /// The chain at the record's pose, without gravity: its sag matters to the refinement alone.
+    /// The chain at the record's pose, under gravity, before it sags: the sag matters to the refinement alone.
     pub(crate) terms: Terms<f32>,
     /// Elongations to what the accelerometer sees of them at the record's pose: translation of its place along its axes.
     pub jacobian: Jacobian,
@@ -44,7 +45,7 @@ pub struct SearchSpectra<const B: usize> {
 impl<const B: usize> SearchSpectra<B> {
     pub(super) fn new<const N: usize>(
         chain: &Chain,
-        mounting: &Mounting,
+        measurement: &Measurement,
         record: &Record<N>,
         band: Range<usize>,
         buffer: &mut [f32; N],
@@ -89,14 +90,16 @@ impl<const B: usize> SearchSpectra<B> {
         while omega.len() % GROUP != 0 {
             let _ = omega.push(last);
         }
-        let unit = Bushing { stiffness: [1.0; 6], damping: [1.0; 6] };
-        let bushings: Bushings = chain.joints().iter().map(|_| unit).collect();
-        // Without gravity nothing sags: only the number of angles can be wrong.
+        let rigid = Bushing { stiffness: [RIGID; 6], damping: [RIGID; 6] };
+        let bushings: Bushings = chain.joints().iter().map(|_| rigid).collect();
+        // Nothing sags: only the number of angles can be wrong.
         let wrong_pose = |_| SpectrumError::Pose(record.pose.len());
         let linear =
-            chain.linearise(&record.pose, Vector3::zeros(), &bushings).map_err(wrong_pose)?;
+            chain.linearise(&record.pose, measurement.gravity(), &bushings).map_err(wrong_pose)?;
+        let strapdown = measurement.accelerometer == Accelerometer::Strapdown;
+        let mounting = &measurement.mounting;
         let calibration = Calibration::default();
-        let terms = Terms::mounted(&linear, &bushings, false, mounting, &calibration);
+        let terms = Terms::mounted(&linear, &bushings, strapdown, mounting, &calibration);
         Ok(Self {
             alpha: alpha as f32,
             omega,
@@ -106,6 +109,17 @@ impl<const B: usize> SearchSpectra<B> {
             terms: terms.map_err(wrong_pose)?,
             jacobian: linear.jacobian_of(mounting.readings(&linear)),
         })
+    }
+
+    /// The part of a record's noise power that the line holds: `(1 − e^(−2αT)) / (2αT)` of its weight `e^(−αt)`, 3/8 of Hann's
+    /// window. `spacing` is 2π/T, rad/s.
+    pub(crate) fn noise_left(&self, spacing: f64) -> f64 {
+        if self.alpha > 0.0 {
+            let decay = 2.0 * f64::from(self.alpha) * TAU / spacing;
+            (1.0 - libm::exp(-decay)) / decay
+        } else {
+            3.0 / 8.0
+        }
     }
 }
 

@@ -283,6 +283,11 @@ impl Sought {
         self.unknown.iter().enumerate().filter_map(with)
     }
 
+    /// Parameters that are sought, each with its unknown.
+    pub(crate) fn parameters(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.sought().take_while(|(index, _)| *index < MAX_PARAMETERS)
+    }
+
     /// Nuisances that are sought, each with its unknown.
     pub(crate) fn nuisances(&self) -> impl Iterator<Item = (usize, usize)> {
         self.sought().filter(|(index, _)| *index >= MAX_PARAMETERS)

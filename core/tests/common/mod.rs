@@ -321,9 +321,9 @@ pub(crate) fn parameter_deviation(found: &Bushings, truth: &Bushings) -> f64 {
     let mut sum = 0.0;
     for (found, truth) in found.iter().zip(truth) {
         for dof in 0..6 {
-            let [lower, upper] = bounds.stiffness[dof];
+            let [lower, upper] = bounds.joints[0].stiffness[dof];
             sum += (found.stiffness[dof] - truth.stiffness[dof]).abs() / (upper - lower);
-            let [lower, upper] = bounds.damping[dof];
+            let [lower, upper] = bounds.joints[0].damping[dof];
             sum += (found.damping[dof] - truth.damping[dof]).abs() / (upper - lower);
         }
     }

@@ -11,6 +11,7 @@ use super::{Accelerometer, BoundsSection};
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
     pub(super) model: ModelSection,
+    #[serde(default)]
     pub(super) bounds: BoundsSection,
     pub(super) bus: BusSection,
     pub(super) signals: SignalsSection,

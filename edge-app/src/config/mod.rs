@@ -113,7 +113,6 @@ impl Config {
         if !gravity.iter().all(|g| g.is_finite()) {
             return Err(bad("[model] gravity_m_per_s2 has a number that is not finite".into()));
         }
-        let bounds = raw.bounds.check().map_err(bad)?;
         let interface = interface(&raw.bus.interface).map_err(bad)?;
         let listen = listen(&raw.server.listen, base).map_err(bad)?;
         let socket_access =
@@ -130,6 +129,7 @@ impl Config {
                 count(model.joints.len() as u64, "joint"),
             )));
         }
+        let bounds = raw.bounds.check(&model).map_err(bad)?;
         let sought = sought::sought(&raw.calibration, &raw.parameters, &model).map_err(bad)?;
         let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
         let signals = SignalTable::load(file, &base.join(&raw.bus.dbc), &raw.signals, &model)?;

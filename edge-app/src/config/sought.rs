@@ -33,14 +33,14 @@ pub(super) fn sought(
                 "[parameters] fixed {name:?} is {value:e}: must lie between {least:e} and {most:e}"
             ));
         }
-        let coordinate = once("fixed", name, parameter("fixed", name, model)?)?;
+        let coordinate = once("fixed", name, parameter("[parameters] fixed", name, model)?)?;
         let unfit = |error| format!("[parameters] fixed {name:?}: {error}");
         sought.fix(coordinate, value).map_err(unfit)?;
     }
     for names in &parameters.tied {
         let mut coordinates = Vec::new();
         for name in names {
-            coordinates.push(once("tied", name, parameter("tied", name, model)?)?);
+            coordinates.push(once("tied", name, parameter("[parameters] tied", name, model)?)?);
         }
         let [first, others @ ..] = coordinates.as_slice() else {
             return Err("[parameters] tied has a group without a name: name two or more".into());
@@ -86,18 +86,23 @@ fn nuisances(section: &CalibrationSection) -> Result<Nuisances, String> {
     })
 }
 
-/// `joint_1.stiffness.tx`: the joint may have points in its name.
-fn parameter(place: &str, name: &str, model: &Model) -> Result<Coordinate, String> {
-    let wrong = |mend: String| format!("[parameters] {place} has {name:?}: {mend}");
+/// The index of the joint with a name, base first.
+pub(super) fn joint(name: &str, model: &Model) -> Result<usize, String> {
+    model.joints.iter().position(|own| own.name == name).ok_or_else(|| {
+        let names: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+        format!("the model has no joint {name:?}, it has {}", names.join(", "))
+    })
+}
+
+/// `joint_1.stiffness.tx`: the joint may have points in its name. `place` is where the name stands.
+pub(super) fn parameter(place: &str, name: &str, model: &Model) -> Result<Coordinate, String> {
+    let wrong = |mend: String| format!("{place} has {name:?}: {mend}");
     let shape = || wrong("write it like \"joint_1.stiffness.tx\"".into());
     let mut parts = name.rsplitn(3, '.');
     let (Some(dof), Some(kind), Some(joint)) = (parts.next(), parts.next(), parts.next()) else {
         return Err(shape());
     };
-    let joint = model.joints.iter().position(|own| own.name == joint).ok_or_else(|| {
-        let names: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
-        wrong(format!("the model has no joint {joint:?}, it has {}", names.join(", ")))
-    })?;
+    let joint = self::joint(joint, model).map_err(wrong)?;
     let dof = DOF_NAMES.iter().position(|own| *own == dof).ok_or_else(|| {
         wrong(format!("{dof:?} is no degree of freedom: one of {}", DOF_NAMES.join(", ")))
     })?;

@@ -61,7 +61,12 @@ pub(super) fn warnings(
             excess.sqrt()
         ));
     }
-    if let Some(names) = on_bounds(config, sought, &estimate.bushings) {
+    let [stated, by_mass] = on_bounds(config, sought, &estimate.bushings);
+    if settled && let Some(names) = by_mass {
+        warnings
+            .push(format!("not observable beyond the bounds that follow from the masses: {names}"));
+    }
+    if let Some(names) = stated {
         // A wrong minimum and a wrong model drive parameters anywhere.
         let mend = match (settled, residuals.are_sane()) {
             (false, _) => "they may be those of a wrong minimum",
@@ -111,29 +116,35 @@ fn unsettled(size_objects: bool, weak_directions: usize, drowned: Option<f64>) -
     }
 }
 
-/// Which parameters the data push further than they may go.
-fn on_bounds(config: &Config, sought: &Sought, bushings: &Bushings) -> Option<String> {
-    let Bounds { stiffness, damping } = &config.bounds;
-    let mut there = Vec::new();
-    let mut look = |coordinate, value: f64, range: &[f64; 2]| {
-        let end = match End::reached(*range, value) {
+/// Which parameters the data push further than they may go: than `[bounds]` says, and than the masses say where it is silent.
+fn on_bounds(config: &Config, sought: &Sought, bushings: &Bushings) -> [Option<String>; 2] {
+    let by_mass = config.model.chain().ok().map(|chain| Bounds::of(&chain));
+    let (mut stated, mut silent) = (Vec::new(), Vec::new());
+    let mut look = |coordinate, value: f64, range: [f64; 2], by_mass: Option<[f64; 2]>| {
+        let end = match End::reached(range, value) {
             // Who is fixed may lie anywhere.
             _ if sought.unknown(coordinate).is_none() => return,
             Some(End::Lower) => "lower",
             Some(End::Upper) => "upper",
             None => return,
         };
-        there.push(format!("{} ({end})", name(&config.model, coordinate)));
+        let which = if by_mass == Some(range) { &mut silent } else { &mut stated };
+        which.push(format!("{} ({end})", name(&config.model, coordinate)));
     };
-    for (joint, bushing) in bushings.iter().enumerate() {
-        for (dof, range) in stiffness.iter().enumerate() {
-            look(Coordinate::Stiffness { joint, dof }, bushing.stiffness[dof], range);
+    for (joint, (bushing, own)) in bushings.iter().zip(&config.bounds.joints).enumerate() {
+        let by_mass = by_mass.map(|bounds| bounds.joints[joint]);
+        for dof in 0..DOF_NAMES.len() {
+            let coordinate = Coordinate::Stiffness { joint, dof };
+            let default = by_mass.map(|ranges| ranges.stiffness[dof]);
+            look(coordinate, bushing.stiffness[dof], own.stiffness[dof], default);
         }
-        for (dof, range) in damping.iter().enumerate() {
-            look(Coordinate::Damping { joint, dof }, bushing.damping[dof], range);
+        for dof in 0..DOF_NAMES.len() {
+            let coordinate = Coordinate::Damping { joint, dof };
+            let default = by_mass.map(|ranges| ranges.damping[dof]);
+            look(coordinate, bushing.damping[dof], own.damping[dof], default);
         }
     }
-    (!there.is_empty()).then(|| enumerate(&there, ROOM))
+    [stated, silent].map(|names| (!names.is_empty()).then(|| enumerate(&names, ROOM)))
 }
 
 /// What is wrong with the records, or was on their way.
@@ -195,7 +206,7 @@ mod tests {
     use std::path::Path;
 
     use flexid_core::calibration::Nuisances;
-    use flexid_core::parameters::Bushing;
+    use flexid_core::parameters::{Bushing, Ranges};
     use flexid_wire::messages;
 
     use super::*;
@@ -313,27 +324,29 @@ mod tests {
         let file =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/mill3-edge.toml");
         let config = Config::load(&file).unwrap();
-        let Bounds { stiffness, damping } = config.bounds;
+        let Ranges { stiffness, damping } = config.bounds.joints[0];
         let middle = Bushing {
             stiffness: stiffness.map(|[lower, upper]| (lower * upper).sqrt()),
             damping: damping.map(|[lower, upper]| (lower * upper).sqrt()),
         };
         let mut bushings = Bushings::from_iter([middle; 3]);
         let mut sought = Sought::new(3, &Nuisances::default()).unwrap();
-        assert_eq!(on_bounds(&config, &sought, &bushings), None);
+        assert_eq!(on_bounds(&config, &sought, &bushings), [None, None]);
         bushings[1].damping[5] = damping[5][0];
         bushings[0].stiffness[0] = stiffness[0][1] * (1.0 - 1e-14);
         bushings[2].stiffness[2] = stiffness[2][1];
         bushings[2].stiffness[3] = stiffness[3][1];
         sought.fix(Coordinate::Stiffness { joint: 2, dof: 3 }, stiffness[3][1]).unwrap();
         assert_eq!(
-            on_bounds(&config, &sought, &bushings).unwrap(),
+            on_bounds(&config, &sought, &bushings)[0].as_deref().unwrap(),
             "joint_1 tx stiffness (upper), joint_2 rz damping (lower) and joint_3 tz stiffness (upper)",
         );
         for bushing in &mut bushings {
             bushing.damping = damping.map(|[_, upper]| upper);
         }
-        let names = on_bounds(&config, &sought, &bushings).unwrap();
+        let [names, by_mass] = on_bounds(&config, &sought, &bushings);
+        let names = names.unwrap();
+        assert_eq!(by_mass, None);
         assert!(names.ends_with("(upper) and 13 more") && names.len() <= 215, "{names}");
     }
 }

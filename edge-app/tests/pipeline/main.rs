@@ -10,7 +10,7 @@ use std::time::Duration;
 use embedded_can::StandardId;
 use flexid_core::motion::EquationOfMotion;
 use flexid_core::motion::radau::Radau;
-use flexid_core::parameters::{Bounds, Bushing};
+use flexid_core::parameters::{Bushing, Ranges};
 use flexid_core::stream::Reading;
 use flexid_edge::config::Config;
 use flexid_edge::daemon;
@@ -76,7 +76,7 @@ fn block(_: &[f64; 3]) -> Tool {
 /// The robot, every parameter in the middle of its bounds.
 fn robot(config: &Config, pose: &[f64; 3]) -> Tool {
     let middle = |[lower, upper]: [f64; 2]| (lower * upper).sqrt();
-    let Bounds { stiffness, damping } = config.bounds;
+    let Ranges { stiffness, damping } = config.bounds.joints[0];
     let bushing = Bushing { stiffness: stiffness.map(middle), damping: damping.map(middle) };
     let chain = config.model.chain().unwrap();
     let equation =

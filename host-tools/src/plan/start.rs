@@ -87,8 +87,13 @@ impl Start {
             let JointReport { stiffness, damping, .. } = *found;
             start.bushings[joint] = Bushing { stiffness, damping };
             let kinds = [
-                ("stiffness", &stiffness, &found.stiffness_std, &config.bounds.stiffness),
-                ("damping", &damping, &found.damping_std, &config.bounds.damping),
+                (
+                    "stiffness",
+                    &stiffness,
+                    &found.stiffness_std,
+                    &config.bounds.joints[joint].stiffness,
+                ),
+                ("damping", &damping, &found.damping_std, &config.bounds.joints[joint].damping),
             ];
             for (kind, values, deviations, bounds) in kinds {
                 for (dof, (&value, deviation)) in values.iter().zip(deviations).enumerate() {

@@ -121,9 +121,9 @@ fn fractions(study: &Study, robot: &Robot) -> Vec<f32> {
     let bounds = study.bounds();
     let part = |value: f64, [lower, upper]: [f64; 2]| ((value - lower) / (upper - lower)) as f32;
     let mut fractions = Vec::new();
-    for bushing in &robot.truth {
-        let stiffness = bushing.stiffness.iter().zip(bounds.stiffness);
-        let damping = bushing.damping.iter().zip(bounds.damping);
+    for (bushing, own) in robot.truth.iter().zip(&bounds.joints) {
+        let stiffness = bushing.stiffness.iter().zip(own.stiffness);
+        let damping = bushing.damping.iter().zip(own.damping);
         fractions.extend(stiffness.chain(damping).map(|(&value, range)| part(value, range)));
     }
     fractions

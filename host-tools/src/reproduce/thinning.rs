@@ -255,7 +255,7 @@ mod tests {
         let (alpha, spacing, bins) = (1.6, 1.534, 820);
         let line = Line::new(alpha, spacing, bins);
         let usual = scenario.bounds;
-        let [slides, turns] = [usual.stiffness[0], usual.stiffness[3]];
+        let [slides, turns] = [0, 3].map(|dof| usual.joints[0].stiffness[dof]);
         let faint = Bounds::new(slides, turns, [1.0, 2.0], [1.0, 2.0]).unwrap();
         for (bounds, most_missed, most_computed) in [(usual, 2e-4, 0.5), (faint, 5e-3, 1.1)] {
             scenario.bounds = bounds;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use flexid_core::parameters::{Bounds, Bushing};
+use flexid_core::parameters::{Bounds, Bushing, Ranges};
 use flexid_edge::config::{BoundsSection, Config};
 use flexid_edge::input::{self, BadInput};
 use flexid_edge::model::{Kind, Model, ModelJoint};
@@ -105,6 +105,7 @@ struct File {
     _robot: String,
     #[serde(rename = "tcp")]
     _tcp: String,
+    #[serde(default)]
     bounds: BoundsSection,
     truth: Vec<Truth>,
     experiment: Vec<Experiment>,
@@ -174,7 +175,7 @@ impl Scenario {
     pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Self, BadInput> {
         let raw: File = input::parse_toml(file, text)?;
         let bad = |message: String| BadInput::new(file, message);
-        let bounds = raw.bounds.check().map_err(bad)?;
+        let bounds = raw.bounds.check(model).map_err(bad)?;
         let truth = truth(&raw.truth, model, &bounds).map_err(bad)?;
         if raw.experiment.is_empty() {
             return Err(bad("no [[experiment]]: give at least one".into()));
@@ -196,9 +197,10 @@ impl Scenario {
         let mut draw = |ranges: &[[f64; 2]; 6]| ranges.map(|range| uniform(rng, range));
         self.truth
             .iter()
-            .map(|_| Bushing {
-                stiffness: draw(&self.bounds.stiffness),
-                damping: draw(&self.bounds.damping),
+            .zip(&self.bounds.joints)
+            .map(|(_, own)| Bushing {
+                stiffness: draw(&own.stiffness),
+                damping: draw(&own.damping),
             })
             .collect()
     }
@@ -242,19 +244,20 @@ fn truth(raw: &[Truth], model: &Model, bounds: &Bounds) -> Result<Vec<Bushing>, 
         ));
     }
     raw.iter()
-        .map(|&Truth { ref joint, stiffness, damping }| {
+        .zip(&bounds.joints)
+        .map(|(&Truth { ref joint, stiffness, damping }, ranges)| {
             let bushing = Bushing { stiffness, damping };
-            check(&bushing, bounds).map_err(|error| format!("[[truth]] {joint} {error}"))?;
+            check(&bushing, ranges).map_err(|error| format!("[[truth]] {joint} {error}"))?;
             Ok(bushing)
         })
         .collect()
 }
 
 /// Whether a true bushing is one that can be found; what is wrong with it.
-pub(crate) fn check(bushing: &Bushing, bounds: &Bounds) -> Result<(), String> {
+pub(crate) fn check(bushing: &Bushing, ranges: &Ranges) -> Result<(), String> {
     let kinds = [
-        ("stiffness", &bushing.stiffness, &bounds.stiffness),
-        ("damping", &bushing.damping, &bounds.damping),
+        ("stiffness", &bushing.stiffness, &ranges.stiffness),
+        ("damping", &bushing.damping, &ranges.damping),
     ];
     for (kind, values, ranges) in kinds {
         for ((value, [lower, upper]), dof) in values.iter().zip(ranges).zip(DOF_NAMES) {
@@ -455,7 +458,7 @@ pub(crate) mod tests {
         for _ in 0..200 {
             for bushing in scenario.draw_truth(&mut rng) {
                 for dof in 0..6 {
-                    let [lower, upper] = scenario.bounds.stiffness[dof];
+                    let [lower, upper] = scenario.bounds.joints[0].stiffness[dof];
                     assert!((lower..upper).contains(&bushing.stiffness[dof]));
                     sum += (bushing.stiffness[dof] - lower) / (upper - lower);
                 }

@@ -55,7 +55,7 @@ impl Scale {
         let mut model = [f64::INFINITY, 0.0];
         let mut measured = 0.0;
         for robot in &self.robots {
-            let energies = spectral::energies(&experiment.search, robot, self.level);
+            let energies = spectral::energies(experiment, robot, self.level);
             measured = f64::from(energies.measured);
             let modelled = f64::from(energies.modelled);
             model = [model[0].min(modelled), model[1].max(modelled)];

@@ -7,7 +7,7 @@ use std::ops::Range;
 use anyhow::{Context, Result};
 use flexid::simulation::experiment::Cut;
 use flexid::validation::displacement_error;
-use flexid_core::parameters::{Bounds, Bushing, Bushings};
+use flexid_core::parameters::{Bounds, Bushing, Bushings, Ranges};
 use flexid_core::verdict::Covariance;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
@@ -264,9 +264,9 @@ fn drawn(
         logarithms(truth).iter().zip(&off).map(|(l, off)| (l + off).exp()).collect();
     let within = |value: f64, [lower, upper]: [f64; 2]| value.clamp(lower, upper);
     let (joints, _) = values.as_chunks::<12>();
-    let bushing = |joint: &[f64; 12]| Bushing {
-        stiffness: std::array::from_fn(|dof| within(joint[dof], bounds.stiffness[dof])),
-        damping: std::array::from_fn(|dof| within(joint[6 + dof], bounds.damping[dof])),
+    let bushing = |(joint, own): (&[f64; 12], &Ranges)| Bushing {
+        stiffness: std::array::from_fn(|dof| within(joint[dof], own.stiffness[dof])),
+        damping: std::array::from_fn(|dof| within(joint[6 + dof], own.damping[dof])),
     };
-    joints.iter().map(bushing).collect()
+    joints.iter().zip(&bounds.joints).map(bushing).collect()
 }

@@ -1,7 +1,7 @@
 //! Without expert knowledge: bounds ten times as wide on both sides.
 
 use anyhow::{Result, anyhow};
-use flexid_core::parameters::Bounds;
+use flexid_core::parameters::{Bounds, Ranges};
 use rayon::prelude::*;
 
 use crate::figure::Figure;
@@ -73,7 +73,9 @@ fn print_misses(runs: &[Run]) {
 fn widened(bounds: &Bounds) -> Result<Bounds> {
     let widen =
         |ranges: &[[f64; 2]; 6]| ranges.map(|[lower, upper]| [lower / WIDER, upper * WIDER]);
-    let bounds = Bounds { stiffness: widen(&bounds.stiffness), damping: widen(&bounds.damping) };
+    let ranges =
+        |own: Ranges| Ranges { stiffness: widen(&own.stiffness), damping: widen(&own.damping) };
+    let bounds = Bounds { joints: bounds.joints.map(ranges) };
     bounds.check().map_err(|error| anyhow!("no bounds: {error:?}"))?;
     Ok(bounds)
 }

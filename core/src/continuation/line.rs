@@ -1,0 +1,189 @@
+//! What one record adds to the cost of a level, over the search's line up to the level's highest frequency.
+//!
+//! A residual's standard deviation is a part of its size, `η`, where the model is still wrong, and the noise σ_A where that is
+//! more. Both signs of an error in ln k then cost alike, and no resonance outweighs the rest:
+//!
+//! ```text
+//! ρ = (A − Â) / √(η² (|A|² + |Â|²) + σ_A²)
+//! ```
+
+use fearless_simd::Level;
+
+use crate::DOF;
+use crate::parameters::MAX_PARAMETERS;
+use crate::receptance::lanes::{Kernel, Lanes, Precision};
+use crate::receptance::{Complex, Response, Terms};
+use crate::refine::ParameterNormal;
+use crate::spectrum::Experiment;
+use crate::unknowns::{MAX_UNKNOWNS, Sought};
+
+/// Widest vector.
+const MAX_WIDTH: usize = 16;
+
+/// Rows of a bin: real and imaginary parts along three axes.
+pub(super) const ROWS: usize = 6;
+
+/// The rows of a bin, the derivatives before each residual.
+type Rows = [[f64; MAX_UNKNOWNS + 1]; ROWS];
+
+/// What counts on a level, and how much.
+pub(super) struct Weighing {
+    /// Angular frequency of the last bin, rad/s.
+    pub(super) highest: f32,
+    /// η.
+    pub(super) relative: f64,
+}
+
+/// Adds the rows of one record; `terms` are its with the bushings that are tried.
+pub(super) fn add<const B: usize>(
+    normal: &mut ParameterNormal,
+    terms: &Terms<f32>,
+    experiment: &Experiment<B>,
+    weighing: Weighing,
+    sought: &Sought,
+    level: Level,
+) {
+    let search = &experiment.search;
+    let bins = search.omega[..search.bins].partition_point(|&omega| omega <= weighing.highest);
+    let line = Line {
+        terms,
+        alpha: search.alpha,
+        omega: &search.omega,
+        bins,
+        force: search.force.parts(),
+        acceleration: search.acceleration.parts(),
+        noise: core::array::from_fn(|axis| &experiment.acceleration_noise[axis][..]),
+        relative: weighing.relative * weighing.relative,
+        noise_left: search.noise_left(experiment.spacing),
+        sought,
+        normal,
+    };
+    f32::dispatch(level, line);
+}
+
+struct Line<'a> {
+    terms: &'a Terms<f32>,
+    alpha: f32,
+    omega: &'a [f32],
+    /// Bins that count.
+    bins: usize,
+    /// Per axis real and imaginary parts.
+    force: [[&'a [f32]; 2]; 3],
+    acceleration: [[&'a [f32]; 2]; 3],
+    /// Mean square of the noise per bin of the record's spectrum, per axis.
+    noise: [&'a [f32]; 3],
+    /// η².
+    relative: f64,
+    /// Part of it that is left on the line.
+    noise_left: f64,
+    sought: &'a Sought,
+    normal: &'a mut ParameterNormal,
+}
+
+impl Kernel<f32> for Line<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes<Scalar = f32>>(self, like: V) {
+        let Self { terms, alpha, omega, bins, force, acceleration, sought, normal, .. } = self;
+        let mut response = Response::new(like);
+        let mut derivatives = [[[[0.0_f32; MAX_WIDTH]; 2]; MAX_PARAMETERS]; 3];
+        let mut modelled = [[[0.0_f32; MAX_WIDTH]; 2]; 3];
+        let mut rows: Rows = [[0.0; MAX_UNKNOWNS + 1]; ROWS];
+        for first in (0..bins).step_by(V::WIDTH) {
+            let s = Complex::new(like.fill(alpha), like.load(&omega[first..]));
+            let pushed = force
+                .map(|[re, im]| Complex::new(like.load(&re[first..]), like.load(&im[first..])));
+            response.evaluate(terms, s, &pushed, None);
+            for axis in 0..3 {
+                store(response.acceleration[axis], &mut modelled[axis]);
+            }
+            for joint in 0..terms.joints.len() {
+                for dof in 0..DOF {
+                    let index = 2 * DOF * joint + dof;
+                    let by = response.derivatives(terms, s, joint, dof);
+                    for (axis, [stiffness, damping]) in by.into_iter().enumerate() {
+                        store(stiffness, &mut derivatives[axis][index]);
+                        store(damping, &mut derivatives[axis][index + DOF]);
+                    }
+                }
+            }
+            for lane in 0..V::WIDTH.min(bins - first) {
+                let bin = first + lane;
+                for axis in 0..3 {
+                    let residual = Residual {
+                        measured: complex(acceleration[axis].map(|part| part[bin])),
+                        modelled: complex(modelled[axis].map(|part| part[lane])),
+                        relative: self.relative,
+                        noise: self.noise_left * noise_of(self.noise[axis], bin),
+                    };
+                    let rows = &mut rows[2 * axis..2 * axis + 2];
+                    residual.write(rows, sought, |index| {
+                        complex(derivatives[axis][index].map(|part| part[lane]))
+                    });
+                }
+                normal.add(&rows);
+            }
+        }
+    }
+}
+
+/// Mean square of the noise in a bin of the line, from that in the bins of the record.
+fn noise_of(noise: &[f32], bin: usize) -> f64 {
+    noise.get(bin * crate::spectrum::search::THINNING).copied().unwrap_or_default().into()
+}
+
+/// A − Â of one axis, and what it is measured by.
+struct Residual {
+    /// A.
+    measured: Complex<f64>,
+    /// Â.
+    modelled: Complex<f64>,
+    /// η².
+    relative: f64,
+    /// σ_A².
+    noise: f64,
+}
+
+impl Residual {
+    /// Writes the rows of its real and imaginary parts; `derivative` is that of Â by the logarithm of a parameter. Where
+    /// nothing is measured nor modelled they are zero.
+    #[inline(always)]
+    fn write(
+        &self,
+        rows: &mut [[f64; MAX_UNKNOWNS + 1]],
+        sought: &Sought,
+        derivative: impl Fn(usize) -> Complex<f64>,
+    ) {
+        for row in rows.iter_mut() {
+            row[..=sought.unknowns()].fill(0.0);
+        }
+        let Self { measured, modelled, relative, noise } = *self;
+        let variance = relative * (measured.square() + modelled.square()) + noise;
+        if !(variance > 0.0 && variance.is_finite()) {
+            return;
+        }
+        let factor = 1.0 / libm::sqrt(variance);
+        let residual = (measured - modelled).scale(factor);
+        for (index, unknown) in sought.parameters() {
+            let derivative = derivative(index);
+            // The variance grows with the model.
+            let along = modelled.re * derivative.re + modelled.im * derivative.im;
+            let growth = relative * along / variance;
+            rows[0][unknown] += factor * derivative.re + residual.re * growth;
+            rows[1][unknown] += factor * derivative.im + residual.im * growth;
+        }
+        rows[0][sought.unknowns()] = residual.re;
+        rows[1][sought.unknowns()] = residual.im;
+    }
+}
+
+fn complex([re, im]: [f32; 2]) -> Complex<f64> {
+    Complex { re: re.into(), im: im.into() }
+}
+
+#[inline(always)]
+fn store<V: Lanes<Scalar = f32>>(value: Complex<V>, to: &mut [[f32; MAX_WIDTH]; 2]) {
+    value.re.store(&mut to[0]);
+    value.im.store(&mut to[1]);
+}

@@ -1,0 +1,48 @@
+//! What holds parameters that a level does not tell: the middle of their bounds, and of the bounds' damping ratios.
+
+use crate::parameters::Bounds;
+use crate::refine::ParameterNormal;
+use crate::unknowns::{Coordinate, Coordinates, Sought};
+use crate::{DOF, MAX_JOINTS};
+
+/// Standard deviation of ln d − ½ ln k, which is that of the damping ratio where the inertia is known.
+const DAMPING_RATIO: f64 = 2.0;
+
+/// Adds them at `coordinates`: a parameter's standard deviation is half the width of its bounds.
+pub(super) fn add(
+    normal: &mut ParameterNormal,
+    coordinates: &Coordinates,
+    sought: &Sought,
+    bounds: &Bounds,
+) {
+    let (lower, upper) = bounds.logarithms(sought.joints());
+    let middle = |index: usize| 0.5 * (lower[index] + upper[index]);
+    let off = |index: usize| coordinates[index] - middle(index);
+    for joint in 0..sought.joints().min(MAX_JOINTS) {
+        for dof in 0..DOF {
+            let pair = [Coordinate::Stiffness { joint, dof }, Coordinate::Damping { joint, dof }];
+            let [k, d] = pair.map(Coordinate::index);
+            let unknowns = pair.map(|coordinate| sought.unknown(coordinate));
+            for (index, unknown) in [k, d].into_iter().zip(unknowns) {
+                let width = 0.5 * (upper[index] - lower[index]);
+                if let Some(unknown) = unknown {
+                    normal.add_sparse(&[(unknown, 1.0 / width)], off(index) / width);
+                }
+            }
+            let value = (off(d) - 0.5 * off(k)) / DAMPING_RATIO;
+            match unknowns {
+                [Some(own), Some(other)] => normal.add_sparse(
+                    &[(own, -0.5 / DAMPING_RATIO), (other, 1.0 / DAMPING_RATIO)],
+                    value,
+                ),
+                [None, Some(other)] => {
+                    normal.add_sparse(&[(other, 1.0 / DAMPING_RATIO)], value);
+                }
+                _ => {}
+            }
+        }
+    }
+    for (unknown, value) in sought.priors(coordinates) {
+        normal.add_prior(unknown, value);
+    }
+}

@@ -1,0 +1,135 @@
+//! Where the starts begin.
+
+use rand_core::Rng;
+
+use crate::continuation::Continuation;
+use crate::parameters::Bounds;
+use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
+
+/// How a start looks for the basin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Method {
+    /// A descent from the lowest frequencies upward ([`crate::continuation`]).
+    Descent,
+    /// The paper's incremental random search (its section 4).
+    RandomSearch,
+}
+
+/// One start in so many is a random search: the two methods fail on different robots, and the minimum of a wrong model is
+/// reached by both before it is believed. A descent takes a tenth of the time.
+const RANDOM_SEARCH: u32 = 4;
+/// Part of the bounds' logarithms, about their middle, in which later descents begin: of six decades nearly one each way. From
+/// there they find as many robots as from the middle, from a part twice as wide fewer.
+const SPREAD: f64 = 0.3;
+
+/// Descents of one start, at most. A refinement of a wrong basin takes several times as long as a
+/// descent, so that only the best is refined.
+const MAX_DESCENTS: u32 = 4;
+/// Misfit up to which a descent has found a basin that is worth a refinement: noise alone leaves a half, and hardly more by
+/// chance, since the residuals are thousands.
+const FITS: f64 = 0.6;
+
+/// The descents of one start.
+#[derive(Clone, Debug)]
+pub(super) struct Descents {
+    pub(super) present: Continuation,
+    begun: u32,
+    /// Misfit and end of the best that has ended.
+    best: Option<(f64, Coordinates)>,
+}
+
+impl Descents {
+    pub(super) fn new(start: Coordinates) -> Self {
+        Self { present: Continuation::new(start), begun: 1, best: None }
+    }
+
+    /// Takes notice of changed records: what has ended was on others.
+    pub(super) fn renew(&mut self) {
+        self.present.renew();
+        self.best = None;
+    }
+
+    /// The end of the best, once there is nothing more to try; else goes on from a `next` start if the present has ended.
+    pub(super) fn end(&mut self, next: impl FnOnce() -> Coordinates) -> Option<Coordinates> {
+        if !self.present.finished() {
+            return None;
+        }
+        let misfit = self.present.misfit();
+        let (least, best) = match self.best {
+            Some(best) if best.0 <= misfit => best,
+            _ => (misfit, *self.present.coordinates()),
+        };
+        self.best = Some((least, best));
+        if least <= FITS || self.begun >= MAX_DESCENTS {
+            return Some(best);
+        }
+        self.begun += 1;
+        self.present = Continuation::new(next());
+        None
+    }
+}
+
+impl Method {
+    /// Of a start, by how many went before it on the same records.
+    pub(super) fn after(starts: u32) -> Self {
+        if starts % RANDOM_SEARCH == RANDOM_SEARCH - 1 { Self::RandomSearch } else { Self::Descent }
+    }
+}
+
+/// Where the first descent begins: the middle of the bounds.
+pub(super) fn middle(bounds: &Bounds, sought: &Sought) -> Coordinates {
+    sought.coordinates(&bounds.middle(sought))
+}
+
+/// Where a later descent begins: anywhere about the middle.
+pub(super) fn about_the_middle(
+    bounds: &Bounds,
+    sought: &Sought,
+    generator: &mut impl Rng,
+) -> Coordinates {
+    let mut start = middle(bounds, sought);
+    let mut step = [0.0; MAX_UNKNOWNS];
+    let ranges = sought.ranges(&start, bounds);
+    for (_, unknown) in sought.parameters() {
+        let [_, lower, upper] = ranges[unknown];
+        let uniform = f64::from(generator.next_u32()) / f64::from(u32::MAX);
+        step[unknown] = SPREAD * (uniform - 0.5) * (upper - lower);
+    }
+    sought.advance(&mut start, &step);
+    start
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_core::SeedableRng;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+    use crate::calibration::Nuisances;
+
+    #[test]
+    fn one_start_in_four_is_a_random_search() {
+        let searches = (0..8).filter(|starts| Method::after(*starts) == Method::RandomSearch);
+        assert!(searches.eq([3, 7]));
+    }
+
+    /// Every start lies in the middle three tenths of the bounds, and anywhere there.
+    #[test]
+    fn later_descents_begin_about_the_middle() {
+        let sought = Sought::new(2, &Nuisances::default()).unwrap();
+        let bounds = Bounds::new([1e4, 1e10], [1e3, 1e9], [1e1, 1e7], [1.0, 1e6]).unwrap();
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
+        let width = libm::log(1e6);
+        let middle = middle(&bounds, &sought);
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        for _ in 0..100 {
+            let start = about_the_middle(&bounds, &sought, &mut random);
+            for parameter in 0..24 {
+                let off = (start[parameter] - middle[parameter]) / width;
+                (least, most) = (least.min(off), most.max(off));
+            }
+        }
+        assert!((-0.15..-0.149).contains(&least), "{least}");
+        assert!((0.149..0.15).contains(&most), "{most}");
+    }
+}
