@@ -45,15 +45,17 @@ impl Bench {
         Ok(bench)
     }
 
-    /// The reference scenario with the configuration of a recording; its logs are unpacked beside it.
+    /// The reference scenario with the files of a recording; its logs are unpacked beside them.
     pub fn recording(folder: &Path) -> Result<Self> {
         let bench = Self::scenario()?;
-        fs::copy(folder.join("edge.toml"), bench.path("edge.toml")).context("edge.toml")?;
         for file in fs::read_dir(folder)? {
-            let packed = file?.path();
-            if packed.extension().is_some_and(|extension| extension == "gz") {
-                let log = bench.path(packed.file_stem().context("a file without a name")?);
-                io::copy(&mut GzDecoder::new(File::open(&packed)?), &mut File::create(log)?)?;
+            let file = file?.path();
+            if file.extension().is_some_and(|extension| extension == "gz") {
+                let log = bench.path(file.file_stem().context("a file without a name")?);
+                io::copy(&mut GzDecoder::new(File::open(&file)?), &mut File::create(log)?)?;
+            } else {
+                let name = file.file_name().context("a file without a name")?;
+                fs::copy(&file, bench.path(name)).with_context(|| file.display().to_string())?;
             }
         }
         Ok(bench)
