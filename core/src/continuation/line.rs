@@ -34,7 +34,7 @@ pub(super) struct Weighing {
     pub(super) relative: f64,
 }
 
-/// Adds the rows of one record; `terms` are its with the bushings that are tried.
+/// Adds the rows of one record. `terms` are those of the record's pose, with the bushings that are tried.
 pub(super) fn add<const B: usize>(
     normal: &mut ParameterNormal,
     terms: &Terms<f32>,
@@ -53,8 +53,8 @@ pub(super) fn add<const B: usize>(
         force: search.force.parts(),
         acceleration: search.acceleration.parts(),
         noise: core::array::from_fn(|axis| &experiment.acceleration_noise[axis][..]),
-        relative: weighing.relative * weighing.relative,
         noise_left: search.noise_left(experiment.spacing),
+        relative: weighing.relative * weighing.relative,
         sought,
         normal,
     };
@@ -72,10 +72,10 @@ struct Line<'a> {
     acceleration: [[&'a [f32]; 2]; 3],
     /// Mean square of the noise per bin of the record's spectrum, per axis.
     noise: [&'a [f32]; 3],
-    /// η².
-    relative: f64,
     /// Part of it that is left on the line.
     noise_left: f64,
+    /// η².
+    relative: f64,
     sought: &'a Sought,
     normal: &'a mut ParameterNormal,
 }
