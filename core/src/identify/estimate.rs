@@ -7,7 +7,7 @@ use crate::parameters::Bushings;
 use crate::refine::{Agreement, Problem, Refinement, lies_on_bound};
 use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::Experiment;
-use crate::unknowns::{Coordinate, Coordinates, MAX_NUISANCES, Nuisance};
+use crate::unknowns::{Coordinate, Coordinates, MAX_NUISANCES, MAX_UNKNOWNS, Nuisance};
 use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 
 /// How far a settled estimate can be believed.
@@ -71,6 +71,8 @@ pub struct Estimate {
     /// Retired records that had to be forgotten, since the newer ones contradict them: the robot has changed.
     pub forgotten: u64,
     pub(super) coordinates: Coordinates,
+    /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
+    pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
 }
 
 impl Estimate {
@@ -120,6 +122,7 @@ impl Estimate {
             retired: refinement.retired(),
             forgotten,
             coordinates: minimum.coordinates,
+            apart: minimum.apart.clone(),
             covariance: minimum.fit.covariance.clone(),
         }
     }

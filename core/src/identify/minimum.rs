@@ -1,7 +1,9 @@
 //! What a refinement has come to, and whether noise explains it.
 
+use heapless::Vec;
+
 use crate::refine::{Fit, Remaining};
-use crate::unknowns::{Coordinates, Sought};
+use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
 
 /// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a
 /// few hundred quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
@@ -18,7 +20,7 @@ const CLEAR: f64 = 0.05;
 const SAME_MINIMUM: f64 = 1e-4;
 /// Difference of the sums of squares below which the worse of two minima in different places may be the right one: the likelihood
 /// of the worse is e⁻⁵ of the better's there, and an interval of 95 % allows itself no more than one in twenty.
-const RIVAL: f64 = 10.0;
+pub(super) const RIVAL: f64 = 10.0;
 /// Gain in the sum of squares up to which a minimum counts as reached although a step would still gain it. No parameter
 /// then lies farther from the minimum than its own standard deviation, since `δᵢ² ≤ Cᵢᵢ δᵀNδ`; the deviations are widened
 /// by the way that is left, and their intervals cover no less than at the minimum.
@@ -39,6 +41,10 @@ pub(super) struct Minimum {
     pub(super) contradicted: bool,
     /// Another minimum elsewhere is hardly worse, so that the data do not say which of the two is right.
     pub(super) has_rival: bool,
+    /// It is the lightly damped branch of another.
+    pub(super) is_branch: bool,
+    /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
+    pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
 }
 
 impl Minimum {
@@ -52,7 +58,16 @@ impl Minimum {
         let contradicted = fit.contradiction > rarely_exceeded(fit.covariance.rank() as f64);
         fit.widen(sought, &remaining.step);
         let remaining = remaining.gain;
-        Self { coordinates, fit, remaining, times: 1, contradicted, has_rival: false }
+        Self {
+            coordinates,
+            fit,
+            remaining,
+            times: 1,
+            contradicted,
+            has_rival: false,
+            is_branch: false,
+            apart: Vec::new(),
+        }
     }
 
     /// The refinement has come to the minimum, or so near that it makes no difference.
@@ -103,7 +118,7 @@ impl Minimum {
 
     /// It is explained, and a minimum.
     pub(super) fn is_beyond_doubt(&self) -> bool {
-        self.is_reached() && self.is_explained()
+        self.is_reached() && self.is_explained() && !self.whiteness_objects()
     }
 
     /// Becomes the better of the two; what has been reached twice has been reached as often as both. `distance` is the
@@ -117,7 +132,7 @@ impl Minimum {
             other.times = self.times;
             self.has_rival |= other.has_rival;
             other.has_rival = self.has_rival;
-        } else if both_reached && !same_place && self.is_rivalled_by(&other) {
+        } else if both_reached && self.is_rivalled_by(&other, distance) {
             (self.has_rival, other.has_rival) = (true, true);
         }
         // Of one that did not get there and the same that did, the latter.
@@ -131,16 +146,22 @@ impl Minimum {
         }
     }
 
+    /// Takes the errors as those of either of two minima that lie `apart`.
+    pub(super) fn spread(&mut self, sought: &Sought, apart: &[f64]) {
+        self.fit.widen(sought, apart);
+        self.apart = apart.iter().copied().collect();
+    }
+
     /// What a refinement makes least is the same for both.
     fn is_as_good_as(&self, other: &Self) -> bool {
         let (own, other) = (self.fit.objective, other.fit.objective);
         (own - other).abs() <= 1.0 + SAME_MINIMUM * other
     }
 
-    /// The data do not say which of the two is right.
-    fn is_rivalled_by(&self, other: &Self) -> bool {
+    /// The two lie in different places, and the data do not say which is right.
+    pub(super) fn is_rivalled_by(&self, other: &Self, distance: f64) -> bool {
         let gap = (self.fit.objective - other.fit.objective).abs();
-        gap < RIVAL || self.is_as_good_as(other)
+        !other.has_place(distance) && (gap < RIVAL || self.is_as_good_as(other))
     }
 
     /// Whether a point at this squared distance is the same minimum. Residuals larger than the noise make the standard
@@ -184,7 +205,6 @@ mod tests {
     use super::*;
     use crate::calibration::Nuisances;
     use crate::refine::Information;
-    use crate::unknowns::MAX_UNKNOWNS;
 
     /// Where nothing is left to gain: so many residuals of this χ², of which static tests have a part.
     fn fit(sum_of_squares: f64, degrees_of_freedom: f64, statics: [f64; 2]) -> Fit {

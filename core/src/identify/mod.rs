@@ -1,8 +1,8 @@
 //! The state machine from records to an estimate: search, refine, judge, and search again while the residuals say
 //! that the basin is wrong.
 //!
-//! A refinement that has reached a minimum is accepted if noise alone explains its residuals, and the records stand clear
-//! of the noise. If not, either the basin is wrong, or the model is, or the noise hides which; another search tells: the
+//! A refinement that has reached a minimum is accepted if noise alone explains the size and the structure of its residuals, and
+//! the records stand clear of the noise, once its lightly damped branch is known to be no better ([`branch`]). If not, either the basin is wrong, or the model is, or the noise hides which; another search tells: the
 //! best minimum reached again and again, by its coordinates and not by χ² alone, is accepted as well, with the remark that
 //! the model is suspect if the noise does not explain it. A bare threshold would restart for ever on real data. Two minima
 //! in different places that are equally good leave the estimate unsettled: the data do not say which is right.
@@ -12,6 +12,7 @@
 //! Work is budgeted per change of the records, not by the clock, so that the same records give the same estimate
 //! on any machine.
 
+mod branch;
 mod estimate;
 mod minimum;
 mod standing;
@@ -30,6 +31,7 @@ use crate::search::{Search, Sensitivities, Strategy, Weighing};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use crate::unknowns::{Sought, SoughtError};
+use branch::Branch;
 pub use estimate::{Acceptance, Estimate};
 use minimum::Minimum;
 pub use standing::{Standing, StandingError};
@@ -37,7 +39,8 @@ use start::{Descents, Method};
 
 /// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin,
 const TIMES_CONSISTENT: u32 = 2;
-/// and where its residuals are larger than the noise explains: two robots of 1200 reach a wrong basin twice in a row.
+/// and where its residuals are larger than the noise explains or have more structure: two robots of 1200 reach a wrong basin
+/// twice in a row, and of drawn six-joint arms one in eight.
 const TIMES_SUSPECT: u32 = 4;
 /// Steps of a refinement that starts in the right basin, about.
 const TYPICAL_ITERATIONS: f32 = 12.0;
@@ -101,6 +104,8 @@ pub struct Identifier<R> {
     refine_iterations: u64,
     /// The best minimum since the records last changed.
     best: Option<Minimum>,
+    /// The branch of the best that is being refined.
+    branch: Option<Branch>,
     /// The minimum with the retired records, while those that are kept are tried alone.
     together: Option<Minimum>,
     estimate: Option<Estimate>,
@@ -140,6 +145,7 @@ impl<R: Rng> Identifier<R> {
             search_evaluations: 0,
             refine_iterations: 0,
             best: None,
+            branch: None,
             together: None,
             estimate: None,
             forgotten: 0,
@@ -177,6 +183,7 @@ impl<R: Rng> Identifier<R> {
 
     /// Takes notice of a changed set of experiments: goes on from where it stands, with a new budget.
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        let branched = self.branch.take().and(self.best.as_ref()).map(|best| best.coordinates);
         self.best = None;
         self.starts = 0;
         self.prolongations = 0;
@@ -201,7 +208,7 @@ impl<R: Rng> Identifier<R> {
                 Method::RandomSearch => self.search.renew(self.weighing(experiments)),
             },
             (Phase::Refining, _) => {
-                let standing = *self.refinement.coordinates();
+                let standing = branched.unwrap_or(*self.refinement.coordinates());
                 self.refinement.restart_at(&standing);
             }
             (Phase::Settled, Some(estimate)) => {
@@ -242,7 +249,10 @@ impl<R: Rng> Identifier<R> {
                 let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
                 let problem =
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
-                if refinement.step(&problem, experiments) != Outcome::Improving {
+                let outcome = refinement.step(&problem, experiments);
+                let objective = refinement.objective();
+                let hopeless = self.branch.as_mut().is_some_and(|one| one.is_hopeless(objective));
+                if outcome != Outcome::Improving || hopeless {
                     self.judge(experiments);
                 }
             }
@@ -255,6 +265,7 @@ impl<R: Rng> Identifier<R> {
         let estimate = self.estimate.as_ref().filter(|_| self.phase == Phase::Settled)?;
         Some(Standing {
             coordinates: estimate.coordinates.iter().copied().collect(),
+            apart: estimate.apart.clone(),
             acceptance: estimate.acceptance,
             retired: self.refinement.retired_records(),
             forgotten: self.forgotten,
@@ -287,7 +298,10 @@ impl<R: Rng> Identifier<R> {
         self.total_starts = standing.starts;
         self.search_evaluations = standing.search_evaluations;
         self.refine_iterations = standing.refine_iterations;
-        let minimum = self.reached(experiments);
+        let mut minimum = self.reached(experiments);
+        if !standing.apart.is_empty() {
+            minimum.spread(&self.sought, &standing.apart);
+        }
         self.settle(&minimum, standing.acceptance, experiments);
         Ok(())
     }
@@ -372,7 +386,7 @@ impl<R: Rng> Identifier<R> {
 
     /// Accepts what a refinement has come to, or searches again.
     fn judge<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) {
-        let mut found = self.reached(experiments);
+        let Some(mut found) = self.come_to(experiments) else { return };
         if let Some(together) = self.together.take() {
             found = self.reconciled(together, found);
             self.stand_at(&found, experiments);
@@ -390,7 +404,7 @@ impl<R: Rng> Identifier<R> {
             return self.refinement.restart_at(&found.coordinates);
         }
         if found.is_beyond_doubt() {
-            return self.settle(&found, Acceptance::Consistent, experiments);
+            return self.conclude(&found, Acceptance::Consistent, experiments);
         }
         if experiments.is_empty() {
             // In the compliances static tests are linear, but for gravity: another start would end here, too.
@@ -406,12 +420,15 @@ impl<R: Rng> Identifier<R> {
             }
             None => found,
         };
+        let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
+            (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
+            (true, true) => (TIMES_SUSPECT, Acceptance::Consistent),
+            (false, _) => (TIMES_SUSPECT, Acceptance::ModelSuspect),
+        };
         if best.times >= TIMES_CONSISTENT && best.contradicted {
             self.try_alone(best);
-        } else if best.times >= TIMES_CONSISTENT && best.is_consistent() && !best.has_rival {
-            self.settle(&best, Acceptance::Consistent, experiments);
-        } else if best.times >= TIMES_SUSPECT && !best.has_rival {
-            self.settle(&best, Acceptance::ModelSuspect, experiments);
+        } else if best.times >= enough && !best.has_rival {
+            self.conclude(&best, acceptance, experiments);
         } else if self.starts >= MAX_STARTS {
             self.settle(&best, Acceptance::Unsettled, experiments);
         } else {

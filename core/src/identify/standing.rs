@@ -20,6 +20,8 @@ const ROUNDING: f64 = 1e-9;
 pub struct Standing {
     /// One per coordinate.
     pub(super) coordinates: Vec<f64, MAX_UNKNOWNS>,
+    /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
+    pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
     pub(super) acceptance: Acceptance,
     pub(super) retired: Retired,
     pub(super) forgotten: u64,
@@ -31,7 +33,7 @@ pub struct Standing {
 /// Why no identifier can go on from a [`Standing`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StandingError {
-    /// It has another number of coordinates, one that is not finite, or a parameter outside its bounds.
+    /// It has another number of coordinates or of unknowns, one that is not finite, or a parameter outside its bounds.
     Coordinates,
     /// Its retired records are of another number of unknowns, or hold a number that is not finite.
     Retired,
@@ -55,11 +57,9 @@ impl Standing {
         let within = ranges.iter().take(sought.unknowns()).all(|[value, lower, upper]| {
             (lower - ROUNDING..=upper + ROUNDING).contains(value) && value.is_finite()
         });
-        if within && coordinates.iter().all(|value| value.is_finite()) {
-            Ok(coordinates)
-        } else {
-            Err(StandingError::Coordinates)
-        }
+        let branch = self.apart.is_empty() || self.apart.len() == sought.unknowns();
+        let finite = coordinates.iter().chain(&self.apart).all(|value| value.is_finite());
+        if within && branch && finite { Ok(coordinates) } else { Err(StandingError::Coordinates) }
     }
 }
 
@@ -77,6 +77,7 @@ mod tests {
         let mut refinement = Refinement::new(&sought, &middle);
         let good = Standing {
             coordinates: sought.coordinates(&middle).into_iter().collect(),
+            apart: Vec::new(),
             acceptance: Acceptance::Consistent,
             retired: refinement.retired_records(),
             forgotten: 0,
@@ -96,6 +97,8 @@ mod tests {
             |standing: &mut Standing| standing.coordinates[3] = f64::NAN,
             |standing: &mut Standing| standing.coordinates[90] = f64::INFINITY,
             |standing: &mut Standing| standing.coordinates[3] += 10.0,
+            |standing: &mut Standing| standing.apart = Vec::from([1.0; 12]),
+            |standing: &mut Standing| standing.apart = Vec::from([f64::NAN; 24]),
         ] {
             assert_eq!(changed(change), Err(StandingError::Coordinates));
         }

@@ -169,6 +169,11 @@ impl Refinement {
         sought.calibration(&self.coordinates)
     }
 
+    /// What it makes least, where the last step left it; no number before the first.
+    pub(crate) fn objective(&self) -> f64 {
+        if self.assembled { self.normal.sum_of_squares() } else { f64::NAN }
+    }
+
     pub(crate) fn coordinates(&self) -> &Coordinates {
         &self.coordinates
     }

@@ -1,5 +1,8 @@
 //! Mistakes in `EDGE.toml` and in the files that it names: each gives one line with file, place and mend.
 
+mod bounds;
+mod dbc;
+
 use std::fs;
 use std::path::Path;
 
@@ -8,11 +11,11 @@ use flexid_core::unknowns::Coordinate;
 use flexid_edge::config::{Accelerometer, Config, Listen};
 use nalgebra::Vector3;
 
-const EDGE: &str = include_str!("../../host-tools/scenario/mill3-edge.toml");
+const EDGE: &str = include_str!("../../../host-tools/scenario/mill3-edge.toml");
 /// The example for a real robot.
-const EXAMPLE: &str = include_str!("../../host-tools/scenario/edge.toml");
-const MODEL: &str = include_str!("../../host-tools/scenario/mill3-model.toml");
-const DBC: &str = include_str!("../../host-tools/scenario/mill3.dbc");
+const EXAMPLE: &str = include_str!("../../../host-tools/scenario/edge.toml");
+const MODEL: &str = include_str!("../../../host-tools/scenario/mill3-model.toml");
+const DBC: &str = include_str!("../../../host-tools/scenario/mill3.dbc");
 
 /// Loads the scenario with `from` replaced by `to` in one of its files; the error without the folder's name.
 fn load(file: &str, from: &str, to: &str) -> Result<Config, String> {
@@ -56,58 +59,6 @@ fn what_is_left_out_has_its_default() {
     }
     for (rate, samples) in [("rate_hz = 410.0", 2048), ("rate_hz = 50000.0", 32_768)] {
         assert_eq!(load("edge.toml", "rate_hz = 2000.0", rate).unwrap().record_samples, samples);
-    }
-}
-
-/// Without bounds a bushing with all that it carries swings at 2 to 2000 Hz; narrower statements come after wider ones.
-#[test]
-fn bounds_follow_from_the_masses_unless_they_are_stated() {
-    let (before, after) = EDGE.split_once("[bounds]").unwrap();
-    let (bounds, _) = after.split_once("[bus]").unwrap();
-    let whole = format!("[bounds]{bounds}");
-    assert!(before.contains("[model]"));
-    let with = |bounds: &str| load("edge.toml", &whole, bounds).map(|config| config.bounds);
-
-    let default = with("").unwrap();
-    let carried: f64 =
-        MODEL.lines().filter_map(|line| line.strip_prefix("mass_kg = ")?.parse::<f64>().ok()).sum();
-    let omega = std::f64::consts::TAU * 2.0;
-    for (end, factor) in [(0, 1.0), (1, 1e6)] {
-        let expected = carried * omega * omega * factor;
-        assert!((default.joints[0].stiffness[1][end] / expected - 1.0).abs() < 1e-9);
-    }
-    assert!(default.joints[2].stiffness[0][0] < default.joints[0].stiffness[0][0]);
-
-    let bounds = with(
-        "[bounds]\nstiffness_rotation_nm_per_rad = [1e5, 1e8]\n\
-         [bounds.joints.joint_2]\nstiffness_rotation_nm_per_rad = [2e5, 2e8]\n\
-         [bounds.parameters]\n\"joint_2.stiffness.rz\" = [3e5, 3e8]\n\"joint_3.damping.tx\" = [4.0, 5.0]\n",
-    )
-    .unwrap();
-    assert_eq!(bounds.joints[0].stiffness[3..], [[1e5, 1e8]; 3]);
-    assert_eq!(bounds.joints[1].stiffness[3..], [[2e5, 2e8], [2e5, 2e8], [3e5, 3e8]]);
-    assert_eq!(bounds.joints[2].damping[0], [4.0, 5.0]);
-    assert_eq!(bounds.joints[1].stiffness[..3], default.joints[1].stiffness[..3]);
-
-    for (wrong, said) in [
-        (
-            "[bounds.joints.joint_9]\n",
-            "edge.toml: [bounds.joints]: the model has no joint \"joint_9\", it has joint_1, joint_2, joint_3",
-        ),
-        (
-            "[bounds.joints.joint_1]\ndamping_rotation_nms_per_rad = [2.0, 1.0]\n",
-            "edge.toml: [bounds.joints.joint_1] damping_rotation_nms_per_rad is [2e0, 1e0]: must be 1e-3 <= lower < upper <= 1e12",
-        ),
-        (
-            "[bounds.parameters]\n\"joint_1.stiffness.xx\" = [1.0, 2.0]\n",
-            "edge.toml: [bounds.parameters] has \"joint_1.stiffness.xx\": \"xx\" is no degree of freedom: one of tx, ty, tz, rx, ry, rz",
-        ),
-        (
-            "[bounds.parameters]\n\"joint_1.stiffness.tx\" = [1.0, 1.0]\n",
-            "edge.toml: [bounds.parameters] \"joint_1.stiffness.tx\" is [1e0, 1e0]: must be 1e-3 <= lower < upper <= 1e12",
-        ),
-    ] {
-        assert_eq!(with(wrong).unwrap_err(), said);
     }
 }
 
@@ -507,109 +458,6 @@ fn mistakes_in_the_config_name_place_and_mend() {
         ),
     ];
     check("edge.toml", &table);
-}
-
-#[test]
-fn mistakes_in_the_dbc_file_name_the_signal() {
-    let table = [
-        (
-            "[-3276.8|3276.7] \"N\" EDGE\n SG_ Fy",
-            "[-3276.8|3276.7] \"lbf\" EDGE\n SG_ Fy",
-            "mill3.dbc: signal Fx has unit \"lbf\": force must be in one of N, kN, mN",
-        ),
-        (
-            "\"m/s^2\"",
-            "\"\"",
-            "mill3.dbc: signal ax has unit \"\": acceleration must be in one of m/s^2,",
-        ),
-        (
-            "\"rad\"",
-            "\"mm\"",
-            "mill3.dbc: signal q1 has unit \"mm\": angle must be in one of rad, mrad, deg, °",
-        ),
-        (
-            "AccelerationCounter : 48|16@",
-            "AccelerationCounter : 48|12@",
-            "mill3.dbc: ForceCounter has 16 bits and AccelerationCounter has 12: force and acceleration are \
-             joined by their counters, which must be equally wide",
-        ),
-        (
-            "ForceCounter : 48|16@1+ (1,0)",
-            "ForceCounter : 48|16@1+ (2,0)",
-            "mill3.dbc: counter ForceCounter has factor 2 and offset 0: must be (1,0)",
-        ),
-        (
-            "ForceCounter : 48|16@1+",
-            "ForceCounter : 48|4@1+",
-            "mill3.dbc: counter ForceCounter has 4 bits: must have 8 to 32",
-        ),
-        (
-            "FORCE: 8",
-            "FORCE: 7",
-            "mill3.dbc: signal ForceCounter: reaches to byte 8 of a payload of 7: mend start bit or length",
-        ),
-        (
-            "FORCE: 8",
-            "FORCE: 12",
-            "mill3.dbc: message FORCE has 12 bytes: flexid reads classical CAN frames, of at most 8",
-        ),
-        (
-            "BO_ 257 FORCE",
-            "BO_ 4000 FORCE",
-            "mill3.dbc: message FORCE has identifier 4000: above 2047",
-        ),
-        (
-            "SG_ Fx :",
-            "SG_ Fx m0 :",
-            "mill3.dbc: signal Fx is multiplexed: flexid reads plain signals only",
-        ),
-        (
-            "SG_ Joint1Counter :",
-            "SG_ Fx :",
-            "edge.toml: [signals] force: \"Fx\" is in messages FORCE and JOINT_1 of mill3.dbc: write \"FORCE.Fx\"",
-        ),
-        (
-            "BO_ 258 ACCELERATION",
-            "BO_ 257 ACCELERATION",
-            "mill3.dbc: messages FORCE and ACCELERATION share the identifier 257: each frame has one layout",
-        ),
-        (
-            "SG_ Fy : 16|16@",
-            "SG_ Fy : 8|16@",
-            "mill3.dbc: signals Fx and Fy of message FORCE overlap: mend start bit or length",
-        ),
-        (
-            "ForceCounter : 48|16@1+",
-            "ForceCounter : 40|16@1+",
-            "mill3.dbc: signals Fz and ForceCounter of message FORCE overlap: mend start bit or length",
-        ),
-        ("VERSION \"\"", "VERSION \"", "mill3.dbc: is not a DBC file:"),
-    ];
-    check("mill3.dbc", &table);
-}
-
-#[test]
-fn known_units_are_converted() {
-    for (from, to, unit) in [("\"N\"", "\"kN\"", 1e3), ("\"N\"", "\"mN\"", 1e-3)] {
-        let table = load("mill3.dbc", from, to).unwrap().signals;
-        assert_eq!(table.force_resolution, (0.1 * unit) as f32);
-    }
-    let table = load("mill3.dbc", "\"m/s^2\"", "\"g\"").unwrap().signals;
-    assert_eq!(table.acceleration_resolution, (0.002 * 9.80665) as f32);
-    assert!(load("mill3.dbc", "\"rad\"", "\"deg\"").is_ok());
-}
-
-#[test]
-fn dbc_files_in_the_old_encoding_are_read() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("edge.toml"), EDGE).unwrap();
-    fs::write(folder.path().join("mill3-model.toml"), MODEL).unwrap();
-    let mut dbc = DBC.replace("m/s^2", "m/s?").into_bytes();
-    for byte in dbc.iter_mut().filter(|byte| **byte == b'?') {
-        *byte = 0xB2;
-    }
-    fs::write(folder.path().join("mill3.dbc"), dbc).unwrap();
-    Config::load(&folder.path().join("edge.toml")).unwrap();
 }
 
 #[test]
