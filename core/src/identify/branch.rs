@@ -21,6 +21,9 @@ use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 const HEAVY: f64 = 0.05;
 /// and the ratio that takes its place, a decade below: from there the refinement finds either branch.
 const LIGHT: f64 = 0.005;
+/// A branch that has been clearly worse so many times in a row, as records came, is not refined again before the next search:
+/// what each record adds to the difference is positive on average.
+const MAX_EXCLUSIONS: u32 = 3;
 /// A branch is given up after so many steps in a row, refused ones included: up to ten are refused before one is good,
 const PATIENCE: u32 = 12;
 /// of which each gains less than this part of what the branch lacks to be clearly better.
@@ -66,7 +69,8 @@ impl<R: Rng> Identifier<R> {
         experiments: &mut [Experiment<B>],
     ) {
         // Static tests tell nothing of dampings.
-        let done = minimum.is_branch || experiments.is_empty();
+        let excluded = self.exclusions >= MAX_EXCLUSIONS;
+        let done = minimum.is_branch || excluded || experiments.is_empty();
         let light = lightly_damped(&self.chain, &self.sought, &minimum.coordinates);
         match light.filter(|_| !done) {
             Some(light) => {
@@ -95,6 +99,7 @@ impl<R: Rng> Identifier<R> {
         branch.is_branch = true;
         branch.times = minimum.times;
         if branch.fit.objective < better {
+            self.exclusions = 0;
             return Some(branch);
         }
         let distance = self.refinement.distance(&self.sought, &minimum.coordinates);
@@ -102,6 +107,7 @@ impl<R: Rng> Identifier<R> {
         if is_rival && branch.fit.objective < minimum.fit.objective {
             core::mem::swap(&mut minimum, &mut branch);
         }
+        self.exclusions = if is_rival { 0 } else { self.exclusions + 1 };
         if is_rival {
             let [own, other] = [&minimum, &branch].map(|one| self.sought.values(&one.coordinates));
             let apart = (0..self.sought.unknowns()).map(|unknown| other[unknown] - own[unknown]);

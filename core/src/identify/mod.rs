@@ -106,6 +106,8 @@ pub struct Identifier<R> {
     best: Option<Minimum>,
     /// The branch of the best that is being refined.
     branch: Option<Branch>,
+    /// How often in a row branches have been clearly worse since the last search.
+    exclusions: u32,
     /// The minimum with the retired records, while those that are kept are tried alone.
     together: Option<Minimum>,
     estimate: Option<Estimate>,
@@ -146,6 +148,7 @@ impl<R: Rng> Identifier<R> {
             refine_iterations: 0,
             best: None,
             branch: None,
+            exclusions: 0,
             together: None,
             estimate: None,
             forgotten: 0,
@@ -266,6 +269,7 @@ impl<R: Rng> Identifier<R> {
         Some(Standing {
             coordinates: estimate.coordinates.iter().copied().collect(),
             apart: estimate.apart.clone(),
+            exclusions: self.exclusions,
             acceptance: estimate.acceptance,
             retired: self.refinement.retired_records(),
             forgotten: self.forgotten,
@@ -295,6 +299,7 @@ impl<R: Rng> Identifier<R> {
             .resume(&self.sought, &coordinates, &standing.retired)
             .ok_or(StandingError::Retired)?;
         self.forgotten = standing.forgotten;
+        self.exclusions = standing.exclusions;
         self.total_starts = standing.starts;
         self.search_evaluations = standing.search_evaluations;
         self.refine_iterations = standing.refine_iterations;
@@ -336,6 +341,7 @@ impl<R: Rng> Identifier<R> {
     fn start_search<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         self.phase = Phase::Searching;
         self.prolongations = 0;
+        self.exclusions = 0;
         self.method = Method::after(self.starts);
         match self.method {
             Method::Descent => {

@@ -22,6 +22,8 @@ pub struct Standing {
     pub(super) coordinates: Vec<f64, MAX_UNKNOWNS>,
     /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
     pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
+    /// How often in a row branches have been clearly worse since the last search.
+    pub(super) exclusions: u32,
     pub(super) acceptance: Acceptance,
     pub(super) retired: Retired,
     pub(super) forgotten: u64,
@@ -78,6 +80,7 @@ mod tests {
         let good = Standing {
             coordinates: sought.coordinates(&middle).into_iter().collect(),
             apart: Vec::new(),
+            exclusions: 0,
             acceptance: Acceptance::Consistent,
             retired: refinement.retired_records(),
             forgotten: 0,

@@ -5,6 +5,7 @@
 //! are compared with; the linear model sags as core says. Prints a table of figures and limits; the exit status is 1
 //! if one does not hold. Same arguments, same figures.
 
+mod arms;
 mod bound;
 #[path = "../../../../core/tests/common/mod.rs"]
 mod common;
@@ -47,7 +48,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 8] = [
+const PARTS: [Part; 9] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 30] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 60] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 10] },
@@ -55,6 +56,7 @@ const PARTS: [Part; 8] = [
     Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 4] },
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 6] },
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
+    Part { name: "arms", prove: arms::prove, robots: [48, 4] },
     Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 10] },
 ];
 

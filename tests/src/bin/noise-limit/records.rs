@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use anyhow::{Result, anyhow, ensure};
 use flexid_core::spectrum::{Experiment, Measurement};
-use flexid_core::stream::{self, Reading, Stream};
+use flexid_core::stream::{self, Reading, Stream, StreamConfig};
 use nalgebra::Vector3;
 
 use crate::common::Random;
@@ -74,7 +74,12 @@ pub(crate) struct Sensors<'a> {
 
 impl<'a> Sensors<'a> {
     pub(crate) fn new(study: &'a Study, random: Random) -> Result<Self> {
-        let stream = Stream::new(study.config.stream())
+        Self::with_joints(study, study.chain.joints().len(), random)
+    }
+
+    /// Of another robot than the scenario's.
+    pub(crate) fn with_joints(study: &'a Study, joints: usize, random: Random) -> Result<Self> {
+        let stream = Stream::new(StreamConfig { joints, ..study.config.stream() })
             .map_err(|error| anyhow!("the stream refuses the scenario: {error:?}"))?;
         Ok(Self { study, stream: Box::new(stream), random, time_s: 0.0 })
     }

@@ -1,0 +1,238 @@
+//! Published arms of six and seven joints, from bounds that follow from their masses.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result, anyhow};
+use flexid::simulation::experiment::Cut;
+use flexid::simulation::force::OVERSAMPLING;
+use flexid::simulation::scenario::Experiment;
+use flexid_core::chain::Chain;
+use flexid_core::parameters::{Bounds, Bushing, Bushings, DAMPING_RATIO};
+use flexid_core::spectrum::{Accelerometer, Measurement};
+use nalgebra::{Matrix3, Point3, Translation3, Vector3};
+use rayon::prelude::*;
+
+use crate::common::Random;
+use crate::figure::{Figure, median};
+use crate::find::{Found, Task, find};
+use crate::intervals::Intervals;
+use crate::linear::motion;
+use crate::records::{Sensors, Signals};
+use crate::spread;
+use crate::study::{Purpose, Study, random};
+
+/// A published URDF.
+struct Arm {
+    name: &'static str,
+    file: &'static str,
+    tcp: &'static str,
+    /// On the masses of the file: the KR210's are four times those of the robot.
+    mass: f64,
+}
+
+const ARMS: [Arm; 4] = [
+    Arm { name: "KR210", file: "kuka_kr210l150.urdf", tcp: "tool0", mass: 0.25 },
+    Arm { name: "UR10e", file: "universal_ur10e.urdf", tcp: "tool0", mass: 1.0 },
+    Arm { name: "RX160", file: "staubli_rx160.urdf", tcp: "tool0", mass: 1.0 },
+    Arm { name: "iiwa", file: "kuka_iiwa14.urdf", tcp: "iiwa_link_ee", mass: 1.0 },
+];
+
+/// Cuts of a run; of a few robots, and which these are: one of each arm, of which the last is off by eighteen standard deviations
+/// if only the heavily damped branch of its minimum is refined.
+const POSES: usize = 8;
+const FEW_POSES: usize = 3;
+const FEW: Range<usize> = 4..8;
+/// Share of the robots that must be right, as measured with 48,
+const RIGHT: f64 = 0.66;
+/// and of those that may be wrong although a parameter is called identified: a wrong minimum whose residuals noise explains.
+const FALSE: f64 = 0.10;
+/// χ² per degree of freedom below which a run is right,
+const EXPLAINED: f64 = 1.1;
+/// and standard deviations by which none of its identified parameters may be off.
+const FARTHEST: f64 = 5.0;
+/// How far the share of the intervals that cover may be from 95 %, in per cent.
+const OFF: f64 = 2.0;
+/// Natural frequencies of each bushing with all that it carries, Hz: four of the bounds' six decades of stiffness. With the
+/// softest of the bounds a robot sags by decimetres.
+const NATURAL_HZ: [f64; 2] = [6.3, 630.0];
+/// Corner of the filters before sampling, on the rate, and half of their length in samples: from where resonances fold
+/// back into the band, nothing is left.
+const CORNER: f64 = 0.5;
+const HALF_LENGTH: usize = 4;
+
+/// One robot, identified.
+struct Run {
+    arm: &'static str,
+    found: Found,
+    errors: Vec<f64>,
+    seconds: f64,
+}
+
+pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
+    let arms = ARMS.iter().map(|arm| Ok((arm.name, arm.chain()?))).collect::<Result<Vec<_>>>()?;
+    let few = robots <= FEW.len();
+    let (poses, robots) = if few { (FEW_POSES, FEW) } else { (POSES, 0..robots) };
+    let one = |number: usize| {
+        let (name, chain) = &arms[number % arms.len()];
+        Run::new(study, name, chain, poses, number as u64)
+    };
+    let runs = robots.clone().into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
+    if details {
+        robots.zip(&runs).for_each(|(robot, run)| run.print(poses, robot));
+    }
+    let robots = runs.len();
+    let [least, most] = match few {
+        true => [robots, 0],
+        false => [spread::counts(robots, RIGHT)[0], spread::counts(robots, FALSE)[1]],
+    };
+    let right = runs.iter().filter(|run| run.is_right()).count();
+    let first = runs.iter().filter(|run| run.is_right() && run.found.starts == 1).count();
+    let wrong = runs.iter().filter(|run| !run.is_right());
+    let claimed = wrong.filter(|run| run.found.identified() > 0).count();
+    let seconds = median(runs.iter().map(|run| run.seconds).collect());
+    let mut intervals = Intervals::default();
+    runs.iter()
+        .filter(|run| run.is_right())
+        .for_each(|run| intervals.push(run.scores().into_iter()));
+    let found = format!("{poses} poses: robots found, no identified parameter off by {FARTHEST} σ");
+    let others = format!("{poses} poses: others of which a parameter is called identified");
+    Ok(vec![
+        Figure::count(found, robots, right >= least, right, &format!("≥ {least}"))
+            .remark(format_args!("{first} at the first start; median {seconds:.2} s")),
+        Figure::count(others, robots, claimed <= most, claimed, &format!("≤ {most}")),
+        intervals.cover(&format!("{poses} poses: identified parameters of the found"), OFF, false),
+    ])
+}
+
+impl Arm {
+    fn chain(&self) -> Result<Chain> {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("arms").join(self.file);
+        let text = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+        let model = flexid::urdf::import(&text, self.tcp).with_context(|| self.name)?.model;
+        let bare = model.chain()?.weighing(&[self.mass; 7]);
+        with_spindle(&bare)
+    }
+}
+
+/// A spindle of a twentieth of the robot's mass at the flange, a sphere of 0.1 m radius; its centre lies 0.1 m beyond the
+/// flange, its tool 0.2 m. Published last links alone weigh 0.3 kg: a cutting force shakes them by thousands of m/s².
+fn with_spindle(bare: &Chain) -> Result<Chain> {
+    let mass = 0.05 * bare.joints().iter().map(|joint| joint.link.mass).sum::<f64>();
+    let mut joints = bare.joints().to_vec();
+    let link = &mut joints.last_mut().context("no joint")?.link;
+    let place = bare.tcp() * Point3::new(0.0, 0.0, 0.1);
+    let whole = link.mass + mass;
+    let centre = (link.centre_of_mass * link.mass + place.coords * mass) / whole;
+    let about = |mass: f64, off: Vector3<f64>| {
+        (Matrix3::identity() * off.norm_squared() - off * off.transpose()) * mass
+    };
+    link.inertia += about(link.mass, link.centre_of_mass - centre)
+        + about(mass, place.coords - centre)
+        + Matrix3::identity() * (0.4 * mass * 0.01);
+    (link.mass, link.centre_of_mass) = (whole, centre);
+    let tcp = bare.tcp() * Translation3::new(0.0, 0.0, 0.2);
+    Chain::new(&joints, tcp).map_err(|error| anyhow!("{error:?}"))
+}
+
+impl Run {
+    fn new(
+        study: &Study,
+        arm: &'static str,
+        chain: &Chain,
+        poses: usize,
+        number: u64,
+    ) -> Result<Self> {
+        let mut draw = random(Purpose::Robot, number);
+        let truth = robot(chain, &mut draw);
+        let gravity = [0.0, 0.0, -9.80665];
+        let accelerometer = Accelerometer::Strapdown;
+        let measurement = Measurement { gravity, accelerometer, ..study.measurement };
+        let joints = chain.joints().len();
+        let mut sensors = Sensors::with_joints(study, joints, random(Purpose::Noise, number))?;
+        let mut records = Vec::new();
+        let Study { scenario, .. } = study;
+        for template in scenario.experiments.iter().cycle().take(poses) {
+            let pose = (0..joints).map(|_| draw.uniform(-1.0, 1.0)).collect();
+            let experiment = Experiment { pose, ..template.clone() };
+            let cut = Cut::new(&experiment, &scenario.cutting, &scenario.measurement, &mut draw.0);
+            let force = filtered(&cut.force);
+            let cut = Cut { force, gravity: Vector3::from(gravity), accelerometer, ..cut };
+            let motion = motion(chain, &truth, &cut);
+            records.push(sensors.measure(&Signals::new(&cut.pose, &motion))?);
+        }
+        let bounds = Bounds::of(chain);
+        let task = Task { chain, bounds, measurement, nuisances: Default::default() };
+        let begun = Instant::now();
+        let found = find(&task, &records, random(Purpose::Search, number).0)?;
+        let seconds = begun.elapsed().as_secs_f64();
+        Ok(Self { arm, errors: found.errors(&truth), found, seconds })
+    }
+
+    /// Errors of the identified parameters, in their standard deviations.
+    fn scores(&self) -> Vec<f64> {
+        let Self { errors, found, .. } = self;
+        let identified = (0..errors.len()).filter(|index| found.identifies(*index));
+        identified.map(|index| errors[index] / found.deviations[index]).collect()
+    }
+
+    fn is_right(&self) -> bool {
+        self.found.estimate.consistency < EXPLAINED
+            && self.found.identified() > 0
+            && self.scores().iter().all(|score| score.abs() < FARTHEST)
+    }
+
+    fn print(&self, poses: usize, robot: usize) {
+        let Self { arm, found, seconds, .. } = self;
+        let farthest = self.scores().iter().fold(0.0_f64, |most, score| most.max(score.abs()));
+        eprintln!(
+            "{arm}, {poses} poses, robot {robot}: {}, {:?}, χ²/dof {:.3}, whiteness {:.1}, {} starts, {} of {} identified, the farthest off by {farthest:.1} σ, {seconds:.2} s",
+            if self.is_right() { "right" } else { "wrong" },
+            found.estimate.acceptance,
+            found.estimate.consistency,
+            found.estimate.whiteness,
+            found.starts,
+            found.identified(),
+            found.verdicts.len(),
+        );
+    }
+}
+
+/// Every natural frequency and damping ratio by itself, uniform on the logarithmic scale.
+fn robot(chain: &Chain, random: &mut Random) -> Bushings {
+    let mut draw =
+        |[lower, upper]: [f64; 2]| lower * (upper / lower).powf(random.uniform(0.0, 1.0));
+    let mut bushing = |inertia: &[f64; 6]| {
+        let mut bushing = Bushing::default();
+        for (dof, m) in inertia.iter().enumerate() {
+            let omega = TAU * draw(NATURAL_HZ);
+            bushing.stiffness[dof] = m * omega * omega;
+            bushing.damping[dof] = 2.0 * draw(DAMPING_RATIO) * m * omega;
+        }
+        bushing
+    };
+    chain.carried().iter().map(&mut bushing).collect()
+}
+
+/// What the anti-aliasing filters of force and acceleration, the same for both, leave of the force. The robot is linear: as well
+/// as its sensors behind it, they may stand before it. A sinc in Hann's window.
+fn filtered(force: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let half = HALF_LENGTH * OVERSAMPLING;
+    let tap = |k: usize| {
+        let samples = (k as f64 - half as f64) / OVERSAMPLING as f64;
+        let x = TAU * CORNER * samples;
+        let sinc = if k == half { 1.0 } else { x.sin() / x };
+        sinc * (0.5 + 0.5 * (0.5 * TAU * samples / HALF_LENGTH as f64).cos())
+    };
+    let taps: Vec<f64> = (0..=2 * half).map(tap).collect();
+    let sum: f64 = taps.iter().sum();
+    let at = |n: usize| {
+        let first = half.saturating_sub(n);
+        let end = taps.len().min(force.len() + half - n);
+        let terms = (first..end).map(|k| force[n + k - half] * taps[k]);
+        terms.sum::<Vector3<f64>>() / sum
+    };
+    (0..force.len()).map(at).collect()
+}
