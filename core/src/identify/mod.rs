@@ -1,11 +1,12 @@
 //! The state machine from records to an estimate: search, refine, judge, and search again while the residuals say
 //! that the basin is wrong.
 //!
-//! A refinement that has reached a minimum is accepted if noise alone explains the size and the structure of its residuals, and
-//! the records stand clear of the noise, once its lightly damped branch is known to be no better ([`branch`]). If not, either the basin is wrong, or the model is, or the noise hides which; another search tells: the
-//! best minimum reached again and again, by its coordinates and not by χ² alone, is accepted as well, with the remark that
-//! the model is suspect if the noise does not explain it. A bare threshold would restart for ever on real data. Two minima
-//! in different places that are equally good leave the estimate unsettled: the data do not say which is right.
+//! A refinement that has reached a minimum is accepted if noise alone explains the size and the structure of its residuals,
+//! and the records stand clear of the noise, once its lightly damped branch is known to be no better. If not, either the
+//! basin is wrong, or the model is, or the noise hides which; another search tells: the best minimum reached again and
+//! again, by its coordinates and not by χ² alone, is accepted as well, with the remark that the model is suspect if the
+//! noise does not explain it. A bare threshold would restart for ever on real data. Two minima in different places that are
+//! equally good leave the estimate unsettled: the data do not say which is right.
 //!
 //! A search is a descent from low to high frequencies or, one in four, the paper's random search ([`crate::search`]).
 //!
