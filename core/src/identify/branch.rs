@@ -16,8 +16,8 @@ use crate::chain::Chain;
 use crate::spectrum::Experiment;
 use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
-/// Damping ratio, with the inertia that the joint carries, above which a bushing is heavily damped: the heavy branches of
-/// twenty-four drawn six-joint robots had 0.1 and more,
+/// Damping ratio, with the inertia that the joint carries, above which a bushing is heavily damped: the wrong dampings of the
+/// heavy branches that drawn six-joint arms ended in had ratios of 0.2 to 0.6,
 const HEAVY: f64 = 0.05;
 /// and the ratio that takes its place, a decade below: from there the refinement finds either branch.
 const LIGHT: f64 = 0.005;
