@@ -8,9 +8,8 @@ use rand_xoshiro::rand_core::SeedableRng as _;
 
 use super::*;
 use crate::mounting::Mounting;
-use crate::parameters::Bounds;
 use crate::refine::normal::Normal;
-use crate::refine::tests::{BINS, SAMPLES, bushings, chain, record, sought};
+use crate::refine::tests::{BINS, SAMPLES, bounds, bushings, chain, problem, record, sought};
 use crate::spectrum::{Accelerometer, Measurement};
 use crate::unknowns::MAX_UNKNOWNS;
 
@@ -33,16 +32,8 @@ proptest! {
         let record = crate::stream::Record { starts_at_rest, ..record(&mut random) };
         let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
         let experiments = [experiment.unwrap()];
-        let bounds = Bounds::new([1e6, 1e9], [1e5, 1e8], [1e3, 1e6], [1e2, 1e5]).unwrap();
-        let sought = sought();
-        let problem = Problem {
-            chain: &chain,
-            measurement: &measurement,
-            bounds: &bounds,
-            sought: &sought,
-            statics: &[],
-            level: fearless_simd::Level::new(),
-        };
+        let (bounds, sought) = (bounds(), sought());
+        let problem = problem(&chain, &measurement, &bounds, &sought);
         for level in [WIDENING - 2, WIDENING, LAST] {
             let mut continuation = Continuation::new(sought.coordinates(&bushings()));
             continuation.begin(level);

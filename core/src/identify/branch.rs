@@ -68,11 +68,14 @@ impl<R: Rng> Identifier<R> {
         acceptance: Acceptance,
         experiments: &mut [Experiment<B>],
     ) {
+        let excluded = minimum.is_branch || self.exclusions >= MAX_EXCLUSIONS;
         // Static tests tell nothing of dampings.
-        let excluded = self.exclusions >= MAX_EXCLUSIONS;
-        let done = minimum.is_branch || excluded || experiments.is_empty();
-        let light = lightly_damped(&self.chain, &self.sought, &minimum.coordinates);
-        match light.filter(|_| !done) {
+        let light = if excluded || experiments.is_empty() {
+            None
+        } else {
+            lightly_damped(&self.chain, &self.sought, &minimum.coordinates)
+        };
+        match light {
             Some(light) => {
                 self.refinement.restart_at(&light);
                 self.branch = Some(Branch::of(minimum, acceptance));
@@ -92,10 +95,10 @@ impl<R: Rng> Identifier<R> {
         experiments: &mut [Experiment<B>],
     ) -> Option<Minimum> {
         let mut branch = self.reached(experiments);
-        let Some(Branch { acceptance, better, .. }) = self.branch.take() else {
+        let pending = self.branch.take().and_then(|pending| Some((pending, self.best.take()?)));
+        let Some((Branch { acceptance, better, .. }, mut minimum)) = pending else {
             return Some(branch);
         };
-        let mut minimum = self.best.take()?;
         branch.is_branch = true;
         branch.times = minimum.times;
         if branch.fit.objective < better {

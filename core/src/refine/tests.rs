@@ -67,6 +67,20 @@ pub(crate) fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
     }
 }
 
+pub(crate) fn bounds() -> Bounds {
+    Bounds::new([1e6, 1e9], [1e5, 1e8], [1e3, 1e6], [1e2, 1e5]).unwrap()
+}
+
+/// Without static tests.
+pub(crate) fn problem<'a>(
+    chain: &'a Chain,
+    measurement: &'a Measurement,
+    bounds: &'a Bounds,
+    sought: &'a Sought,
+) -> Problem<'a> {
+    Problem { chain, measurement, bounds, sought, statics: &[], level: Level::new() }
+}
+
 pub(crate) fn sought() -> Sought {
     let mut sought = Sought::new(
         2,
@@ -110,16 +124,8 @@ proptest! {
         let record = record(&mut random);
         let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut buffer);
         let mut experiments = [experiment.unwrap()];
-        let bounds = crate::parameters::Bounds::new([1e6, 1e9], [1e5, 1e8], [1e3, 1e6], [1e2, 1e5]).unwrap();
-        let sought = sought();
-        let problem = Problem {
-            chain: &chain,
-            measurement: &measurement,
-            bounds: &bounds,
-            sought: &sought,
-            statics: &[],
-            level: Level::new(),
-        };
+        let (bounds, sought) = (bounds(), sought());
+        let problem = problem(&chain, &measurement, &bounds, &sought);
         let mut refinement = Refinement::new(&sought, &bushings());
         let start = *refinement.coordinates();
         let mut at = |unknown: usize, by: f64, experiments: &mut [Experiment<BINS>]| {
@@ -159,16 +165,8 @@ fn a_damped_step_that_gains_nothing_is_no_end() {
         accelerometer: Accelerometer::Inertial,
         mounting: Mounting::AT_TCP,
     };
-    let bounds = Bounds::new([1e6, 1e9], [1e5, 1e8], [1e3, 1e6], [1e2, 1e5]).unwrap();
-    let level = Level::new();
-    let problem = Problem {
-        chain: &chain,
-        measurement: &measurement,
-        bounds: &bounds,
-        sought: &sought,
-        statics: &[],
-        level,
-    };
+    let bounds = bounds();
+    let problem = problem(&chain, &measurement, &bounds, &sought);
     let outcome = |way: f64, refused: bool| {
         let mut refinement = Refinement::new(&sought, &bushings());
         refinement.normal.reset(sought.unknowns());
