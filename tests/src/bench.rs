@@ -106,10 +106,11 @@ impl Bench {
         Ok(edge)
     }
 
-    /// Starts a candump of `interface`, which counts what it misses itself.
+    /// Starts a candump of `interface`, which counts what it misses itself; its buffer holds 30,000 frames, as a guest
+    /// kernel that was held up sends them in one burst.
     pub fn candump(&self, interface: &str) -> Result<Program> {
         let listener =
-            self.start("candump", "candump", ["-L", "-d", "-r", "4000000", interface])?;
+            self.start("candump", "candump", ["-L", "-d", "-r", "64000000", interface])?;
         std::thread::sleep(Duration::from_millis(500)); // it does not say when it listens
         Ok(listener)
     }
