@@ -7,20 +7,30 @@
 //! waveform inversion in the frequency domain", Geophysics 64, 1999), on spectra that are damped by `e^(−αt)`, as in the
 //! Laplace-Fourier domain (Shin and Cha, Geophysical Journal International 177, 2009): the search's line s = α + iω.
 //!
+//! Under gravity a robot sags by what its bushings, as they stand, give way: a soft wrist sags by degrees, and a chain that does
+//! not is a wrong model of it.
+//!
 //! On every level Levenberg and Marquardt's steps are taken along compliances ([`crate::refine::compliance`]). Priors hold
 //! what a level does not tell ([`priors`]); they end with the descent.
 
 mod line;
 mod priors;
 
+use crate::calibration::Calibration;
+use crate::parameters::Bushings;
+use crate::receptance::Terms;
 use crate::refine::compliance;
 use crate::refine::proposal::least_within;
 use crate::refine::{ParameterNormal, Problem};
-use crate::spectrum::Experiment;
+use crate::spectrum::{Accelerometer, Experiment};
 use crate::unknowns::Coordinates;
 
-/// Levels below the whole band, half an octave each: the first ends at a thirty-second of the highest frequency.
-const WIDENING: u32 = 10;
+/// Levels below the whole band, half an octave each: the first ends at a 128th of the highest frequency, where most joints that
+/// can mill have no resonance yet. From wherever a descent then begins, it nearly always ends in the same basin.
+const WIDENING: u32 = 14;
+/// Levels that a shorter descent leaves out: it begins at a thirty-second of the highest frequency, and more of it depends on
+/// where.
+const SHORTER: u32 = 4;
 /// The last level: the whole band once more, with residuals that noise alone may explain.
 const LAST: u32 = WIDENING + 1;
 /// Part of its size by which the model may miss a spectrum, η: while the band widens, where 0.05 and 0.1 find the basin equally
@@ -50,6 +60,8 @@ pub(crate) struct Continuation {
     damping: f64,
     /// Whether the normal equations are those at `coordinates`.
     assembled: bool,
+    /// On the whole band, when it had been fitted for the first time.
+    cost: f64,
     /// Mean square of the residuals, on the whole band once it is reached.
     misfit: f64,
 }
@@ -62,18 +74,41 @@ impl Continuation {
             steps: 0,
             damping: FIRST_DAMPING,
             assembled: false,
+            cost: f64::INFINITY,
             misfit: f64::INFINITY,
         }
     }
 
-    /// Takes notice of changed records: begins with the lowest frequencies again, from where it stands.
-    pub(crate) fn renew(&mut self) {
-        self.begin(0);
+    /// Without the lowest frequencies.
+    pub(crate) fn shorter(start: Coordinates) -> Self {
+        Self { level: SHORTER, ..Self::new(start) }
+    }
+
+    /// On the whole band alone, from near a basin.
+    pub(crate) fn on_the_whole_band(start: Coordinates) -> Self {
+        Self { level: WIDENING, ..Self::new(start) }
     }
 
     /// Where the descent stands.
     pub(crate) fn coordinates(&self) -> &Coordinates {
         &self.coordinates
+    }
+
+    /// What the first level costs where it begins; the next step goes on from there.
+    pub(crate) fn begin_with<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+        normal: &mut ParameterNormal,
+    ) -> f64 {
+        self.assemble(problem, experiments, normal);
+        self.assembled = true;
+        normal.sum_of_squares()
+    }
+
+    /// Sum of squares on the whole band, when it had been fitted for the first time.
+    pub(crate) fn cost(&self) -> f64 {
+        self.cost
     }
 
     /// Mean square of the residuals at the end, the priors' included: a half if they are noise, since real and imaginary
@@ -112,13 +147,12 @@ impl Continuation {
             return;
         }
         if !self.assembled {
-            self.assemble(problem, experiments, normal);
-            self.assembled = true;
+            self.begin_with(problem, experiments, normal);
         }
         self.steps += 1;
         let standing = normal.sum_of_squares();
         let rows: usize = experiments.iter().map(|one| line::ROWS * one.search.bins).sum();
-        self.misfit = standing / rows as f64;
+        self.take(standing, rows);
         let before = self.coordinates;
         let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
         let room = compliance::room(problem.sought, &ranges, LONGEST_STEP);
@@ -149,10 +183,17 @@ impl Continuation {
             self.coordinates = before;
             self.damping *= 10.0;
         }
-        self.misfit = normal.sum_of_squares() / rows as f64;
+        self.take(normal.sum_of_squares(), rows);
         let settled = gain > 0.0 && gain < NEGLIGIBLE * standing;
         if settled || self.steps >= MAX_STEPS || self.damping > LAST_DAMPING {
             self.begin(self.level + 1);
+        }
+    }
+
+    fn take(&mut self, sum_of_squares: f64, rows: usize) {
+        self.misfit = sum_of_squares / rows as f64;
+        if self.level < LAST {
+            self.cost = sum_of_squares;
         }
     }
 
@@ -173,14 +214,34 @@ impl Continuation {
         let relative = if self.level < LAST { RELATIVE } else { LAST_RELATIVE };
         for experiment in experiments {
             let search = &experiment.search;
-            let mut terms = search.terms.clone();
-            terms.set_bushings(&bushings);
+            let terms = sagged(problem, experiment, &bushings);
             let highest = part * search.omega.last().copied().unwrap_or_default();
             let weighing = line::Weighing { highest, relative };
             line::add(normal, &terms, experiment, weighing, sought, level);
         }
         priors::add(normal, &self.coordinates, sought, bounds);
     }
+}
+
+/// The chain at a record's pose, as it sags there; where gravity leaves it no equilibrium, before it sags.
+fn sagged<const B: usize>(
+    problem: &Problem<'_>,
+    experiment: &Experiment<B>,
+    bushings: &Bushings,
+) -> Terms<f32> {
+    let Problem { measurement, .. } = *problem;
+    let calibration = Calibration::default();
+    let strapdown = measurement.accelerometer == Accelerometer::Strapdown;
+    problem
+        .linearise(&experiment.pose, bushings, &calibration)
+        .and_then(|linear| {
+            Terms::mounted(&linear, bushings, strapdown, &measurement.mounting, &calibration)
+        })
+        .unwrap_or_else(|_| {
+            let mut terms = experiment.search.terms.clone();
+            terms.set_bushings(bushings);
+            terms
+        })
 }
 
 #[cfg(test)]

@@ -13,6 +13,9 @@ const CONSISTENT: f64 = 1.3;
 const TOO_LOUD: f64 = 0.5;
 /// Whiteness up to which noise explains the residuals' structure.
 const STRUCTURED: f64 = 4.0;
+/// Whiteness that no noise explains: hum between the lines that are taken for noise makes 10, the wrong minima of drawn six-joint
+/// arms whose χ² noise would explain 24 to 72.
+const STRUCTURED_BEYOND_NOISE: f64 = 16.0;
 /// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
 /// one wrong basin in twenty has residuals that noise explains.
 const CLEAR: f64 = 0.05;
@@ -83,6 +86,11 @@ impl Minimum {
     /// They have more structure along the band than noise explains; what is no number has.
     pub(super) fn whiteness_objects(&self) -> bool {
         self.fit.whiteness.is_nan() || self.fit.whiteness > STRUCTURED
+    }
+
+    /// They have more structure than any noise, also one that has lines.
+    pub(super) fn is_structured_beyond_noise(&self) -> bool {
+        self.fit.whiteness.is_nan() || self.fit.whiteness > STRUCTURED_BEYOND_NOISE
     }
 
     /// The static tests' residuals by themselves are larger than their noise leaves them; what is no number is.

@@ -25,6 +25,7 @@ use rand_core::Rng;
 
 use crate::DOF;
 use crate::chain::Chain;
+use crate::continuation::Continuation;
 use crate::loss::spectral;
 use crate::parameters::Bounds;
 use crate::refine::{Outcome, Problem, Refinement};
@@ -36,7 +37,7 @@ use branch::Branch;
 pub use estimate::{Acceptance, Estimate};
 use minimum::Minimum;
 pub use standing::{Standing, StandingError};
-use start::{Descents, Method};
+use start::{Descent, Method};
 
 /// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin,
 const TIMES_CONSISTENT: u32 = 2;
@@ -93,7 +94,7 @@ pub struct Identifier<R> {
     statics: Vec<StaticTest, MAX_STATIC_TESTS>,
     /// How the present start searches.
     method: Method,
-    descents: Descents,
+    descent: Descent,
     search: Search,
     refinement: Refinement,
     /// How often the present refinement has gone on.
@@ -128,10 +129,10 @@ impl<R: Rng> Identifier<R> {
         let search = Search::new(Strategy::default(), 2 * DOF * chain.joints().len());
         let sought = Sought::parameters_of(&chain);
         let refinement = Refinement::new(&sought, &bounds.within(search.centre()));
-        let descents = Descents::new(start::middle(&bounds, &sought));
+        let descent = Descent::new(Continuation::new(start::middle(&bounds, &sought)), false);
         Self {
             method: Method::Descent,
-            descents,
+            descent,
             chain,
             bounds,
             measurement,
@@ -208,7 +209,7 @@ impl<R: Rng> Identifier<R> {
             _ if self.total_starts == 0 => self.start_search(experiments),
             (Phase::Waiting, _) | (Phase::Settled, None) => self.start_search(experiments),
             (Phase::Searching, _) => match self.method {
-                Method::Descent => self.descents.renew(),
+                Method::Descent => self.descent.renew(),
                 Method::RandomSearch => self.search.renew(self.weighing(experiments)),
             },
             (Phase::Refining, _) => {
@@ -325,7 +326,7 @@ impl<R: Rng> Identifier<R> {
             fraction: match self.phase {
                 Phase::Waiting => 0.0,
                 Phase::Searching => match self.method {
-                    Method::Descent => self.descents.present.fraction(),
+                    Method::Descent => self.descent.fraction(),
                     Method::RandomSearch => done as f32 / of as f32,
                 },
                 Phase::Refining => self.refinement.iterations() as f32 / TYPICAL_ITERATIONS,
@@ -346,12 +347,18 @@ impl<R: Rng> Identifier<R> {
         self.method = Method::after(self.starts);
         match self.method {
             Method::Descent => {
-                let Self { bounds, sought, generator, .. } = self;
-                let start = match self.starts {
-                    0 => start::middle(bounds, sought),
-                    _ => start::about_the_middle(bounds, sought, generator),
-                };
-                self.descents = Descents::new(start);
+                let Self { bounds, sought, generator, descent, .. } = self;
+                match self.starts {
+                    0 => {
+                        let start = Continuation::new(start::middle(bounds, sought));
+                        *descent = Descent::new(start, false);
+                    }
+                    1 => descent.go_on_thoroughly(),
+                    _ => {
+                        let start = start::about_the_middle(bounds, sought, generator);
+                        *descent = Descent::new(Continuation::shorter(start), true);
+                    }
+                }
             }
             Method::RandomSearch => {
                 self.search = Search::new(Strategy::default(), 2 * DOF * self.chain.joints().len());
@@ -362,13 +369,11 @@ impl<R: Rng> Identifier<R> {
         self.total_starts += 1;
     }
 
-    /// One step of a descent; the end of the best is where the refinement begins.
+    /// One step of a descent; its end is where the refinement begins.
     fn descend<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
-        let Self { chain, measurement, bounds, sought, statics, descents, generator, .. } = self;
+        let Self { chain, measurement, bounds, sought, statics, descent, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        descents.present.step(&problem, experiments, self.refinement.room());
-        let next = || start::about_the_middle(bounds, sought, generator);
-        if let Some(found) = descents.end(next) {
+        if let Some(found) = descent.step(&problem, experiments, refinement.room()) {
             self.refinement.restart_at(&found);
             self.phase = Phase::Refining;
         }
@@ -427,10 +432,11 @@ impl<R: Rng> Identifier<R> {
             }
             None => found,
         };
+        let structured = best.is_structured_beyond_noise();
         let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
             (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
-            (true, true) => (TIMES_SUSPECT, Acceptance::Consistent),
-            (false, _) => (TIMES_SUSPECT, Acceptance::ModelSuspect),
+            (true, true) if !structured => (TIMES_SUSPECT, Acceptance::Consistent),
+            _ => (TIMES_SUSPECT, Acceptance::ModelSuspect),
         };
         if best.times >= TIMES_CONSISTENT && best.contradicted {
             self.try_alone(best);

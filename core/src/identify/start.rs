@@ -4,7 +4,9 @@ use rand_core::Rng;
 
 use crate::continuation::Continuation;
 use crate::parameters::Bounds;
-use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
+use crate::refine::{ParameterNormal, Problem};
+use crate::spectrum::Experiment;
+use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
 /// How a start looks for the basin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,52 +23,150 @@ const RANDOM_SEARCH: u32 = 4;
 /// Part of the bounds' logarithms, about their middle, in which later descents begin: of six decades nearly one each way. From
 /// there they find as many robots as from the middle, from a part twice as wide fewer.
 const SPREAD: f64 = 0.3;
-
-/// Descents of one start, at most. A refinement of a wrong basin takes several times as long as a
-/// descent, so that only the best is refined.
-const MAX_DESCENTS: u32 = 4;
 /// Misfit up to which a descent has found a basin that is worth a refinement: noise alone leaves a half, and hardly more by
 /// chance, since the residuals are thousands.
 const FITS: f64 = 0.6;
+/// How far above its lower bound a softened stiffness lies, by logarithms: at the default bounds its bushing resonates at 3 Hz,
+/// below nearly all of the band.
+const SOFT: f64 = 1.0;
+/// A softened stiffness is descended from if the cost is at most this many times that of the best end: right ones raised it to
+/// 0.9 to 5.4 times, nearly all others to hundreds.
+const WORTH_A_DESCENT: f64 = 10.0;
+/// Its end is better if the misfit falls to less than this part: that of right ones fell to 0.07 to 0.77, of wrong ones to 0.97.
+const BETTER: f64 = 0.9;
 
-/// The descents of one start.
+/// A descent, and what is tried where its end does not explain the records: each stiffness in turn is made soft.
+///
+/// A bushing that resonates below the band shows the apparent compliance `1/(k − mω²)` of the mass that it carries, which is
+/// negative. From a stiffer one a descent comes nearest to it with no compliance at all, at the upper bound, and the resonance
+/// that lies between is a barrier.
 #[derive(Clone, Debug)]
-pub(super) struct Descents {
-    pub(super) present: Continuation,
-    begun: u32,
-    /// Misfit and end of the best that has ended.
-    best: Option<(f64, Coordinates)>,
+pub(super) struct Descent {
+    present: Continuation,
+    /// Stiffnesses are softened even if the descent's end fits.
+    thorough: bool,
+    best: Option<End>,
+    /// Unknown whose stiffness is soft where the present one begins.
+    softened: Option<usize>,
+    /// The present one has begun.
+    begun: bool,
+    /// That of the last one that led to a better end; where no other is better, the round ends there.
+    kept: Option<usize>,
 }
 
-impl Descents {
-    pub(super) fn new(start: Coordinates) -> Self {
-        Self { present: Continuation::new(start), begun: 1, best: None }
+/// Where a descent has ended.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    coordinates: Coordinates,
+    misfit: f64,
+    /// On the whole band, while the band widens.
+    cost: f64,
+}
+
+impl Descent {
+    pub(super) fn new(present: Continuation, thorough: bool) -> Self {
+        Self { present, thorough, best: None, softened: None, begun: false, kept: None }
     }
 
-    /// Takes notice of changed records: what has ended was on others.
+    /// Goes on from the best end with stiffnesses softened, although it fits: a refinement from there has failed.
+    pub(super) fn go_on_thoroughly(&mut self) {
+        self.thorough = true;
+    }
+
+    /// Takes notice of changed records: begins again, from the best end if there is one.
     pub(super) fn renew(&mut self) {
-        self.present.renew();
-        self.best = None;
+        let from = self.best.map_or(*self.present.coordinates(), |best| best.coordinates);
+        *self = Self::new(Continuation::new(from), self.thorough);
     }
 
-    /// The end of the best, once there is nothing more to try; else goes on from a `next` start if the present has ended.
-    pub(super) fn end(&mut self, next: impl FnOnce() -> Coordinates) -> Option<Coordinates> {
+    /// How much of what goes on is done, 0 to 1.
+    pub(super) fn fraction(&self) -> f32 {
+        self.present.fraction()
+    }
+
+    /// Tries one step; the best end, once there is nothing more to try. `room` stays untouched between the steps.
+    pub(super) fn step<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+        room: &mut ParameterNormal,
+    ) -> Option<Coordinates> {
+        if let Some(best) = self.best.filter(|_| !core::mem::replace(&mut self.begun, true)) {
+            let cost = self.present.begin_with(problem, experiments, room);
+            return if cost > WORTH_A_DESCENT * best.cost {
+                self.go_on(problem, best)
+            } else {
+                None
+            };
+        }
+        self.present.step(problem, experiments, room);
         if !self.present.finished() {
             return None;
         }
-        let misfit = self.present.misfit();
-        let (least, best) = match self.best {
-            Some(best) if best.0 <= misfit => best,
-            _ => (misfit, *self.present.coordinates()),
+        let Self { present, softened, .. } = self;
+        let (misfit, cost) = (present.misfit(), present.cost());
+        let end = End { coordinates: *present.coordinates(), misfit, cost };
+        let best = match self.best {
+            Some(best) if end.misfit >= BETTER * best.misfit => best,
+            _ => {
+                self.kept = *softened;
+                end
+            }
         };
-        self.best = Some((least, best));
-        if least <= FITS || self.begun >= MAX_DESCENTS {
-            return Some(best);
+        self.best = Some(best);
+        if best.misfit <= FITS && !self.thorough {
+            return Some(best.coordinates);
         }
-        self.begun += 1;
-        self.present = Continuation::new(next());
+        self.go_on(problem, best)
+    }
+
+    /// Goes on from the best end with the next stiffness softened, from the tip inward: the wrist's resonances show least.
+    fn go_on(&mut self, problem: &Problem<'_>, best: End) -> Option<Coordinates> {
+        let Problem { sought, bounds, .. } = *problem;
+        let from = self.softened.unwrap_or(sought.unknowns());
+        let (inward, again) = match self.kept {
+            None => (0..from, 0..0),
+            Some(kept) if kept < from => (kept + 1..from, 0..0),
+            Some(kept) => (0..from, kept + 1..sought.unknowns()),
+        };
+        let next = inward.rev().chain(again.rev()).find_map(|unknown| {
+            Some((unknown, softened(sought, bounds, &best.coordinates, unknown)?))
+        });
+        let Some((unknown, soft)) = next else { return Some(best.coordinates) };
+        self.softened = Some(unknown);
+        self.present = Continuation::on_the_whole_band(soft);
+        self.begun = false;
         None
     }
+}
+
+/// The same bushings, the stiffness of one unknown soft and its damping ratio in the middle of its bounds; `None` if it is no
+/// stiffness, or soft already.
+fn softened(
+    sought: &Sought,
+    bounds: &Bounds,
+    from: &Coordinates,
+    unknown: usize,
+) -> Option<Coordinates> {
+    let Some(Coordinate::Stiffness { joint, dof }) = sought.coordinate(unknown) else {
+        return None;
+    };
+    let ranges = sought.ranges(from, bounds);
+    let [value, lower, upper] = ranges[unknown];
+    let change = lower + SOFT - value;
+    if change >= 0.0 {
+        return None;
+    }
+    let mut step = [0.0; MAX_UNKNOWNS];
+    step[unknown] = change;
+    if let Some(damping) = sought.unknown(Coordinate::Damping { joint, dof }) {
+        let [value, least, most] = ranges[damping];
+        let middle = 0.5 * (least + most);
+        step[damping] = middle + 0.5 * (lower + SOFT - 0.5 * (lower + upper)) - value;
+    }
+    let mut soft = *from;
+    sought.advance(&mut soft, &step);
+    Some(soft)
 }
 
 impl Method {
@@ -101,16 +201,47 @@ pub(super) fn about_the_middle(
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
     use rand_core::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
+    use crate::DOF;
     use crate::calibration::Nuisances;
 
     #[test]
     fn one_start_in_four_is_a_random_search() {
         let searches = (0..8).filter(|starts| Method::after(*starts) == Method::RandomSearch);
         assert!(searches.eq([3, 7]));
+    }
+
+    proptest! {
+        /// Of the softened bushing the stiffness is e times its lower bound and the damping ratio in the middle; nothing else
+        /// has changed. What is soft already, and a damping, is not softened.
+        #[test]
+        fn one_bushing_becomes_soft(
+            bushing in 0..12_usize, places in prop::array::uniform24(0.0..1.0_f64),
+        ) {
+            let sought = Sought::new(2, &Nuisances::default()).unwrap();
+            let bounds = Bounds::new([1e4, 1e10], [1e3, 1e9], [1e1, 1e7], [1.0, 1e6]).unwrap();
+            let (lower, upper) = bounds.logarithms(2);
+            let mut from = sought.coordinates(&bounds.middle(&sought));
+            for (index, place) in places.into_iter().enumerate() {
+                from[index] = lower[index] + place * (upper[index] - lower[index]);
+            }
+            let k = 2 * DOF * (bushing / DOF) + bushing % DOF;
+            let d = k + DOF;
+            prop_assert!(softened(&sought, &bounds, &from, d).is_none());
+            let soft = softened(&sought, &bounds, &from, k);
+            prop_assert_eq!(soft.is_some(), from[k] > lower[k] + 1.0);
+            let Some(soft) = soft else { return Ok(()) };
+            let middle = |index: usize| 0.5 * (lower[index] + upper[index]);
+            let ratio = soft[d] - 0.5 * soft[k] - (middle(d) - 0.5 * middle(k));
+            prop_assert!((soft[k] - lower[k] - 1.0).abs() < 1e-9 && ratio.abs() < 1e-9);
+            for other in (0..24).filter(|other| ![k, d].contains(other)) {
+                prop_assert!((soft[other] - from[other]).abs() < 1e-9);
+            }
+        }
     }
 
     /// Every start lies in the middle three tenths of the bounds, and anywhere there.

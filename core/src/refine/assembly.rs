@@ -119,7 +119,8 @@ impl Refinement {
             calibration: &calibration,
             unknowns,
             normal: &mut self.record,
+            level: problem.level,
         };
-        Ok(assembly.run(problem.level))
+        Ok(assembly.run())
     }
 }

@@ -69,7 +69,7 @@ pub struct Problem<'a> {
 
 impl Problem<'_> {
     /// The chain at a pose, with the masses that it is taken to have.
-    fn linearise(
+    pub(crate) fn linearise(
         &self,
         pose: &[f64],
         bushings: &Bushings,

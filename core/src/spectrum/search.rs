@@ -36,7 +36,7 @@ pub struct SearchSpectra<const B: usize> {
     pub acceleration: Spectrum<B>,
     /// Bins that are not filling.
     pub bins: usize,
-    /// The chain at the record's pose, under gravity, before it sags: the sag matters to the refinement alone.
+    /// The chain at the record's pose, under gravity, before it sags. The random search, which has no stiffnesses yet, takes it.
     pub(crate) terms: Terms<f32>,
     /// Elongations to what the accelerometer sees of them at the record's pose: translation of its place along its axes.
     pub jacobian: Jacobian,
