@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::minimum::Minimum;
+use super::minimum::{Minimum, structure_is_beyond_noise};
 use crate::parameters::Bushings;
 use crate::refine::{Agreement, Problem, Refinement, lies_on_bound};
 use crate::search::MAX_EXPERIMENTS;
@@ -16,8 +16,8 @@ use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 pub enum Acceptance {
     /// The residuals are as large as the noise explains.
     Consistent,
-    /// The same minimum was reached from several searches, and its residuals are larger than the noise
-    /// explains: the model is wrong.
+    /// The same minimum was reached from several searches, and its residuals are larger than the noise explains, or have
+    /// structure that no noise has: the model is wrong.
     ModelSuspect,
     /// The budget of starts ran out before either; or the residuals cannot tell, since they are too few, or far smaller than
     /// the noise that they are measured by.
@@ -76,6 +76,11 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Whether the residuals have more structure along the band than any noise, also one that has lines.
+    pub fn is_structured_beyond_noise(&self) -> bool {
+        structure_is_beyond_noise(self.whiteness)
+    }
+
     /// Of a minimum, where `refinement` stands and has been [fitted](Refinement::fit).
     pub(super) fn of<const B: usize>(
         minimum: &Minimum,

@@ -88,11 +88,6 @@ impl Minimum {
         self.fit.whiteness.is_nan() || self.fit.whiteness > STRUCTURED
     }
 
-    /// They have more structure than any noise, also one that has lines.
-    pub(super) fn is_structured_beyond_noise(&self) -> bool {
-        self.fit.whiteness.is_nan() || self.fit.whiteness > STRUCTURED_BEYOND_NOISE
-    }
-
     /// The static tests' residuals by themselves are larger than their noise leaves them; what is no number is.
     pub(super) fn statics_object(&self) -> bool {
         let most = rarely_exceeded(self.fit.static_residuals as f64);
@@ -190,6 +185,11 @@ impl Minimum {
     pub(super) fn is_tested(&self) -> bool {
         self.fit.degrees_of_freedom >= 1.0
     }
+}
+
+/// Whether residuals of this whiteness have more structure than any noise, also one that has lines; what is no number has.
+pub(super) fn structure_is_beyond_noise(whiteness: f64) -> bool {
+    whiteness.is_nan() || whiteness > STRUCTURED_BEYOND_NOISE
 }
 
 /// Whether noise leaves a sum of squares of this size; none that is no number.

@@ -25,7 +25,6 @@ use rand_core::Rng;
 
 use crate::DOF;
 use crate::chain::Chain;
-use crate::continuation::Continuation;
 use crate::loss::spectral;
 use crate::parameters::Bounds;
 use crate::refine::{Outcome, Problem, Refinement};
@@ -35,7 +34,7 @@ use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use crate::unknowns::{Sought, SoughtError};
 use branch::Branch;
 pub use estimate::{Acceptance, Estimate};
-use minimum::Minimum;
+use minimum::{Minimum, structure_is_beyond_noise};
 pub use standing::{Standing, StandingError};
 use start::{Descent, Method};
 
@@ -129,7 +128,7 @@ impl<R: Rng> Identifier<R> {
         let search = Search::new(Strategy::default(), 2 * DOF * chain.joints().len());
         let sought = Sought::parameters_of(&chain);
         let refinement = Refinement::new(&sought, &bounds.within(search.centre()));
-        let descent = Descent::new(Continuation::new(start::middle(&bounds, &sought)), false);
+        let descent = Descent::new(start::middle(&bounds, &sought));
         Self {
             method: Method::Descent,
             descent,
@@ -349,14 +348,11 @@ impl<R: Rng> Identifier<R> {
             Method::Descent => {
                 let Self { bounds, sought, generator, descent, .. } = self;
                 match self.starts {
-                    0 => {
-                        let start = Continuation::new(start::middle(bounds, sought));
-                        *descent = Descent::new(start, false);
-                    }
+                    0 => *descent = Descent::new(start::middle(bounds, sought)),
                     1 => descent.go_on_thoroughly(),
                     _ => {
-                        let start = start::about_the_middle(bounds, sought, generator);
-                        *descent = Descent::new(Continuation::shorter(start), true);
+                        *descent =
+                            Descent::shorter(start::about_the_middle(bounds, sought, generator))
                     }
                 }
             }
@@ -432,7 +428,7 @@ impl<R: Rng> Identifier<R> {
             }
             None => found,
         };
-        let structured = best.is_structured_beyond_noise();
+        let structured = structure_is_beyond_noise(best.fit.whiteness);
         let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
             (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
             (true, true) if !structured => (TIMES_SUSPECT, Acceptance::Consistent),

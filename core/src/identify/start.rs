@@ -35,7 +35,11 @@ const WORTH_A_DESCENT: f64 = 10.0;
 /// Its end is better if the misfit falls to less than this part: that of right ones fell to 0.07 to 0.77, of wrong ones to 0.97.
 const BETTER: f64 = 0.9;
 
-/// A descent, and what is tried where its end does not explain the records: each stiffness in turn is made soft.
+/// So many softened stiffnesses are descended from in one start: those near the tip, which come first, lead to a better end.
+const MAX_SOFTENED: u32 = 8;
+
+/// A descent, and what is tried where its end does not explain the records: a shorter one, and then each stiffness in turn is made
+/// soft.
 ///
 /// A bushing that resonates below the band shows the apparent compliance `1/(k − mω²)` of the mass that it carries, which is
 /// negative. From a stiffer one a descent comes nearest to it with no compliance at all, at the upper bound, and the resonance
@@ -43,15 +47,28 @@ const BETTER: f64 = 0.9;
 #[derive(Clone, Debug)]
 pub(super) struct Descent {
     present: Continuation,
-    /// Stiffnesses are softened even if the descent's end fits.
+    /// What the present one is.
+    trial: Trial,
+    /// It has begun.
+    begun: bool,
+    /// Stiffnesses are softened even if the end fits.
     thorough: bool,
     best: Option<End>,
-    /// Unknown whose stiffness is soft where the present one begins.
-    softened: Option<usize>,
-    /// The present one has begun.
-    begun: bool,
-    /// That of the last one that led to a better end; where no other is better, the round ends there.
+    /// The unknown whose stiffness was softened last with a better end; where no other is better, the round ends there.
     kept: Option<usize>,
+    /// Softened stiffnesses that are still descended from.
+    left: u32,
+}
+
+/// How a descent begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Trial {
+    /// At the lowest frequencies.
+    Long,
+    /// Without the lowest frequencies.
+    Short,
+    /// On the whole band, the stiffness of this unknown softened.
+    Softened(usize),
 }
 
 /// Where a descent has ended.
@@ -64,19 +81,38 @@ struct End {
 }
 
 impl Descent {
-    pub(super) fn new(present: Continuation, thorough: bool) -> Self {
-        Self { present, thorough, best: None, softened: None, begun: false, kept: None }
+    /// From the lowest frequencies upward.
+    pub(super) fn new(start: Coordinates) -> Self {
+        Self::of(Trial::Long, Continuation::new(start))
+    }
+
+    /// Without the lowest frequencies, so that it depends on the start; stiffnesses are softened even if its end fits.
+    pub(super) fn shorter(start: Coordinates) -> Self {
+        Self { thorough: true, ..Self::of(Trial::Short, Continuation::shorter(start)) }
+    }
+
+    fn of(trial: Trial, present: Continuation) -> Self {
+        Self {
+            present,
+            trial,
+            begun: true,
+            thorough: false,
+            best: None,
+            kept: None,
+            left: MAX_SOFTENED,
+        }
     }
 
     /// Goes on from the best end with stiffnesses softened, although it fits: a refinement from there has failed.
     pub(super) fn go_on_thoroughly(&mut self) {
         self.thorough = true;
+        self.left = MAX_SOFTENED;
     }
 
     /// Takes notice of changed records: begins again, from the best end if there is one.
     pub(super) fn renew(&mut self) {
         let from = self.best.map_or(*self.present.coordinates(), |best| best.coordinates);
-        *self = Self::new(Continuation::new(from), self.thorough);
+        *self = Self { thorough: self.thorough, ..Self::new(from) };
     }
 
     /// How much of what goes on is done, 0 to 1.
@@ -91,25 +127,27 @@ impl Descent {
         experiments: &[Experiment<B>],
         room: &mut ParameterNormal,
     ) -> Option<Coordinates> {
-        if let Some(best) = self.best.filter(|_| !core::mem::replace(&mut self.begun, true)) {
+        if let Some(best) = self.best.filter(|_| !self.begun) {
+            self.begun = true;
             let cost = self.present.begin_with(problem, experiments, room);
-            return if cost > WORTH_A_DESCENT * best.cost {
-                self.go_on(problem, best)
-            } else {
-                None
-            };
+            if cost > WORTH_A_DESCENT * best.cost {
+                return self.soften(problem, best);
+            }
+            self.left -= 1;
+            return None;
         }
         self.present.step(problem, experiments, room);
         if !self.present.finished() {
             return None;
         }
-        let Self { present, softened, .. } = self;
-        let (misfit, cost) = (present.misfit(), present.cost());
-        let end = End { coordinates: *present.coordinates(), misfit, cost };
+        let (misfit, cost) = (self.present.misfit(), self.present.cost());
+        let end = End { coordinates: *self.present.coordinates(), misfit, cost };
         let best = match self.best {
             Some(best) if end.misfit >= BETTER * best.misfit => best,
             _ => {
-                self.kept = *softened;
+                if let Trial::Softened(unknown) = self.trial {
+                    self.kept = Some(unknown);
+                }
                 end
             }
         };
@@ -117,13 +155,21 @@ impl Descent {
         if best.misfit <= FITS && !self.thorough {
             return Some(best.coordinates);
         }
-        self.go_on(problem, best)
+        if self.trial == Trial::Long && !self.thorough {
+            self.trial = Trial::Short;
+            self.present = Continuation::shorter(middle(problem.bounds, problem.sought));
+            return None;
+        }
+        self.soften(problem, best)
     }
 
     /// Goes on from the best end with the next stiffness softened, from the tip inward: the wrist's resonances show least.
-    fn go_on(&mut self, problem: &Problem<'_>, best: End) -> Option<Coordinates> {
+    fn soften(&mut self, problem: &Problem<'_>, best: End) -> Option<Coordinates> {
         let Problem { sought, bounds, .. } = *problem;
-        let from = self.softened.unwrap_or(sought.unknowns());
+        let from = match self.trial {
+            Trial::Softened(unknown) => unknown,
+            Trial::Long | Trial::Short => sought.unknowns(),
+        };
         let (inward, again) = match self.kept {
             None => (0..from, 0..0),
             Some(kept) if kept < from => (kept + 1..from, 0..0),
@@ -132,8 +178,10 @@ impl Descent {
         let next = inward.rev().chain(again.rev()).find_map(|unknown| {
             Some((unknown, softened(sought, bounds, &best.coordinates, unknown)?))
         });
-        let Some((unknown, soft)) = next else { return Some(best.coordinates) };
-        self.softened = Some(unknown);
+        let Some((unknown, soft)) = next.filter(|_| self.left > 0) else {
+            return Some(best.coordinates);
+        };
+        self.trial = Trial::Softened(unknown);
         self.present = Continuation::on_the_whole_band(soft);
         self.begun = false;
         None

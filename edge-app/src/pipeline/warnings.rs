@@ -79,6 +79,7 @@ pub(super) fn warnings(
     // The one reason for doubt that no residual shows.
     if estimate.acceptance == Acceptance::ModelSuspect
         && !residuals.size_objects
+        && !estimate.is_structured_beyond_noise()
         && !estimate.statics_object
     {
         warnings.push(
