@@ -57,7 +57,6 @@ pub(super) fn add<const B: usize>(
         relative: weighing.relative * weighing.relative,
         sought,
         normal,
-        level,
     };
     f32::dispatch(level, line);
 }
@@ -79,7 +78,6 @@ struct Line<'a> {
     relative: f64,
     sought: &'a Sought,
     normal: &'a mut ParameterNormal,
-    level: Level,
 }
 
 impl Kernel<f32> for Line<'_> {
@@ -87,8 +85,7 @@ impl Kernel<f32> for Line<'_> {
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f32>>(self, like: V) {
-        let Self { terms, alpha, omega, bins, force, acceleration, sought, normal, level, .. } =
-            self;
+        let Self { terms, alpha, omega, bins, force, acceleration, sought, normal, .. } = self;
         let mut response = Response::new(like);
         let mut derivatives = [[[[0.0_f32; MAX_WIDTH]; 2]; MAX_PARAMETERS]; 3];
         let mut modelled = [[[0.0_f32; MAX_WIDTH]; 2]; 3];
@@ -125,7 +122,7 @@ impl Kernel<f32> for Line<'_> {
                         complex(derivatives[axis][index].map(|part| part[lane]))
                     });
                 }
-                normal.add(level, &rows);
+                normal.add(&rows);
             }
         }
     }

@@ -60,7 +60,7 @@ pub(crate) struct Continuation {
     damping: f64,
     /// Whether the normal equations are those at `coordinates`.
     assembled: bool,
-    /// On the whole band, when it had been fitted for the first time.
+    /// Sum of squares before the last level.
     cost: f64,
     /// Mean square of the residuals, on the whole band once it is reached.
     misfit: f64,
@@ -106,7 +106,7 @@ impl Continuation {
         normal.sum_of_squares()
     }
 
-    /// Sum of squares on the whole band, when it had been fitted for the first time.
+    /// Sum of squares on the whole band before the last level, whose residuals are weighed more.
     pub(crate) fn cost(&self) -> f64 {
         self.cost
     }
@@ -152,7 +152,7 @@ impl Continuation {
         self.steps += 1;
         let standing = normal.sum_of_squares();
         let rows: usize = experiments.iter().map(|one| line::ROWS * one.search.bins).sum();
-        self.take(standing, rows);
+        self.note(standing, rows);
         let before = self.coordinates;
         let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
         let room = compliance::room(problem.sought, &ranges, LONGEST_STEP);
@@ -183,14 +183,15 @@ impl Continuation {
             self.coordinates = before;
             self.damping *= 10.0;
         }
-        self.take(normal.sum_of_squares(), rows);
+        self.note(normal.sum_of_squares(), rows);
         let settled = gain > 0.0 && gain < NEGLIGIBLE * standing;
         if settled || self.steps >= MAX_STEPS || self.damping > LAST_DAMPING {
             self.begin(self.level + 1);
         }
     }
 
-    fn take(&mut self, sum_of_squares: f64, rows: usize) {
+    /// Remembers what the present coordinates cost.
+    fn note(&mut self, sum_of_squares: f64, rows: usize) {
         self.misfit = sum_of_squares / rows as f64;
         if self.level < LAST {
             self.cost = sum_of_squares;

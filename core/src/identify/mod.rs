@@ -14,6 +14,7 @@
 //! on any machine.
 
 mod branch;
+mod descent;
 mod estimate;
 mod minimum;
 mod standing;
@@ -33,10 +34,11 @@ use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use crate::unknowns::{Sought, SoughtError};
 use branch::Branch;
+use descent::Descent;
 pub use estimate::{Acceptance, Estimate};
 use minimum::{Minimum, structure_is_beyond_noise};
 pub use standing::{Standing, StandingError};
-use start::{Descent, Method};
+use start::Method;
 
 /// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin,
 const TIMES_CONSISTENT: u32 = 2;

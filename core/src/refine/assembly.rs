@@ -119,8 +119,7 @@ impl Refinement {
             calibration: &calibration,
             unknowns,
             normal: &mut self.record,
-            level: problem.level,
         };
-        Ok(assembly.run())
+        Ok(assembly.run(problem.level))
     }
 }

@@ -111,15 +111,13 @@ pub(super) struct Assembly<'a> {
     pub(super) calibration: &'a Calibration,
     pub(super) unknowns: Unknowns,
     pub(super) normal: &'a mut RecordNormal,
-    /// Instruction set.
-    pub(super) level: Level,
 }
 
 impl Assembly<'_> {
     /// Fills `normal` (not yet eliminated). Returns what is left with all unknowns, at the seam as it stands; of the seam alone
     /// nothing.
-    pub(super) fn run(self) -> Residuals {
-        f64::dispatch(self.level, self)
+    pub(super) fn run(self, level: Level) -> Residuals {
+        f64::dispatch(level, self)
     }
 }
 
@@ -128,7 +126,7 @@ impl Kernel<f64> for Assembly<'_> {
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f64>>(self, like: V) -> Residuals {
-        let Self { terms, record, sought, calibration, unknowns: wanted, normal, level } = self;
+        let Self { terms, record, sought, calibration, unknowns: wanted, normal } = self;
         let joints = terms.joints.len();
         let seam_columns = unknowns(joints);
         let all = wanted != Unknowns::Seam;
@@ -202,7 +200,7 @@ impl Kernel<f64> for Assembly<'_> {
                     }
                 }
                 weights[lane].apply(rows, columns + 1);
-                normal.add(level, rows);
+                normal.add(rows);
                 if !all {
                     continue;
                 }

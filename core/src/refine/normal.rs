@@ -4,10 +4,6 @@
 //! factorisation) leaves the Schur complement in place: the same equations with those unknowns projected out,
 //! and in the last corner the sum of squares that then remains.
 
-use fearless_simd::Level;
-
-use crate::receptance::lanes::{Kernel, Lanes, Precision};
-
 /// An unknown that keeps less than this part of its diagonal depends on those before it.
 const DEPENDENT: f64 = 1e-13;
 
@@ -72,10 +68,17 @@ impl<const L: usize> Normal<L> {
         self.sum_of_squares() - least.sum_of_squares()
     }
 
-    /// Adds six rows, each as long as the unknowns and the right-hand side, with the instructions of `level`.
-    pub(crate) fn add<const W: usize>(&mut self, level: Level, rows: &[[f64; W]; 6]) {
-        let Self { size, ref mut entries } = *self;
-        f64::dispatch(level, Addition { size, entries, rows });
+    /// Adds six rows, each as long as the unknowns and the right-hand side.
+    #[inline(always)]
+    pub(crate) fn add<const W: usize>(&mut self, rows: &[[f64; W]; 6]) {
+        for i in 0..self.size {
+            let [a, b, c, d, e, f] = rows.each_ref().map(|row| &row[..=i]);
+            let (ai, bi, ci, di, ei, fi) = (a[i], b[i], c[i], d[i], e[i], f[i]);
+            let target = &mut self.entries[packed(i)..packed(i + 1)];
+            for (j, target) in target.iter_mut().enumerate() {
+                *target += ai * a[j] + bi * b[j] + ci * c[j] + di * d[j] + ei * e[j] + fi * f[j];
+            }
+        }
     }
 
     /// Prefers small values of the first unknowns, which the equations seek the changes of from `standing`: each
@@ -234,62 +237,6 @@ impl<const L: usize> Normal<L> {
     }
 }
 
-/// Rows that a block of [`Addition`] reaches over: so often is each value used once it is loaded.
-const BLOCK: usize = 4;
-
-/// `N += Σ rowᵀ row` over six rows, where a fit spends half of its time.
-struct Addition<'a, const W: usize> {
-    size: usize,
-    entries: &'a mut [f64],
-    rows: &'a [[f64; W]; 6],
-}
-
-impl<const W: usize> Kernel<f64> for Addition<'_, W> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<V: Lanes<Scalar = f64>>(self, like: V) {
-        let Self { size, entries, rows } = self;
-        let blocks = size - size % BLOCK;
-        for i in (0..blocks).step_by(BLOCK) {
-            let (first, rest) = entries[packed(i)..packed(i + BLOCK)].split_at_mut(i + 1);
-            let (second, rest) = rest.split_at_mut(i + 2);
-            let (third, fourth) = rest.split_at_mut(i + 3);
-            let mut targets = [first, second, third, fourth];
-            let whole = (i + 1) / V::WIDTH * V::WIDTH;
-            for j in (0..whole).step_by(V::WIDTH) {
-                // What the six add is small beside what is there: it is summed by itself.
-                let mut sums = [like.fill(0.0); BLOCK];
-                for row in rows {
-                    let other = like.load(&row[j..]);
-                    for (r, sum) in sums.iter_mut().enumerate() {
-                        *sum = like.fill(row[i + r]).mul_add(other, *sum);
-                    }
-                }
-                for (target, sum) in targets.iter_mut().zip(sums) {
-                    (like.load(&target[j..]) + sum).store(&mut target[j..]);
-                }
-            }
-            for (r, target) in targets.into_iter().enumerate() {
-                add_products(rows, i + r, whole, &mut target[whole..]);
-            }
-        }
-        for i in blocks..size {
-            add_products(rows, i, 0, &mut entries[packed(i)..packed(i + 1)]);
-        }
-    }
-}
-
-/// Adds the products of column `i` with those from `first` on.
-#[inline(always)]
-fn add_products<const W: usize>(rows: &[[f64; W]; 6], i: usize, first: usize, target: &mut [f64]) {
-    let [a, b, c, d, e, f] = rows.each_ref().map(|row| &row[first..first + target.len()]);
-    let [ai, bi, ci, di, ei, fi] = rows.each_ref().map(|row| row[i]);
-    for (j, target) in target.iter_mut().enumerate() {
-        *target += ai * a[j] + bi * b[j] + ci * c[j] + di * d[j] + ei * e[j] + fi * f[j];
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -308,7 +255,7 @@ mod tests {
             let all = DMatrix::from_row_slice(24, UNKNOWNS + 1, &values);
             for block in 0..4 {
                 let rows: [[f64; UNKNOWNS + 1]; 6] = core::array::from_fn(|r| core::array::from_fn(|c| all[(6 * block + r, c)]));
-                normal.add(Level::new(), &rows);
+                normal.add(&rows);
             }
             let (a, b) = (all.columns(0, UNKNOWNS).into_owned(), DVector::from(all.column(UNKNOWNS)));
             let expected = a.clone().svd(true, true).solve(&b, 1e-12).map_err(TestCaseError::fail)?;

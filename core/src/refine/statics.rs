@@ -52,7 +52,7 @@ impl Statics<'_> {
                 row[sought.unknowns()] =
                     (reading.value - model.displacement[axis]) / reading.deviation;
             }
-            normal.add(self.problem.level, &rows);
+            normal.add(&rows);
         }
         Ok(())
     }

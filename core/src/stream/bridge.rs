@@ -4,7 +4,6 @@
 //! the samples of the same signal that were not lost (the best linear interpolator, fitted to the record
 //! itself). That error is the noise that a bridged sample brings, and goes into the noise of the record.
 
-use fearless_simd::Level;
 use heapless::Vec;
 
 use crate::refine::normal::{Normal, packed};
@@ -132,14 +131,14 @@ fn fit(signal: &[f32], length: usize, place: usize) -> (Weights, f32) {
             count += 1;
         }
         if filled == rows.len() {
-            normal.add(Level::baseline(), &rows);
+            normal.add(&rows);
             filled = 0;
         }
     }
     for row in &mut rows[filled..] {
         row.fill(0.0);
     }
-    normal.add(Level::baseline(), &rows);
+    normal.add(&rows);
     normal.eliminate(NEIGHBOURS);
     let mut weights = [0.0; NEIGHBOURS];
     normal.substitute(NEIGHBOURS, &mut weights);
