@@ -106,8 +106,8 @@ impl Bench {
         Ok(edge)
     }
 
-    /// Starts a candump of `interface`, which counts what it misses itself; its buffer holds 30,000 frames, as a guest
-    /// kernel that was held up sends them in one burst.
+    /// Starts a candump of `interface`, which counts what it misses itself. Its buffer holds all that a test sends: a guest kernel
+    /// that was held up sends it in bursts.
     pub fn candump(&self, interface: &str) -> Result<Program> {
         let listener =
             self.start("candump", "candump", ["-L", "-d", "-r", "64000000", interface])?;

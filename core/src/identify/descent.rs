@@ -5,12 +5,12 @@
 //! negative. From a stiffer one a descent comes nearest to it with no compliance at all, at the upper bound, and the resonance
 //! that lies between is a barrier.
 
-use super::start::middle;
+use super::start::{middle, with_stiffness};
 use crate::continuation::Continuation;
 use crate::parameters::Bounds;
 use crate::refine::{ParameterNormal, Problem};
 use crate::spectrum::Experiment;
-use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
+use crate::unknowns::{Coordinate, Coordinates, Sought};
 
 /// Misfit up to which a descent has found a basin that is worth a refinement: noise alone leaves a half, and hardly more by
 /// chance, since the residuals are thousands.
@@ -37,6 +37,8 @@ pub(super) struct Descent {
     /// Stiffnesses are softened even if the end fits.
     thorough: bool,
     best: Option<End>,
+    /// A refinement has begun at the best end. Begun there once more it would end in the same minimum, which says nothing.
+    refined: bool,
     /// The unknown whose stiffness was softened last with a better end; where no other is better, the round ends there.
     kept: Option<usize>,
     /// Softened stiffnesses that are still descended from.
@@ -81,6 +83,7 @@ impl Descent {
             begun: true,
             thorough: false,
             best: None,
+            refined: false,
             kept: None,
             left: MAX_SOFTENED,
         }
@@ -103,8 +106,25 @@ impl Descent {
         self.present.fraction()
     }
 
-    /// Tries one step; the best end, once there is nothing more to try. `room` stays untouched between the steps.
+    /// Tries one step; the best end, once there is nothing more to try. Where that has been refined already, it begins anew
+    /// from a `next` start. `room` stays untouched between the steps.
     pub(super) fn step<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+        room: &mut ParameterNormal,
+        next: impl FnOnce() -> Coordinates,
+    ) -> Option<Coordinates> {
+        let end = self.advance(problem, experiments, room)?;
+        if self.refined {
+            *self = Self::shorter(next());
+            return None;
+        }
+        self.refined = true;
+        Some(end)
+    }
+
+    fn advance<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
@@ -131,6 +151,7 @@ impl Descent {
                 if let Trial::Softened(unknown) = self.trial {
                     self.kept = Some(unknown);
                 }
+                self.refined = false;
                 end
             }
         };
@@ -171,33 +192,17 @@ impl Descent {
     }
 }
 
-/// The same bushings, the stiffness of one unknown soft and its damping ratio in the middle of its bounds; `None` if it is no
-/// stiffness, or soft already.
+/// The same bushings, the stiffness of one unknown soft; `None` if it is no stiffness, or soft already.
 fn softened(
     sought: &Sought,
     bounds: &Bounds,
     from: &Coordinates,
     unknown: usize,
 ) -> Option<Coordinates> {
-    let Some(Coordinate::Stiffness { joint, dof }) = sought.coordinate(unknown) else {
-        return None;
-    };
-    let ranges = sought.ranges(from, bounds);
-    let [value, lower, upper] = ranges[unknown];
-    let change = lower + SOFT - value;
-    if change >= 0.0 {
-        return None;
-    }
-    let mut step = [0.0; MAX_UNKNOWNS];
-    step[unknown] = change;
-    if let Some(damping) = sought.unknown(Coordinate::Damping { joint, dof }) {
-        let [value, least, most] = ranges[damping];
-        let middle = 0.5 * (least + most);
-        step[damping] = middle + 0.5 * (lower + SOFT - 0.5 * (lower + upper)) - value;
-    }
-    let mut soft = *from;
-    sought.advance(&mut soft, &step);
-    Some(soft)
+    let Coordinate::Stiffness { .. } = sought.coordinate(unknown)? else { return None };
+    let [value, lower, _] = sought.ranges(from, bounds)[unknown];
+    let soft = lower + SOFT;
+    (soft < value).then(|| with_stiffness(sought, bounds, from, unknown, soft))
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ pub(super) const RIVAL: f64 = 10.0;
 /// Gain in the sum of squares up to which a minimum counts as reached although a step would still gain it. No parameter
 /// then lies farther from the minimum than its own standard deviation, since `δᵢ² ≤ Cᵢᵢ δᵀNδ`; the deviations are widened
 /// by the way that is left, and their intervals cover no less than at the minimum.
-const REACHED: f64 = 1.0;
+pub(super) const REACHED: f64 = 1.0;
 /// Squared distance `Δθᵀ N Δθ` up to which two points are the same minimum: each may be `√REACHED` from it.
 const SAME_PLACE: f64 = 4.0 * REACHED;
 
@@ -44,8 +44,6 @@ pub(super) struct Minimum {
     pub(super) contradicted: bool,
     /// Another minimum elsewhere is hardly worse, so that the data do not say which of the two is right.
     pub(super) has_rival: bool,
-    /// It is the lightly damped branch of another.
-    pub(super) is_branch: bool,
     /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
     pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
 }
@@ -68,7 +66,6 @@ impl Minimum {
             times: 1,
             contradicted,
             has_rival: false,
-            is_branch: false,
             apart: Vec::new(),
         }
     }
@@ -169,7 +166,7 @@ impl Minimum {
 
     /// Whether a point at this squared distance is the same minimum. Residuals larger than the noise make the standard
     /// deviations larger, too.
-    fn has_place(&self, distance: f64) -> bool {
+    pub(super) fn has_place(&self, distance: f64) -> bool {
         let inflation = self.fit.sum_of_squares / self.fit.degrees_of_freedom.max(1.0);
         distance <= SAME_PLACE * inflation.max(1.0)
     }

@@ -33,7 +33,7 @@ use crate::search::{Search, Sensitivities, Strategy, Weighing};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use crate::unknowns::{Sought, SoughtError};
-use branch::Branch;
+use branch::{Branch, Tried};
 use descent::Descent;
 pub use estimate::{Acceptance, Estimate};
 use minimum::{Minimum, structure_is_beyond_noise};
@@ -109,6 +109,7 @@ pub struct Identifier<R> {
     best: Option<Minimum>,
     /// The branch of the best that is being refined.
     branch: Option<Branch>,
+    tried: Tried,
     /// How often in a row branches have been clearly worse since the last search.
     exclusions: u32,
     /// The minimum with the retired records, while those that are kept are tried alone.
@@ -151,6 +152,7 @@ impl<R: Rng> Identifier<R> {
             refine_iterations: 0,
             best: None,
             branch: None,
+            tried: Tried::default(),
             exclusions: 0,
             together: None,
             estimate: None,
@@ -191,6 +193,7 @@ impl<R: Rng> Identifier<R> {
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let branched = self.branch.take().and(self.best.as_ref()).map(|best| best.coordinates);
         self.best = None;
+        self.tried = Tried::default();
         self.starts = 0;
         self.prolongations = 0;
         if self.together.take().is_some() {
@@ -258,7 +261,7 @@ impl<R: Rng> Identifier<R> {
                 let outcome = refinement.step(&problem, experiments);
                 let objective = refinement.objective();
                 let hopeless = self.branch.as_mut().is_some_and(|one| one.is_hopeless(objective));
-                if outcome != Outcome::Improving || hopeless {
+                if outcome != Outcome::Improving || hopeless || self.is_back() {
                     self.judge(experiments);
                 }
             }
@@ -344,6 +347,7 @@ impl<R: Rng> Identifier<R> {
     fn start_search<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         self.phase = Phase::Searching;
         self.prolongations = 0;
+        self.tried = Tried::default();
         self.exclusions = 0;
         self.method = Method::after(self.starts);
         match self.method {
@@ -369,9 +373,10 @@ impl<R: Rng> Identifier<R> {
 
     /// One step of a descent; its end is where the refinement begins.
     fn descend<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
-        let Self { chain, measurement, bounds, sought, statics, descent, refinement, .. } = self;
+        let Self { chain, measurement, bounds, sought, statics, descent, generator, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        if let Some(found) = descent.step(&problem, experiments, refinement.room()) {
+        let next = || start::about_the_middle(bounds, sought, generator);
+        if let Some(found) = descent.step(&problem, experiments, self.refinement.room(), next) {
             self.refinement.restart_at(&found);
             self.phase = Phase::Refining;
         }
@@ -409,9 +414,14 @@ impl<R: Rng> Identifier<R> {
         if found.is_reached() && (!found.is_tested() || found.noise_is_too_loud()) {
             return self.settle(&found, Acceptance::Unsettled, experiments);
         }
-        if found.is_explained() && !found.is_reached() && self.prolongations < MAX_PROLONGATIONS {
-            self.prolongations += 1;
-            return self.refinement.restart_at(&found.coordinates);
+        if found.is_explained() && !found.is_reached() {
+            if self.prolongations < MAX_PROLONGATIONS {
+                self.prolongations += 1;
+                return self.refinement.restart_at(&found.coordinates);
+            }
+            if self.branch_off(&found, None, experiments) {
+                return;
+            }
         }
         if found.is_beyond_doubt() {
             return self.conclude(&found, Acceptance::Consistent, experiments);

@@ -3,7 +3,7 @@
 use rand_core::Rng;
 
 use crate::parameters::Bounds;
-use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
+use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
 /// How a start looks for the basin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +49,36 @@ pub(super) fn about_the_middle(
     }
     sought.advance(&mut start, &step);
     start
+}
+
+/// The same bushings, but the stiffness of one unknown, whose logarithm is given, and its damping ratio, which is in the middle
+/// of its bounds.
+pub(super) fn with_stiffness(
+    sought: &Sought,
+    bounds: &Bounds,
+    from: &Coordinates,
+    unknown: usize,
+    logarithm: f64,
+) -> Coordinates {
+    let ranges = sought.ranges(from, bounds);
+    let [value, lower, upper] = ranges[unknown];
+    let mut step = [0.0; MAX_UNKNOWNS];
+    step[unknown] = logarithm - value;
+    let damping = match sought.coordinate(unknown) {
+        Some(Coordinate::Stiffness { joint, dof }) => {
+            sought.unknown(Coordinate::Damping { joint, dof })
+        }
+        _ => None,
+    };
+    if let Some(damping) = damping {
+        let [value, least, most] = ranges[damping];
+        // d/√k.
+        let middle = 0.5 * (least + most) - 0.25 * (lower + upper);
+        step[damping] = middle + 0.5 * logarithm - value;
+    }
+    let mut changed = *from;
+    sought.advance(&mut changed, &step);
+    changed
 }
 
 #[cfg(test)]

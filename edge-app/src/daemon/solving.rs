@@ -1,4 +1,4 @@
-//! The thread that solves: record by record, until there are no more. It keeps what it finds, and begins with what an
+//! The thread that solves: record after record, until there are no more. It keeps what it finds, and begins with what an
 //! earlier daemon kept.
 
 use std::collections::VecDeque;
@@ -77,21 +77,22 @@ impl<'a> Solving<'a> {
     pub(super) fn run(mut self, orders: &Receiver<Order>) -> io::Result<Self> {
         loop {
             match orders.recv_timeout(SAVE_EVERY) {
-                Ok(order) => self.obey(order)?,
+                Ok(order) => self.obey(order, orders)?,
                 Err(RecvTimeoutError::Timeout) => self.save_if_due(),
                 Err(RecvTimeoutError::Disconnected) => break,
             }
         }
+        self.solver.work(self.stop, || false, news(self.board));
         if let Some(refusal) = self.solver.refusal() {
             warn!("{refusal}");
         }
         Ok(self)
     }
 
-    fn obey(&mut self, order: Order) -> io::Result<()> {
+    fn obey(&mut self, order: Order, orders: &Receiver<Order>) -> io::Result<()> {
         match order {
             Order::Record(record, counts) => {
-                self.take(&Arc::from(record), &counts);
+                self.take(&Arc::from(record), &counts, || !orders.is_empty());
                 Ok(())
             }
             // The next daemon reads the config itself.
@@ -104,23 +105,27 @@ impl<'a> Solving<'a> {
         }
     }
 
-    /// Takes a record, or leaves it for the next daemon when the end is asked for.
-    fn take(&mut self, record: &Arc<Record>, counts: &Counts) {
+    /// Takes a record and works on it, with those that are unsettled, until they settle or `more` records are to join them; or
+    /// leaves it for the next daemon when the end is asked for.
+    fn take(&mut self, record: &Arc<Record>, counts: &Counts, more: impl Fn() -> bool) {
         if self.stop.requested() {
             self.left.push(Arc::clone(record));
             self.solver.leave(1);
             return;
         }
-        self.solver.take(record, self.stop, news(self.board));
+        self.solver.admit(record, self.stop, news(self.board));
         self.unsaved = Some(*counts);
+        if self.solver.work(self.stop, more, news(self.board)) {
+            self.publish(counts);
+        }
         self.save_if_due();
-        self.publish(counts);
     }
 
     /// Takes the records that wait.
     fn work_off(&mut self, counts: &Counts) {
         while let Some(record) = self.waiting.pop_front() {
-            self.take(&record, counts);
+            let more = !self.waiting.is_empty();
+            self.take(&record, counts, || more);
         }
     }
 

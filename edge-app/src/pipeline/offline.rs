@@ -1,4 +1,4 @@
-//! The daemon's pipeline over a recording: faster than the clock, each record in its turn.
+//! The daemon's pipeline over a recording: faster than the clock, as if each record came while the one before is worked on.
 
 use std::io;
 use std::panic::resume_unwind;
@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use flexid_wire::messages::Progress;
 
-use super::{Counts, Intake, Outcome, STACK, Solver, unchecked};
+use super::{Counts, Intake, Outcome, Record, STACK, Solver, unchecked};
 use crate::config::Config;
 use crate::finding::Finding;
 use crate::source::{Flow, FrameSource};
@@ -51,17 +51,20 @@ fn run(
     let mut intake = Intake::new(config).map_err(unchecked)?;
     let mut solver = Solver::new(config)?;
     let go_on = Stop::new();
+    let mut take = |record: &Record| {
+        solver.admit(record, &go_on, &mut on_progress);
+        solver.work(&go_on, || true, &mut on_progress);
+    };
     let broken = loop {
-        let read = intake.read(source, Duration::MAX, |record| {
-            solver.take(record, &go_on, &mut on_progress);
-        });
+        let read = intake.read(source, Duration::MAX, &mut take);
         match read {
             Ok(Flow::Open) => {}
             Ok(Flow::Ended) => break None,
             Err(error) => break Some(error),
         }
     };
-    intake.finish(|record| solver.take(record, &go_on, &mut on_progress));
+    intake.finish(&mut take);
+    solver.work(&go_on, || false, &mut on_progress);
     let breaks = broken.iter().map(|error| format!("the recording breaks off: {error}"));
     let other = Some(source.health().trouble).filter(|trouble| !trouble.is_empty());
     let trouble = breaks.chain(other).collect::<Vec<_>>().join("; ");

@@ -26,9 +26,14 @@ pub(super) enum Room {
 }
 
 impl Entry<'_> {
-    pub(super) fn shares_pose(&self, other: &Self) -> bool {
-        self.pose.iter().zip(other.pose).all(|(a, b)| (a - b).abs() <= SAME_POSE)
+    fn shares_pose(&self, other: &Self) -> bool {
+        same_pose(self.pose, other.pose)
     }
+}
+
+/// Whether two poses (rad, m) are one.
+pub(super) fn same_pose(one: &[f64], other: &[f64]) -> bool {
+    one.iter().zip(other).all(|(a, b)| (a - b).abs() <= SAME_POSE)
 }
 
 /// Finds room for `new` beside `kept`, which are in the order in which they came.

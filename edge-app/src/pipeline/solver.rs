@@ -19,7 +19,7 @@ use super::confidence::confidence;
 use super::plausibility::Scale;
 use super::repeats::{Fingerprint, Taken};
 use super::report::{self, Basis, report};
-use super::retention::{Entry, Room, find_room};
+use super::retention::{Entry, Room, find_room, same_pose};
 use super::state::{MAX_WAITING, Settled, State};
 use super::work::Work;
 use super::{Counts, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES, unchecked};
@@ -28,13 +28,14 @@ use crate::finding::Finding;
 use crate::stop::Stop;
 use crate::summary::count;
 
-/// A record that is being worked on may take so long after the end was asked for.
+/// Records that are being worked on may take so long after the end was asked for.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// Holds the newest records of each pose, and what they tell of the parameters.
 ///
-/// Each record is worked on until the identifier settles before the next is taken, with a budget of steps and
-/// none of time: the same records in the same order give the same parameters on any machine of one SIMD level.
+/// Records are admitted one by one and worked on until the identifier settles, with a budget of steps and none of time. Where
+/// the first start does not settle them and more records are at hand, the next one joins before another start is made: two
+/// records say more than two starts. So a recording gives the same parameters on any machine of one SIMD level.
 pub struct Solver {
     config: Arc<Config>,
     chain: Chain,
@@ -53,6 +54,10 @@ pub struct Solver {
     state: State,
     /// Records that are in the experiments since.
     unsettled: Vec<Arc<Record>>,
+    /// The identifier has not taken notice of the newest of them.
+    changed: bool,
+    /// When the work must end, once the end has been asked for.
+    deadline: Option<Instant>,
     /// Where core works on one signal.
     buffer: Box<[f32; SAMPLES]>,
     /// Taken in, and of these the ones that were when the estimate last settled.
@@ -69,7 +74,7 @@ pub struct Solver {
     /// Records that were too short to take the place of others.
     too_short: u64,
     scale: Scale,
-    /// On the newest record.
+    /// On the unsettled records.
     work: Work,
     spent: Duration,
 }
@@ -132,15 +137,14 @@ impl Solver {
         config: &Config,
         state: State,
         stop: &Stop,
-        mut on_progress: impl FnMut(&Progress),
+        on_progress: impl FnMut(&Progress),
     ) -> io::Result<Self> {
         let mut solver = Self::new(config)?;
         solver.state.earlier = state.earlier;
         solver.take_over(&state.kept);
-        if !solver.experiments.is_empty() {
-            solver.unsettled = solver.sources.clone();
-            solver.work(stop, &mut on_progress);
-        }
+        solver.unsettled = solver.sources.clone();
+        solver.changed = true;
+        solver.work(stop, || false, on_progress);
         Ok(solver)
     }
 
@@ -189,6 +193,8 @@ impl Solver {
             stiffest,
             state: State::new(config),
             unsettled: Vec::new(),
+            changed: false,
+            deadline: None,
             buffer: Box::new([0.0; SAMPLES]),
             records: 0,
             settled: 0,
@@ -203,9 +209,9 @@ impl Solver {
         })
     }
 
-    /// Takes a record in and works until all is found that it tells; once `stop` asks for the end, for 2 s more
-    /// at most. `on_progress` hears of every step.
-    pub fn take(&mut self, record: &Record, stop: &Stop, mut on_progress: impl FnMut(&Progress)) {
+    /// Takes a record in. If another has to make room for it, works first until those that came before are settled, as
+    /// [`Solver::work`] does.
+    pub fn admit(&mut self, record: &Record, stop: &Stop, on_progress: impl FnMut(&Progress)) {
         self.came += 1;
         let fingerprint = Fingerprint::of(record);
         if self.taken.has(self.came, &fingerprint) {
@@ -214,35 +220,40 @@ impl Solver {
         match self.experiment(record) {
             Ok(experiment) => {
                 self.scale.note(&experiment);
+                if matches!(self.room(&experiment), Room::Instead(_)) {
+                    self.work(stop, || false, on_progress);
+                }
                 let news = self.keep(experiment, record);
                 // A record that is left out leaves a settled estimate settled.
                 self.settled += u64::from(!news && self.settled == self.records);
                 self.records += 1;
-                if !news {
+                if news {
+                    self.taken.add(self.came, fingerprint);
+                } else {
                     self.note_settled();
-                    return;
                 }
-                self.taken.add(self.came, fingerprint);
             }
-            Err(reason) => {
-                self.refused.get_or_insert((0, reason)).0 += 1;
-                return;
-            }
+            Err(reason) => self.refused.get_or_insert((0, reason)).0 += 1,
         }
-        self.work(stop, &mut on_progress);
     }
 
-    /// Works until all is found that the experiments tell; see [`Solver::take`].
-    fn work(&mut self, stop: &Stop, on_progress: &mut impl FnMut(&Progress)) {
+    /// Works until all is found that the records tell, or until the first start has failed and `more` records are at hand;
+    /// once `stop` asks for the end, for 2 s more at most. `on_progress` hears of every step. Whether nothing is left to do.
+    pub fn work(
+        &mut self,
+        stop: &Stop,
+        more: impl Fn() -> bool,
+        mut on_progress: impl FnMut(&Progress),
+    ) -> bool {
+        if self.unsettled.is_empty() {
+            return true;
+        }
         let begun = Instant::now();
-        self.identifier.renew(&self.experiments);
-        self.work = Work::default();
-        let mut deadline = None;
-        let in_time = |deadline: &mut Option<Instant>| {
-            !stop.requested()
-                || Instant::now() < *deadline.get_or_insert_with(|| Instant::now() + GRACE)
-        };
-        while in_time(&mut deadline) {
+        if std::mem::take(&mut self.changed) {
+            self.identifier.renew(&self.experiments);
+            self.work = Work::default();
+        }
+        while self.is_in_time(stop) {
             let phase = self.identifier.step(&mut self.experiments);
             self.work.advance(&self.identifier.progress());
             on_progress(&self.progress());
@@ -252,9 +263,18 @@ impl Solver {
                 self.unsettled.clear();
                 break;
             }
+            if self.work.rounds() > 0 && more() {
+                break;
+            }
         }
         self.spent += begun.elapsed();
         self.note_settled();
+        self.unsettled.is_empty()
+    }
+
+    fn is_in_time(&mut self, stop: &Stop) -> bool {
+        let now = Instant::now();
+        !stop.requested() || now < *self.deadline.get_or_insert(now + GRACE)
     }
 
     fn poses_of_experiments(&self) -> Vec<Pose> {
@@ -388,26 +408,19 @@ impl Solver {
         }
     }
 
-    /// Keeps an experiment if there is room for it; whether it is kept.
-    fn keep(&mut self, experiment: Experiment, record: &Record) -> bool {
+    fn room(&self, experiment: &Experiment) -> Room {
         fn entry(experiment: &Experiment) -> Entry<'_> {
             Entry { pose: &experiment.pose, spacing: experiment.spacing }
         }
         let kept: Vec<Entry> = self.experiments.iter().map(entry).collect();
-        match find_room(&kept, &entry(&experiment)) {
+        find_room(&kept, &entry(experiment))
+    }
+
+    /// Keeps an experiment if there is room for it; whether it is kept.
+    fn keep(&mut self, experiment: Experiment, record: &Record) -> bool {
+        match self.room(&experiment) {
             Room::Free => {}
-            Room::Instead(index) => {
-                let last = kept.iter().filter(|other| other.shares_pose(&kept[index])).count() == 1;
-                // What it tells stays, if it is known what that is.
-                let mut retiring = self.experiments.remove(index);
-                let source = self.sources.remove(index);
-                let number = self.numbers.remove(index);
-                let retired = !source.has_doubtful_rate && self.identifier.retire(&mut retiring);
-                if !retired {
-                    self.taken.forget(number);
-                }
-                self.dropped_poses += u64::from(last && !retired);
-            }
+            Room::Instead(index) => self.give_up(index),
             Room::Nowhere => {
                 self.too_short += 1;
                 return false;
@@ -418,6 +431,21 @@ impl Solver {
         self.sources.push(Arc::clone(&record));
         self.numbers.push(self.came);
         self.unsettled.push(record);
+        self.changed = true;
         true
+    }
+
+    /// Removes an experiment. What it tells stays, if it is known what that is.
+    fn give_up(&mut self, index: usize) {
+        let mut retiring = self.experiments.remove(index);
+        let source = self.sources.remove(index);
+        let number = self.numbers.remove(index);
+        let shares_pose = |other: &Experiment| same_pose(&other.pose, &retiring.pose);
+        let last = !self.experiments.iter().any(shares_pose);
+        let retired = !source.has_doubtful_rate && self.identifier.retire(&mut retiring);
+        if !retired {
+            self.taken.forget(number);
+        }
+        self.dropped_poses += u64::from(last && !retired);
     }
 }

@@ -1,16 +1,17 @@
-//! How far the work on the newest record has come.
+//! How far the work on the unsettled records has come.
 
 use flexid_core::identify::{Phase, Progress};
 
 /// Part of a round that its search takes; the refinement takes the other half.
 const SEARCH: f32 = 0.5;
 
-/// The work on one record: rounds of a search and a refinement until the identifier settles. The first round has no search
+/// The work on unsettled records: rounds of a search and a refinement until the identifier settles. The first round has no search
 /// where the refinement goes on from an estimate.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Work {
     /// Searches that had begun in all when the first round began.
     first: Option<u32>,
+    rounds: u32,
     fraction: f32,
 }
 
@@ -25,7 +26,8 @@ impl Work {
     /// anew in the same round is work that was not expected.
     pub(super) fn advance(&mut self, progress: &Progress) -> f32 {
         let first = *self.first.get_or_insert(progress.starts);
-        let round = progress.starts.saturating_sub(first) as f32;
+        self.rounds = progress.starts.saturating_sub(first);
+        let round = self.rounds as f32;
         let fraction = match progress.phase {
             Phase::Waiting => 0.0,
             Phase::Searching => after(round + SEARCH * progress.fraction),
@@ -34,6 +36,11 @@ impl Work {
         };
         self.fraction = self.fraction.max(fraction);
         self.fraction
+    }
+
+    /// Rounds that are done.
+    pub(super) fn rounds(&self) -> u32 {
+        self.rounds
     }
 
     /// How much of the work is done, 0 to 1.

@@ -1,5 +1,6 @@
 //! The daemon and the offline tool on the same frames.
 
+mod joining;
 mod state;
 
 use std::io;
@@ -157,6 +158,27 @@ fn source(config: &Config, breaks: bool) -> Replay {
     Replay { frames: frames.into_iter(), breaks }
 }
 
+/// Two findings rest on the same frames and say the same of every parameter, to a tenth of its standard deviation. How many starts
+/// it took depends on which records were at hand when one had failed.
+fn assert_agree(one: &Finding, other: &Finding) {
+    let counts = |finding: &Finding| {
+        let fit = &finding.report.fit;
+        (fit.records, fit.frames, fit.frames_lost, fit.bridged, fit.acceptance)
+    };
+    assert_eq!(counts(one), counts(other));
+    let mut told = 0;
+    for (one, other) in one.report.joints.iter().zip(&other.report.joints) {
+        let stiffness = one.stiffness.iter().zip(&one.stiffness_std).zip(&other.stiffness);
+        let damping = one.damping.iter().zip(&one.damping_std).zip(&other.damping);
+        for ((own, deviation), other) in stiffness.chain(damping) {
+            let Some(deviation) = deviation else { continue };
+            assert!((own - other).abs() < 0.1 * deviation, "{own} ± {deviation} is not {other}");
+            told += 1;
+        }
+    }
+    assert!(told >= 9, "{told} of 36 parameters are told");
+}
+
 /// A finding without the one field that differs between equal runs.
 fn timeless(outcome: Outcome) -> Finding {
     let mut finding = outcome.finding.expect("a finding");
@@ -184,7 +206,7 @@ fn the_daemon_and_the_offline_tool_say_the_same() {
 
     let stop = Stop::new();
     let daemon = daemon::run(&config, &mut source(&config, false), &[], &stop).unwrap();
-    assert_eq!(timeless(daemon), offline);
+    assert_agree(&timeless(daemon), &offline);
 }
 
 #[test]
@@ -198,9 +220,11 @@ fn the_work_on_a_record_goes_forward_only() {
     for record in 1..=records {
         let fractions: Vec<f32> = fractions(record).map(|(_, fraction)| *fraction).collect();
         assert!(fractions.is_sorted(), "record {record}");
-        assert!(fractions[0] < 0.5 && fractions.last() == Some(&1.0), "{fractions:?}");
+        assert!(fractions[0] < 0.5, "{fractions:?}");
     }
     assert!(records >= 2);
+    // The next one may join before the work on a record is done.
+    assert_eq!(steps.last(), Some(&(records, 1.0)));
 }
 
 /// Of a robot something is told; a block of a ton is none, and of what moves it so there are no intervals.
@@ -526,7 +550,8 @@ fn a_record_at_hand_is_worked_through_after_the_end_is_asked_for() {
         stop.request();
         let mut solver = Solver::new(&config).unwrap();
         assert!(solver.finding(&intake.counts(), "").is_none());
-        solver.take(&records[0], &stop, |_| {});
+        solver.admit(&records[0], &stop, |_| {});
+        solver.work(&stop, || false, |_| {});
         let finding =
             solver.finding(&intake.counts(), "").expect("the record is not worked through");
         assert_eq!(finding.report.fit.records, 1);

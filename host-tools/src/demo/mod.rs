@@ -26,13 +26,25 @@ use flexid_edge::console::print;
 
 use bus::DemoBus;
 
-/// The files of the reference scenario.
-const SCENARIO: [(&str, &str); 4] = [
+/// Files of a scenario, the daemon's configuration as `edge.toml`.
+type Scenario = [(&'static str, &'static str); 4];
+
+/// The reference scenario: three joints, no gravity.
+const MILL3: Scenario = [
     ("edge.toml", include_str!("../../scenario/mill3-edge.toml")),
     ("mill3-model.toml", include_str!("../../scenario/mill3-model.toml")),
     ("mill3.toml", include_str!("../../scenario/mill3.toml")),
     ("mill3.dbc", include_str!("../../scenario/mill3.dbc")),
 ];
+/// Six joints in gravity, without bounds.
+const MILL6: Scenario = [
+    ("edge.toml", include_str!("../../scenario/mill6-edge.toml")),
+    ("mill6-model.toml", include_str!("../../scenario/mill6-model.toml")),
+    ("mill6.toml", include_str!("../../scenario/mill6.toml")),
+    ("mill6.dbc", include_str!("../../scenario/mill6.dbc")),
+];
+/// Experiments that the robot does: the scenario's first.
+const EXPERIMENTS: usize = 3;
 /// The daemon may work for so long after the last frame.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -43,6 +55,9 @@ struct Args {
     /// Which robot: nominal, or drawn:SEED for one drawn from the scenario's bounds
     #[arg(long, default_value = "nominal")]
     truth: Truth,
+    /// A robot of six joints in gravity, of which no bounds are known
+    #[arg(long)]
+    six_joints: bool,
     /// Seed of cutting forces and noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -55,12 +70,12 @@ pub fn main() -> ExitCode {
 
 fn run(args: &Args) -> Result<()> {
     let folder = tempfile::tempdir().context("no temporary folder")?;
-    let mut config = config(folder.path())?;
+    let mut config = write(if args.six_joints { MILL6 } else { MILL3 }, folder.path())?;
     let quality = Quality { noise: 1.0, drop: 0.0 };
     let simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
     let truth = simulator.truth().to_vec();
     let scenario = simulator.scenario().clone();
-    let experiments = scenario.experiments.len() as u64;
+    let experiments = scenario.experiments.len().min(EXPERIMENTS) as u64;
     let DemoBus { robot, daemon, name, what } = DemoBus::new(&config.interface)?;
     config.interface = name;
     print(&format!("bus: {what}\n"))?;
@@ -99,7 +114,11 @@ fn run(args: &Args) -> Result<()> {
 
 /// The reference scenario, written to a folder.
 pub(crate) fn config(folder: &Path) -> Result<Config> {
-    for (name, text) in SCENARIO {
+    write(MILL3, folder)
+}
+
+fn write(scenario: Scenario, folder: &Path) -> Result<Config> {
+    for (name, text) in scenario {
         fs::write(folder.join(name), text).context("temporary folder")?;
     }
     Ok(Config::load(&folder.join("edge.toml"))?)
@@ -107,8 +126,9 @@ pub(crate) fn config(folder: &Path) -> Result<Config> {
 
 /// The robot does its experiments in real time.
 fn mill(mut simulator: Simulator, mut bus: BusSender) -> Result<()> {
-    for experiment in simulator.scenario().experiments.clone() {
-        bus.play(&simulator.perform(&experiment)?, |_| {})?;
+    let experiments = simulator.scenario().experiments.clone();
+    for experiment in experiments.iter().take(EXPERIMENTS) {
+        bus.play(&simulator.perform(experiment)?, |_| {})?;
     }
     Ok(())
 }

@@ -57,6 +57,33 @@ fn the_result_says_how_far_to_trust_it() {
     }
 }
 
+/// In gravity, and nobody has given bounds.
+#[test]
+fn a_robot_of_six_joints_is_found_without_bounds() {
+    let folder = folder();
+    fs::copy(folder.path().join("mill6-edge.toml"), folder.path().join("edge.toml")).unwrap();
+    let (_, report) = identified(folder.path(), "--experiments 3 --truth-json t.json", || ());
+    let truth = json(folder.path(), "t.json");
+    assert_eq!(report["fit"]["acceptance"], "consistent");
+    let mut identified = 0;
+    for joint in report["joints"].as_array().unwrap() {
+        let truth = &truth["truth"][joint["name"].as_str().unwrap()];
+        for kind in ["stiffness", "damping"] {
+            for dof in 0..6 {
+                if joint[format!("{kind}_verdict")][dof] != "identified" {
+                    continue;
+                }
+                let deviation = joint[format!("{kind}_std")][dof].as_f64().unwrap();
+                let [found, truth] =
+                    [&joint[kind], &truth[kind]].map(|of| of[dof].as_f64().unwrap());
+                assert!((found - truth).abs() < 4.0 * deviation, "{kind} {dof} of {joint}");
+                identified += 1;
+            }
+        }
+    }
+    assert!(identified >= 60, "{identified} of 72 parameters are identified");
+}
+
 /// With static tests no log is needed; where one is given and brings no record, the table says why.
 #[test]
 fn static_tests_need_no_log() {

@@ -1,0 +1,233 @@
+//! Branches of a minimum: where else the sum of squares has a minimum that looks much the same.
+//!
+//! | file    | what is different on the branch                      |
+//! | ------- | ---------------------------------------------------- |
+//! | `stiff` | one bushing of unsure stiffness: it is stiff         |
+//! | `light` | every heavily damped bushing: it is damped lightly   |
+//!
+//! A search ends at either, and noise can explain the residuals of the worse one. So before a minimum is settled on, the
+//! refinement goes on from its branches; the best counts.
+
+mod light;
+mod stiff;
+
+use heapless::Vec;
+use rand_core::Rng;
+
+use super::minimum::{Minimum, REACHED, RIVAL};
+use super::{Acceptance, Identifier, Phase};
+use crate::spectrum::Experiment;
+use crate::unknowns::{Coordinates, MAX_UNKNOWNS};
+
+/// Branches that have been clearly worse so many times in a row, as records came, are not refined again before the next search:
+/// what each record adds to the difference is positive on average.
+const MAX_EXCLUSIONS: u32 = 3;
+/// A branch is given up after so many steps in a row, refused ones included: up to ten are refused before one is good,
+const PATIENCE: u32 = 12;
+/// of which each gains less than this part of what the branch lacks to be clearly better.
+const CRAWL: f64 = 0.05;
+
+/// A branch that is refined before its minimum, the best so far, is settled on.
+#[derive(Clone, Debug)]
+pub(super) struct Branch {
+    /// Of the minimum; `None` while it is not accepted.
+    acceptance: Option<Acceptance>,
+    /// Sum of squares below which the branch is clearly better.
+    better: f64,
+    /// Sum of squares above which it is not worth a step.
+    most: f64,
+    /// Sum of squares after the last step.
+    objective: f64,
+    /// Steps in a row that have gained too little.
+    crawling: u32,
+}
+
+/// Branches that have been refined since the last search, or since the records changed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tried {
+    /// There was a branch.
+    any: bool,
+    /// The lightly damped one is among them, if there is one.
+    light: bool,
+    /// A bit for each unknown that was made stiff.
+    stiff: u128,
+}
+
+impl Branch {
+    /// `worth` times the minimum's sum of squares is the most that is worth a step.
+    fn of(minimum: &Minimum, acceptance: Option<Acceptance>, worth: f64) -> Self {
+        let objective = minimum.fit.objective;
+        Self {
+            acceptance,
+            better: objective - RIVAL,
+            most: worth * objective,
+            objective: f64::INFINITY,
+            crawling: 0,
+        }
+    }
+
+    /// Whether the branch, which has come to `objective`, is not worth another step.
+    pub(super) fn is_hopeless(&mut self, objective: f64) -> bool {
+        let gain = self.objective - objective;
+        let crawls = gain < CRAWL * (objective - self.better);
+        self.crawling = if crawls { self.crawling + 1 } else { 0 };
+        self.objective = objective;
+        self.crawling >= PATIENCE || objective > self.most
+    }
+}
+
+impl<R: Rng> Identifier<R> {
+    /// Settles on a minimum, if need be after its branches have been refined.
+    pub(super) fn conclude<const B: usize>(
+        &mut self,
+        minimum: &Minimum,
+        acceptance: Acceptance,
+        experiments: &mut [Experiment<B>],
+    ) {
+        if !self.branch_off(minimum, Some(acceptance), experiments) {
+            if self.tried.any {
+                let has_rival = !minimum.apart.is_empty();
+                self.exclusions = if has_rival { 0 } else { self.exclusions + 1 };
+            }
+            self.settle(minimum, acceptance, experiments);
+        }
+    }
+
+    /// Goes on from a branch of the minimum, if there is one that has not been refined.
+    // A minimum is large: inlined, those here would take room on the stack of the caller.
+    #[inline(never)]
+    pub(super) fn branch_off<const B: usize>(
+        &mut self,
+        minimum: &Minimum,
+        acceptance: Option<Acceptance>,
+        experiments: &[Experiment<B>],
+    ) -> bool {
+        // Static tests tell nothing of dampings, and in the compliances they are linear.
+        let is_excluded = self.exclusions >= MAX_EXCLUSIONS || experiments.is_empty();
+        // The errors of one that has a rival branch are wide already.
+        if is_excluded || !minimum.apart.is_empty() {
+            return false;
+        }
+        let Some((branch, worth)) = self.next_branch(minimum) else { return false };
+        self.tried.any = true;
+        self.refinement.restart_at(&branch);
+        self.branch = Some(Branch::of(minimum, acceptance, worth));
+        self.best = Some(minimum.clone());
+        self.phase = Phase::Refining;
+        true
+    }
+
+    /// Where the next one begins, and how many times the minimum's sum of squares is worth a step there.
+    fn next_branch(&mut self, minimum: &Minimum) -> Option<(Coordinates, f64)> {
+        let Self { chain, bounds, sought, tried, .. } = self;
+        let untried = |unknown: &usize| tried.stiff & (1 << unknown) == 0;
+        let Minimum { coordinates, fit, .. } = minimum;
+        if let Some(unknown) = stiff::unsure(sought, &fit.covariance).find(untried) {
+            tried.stiff |= 1 << unknown;
+            let stiff = stiff::stiffened(sought, bounds, coordinates, unknown);
+            return Some((stiff, stiff::WORTH_A_STEP));
+        }
+        if core::mem::replace(&mut tried.light, true) {
+            return None;
+        }
+        Some((light::lightly_damped(chain, sought, coordinates)?, f64::INFINITY))
+    }
+
+    /// Whether a branch has led back to its minimum.
+    pub(super) fn is_back(&self) -> bool {
+        let minimum = self.best.as_ref().filter(|_| self.branch.is_some());
+        minimum.is_some_and(|minimum| {
+            let above = self.refinement.objective() - minimum.fit.objective;
+            let distance = self.refinement.distance(&self.sought, &minimum.coordinates);
+            above.abs() < REACHED && minimum.has_place(distance)
+        })
+    }
+
+    /// What the refinement has come to, if it is to be judged. A branch is if it is clearly better than its minimum; else the
+    /// minimum is, unless it has been accepted.
+    // As above.
+    #[inline(never)]
+    pub(super) fn come_to<const B: usize>(
+        &mut self,
+        experiments: &mut [Experiment<B>],
+    ) -> Option<Minimum> {
+        let mut branch = self.reached(experiments);
+        let pending = self.branch.take().and_then(|pending| Some((pending, self.best.take()?)));
+        let Some((Branch { acceptance, better, .. }, mut minimum)) = pending else {
+            return Some(branch);
+        };
+        branch.times = minimum.times;
+        if branch.fit.objective < better {
+            self.exclusions = 0;
+            self.prolongations = 0;
+            return Some(branch);
+        }
+        let distance = self.refinement.distance(&self.sought, &minimum.coordinates);
+        if branch.is_reached() && minimum.is_rivalled_by(&branch, distance) {
+            if branch.fit.objective < minimum.fit.objective {
+                core::mem::swap(&mut minimum, &mut branch);
+            }
+            let [own, other] = [&minimum, &branch].map(|one| self.sought.values(&one.coordinates));
+            let apart = (0..self.sought.unknowns()).map(|unknown| other[unknown] - own[unknown]);
+            minimum.spread(&self.sought, &apart.collect::<Vec<_, MAX_UNKNOWNS>>());
+        }
+        match acceptance {
+            Some(acceptance) => {
+                self.conclude(&minimum, acceptance, experiments);
+                None
+            }
+            None => {
+                self.stand_at(&minimum, experiments);
+                Some(minimum)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
+
+    use super::*;
+    use crate::chain::{Chain, Joint, JointKind, Link};
+
+    /// Two joints that carry 5 and 2 kg, with moments of inertia of 0.05 and 0.02 kg m².
+    pub(super) fn chain() -> Chain {
+        let joint = |mass| Joint {
+            origin: Isometry3::identity(),
+            axis: Unit::new_normalize(Vector3::z()),
+            kind: JointKind::Revolute,
+            link: Link {
+                mass,
+                centre_of_mass: Vector3::zeros(),
+                inertia: Matrix3::identity() * (0.01 * mass),
+            },
+        };
+        Chain::new(&[joint(3.0), joint(2.0)], Isometry3::identity()).unwrap()
+    }
+
+    /// Against 100 to reach: crawling ends it, a leap starts the count anew, and what is better is never given up. More than 1e6 ends it at
+    /// once.
+    #[test]
+    fn a_branch_that_crawls_is_given_up() {
+        let steps_until_hopeless = |course: &dyn Fn(u32) -> f64| {
+            let mut branch = Branch {
+                acceptance: None,
+                better: 100.0,
+                most: 1e6,
+                objective: f64::INFINITY,
+                crawling: 0,
+            };
+            (0..50).position(|step| branch.is_hopeless(course(step)))
+        };
+        assert_eq!(steps_until_hopeless(&|_| 200.0), Some(12));
+        assert_eq!(
+            steps_until_hopeless(&|step| 100.0 + 1e5 * 0.97_f64.powi(step as i32)),
+            Some(12)
+        );
+        assert_eq!(steps_until_hopeless(&|step| 100.0 + 1e5 * 0.9_f64.powi(step as i32)), None);
+        assert_eq!(steps_until_hopeless(&|step| if step < 10 { 300.0 } else { 200.0 }), Some(22));
+        assert_eq!(steps_until_hopeless(&|_| 99.0), None);
+        assert_eq!(steps_until_hopeless(&|step| if step < 3 { 2e6 } else { 99.0 }), Some(0));
+    }
+}

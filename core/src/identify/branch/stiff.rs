@@ -1,0 +1,100 @@
+//! The branches of a minimum on which one bushing is stiff, whose stiffness the data hardly tell.
+//!
+//! Above its resonance a soft bushing carries nothing: in the band it shows the compliance `1/(k − mω²)` of its mass whatever k
+//! is, and a stiff one shows next to none. Where other joints can make up for the difference, noise explains either. From the
+//! soft side the resonance, which would have to cross the band, is a barrier; from the stiff side the way is straight, since the
+//! receptance is linear in a small compliance.
+
+use crate::identify::start;
+use crate::parameters::Bounds;
+use crate::unknowns::{Coordinate, Coordinates, Sought};
+use crate::verdict::Covariance;
+
+/// Relative standard deviation above which a stiffness is unsure: the wrong ones of six-joint robots had 2 % and more.
+const UNSURE: f64 = 0.02;
+/// How far below its upper bound the stiffened one lies, by logarithms.
+const STIFF: f64 = 1.0;
+/// A branch is worth a step while its sum of squares is at most so many times the minimum's: right ones began at 1.0 to 1.2 times;
+/// a bushing that is soft in truth leaves hundreds when it is stiff.
+pub(super) const WORTH_A_STEP: f64 = 10.0;
+
+/// The unknowns that are stiffnesses of which the data are not sure, tip first.
+pub(super) fn unsure(sought: &Sought, covariance: &Covariance) -> impl Iterator<Item = usize> {
+    (0..sought.unknowns()).rev().filter(|&unknown| {
+        let is_stiffness = matches!(sought.coordinate(unknown), Some(Coordinate::Stiffness { .. }));
+        is_stiffness && covariance.deviation(unknown) > UNSURE
+    })
+}
+
+/// The same bushings, the stiffness of one unknown stiff and its damping ratio in the middle of its bounds.
+pub(super) fn stiffened(
+    sought: &Sought,
+    bounds: &Bounds,
+    soft: &Coordinates,
+    unknown: usize,
+) -> Coordinates {
+    let [_, _, upper] = sought.ranges(soft, bounds)[unknown];
+    start::with_stiffness(sought, bounds, soft, unknown, upper - STIFF)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::DOF;
+    use crate::calibration::Nuisances;
+    use crate::identify::branch::tests::chain;
+    use crate::refine::normal::{Normal, packed};
+
+    /// Of independent unknowns with these standard deviations.
+    fn covariance(deviations: &[f64; 24]) -> Covariance {
+        let mut information: Normal<{ packed(25) }> = Normal::new();
+        information.reset(deviations.len());
+        for (unknown, deviation) in deviations.iter().enumerate() {
+            *information.entry(unknown, unknown) = 1.0 / (deviation * deviation);
+        }
+        Covariance::of(&information)
+    }
+
+    proptest! {
+        /// Unsure are stiffnesses of more than 2 %, tip first, and no dampings.
+        #[test]
+        fn stiffnesses_are_unsure_above_two_percent(
+            deviations in prop::array::uniform24(1e-4..0.1_f64),
+        ) {
+            let sought = Sought::new(2, &Nuisances::default()).unwrap();
+            let is_stiffness = |index: &usize| index % (2 * DOF) < DOF;
+            let expected: Vec<usize> =
+                (0..24).rev().filter(is_stiffness).filter(|&k| deviations[k] > 0.02).collect();
+            let found: Vec<usize> = unsure(&sought, &covariance(&deviations)).collect();
+            prop_assert_eq!(found, expected);
+        }
+
+        /// The stiffness lies just below its upper bound, its damping ratio in the middle; nothing else has changed.
+        #[test]
+        fn one_bushing_becomes_stiff(
+            bushing in 0..12_usize, places in prop::array::uniform24(0.0..1.0_f64),
+        ) {
+            let sought = Sought::new(2, &Nuisances::default()).unwrap();
+            let bounds = Bounds::of(&chain());
+            let (lower, upper) = bounds.logarithms(2);
+            let mut from = sought.coordinates(&bounds.middle(&sought));
+            for (index, place) in places.into_iter().enumerate() {
+                from[index] = lower[index] + place * (upper[index] - lower[index]);
+            }
+            let k = 2 * DOF * (bushing / DOF) + bushing % DOF;
+            let d = k + DOF;
+            let stiff = stiffened(&sought, &bounds, &from, k);
+            prop_assert!((stiff[k] - (upper[k] - 1.0)).abs() < 1e-9);
+            let middle = |index: usize| 0.5 * (lower[index] + upper[index]);
+            let ratio = stiff[d] - 0.5 * stiff[k] - (middle(d) - 0.5 * middle(k));
+            prop_assert!(ratio.abs() < 1e-9);
+            for other in (0..24).filter(|other| ![k, d].contains(other)) {
+                prop_assert!((stiff[other] - from[other]).abs() < 1e-9);
+            }
+        }
+    }
+}
