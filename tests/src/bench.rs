@@ -130,6 +130,11 @@ impl Bench {
             let ended = self.flexid("watch", watch)?.succeed(timeout + Duration::from_secs(10))?;
             let news = report.insert(Report::last_of(&ended.output)?);
             Ok(news.fit.records >= records)
+        })
+        .with_context(|| {
+            let found = report.as_ref().map(|report| (&report.fit, &report.warnings));
+            let log = fs::read_to_string(self.path("edge.err")).unwrap_or_default();
+            format!("of {records}: the newest report says {found:?}, the daemon's log:\n{log}")
         })?;
         report.context("nothing was watched")
     }
