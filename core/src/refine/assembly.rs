@@ -2,7 +2,7 @@
 
 use super::equations::{Assembly, Bins, Unknowns};
 use super::residuals::Residuals;
-use super::seam::{MAX_SEAM, Seam, unknowns};
+use super::seam::{MAX_SEAM, Seam};
 use super::statics::Statics;
 use super::summary::Summary;
 use super::{Problem, Refinement};
@@ -34,12 +34,15 @@ impl Refinement {
         if self.run(problem, experiment, Unknowns::Seam).is_err() {
             return f64::INFINITY;
         }
+        let seam = problem.seam_unknowns();
         let normal = &mut self.record;
-        normal.prefer_small(&[0.0; MAX_SEAM][..unknowns(joints)], SMALL_SEAM);
-        normal.eliminate(unknowns(joints));
-        let mut solution = [0.0; MAX_SEAM];
-        normal.substitute(unknowns(joints), &mut solution);
-        experiment.seam = Seam::from_solution(&solution[..unknowns(joints)], joints);
+        let mut solution = experiment.seam.to_solution(joints);
+        normal.prefer_small(&solution[..seam], SMALL_SEAM);
+        normal.eliminate(seam);
+        let mut change = [0.0; MAX_SEAM];
+        normal.substitute(seam, &mut change);
+        solution.iter_mut().zip(&change).for_each(|(standing, change)| *standing += change);
+        experiment.seam = Seam::from_solution(&solution[..seam], joints);
         normal.sum_of_squares()
     }
 
@@ -67,7 +70,7 @@ impl Refinement {
         let mut summary = Summary::default();
         for experiment in experiments {
             summary.push(&self.assemble_record(problem, experiment, Unknowns::All)?);
-            total.add_complement(&self.record, unknowns(problem.chain.joints().len()));
+            total.add_complement(&self.record, problem.seam_unknowns());
         }
         for (unknown, value) in problem.sought.priors(&self.coordinates) {
             total.add_prior(unknown, value);
@@ -89,7 +92,7 @@ impl Refinement {
         let joints = problem.chain.joints().len();
         let standing = experiment.seam;
         let residuals = self.run(problem, experiment, wanted)?;
-        let seam = unknowns(joints);
+        let seam = problem.seam_unknowns();
         self.record.prefer_small(&standing.to_solution(joints)[..seam], SMALL_SEAM);
         self.record.eliminate(seam);
         Ok(residuals)

@@ -15,7 +15,7 @@ use heapless::Vec;
 use super::normal::{Normal, packed};
 use super::residuals::Residuals;
 use super::rows::{Derivatives, write_seam};
-use super::seam::{MAX_SEAM, Seam, unknowns};
+use super::seam::{MAX_SEAM, ORDERS, Seam, powers, unknowns};
 use super::whitening::Whitening;
 use crate::calibration::Calibration;
 use crate::receptance::gradient::PerDof;
@@ -128,14 +128,14 @@ impl Kernel<f64> for Assembly<'_> {
     fn run<V: Lanes<Scalar = f64>>(self, like: V) -> Residuals {
         let Self { terms, record, sought, calibration, unknowns: wanted, normal } = self;
         let joints = terms.joints.len();
-        let seam_columns = unknowns(joints);
+        let seam_columns = unknowns(joints, terms.strapdown);
         let all = wanted != Unknowns::Seam;
         let columns = seam_columns + if all { sought.unknowns() } else { 0 };
         let derivatives = Derivatives::new(sought, calibration, seam_columns);
         normal.reset(columns);
         let bins = record.bins();
-        // The seam is linear: alone it is found from zero, with the parameters q must contain it.
-        let seam = if all { record.seam } else { Seam::default() };
+        // Found from where it stands, the seam has more digits than from zero: no large loads cancel in the residuals.
+        let seam = record.seam;
         let mut residuals = Residuals::new(bins);
         let gain = &calibration.force_gain;
         let mut rows = V::each([[0.0; COLUMNS]; 6]);
@@ -145,10 +145,8 @@ impl Kernel<f64> for Assembly<'_> {
         for first in (0..bins).step_by(V::WIDTH) {
             let lanes = V::WIDTH.min(bins - first);
             let mut batch = Batch::new(like, &record, gain, first);
-            if all {
-                seam_loads(&seam, batch.inverse_s, joints, &mut loads);
-            }
-            response.read(terms, batch.s, &batch.force, all.then_some(&loads));
+            seam_loads(&seam, batch.inverse_s, joints, &mut loads);
+            response.read(terms, batch.s, &batch.force, Some(&loads));
 
             let mut unexplained = [[[0.0; 2]; 3]; MAX_WIDTH];
             let mut weights = [Whitening::default(); MAX_WIDTH];
@@ -161,7 +159,7 @@ impl Kernel<f64> for Assembly<'_> {
             for lane in 0..lanes {
                 let measured = record.measured(first + lane);
                 for axis in 0..3 {
-                    let jump = [seam.constant[axis], seam.slope[axis] * batch.ratio[lane]];
+                    let jump = seam.jump(axis, &batch.powers[lane]);
                     for part in 0..2 {
                         unexplained[lane][axis][part] =
                             measured[axis][part] - reading[axis][part][lane] - jump[part];
@@ -225,8 +223,8 @@ pub(super) struct Batch<V> {
     pub(super) inverse_s: Complex<V>,
     /// As measured, and then as best known.
     pub(super) force: [Complex<V>; 3],
-    /// ω/ω₀ of each lane.
-    pub(super) ratio: [f64; MAX_WIDTH],
+    /// Powers of s/ω₀ of each lane, ω₀ the lowest angular frequency of the band.
+    pub(super) powers: [[f64; ORDERS]; MAX_WIDTH],
 }
 
 impl<V: Lanes<Scalar = f64>> Batch<V> {
@@ -247,11 +245,12 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
             re: gather(&|bin| f64::from(record.force[axis][0][bin]) / force_gain[axis]),
             im: gather(&|bin| f64::from(record.force[axis][1][bin]) / force_gain[axis]),
         });
-        let mut ratio = [0.0; MAX_WIDTH];
-        for (lane, ratio) in ratio[..V::WIDTH].iter_mut().enumerate() {
-            *ratio = (record.first_bin + (first + lane).min(last)) as f64;
+        let mut of_ratio = [[0.0; ORDERS]; MAX_WIDTH];
+        for (lane, of_ratio) in of_ratio[..V::WIDTH].iter_mut().enumerate() {
+            *of_ratio = powers(record.omega((first + lane).min(last)) / record.omega(0));
         }
-        Self { s: Complex::new(zero, omega), inverse_s: Complex::new(zero, inverse), force, ratio }
+        let (s, inverse_s) = (Complex::new(zero, omega), Complex::new(zero, inverse));
+        Self { s, inverse_s, force, powers: of_ratio }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::equations::Unknowns;
 use super::residuals::Agreement;
 use super::summary::Summary;
-use super::{Problem, Refinement, seam};
+use super::{Problem, Refinement};
 use crate::parameters::{End, MAX_PARAMETERS};
 use crate::spectrum::Experiment;
 use crate::unknowns::Sought;
@@ -55,10 +55,8 @@ impl Refinement {
         experiments: &mut [Experiment<B>],
     ) -> Fit {
         let static_sum_of_squares = self.statics(problem).sum_of_squares();
-        let priors = problem.sought.priors(&self.coordinates);
-        let (priors, off) =
-            priors.fold((0, 0.0), |(n, sum), (_, value)| (n + 1, sum + value * value));
-        let sum_of_squares = self.fit_seams(problem, experiments) + static_sum_of_squares + off;
+        let priors = problem.sought.priors(&self.coordinates).count();
+        self.fit_seams(problem, experiments);
         let (summary, objective) = match self.assemble(problem, experiments) {
             Ok(summary) => (summary, self.normal.sum_of_squares()),
             Err(_) => {
@@ -66,17 +64,16 @@ impl Refinement {
                 (Summary::default(), f64::INFINITY)
             }
         };
-        let joints = problem.chain.joints().len();
         let covariance = Covariance::of(&self.normal);
         let static_residuals = problem.statics.iter().map(|test| test.readings().count()).sum();
         let residuals = experiments.iter().map(|e| 6 * e.bins()).sum::<usize>();
         let residuals = residuals + static_residuals + priors;
-        let seams = experiments.len() * seam::unknowns(joints);
+        let seams = experiments.len() * problem.seam_unknowns();
         // Retired records have told the unknowns before.
         let told = if self.knowledge.records() > 0 { 0 } else { self.determined(problem) };
         let values = problem.sought.values(&self.coordinates);
         Fit {
-            sum_of_squares,
+            sum_of_squares: objective - self.knowledge.sum_of_squares(&values),
             objective,
             static_sum_of_squares,
             static_residuals,
@@ -119,7 +116,7 @@ impl Refinement {
             return Agreement::default();
         }
         let mut others = self.normal.clone();
-        others.subtract_complement(&self.record, seam::unknowns(problem.chain.joints().len()));
+        others.subtract_complement(&self.record, problem.seam_unknowns());
         let (step, _) = self.propose(problem, &others, 0.0);
         self.advance(problem, &step);
         self.fit_seam(problem, experiment);

@@ -37,7 +37,6 @@ use knowledge::Knowledge;
 pub(crate) use knowledge::Retired;
 use normal::{Normal, packed};
 pub use residuals::Agreement;
-use seam::unknowns;
 
 /// Predicted gain in the sum of squares (whose expectation is its degrees of freedom) that ends the refinement.
 const NEGLIGIBLE: f64 = 1e-4;
@@ -68,6 +67,11 @@ pub struct Problem<'a> {
 }
 
 impl Problem<'_> {
+    /// Real unknowns of the seam of each record.
+    pub(crate) fn seam_unknowns(&self) -> usize {
+        seam::unknowns(self.chain.joints().len(), self.measurement.feels_gravity())
+    }
+
     /// The chain at a pose, with the masses that it is taken to have.
     pub(crate) fn linearise(
         &self,
@@ -308,7 +312,7 @@ impl Refinement {
         self.fit_seam(problem, experiment);
         self.assemble_record(problem, experiment, Unknowns::All)?;
         let values = problem.sought.values(&self.coordinates);
-        let seam = unknowns(problem.chain.joints().len());
+        let seam = problem.seam_unknowns();
         self.knowledge.take(&self.record, seam, &values);
         self.assembled = false;
         Ok(())
@@ -371,7 +375,7 @@ impl Refinement {
         experiment: &mut Experiment<B>,
     ) -> Result<Information, LinearisationError> {
         self.assemble_record(problem, experiment, Unknowns::Foretold)?;
-        let seam = unknowns(problem.chain.joints().len());
+        let seam = problem.seam_unknowns();
         Ok(Information::of_complement(&self.record, seam, problem.sought))
     }
 }

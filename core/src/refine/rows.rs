@@ -4,6 +4,7 @@
 use nalgebra::Matrix3;
 
 use super::equations::{Batch, COLUMNS, spill};
+use super::seam::{ORDERS, PARTS};
 use crate::DOF;
 use crate::calibration::Calibration;
 use crate::receptance::lanes::Lanes;
@@ -29,14 +30,16 @@ pub(super) fn write_seam<V: Lanes<Scalar = f64>>(
                 write(rows, axis, column + DOF, impulse * batch.inverse_s);
             }
         }
-        let jumps = 2 * DOF * joints;
-        for (lane, rows) in rows.iter_mut().enumerate() {
-            for other in 0..3 {
-                let own = f64::from(u8::from(other == axis));
-                rows[2 * axis][jumps + other] = own;
-                rows[2 * axis + 1][jumps + other] = 0.0;
-                rows[2 * axis][jumps + 3 + other] = 0.0;
-                rows[2 * axis + 1][jumps + 3 + other] = own * batch.ratio[lane];
+    }
+    // Orders that do not count stand where other columns are written later.
+    let first = 2 * DOF * joints;
+    for (rows, powers) in rows.iter_mut().zip(&batch.powers) {
+        for row in rows.iter_mut() {
+            row[first..first + 3 * ORDERS].fill(0.0);
+        }
+        for axis in 0..3 {
+            for order in 0..ORDERS {
+                rows[2 * axis + PARTS[order]][first + 3 * order + axis] = powers[order];
             }
         }
     }

@@ -1,18 +1,26 @@
 //! What joins the end of a record to its start.
 //!
-//! Over exactly T, a record is one period of a periodic motion, if at the seam an impulse and a step load every
-//! bushing (`γ = g + h/s`: the robot's state jumps from that of the end to that of the start) and the reading
-//! itself jumps (`c₀ + c₁ s/ω₀`, which also takes what sampling folds back into the band). All of it is
-//! linear and the same at every bin.
+//! Over exactly T, a record is one period of a periodic motion whose state jumps at the seam, by Δq and Δq̇. With C and G, what
+//! the accelerometer reads of q̈ and, as gravity tilts it, of q, and with `Z = s² M + s D + K`:
+//!
+//! ```text
+//! Q = Z⁻¹ (F + M (s Δq + Δq̇) + D Δq) = Z⁻¹ (F + g + h/s) + Δq/s                  g = M Δq̇,    h = −K Δq
+//! C (s² Q − s Δq − Δq̇) + G Q = (C s² + G) Z⁻¹ (F + g + h/s) + c₋₁/s + c₀          c₋₁ = G Δq,  c₀ = −C Δq̇
+//! ```
+//!
+//! So an impulse g and a step h load every bushing, and the reading itself jumps. What sampling folds back into the band is
+//! taken by `c₁ s`. All of it is linear in its unknowns, which are the same at every bin.
 
 use crate::{DOF, MAX_JOINTS};
 
-/// Real unknowns that do not belong to a joint: c₀ and c₁ of three axes.
-const JUMPS: usize = 6;
+/// Orders of the reading's jump: c₀ and c₁, and c₋₁ where gravity tilts the reading.
+pub(crate) const ORDERS: usize = 3;
+/// Whether a power of s = iω is real or imaginary, 0 or 1, order by order.
+pub(crate) const PARTS: [usize; ORDERS] = [0, 1, 1];
 /// Real unknowns per joint: g and h.
 const PER_JOINT: usize = 2 * DOF;
 /// Most real unknowns of a seam.
-pub(crate) const MAX_SEAM: usize = PER_JOINT * MAX_JOINTS + JUMPS;
+pub(crate) const MAX_SEAM: usize = unknowns(MAX_JOINTS, true);
 
 /// The unknowns of one record's seam.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,19 +29,33 @@ pub(crate) struct Seam {
     pub(crate) impulse: [[f64; DOF]; MAX_JOINTS],
     /// h: step on each bushing, N and Nm.
     pub(crate) step: [[f64; DOF]; MAX_JOINTS],
-    /// c₀, m/s.
-    pub(crate) constant: [f64; 3],
-    /// c₁, m/s.
-    pub(crate) slope: [f64; 3],
+    /// c₀, c₁ ω₀ and c₋₁/ω₀ along each axis, m/s; ω₀ is the lowest angular frequency of the band.
+    pub(crate) jumps: [[f64; 3]; ORDERS],
 }
 
-/// Number of real unknowns for a chain of `joints`.
-pub(crate) const fn unknowns(joints: usize) -> usize {
-    PER_JOINT * joints + JUMPS
+/// Number of real unknowns for a chain of `joints`, and an accelerometer that gravity tilts or not.
+pub(crate) const fn unknowns(joints: usize, tilted: bool) -> usize {
+    PER_JOINT * joints + 3 * if tilted { ORDERS } else { ORDERS - 1 }
+}
+
+/// `(s/ω₀)ⁿ` at s = iω, order by order, each its one [part](PARTS), where ω is `ratio` times ω₀.
+#[inline(always)]
+pub(crate) fn powers(ratio: f64) -> [f64; ORDERS] {
+    [1.0, ratio, -1.0 / ratio]
 }
 
 impl Seam {
-    /// From the solution of the normal equations: per joint g then h, then c₀, then c₁.
+    /// What the jump adds to the reading of an axis, from [`powers`]: real and imaginary part.
+    #[inline(always)]
+    pub(crate) fn jump(&self, axis: usize, powers: &[f64; ORDERS]) -> [f64; 2] {
+        let mut jump = [0.0; 2];
+        for order in 0..ORDERS {
+            jump[PARTS[order]] += self.jumps[order][axis] * powers[order];
+        }
+        jump
+    }
+
+    /// From the solution of the normal equations: per joint g then h, then the jumps, order by order.
     pub(crate) fn from_solution(solution: &[f64], joints: usize) -> Self {
         let mut seam = Self::default();
         for joint in 0..joints {
@@ -42,8 +64,7 @@ impl Seam {
             seam.step[joint].copy_from_slice(&own[DOF..]);
         }
         let jumps = &solution[PER_JOINT * joints..];
-        seam.constant.copy_from_slice(&jumps[..3]);
-        seam.slope.copy_from_slice(&jumps[3..JUMPS]);
+        seam.jumps.as_flattened_mut()[..jumps.len()].copy_from_slice(jumps);
         seam
     }
 
@@ -55,9 +76,8 @@ impl Seam {
             own[..DOF].copy_from_slice(&self.impulse[joint]);
             own[DOF..].copy_from_slice(&self.step[joint]);
         }
-        let jumps = &mut solution[PER_JOINT * joints..];
-        jumps[..3].copy_from_slice(&self.constant);
-        jumps[3..JUMPS].copy_from_slice(&self.slope);
+        let jumps = &mut solution[PER_JOINT * joints..][..3 * ORDERS];
+        jumps.copy_from_slice(self.jumps.as_flattened());
         solution
     }
 }

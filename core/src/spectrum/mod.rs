@@ -220,4 +220,9 @@ impl Measurement {
     pub(crate) fn gravity(&self) -> Vector3<f64> {
         Vector3::from(self.gravity)
     }
+
+    /// Whether gravity shows in the accelerometer's reading as it turns.
+    pub(crate) fn feels_gravity(&self) -> bool {
+        self.accelerometer == Accelerometer::Strapdown && self.gravity() != Vector3::zeros()
+    }
 }

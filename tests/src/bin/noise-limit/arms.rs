@@ -45,9 +45,9 @@ const POSES: usize = 8;
 const FEW_POSES: usize = 3;
 const FEW: [usize; 5] = [4, 5, 6, 7, 33];
 /// Share of the robots that must be right, as measured with 48,
-const RIGHT: f64 = 0.66;
+const RIGHT: f64 = 0.87;
 /// and of those that may be wrong although a parameter is called identified: a wrong minimum whose residuals noise explains.
-const FALSE: f64 = 0.10;
+const FALSE: f64 = 0.0625;
 /// χ² per degree of freedom below which a run is right,
 const EXPLAINED: f64 = 1.1;
 /// and standard deviations by which none of its identified parameters may be off.
