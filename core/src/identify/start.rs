@@ -82,12 +82,53 @@ pub(super) fn with_stiffness(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
+    use proptest::prelude::*;
     use rand_core::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
+    use crate::DOF;
     use crate::calibration::Nuisances;
+
+    /// Two joints, and bounds of six decades.
+    pub(in crate::identify) fn two_joints() -> (Sought, Bounds) {
+        let sought = Sought::new(2, &Nuisances::default()).unwrap();
+        (sought, Bounds::new([1e4, 1e10], [1e3, 1e9], [1e1, 1e7], [1.0, 1e6]).unwrap())
+    }
+
+    /// Each parameter of [`two_joints`] at a place within its bounds, from 0 to 1.
+    pub(in crate::identify) fn within_the_bounds(places: &[f64; 24]) -> Coordinates {
+        let (sought, bounds) = two_joints();
+        let (lower, upper) = bounds.logarithms(2);
+        let mut within = middle(&bounds, &sought);
+        for (index, place) in places.iter().enumerate() {
+            within[index] = lower[index] + place * (upper[index] - lower[index]);
+        }
+        within
+    }
+
+    proptest! {
+        /// The stiffness has the logarithm that is given, its damping ratio lies in the middle; nothing else has changed.
+        #[test]
+        fn one_stiffness_and_its_damping_change(
+            bushing in 0..12_usize, logarithm in 5.0..20.0_f64, places in prop::array::uniform24(0.0..1.0_f64),
+        ) {
+            let (sought, bounds) = two_joints();
+            let (lower, upper) = bounds.logarithms(2);
+            let from = within_the_bounds(&places);
+            let k = 2 * DOF * (bushing / DOF) + bushing % DOF;
+            let d = k + DOF;
+            let changed = with_stiffness(&sought, &bounds, &from, k, logarithm);
+            prop_assert!((changed[k] - logarithm).abs() < 1e-9);
+            let middle = |index: usize| 0.5 * (lower[index] + upper[index]);
+            let ratio = changed[d] - 0.5 * changed[k] - (middle(d) - 0.5 * middle(k));
+            prop_assert!(ratio.abs() < 1e-9);
+            for other in (0..24).filter(|other| ![k, d].contains(other)) {
+                prop_assert!((changed[other] - from[other]).abs() < 1e-9);
+            }
+        }
+    }
 
     #[test]
     fn one_start_in_four_is_a_random_search() {
@@ -98,8 +139,7 @@ mod tests {
     /// Every start lies in the middle three tenths of the bounds, and anywhere there.
     #[test]
     fn later_descents_begin_about_the_middle() {
-        let sought = Sought::new(2, &Nuisances::default()).unwrap();
-        let bounds = Bounds::new([1e4, 1e10], [1e3, 1e9], [1e1, 1e7], [1.0, 1e6]).unwrap();
+        let (sought, bounds) = two_joints();
         let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
         let width = libm::log(1e6);
         let middle = middle(&bounds, &sought);
