@@ -46,6 +46,7 @@ pub fn plan(plan: &Plan) -> String {
          \x20uncertainty: {meaning}, the bounds counted as knowledge\n\
          \x20std: relative standard deviation of a parameter, from experiments alone\n\
          \x20identified, weak, not observable: of how many parameters `flexid identify` will say so\n\
+         \x20foretold for the robot that the plan starts from, if `flexid identify` finds the right minimum\n\
          \x20each step is the best of {candidates} experiments beside all above it{given_up}\n\
          \x20worst in the end: {}, {}\n",
         end.worst_parameter,

@@ -161,6 +161,7 @@ fn what_was_found_is_what_a_plan_starts_from() {
     }
     let worst = steps[1]["after"]["worst_parameter"].as_str().unwrap();
     assert!(table.contains(&format!("worst in the end: {worst}, ")), "{table}");
+    assert!(table.contains("if `flexid identify` finds the right minimum"), "{table}");
     let last = table.lines().last().unwrap();
     assert!(last.starts_with("2 experiments planned, ") && last.ends_with(" s"), "{last}");
 
