@@ -36,12 +36,10 @@ impl Refinement {
         }
         let seam = problem.seam_unknowns();
         let normal = &mut self.record;
-        let mut solution = experiment.seam.to_solution(joints);
-        normal.prefer_small(&solution[..seam], SMALL_SEAM);
+        normal.prefer_small(&[0.0; MAX_SEAM][..seam], SMALL_SEAM);
         normal.eliminate(seam);
-        let mut change = [0.0; MAX_SEAM];
-        normal.substitute(seam, &mut change);
-        solution.iter_mut().zip(&change).for_each(|(standing, change)| *standing += change);
+        let mut solution = [0.0; MAX_SEAM];
+        normal.substitute(seam, &mut solution);
         experiment.seam = Seam::from_solution(&solution[..seam], joints);
         normal.sum_of_squares()
     }

@@ -134,8 +134,8 @@ impl Kernel<f64> for Assembly<'_> {
         let derivatives = Derivatives::new(sought, calibration, seam_columns);
         normal.reset(columns);
         let bins = record.bins();
-        // Found from where it stands, the seam has more digits than from zero: no large loads cancel in the residuals.
-        let seam = record.seam;
+        // The seam is linear: alone it is found from zero, with the parameters q must contain it.
+        let seam = if all { record.seam } else { Seam::default() };
         let mut residuals = Residuals::new(bins);
         let gain = &calibration.force_gain;
         let mut rows = V::each([[0.0; COLUMNS]; 6]);
@@ -145,8 +145,10 @@ impl Kernel<f64> for Assembly<'_> {
         for first in (0..bins).step_by(V::WIDTH) {
             let lanes = V::WIDTH.min(bins - first);
             let mut batch = Batch::new(like, &record, gain, first);
-            seam_loads(&seam, batch.inverse_s, joints, &mut loads);
-            response.read(terms, batch.s, &batch.force, Some(&loads));
+            if all {
+                seam_loads(&seam, batch.inverse_s, joints, &mut loads);
+            }
+            response.read(terms, batch.s, &batch.force, all.then_some(&loads));
 
             let mut unexplained = [[[0.0; 2]; 3]; MAX_WIDTH];
             let mut weights = [Whitening::default(); MAX_WIDTH];

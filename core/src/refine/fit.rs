@@ -55,8 +55,10 @@ impl Refinement {
         experiments: &mut [Experiment<B>],
     ) -> Fit {
         let static_sum_of_squares = self.statics(problem).sum_of_squares();
-        let priors = problem.sought.priors(&self.coordinates).count();
-        self.fit_seams(problem, experiments);
+        let priors = problem.sought.priors(&self.coordinates);
+        let (priors, off) =
+            priors.fold((0, 0.0), |(n, sum), (_, value)| (n + 1, sum + value * value));
+        let sum_of_squares = self.fit_seams(problem, experiments) + static_sum_of_squares + off;
         let (summary, objective) = match self.assemble(problem, experiments) {
             Ok(summary) => (summary, self.normal.sum_of_squares()),
             Err(_) => {
@@ -73,7 +75,7 @@ impl Refinement {
         let told = if self.knowledge.records() > 0 { 0 } else { self.determined(problem) };
         let values = problem.sought.values(&self.coordinates);
         Fit {
-            sum_of_squares: objective - self.knowledge.sum_of_squares(&values),
+            sum_of_squares,
             objective,
             static_sum_of_squares,
             static_residuals,
