@@ -30,16 +30,17 @@ pub(super) fn write_seam<V: Lanes<Scalar = f64>>(
                 write(rows, axis, column + DOF, impulse * batch.inverse_s);
             }
         }
-    }
-    // Orders that do not count stand where other columns are written later.
-    let first = 2 * DOF * joints;
-    for (rows, powers) in rows.iter_mut().zip(&batch.powers) {
-        for row in rows.iter_mut() {
-            row[first..first + 3 * ORDERS].fill(0.0);
-        }
-        for axis in 0..3 {
-            for order in 0..ORDERS {
-                rows[2 * axis + PARTS[order]][first + 3 * order + axis] = powers[order];
+        let jumps = 2 * DOF * joints;
+        for (lane, rows) in rows.iter_mut().enumerate() {
+            // Orders that do not count stand where other columns are written later.
+            for part in 0..2 {
+                let row = &mut rows[2 * axis + part][jumps..jumps + 3 * ORDERS];
+                for order in 0..ORDERS {
+                    for other in 0..3 {
+                        let own = other == axis && PARTS[order] == part;
+                        row[3 * order + other] = if own { batch.powers[lane][order] } else { 0.0 };
+                    }
+                }
             }
         }
     }
