@@ -21,7 +21,7 @@ use crate::unknowns::{MAX_UNKNOWNS, Sought};
 const MAX_WIDTH: usize = 16;
 
 /// Rows of a bin: real and imaginary parts along three axes.
-pub(super) const ROWS: usize = 6;
+const ROWS: usize = 6;
 
 /// The rows of a bin, the derivatives before each residual.
 type Rows = [[f64; MAX_UNKNOWNS + 1]; ROWS];
@@ -34,7 +34,7 @@ pub(super) struct Weighing {
     pub(super) relative: f64,
 }
 
-/// Adds the rows of one record. `terms` are those of the record's pose, with the bushings that are tried.
+/// Adds the rows of one record, and returns how many. `terms` are those of the record's pose, with the bushings that are tried.
 pub(super) fn add<const B: usize>(
     normal: &mut ParameterNormal,
     terms: &Terms<f32>,
@@ -42,7 +42,7 @@ pub(super) fn add<const B: usize>(
     weighing: Weighing,
     sought: &Sought,
     level: Level,
-) {
+) -> usize {
     let search = &experiment.search;
     let bins = search.omega[..search.bins].partition_point(|&omega| omega <= weighing.highest);
     let line = Line {
@@ -59,6 +59,7 @@ pub(super) fn add<const B: usize>(
         normal,
     };
     f32::dispatch(level, line);
+    ROWS * bins
 }
 
 struct Line<'a> {

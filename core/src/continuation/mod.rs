@@ -11,7 +11,7 @@
 //! not is a wrong model of it.
 //!
 //! On every level Levenberg and Marquardt's steps are taken along compliances ([`crate::refine::compliance`]). Priors hold
-//! what a level does not tell ([`priors`]); they end with the descent.
+//! what a level does not tell where the descent has begun ([`priors`]); they end with the descent.
 
 mod line;
 mod priors;
@@ -26,13 +26,12 @@ use crate::spectrum::{Accelerometer, Experiment};
 use crate::unknowns::Coordinates;
 
 /// Levels below the whole band, half an octave each: the first ends at a 128th of the highest frequency, where most joints that
-/// can mill have no resonance yet. From wherever a descent then begins, it nearly always ends in the same basin.
+/// can mill have no resonance yet.
 const WIDENING: u32 = 14;
-/// Levels that a shorter descent leaves out: it begins at a thirty-second of the highest frequency, and more of it depends on
-/// where.
-const SHORTER: u32 = 4;
 /// The last level: the whole band once more, with residuals that noise alone may explain.
 const LAST: u32 = WIDENING + 1;
+/// How many levels there are.
+pub(crate) const LEVELS: usize = LAST as usize + 1;
 /// Part of its size by which the model may miss a spectrum, η: while the band widens, where 0.05 and 0.1 find the basin equally
 /// often and 0.3 less; and on the last level, from where the refinement, which weighs by the noise alone, finds the minimum.
 const RELATIVE: f64 = 0.05;
@@ -52,6 +51,8 @@ const LAST_DAMPING: f64 = 1e4;
 /// Where a descent stands.
 #[derive(Clone, Debug)]
 pub(crate) struct Continuation {
+    /// Where it has begun, which is the centre of the priors.
+    start: Coordinates,
     coordinates: Coordinates,
     /// The whole band from [`WIDENING`] on; behind [`LAST`] is the end.
     level: u32,
@@ -60,33 +61,30 @@ pub(crate) struct Continuation {
     damping: f64,
     /// Whether the normal equations are those at `coordinates`.
     assembled: bool,
-    /// Sum of squares before the last level.
-    cost: f64,
-    /// Mean square of the residuals, on the whole band once it is reached.
-    misfit: f64,
+    /// Rows of the records in the normal equations.
+    rows: usize,
+    /// Mean square of the residuals on each level, where it has ended or stands.
+    misfits: [f64; LEVELS],
 }
 
 impl Continuation {
+    /// From the lowest frequencies upward.
     pub(crate) fn new(start: Coordinates) -> Self {
+        Self::from_level(start, 0)
+    }
+
+    /// Without the frequencies of the levels before this one: the fewer levels, the more the end depends on the start.
+    pub(crate) fn from_level(start: Coordinates, level: u32) -> Self {
         Self {
+            start,
             coordinates: start,
-            level: 0,
+            level,
             steps: 0,
             damping: FIRST_DAMPING,
             assembled: false,
-            cost: f64::INFINITY,
-            misfit: f64::INFINITY,
+            rows: 0,
+            misfits: [f64::INFINITY; LEVELS],
         }
-    }
-
-    /// Without the lowest frequencies.
-    pub(crate) fn shorter(start: Coordinates) -> Self {
-        Self { level: SHORTER, ..Self::new(start) }
-    }
-
-    /// On the whole band alone, from near a basin.
-    pub(crate) fn on_the_whole_band(start: Coordinates) -> Self {
-        Self { level: WIDENING, ..Self::new(start) }
     }
 
     /// Where the descent stands.
@@ -94,27 +92,10 @@ impl Continuation {
         &self.coordinates
     }
 
-    /// What the first level costs where it begins; the next step goes on from there.
-    pub(crate) fn begin_with<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiments: &[Experiment<B>],
-        normal: &mut ParameterNormal,
-    ) -> f64 {
-        self.assemble(problem, experiments, normal);
-        self.assembled = true;
-        normal.sum_of_squares()
-    }
-
-    /// Sum of squares on the whole band before the last level, whose residuals are weighed more.
-    pub(crate) fn cost(&self) -> f64 {
-        self.cost
-    }
-
-    /// Mean square of the residuals at the end, the priors' included: a half if they are noise, since real and imaginary
-    /// parts have half of its power each.
-    pub(crate) fn misfit(&self) -> f64 {
-        self.misfit
+    /// Mean square of the residuals on each level that has ended, the priors' included: a half if they are noise, since real and
+    /// imaginary parts have half of its power each. Infinite on levels that were left out.
+    pub(crate) fn misfits(&self) -> &[f64] {
+        &self.misfits[..(self.level as usize).min(LEVELS)]
     }
 
     /// How much of it is done, 0 to 1.
@@ -147,12 +128,12 @@ impl Continuation {
             return;
         }
         if !self.assembled {
-            self.begin_with(problem, experiments, normal);
+            self.assemble(problem, experiments, normal);
+            self.assembled = true;
         }
         self.steps += 1;
         let standing = normal.sum_of_squares();
-        let rows: usize = experiments.iter().map(|one| line::ROWS * one.search.bins).sum();
-        self.note(standing, rows);
+        self.note(standing);
         let before = self.coordinates;
         let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
         let room = compliance::room(problem.sought, &ranges, LONGEST_STEP);
@@ -183,7 +164,7 @@ impl Continuation {
             self.coordinates = before;
             self.damping *= 10.0;
         }
-        self.note(normal.sum_of_squares(), rows);
+        self.note(normal.sum_of_squares());
         let settled = gain > 0.0 && gain < NEGLIGIBLE * standing;
         if settled || self.steps >= MAX_STEPS || self.damping > LAST_DAMPING {
             self.begin(self.level + 1);
@@ -191,18 +172,15 @@ impl Continuation {
     }
 
     /// Remembers what the present coordinates cost.
-    fn note(&mut self, sum_of_squares: f64, rows: usize) {
-        self.misfit = sum_of_squares / rows as f64;
-        if self.level < LAST {
-            self.cost = sum_of_squares;
-        }
+    fn note(&mut self, sum_of_squares: f64) {
+        self.misfits[self.level as usize] = sum_of_squares / self.rows as f64;
     }
 
     /// The normal equations at the coordinates.
     // As above.
     #[inline(never)]
     fn assemble<const B: usize>(
-        &self,
+        &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
         normal: &mut ParameterNormal,
@@ -213,14 +191,15 @@ impl Continuation {
         let half_octaves = f64::from(WIDENING.saturating_sub(self.level));
         let part = libm::exp2(-0.5 * half_octaves) as f32;
         let relative = if self.level < LAST { RELATIVE } else { LAST_RELATIVE };
+        self.rows = 0;
         for experiment in experiments {
             let search = &experiment.search;
             let terms = sagged(problem, experiment, &bushings);
             let highest = part * search.omega.last().copied().unwrap_or_default();
             let weighing = line::Weighing { highest, relative };
-            line::add(normal, &terms, experiment, weighing, sought, level);
+            self.rows += line::add(normal, &terms, experiment, weighing, sought, level);
         }
-        priors::add(normal, &self.coordinates, sought, bounds);
+        priors::add(normal, &self.coordinates, &self.start, sought, bounds);
     }
 }
 

@@ -1,4 +1,5 @@
-//! What holds parameters that a level does not tell: the middle of their bounds, and of the bounds' damping ratios.
+//! What holds parameters that a level does not tell: the place where the descent has begun, and the middle of the bounds' damping
+//! ratios. Descents that begin elsewhere so end elsewhere, where the data leave them the choice.
 
 use crate::parameters::Bounds;
 use crate::refine::ParameterNormal;
@@ -8,16 +9,16 @@ use crate::{DOF, MAX_JOINTS};
 /// Standard deviation of ln d − ½ ln k, which is that of the damping ratio where the inertia is known.
 const DAMPING_RATIO: f64 = 2.0;
 
-/// Adds them at `coordinates`: a parameter's standard deviation is half the width of its bounds.
+/// Adds them at `coordinates`: the mean of a parameter's is its value at `start`, the standard deviation half the width of its bounds.
 pub(super) fn add(
     normal: &mut ParameterNormal,
     coordinates: &Coordinates,
+    start: &Coordinates,
     sought: &Sought,
     bounds: &Bounds,
 ) {
     let (lower, upper) = bounds.logarithms(sought.joints());
-    let middle = |index: usize| 0.5 * (lower[index] + upper[index]);
-    let off = |index: usize| coordinates[index] - middle(index);
+    let off = |index: usize| coordinates[index] - 0.5 * (lower[index] + upper[index]);
     for joint in 0..sought.joints().min(MAX_JOINTS) {
         for dof in 0..DOF {
             let pair = [Coordinate::Stiffness { joint, dof }, Coordinate::Damping { joint, dof }];
@@ -26,7 +27,8 @@ pub(super) fn add(
             for (index, unknown) in [k, d].into_iter().zip(unknowns) {
                 let width = 0.5 * (upper[index] - lower[index]);
                 if let Some(unknown) = unknown {
-                    normal.add_sparse(&[(unknown, 1.0 / width)], off(index) / width);
+                    let moved = coordinates[index] - start[index];
+                    normal.add_sparse(&[(unknown, 1.0 / width)], moved / width);
                 }
             }
             let value = (off(d) - 0.5 * off(k)) / DAMPING_RATIO;

@@ -44,7 +44,7 @@ pub(super) struct Minimum {
     pub(super) contradicted: bool,
     /// Another minimum elsewhere is hardly worse, so that the data do not say which of the two is right.
     pub(super) has_rival: bool,
-    /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
+    /// How far the unknowns of other minima lie that the data do not exclude; empty without one.
     pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
 }
 
@@ -146,10 +146,22 @@ impl Minimum {
         }
     }
 
-    /// Takes the errors as those of either of two minima that lie `apart`.
-    pub(super) fn spread(&mut self, sought: &Sought, apart: &[f64]) {
-        self.fit.widen(sought, apart);
-        self.apart = apart.iter().copied().collect();
+    /// Remembers another minimum that the data do not exclude, which lies `apart`.
+    pub(super) fn remember(&mut self, apart: Vec<f64, MAX_UNKNOWNS>) {
+        if self.apart.is_empty() {
+            self.apart = apart;
+        } else {
+            let farther =
+                self.apart.iter_mut().zip(apart).filter(|(own, new)| new.abs() > own.abs());
+            farther.for_each(|(own, new)| *own = new);
+        }
+    }
+
+    /// Takes the errors as those of any of the minima that the data do not exclude.
+    pub(super) fn spread(&mut self, sought: &Sought) {
+        if !self.apart.is_empty() {
+            self.fit.widen(sought, &self.apart);
+        }
     }
 
     /// What a refinement makes least is the same for both.
@@ -304,6 +316,24 @@ mod tests {
         assert!(best.has_rival);
         best.compete(minimum(2000.0, 0.0), 1e4);
         assert!(!best.has_rival && best.times == 1);
+    }
+
+    /// Of each unknown the farthest of several rivals counts, and the errors are as large as the way there.
+    #[test]
+    fn the_errors_hold_the_farthest_rivals() {
+        let sought = Sought::new(1, &Nuisances::default()).unwrap();
+        let mut minimum = minimum(2000.0, 0.0);
+        let apart = |first: f64, second: f64| {
+            (0..sought.unknowns()).map(|i| [first, second].get(i).copied().unwrap_or(0.0)).collect()
+        };
+        minimum.spread(&sought);
+        assert!((minimum.fit.deviations[0] - 0.01).abs() < 1e-12);
+        minimum.remember(apart(0.3, -0.1));
+        minimum.remember(apart(-0.4, 0.05));
+        assert_eq!(minimum.apart[..2], [-0.4, -0.1]);
+        minimum.spread(&sought);
+        let widened = libm::sqrt(0.01 * 0.01 + 0.4 * 0.4);
+        assert!((minimum.fit.deviations[0] - widened).abs() < 1e-12);
     }
 
     #[test]

@@ -2,13 +2,14 @@
 //! that the basin is wrong.
 //!
 //! A refinement that has reached a minimum is accepted if noise alone explains the size and the structure of its residuals,
-//! and the records stand clear of the noise, once its lightly damped branch is known to be no better. If not, either the
+//! and the records stand clear of the noise, once no better one has been found on its branches (`branch`). If not, either the
 //! basin is wrong, or the model is, or the noise hides which; another search tells: the best minimum reached again and
 //! again, by its coordinates and not by χ² alone, is accepted as well, with the remark that the model is suspect if the
 //! noise does not explain it. A bare threshold would restart for ever on real data. Two minima in different places that are
 //! equally good leave the estimate unsettled: the data do not say which is right.
 //!
-//! A search is a descent from low to high frequencies or, one in four, the paper's random search ([`crate::search`]).
+//! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
+//! ([`crate::search`]).
 //!
 //! Work is budgeted per change of the records, not by the clock, so that the same records give the same estimate
 //! on any machine.
@@ -131,7 +132,7 @@ impl<R: Rng> Identifier<R> {
         let search = Search::new(Strategy::default(), 2 * DOF * chain.joints().len());
         let sought = Sought::parameters_of(&chain);
         let refinement = Refinement::new(&sought, &bounds.within(search.centre()));
-        let descent = Descent::new(start::middle(&bounds, &sought));
+        let descent = Descent::first(start::middle(&bounds, &sought));
         Self {
             method: Method::Descent,
             descent,
@@ -212,13 +213,14 @@ impl<R: Rng> Identifier<R> {
             // What static tests tell alone is no basin of the records.
             _ if self.total_starts == 0 => self.start_search(experiments),
             (Phase::Waiting, _) | (Phase::Settled, None) => self.start_search(experiments),
-            (Phase::Searching, _) => match self.method {
+            (Phase::Searching, _) if branched.is_none() => match self.method {
                 Method::Descent => self.descent.renew(),
                 Method::RandomSearch => self.search.renew(self.weighing(experiments)),
             },
-            (Phase::Refining, _) => {
+            (Phase::Refining | Phase::Searching, _) => {
                 let standing = branched.unwrap_or(*self.refinement.coordinates());
                 self.refinement.restart_at(&standing);
+                self.phase = Phase::Refining;
             }
             (Phase::Settled, Some(estimate)) => {
                 self.refinement.restart_at(&estimate.coordinates);
@@ -310,10 +312,8 @@ impl<R: Rng> Identifier<R> {
         self.search_evaluations = standing.search_evaluations;
         self.refine_iterations = standing.refine_iterations;
         let mut minimum = self.reached(experiments);
-        if !standing.apart.is_empty() {
-            minimum.spread(&self.sought, &standing.apart);
-        }
-        self.settle(&minimum, standing.acceptance, experiments);
+        minimum.apart = standing.apart.clone();
+        self.settle(&mut minimum, standing.acceptance, experiments);
         Ok(())
     }
 
@@ -351,16 +351,12 @@ impl<R: Rng> Identifier<R> {
         self.exclusions = 0;
         self.method = Method::after(self.starts);
         match self.method {
+            Method::Descent if self.starts == 0 => {
+                self.descent = Descent::first(start::middle(&self.bounds, &self.sought));
+            }
             Method::Descent => {
-                let Self { bounds, sought, generator, descent, .. } = self;
-                match self.starts {
-                    0 => *descent = Descent::new(start::middle(bounds, sought)),
-                    1 => descent.go_on_thoroughly(),
-                    _ => {
-                        *descent =
-                            Descent::shorter(start::about_the_middle(bounds, sought, generator))
-                    }
-                }
+                let from = start::elsewhere(&self.bounds, &self.sought, &mut self.generator);
+                self.descent = Descent::elsewhere(from);
             }
             Method::RandomSearch => {
                 self.search = Search::new(Strategy::default(), 2 * DOF * self.chain.joints().len());
@@ -375,7 +371,7 @@ impl<R: Rng> Identifier<R> {
     fn descend<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let Self { chain, measurement, bounds, sought, statics, descent, generator, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let next = || start::about_the_middle(bounds, sought, generator);
+        let next = || start::elsewhere(bounds, sought, generator);
         if let Some(found) = descent.step(&problem, experiments, self.refinement.room(), next) {
             self.refinement.restart_at(&found);
             self.phase = Phase::Refining;
@@ -406,13 +402,13 @@ impl<R: Rng> Identifier<R> {
             found = self.reconciled(together, found);
             self.stand_at(&found, experiments);
             if found.contradicted && found.times >= TIMES_CONSISTENT {
-                return self.settle(&found, Acceptance::ModelSuspect, experiments);
+                return self.settle(&mut found, Acceptance::ModelSuspect, experiments);
             }
         } else if found.is_reached() && found.contradicted && !self.knows_better() {
             return self.try_alone(found);
         }
         if found.is_reached() && (!found.is_tested() || found.noise_is_too_loud()) {
-            return self.settle(&found, Acceptance::Unsettled, experiments);
+            return self.settle(&mut found, Acceptance::Unsettled, experiments);
         }
         if found.is_explained() && !found.is_reached() {
             if self.prolongations < MAX_PROLONGATIONS {
@@ -424,15 +420,15 @@ impl<R: Rng> Identifier<R> {
             }
         }
         if found.is_beyond_doubt() {
-            return self.conclude(&found, Acceptance::Consistent, experiments);
+            return self.conclude(&mut found, Acceptance::Consistent, experiments);
         }
         if experiments.is_empty() {
             // In the compliances static tests are linear, but for gravity: another start would end here, too.
             let reached = found.is_reached();
             let acceptance = if reached { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
-            return self.settle(&found, acceptance, experiments);
+            return self.settle(&mut found, acceptance, experiments);
         }
-        let best = match self.best.take() {
+        let mut best = match self.best.take() {
             Some(mut best) => {
                 let distance = self.refinement.distance(&self.sought, &best.coordinates);
                 best.compete(found, distance);
@@ -449,9 +445,9 @@ impl<R: Rng> Identifier<R> {
         if best.times >= TIMES_CONSISTENT && best.contradicted {
             self.try_alone(best);
         } else if best.times >= enough && !best.has_rival {
-            self.conclude(&best, acceptance, experiments);
+            self.conclude(&mut best, acceptance, experiments);
         } else if self.starts >= MAX_STARTS {
-            self.settle(&best, Acceptance::Unsettled, experiments);
+            self.settle(&mut best, Acceptance::Unsettled, experiments);
         } else {
             self.best = Some(best);
             self.start_search(experiments);
@@ -514,7 +510,7 @@ impl<R: Rng> Identifier<R> {
 
     fn settle<const B: usize>(
         &mut self,
-        minimum: &Minimum,
+        minimum: &mut Minimum,
         acceptance: Acceptance,
         experiments: &mut [Experiment<B>],
     ) {
@@ -522,6 +518,7 @@ impl<R: Rng> Identifier<R> {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let forgotten = self.forgotten;
+        minimum.spread(sought);
         let estimate =
             Estimate::of(minimum, acceptance, forgotten, refinement, &problem, experiments);
         self.estimate = Some(estimate);

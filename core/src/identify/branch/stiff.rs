@@ -18,12 +18,24 @@ const STIFF: f64 = 1.0;
 /// a bushing that is soft in truth leaves hundreds when it is stiff.
 pub(super) const WORTH_A_STEP: f64 = 10.0;
 
-/// The unknowns that are stiffnesses of which the data are not sure, tip first.
+/// The unknowns that are stiffnesses, with their relative standard deviations, tip first.
+pub(super) fn deviations(
+    sought: &Sought,
+    covariance: &Covariance,
+) -> impl Iterator<Item = (usize, f64)> {
+    let is_stiffness =
+        |unknown: &usize| matches!(sought.coordinate(*unknown), Some(Coordinate::Stiffness { .. }));
+    (0..sought.unknowns())
+        .rev()
+        .filter(is_stiffness)
+        .map(|unknown| (unknown, covariance.deviation(unknown)))
+}
+
+/// Those of which the data are not sure.
 pub(super) fn unsure(sought: &Sought, covariance: &Covariance) -> impl Iterator<Item = usize> {
-    (0..sought.unknowns()).rev().filter(|&unknown| {
-        let is_stiffness = matches!(sought.coordinate(unknown), Some(Coordinate::Stiffness { .. }));
-        is_stiffness && covariance.deviation(unknown) > UNSURE
-    })
+    deviations(sought, covariance)
+        .filter(|(_, deviation)| *deviation > UNSURE)
+        .map(|(unknown, _)| unknown)
 }
 
 /// The same bushings, the stiffness of one unknown stiff and its damping ratio in the middle of its bounds.
