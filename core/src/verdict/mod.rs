@@ -12,6 +12,7 @@ mod trust;
 pub use covariance::Covariance;
 pub(crate) use directions::weak_directions;
 pub use directions::{Direction, MAX_DIRECTIONS};
+pub(crate) use trust::WEAK;
 pub use trust::{Trust, Verdict};
 
 use crate::refine::normal::Normal;

@@ -6,7 +6,7 @@ const IDENTIFIED: f64 = 0.05;
 /// the rest may have moved the parameters, or the minimum be a wrong one.
 const SUSPECT: f64 = 2.0;
 /// Up to this one it is weak; beyond, the data do not tell it.
-pub(super) const WEAK: f64 = 0.30;
+pub(crate) const WEAK: f64 = 0.30;
 
 /// How far a parameter can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -20,13 +20,12 @@ use super::start::{self, Method};
 use super::{Acceptance, Identifier, Phase};
 use crate::spectrum::Experiment;
 use crate::unknowns::Coordinates;
+use crate::verdict::WEAK;
 
 /// Branches that have been clearly worse so many times in a row, as records came, are not refined again before the next search:
 /// what each record adds to the difference is positive on average.
 const MAX_EXCLUSIONS: u32 = 3;
-/// Relative standard deviation of a stiffness of which the data tell nothing: no verdict but "not observable" goes with it.
-const UNTOLD: f64 = 0.3;
-/// Searches elsewhere for a minimum as good as one that leaves such a stiffness: of 48 drawn six-joint arms with three cuts four
+/// Searches elsewhere for a minimum as good as one that leaves a stiffness less than weakly known: of 48 drawn six-joint arms with three cuts four
 /// had a wrong parameter called identified without them, and each of the four is right with two.
 const SEARCHES_ELSEWHERE: u32 = 2;
 /// A branch is given up after so many steps in a row, refused ones included: up to ten are refused before one is good,
@@ -137,12 +136,12 @@ impl<R: Rng> Identifier<R> {
         true
     }
 
-    /// Whether it must be feared that another minimum explains the records as well: of some stiffness the data tell nothing.
+    /// Whether it must be feared that another minimum explains the records as well: some stiffness is not even weakly known.
     fn is_worth_a_search(&self, minimum: &Minimum, acceptance: Option<Acceptance>) -> bool {
         acceptance == Some(Acceptance::Consistent)
             && self.tried.elsewhere < SEARCHES_ELSEWHERE
             && stiff::deviations(&self.sought, &minimum.fit.covariance)
-                .any(|(_, deviation)| deviation > UNTOLD)
+                .any(|(_, deviation)| deviation > WEAK)
     }
 
     /// Where the next one begins, and how many times the minimum's sum of squares is worth a step there.
