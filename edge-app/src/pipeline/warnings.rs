@@ -46,8 +46,18 @@ pub(super) fn warnings(
                 .to_owned()
         });
     }
-    warnings.extend(residuals.advice());
     let settled = estimate.acceptance != Acceptance::Unsettled;
+    let [stated, by_mass] = on_bounds(config, sought, &estimate.bushings);
+    if let Some(names) = stated {
+        // Before the model is doubted: bounds that leave out the robot make any model look wrong.
+        let mend = match (settled, residuals.are_sane()) {
+            (true, true) if basis.records > 0 => "widen them",
+            (true, true) => "add tests, or widen them",
+            _ => "before anything else, run again without [bounds]",
+        };
+        warnings.push(format!("on an end of [bounds]: {names}: {mend}"));
+    }
+    warnings.extend(residuals.advice());
     let parameters = sought.unknowns() - estimate.nuisances.len();
     if settled
         && residuals.size_objects
@@ -61,20 +71,9 @@ pub(super) fn warnings(
             excess.sqrt()
         ));
     }
-    let [stated, by_mass] = on_bounds(config, sought, &estimate.bushings);
     if settled && let Some(names) = by_mass {
         warnings
             .push(format!("not observable beyond the bounds that follow from the masses: {names}"));
-    }
-    if let Some(names) = stated {
-        // A wrong minimum and a wrong model drive parameters anywhere.
-        let mend = match (settled, residuals.are_sane()) {
-            (false, _) => "they may be those of a wrong minimum",
-            (true, false) => "look at their units, and at the model",
-            (true, true) if basis.records > 0 => "widen them",
-            (true, true) => "add tests, or widen them",
-        };
-        warnings.push(format!("on an end of [bounds]: {names}: {mend}"));
     }
     // The one reason for doubt that no residual shows.
     if estimate.acceptance == Acceptance::ModelSuspect

@@ -120,6 +120,8 @@ fn what_the_example_shows_in_comments_is_right() {
     assert_eq!(config.record_samples, 8192);
     let mounting = config.mounting;
     assert_eq!((mounting.tool_mass, mounting.accelerometer.z), (2.0, 0.12));
+    assert_eq!(config.bounds.joints[1].stiffness[5], [3e5, 3e8]);
+    assert_eq!(config.bounds.joints[2].damping[5], [1.0, 1e5]);
 }
 
 #[test]

@@ -316,6 +316,26 @@ fn wrong_units_are_named_before_all_else() {
     assert_eq!(state, format!("measuring; {}", in_degrees[0]));
 }
 
+/// They make a right model look wrong.
+#[test]
+fn bounds_that_leave_out_the_robot_are_named_before_the_model() {
+    let right = config();
+    let wrong =
+        config_with("rotation_nm_per_rad = [1.0e6, 1.0e8]", "rotation_nm_per_rad = [5.0e7, 1.0e8]");
+    let frames = frames(&right, &POSES, |pose| robot(&right, pose));
+    let mut source = Replay { frames: frames.into_iter(), breaks: false };
+    let report =
+        run_offline(&wrong, &mut source, |_| {}).unwrap().finding.expect("a finding").report;
+    assert_ne!(report.fit.acceptance, Acceptance::Consistent);
+    let place = |words: &str| {
+        let at = report.warnings.iter().position(|warning| warning.contains(words));
+        at.unwrap_or_else(|| panic!("{words} is not in {:?}", report.warnings))
+    };
+    let bounds = place("on an end of [bounds]: ");
+    assert!(report.warnings[bounds].ends_with("before anything else, run again without [bounds]"));
+    assert!(bounds < place("masses"), "{:?}", report.warnings);
+}
+
 /// Seven records at one pose, of which four are kept, and a model so wrong that none of the others is folded in.
 #[test]
 fn records_that_are_lost_are_counted() {
