@@ -316,7 +316,7 @@ fn wrong_units_are_named_before_all_else() {
     assert_eq!(state, format!("measuring; {}", in_degrees[0]));
 }
 
-/// They make a right model look wrong.
+/// Bounds that leave out the robot make a right model look wrong.
 #[test]
 fn bounds_that_leave_out_the_robot_are_named_before_the_model() {
     let right = config();
