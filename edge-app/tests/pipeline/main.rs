@@ -2,6 +2,7 @@
 
 mod joining;
 mod state;
+mod warnings;
 
 use std::io;
 use std::path::Path;
@@ -285,55 +286,6 @@ fn intervals_told(Finding { report, confidence }: &Finding) -> usize {
     }
     assert!(confidence.nuisances.is_empty(), "none is asked for");
     told
-}
-
-#[test]
-fn wrong_units_are_named_before_all_else() {
-    let config = config();
-    let warnings = |frames: Vec<Arrival>| {
-        let mut source = Replay { frames: frames.into_iter(), breaks: false };
-        let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
-        let warnings = outcome.finding.expect("a finding").report.warnings;
-        (warnings.iter().map(|text| text.to_string()).collect::<Vec<_>>(), outcome.state)
-    };
-    let at = |pose: &[f64; 3]| robot(&config, pose);
-    let (right, state) = warnings(frames(&config, &POSES, at));
-    assert!(!right.iter().any(|warning| warning.contains('?')), "{right:?}");
-    assert_eq!(state, "measuring");
-
-    let (in_g, _) = warnings(frames(&config, &POSES, |pose| {
-        let mut tool = at(pose);
-        Box::new(move |force| tool(force).map(|value| value / 9.806_65))
-    }));
-    assert!(in_g[0].contains("is the acceleration in g?"), "{in_g:?}");
-
-    let degrees = POSES.map(|pose| pose.map(f64::to_degrees));
-    let (in_degrees, state) =
-        warnings(frames(&config, &degrees, |pose| at(&pose.map(f64::to_radians))));
-    let said = "q3 reads 108.8620, beyond joint_3's limits, ";
-    assert!(in_degrees[0].starts_with(said), "{in_degrees:?}");
-    assert!(in_degrees[0].contains("in degrees? give its unit in [bus] dbc"), "{in_degrees:?}");
-    assert_eq!(state, format!("measuring; {}", in_degrees[0]));
-}
-
-/// Bounds that leave out the robot make a right model look wrong.
-#[test]
-fn bounds_that_leave_out_the_robot_are_named_before_the_model() {
-    let right = config();
-    let wrong =
-        config_with("rotation_nm_per_rad = [1.0e6, 1.0e8]", "rotation_nm_per_rad = [5.0e7, 1.0e8]");
-    let frames = frames(&right, &POSES, |pose| robot(&right, pose));
-    let mut source = Replay { frames: frames.into_iter(), breaks: false };
-    let report =
-        run_offline(&wrong, &mut source, |_| {}).unwrap().finding.expect("a finding").report;
-    assert_ne!(report.fit.acceptance, Acceptance::Consistent);
-    let place = |words: &str| {
-        let at = report.warnings.iter().position(|warning| warning.contains(words));
-        at.unwrap_or_else(|| panic!("{words} is not in {:?}", report.warnings))
-    };
-    let bounds = place("on an end of [bounds]: ");
-    assert!(report.warnings[bounds].ends_with("before anything else, run again without [bounds]"));
-    assert!(bounds < place("masses"), "{:?}", report.warnings);
 }
 
 /// Seven records at one pose, of which four are kept, and a model so wrong that none of the others is folded in.

@@ -25,8 +25,8 @@ use crate::verdict::WEAK;
 /// Branches that have been clearly worse so many times in a row, as records came, are not refined again before the next search:
 /// what each record adds to the difference is positive on average.
 const MAX_EXCLUSIONS: u32 = 3;
-/// Searches elsewhere for a minimum as good as one that leaves a stiffness less than weakly known: of 48 drawn six-joint arms with three cuts four
-/// had a wrong parameter called identified without them, and each of the four is right with two.
+/// Searches elsewhere for a minimum as good as one that leaves a stiffness less than weakly known. Without them four of 48 drawn
+/// six-joint arms with three cuts had a wrong parameter called identified; with two each of these four is right.
 const SEARCHES_ELSEWHERE: u32 = 2;
 /// A branch is given up after so many steps in a row, refused ones included: up to ten are refused before one is good,
 const PATIENCE: u32 = 12;
