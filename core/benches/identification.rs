@@ -76,7 +76,7 @@ impl Recorded {
             generator,
         ));
         let estimate = settle(&mut identifier, &mut experiments);
-        assert_eq!(identifier.progress().starts, 1, "the first search misses the basin");
+        assert_eq!(identifier.progress().effort.starts, 1, "the first search misses the basin");
         estimate
     }
 }

@@ -59,7 +59,7 @@ fn identifies_ten_robots_to_the_noise_limit() {
             "robot {seed}: parameter deviation {deviation:.5}, displacement error on unseen poses median {:.3} %, largest {:.3} %, {} starts",
             100.0 * median,
             100.0 * errors[5],
-            identifier.progress().starts,
+            identifier.progress().effort.starts,
         );
         worst = (worst.0.max(deviation), worst.1.max(median), worst.2.max(errors[5]));
     }
@@ -80,7 +80,7 @@ fn goes_on_from_record_to_record_deterministically() {
         for experiment in all {
             known.push(experiment);
             settle(&mut identifier, &mut known);
-            starts.push(identifier.progress().starts);
+            starts.push(identifier.progress().effort.starts);
         }
         let estimate = identifier.estimate().expect("settled").clone();
         let deviation = parameter_deviation(&estimate.bushings, &truth);

@@ -267,7 +267,7 @@ fn bounds_without_an_equilibrium_are_given_up() {
     let mut identifier = Box::new(identifier.with_statics(&tests).expect("good tests"));
     let estimate = settle(&mut identifier, &mut []);
     assert_eq!(estimate.acceptance, Acceptance::Unsettled);
-    assert!(identifier.progress().refine_iterations < 20);
+    assert!(identifier.progress().effort.refine_iterations < 20);
 }
 
 /// Least sum of squares within the bounds: displacements are linear in the compliances, so that it is a convex problem, which
@@ -393,9 +393,9 @@ fn records_join_and_contradiction_is_seen() {
     let mut records = experiments(&truth, &mut random);
     let mut own = identifier(&measure(&truth, 20, Vector3::zeros(), &mut random));
     settle(&mut own, &mut []);
-    assert_eq!(own.progress().starts, 0);
+    assert_eq!(own.progress().effort.starts, 0);
     let estimate = settle(&mut own, &mut records);
-    assert!(own.progress().starts > 0);
+    assert!(own.progress().effort.starts > 0);
     assert_eq!(estimate.acceptance, Acceptance::Consistent);
     assert!(estimate.standard_deviations[0].damping[0].is_finite());
     let consistency = estimate.static_consistency.expect("there are tests");

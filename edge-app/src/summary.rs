@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use flexid_wire::report::{Acceptance, Report, Verdict};
+use flexid_wire::report::{Acceptance, FoundBy, Report, Verdict};
 
 /// Prints how the fit went in one line, how many parameters it tells in a second, then each warning.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +25,12 @@ impl fmt::Display for Summary<'_> {
         };
         write!(f, "{accepted}: χ²/dof {:.3}", fit.consistency)?;
         let steps = count(fit.refine_iterations, "refinement step");
+        let how = match fit.found_by {
+            FoundBy::Refinement => "the refinement alone",
+            FoundBy::Descent => "a descent",
+            FoundBy::RandomSearch => "a random search",
+            FoundBy::Branch => "another minimum's branch",
+        };
         if fit.records == 0 && fit.frames == 0 {
             writeln!(f, "; static tests alone; {steps}, {:.1} s", fit.seconds)?;
         } else {
@@ -33,11 +39,13 @@ impl fmt::Display for Summary<'_> {
             }
             writeln!(
                 f,
-                "; {}, {}, {} lost; {}, {steps}, {:.1} s",
+                "; {}, {}, {} lost; found by {how} ({}, {}: {}, {steps}), {:.1} s",
                 count(fit.records, "record"),
                 count(fit.frames, "frame"),
                 fit.frames_lost,
-                count(fit.search_evaluations, "search sample"),
+                count(fit.starts.into(), "start"),
+                of_branches(fit.branches),
+                count(fit.search_evaluations, "search step"),
                 fit.seconds
             )?;
         }
@@ -66,6 +74,11 @@ impl fmt::Display for Summary<'_> {
 /// `1 record`, `2 records`.
 pub fn count(number: u64, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
+/// `1 branch`, `2 branches`.
+fn of_branches(number: u32) -> String {
+    format!("{number} branch{}", if number == 1 { "" } else { "es" })
 }
 
 #[cfg(test)]
@@ -100,6 +113,9 @@ pub(crate) mod tests {
             bridged: 2,
             seconds: 1.25,
             acceptance: Acceptance::Consistent,
+            found_by: FoundBy::Descent,
+            random_searches: 0,
+            branches: 1,
         };
         let warnings = [clipped("look at this")].into_iter().collect();
         Report { joints: [joint].into_iter().collect(), fit, warnings }
@@ -111,7 +127,7 @@ pub(crate) mod tests {
         assert_eq!(
             Summary(&report).to_string(),
             "consistent: χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records, 6000 frames, 2 lost; \
-             2000 search samples, 1 refinement step, 1.2 s\n\
+             found by a descent (1 start, 1 branch: 2000 search steps, 1 refinement step), 1.2 s\n\
              6 of 12 parameters identified, 2 weak, 4 not observable\nwarning: look at this\n"
         );
         let line = Summary(&report).line();

@@ -124,7 +124,7 @@ fn fitting(mut lines: Vec<String>, rows: usize) -> Vec<String> {
 pub(crate) mod tests {
     use flexid_wire::confidence::{Confidence, Correlations, JointIntervals, Residuals};
     use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge};
-    use flexid_wire::report::{Acceptance, Fit, JointReport, Report, Verdict};
+    use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report, Verdict};
     use flexid_wire::text::clipped;
 
     use super::*;
@@ -158,6 +158,9 @@ pub(crate) mod tests {
             bridged: 0,
             seconds: 1.2,
             acceptance: Acceptance::Consistent,
+            found_by: FoundBy::Descent,
+            random_searches: 0,
+            branches: 1,
         };
         Finding {
             report: Report {
@@ -277,7 +280,7 @@ pub(crate) mod tests {
         let lines = shown(3, &[LONG, "third"], 60, 130);
         let page = lines.join("\n");
         assert!(page.contains("warning: third") && page.contains("residuals    noise"), "{page}");
-        assert!(page.contains("2000 search samples"), "{page}");
+        assert!(page.contains("12 refinement steps"), "{page}");
     }
 
     #[test]

@@ -16,7 +16,7 @@ use flexid_wire::framing::{FRAME_BUFFER, encode};
 use flexid_wire::messages::{
     BusErrors, BusHealth, BusState, FromEdge, Hello, Phase, Progress, Refusal, Status,
 };
-use flexid_wire::report::{Acceptance, Fit, JointReport, Report, Verdict};
+use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report, Verdict};
 use flexid_wire::text::clipped;
 
 fn progress(phase: Phase, records: u64) -> FromEdge {
@@ -54,6 +54,9 @@ fn report(acceptance: Acceptance, records: u64) -> FromEdge {
         bridged: 3,
         seconds: 1.5,
         acceptance,
+        found_by: FoundBy::Descent,
+        random_searches: 0,
+        branches: 1,
     };
     let joints = [joint].into_iter().collect();
     FromEdge::Report(Report { joints, fit, warnings: Default::default() })

@@ -14,6 +14,7 @@ use crate::parameters::MAX_PARAMETERS;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Response, Terms};
 use crate::refine::ParameterNormal;
+use crate::refine::gram::padded;
 use crate::spectrum::Experiment;
 use crate::unknowns::{MAX_UNKNOWNS, Sought};
 
@@ -23,8 +24,8 @@ const MAX_WIDTH: usize = 16;
 /// Rows of a bin: real and imaginary parts along three axes.
 const ROWS: usize = 6;
 
-/// The rows of a bin, the derivatives before each residual.
-type Rows = [[f64; MAX_UNKNOWNS + 1]; ROWS];
+/// Length of a row: the derivatives, the residual behind them.
+const COLUMNS: usize = padded(MAX_UNKNOWNS + 1);
 
 /// What counts on a level, and how much.
 pub(super) struct Weighing {
@@ -57,6 +58,7 @@ pub(super) fn add<const B: usize>(
         relative: weighing.relative * weighing.relative,
         sought,
         normal,
+        level,
     };
     f32::dispatch(level, line);
     ROWS * bins
@@ -79,6 +81,7 @@ struct Line<'a> {
     relative: f64,
     sought: &'a Sought,
     normal: &'a mut ParameterNormal,
+    level: Level,
 }
 
 impl Kernel<f32> for Line<'_> {
@@ -86,11 +89,13 @@ impl Kernel<f32> for Line<'_> {
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f32>>(self, like: V) {
-        let Self { terms, alpha, omega, bins, force, acceleration, sought, normal, .. } = self;
+        let Self { terms, alpha, omega, bins, force, acceleration, sought, normal, level, .. } =
+            self;
         let mut response = Response::new(like);
         let mut derivatives = [[[[0.0_f32; MAX_WIDTH]; 2]; MAX_PARAMETERS]; 3];
         let mut modelled = [[[0.0_f32; MAX_WIDTH]; 2]; 3];
-        let mut rows: Rows = [[0.0; MAX_UNKNOWNS + 1]; ROWS];
+        let mut rows = V::each([[0.0; COLUMNS]; ROWS]);
+        let rows = rows.as_mut();
         for first in (0..bins).step_by(V::WIDTH) {
             let s = Complex::new(like.fill(alpha), like.load(&omega[first..]));
             let pushed = force
@@ -109,7 +114,8 @@ impl Kernel<f32> for Line<'_> {
                     }
                 }
             }
-            for lane in 0..V::WIDTH.min(bins - first) {
+            let lanes = V::WIDTH.min(bins - first);
+            for (lane, rows) in rows[..lanes].iter_mut().enumerate() {
                 let bin = first + lane;
                 for axis in 0..3 {
                     let residual = Residual {
@@ -123,8 +129,8 @@ impl Kernel<f32> for Line<'_> {
                         complex(derivatives[axis][index].map(|part| part[lane]))
                     });
                 }
-                normal.add(&rows);
             }
+            normal.add_all(level, rows[..lanes].as_flattened());
         }
     }
 }
@@ -152,7 +158,7 @@ impl Residual {
     #[inline(always)]
     fn write(
         &self,
-        rows: &mut [[f64; MAX_UNKNOWNS + 1]],
+        rows: &mut [[f64; COLUMNS]],
         sought: &Sought,
         derivative: impl Fn(usize) -> Complex<f64>,
     ) {

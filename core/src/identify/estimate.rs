@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::FoundBy;
 use super::minimum::{Minimum, structure_is_beyond_noise};
 use crate::parameters::Bushings;
 use crate::refine::{Agreement, Problem, Refinement, lies_on_bound};
@@ -44,6 +45,8 @@ pub struct Estimate {
     pub static_consistency: Option<f64>,
     /// How far to believe it.
     pub acceptance: Acceptance,
+    /// Which method has led to it.
+    pub found_by: FoundBy,
     /// Residuals' whiteness, about N(0, 1); far above, the model or the colour of the noise is wrong.
     pub whiteness: f64,
     /// Whether the residuals are larger than noise explains.
@@ -114,6 +117,7 @@ impl Estimate {
             static_consistency: (fit.static_residuals > 0)
                 .then(|| fit.static_sum_of_squares / fit.static_residuals as f64),
             acceptance,
+            found_by: minimum.found_by,
             whiteness: fit.whiteness,
             size_objects: minimum.size_objects(),
             noise_too_loud: minimum.noise_is_too_loud(),

@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::FoundBy;
 use crate::refine::{Fit, Remaining};
 use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
 
@@ -35,6 +36,7 @@ const SAME_PLACE: f64 = 4.0 * REACHED;
 #[derive(Clone, Debug)]
 pub(super) struct Minimum {
     pub(super) coordinates: Coordinates,
+    pub(super) found_by: FoundBy,
     pub(super) fit: Fit,
     /// What a step would still gain.
     remaining: f64,
@@ -52,6 +54,7 @@ impl Minimum {
     /// Where a refinement has ended, with what is left to the minimum there.
     pub(super) fn new(
         coordinates: Coordinates,
+        found_by: FoundBy,
         mut fit: Fit,
         remaining: &Remaining,
         sought: &Sought,
@@ -61,6 +64,7 @@ impl Minimum {
         let remaining = remaining.gain;
         Self {
             coordinates,
+            found_by,
             fit,
             remaining,
             times: 1,
@@ -249,7 +253,7 @@ mod tests {
         let mut step = [0.0; MAX_UNKNOWNS];
         step[0] = 0.01 * libm::sqrt(gain);
         let fit = fit(sum_of_squares, 2000.0, [0.0; 2]);
-        Minimum::new([0.0; _], fit, &Remaining { step, gain }, &sought)
+        Minimum::new([0.0; _], FoundBy::Descent, fit, &Remaining { step, gain }, &sought)
     }
 
     #[test]

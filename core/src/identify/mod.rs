@@ -16,6 +16,7 @@
 
 mod branch;
 mod descent;
+mod effort;
 mod estimate;
 mod minimum;
 mod standing;
@@ -36,6 +37,7 @@ use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use crate::unknowns::{Sought, SoughtError};
 use branch::{Branch, Tried};
 use descent::Descent;
+pub use effort::{Effort, FoundBy};
 pub use estimate::{Acceptance, Estimate};
 use minimum::{Minimum, structure_is_beyond_noise};
 pub use standing::{Standing, StandingError};
@@ -73,12 +75,8 @@ pub struct Progress {
     pub phase: Phase,
     /// Of the present search or refinement, 0 to 1.
     pub fraction: f32,
-    /// Searches begun.
-    pub starts: u32,
-    /// Steps of the descents and samples of the random searches so far.
-    pub search_evaluations: u64,
-    /// Refinement iterations done.
-    pub refine_iterations: u64,
+    /// What it has cost so far.
+    pub effort: Effort,
     /// Smallest loss of the present search (SSP).
     pub search_loss: f32,
 }
@@ -103,9 +101,9 @@ pub struct Identifier<R> {
     prolongations: u32,
     /// Searches since the records last changed.
     starts: u32,
-    total_starts: u32,
-    search_evaluations: u64,
-    refine_iterations: u64,
+    effort: Effort,
+    /// What has led to where the refinement began.
+    found_by: FoundBy,
     /// The best minimum since the records last changed.
     best: Option<Minimum>,
     /// The branch of the best that is being refined.
@@ -148,9 +146,8 @@ impl<R: Rng> Identifier<R> {
             refinement,
             prolongations: 0,
             starts: 0,
-            total_starts: 0,
-            search_evaluations: 0,
-            refine_iterations: 0,
+            effort: Effort::default(),
+            found_by: FoundBy::Refinement,
             best: None,
             branch: None,
             tried: Tried::default(),
@@ -192,7 +189,7 @@ impl<R: Rng> Identifier<R> {
 
     /// Takes notice of a changed set of experiments: goes on from where it stands, with a new budget.
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
-        let branched = self.branch.take().and(self.best.as_ref()).map(|best| best.coordinates);
+        let branched = self.branch.take().and(self.best.take());
         self.best = None;
         self.tried = Tried::default();
         self.starts = 0;
@@ -211,19 +208,23 @@ impl<R: Rng> Identifier<R> {
         }
         match (self.phase, &self.estimate) {
             // What static tests tell alone is no basin of the records.
-            _ if self.total_starts == 0 => self.start_search(experiments),
+            _ if self.effort.starts == 0 => self.start_search(experiments),
             (Phase::Waiting, _) | (Phase::Settled, None) => self.start_search(experiments),
             (Phase::Searching, _) if branched.is_none() => match self.method {
                 Method::Descent => self.descent.renew(),
                 Method::RandomSearch => self.search.renew(self.weighing(experiments)),
             },
             (Phase::Refining | Phase::Searching, _) => {
-                let standing = branched.unwrap_or(*self.refinement.coordinates());
+                let mut standing = *self.refinement.coordinates();
+                if let Some(minimum) = branched {
+                    (standing, self.found_by) = (minimum.coordinates, minimum.found_by);
+                }
                 self.refinement.restart_at(&standing);
                 self.phase = Phase::Refining;
             }
             (Phase::Settled, Some(estimate)) => {
                 self.refinement.restart_at(&estimate.coordinates);
+                self.found_by = estimate.found_by;
                 self.phase = Phase::Refining;
             }
         }
@@ -249,14 +250,14 @@ impl<R: Rng> Identifier<R> {
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
             Phase::Searching => {
-                self.search_evaluations += 1;
+                self.effort.search_evaluations += 1;
                 match self.method {
                     Method::Descent => self.descend(experiments),
                     Method::RandomSearch => self.sample(experiments),
                 }
             }
             Phase::Refining => {
-                self.refine_iterations += 1;
+                self.effort.refine_iterations += 1;
                 let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
                 let problem =
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
@@ -281,10 +282,14 @@ impl<R: Rng> Identifier<R> {
             acceptance: estimate.acceptance,
             retired: self.refinement.retired_records(),
             forgotten: self.forgotten,
-            starts: self.total_starts,
-            search_evaluations: self.search_evaluations,
-            refine_iterations: self.refine_iterations,
+            effort: self.effort,
+            found_by: estimate.found_by,
         })
+    }
+
+    /// Whether a minimum has been accepted, and only its branches and rivals are searched before it is settled on.
+    pub fn has_accepted(&self) -> bool {
+        self.branch.as_ref().is_some_and(Branch::is_of_accepted)
     }
 
     /// What drives the search, as it stands.
@@ -308,9 +313,8 @@ impl<R: Rng> Identifier<R> {
             .ok_or(StandingError::Retired)?;
         self.forgotten = standing.forgotten;
         self.exclusions = standing.exclusions;
-        self.total_starts = standing.starts;
-        self.search_evaluations = standing.search_evaluations;
-        self.refine_iterations = standing.refine_iterations;
+        self.effort = standing.effort;
+        self.found_by = standing.found_by;
         let mut minimum = self.reached(experiments);
         minimum.apart = standing.apart.clone();
         self.settle(&mut minimum, standing.acceptance, experiments);
@@ -337,9 +341,7 @@ impl<R: Rng> Identifier<R> {
                 Phase::Settled => 1.0,
             }
             .min(1.0),
-            starts: self.total_starts,
-            search_evaluations: self.search_evaluations,
-            refine_iterations: self.refine_iterations,
+            effort: self.effort,
             search_loss: self.search.loss(),
         }
     }
@@ -364,7 +366,8 @@ impl<R: Rng> Identifier<R> {
             }
         }
         self.starts += 1;
-        self.total_starts += 1;
+        self.effort.starts += 1;
+        self.effort.random_searches += u32::from(self.method == Method::RandomSearch);
     }
 
     /// One step of a descent; its end is where the refinement begins.
@@ -374,6 +377,7 @@ impl<R: Rng> Identifier<R> {
         let next = || start::elsewhere(bounds, sought, generator);
         if let Some(found) = descent.step(&problem, experiments, self.refinement.room(), next) {
             self.refinement.restart_at(&found);
+            self.found_by = FoundBy::Descent;
             self.phase = Phase::Refining;
         }
     }
@@ -386,6 +390,7 @@ impl<R: Rng> Identifier<R> {
         if self.search.finished() {
             let found = self.bounds.within(self.search.centre());
             self.refinement.restart(&self.sought, &found);
+            self.found_by = FoundBy::RandomSearch;
             self.phase = Phase::Refining;
         }
     }
@@ -495,7 +500,7 @@ impl<R: Rng> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let fit = refinement.fit(&problem, experiments);
         let remaining = refinement.remaining(&problem);
-        Minimum::new(*refinement.coordinates(), fit, &remaining, sought)
+        Minimum::new(*refinement.coordinates(), self.found_by, fit, &remaining, sought)
     }
 
     /// Goes back to a minimum, and fits there what is fitted beside the parameters.
@@ -506,6 +511,7 @@ impl<R: Rng> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.restart_at(&minimum.coordinates);
         refinement.fit(&problem, experiments);
+        self.found_by = minimum.found_by;
     }
 
     fn settle<const B: usize>(

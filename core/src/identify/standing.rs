@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::Acceptance;
+use super::{Acceptance, Effort, FoundBy};
 use crate::parameters::Bounds;
 use crate::refine::Retired;
 use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
@@ -27,9 +27,8 @@ pub struct Standing {
     pub(super) acceptance: Acceptance,
     pub(super) retired: Retired,
     pub(super) forgotten: u64,
-    pub(super) starts: u32,
-    pub(super) search_evaluations: u64,
-    pub(super) refine_iterations: u64,
+    pub(super) effort: Effort,
+    pub(super) found_by: FoundBy,
 }
 
 /// Why no identifier can go on from a [`Standing`].
@@ -84,9 +83,8 @@ mod tests {
             acceptance: Acceptance::Consistent,
             retired: refinement.retired_records(),
             forgotten: 0,
-            starts: 1,
-            search_evaluations: 0,
-            refine_iterations: 0,
+            effort: Effort::default(),
+            found_by: FoundBy::Descent,
         };
         assert_eq!(good.coordinates(&sought, &bounds), Ok(sought.coordinates(&middle)));
         let changed = |change: fn(&mut Standing)| {

@@ -120,7 +120,8 @@ impl Refinement {
             calibration: &calibration,
             unknowns,
             normal: &mut self.record,
+            level: problem.level,
         };
-        Ok(assembly.run(problem.level))
+        Ok(assembly.run())
     }
 }

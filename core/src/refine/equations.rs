@@ -12,6 +12,7 @@
 use fearless_simd::Level;
 use heapless::Vec;
 
+use super::gram::padded;
 use super::normal::{Normal, packed};
 use super::residuals::Residuals;
 use super::rows::{Derivatives, write_seam};
@@ -25,10 +26,10 @@ use crate::spectrum::Experiment;
 use crate::unknowns::{MAX_UNKNOWNS, Sought};
 use crate::{DOF, MAX_JOINTS};
 
-/// Columns of a row: seam, what is sought, residual.
-pub(super) const COLUMNS: usize = MAX_SEAM + MAX_UNKNOWNS + 1;
+/// Columns of a row: seam, what is sought, residual; padded.
+pub(super) const COLUMNS: usize = padded(MAX_SEAM + MAX_UNKNOWNS + 1);
 /// Normal equations of one record.
-pub(super) type RecordNormal = Normal<{ packed(COLUMNS) }>;
+pub(super) type RecordNormal = Normal<{ packed(MAX_SEAM + MAX_UNKNOWNS + 1) }>;
 /// Widest vector.
 pub(super) const MAX_WIDTH: usize = 8;
 
@@ -111,13 +112,15 @@ pub(super) struct Assembly<'a> {
     pub(super) calibration: &'a Calibration,
     pub(super) unknowns: Unknowns,
     pub(super) normal: &'a mut RecordNormal,
+    /// Instruction set.
+    pub(super) level: Level,
 }
 
 impl Assembly<'_> {
     /// Fills `normal` (not yet eliminated). Returns what is left with all unknowns, at the seam as it stands; of the seam alone
     /// nothing.
-    pub(super) fn run(self, level: Level) -> Residuals {
-        f64::dispatch(level, self)
+    pub(super) fn run(self) -> Residuals {
+        f64::dispatch(self.level, self)
     }
 }
 
@@ -126,7 +129,7 @@ impl Kernel<f64> for Assembly<'_> {
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f64>>(self, like: V) -> Residuals {
-        let Self { terms, record, sought, calibration, unknowns: wanted, normal } = self;
+        let Self { terms, record, sought, calibration, unknowns: wanted, normal, level } = self;
         let joints = terms.joints.len();
         let seam_columns = unknowns(joints, terms.strapdown);
         let all = wanted != Unknowns::Seam;
@@ -200,7 +203,6 @@ impl Kernel<f64> for Assembly<'_> {
                     }
                 }
                 weights[lane].apply(rows, columns + 1);
-                normal.add(rows);
                 if !all {
                     continue;
                 }
@@ -214,6 +216,7 @@ impl Kernel<f64> for Assembly<'_> {
                 }
                 residuals.take(&measured, &model, &white);
             }
+            normal.add_all(level, rows[..lanes].as_flattened());
         }
         residuals
     }

@@ -55,10 +55,7 @@ impl Refinement {
         experiments: &mut [Experiment<B>],
     ) -> Fit {
         let static_sum_of_squares = self.statics(problem).sum_of_squares();
-        let priors = problem.sought.priors(&self.coordinates);
-        let (priors, off) =
-            priors.fold((0, 0.0), |(n, sum), (_, value)| (n + 1, sum + value * value));
-        let sum_of_squares = self.fit_seams(problem, experiments) + static_sum_of_squares + off;
+        self.fit_seams(problem, experiments);
         let (summary, objective) = match self.assemble(problem, experiments) {
             Ok(summary) => (summary, self.normal.sum_of_squares()),
             Err(_) => {
@@ -69,13 +66,14 @@ impl Refinement {
         let covariance = Covariance::of(&self.normal);
         let static_residuals = problem.statics.iter().map(|test| test.readings().count()).sum();
         let residuals = experiments.iter().map(|e| 6 * e.bins()).sum::<usize>();
+        let priors = problem.sought.priors(&self.coordinates).count();
         let residuals = residuals + static_residuals + priors;
         let seams = experiments.len() * problem.seam_unknowns();
         // Retired records have told the unknowns before.
         let told = if self.knowledge.records() > 0 { 0 } else { self.determined(problem) };
         let values = problem.sought.values(&self.coordinates);
         Fit {
-            sum_of_squares,
+            sum_of_squares: objective - self.knowledge.sum_of_squares(&values),
             objective,
             static_sum_of_squares,
             static_residuals,

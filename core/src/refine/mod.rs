@@ -8,6 +8,7 @@ mod assembly;
 pub(crate) mod compliance;
 mod equations;
 mod fit;
+pub(crate) mod gram;
 mod information;
 mod knowledge;
 pub(crate) mod normal;

@@ -4,12 +4,31 @@
 //! factorisation) leaves the Schur complement in place: the same equations with those unknowns projected out,
 //! and in the last corner the sum of squares that then remains.
 
+use fearless_simd::Level;
+
+use super::gram;
+
 /// An unknown that keeps less than this part of its diagonal depends on those before it.
 const DEPENDENT: f64 = 1e-13;
 
 /// Entries of a packed lower triangle of `n` rows.
 pub(crate) const fn packed(n: usize) -> usize {
     n * (n + 1) / 2
+}
+
+/// `Σ aᵢ bᵢ`, in as many partial sums as keep an adder busy.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const SUMS: usize = 8;
+    let mut sums = [0.0; SUMS];
+    let (a, a_rest) = a.as_chunks::<SUMS>();
+    let (b, b_rest) = b.as_chunks::<SUMS>();
+    for (a, b) in a.iter().zip(b) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 /// Symmetric, lower triangle packed by rows; `L` is `packed(most unknowns + 1)`.
@@ -81,6 +100,11 @@ impl<const L: usize> Normal<L> {
         }
     }
 
+    /// Adds many rows, each as long as the unknowns and the right-hand side, and [padded](gram::padded).
+    pub(crate) fn add_all<const W: usize>(&mut self, level: Level, rows: &[[f64; W]]) {
+        gram::add(level, &mut self.entries[..packed(self.size)], self.size, rows);
+    }
+
     /// Prefers small values of the first unknowns, which the equations seek the changes of from `standing`: each
     /// costs `part` of what its column explains.
     pub(crate) fn prefer_small(&mut self, standing: &[f64], part: f64) {
@@ -96,27 +120,23 @@ impl<const L: usize> Normal<L> {
     /// Eliminates the first `count` unknowns. The factor of those stays in their rows and columns; the rest becomes
     /// the Schur complement. An unknown that nothing tells of is left at zero.
     pub(crate) fn eliminate(&mut self, count: usize) {
-        for k in 0..count {
-            let pivot = self.entries[packed(k + 1) - 1];
-            // What the diagonal held before the unknowns ahead of this one took their share.
-            let before: f64 = pivot + self.row(k)[..k].iter().map(|x| x * x).sum::<f64>();
-            let told = pivot > DEPENDENT * before;
-            let inverse = if told { 1.0 / libm::sqrt(pivot) } else { 0.0 };
-            self.entries[packed(k + 1) - 1] = if told { pivot * inverse } else { 0.0 };
-            for i in k + 1..self.size {
-                self.entries[packed(i) + k] *= inverse;
-            }
-            for i in k + 1..self.size {
-                let (before, row) = self.entries.split_at_mut(packed(i));
-                let factor = row[k];
-                if factor == 0.0 {
-                    continue;
+        for i in 0..self.size {
+            let (above, row) = self.entries.split_at_mut(packed(i));
+            for j in 0..i {
+                let factor = &above[packed(j)..packed(j + 1)];
+                let known = j.min(count);
+                row[j] -= dot(&row[..known], &factor[..known]);
+                if j < count {
+                    row[j] = if factor[j] > 0.0 { row[j] / factor[j] } else { 0.0 };
                 }
-                for j in k + 1..i {
-                    row[j] -= factor * before[packed(j) + k];
-                }
-                row[i] -= factor * factor;
             }
+            let known = i.min(count);
+            let pivot = row[i] - dot(&row[..known], &row[..known]);
+            row[i] = match i < count {
+                true if pivot > DEPENDENT * row[i] => libm::sqrt(pivot),
+                true => 0.0,
+                false => pivot,
+            };
         }
     }
 

@@ -21,7 +21,7 @@ use crate::report::Report;
 use crate::text::clipped;
 
 /// The version of the messages. Both sides must have the same.
-pub const PROTOCOL_VERSION: u16 = 3;
+pub const PROTOCOL_VERSION: u16 = 4;
 
 /// A hash over names and types of all messages: tells programs apart that were built between two versions.
 pub const SCHEMA_KEY: [u8; 8] = Key::for_path::<(ToEdge, FromEdge)>("flexid").to_bytes();
@@ -259,7 +259,7 @@ mod tests {
         let client = Hello { protocol_version: 2, ..Hello::new("flexid 0.2.0") };
         assert_eq!(
             client.refusal().unwrap().reason,
-            "client speaks flexid protocol 2, this daemon speaks 3: install matching versions"
+            "client speaks flexid protocol 2, this daemon speaks 4: install matching versions"
         );
     }
 
@@ -267,7 +267,7 @@ mod tests {
     fn a_client_built_between_two_versions_is_told_so_in_full() {
         let client = Hello { schema_key: [0xAB; 8], ..Hello::new("flexid 0.1.0") };
         let reason = client.refusal().unwrap().reason;
-        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 3"));
+        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 4"));
         assert!(reason.ends_with("install matching versions"), "{reason}");
     }
 }

@@ -76,7 +76,7 @@ pub struct Fit {
     /// χ² per degree of freedom; 1 when noise alone explains the residuals. Where it is larger, all standard
     /// deviations have been multiplied by its square root.
     pub consistency: f64,
-    /// Samples that the searches have cost.
+    /// Steps of the descents and samples of the random searches.
     pub search_evaluations: u64,
     /// Refinement iterations done.
     pub refine_iterations: u64,
@@ -88,6 +88,26 @@ pub struct Fit {
     pub seconds: f64,
     /// How far to believe the fit.
     pub acceptance: Acceptance,
+    /// Which method has led to the fit; later records refine it from there.
+    pub found_by: FoundBy,
+    /// Of the searches, the paper's random searches; the others are descents from low to high frequencies.
+    pub random_searches: u32,
+    /// Branches of minima that have been refined.
+    pub branches: u32,
+}
+
+/// Which method has led to a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[serde(rename_all = "snake_case")]
+pub enum FoundBy {
+    /// The refinement alone: of static tests.
+    Refinement,
+    /// A descent from low to high frequencies.
+    Descent,
+    /// The paper's random search.
+    RandomSearch,
+    /// The refinement of another minimum's branch.
+    Branch,
 }
 
 /// The present state of knowledge.

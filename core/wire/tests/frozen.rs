@@ -14,10 +14,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 3] = [
+const SCHEMA_KEYS: [(u16, [u8; 8]); 4] = [
     (1, [27, 84, 154, 181, 40, 115, 78, 33]),
     (2, [228, 103, 188, 121, 18, 38, 118, 136]),
     (3, [199, 205, 85, 206, 40, 25, 67, 64]),
+    (4, [36, 217, 217, 145, 110, 216, 69, 235]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
@@ -64,6 +65,9 @@ fn report() -> Report {
             bridged: 5,
             seconds: 2.5,
             acceptance: Acceptance::Consistent,
+            found_by: FoundBy::Descent,
+            random_searches: 3,
+            branches: 4,
         },
         warnings: [clipped("check the mounting")].into_iter().collect(),
     }
@@ -174,17 +178,18 @@ fn from_edge_progress() {
     );
 }
 
+/// Since version 4 with its last three fields of the fit.
 #[test]
 fn from_edge_report() {
     frozen(
         FromEdge::Report(report()),
-        "e9000000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
+        "ec000000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
          0000000000000840 0000000000001040 0000000000001440 0000000000001840 \
          01000000000000e03f 00 01000000000000d03f 01000000000000f03f \
          010000000000000040 00 000201000002 9a9999999999b93f 9a9999999999c93f \
          333333333333d33f 9a9999999999d93f 000000000000e03f 333333333333e33f 00 \
          01000000000000c03f 00 00 00 00 010000000000 03 808003 07 fca9f1d24d62503f \
-         7b14ae47e17a843f 000000000000f43f d00f 06 01 05 0000000000000440 00 01 \
+         7b14ae47e17a843f 000000000000f43f d00f 06 01 05 0000000000000440 00 01 03 04 01 \
          12636865636b20746865206d6f756e74696e67",
     );
 }
@@ -265,6 +270,11 @@ fn variants_keep_their_numbers() {
     frozen([BusState::Up, BusState::Down, BusState::Gone], "03000000 000102");
     // Since version 3.
     frozen([BusState::BusOff], "01000000 03");
+    // Since version 4.
+    frozen(
+        [FoundBy::Refinement, FoundBy::Descent, FoundBy::RandomSearch, FoundBy::Branch],
+        "04000000 00010203",
+    );
 }
 
 #[test]
@@ -285,7 +295,7 @@ fn json_of_a_report_has_the_contracted_names() {
         "fit": {
             "records": 3, "frames": 49152, "frames_lost": 7, "ssp": 0.001, "ssp_max": 0.01, "consistency": 1.25,
             "search_evaluations": 2000, "refine_iterations": 6, "starts": 1, "bridged": 5, "seconds": 2.5,
-            "acceptance": "consistent",
+            "acceptance": "consistent", "found_by": "descent", "random_searches": 3, "branches": 4,
         },
         "warnings": ["check the mounting"],
     });
@@ -352,6 +362,8 @@ fn the_fullest_report_fits_a_frame() {
             search_evaluations: u64::MAX,
             refine_iterations: u64::MAX,
             starts: u32::MAX,
+            random_searches: u32::MAX,
+            branches: u32::MAX,
             bridged: u64::MAX,
             ..report().fit
         },

@@ -1,11 +1,11 @@
 //! The one report that the daemon sends and the offline tool writes.
 
 use flexid_core::chain::linearise::LinearisationError;
-use flexid_core::identify::{Acceptance, Estimate};
+use flexid_core::identify::{Acceptance, Effort, Estimate, FoundBy};
 use flexid_core::spectrum::SpectrumError;
 use flexid_core::unknowns::{Coordinate, Sought};
 use flexid_core::verdict;
-use flexid_wire::messages::{Name, Progress};
+use flexid_wire::messages::Name;
 use flexid_wire::report::{self, Fit, JointReport, Report, Verdict};
 use flexid_wire::text::clipped;
 
@@ -16,7 +16,8 @@ use crate::model::Model;
 
 /// What a report rests on beside the estimate.
 pub(super) struct Basis<'a> {
-    pub(super) progress: Progress,
+    /// Of all work so far.
+    pub(super) effort: Effort,
     /// Records that the estimate rests on.
     pub(super) records: u64,
     pub(super) counts: Counts,
@@ -86,9 +87,9 @@ pub(super) fn report(
             ssp: estimate.ssp_median,
             ssp_max: estimate.ssp_max,
             consistency: estimate.consistency,
-            search_evaluations: basis.progress.search_evaluations,
-            refine_iterations: basis.progress.refine_iterations,
-            starts: basis.progress.starts,
+            search_evaluations: basis.effort.search_evaluations,
+            refine_iterations: basis.effort.refine_iterations,
+            starts: basis.effort.starts,
             bridged: stream.bridged,
             seconds: basis.seconds,
             acceptance: match estimate.acceptance {
@@ -96,6 +97,14 @@ pub(super) fn report(
                 Acceptance::ModelSuspect => report::Acceptance::ModelSuspect,
                 Acceptance::Unsettled => report::Acceptance::Unsettled,
             },
+            found_by: match estimate.found_by {
+                FoundBy::Refinement => report::FoundBy::Refinement,
+                FoundBy::Descent => report::FoundBy::Descent,
+                FoundBy::RandomSearch => report::FoundBy::RandomSearch,
+                FoundBy::Branch => report::FoundBy::Branch,
+            },
+            random_searches: basis.effort.random_searches,
+            branches: basis.effort.branches,
         },
         warnings: warnings(config, sought, estimate, basis)
             .iter()

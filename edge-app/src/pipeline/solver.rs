@@ -30,12 +30,14 @@ use crate::summary::count;
 
 /// Records that are being worked on may take so long after the end was asked for.
 const GRACE: Duration = Duration::from_secs(2);
+/// Records that may join before an accepted minimum is settled on: without an end, steady milling would never publish.
+const MAX_JOINING: usize = 4;
 
 /// Holds the newest records of each pose, and what they tell of the parameters.
 ///
 /// Records are admitted one by one and worked on until the identifier settles, with a budget of steps and none of time. Where
 /// the first start does not settle them and more records are at hand, the next one joins before another start is made: two
-/// records say more than two starts. So a recording gives the same parameters on any machine of one SIMD level.
+/// records say more than two starts. Rivals of an accepted minimum are searched once four have joined. So a recording gives the same parameters on any machine of one SIMD level.
 pub struct Solver {
     config: Arc<Config>,
     chain: Chain,
@@ -237,8 +239,8 @@ impl Solver {
         }
     }
 
-    /// Works until all is found that the records tell, or until the first start has failed and `more` records are at hand;
-    /// once `stop` asks for the end, for 2 s more at most. `on_progress` hears of every step. Whether nothing is left to do.
+    /// Works until all is found that the records tell, or until the first start has failed and `more` records are at hand, but
+    /// a minimum that several records have led to is settled on before more join; once `stop` asks for the end, for 2 s more at most. `on_progress` hears of every step. Whether nothing is left to do.
     pub fn work(
         &mut self,
         stop: &Stop,
@@ -263,7 +265,9 @@ impl Solver {
                 self.unsettled.clear();
                 break;
             }
-            if self.work.rounds() > 0 && more() {
+            let is_nearly_settled =
+                self.unsettled.len() >= MAX_JOINING && self.identifier.has_accepted();
+            if self.work.rounds() > 0 && !is_nearly_settled && more() {
                 break;
             }
         }
@@ -332,9 +336,9 @@ impl Solver {
                 Phase::Settled => messages::Phase::Settled,
             },
             fraction: self.work.fraction(),
-            starts: progress.starts,
-            search_evaluations: progress.search_evaluations,
-            refine_iterations: progress.refine_iterations,
+            starts: progress.effort.starts,
+            search_evaluations: progress.effort.search_evaluations,
+            refine_iterations: progress.effort.refine_iterations,
             search_loss: progress.search_loss,
             records: self.records,
         }
@@ -354,7 +358,7 @@ impl Solver {
         let records = self.poses.len() as u64 + estimate.retired;
         let left_out = self.settled.saturating_sub(records);
         let basis = Basis {
-            progress: self.progress(),
+            effort: self.identifier.progress().effort,
             records,
             counts,
             seconds: self.spent.as_secs_f64(),

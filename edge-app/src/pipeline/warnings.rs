@@ -206,8 +206,9 @@ mod tests {
     use std::path::Path;
 
     use flexid_core::calibration::Nuisances;
+    use flexid_core::identify::Effort;
     use flexid_core::parameters::{Bushing, Ranges};
-    use flexid_wire::messages;
+    use flexid_wire::messages::Text;
 
     use super::*;
     use crate::pipeline::{Excess, Misfit, Oddness};
@@ -264,15 +265,7 @@ mod tests {
         };
         let refusal = "NNNNNNNNNNNNNNNNNNNN records refused, the first because in the band it has hardly more force than noise";
         let basis = Basis {
-            progress: messages::Progress {
-                phase: messages::Phase::Settled,
-                fraction: 1.0,
-                starts: 1,
-                search_evaluations: 0,
-                refine_iterations: 0,
-                search_loss: 0.0,
-                records: 0,
-            },
+            effort: Effort::default(),
             records: 0,
             counts,
             seconds: 0.0,
@@ -315,7 +308,7 @@ mod tests {
             assert!(lines.iter().any(|line| line.contains(start)), "{start} is not in {lines:?}");
         }
         for line in lines {
-            assert!(line.len() <= messages::Text::new().capacity(), "{}: {line}", line.len());
+            assert!(line.len() <= Text::new().capacity(), "{}: {line}", line.len());
         }
     }
 

@@ -25,8 +25,8 @@ impl Work {
     /// since how many rounds there will be is not known before the last has ended. It never falls: a refinement that is begun
     /// anew in the same round is work that was not expected.
     pub(super) fn advance(&mut self, progress: &Progress) -> f32 {
-        let first = *self.first.get_or_insert(progress.starts);
-        self.rounds = progress.starts.saturating_sub(first);
+        let first = *self.first.get_or_insert(progress.effort.starts);
+        self.rounds = progress.effort.starts.saturating_sub(first);
         let round = self.rounds as f32;
         let fraction = match progress.phase {
             Phase::Waiting => 0.0,
@@ -55,15 +55,15 @@ fn after(rounds: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use flexid_core::identify::Effort;
+
     use super::*;
 
     fn step(phase: Phase, starts: u32, fraction: f32) -> Progress {
         Progress {
             phase,
             fraction,
-            starts,
-            search_evaluations: 0,
-            refine_iterations: 0,
+            effort: Effort { starts, ..Effort::default() },
             search_loss: 1.0,
         }
     }

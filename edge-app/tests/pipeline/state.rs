@@ -32,7 +32,7 @@ pub(crate) fn config() -> Config {
 }
 
 /// What the robot sends.
-fn visits(config: &Config, visits: &[[f64; 3]]) -> Vec<Arrival> {
+pub(crate) fn visits(config: &Config, visits: &[[f64; 3]]) -> Vec<Arrival> {
     frames_with(config, visits, u32::MAX, 0.2, |pose| robot(config, pose))
 }
 
@@ -197,7 +197,7 @@ fn a_file_that_is_no_state_is_put_aside() {
             (&whole[..14], StateError::Damaged),
             (&whole[..whole.len() - 1], StateError::Damaged),
             (&flipped, StateError::Damaged),
-            (&newer, StateError::Version(2)),
+            (&newer, StateError::Version(3)),
         ];
         for (bytes, error) in cases {
             assert_eq!(store::decode(bytes), Err(error));

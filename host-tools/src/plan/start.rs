@@ -143,7 +143,7 @@ impl Start {
 #[cfg(test)]
 mod tests {
     use flexid_core::calibration::Nuisances;
-    use flexid_wire::report::{Fit, Verdict};
+    use flexid_wire::report::{Fit, FoundBy, Verdict};
 
     use super::*;
 
@@ -177,6 +177,9 @@ mod tests {
             bridged: 0,
             seconds: 1.0,
             acceptance,
+            found_by: FoundBy::Descent,
+            random_searches: 0,
+            branches: 1,
         };
         let joints = ["joint_1", "joint_2", "joint_3"].map(joint).into_iter().collect();
         serde_json::to_string(&Report { joints, fit, warnings: Default::default() }).unwrap()

@@ -142,9 +142,9 @@ impl Reference {
         let Scenario { truth, bounds, .. } = &self.scenario;
         let report = json!({
             "seconds": seconds,
-            "starts": progress.starts,
-            "search_evaluations": progress.search_evaluations,
-            "refine_iterations": progress.refine_iterations,
+            "starts": progress.effort.starts,
+            "search_evaluations": progress.effort.search_evaluations,
+            "refine_iterations": progress.effort.refine_iterations,
             "consistency": estimate.consistency,
             "parameter_deviation": parameter_deviation(truth, &estimate.bushings, bounds),
         });

@@ -17,7 +17,7 @@ use rand_core::Rng;
 use super::descent::Descent;
 use super::minimum::{Minimum, REACHED, RIVAL};
 use super::start::{self, Method};
-use super::{Acceptance, Identifier, Phase};
+use super::{Acceptance, FoundBy, Identifier, Phase};
 use crate::spectrum::Experiment;
 use crate::unknowns::Coordinates;
 use crate::verdict::WEAK;
@@ -74,6 +74,11 @@ impl Branch {
         }
     }
 
+    /// Whether its minimum has been accepted.
+    pub(super) fn is_of_accepted(&self) -> bool {
+        self.acceptance.is_some()
+    }
+
     /// Whether the branch, which has come to `objective`, is not worth another step.
     pub(super) fn is_hopeless(&mut self, objective: f64) -> bool {
         let gain = self.objective - objective;
@@ -116,12 +121,14 @@ impl<R: Rng> Identifier<R> {
             return false;
         }
         let worth = if let Some((branch, worth)) = self.next_branch(minimum) {
+            self.effort.branches += 1;
             self.refinement.restart_at(&branch);
+            self.found_by = FoundBy::Branch;
             self.phase = Phase::Refining;
             worth
         } else if self.is_worth_a_search(minimum, acceptance) {
             self.tried.elsewhere += 1;
-            self.total_starts += 1;
+            self.effort.starts += 1;
             let from = start::elsewhere(&self.bounds, &self.sought, &mut self.generator);
             self.descent = Descent::few(from);
             self.method = Method::Descent;

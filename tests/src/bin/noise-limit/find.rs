@@ -55,7 +55,7 @@ pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) 
     identifier.renew(&experiments);
     while identifier.step(&mut experiments) != Phase::Settled {}
     let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
-    Ok(Found::new(estimate, identifier.progress().starts))
+    Ok(Found::new(estimate, identifier.progress().effort.starts))
 }
 
 impl Found {
@@ -88,7 +88,12 @@ impl Found {
 
     /// How many parameters are called identified.
     pub(crate) fn identified(&self) -> usize {
-        self.verdicts.iter().filter(|verdict| **verdict == Verdict::Identified).count()
+        self.count(Verdict::Identified)
+    }
+
+    /// How many parameters have this verdict.
+    pub(crate) fn count(&self, wanted: Verdict) -> usize {
+        self.verdicts.iter().filter(|verdict| **verdict == wanted).count()
     }
 
     /// Errors of the logarithms.

@@ -200,7 +200,7 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
     let estimate: &Estimate = identifier.estimate().context("settled without an estimate")?;
     ensure!(estimate.covariance.unknowns() == 12 * truth.len(), "other unknowns than parameters");
     lost += estimate.forgotten as usize;
-    let found = Found::new(estimate, identifier.progress().starts);
+    let found = Found::new(estimate, identifier.progress().effort.starts);
     let (errors, bound) = (found.errors(&truth), deviations(&information)?);
     let over = |errors: &[f64]| errors.iter().zip(&bound).map(|(e, bound)| e / bound).collect();
     let (whole, own) = keep_all(&task, &found.estimate.bushings, &mut all)?;

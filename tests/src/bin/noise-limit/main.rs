@@ -56,7 +56,7 @@ const PARTS: [Part; 9] = [
     Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 4] },
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 6] },
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
-    Part { name: "arms", prove: arms::prove, robots: [48, 4] },
+    Part { name: "arms", prove: arms::prove, robots: [100, 4] },
     Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 10] },
 ];
 
