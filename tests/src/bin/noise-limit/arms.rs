@@ -43,9 +43,8 @@ const ARMS: [Arm; 5] = [
 
 /// Cuts of a run; as measured, the share of the robots that is right, and the share of those that are wrong although a parameter
 /// is called identified: a wrong minimum whose residuals noise explains.
-const SHARES: [(usize, f64, f64); 3] = [(3, 0.95, 0.0), (1, 0.4, 0.4), (8, 0.87, 0.0625)];
-/// Cuts of a few robots, and which these are: one of each arm, of which that of number 7 is off by eighteen standard deviations
-/// if only the heavily damped branch of its minimum is refined; and one that is found from elsewhere alone.
+const SHARES: [(usize, f64, f64); 3] = [(8, 0.92, 0.06), (3, 0.93, 0.04), (1, 0.3, 0.17)];
+/// Cuts of a few robots, and which these are: one of each arm.
 const FEW_POSES: usize = 3;
 const FEW: [usize; 5] = [4, 5, 6, 7, 33];
 /// χ² per degree of freedom below which a run is right,
