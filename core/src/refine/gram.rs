@@ -10,8 +10,8 @@ use crate::receptance::lanes::{Kernel, Lanes, Precision};
 
 /// Rows of a tile: with one vector of 64 bytes each, they fill 12 of AVX2's 16 registers.
 const TILE: usize = 6;
-/// Rows of R that pass in one go: their columns, 154 for a robot of six joints, fit a first-level cache of 32 KiB.
-const PANEL: usize = 24;
+/// Rows of R that pass in one go: those of eight bins. With the 154 columns of a robot of six joints they take 59 kB.
+const PANEL: usize = 48;
 /// Widest vector.
 const WIDEST: usize = 8;
 
@@ -49,8 +49,11 @@ impl<const W: usize> Kernel<f64> for Gram<'_, W> {
                 let end = (first + TILE).min(columns);
                 for j in (0..end).step_by(V::WIDTH) {
                     let sums = tile(like, panel, first, j);
-                    for (i, sum) in (first..end).zip(sums) {
-                        add_from(&mut triangle[packed(i)..packed(i + 1)], j, sum);
+                    for (t, &sum) in sums.iter().enumerate() {
+                        let i = first + t;
+                        if i < end {
+                            add_from(&mut triangle[packed(i)..packed(i + 1)], j, sum);
+                        }
                     }
                 }
             }
