@@ -1,25 +1,25 @@
 //! The descents of one start, the best of which is refined.
 //!
-//! Into which basin a descent leads depends on where it begins, and where it ends hardly says whether that basin is the right one:
-//! the mean squares of right and wrong ends may differ by a hundredth. So only the first start of a robot is content with one; the
-//! others compare several, each from another place.
+//! The basin in which a descent ends depends on where it begins, and its end hardly shows whether that basin is the right one: the
+//! mean squares of right and wrong ends may differ by a hundredth. So the first start makes one descent, and later starts compare
+//! several, each from another place.
 
 use crate::continuation::{Continuation, LEVELS};
 use crate::refine::{ParameterNormal, Problem};
 use crate::spectrum::Experiment;
 use crate::unknowns::Coordinates;
 
-/// Mean square of the residuals up to which an end fits: noise alone leaves a half, and hardly more by chance, since the residuals
-/// are thousands.
+/// Mean square of the residuals up to which an end fits. Noise alone leaves a half, and hardly more by chance: there are thousands
+/// of residuals.
 const FITS: f64 = 0.6;
 /// Descents that one start may cost. Of a single pose one in three to one in twenty fits, of three poses most do.
 const MAX_DESCENTS: u32 = 16;
 /// Ends that fit, of which a later start takes the best.
 const COMPARED: u32 = 3;
-/// Levels that descents from elsewhere leave out, in turn: a robot that is found from one of them may be missed from all others.
+/// Numbers of lowest levels that later descents skip, in turn: a robot that is found with one of them may be missed with all others.
 const LEFT_OUT: [u32; 6] = [2, 3, 4, 5, 6, 7];
-/// From this level on, a quarter of the band, the mean square tells basins apart: that of descents that came to fit was below a third,
-/// that of most others above a half.
+/// From this level on, a quarter of the band, the mean square distinguishes basins: below a third in descents that came to fit, above
+/// a half in most others.
 const TELLING: usize = 10;
 
 /// The descents of one start.
@@ -64,7 +64,7 @@ impl Descent {
         Self { left: COMPARED - 1, ..Self::elsewhere(start) }
     }
 
-    /// Takes notice of changed records: begins again with one alone, from the best end if there is one.
+    /// Begins again after a change of the records: one descent, from the best end if there is one.
     pub(super) fn renew(&mut self) {
         *self = Self::first(self.best.map_or(*self.present.coordinates(), |best| best.coordinates));
     }
@@ -74,8 +74,8 @@ impl Descent {
         self.present.fraction()
     }
 
-    /// Tries one step; the best end, once nothing better is expected. Further descents begin at a `next` start. `room` stays
-    /// untouched between the steps.
+    /// Tries one step. Returns the best end once all descents are done. Further descents begin at a `next` start. The caller leaves
+    /// `room` as it is between the steps.
     pub(super) fn step<const B: usize>(
         &mut self,
         problem: &Problem<'_>,

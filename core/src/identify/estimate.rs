@@ -1,4 +1,4 @@
-//! What a settled fit says of the robot.
+//! The result of a settled fit.
 
 use heapless::Vec;
 
@@ -20,17 +20,17 @@ pub enum Acceptance {
     /// The same minimum was reached from several searches, and its residuals are larger than the noise explains, or have
     /// structure that no noise has: the model is wrong.
     ModelSuspect,
-    /// The budget of starts ran out before either; or the residuals cannot tell, since they are too few, or far smaller than
-    /// the noise that they are measured by.
+    /// The budget of starts ran out before either; or the residuals are too few to test the model, or far smaller than the stated
+    /// noise.
     Unsettled,
 }
 
-/// The parameters as they stand.
+/// The parameters, and how far they can be trusted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Stiffness and damping of every joint.
     pub bushings: Bushings,
-    /// Standard deviation of each, same units; infinite where the data do not tell.
+    /// Standard deviation of each, same units; infinite where the data do not determine it.
     pub standard_deviations: Bushings,
     /// Surface similarity parameter per direction and experiment: the median of them.
     pub ssp_median: f64,
@@ -43,15 +43,15 @@ pub struct Estimate {
     /// Sum of squares of the static tests' residuals per displacement measured, about 1 or less when their noise alone
     /// explains them; none without static tests.
     pub static_consistency: Option<f64>,
-    /// How far to believe it.
+    /// How far it can be believed.
     pub acceptance: Acceptance,
-    /// Which method has led to it.
+    /// The method that found it.
     pub found_by: FoundBy,
     /// Residuals' whiteness, about N(0, 1); far above, the model or the colour of the noise is wrong.
     pub whiteness: f64,
     /// Whether the residuals are larger than noise explains.
     pub size_objects: bool,
-    /// Whether they are smaller than noise leaves them: it is taken for louder than it is.
+    /// Whether the residuals are far smaller than the stated noise, which is then too large.
     pub noise_too_loud: bool,
     /// Whether they have more structure along the band than noise explains.
     pub whiteness_objects: bool,
@@ -61,17 +61,17 @@ pub struct Estimate {
     pub stands_clear: bool,
     /// Covariance of the unknowns; [`Identifier::sought`](super::Identifier::sought) says which they are.
     pub covariance: Covariance,
-    /// Combinations of unknowns that the data tell badly, the worst first. Without records no damping by itself is one.
+    /// Combinations of unknowns that the data determine badly, the worst first. Without records no single damping is one.
     pub weak_directions: Vec<Direction, MAX_DIRECTIONS>,
     /// How well a fit to the others predicts each experiment, in their order; empty if there are no others.
     pub held_out: Vec<Agreement, MAX_EXPERIMENTS>,
-    /// What was sought beside the parameters.
+    /// The nuisances that were sought with the parameters.
     pub nuisances: Vec<Nuisance, MAX_NUISANCES>,
-    /// Experiments that are kept, which it is fitted to; none where static tests alone tell all.
+    /// Number of kept experiments in the fit; 0 where it rests on static tests alone.
     pub experiments: usize,
-    /// Records that are not kept any more, whose information is in the numbers.
+    /// Number of retired records, whose information is in the numbers.
     pub retired: u64,
-    /// Retired records that had to be forgotten, since the newer ones contradict them: the robot has changed.
+    /// Number of retired records that were dropped because newer ones contradict them: the robot has changed.
     pub forgotten: u64,
     pub(super) coordinates: Coordinates,
     /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
@@ -145,7 +145,7 @@ impl Estimate {
     }
 }
 
-/// Standard deviations in the parameters' units. One that lies on a bound has none: the data push it further than it may.
+/// Standard deviations in the parameters' units; infinite for a parameter on a bound, where the data would move it further.
 fn within(problem: &Problem<'_>, minimum: &Minimum, bushings: &Bushings) -> Bushings {
     let Problem { sought, bounds, .. } = *problem;
     let ranges = sought.ranges(&minimum.coordinates, bounds);

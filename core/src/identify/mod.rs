@@ -1,12 +1,11 @@
 //! The state machine from records to an estimate: search, refine, judge, and search again while the residuals say
 //! that the basin is wrong.
 //!
-//! A refinement that has reached a minimum is accepted if noise alone explains the size and the structure of its residuals,
-//! and the records stand clear of the noise, once no better one has been found on its branches (`branch`). If not, either the
-//! basin is wrong, or the model is, or the noise hides which; another search tells: the best minimum reached again and
-//! again, by its coordinates and not by χ² alone, is accepted as well, with the remark that the model is suspect if the
-//! noise does not explain it. A bare threshold would restart for ever on real data. Two minima in different places that are
-//! equally good leave the estimate unsettled: the data do not say which is right.
+//! A minimum is accepted if noise alone explains the size and the structure of its residuals, the records stand clear of the noise,
+//! and no better minimum has been found on its branches (`branch`). If not, the basin is wrong, or the model is, or the noise
+//! hides which, and another search begins. The best minimum is accepted as well once several searches have reached it, compared by
+//! coordinates and not by χ² alone; if noise does not explain it, the model is suspect. A bare threshold on χ² would search for
+//! ever on real data. Two equally good minima in different places leave the estimate unsettled: the data do not say which is right.
 //!
 //! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
 //! ([`crate::search`]).
@@ -43,14 +42,14 @@ use minimum::{Minimum, structure_is_beyond_noise};
 pub use standing::{Standing, StandingError};
 use start::Method;
 
-/// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin,
+/// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin.
 const TIMES_CONSISTENT: u32 = 2;
-/// and where its residuals are larger than the noise explains or have more structure: two robots of 1200 reach a wrong basin
-/// twice in a row, and of drawn six-joint arms one in eight.
+/// The same where its residuals are larger than the noise explains, or have more structure. Two robots of 1200 reach a wrong basin
+/// twice in a row; of drawn six-joint arms, one in eight.
 const TIMES_SUSPECT: u32 = 4;
-/// Steps of a refinement that starts in the right basin, about.
+/// Typical number of steps of a refinement that starts in the right basin.
 const TYPICAL_ITERATIONS: f32 = 12.0;
-/// How often a refinement may go on whose steps have ended where noise explains the residuals, but short of the minimum.
+/// How often a refinement is continued that has used up its steps short of the minimum, where noise explains the residuals.
 const MAX_PROLONGATIONS: u32 = 4;
 /// Searches that one change of the records may cost.
 const MAX_STARTS: u32 = 8;
@@ -75,7 +74,7 @@ pub struct Progress {
     pub phase: Phase,
     /// Of the present search or refinement, 0 to 1.
     pub fraction: f32,
-    /// What it has cost so far.
+    /// Total cost so far.
     pub effort: Effort,
     /// Smallest loss of the present search (SSP).
     pub search_loss: f32,
@@ -97,12 +96,12 @@ pub struct Identifier<R> {
     descent: Descent,
     search: Search,
     refinement: Refinement,
-    /// How often the present refinement has gone on.
+    /// How often the present refinement has been continued.
     prolongations: u32,
     /// Searches since the records last changed.
     starts: u32,
     effort: Effort,
-    /// What has led to where the refinement began.
+    /// The method that found the start of the present refinement.
     found_by: FoundBy,
     /// The best minimum since the records last changed.
     best: Option<Minimum>,
@@ -111,10 +110,10 @@ pub struct Identifier<R> {
     tried: Tried,
     /// How often in a row branches have been clearly worse since the last search.
     exclusions: u32,
-    /// The minimum with the retired records, while those that are kept are tried alone.
+    /// The minimum of kept and retired records together, while the kept ones are fitted alone.
     together: Option<Minimum>,
     estimate: Option<Estimate>,
-    /// Retired records that had to be forgotten.
+    /// Number of retired records that were dropped because newer ones contradict them.
     forgotten: u64,
 }
 
@@ -158,10 +157,10 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
-    /// Seeks something else than every parameter for itself: before the first record.
+    /// Replaces the unknowns, which by default are all parameters. Call it before the first record.
     ///
     /// # Errors
-    /// If it is sought of a chain of another number of joints.
+    /// The unknowns are of a chain with another number of joints.
     pub fn seek(&mut self, sought: Sought) -> Result<(), SoughtError> {
         if sought.joints() != self.chain.joints().len() {
             return Err(SoughtError::JointCount(sought.joints()));
@@ -171,8 +170,8 @@ impl<R: Rng> Identifier<R> {
         Ok(())
     }
 
-    /// Rests the fit on static tests as well: before the first record. They need none: [`Identifier::renew`] with no
-    /// experiments has their estimate worked out, in which the dampings are not told.
+    /// Adds static tests to the fit. Call it before the first record. They need no records: [`Identifier::renew`] without
+    /// experiments fits them alone, and leaves the dampings undetermined.
     ///
     /// # Errors
     /// The first test that no fit can take.
@@ -182,12 +181,12 @@ impl<R: Rng> Identifier<R> {
         Ok(self)
     }
 
-    /// What is sought.
+    /// The unknowns.
     pub fn sought(&self) -> &Sought {
         &self.sought
     }
 
-    /// Takes notice of a changed set of experiments: goes on from where it stands, with a new budget.
+    /// Continues with a changed set of experiments from where it stands, with a new budget of searches.
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let branched = self.branch.take().and(self.best.take());
         self.best = None;
@@ -230,8 +229,8 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
-    /// Folds an experiment that will not be kept into what is known, if the estimate that rests on it can be believed; whether
-    /// it has. Before the [`Identifier::renew`] that tells of its going.
+    /// Adds the information of an experiment that will not be kept to that of the retired ones, if the present estimate is
+    /// consistent; returns whether it has. Call it before the [`Identifier::renew`] without that experiment.
     pub fn retire<const B: usize>(&mut self, experiment: &mut Experiment<B>) -> bool {
         let believed = |estimate: &&Estimate| estimate.acceptance == Acceptance::Consistent;
         let settled = self.phase == Phase::Settled;
@@ -244,8 +243,8 @@ impl<R: Rng> Identifier<R> {
         refinement.retire(&problem, experiment).is_ok()
     }
 
-    /// One sample of the search, or one step of the refinement. Call with the experiments that [`Identifier::renew`]
-    /// last saw; only what is fitted beside the parameters changes in them.
+    /// Does one sample of the search or one step of the refinement, with the experiments of the last [`Identifier::renew`]. It
+    /// changes only their seams.
     pub fn step<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> Phase {
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
@@ -292,16 +291,16 @@ impl<R: Rng> Identifier<R> {
         self.branch.as_ref().is_some_and(Branch::is_of_accepted)
     }
 
-    /// What drives the search, as it stands.
+    /// The random generator of the searches, in its present state.
     pub fn generator(&self) -> &R {
         &self.generator
     }
 
-    /// Goes on from where another identifier of the same problem stood when it had settled on these `experiments`; a new
-    /// identifier takes the other's generator, too. Costs a fit, and no search.
+    /// Continues from the state of another identifier of the same problem, which had settled on these `experiments`. Give a new
+    /// identifier the other's generator, too. It costs one fit and no search.
     ///
     /// # Errors
-    /// It cannot have been of the same problem. Then nothing has changed.
+    /// The state is that of another problem. Then nothing has changed.
     pub fn resume<const B: usize>(
         &mut self,
         standing: &Standing,
@@ -321,7 +320,7 @@ impl<R: Rng> Identifier<R> {
         Ok(())
     }
 
-    /// The estimate of the records as they last stood; none before the first has settled.
+    /// The last settled estimate; none before the first.
     pub fn estimate(&self) -> Option<&Estimate> {
         self.estimate.as_ref()
     }
@@ -459,14 +458,14 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
-    /// Whether retired records and those that are kept are at one in another minimum.
+    /// Whether kept and retired records agree in the best minimum so far.
     fn knows_better(&self) -> bool {
         let agrees =
             |best: &Minimum| best.is_reached() && best.is_consistent() && !best.contradicted;
         self.best.as_ref().is_some_and(agrees)
     }
 
-    /// Where retired records and those that are kept cannot both be right, refines those that are kept alone.
+    /// Refines the kept records alone, where they contradict the retired ones.
     fn try_alone(&mut self, together: Minimum) {
         self.refinement.shelve(&self.sought);
         self.refinement.restart_at(&together.coordinates);
@@ -474,8 +473,8 @@ impl<R: Rng> Identifier<R> {
         self.phase = Phase::Refining;
     }
 
-    /// Forgets what is retired only if the records that are kept are consistent `alone`, and it is sure that no noise hides a
-    /// wrong minimum; else goes back to both.
+    /// Drops the retired records if the kept ones are consistent `alone` and their noise cannot hide a wrong minimum; else returns
+    /// to the minimum of both.
     fn reconciled(&mut self, mut together: Minimum, alone: Minimum) -> Minimum {
         if alone.is_reached() {
             together.contradicted = together.is_contradicted_beyond(&alone);
@@ -492,7 +491,7 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
-    /// What the refinement has come to.
+    /// The minimum where the refinement stands.
     // A fit is large: inlined, it would take room on the stack while the next one is made.
     #[inline(never)]
     fn reached<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> Minimum {
@@ -503,7 +502,7 @@ impl<R: Rng> Identifier<R> {
         Minimum::new(*refinement.coordinates(), self.found_by, fit, &remaining, sought)
     }
 
-    /// Goes back to a minimum, and fits there what is fitted beside the parameters.
+    /// Returns to a minimum, and fits the seams there.
     // As above.
     #[inline(never)]
     fn stand_at<const B: usize>(&mut self, minimum: &Minimum, experiments: &mut [Experiment<B>]) {

@@ -1,4 +1,4 @@
-//! Where an identifier stands once it has settled: what it needs, beside the experiments, to go on after a restart.
+//! The state of a settled identifier: with the experiments, all that it needs to continue after a restart.
 
 use heapless::Vec;
 
@@ -13,8 +13,7 @@ const ROUNDING: f64 = 1e-9;
 /// A settled identifier, without its experiments and its generator of random numbers.
 ///
 /// [`Identifier::resume`](super::Identifier::resume) with the same experiments gives the same estimate, to the bit at the
-/// same instruction set. It holds for the same robot, measurement, bounds, static tests and unknowns only; who keeps it
-/// sees to that.
+/// same instruction set. The robot, measurement, bounds, static tests and unknowns must be the same; the caller ensures that.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Standing {

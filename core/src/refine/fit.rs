@@ -17,7 +17,7 @@ pub struct Fit {
     /// What a refinement makes least: the same, with what retired records add.
     pub objective: f64,
     /// Expectation of [`Fit::sum_of_squares`] if the model is right: real residuals less the unknowns that they determine, of
-    /// which a parameter on a bound is none. A little more with retired records, which have told some of the unknowns before.
+    /// which a parameter on a bound is none. A little more with retired records, which have determined some unknowns before.
     pub degrees_of_freedom: f64,
     /// Share of the static tests in the sum of squares.
     pub static_sum_of_squares: f64,
@@ -33,7 +33,8 @@ pub struct Fit {
     /// N(0, 1) if the model and the colour of the noise are right.
     pub whiteness: f64,
     /// By how much the sum of squares is larger than the least that kept and retired records would have each by
-    /// themselves: χ² of as many degrees of freedom as unknowns are told, if nothing has changed; 0 without retired ones.
+    /// themselves: χ² of as many degrees of freedom as there are determined unknowns, if the robot has not changed; 0 without
+    /// retired ones.
     pub contradiction: f64,
 }
 
@@ -48,7 +49,7 @@ impl Fit {
 
 impl Refinement {
     /// Evaluates the fit at the parameters as they stand. Where gravity leaves the robot no equilibrium, its sum of squares
-    /// is infinite and nothing is told.
+    /// is infinite and nothing is determined.
     pub fn fit<const B: usize>(
         &mut self,
         problem: &Problem<'_>,

@@ -50,7 +50,7 @@ const MAX_STIFFENINGS: u32 = 10;
 /// Steps after which a refinement ends wherever it is.
 const MAX_ITERATIONS: u32 = 100;
 
-/// What is held fixed while refining.
+/// The inputs of a refinement.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {
     /// The robot.
@@ -59,9 +59,9 @@ pub struct Problem<'a> {
     pub measurement: &'a Measurement,
     /// Where the parameters may lie.
     pub bounds: &'a Bounds,
-    /// What is sought.
+    /// The unknowns.
     pub sought: &'a Sought,
-    /// Static tests that the fit rests on beside the records: [checked](crate::statics::check).
+    /// Static tests, [checked](crate::statics::check), which are fitted with the records.
     pub statics: &'a [StaticTest],
     /// Instruction set.
     pub level: Level,
@@ -100,7 +100,7 @@ pub enum Outcome {
     Exhausted,
 }
 
-/// What is left to a minimum, by the quadratic that the normal equations are.
+/// The way to the minimum of the quadratic that the normal equations describe.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Remaining {
     /// Of the unknowns.
@@ -118,13 +118,13 @@ pub struct Refinement {
     /// Normal equations at `coordinates`, the seams projected out.
     normal: ParameterNormal,
     record: RecordNormal,
-    /// What retired records tell.
+    /// Information of the retired records.
     knowledge: Knowledge,
-    /// Put aside, to see whether the records that are kept do better without.
+    /// Information of retired records, put aside while the kept records are fitted without it.
     shelf: Option<Knowledge>,
     assembled: bool,
     damping: f64,
-    /// Whether the last trial was, and with it all that go further.
+    /// The last trial step was rejected; a less damped one goes further, and would be as well.
     refused: bool,
     iterations: u32,
 }
@@ -174,7 +174,7 @@ impl Refinement {
         sought.calibration(&self.coordinates)
     }
 
-    /// What it makes least, where the last step left it; no number before the first.
+    /// The objective after the last step: sum of squares of residuals and priors. NaN before the first.
     pub(crate) fn objective(&self) -> f64 {
         if self.assembled { self.normal.sum_of_squares() } else { f64::NAN }
     }
@@ -183,14 +183,14 @@ impl Refinement {
         &self.coordinates
     }
 
-    /// Room for normal equations, to whom works them out instead: their own are assembled anew.
+    /// Lends the memory of the normal equations. The next step assembles its own anew.
     pub(crate) fn room(&mut self) -> &mut ParameterNormal {
         self.assembled = false;
         &mut self.normal
     }
 
-    /// Combinations of the unknowns that the data tell badly, where the last [`Refinement::fit`] was. An unknown of which
-    /// data of their kind never tell anything, by `asked`, is none of them.
+    /// Combinations of the unknowns that the data determine badly, at the last [`Refinement::fit`]. A single undetermined unknown
+    /// is one of them only if `asked`.
     pub(crate) fn weak_directions(
         &self,
         asked: impl Fn(usize) -> bool,
@@ -198,7 +198,7 @@ impl Refinement {
         verdict::weak_directions(&self.normal, asked)
     }
 
-    /// Tries one step; keeps it if the residuals shrink. From a start that is too soft for gravity it goes to a stiffer one.
+    /// Tries one step, and keeps it if the sum of squares falls. A start that is too soft for gravity is made stiffer.
     pub fn step<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -260,7 +260,7 @@ impl Refinement {
         problem.sought.advance(&mut self.coordinates, &moved);
     }
 
-    /// Instead of a step where gravity leaves the robot no equilibrium: half the way to the stiffest, by the logarithms.
+    /// Moves half the way to the stiffest robot, by the logarithms: the step where gravity leaves no equilibrium.
     fn stiffen(&mut self, problem: &Problem<'_>) -> Outcome {
         if self.iterations >= MAX_STIFFENINGS {
             return Outcome::Exhausted;
@@ -285,7 +285,7 @@ impl Refinement {
     }
 
     /// How far other coordinates lie from these: `Δθᵀ N Δθ`, the information N that of the last assembly. The square of a
-    /// distance in standard deviations; along directions that the data do not tell it costs nothing.
+    /// distance in standard deviations; undetermined directions add nothing.
     pub(crate) fn distance(&self, sought: &Sought, other: &Coordinates) -> f64 {
         let (own, other) = (sought.values(&self.coordinates), sought.values(other));
         let apart: [f64; MAX_UNKNOWNS] = core::array::from_fn(|i| own[i] - other[i]);
@@ -300,11 +300,11 @@ impl Refinement {
         }
     }
 
-    /// Folds a record that will not be kept into what is known, at the parameters as they stand.
+    /// Adds the information of a record that will not be kept to that of the retired ones, linearised at the present parameters.
     ///
     /// # Errors
     ///
-    /// If the robot has no equilibrium there; nothing is folded then.
+    /// If the robot has no equilibrium there; then nothing is added.
     pub fn retire<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -319,13 +319,12 @@ impl Refinement {
         Ok(())
     }
 
-    /// What retired records tell, to be kept elsewhere.
+    /// The information of the retired records, to be stored.
     pub(crate) fn retired_records(&self) -> Retired {
         self.knowledge.retired()
     }
 
-    /// Stands at some coordinates, with these retired records; `None`, and nothing has changed, where no fit of what is sought
-    /// can have retired them.
+    /// Goes to some coordinates, with these retired records. `None` if they are of other unknowns; then nothing has changed.
     pub(crate) fn resume(
         &mut self,
         sought: &Sought,
@@ -345,7 +344,7 @@ impl Refinement {
         self.assembled = false;
     }
 
-    /// Takes back what was put aside, or forgets it; returns how many records are forgotten.
+    /// Takes back the retired records that were put aside, or drops them; returns how many were dropped.
     pub(crate) fn unshelve(&mut self, take_back: bool) -> u64 {
         match self.shelf.take() {
             Some(shelved) if take_back => {
@@ -357,15 +356,15 @@ impl Refinement {
         }
     }
 
-    /// Retired records that the fit rests on beside those that are kept.
+    /// Number of retired records whose information the fit includes.
     pub fn retired(&self) -> u64 {
         self.knowledge.records()
     }
 
-    /// What one experiment tells of the unknowns at the parameters as they stand, its seam projected out.
+    /// Fisher information of one experiment at the present parameters, its seam projected out.
     ///
-    /// The measured acceleration has no part in it, so that an experiment may be asked that has not been done: a
-    /// record of the force alone, its acceleration zero.
+    /// It does not depend on the measured acceleration. An experiment that is only planned can be a record of the force alone, with
+    /// zero acceleration.
     ///
     /// # Errors
     ///

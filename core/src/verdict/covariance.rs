@@ -8,21 +8,21 @@
 //!     [     ·         N_TT − N_TS N_SS⁻¹ N_ST ]    ≈ 0 in the last corner
 //! ```
 //!
-//! The second column's upper part is, less its sign, how the unknowns of S move when one of T does and the data are to
-//! notice nothing: who takes part in that has no finite variance. For the others `N_SS⁻¹` is the covariance.
+//! When an unknown of T moves, the unknowns of S can move by `−N_SS⁻¹ N_ST` and leave the residuals as they are: those that do have
+//! no finite variance. For the others `N_SS⁻¹` is the covariance.
 
 use super::{RANK, told_of};
 use crate::refine::normal::{Normal, packed};
 use crate::unknowns::MAX_UNKNOWNS;
 
-/// How far an unknown that depends on others may go, in the standard deviations that it would have if the others were
-/// known: beyond any bounds.
+/// How far a dependent unknown may move, in the standard deviations that it would have if the others were known: beyond any
+/// bounds.
 ///
-/// An unknown that moves with it by less than its own standard deviation over all that way is told nevertheless.
-/// Rounding moves one by a thousandth of that, and real information that falls below [`RANK`] by a tenth.
+/// Another unknown is determined nevertheless if it moves along by less than its own standard deviation. Rounding moves one by a
+/// thousandth of that; information just below [`RANK`], by a tenth.
 const FAR: f64 = 1e5;
-/// Standard deviations of more than this, in the same unit, count as this: whoever is told so badly must not pass for
-/// told because of it.
+/// Cap on the standard deviation in that comparison, in the same unit, so that a poorly determined unknown does not count as
+/// determined.
 const WIDE: f64 = 1e3;
 
 /// Covariance of the unknowns of a fit, lower triangle packed by rows.
@@ -30,12 +30,12 @@ const WIDE: f64 = 1e3;
 pub struct Covariance {
     unknowns: usize,
     rank: usize,
-    /// Variance infinite and covariances zero where the data do not tell.
+    /// Variance infinite and covariances zero where the data do not determine an unknown.
     entries: [f64; packed(MAX_UNKNOWNS)],
 }
 
 impl Covariance {
-    /// Inverts an information matrix, of which nothing has been eliminated.
+    /// Inverts an information matrix from which no unknown has been eliminated.
     pub(crate) fn of<const L: usize>(information: &Normal<L>) -> Self {
         let unknowns = information.unknowns();
         let told = told_of(information);
@@ -54,7 +54,7 @@ impl Covariance {
         covariance
     }
 
-    /// Sweeps every unknown that does not depend on those swept before it; says which.
+    /// Sweeps every unknown that does not depend on those swept before it; returns which were swept.
     fn sweep_all(&mut self) -> [bool; MAX_UNKNOWNS] {
         let mut swept = [false; MAX_UNKNOWNS];
         loop {
@@ -105,7 +105,7 @@ impl Covariance {
         }
     }
 
-    /// Adds the mean square of a shift that all errors have in common; what is not told stays so.
+    /// Adds the mean square of a shift that all errors have in common; infinite variances stay infinite.
     pub(crate) fn widen(&mut self, shift: &[f64]) {
         let told: [bool; MAX_UNKNOWNS] =
             core::array::from_fn(|i| i < self.unknowns && self.get(i, i).is_finite());
@@ -121,12 +121,12 @@ impl Covariance {
         self.unknowns
     }
 
-    /// How many combinations of them the data tell.
+    /// How many combinations of them the data determine.
     pub fn rank(&self) -> usize {
         self.rank
     }
 
-    /// Standard deviation of unknown `i`, in its unit; infinite where the data do not tell it.
+    /// Standard deviation of unknown `i`, in its unit; infinite where the data do not determine it.
     ///
     /// # Panics
     ///
@@ -136,7 +136,7 @@ impl Covariance {
         libm::sqrt(self.get(i, i))
     }
 
-    /// Correlation of the unknowns `i` and `j`, −1 to 1; 0 where one of the two is not told.
+    /// Correlation of the unknowns `i` and `j`, −1 to 1; 0 where one of the two is undetermined.
     ///
     /// # Panics
     ///

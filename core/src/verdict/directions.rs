@@ -1,4 +1,4 @@
-//! Directions of the unknowns that the data tell badly: who trades off against whom.
+//! Directions of the unknowns that the data determine badly: which unknowns trade off against each other.
 
 use core::ops::Range;
 
@@ -10,22 +10,22 @@ use super::{RANK, told_of};
 use crate::refine::normal::Normal;
 use crate::unknowns::MAX_UNKNOWNS;
 
-/// Most directions that are spoken of.
+/// Most directions that are reported.
 pub const MAX_DIRECTIONS: usize = 8;
 /// Most unknowns that a direction names.
 const MAX_SHARES: usize = 6;
-/// An unknown is named if it takes part with this much of the one that takes part most.
+/// Least component of an unknown that a direction names, as a part of the largest.
 const NAMED: f32 = 0.1;
 
-/// A combination of unknowns that the data tell badly.
+/// A combination of unknowns that the data determine badly: an eigenvector of the information matrix, and the standard deviation
+/// along it.
 ///
-/// An eigenvector of the information matrix, and the standard deviation along it. What is not told at all has no
-/// eigenvectors of its own but a space of them; its directions are chosen so that each has an unknown that no other
-/// of them has, rather than at right angles to each other.
+/// The undetermined directions are a space. They are chosen so that each has an unknown that no other of them has, rather than at
+/// right angles to each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Direction {
     /// Standard deviation along it, of unit length, in the unit of the unknowns: of a logarithm; infinite where the
-    /// data do not tell it at all.
+    /// data do not determine it at all.
     pub deviation: f64,
     /// The unknowns that take part most, by index, with their component (the unit length is that of all components,
     /// named or not), largest first, the first one positive.
@@ -50,8 +50,8 @@ impl Direction {
         Self { deviation, shares }
     }
 
-    /// Weaker told; where both are not told at all, a combination goes before a single unknown, of whom its
-    /// variance says as much.
+    /// The larger deviation goes first. Of two undetermined directions a combination does: that a single unknown is undetermined
+    /// also shows in its variance.
     fn before(&self, other: &Self) -> bool {
         let combined = |direction: &Self| direction.shares.len() > 1;
         self.deviation > other.deviation
@@ -59,8 +59,8 @@ impl Direction {
     }
 }
 
-/// Directions whose deviation exceeds [`WEAK`], weakest told first, from an information matrix of which nothing has
-/// been eliminated. Single unknowns that are not told at all are left out if they are not `asked` for.
+/// Directions whose deviation exceeds [`WEAK`], the largest first, from an information matrix from which no unknown has been
+/// eliminated. Single undetermined unknowns are left out if they are not `asked` for.
 pub(crate) fn weak_directions<const L: usize>(
     information: &Normal<L>,
     asked: impl Fn(usize) -> bool,
@@ -72,7 +72,7 @@ pub(crate) fn weak_directions<const L: usize>(
     let mut untold = 0;
     for k in 0..information.unknowns() {
         let (value, vector) = (eigen.value(k), eigen.vector(k));
-        // What the unknowns that take part would tell if they were not correlated: a sum that cancelled to nothing.
+        // The information along the direction if the unknowns were not correlated: the size of the terms that cancel.
         let alone: f64 = (0..).zip(vector).map(|(i, &x)| f64::from(x * x) * entry(i, i)).sum();
         if value > RANK * alone {
             let deviation = 1.0 / libm::sqrt(value);

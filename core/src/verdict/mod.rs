@@ -2,7 +2,7 @@
 //!
 //! The information matrix `N` is the inverse covariance of the unknowns, which are all dimensionless: logarithms of
 //! parameters, nuisances in units of their prior. [`Covariance`] is its inverse where it has one, [`Direction`]s are
-//! its eigenvectors that the data tell badly, and [`Trust`] makes a verdict of a standard deviation.
+//! its eigenvectors that the data determine badly, and [`Trust`] makes a verdict of a standard deviation.
 
 mod covariance;
 mod directions;
@@ -20,18 +20,18 @@ use crate::unknowns::MAX_UNKNOWNS;
 
 /// Part of its diagonal's information below which a combination of unknowns has none.
 ///
-/// The sums behind the matrix and the factorisation of a hundred unknowns leave of an exact dependence some 1e-14, and
-/// what is near that may be rounding. Nothing is lost by staying a hundredfold above: what falls below is told a
-/// million times worse than if the other unknowns were known, and few are told better than to 1e-5 even then.
+/// Rounding leaves some 1e-14 of an exact dependence among a hundred unknowns; the limit stays a hundredfold above. A combination
+/// below it is determined a million times worse than if the other unknowns were known. Few are then known better than to 1e-5, so
+/// that no determined combination is lost.
 const RANK: f64 = 1e-12;
 
-/// Information up to which an unknown is not told at all, and takes no part in what is told of the others.
+/// Information up to which an unknown is undetermined, and takes no part in the covariance of the others.
 ///
-/// A logarithm that moves by 10, a factor of 22,000, then moves the residuals by a thousandth of their noise. What a
-/// column of rounding errors seems to share with another must not spoil that one.
+/// If its logarithm moves by 10, a factor of 22,000, the residuals then move by a thousandth of their noise. Its column may be
+/// rounding errors, whose correlation with other columns means nothing.
 const NOTHING: f64 = 1e-8;
 
-/// Which unknowns the data tell something of; none at all if the matrix is broken.
+/// The unknowns that the data determine at all; none if the matrix has an entry that is not finite.
 fn told_of<const L: usize>(information: &Normal<L>) -> [bool; MAX_UNKNOWNS] {
     let unknowns = information.unknowns();
     let sound = (0..unknowns).all(|i| information.row(i).iter().all(|entry| entry.is_finite()));

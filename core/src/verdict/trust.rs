@@ -2,46 +2,45 @@
 
 /// Up to this relative standard deviation a parameter is identified.
 const IDENTIFIED: f64 = 0.05;
-/// Above this χ² per degree of freedom nothing is identified: of what is left noise explains less than half, and the cause of
-/// the rest may have moved the parameters, or the minimum be a wrong one.
+/// Above this χ² per degree of freedom nothing is identified: noise explains less than half of the residuals. The cause of the
+/// rest may have moved the parameters, or the minimum may be a wrong one.
 const SUSPECT: f64 = 2.0;
-/// Up to this one it is weak; beyond, the data do not tell it.
+/// Up to this one it is weak; beyond, the data do not determine it.
 pub(crate) const WEAK: f64 = 0.30;
 
 /// How far a parameter can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The data tell it: its standard deviation is at most 5 % of its value.
+    /// The data determine it: its standard deviation is at most 5 % of its value.
     Identified,
-    /// The data tell it roughly: to at most 30 %, or in a fit that may have missed the right minimum.
+    /// The data determine it roughly: to at most 30 %, or in a fit that may have missed the right minimum.
     Weak,
-    /// The data do not tell it.
+    /// The data do not determine it.
     NotObservable,
 }
 
-/// What the fit as a whole says of every parameter in it.
+/// How far the fit as a whole can be trusted: the same for all its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trust {
-    /// Standard deviations are this much larger than the noise makes them; NaN where nothing is to be trusted.
+    /// Factor on the standard deviations that follow from the noise: √(χ²/dof), at least 1; NaN if χ² is not a number.
     inflation: f64,
-    /// Whether the fit is, and the model not far from right.
+    /// The minimum is the right one, and χ²/dof is not suspect.
     sound: bool,
 }
 
 impl Trust {
-    /// From χ² per degree of freedom of the fit, and whether it is sound: its minimum is known to be the right one, and no
+    /// From χ² per degree of freedom of the fit, and whether the fit is sound: its minimum is known to be the right one, and no
     /// static test contradicts it.
     ///
-    /// Residuals that are larger than the noise explains come from something else that moves the parameters
-    /// as well: as much as a noise of their size would.
+    /// Residuals that are larger than the noise have another cause, which moves the parameters as well. Standard deviations grow
+    /// as if the noise were of the residuals' size.
     pub fn new(consistency: f64, sound: bool) -> Self {
         let sane = consistency.is_finite() && consistency >= 0.0;
         let inflation = if sane { libm::sqrt(consistency.max(1.0)) } else { f64::NAN };
         Self { inflation, sound: sound && consistency <= SUSPECT }
     }
 
-    /// The verdict on a parameter, and its standard deviation where there is one to speak of, both deviations in the
-    /// unit of the value.
+    /// The verdict on a parameter, and its standard deviation, in the unit of the value; none for a parameter that is not observable.
     pub fn verdict(&self, value: f64, standard_deviation: f64) -> (Verdict, Option<f64>) {
         let standard_deviation = self.inflation * standard_deviation;
         let relative = standard_deviation / value;

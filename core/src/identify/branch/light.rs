@@ -8,10 +8,10 @@ use crate::DOF;
 use crate::chain::Chain;
 use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
-/// Damping ratio, with the inertia that the joint carries, above which a bushing is heavily damped: the wrong dampings of the
-/// heavy branches that drawn six-joint arms ended in had ratios of 0.2 to 0.6,
+/// Damping ratio, with the inertia that the joint carries, above which a bushing is heavily damped. Wrong dampings of drawn
+/// six-joint arms had ratios of 0.2 to 0.6.
 const HEAVY: f64 = 0.05;
-/// and the ratio that takes its place, a decade below: from there the refinement finds either branch.
+/// The ratio that replaces it, a decade below: from there the refinement finds either branch.
 const LIGHT: f64 = 0.005;
 
 /// The same stiffnesses, every heavily damped bushing damped lightly; `None` if there is none.

@@ -1,13 +1,13 @@
-//! Branches of a minimum: where else the sum of squares has a minimum that looks much the same.
+//! Branches of a minimum: other places where the sum of squares may have a minimum as good.
 //!
 //! | file                 | what is different on the branch                                                 |
 //! | -------------------- | ------------------------------------------------------------------------------- |
 //! | `stiff`              | one bushing of unsure stiffness: it is stiff                                    |
 //! | `light`              | every heavily damped bushing: it is damped lightly                              |
-//! | [`super::descent`]   | anything: descents from elsewhere have led to it, while the data do not tell some stiffness |
+//! | [`super::descent`]   | anything: the end of descents from elsewhere, while some stiffness is undetermined |
 //!
-//! A search ends at either, and noise can explain the residuals of the worse one. So before a minimum is settled on, the
-//! refinement goes on from its branches; the best counts, and its errors hold those that the data do not exclude.
+//! A search may end in any of them, and noise can explain the residuals of the worse ones. So before a minimum is settled on, its
+//! branches are refined. The best minimum counts; its errors include the others that the data do not exclude.
 
 mod light;
 mod stiff;
@@ -22,15 +22,15 @@ use crate::spectrum::Experiment;
 use crate::unknowns::Coordinates;
 use crate::verdict::WEAK;
 
-/// Branches that have been clearly worse so many times in a row, as records came, are not refined again before the next search:
-/// what each record adds to the difference is positive on average.
+/// When branches have been clearly worse for so many records in a row, they are not refined again before the next search: a record
+/// adds to the difference on average.
 const MAX_EXCLUSIONS: u32 = 3;
-/// Searches elsewhere for a minimum as good as one that leaves a stiffness less than weakly known. Without them four of 48 drawn
-/// six-joint arms with three cuts had a wrong parameter called identified; with two each of these four is right.
+/// Searches for rivals of a minimum that leaves some stiffness undetermined. Without them four of 48 drawn six-joint arms with three
+/// cuts had a wrong parameter called identified; with two searches these four are right.
 const SEARCHES_ELSEWHERE: u32 = 2;
-/// A branch is given up after so many steps in a row, refused ones included: up to ten are refused before one is good,
+/// A branch is given up after so many crawling steps in a row, rejected ones included: up to ten are rejected before one is good.
 const PATIENCE: u32 = 12;
-/// of which each gains less than this part of what the branch lacks to be clearly better.
+/// A step crawls if it gains less than this part of what the branch lacks to be clearly better.
 const CRAWL: f64 = 0.05;
 
 /// A branch that is refined before its minimum, the best so far, is settled on.
@@ -79,7 +79,7 @@ impl Branch {
         self.acceptance.is_some()
     }
 
-    /// Whether the branch, which has come to `objective`, is not worth another step.
+    /// Whether the branch, now at `objective`, is not worth another step.
     pub(super) fn is_hopeless(&mut self, objective: f64) -> bool {
         let gain = self.objective - objective;
         let crawls = gain < CRAWL * (objective - self.better);
@@ -143,7 +143,7 @@ impl<R: Rng> Identifier<R> {
         true
     }
 
-    /// Whether it must be feared that another minimum explains the records as well: some stiffness is not even weakly known.
+    /// Whether another minimum may explain the records as well: some stiffness is undetermined.
     fn is_worth_a_search(&self, minimum: &Minimum, acceptance: Option<Acceptance>) -> bool {
         acceptance == Some(Acceptance::Consistent)
             && self.tried.elsewhere < SEARCHES_ELSEWHERE
@@ -151,7 +151,7 @@ impl<R: Rng> Identifier<R> {
                 .any(|(_, deviation)| deviation > WEAK)
     }
 
-    /// Where the next one begins, and how many times the minimum's sum of squares is worth a step there.
+    /// The start of the next branch, and the multiple of the minimum's sum of squares up to which it is worth a step.
     fn next_branch(&mut self, minimum: &Minimum) -> Option<(Coordinates, f64)> {
         // The errors of one that has a rival branch are wide already.
         if !minimum.apart.is_empty() {
@@ -181,8 +181,8 @@ impl<R: Rng> Identifier<R> {
         })
     }
 
-    /// What the refinement has come to, if it is to be judged. A branch is if it is clearly better than its minimum; else the
-    /// minimum is, unless it has been accepted.
+    /// The minimum to be judged after a refinement: a branch that is clearly better than its minimum, else the minimum. `None` if
+    /// that has been accepted and is now settled on, or another branch is being refined.
     // As above.
     #[inline(never)]
     pub(super) fn come_to<const B: usize>(

@@ -1,4 +1,4 @@
-//! The branches of a minimum on which one bushing is stiff, whose stiffness the data hardly tell.
+//! The branches of a minimum on which one bushing of badly determined stiffness is stiff.
 //!
 //! Above its resonance a soft bushing carries nothing: in the band it shows the compliance `1/(k − mω²)` of its mass whatever k
 //! is, and a stiff one shows next to none. Where other joints can make up for the difference, noise explains either. From the
@@ -31,7 +31,7 @@ pub(super) fn deviations(
         .map(|unknown| (unknown, covariance.deviation(unknown)))
 }
 
-/// Those of which the data are not sure.
+/// The badly determined ones of them.
 pub(super) fn unsure(sought: &Sought, covariance: &Covariance) -> impl Iterator<Item = usize> {
     deviations(sought, covariance)
         .filter(|(_, deviation)| *deviation > UNSURE)
