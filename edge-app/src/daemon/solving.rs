@@ -115,10 +115,12 @@ impl<'a> Solving<'a> {
         }
         self.solver.admit(record, self.stop, news(self.board));
         self.unsaved = Some(*counts);
-        if self.solver.work(self.stop, more, news(self.board)) {
+        let settled = self.solver.work(self.stop, more, news(self.board));
+        // First, so that a kill after the first report does not lose it.
+        self.save_if_due();
+        if settled {
             self.publish(counts);
         }
-        self.save_if_due();
     }
 
     /// Takes the records that wait.
