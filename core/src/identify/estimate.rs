@@ -76,6 +76,8 @@ pub struct Estimate {
     pub(super) coordinates: Coordinates,
     /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
     pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
+    /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
+    pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
 }
 
 impl Estimate {
@@ -132,6 +134,7 @@ impl Estimate {
             forgotten,
             coordinates: minimum.coordinates,
             apart: minimum.apart.clone(),
+            deviations_elsewhere: minimum.deviations_elsewhere.clone(),
             covariance: minimum.fit.covariance.clone(),
         }
     }

@@ -1,5 +1,7 @@
 //! What a refinement has come to, and whether noise explains it.
 
+use core::f64::consts::FRAC_1_SQRT_2;
+
 use heapless::Vec;
 
 use super::FoundBy;
@@ -20,6 +22,11 @@ const STRUCTURED_BEYOND_NOISE: f64 = 16.0;
 /// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
 /// one wrong basin in twenty has residuals that noise explains.
 const CLEAR: f64 = 0.05;
+/// Relative error of the noise's power over the three directions, of each of which it is known to 7 %.
+const NOISE_ERROR: f64 = 0.04;
+/// Size and structure of the residuals together, each in its standard deviations, above which a minimum that leaves a stiffness
+/// undetermined is doubtful. The sum is about N(0, 2): noise exceeds it once in 430.
+const DOUBTFUL: f64 = 4.0;
 /// Two minima are equally good if their sums of squares differ by less than 1, and this part of them.
 const SAME_MINIMUM: f64 = 1e-4;
 /// Difference of the sums of squares below which the worse of two minima in different places may be the right one: the likelihood
@@ -30,7 +37,7 @@ pub(super) const RIVAL: f64 = 10.0;
 /// by the way that is left, and their intervals cover no less than at the minimum.
 pub(super) const REACHED: f64 = 1.0;
 /// Squared distance `Δθᵀ N Δθ` up to which two points are the same minimum: each may be `√REACHED` from it.
-const SAME_PLACE: f64 = 4.0 * REACHED;
+pub(super) const SAME_PLACE: f64 = 4.0 * REACHED;
 
 /// Where a refinement has ended.
 #[derive(Clone, Debug)]
@@ -48,6 +55,8 @@ pub(super) struct Minimum {
     pub(super) has_rival: bool,
     /// How far the unknowns of other minima lie that the data do not exclude; empty without one.
     pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
+    /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
+    pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
 }
 
 impl Minimum {
@@ -71,6 +80,7 @@ impl Minimum {
             contradicted,
             has_rival: false,
             apart: Vec::new(),
+            deviations_elsewhere: Vec::new(),
         }
     }
 
@@ -125,6 +135,15 @@ impl Minimum {
         self.is_reached() && self.is_explained() && !self.whiteness_objects()
     }
 
+    /// Size and structure of the residuals together are more than noise nearly ever makes them, though each by itself may be
+    /// explained. Of seven wrong minima of drawn six-joint arms with one record, five are doubtful.
+    pub(super) fn is_doubtful(&self) -> bool {
+        let freedom = self.fit.degrees_of_freedom.max(1.0);
+        let spread = libm::sqrt(2.0 / freedom + NOISE_ERROR * NOISE_ERROR);
+        let size = (self.fit.sum_of_squares / freedom - 1.0) / spread;
+        size + self.fit.whiteness > DOUBTFUL
+    }
+
     /// Becomes the better of the two; what has been reached twice has been reached as often as both. `distance` is the
     /// squared distance between them in standard deviations.
     pub(super) fn compete(&mut self, mut other: Self, distance: f64) {
@@ -150,21 +169,35 @@ impl Minimum {
         }
     }
 
-    /// Remembers another minimum that the data do not exclude, which lies `apart`.
-    pub(super) fn remember(&mut self, apart: Vec<f64, MAX_UNKNOWNS>) {
-        if self.apart.is_empty() {
-            self.apart = apart;
-        } else {
-            let farther =
-                self.apart.iter_mut().zip(apart).filter(|(own, new)| new.abs() > own.abs());
-            farther.for_each(|(own, new)| *own = new);
-        }
+    /// Remembers another minimum that the data do not exclude, which lies `apart` and has these standard deviations.
+    pub(super) fn remember(
+        &mut self,
+        apart: impl Iterator<Item = f64>,
+        deviations: impl Iterator<Item = f64>,
+    ) {
+        enlarge(&mut self.apart, apart);
+        self.remember_deviations(deviations);
     }
 
-    /// Takes the errors as those of any of the minima that the data do not exclude.
+    /// Standard deviation of an unknown, here or at another point that the data do not exclude: the largest.
+    pub(super) fn deviation(&self, unknown: usize) -> f64 {
+        let elsewhere = self.deviations_elsewhere.get(unknown).copied().unwrap_or(0.0);
+        self.fit.covariance.deviation(unknown).max(elsewhere)
+    }
+
+    /// Remembers the standard deviations at another point that the data do not exclude.
+    pub(super) fn remember_deviations(&mut self, deviations: impl Iterator<Item = f64>) {
+        enlarge(&mut self.deviations_elsewhere, deviations);
+    }
+
+    /// Takes the errors as those of two points that are equally likely: this minimum, and one that lies `apart`. Their mean square
+    /// about the minimum is the mean of both variances and `½ apart²`.
     pub(super) fn spread(&mut self, sought: &Sought) {
+        self.fit.mix(sought, &self.deviations_elsewhere);
         if !self.apart.is_empty() {
-            self.fit.widen(sought, &self.apart);
+            let shift: Vec<f64, MAX_UNKNOWNS> =
+                self.apart.iter().map(|apart| FRAC_1_SQRT_2 * apart).collect();
+            self.fit.widen(sought, &shift);
         }
     }
 
@@ -197,6 +230,18 @@ impl Minimum {
     /// There are more residuals than unknowns, so that a wrong model would show.
     pub(super) fn is_tested(&self) -> bool {
         self.fit.degrees_of_freedom >= 1.0
+    }
+}
+
+/// Of each unknown the value that is larger by its size.
+fn enlarge(own: &mut Vec<f64, MAX_UNKNOWNS>, new: impl Iterator<Item = f64>) {
+    for (unknown, new) in new.enumerate() {
+        match own.get_mut(unknown) {
+            Some(own) if new.abs() > own.abs() => *own = new,
+            Some(_) => {}
+            // As many as a fit has unknowns, for which there is room.
+            None => drop(own.push(new)),
+        }
     }
 }
 
@@ -322,22 +367,42 @@ mod tests {
         assert!(!best.has_rival && best.times == 1);
     }
 
-    /// Of each unknown the farthest of several rivals counts, and the errors are as large as the way there.
+    /// Of each unknown the farthest of several rivals counts, with the largest standard deviation at any of them.
     #[test]
     fn the_errors_hold_the_farthest_rivals() {
         let sought = Sought::new(1, &Nuisances::default()).unwrap();
         let mut minimum = minimum(2000.0, 0.0);
-        let apart = |first: f64, second: f64| {
-            (0..sought.unknowns()).map(|i| [first, second].get(i).copied().unwrap_or(0.0)).collect()
+        let unknowns = |first: f64, second: f64| {
+            (0..sought.unknowns()).map(move |i| [first, second].get(i).copied().unwrap_or(0.0))
         };
         minimum.spread(&sought);
         assert!((minimum.fit.deviations[0] - 0.01).abs() < 1e-12);
-        minimum.remember(apart(0.3, -0.1));
-        minimum.remember(apart(-0.4, 0.05));
+        minimum.remember(unknowns(0.3, -0.1), unknowns(0.07, 0.0));
+        minimum.remember(unknowns(-0.4, 0.05), unknowns(0.02, 0.0));
         assert_eq!(minimum.apart[..2], [-0.4, -0.1]);
         minimum.spread(&sought);
-        let widened = libm::sqrt(0.01 * 0.01 + 0.4 * 0.4);
+        let widened = libm::sqrt(0.05 * 0.05 + 0.5 * 0.4 * 0.4);
         assert!((minimum.fit.deviations[0] - widened).abs() < 1e-12);
+    }
+
+    #[test]
+    fn size_and_structure_are_looked_at_together() {
+        let freedom = 5000.0;
+        let spread = libm::sqrt(2.0 / freedom + 0.04 * 0.04);
+        for (size, whiteness, doubtful) in [
+            (0.0, 3.9, false),
+            (0.0, 4.1, true),
+            (3.9, 0.0, false),
+            (4.1, 0.0, true),
+            (1.9, 2.0, false),
+            (2.1, 2.0, true),
+            (-1.0, 4.9, false),
+            (4.9, -1.0, false),
+        ] {
+            let fit = fit(freedom * (1.0 + size * spread), freedom, [0.0; 2]);
+            let minimum = Minimum { fit: Fit { whiteness, ..fit }, ..minimum(2000.0, 0.0) };
+            assert_eq!(minimum.is_doubtful(), doubtful, "{size} {whiteness}");
+        }
     }
 
     #[test]

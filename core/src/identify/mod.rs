@@ -2,7 +2,8 @@
 //! that the basin is wrong.
 //!
 //! A minimum is accepted if noise alone explains the size and the structure of its residuals, the records stand clear of the noise,
-//! and no better minimum has been found on its branches (`branch`). If not, the basin is wrong, or the model is, or the noise
+//! and no better minimum has been found on its branches (`branch`). Where it leaves a stiffness undetermined, so that a wrong minimum
+//! may be nearly as good, noise must explain size and structure together. If not, the basin is wrong, or the model is, or the noise
 //! hides which, and another search begins. The best minimum is accepted as well once several searches have reached it, compared by
 //! coordinates and not by χ² alone; if noise does not explain it, the model is suspect. A bare threshold on χ² would search for
 //! ever on real data. Two equally good minima in different places leave the estimate unsettled: the data do not say which is right.
@@ -18,6 +19,7 @@ mod descent;
 mod effort;
 mod estimate;
 mod minimum;
+mod settle;
 mod standing;
 mod start;
 
@@ -263,7 +265,10 @@ impl<R: Rng> Identifier<R> {
                 let outcome = refinement.step(&problem, experiments);
                 let objective = refinement.objective();
                 let hopeless = self.branch.as_mut().is_some_and(|one| one.is_hopeless(objective));
-                if outcome != Outcome::Improving || hopeless || self.is_back() {
+                let remaining = || refinement.remaining(&problem).gain;
+                let no_better =
+                    self.branch.as_ref().is_some_and(|one| one.is_no_better(objective, remaining));
+                if outcome != Outcome::Improving || hopeless || no_better || self.is_back() {
                     self.judge(experiments);
                 }
             }
@@ -277,6 +282,7 @@ impl<R: Rng> Identifier<R> {
         Some(Standing {
             coordinates: estimate.coordinates.iter().copied().collect(),
             apart: estimate.apart.clone(),
+            deviations_elsewhere: estimate.deviations_elsewhere.clone(),
             exclusions: self.exclusions,
             acceptance: estimate.acceptance,
             retired: self.refinement.retired_records(),
@@ -316,6 +322,7 @@ impl<R: Rng> Identifier<R> {
         self.found_by = standing.found_by;
         let mut minimum = self.reached(experiments);
         minimum.apart = standing.apart.clone();
+        minimum.deviations_elsewhere = standing.deviations_elsewhere.clone();
         self.settle(&mut minimum, standing.acceptance, experiments);
         Ok(())
     }
@@ -423,11 +430,14 @@ impl<R: Rng> Identifier<R> {
                 return;
             }
         }
-        if found.is_beyond_doubt() {
+        // Static tests alone are linear in the compliances, but for gravity: another search would end there, too.
+        let doubtful = !experiments.is_empty()
+            && found.is_doubtful()
+            && self.leaves_stiffness_undetermined(&found);
+        if found.is_beyond_doubt() && !doubtful {
             return self.conclude(&mut found, Acceptance::Consistent, experiments);
         }
         if experiments.is_empty() {
-            // In the compliances static tests are linear, but for gravity: another start would end here, too.
             let reached = found.is_reached();
             let acceptance = if reached { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
             return self.settle(&mut found, acceptance, experiments);
@@ -489,45 +499,5 @@ impl<R: Rng> Identifier<R> {
         } else {
             together
         }
-    }
-
-    /// The minimum where the refinement stands.
-    // A fit is large: inlined, it would take room on the stack while the next one is made.
-    #[inline(never)]
-    fn reached<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> Minimum {
-        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
-        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let fit = refinement.fit(&problem, experiments);
-        let remaining = refinement.remaining(&problem);
-        Minimum::new(*refinement.coordinates(), self.found_by, fit, &remaining, sought)
-    }
-
-    /// Returns to a minimum, and fits the seams there.
-    // As above.
-    #[inline(never)]
-    fn stand_at<const B: usize>(&mut self, minimum: &Minimum, experiments: &mut [Experiment<B>]) {
-        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
-        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        refinement.restart_at(&minimum.coordinates);
-        refinement.fit(&problem, experiments);
-        self.found_by = minimum.found_by;
-    }
-
-    fn settle<const B: usize>(
-        &mut self,
-        minimum: &mut Minimum,
-        acceptance: Acceptance,
-        experiments: &mut [Experiment<B>],
-    ) {
-        self.stand_at(minimum, experiments);
-        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
-        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let forgotten = self.forgotten;
-        minimum.spread(sought);
-        let estimate =
-            Estimate::of(minimum, acceptance, forgotten, refinement, &problem, experiments);
-        self.estimate = Some(estimate);
-        self.best = None;
-        self.phase = Phase::Settled;
     }
 }

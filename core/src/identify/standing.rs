@@ -21,6 +21,8 @@ pub struct Standing {
     pub(super) coordinates: Vec<f64, MAX_UNKNOWNS>,
     /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
     pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
+    /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
+    pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
     /// How often in a row branches have been clearly worse since the last search.
     pub(super) exclusions: u32,
     pub(super) acceptance: Acceptance,
@@ -57,9 +59,14 @@ impl Standing {
         let within = ranges.iter().take(sought.unknowns()).all(|[value, lower, upper]| {
             (lower - ROUNDING..=upper + ROUNDING).contains(value) && value.is_finite()
         });
-        let branch = self.apart.is_empty() || self.apart.len() == sought.unknowns();
+        let branch = [&self.apart, &self.deviations_elsewhere]
+            .iter()
+            .all(|values| values.is_empty() || values.len() == sought.unknowns());
         let finite = coordinates.iter().chain(&self.apart).all(|value| value.is_finite());
-        if within && branch && finite { Ok(coordinates) } else { Err(StandingError::Coordinates) }
+        // Infinite where another point leaves an unknown undetermined.
+        let positive = self.deviations_elsewhere.iter().all(|deviation| *deviation >= 0.0);
+        let sane = within && branch && finite && positive;
+        if sane { Ok(coordinates) } else { Err(StandingError::Coordinates) }
     }
 }
 
@@ -78,6 +85,7 @@ mod tests {
         let good = Standing {
             coordinates: sought.coordinates(&middle).into_iter().collect(),
             apart: Vec::new(),
+            deviations_elsewhere: Vec::new(),
             exclusions: 0,
             acceptance: Acceptance::Consistent,
             retired: refinement.retired_records(),
@@ -99,6 +107,9 @@ mod tests {
             |standing: &mut Standing| standing.coordinates[3] += 10.0,
             |standing: &mut Standing| standing.apart = Vec::from([1.0; 12]),
             |standing: &mut Standing| standing.apart = Vec::from([f64::NAN; 24]),
+            |standing: &mut Standing| standing.deviations_elsewhere = Vec::from([1.0; 12]),
+            |standing: &mut Standing| standing.deviations_elsewhere = Vec::from([f64::NAN; 24]),
+            |standing: &mut Standing| standing.deviations_elsewhere = Vec::from([-1.0; 24]),
         ] {
             assert_eq!(changed(change), Err(StandingError::Coordinates));
         }

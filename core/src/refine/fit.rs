@@ -45,6 +45,13 @@ impl Fit {
         self.covariance.widen(step);
         self.deviations = deviations(sought, &self.covariance);
     }
+
+    /// Takes the errors as those of this point or of another one that is equally likely, with these standard deviations, if they
+    /// are larger.
+    pub(crate) fn mix(&mut self, sought: &Sought, others: &[f64]) {
+        self.covariance.mix(others);
+        self.deviations = deviations(sought, &self.covariance);
+    }
 }
 
 impl Refinement {

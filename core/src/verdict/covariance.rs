@@ -116,6 +116,28 @@ impl Covariance {
         }
     }
 
+    /// Each variance becomes the mean of itself and of the square of `others`, where that is larger: as if two points were equally
+    /// likely. The correlations stay. An unknown of which the other deviation is infinite becomes undetermined.
+    pub(crate) fn mix(&mut self, others: &[f64]) {
+        let factor: [f64; MAX_UNKNOWNS] = core::array::from_fn(|i| match others.get(i) {
+            Some(&other) if i < self.unknowns && other > self.deviation(i) => {
+                let ratio = other / self.deviation(i);
+                libm::sqrt(0.5 + 0.5 * ratio * ratio)
+            }
+            _ => 1.0,
+        });
+        for i in 0..self.unknowns {
+            for j in 0..=i {
+                let both = factor[i] * factor[j];
+                *self.entry(i, j) = match (both.is_finite(), i == j) {
+                    (true, _) => self.get(i, j) * both,
+                    (false, true) => f64::INFINITY,
+                    (false, false) => 0.0,
+                };
+            }
+        }
+    }
+
     /// How many unknowns the fit has.
     pub fn unknowns(&self) -> usize {
         self.unknowns
@@ -265,6 +287,29 @@ mod tests {
         let covariance = covariance(&(jacobian.transpose() * &jacobian));
         let finite = [0, 1, 2, 3].map(|i| covariance.deviation(i).is_finite());
         assert_eq!(finite, [false, true, false, false]);
+    }
+
+    /// Smaller ones change nothing; an infinite one leaves the unknown undetermined, and without a part in the others' covariances.
+    #[test]
+    fn variances_are_averaged_and_correlations_stay() {
+        let matrix = DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 1.0, 1.0, 4.0, 1.0, 1.0, 1.0, 4.0]);
+        let before = covariance(&matrix);
+        let [first, second, third] = [0, 1, 2].map(|i| before.deviation(i));
+        let mut mixed = before.clone();
+        mixed.mix(&[7.0 * first, 0.5 * second, third]);
+        for (i, expected) in [5.0 * first, second, third].into_iter().enumerate() {
+            assert!((mixed.deviation(i) / expected - 1.0).abs() < 1e-12, "{i}");
+            for j in 0..3 {
+                let error = mixed.correlation(i, j) - before.correlation(i, j);
+                assert!(error.abs() < 1e-12, "{i} {j}");
+            }
+        }
+        for _ in 0..2 {
+            mixed.mix(&[f64::INFINITY]);
+            assert_eq!(mixed.deviation(0), f64::INFINITY);
+            assert_eq!([1, 2].map(|j| mixed.correlation(0, j)), [0.0; 2]);
+            assert!((mixed.deviation(1) / second - 1.0).abs() < 1e-12);
+        }
     }
 
     #[test]

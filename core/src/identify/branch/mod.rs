@@ -3,6 +3,7 @@
 //! | file                 | what is different on the branch                                                 |
 //! | -------------------- | ------------------------------------------------------------------------------- |
 //! | `stiff`              | one bushing of unsure stiffness: it is stiff                                    |
+//! | `typical`            | every undetermined damping: its ratio is that of the middle of the bounds       |
 //! | `light`              | every heavily damped bushing: it is damped lightly                              |
 //! | [`super::descent`]   | anything: the end of descents from elsewhere, while some stiffness is undetermined |
 //!
@@ -11,16 +12,18 @@
 
 mod light;
 mod stiff;
+mod typical;
 
 use rand_core::Rng;
 
 use super::descent::Descent;
-use super::minimum::{Minimum, REACHED, RIVAL};
+use super::minimum::{Minimum, REACHED, RIVAL, SAME_PLACE};
 use super::start::{self, Method};
 use super::{Acceptance, FoundBy, Identifier, Phase};
 use crate::spectrum::Experiment;
 use crate::unknowns::Coordinates;
 use crate::verdict::WEAK;
+pub(super) use typical::typically_damped;
 
 /// When branches have been clearly worse for so many records in a row, they are not refined again before the next search: a record
 /// adds to the difference on average.
@@ -55,6 +58,8 @@ pub(super) struct Tried {
     any: bool,
     /// The lightly damped one is among them, if there is one.
     light: bool,
+    /// The one of typical dampings is among them.
+    typical: bool,
     /// A bit for each unknown that was made stiff.
     stiff: u128,
     /// Searches elsewhere.
@@ -77,6 +82,12 @@ impl Branch {
     /// Whether its minimum has been accepted.
     pub(super) fn is_of_accepted(&self) -> bool {
         self.acceptance.is_some()
+    }
+
+    /// Whether a branch that stands at `objective`, and could gain as much as `remaining`, is no better than its minimum. Its last
+    /// digits do not count then.
+    pub(super) fn is_no_better(&self, objective: f64, remaining: impl FnOnce() -> f64) -> bool {
+        objective >= self.better + RIVAL && remaining() <= REACHED
     }
 
     /// Whether the branch, now at `objective`, is not worth another step.
@@ -143,27 +154,34 @@ impl<R: Rng> Identifier<R> {
         true
     }
 
-    /// Whether another minimum may explain the records as well: some stiffness is undetermined.
+    /// Whether another minimum may explain the records as well.
     fn is_worth_a_search(&self, minimum: &Minimum, acceptance: Option<Acceptance>) -> bool {
         acceptance == Some(Acceptance::Consistent)
             && self.tried.elsewhere < SEARCHES_ELSEWHERE
-            && stiff::deviations(&self.sought, &minimum.fit.covariance)
-                .any(|(_, deviation)| deviation > WEAK)
+            && self.leaves_stiffness_undetermined(minimum)
+    }
+
+    /// Whether some stiffness is undetermined in the minimum.
+    pub(super) fn leaves_stiffness_undetermined(&self, minimum: &Minimum) -> bool {
+        stiff::stiffnesses(&self.sought).any(|unknown| minimum.deviation(unknown) > WEAK)
     }
 
     /// The start of the next branch, and the multiple of the minimum's sum of squares up to which it is worth a step.
     fn next_branch(&mut self, minimum: &Minimum) -> Option<(Coordinates, f64)> {
-        // The errors of one that has a rival branch are wide already.
-        if !minimum.apart.is_empty() {
-            return None;
-        }
         let Self { chain, bounds, sought, tried, .. } = self;
         let untried = |unknown: &usize| tried.stiff & (1 << unknown) == 0;
-        let Minimum { coordinates, fit, .. } = minimum;
-        if let Some(unknown) = stiff::unsure(sought, &fit.covariance).find(untried) {
+        let coordinates = &minimum.coordinates;
+        let deviation = |unknown| minimum.deviation(unknown);
+        if let Some(unknown) = stiff::unsure(sought, deviation).find(untried) {
             tried.stiff |= 1 << unknown;
             let stiff = stiff::stiffened(sought, bounds, coordinates, unknown);
             return Some((stiff, stiff::WORTH_A_STEP));
+        }
+        if !core::mem::replace(&mut tried.typical, true) {
+            let branch = typically_damped(sought, bounds, coordinates, deviation);
+            if let Some(branch) = branch {
+                return Some((branch, f64::INFINITY));
+            }
         }
         if core::mem::replace(&mut tried.light, true) {
             return None;
@@ -177,7 +195,7 @@ impl<R: Rng> Identifier<R> {
         minimum.is_some_and(|minimum| {
             let above = self.refinement.objective() - minimum.fit.objective;
             let distance = self.refinement.distance(&self.sought, &minimum.coordinates);
-            above.abs() < REACHED && minimum.has_place(distance)
+            (-REACHED..SAME_PLACE).contains(&above) && minimum.has_place(distance)
         })
     }
 
@@ -212,9 +230,11 @@ impl<R: Rng> Identifier<R> {
                 let farther = branch.apart.iter().zip(own.iter().zip(&other));
                 minimum.apart =
                     farther.map(|(apart, (a, b))| apart.abs() + (a - b).abs()).collect();
+                minimum.remember_deviations(branch.deviations_elsewhere.iter().copied());
             }
-            let apart = (0..self.sought.unknowns()).map(|unknown| other[unknown] - own[unknown]);
-            minimum.remember(apart.collect());
+            let unknowns = 0..self.sought.unknowns();
+            let apart = unknowns.clone().map(|i| other[i] - own[i]);
+            minimum.remember(apart, unknowns.map(|i| branch.fit.covariance.deviation(i)));
         }
         match acceptance {
             Some(acceptance) => {

@@ -8,7 +8,6 @@
 use crate::identify::start;
 use crate::parameters::Bounds;
 use crate::unknowns::{Coordinate, Coordinates, Sought};
-use crate::verdict::Covariance;
 
 /// Relative standard deviation above which a stiffness is unsure: the wrong ones of six-joint robots had 2 % and more.
 const UNSURE: f64 = 0.02;
@@ -18,24 +17,19 @@ const STIFF: f64 = 1.0;
 /// a bushing that is soft in truth leaves hundreds when it is stiff.
 pub(super) const WORTH_A_STEP: f64 = 10.0;
 
-/// The unknowns that are stiffnesses, with their relative standard deviations, tip first.
-pub(super) fn deviations(
-    sought: &Sought,
-    covariance: &Covariance,
-) -> impl Iterator<Item = (usize, f64)> {
+/// The unknowns that are stiffnesses, tip first.
+pub(super) fn stiffnesses(sought: &Sought) -> impl Iterator<Item = usize> {
     let is_stiffness =
         |unknown: &usize| matches!(sought.coordinate(*unknown), Some(Coordinate::Stiffness { .. }));
-    (0..sought.unknowns())
-        .rev()
-        .filter(is_stiffness)
-        .map(|unknown| (unknown, covariance.deviation(unknown)))
+    (0..sought.unknowns()).rev().filter(is_stiffness)
 }
 
-/// The badly determined ones of them.
-pub(super) fn unsure(sought: &Sought, covariance: &Covariance) -> impl Iterator<Item = usize> {
-    deviations(sought, covariance)
-        .filter(|(_, deviation)| *deviation > UNSURE)
-        .map(|(unknown, _)| unknown)
+/// The badly determined ones of them, by the standard deviation of an unknown.
+pub(super) fn unsure(
+    sought: &Sought,
+    deviation: impl Fn(usize) -> f64,
+) -> impl Iterator<Item = usize> {
+    stiffnesses(sought).filter(move |unknown| deviation(*unknown) > UNSURE)
 }
 
 /// The same bushings, the stiffness of one unknown stiff and its damping ratio in the middle of its bounds.
@@ -59,17 +53,6 @@ mod tests {
     use crate::DOF;
     use crate::calibration::Nuisances;
     use crate::identify::start::tests::{two_joints, within_the_bounds};
-    use crate::refine::normal::{Normal, packed};
-
-    /// Of independent unknowns with these standard deviations.
-    fn covariance(deviations: &[f64; 24]) -> Covariance {
-        let mut information: Normal<{ packed(25) }> = Normal::new();
-        information.reset(deviations.len());
-        for (unknown, deviation) in deviations.iter().enumerate() {
-            *information.entry(unknown, unknown) = 1.0 / (deviation * deviation);
-        }
-        Covariance::of(&information)
-    }
 
     proptest! {
         /// Unsure are stiffnesses of more than 2 %, tip first, and no dampings.
@@ -81,7 +64,7 @@ mod tests {
             let is_stiffness = |index: &usize| index % (2 * DOF) < DOF;
             let expected: Vec<usize> =
                 (0..24).rev().filter(is_stiffness).filter(|&k| deviations[k] > 0.02).collect();
-            let found: Vec<usize> = unsure(&sought, &covariance(&deviations)).collect();
+            let found: Vec<usize> = unsure(&sought, |k| deviations[k]).collect();
             prop_assert_eq!(found, expected);
         }
 

@@ -43,7 +43,7 @@ const ARMS: [Arm; 5] = [
 
 /// Cuts of a run; the share of the robots that must be right, and the share of those that may be wrong although a parameter is
 /// called identified: a wrong minimum that noise explains, or intervals that are too narrow.
-const SHARES: [(usize, f64, f64); 3] = [(8, 0.92, 0.06), (3, 0.95, 0.0), (1, 0.4, 0.17)];
+const SHARES: [(usize, f64, f64); 3] = [(8, 0.97, 0.01), (3, 0.96, 0.0), (1, 0.4, 0.02)];
 /// Cuts of a few robots, and which these are: one of each arm.
 const FEW_POSES: usize = 3;
 const FEW: [usize; 5] = [4, 5, 6, 7, 33];

@@ -1,0 +1,78 @@
+//! From where a refinement has ended to an estimate.
+
+use super::branch::typically_damped;
+use super::minimum::Minimum;
+use super::{Acceptance, Estimate, Identifier, Phase};
+use crate::refine::Problem;
+use crate::spectrum::Experiment;
+
+// A fit is large: inlined, each of these would take room on the stack of a caller that makes another one.
+impl<R> Identifier<R> {
+    /// The minimum where the refinement stands.
+    #[inline(never)]
+    pub(super) fn reached<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> Minimum {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let fit = refinement.fit(&problem, experiments);
+        let remaining = refinement.remaining(&problem);
+        Minimum::new(*refinement.coordinates(), self.found_by, fit, &remaining, sought)
+    }
+
+    /// Returns to a minimum, and fits the seams there.
+    #[inline(never)]
+    pub(super) fn stand_at<const B: usize>(
+        &mut self,
+        minimum: &Minimum,
+        experiments: &mut [Experiment<B>],
+    ) {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        refinement.restart_at(&minimum.coordinates);
+        refinement.fit(&problem, experiments);
+        self.found_by = minimum.found_by;
+    }
+
+    /// The estimate is that of the minimum.
+    pub(super) fn settle<const B: usize>(
+        &mut self,
+        minimum: &mut Minimum,
+        acceptance: Acceptance,
+        experiments: &mut [Experiment<B>],
+    ) {
+        self.look_at_typical_dampings(minimum, experiments);
+        self.stand_at(minimum, experiments);
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let forgotten = self.forgotten;
+        minimum.spread(sought);
+        let estimate =
+            Estimate::of(minimum, acceptance, forgotten, refinement, &problem, experiments);
+        self.estimate = Some(estimate);
+        self.best = None;
+        self.phase = Phase::Settled;
+    }
+
+    /// Remembers the standard deviations where every undetermined damping has a typical ratio.
+    ///
+    /// A fit lets such a damping go to where it has no effect. There it does not trade off against the determined parameters, whose
+    /// standard deviations are then too small: with drawn six-joint arms two to five times smaller than at the truth.
+    #[inline(never)]
+    fn look_at_typical_dampings<const B: usize>(
+        &mut self,
+        minimum: &mut Minimum,
+        experiments: &mut [Experiment<B>],
+    ) {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let deviation = |unknown| minimum.deviation(unknown);
+        let typical = typically_damped(sought, bounds, &minimum.coordinates, deviation);
+        // Static tests tell of dampings in no pose.
+        let Some(typical) = typical.filter(|_| !experiments.is_empty()) else { return };
+        refinement.restart_at(&typical);
+        let there = refinement.fit(&problem, experiments);
+        if there.objective.is_finite() {
+            let unknowns = 0..sought.unknowns();
+            minimum.remember_deviations(unknowns.map(|i| there.covariance.deviation(i)));
+        }
+    }
+}
