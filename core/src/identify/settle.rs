@@ -64,7 +64,8 @@ impl<R> Identifier<R> {
     ) {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let deviation = |unknown| minimum.deviation(unknown);
+        // Of the fit alone: what is remembered would change it when an identifier resumes.
+        let deviation = |unknown| minimum.fit.covariance.deviation(unknown);
         let typical = typically_damped(sought, bounds, &minimum.coordinates, deviation);
         // Static tests tell of dampings in no pose.
         let Some(typical) = typical.filter(|_| !experiments.is_empty()) else { return };

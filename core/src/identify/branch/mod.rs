@@ -195,6 +195,7 @@ impl<R: Rng> Identifier<R> {
         minimum.is_some_and(|minimum| {
             let above = self.refinement.objective() - minimum.fit.objective;
             let distance = self.refinement.distance(&self.sought, &minimum.coordinates);
+            // In the same place the sum of squares is higher by no more than the squared distance.
             (-REACHED..SAME_PLACE).contains(&above) && minimum.has_place(distance)
         })
     }
