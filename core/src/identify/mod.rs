@@ -457,15 +457,20 @@ impl<R: Rng> Identifier<R> {
             _ => (TIMES_SUSPECT, Acceptance::ModelSuspect),
         };
         if best.times >= TIMES_CONSISTENT && best.contradicted {
-            self.try_alone(best);
-        } else if best.times >= enough && !best.has_rival {
-            self.conclude(&mut best, acceptance, experiments);
-        } else if self.starts >= MAX_STARTS {
-            self.settle(&mut best, Acceptance::Unsettled, experiments);
-        } else {
-            self.best = Some(best);
-            self.start_search(experiments);
+            return self.try_alone(best);
         }
+        if best.times >= enough && !best.has_rival {
+            return self.conclude(&mut best, acceptance, experiments);
+        }
+        if best.is_near() && self.branch_off(&best, None, experiments) {
+            return;
+        }
+        if self.starts >= MAX_STARTS {
+            return self.settle(&mut best, Acceptance::Unsettled, experiments);
+        }
+        best.is_branched = best.is_near();
+        self.best = Some(best);
+        self.start_search(experiments);
     }
 
     /// Whether kept and retired records agree in the best minimum so far.

@@ -1,16 +1,19 @@
 //! Branches of a minimum: other places where the sum of squares may have a minimum as good.
 //!
-//! | file                 | what is different on the branch                                                 |
-//! | -------------------- | ------------------------------------------------------------------------------- |
-//! | `stiff`              | one bushing of unsure stiffness: it is stiff                                    |
-//! | `typical`            | every undetermined damping: its ratio is that of the middle of the bounds       |
-//! | `light`              | every heavily damped bushing: it is damped lightly                              |
+//! | file                 | what is different on the branch                                                    |
+//! | -------------------- | ---------------------------------------------------------------------------------- |
+//! | `series`             | springs of two joints with parallel axes: they share or exchange their compliance  |
+//! | `stiff`              | one bushing of unsure stiffness: it is stiff                                       |
+//! | `typical`            | every undetermined damping: its ratio is that of the middle of the bounds          |
+//! | `light`              | every heavily damped bushing: it is damped lightly                                 |
 //! | [`super::descent`]   | anything: the end of descents from elsewhere, while some stiffness is undetermined |
 //!
 //! A search may end in any of them, and noise can explain the residuals of the worse ones. So before a minimum is settled on, its
-//! branches are refined. The best minimum counts; its errors include the others that the data do not exclude.
+//! branches are refined. The best minimum counts; its errors include the others that the data do not exclude. The branches of the
+//! best minimum are also refined before another search if noise does not explain it but it is near: a few bushings are wrong then.
 
 mod light;
+mod series;
 mod stiff;
 mod typical;
 
@@ -60,6 +63,8 @@ pub(super) struct Tried {
     light: bool,
     /// The one of typical dampings is among them.
     typical: bool,
+    /// So many of the changes of springs in series, the first ones.
+    series: usize,
     /// A bit for each unknown that was made stiff.
     stiff: u128,
     /// Searches elsewhere.
@@ -131,7 +136,7 @@ impl<R: Rng> Identifier<R> {
         if is_excluded {
             return false;
         }
-        let worth = if let Some((branch, worth)) = self.next_branch(minimum) {
+        let worth = if let Some((branch, worth)) = self.next_branch(minimum, experiments) {
             self.effort.branches += 1;
             self.refinement.restart_at(&branch);
             self.found_by = FoundBy::Branch;
@@ -167,11 +172,23 @@ impl<R: Rng> Identifier<R> {
     }
 
     /// The start of the next branch, and the multiple of the minimum's sum of squares up to which it is worth a step.
-    fn next_branch(&mut self, minimum: &Minimum) -> Option<(Coordinates, f64)> {
+    fn next_branch<const B: usize>(
+        &mut self,
+        minimum: &Minimum,
+        experiments: &[Experiment<B>],
+    ) -> Option<(Coordinates, f64)> {
+        if minimum.is_branched {
+            return None;
+        }
         let Self { chain, bounds, sought, tried, .. } = self;
         let untried = |unknown: &usize| tried.stiff & (1 << unknown) == 0;
         let coordinates = &minimum.coordinates;
         let deviation = |unknown| minimum.deviation(unknown);
+        let mut in_series = series::branches(chain, sought, bounds, coordinates, experiments);
+        if let Some((place, branch)) = in_series.find(|(place, _)| *place >= tried.series) {
+            tried.series = place + 1;
+            return Some((branch, series::WORTH_A_STEP));
+        }
         if let Some(unknown) = stiff::unsure(sought, deviation).find(untried) {
             tried.stiff |= 1 << unknown;
             let stiff = stiff::stiffened(sought, bounds, coordinates, unknown);
@@ -224,17 +241,19 @@ impl<R: Rng> Identifier<R> {
         if branch.is_reached() && minimum.is_rivalled_by(&branch, distance) {
             let [mut own, mut other] =
                 [&minimum, &branch].map(|one| self.sought.values(&one.coordinates));
+            // Of the worse one's distance, as much counts as its probability allows.
+            let part = minimum.part_of_distance(&branch);
             if branch.fit.objective < minimum.fit.objective {
                 core::mem::swap(&mut minimum, &mut branch);
                 core::mem::swap(&mut own, &mut other);
                 // What lies apart from the one lies so from the other, and at most by their distance farther.
                 let farther = branch.apart.iter().zip(own.iter().zip(&other));
                 minimum.apart =
-                    farther.map(|(apart, (a, b))| apart.abs() + (a - b).abs()).collect();
+                    farther.map(|(apart, (a, b))| apart.abs() + part * (a - b).abs()).collect();
                 minimum.remember_deviations(branch.deviations_elsewhere.iter().copied());
             }
             let unknowns = 0..self.sought.unknowns();
-            let apart = unknowns.clone().map(|i| other[i] - own[i]);
+            let apart = unknowns.clone().map(|i| part * (other[i] - own[i]));
             minimum.remember(apart, unknowns.map(|i| branch.fit.covariance.deviation(i)));
         }
         match acceptance {

@@ -1,0 +1,208 @@
+use super::*;
+use crate::calibration::Nuisances;
+use crate::refine::Information;
+
+/// Where nothing is left to gain: so many residuals of this χ², of which static tests have a part.
+fn fit(sum_of_squares: f64, degrees_of_freedom: f64, statics: [f64; 2]) -> Fit {
+    let sought = Sought::new(1, &Nuisances::default()).unwrap();
+    let mut information = Information::none(sought.unknowns());
+    information.add_known(0, 0.01);
+    Fit {
+        sum_of_squares,
+        objective: sum_of_squares,
+        degrees_of_freedom,
+        static_sum_of_squares: statics[0],
+        static_residuals: statics[1] as usize,
+        deviations: [f64::INFINITY; _],
+        covariance: information.covariance(),
+        ssp: [0.1; 2],
+        whiteness: 0.0,
+        contradiction: 0.0,
+    }
+}
+
+/// A minimum of two thousand residuals that noise explains, with `gain` left to it, along the first unknown, whose
+/// standard deviation is 0.01.
+fn minimum(sum_of_squares: f64, gain: f64) -> Minimum {
+    let sought = Sought::new(1, &Nuisances::default()).unwrap();
+    let mut step = [0.0; MAX_UNKNOWNS];
+    step[0] = 0.01 * libm::sqrt(gain);
+    let fit = fit(sum_of_squares, 2000.0, [0.0; 2]);
+    Minimum::new([0.0; _], FoundBy::Descent, fit, &Remaining { step, gain }, &sought)
+}
+
+#[test]
+fn residuals_far_below_the_noise_are_not_consistent() {
+    for (sum_of_squares, freedom, statics, too_loud) in [
+        (200.0, 10_000.0, [0.0; 2], true),
+        (4_900.0, 10_000.0, [0.0; 2], true),
+        (5_100.0, 10_000.0, [0.0; 2], false),
+        // A few may be as small by chance.
+        (0.1, 30.0, [0.0; 2], false),
+        (55.0, 160.0, [0.0; 2], true),
+        (75.0, 120.0, [0.0; 2], false),
+        // Readings by hand may be better than their user says.
+        (10_000.1, 10_100.0, [0.1, 100.0], false),
+        (0.1, 100.0, [0.1, 100.0], false),
+    ] {
+        let fit = fit(sum_of_squares, freedom, statics);
+        let minimum = Minimum { fit, ..minimum(2000.0, 0.0) };
+        assert_eq!(minimum.noise_is_too_loud(), too_loud, "{sum_of_squares} of {freedom}");
+        assert_eq!(minimum.is_consistent(), !too_loud, "{sum_of_squares} of {freedom}");
+    }
+}
+#[test]
+fn a_minimum_is_reached_twice_only_at_the_same_place() {
+    let cases = [
+        // Gains left, sums of squares, squared distance: times reached, rival.
+        ([0.0, 0.0], [2000.0, 2000.5], 1e-3, (2, false)),
+        ([0.9, 0.9], [2000.0, 2000.5], 3.9, (2, false)),
+        ([0.0, 0.0], [2000.0, 2000.5], 1e4, (1, true)),
+        // The likelihood of the worse is 0.22, 0.05 and 0.008 of the better's.
+        ([0.0, 0.0], [2000.0, 2003.0], 1e4, (1, true)),
+        ([0.0, 0.0], [2006.0, 2000.0], 1e4, (1, true)),
+        ([0.0, 0.0], [2000.0, 2009.6], 1e4, (1, true)),
+        ([0.0, 0.0], [2000.0, 2010.0], 1e4, (1, false)),
+        // One basin, and one that was not reached.
+        ([0.0, 0.0], [2000.0, 2003.0], 3.9, (1, false)),
+        ([0.0, 2.0], [2000.0, 2003.0], 1e4, (1, false)),
+        ([0.0, 2.0], [2000.0, 2000.5], 1e-3, (1, false)),
+        ([0.0, 2.0], [2000.0, 2000.5], 1e4, (1, false)),
+        // Residuals of a hundred times the noise: so is the distance.
+        ([0.0, 0.0], [2e5, 2e5 + 1.0], 300.0, (2, false)),
+    ];
+    for (gains, sums, distance, expected) in cases {
+        let mut best = minimum(sums[0], gains[0]);
+        best.compete(minimum(sums[1], gains[1]), distance);
+        assert_eq!((best.times, best.has_rival), expected, "{gains:?} {sums:?} {distance}");
+    }
+}
+
+/// However often the better of two is reached, the worse one remains possible.
+#[test]
+fn a_rival_is_not_outvoted() {
+    let mut best = minimum(2000.0, 0.0);
+    best.compete(minimum(2004.0, 0.0), 1e4);
+    best.compete(minimum(2000.0, 0.0), 1e-3);
+    assert!(best.has_rival && best.times == 2);
+}
+
+/// Reached again and a little better, a minimum keeps what its branches have shown.
+#[test]
+fn what_is_reached_again_remembers_its_branches() {
+    for distance in [1e-3, 1e4] {
+        let same = distance < 1.0;
+        let mut best = minimum(2000.5, 0.0);
+        best.is_branched = true;
+        best.remember([0.3].into_iter(), [0.07].into_iter());
+        best.compete(minimum(2000.0, 0.0), distance);
+        assert_eq!(best.fit.sum_of_squares, 2000.0);
+        assert_eq!(best.is_branched, same);
+        assert_eq!(best.apart.is_empty(), !same);
+        assert_eq!(best.deviations_elsewhere.is_empty(), !same);
+    }
+}
+
+/// Half each where they are equally good, e⁻² : 1 at a difference of 4, and no less than one in twenty; where the residuals are
+/// four times the noise's power, differences count a quarter.
+#[test]
+fn a_worse_minimum_counts_less() {
+    for (own, other, probability) in [
+        (2000.0, 2000.0, 0.5),
+        (2000.0, 2004.0, 1.0 / (1.0 + 2.0_f64.exp())),
+        (2004.0, 2000.0, 1.0 / (1.0 + (2.0 / 1.002_f64).exp())),
+        (2000.0, 2010.0, 0.05),
+        (8000.0, 8016.0, 1.0 / (1.0 + 2.0_f64.exp())),
+    ] {
+        let part = minimum(own, 0.0).part_of_distance(&minimum(other, 0.0));
+        assert!((part * part - 2.0 * probability).abs() < 1e-12, "{own} {other}: {part}");
+    }
+}
+
+/// Residuals of thirty times the noise's power.
+#[test]
+fn a_minimum_is_near_up_to_a_limit() {
+    assert!(minimum(29.9 * 2000.0, 0.0).is_near());
+    assert!(!minimum(30.1 * 2000.0, 0.0).is_near());
+    assert!(!minimum(f64::NAN, 0.0).is_near());
+}
+
+/// A better minimum has no rival in a worse one's.
+#[test]
+fn a_better_minimum_has_no_rival_among_the_worse() {
+    let mut best = minimum(2010.0, 0.0);
+    best.compete(minimum(2010.0, 0.0), 1e4);
+    assert!(best.has_rival);
+    best.compete(minimum(2000.0, 0.0), 1e4);
+    assert!(!best.has_rival && best.times == 1);
+}
+
+/// Of each unknown the farthest of several rivals counts, with the largest standard deviation at any of them.
+#[test]
+fn the_errors_hold_the_farthest_rivals() {
+    let sought = Sought::new(1, &Nuisances::default()).unwrap();
+    let mut minimum = minimum(2000.0, 0.0);
+    let unknowns = |first: f64, second: f64| {
+        (0..sought.unknowns()).map(move |i| [first, second].get(i).copied().unwrap_or(0.0))
+    };
+    minimum.spread(&sought);
+    assert!((minimum.fit.deviations[0] - 0.01).abs() < 1e-12);
+    minimum.remember(unknowns(0.3, -0.1), unknowns(0.07, 0.0));
+    minimum.remember(unknowns(-0.4, 0.05), unknowns(0.02, 0.0));
+    assert_eq!(minimum.apart[..2], [-0.4, -0.1]);
+    minimum.spread(&sought);
+    let widened = libm::sqrt(0.05 * 0.05 + 0.5 * 0.4 * 0.4);
+    assert!((minimum.fit.deviations[0] - widened).abs() < 1e-12);
+}
+
+#[test]
+fn size_and_structure_are_looked_at_together() {
+    let freedom = 5000.0;
+    let spread = libm::sqrt(2.0 / freedom + 0.04 * 0.04);
+    for (size, whiteness, doubtful) in [
+        (0.0, 3.9, false),
+        (0.0, 4.1, true),
+        (3.9, 0.0, false),
+        (4.1, 0.0, true),
+        (1.9, 2.0, false),
+        (2.1, 2.0, true),
+        (-1.0, 4.9, false),
+        (4.9, -1.0, false),
+    ] {
+        let fit = fit(freedom * (1.0 + size * spread), freedom, [0.0; 2]);
+        let minimum = Minimum { fit: Fit { whiteness, ..fit }, ..minimum(2000.0, 0.0) };
+        assert_eq!(minimum.is_doubtful(), doubtful, "{size} {whiteness}");
+    }
+}
+
+#[test]
+fn what_is_left_to_a_minimum_widens_its_deviations() {
+    for (gain, reached, deviation) in [
+        (0.0, true, 0.01),
+        (0.25, true, 0.0125_f64.sqrt() * 0.1),
+        (1.1, false, 0.021_f64.sqrt() * 0.1),
+    ] {
+        let minimum = minimum(2000.0, gain);
+        assert_eq!(minimum.is_reached(), reached, "{gain}");
+        let widened = minimum.fit.deviations[0];
+        assert!((widened / deviation - 1.0).abs() < 1e-12, "{gain}: {widened}, not {deviation}");
+        assert_eq!(minimum.fit.deviations[1], f64::INFINITY);
+    }
+    assert!(!minimum(2000.0, f64::NAN).is_reached());
+}
+
+#[test]
+fn few_residuals_may_be_larger_than_many() {
+    for (sum_of_squares, degrees_of_freedom, explained) in [
+        (12_900.0, 10_000.0, true),
+        (13_100.0, 10_000.0, false),
+        (30.0, 10.0, true),
+        (60.0, 10.0, false),
+        (f64::NAN, 10.0, false),
+        (f64::INFINITY, 10.0, false),
+        (-1.0, 10.0, false),
+    ] {
+        let told = noise_explains(sum_of_squares, degrees_of_freedom);
+        assert_eq!(told, explained, "{sum_of_squares} of {degrees_of_freedom}");
+    }
+}
