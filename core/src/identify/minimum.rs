@@ -31,8 +31,8 @@ const DOUBTFUL: f64 = 4.0;
 const NEAR: f64 = 30.0;
 /// Two minima are equally good if their sums of squares differ by less than 1, and this part of them.
 const SAME_MINIMUM: f64 = 1e-4;
-/// Difference of the sums of squares below which the worse of two minima in different places may be the right one: the likelihood
-/// of the worse is e⁻⁵ of the better's there, and an interval of 95 % allows itself no more than one in twenty.
+/// Difference of the deviances below which the worse of two minima in different places may be the right one; beyond it the evidence
+/// is very strong (Kass and Raftery, "Bayes factors", 1995, section 3.2).
 pub(super) const RIVAL: f64 = 10.0;
 /// Least probability of a rival: an interval of 95 % allows itself one error in twenty, and a minimum has dozens of branches, of
 /// which one is better by chance.
@@ -174,27 +174,35 @@ impl Minimum {
         }
         if same {
             other.is_branched |= self.is_branched;
-            other.remember(self.apart.iter().copied(), self.deviations_elsewhere.iter().copied());
+            enlarge(&mut other.apart, self.apart.iter().copied());
+            other.remember_deviations(self.deviations_elsewhere.iter().copied());
         }
         // Of one that did not get there and the same that did, the latter.
         let better = if same && self.is_reached() != other.is_reached() {
             other.is_reached()
         } else {
-            other.fit.objective < self.fit.objective
+            other.deviance() < self.deviance()
         };
         if better {
             *self = other;
         }
     }
 
-    /// Remembers another minimum that the data do not exclude, which lies `apart` and has these standard deviations.
-    pub(super) fn remember(
-        &mut self,
-        apart: impl Iterator<Item = f64>,
-        deviations: impl Iterator<Item = f64>,
-    ) {
-        enlarge(&mut self.apart, apart);
-        self.remember_deviations(deviations);
+    /// Remembers a worse minimum that the data do not exclude, which lies `away`: its distance and its variances count as its
+    /// probability allows.
+    pub(super) fn remember_rival(&mut self, rival: &Self, away: impl Iterator<Item = f64>) {
+        let part = self.part_of_distance(rival);
+        let weight = part * part;
+        let deviations: Vec<f64, MAX_UNKNOWNS> = (0..rival.fit.covariance.unknowns())
+            .map(|unknown| {
+                let [own, other] = [&*self, rival].map(|one| one.fit.covariance.deviation(unknown));
+                let variance = (1.0 - weight) * own * own + weight * other * other;
+                // Zero times infinity, of an unknown that is undetermined.
+                if variance.is_nan() { f64::INFINITY } else { libm::sqrt(variance) }
+            })
+            .collect();
+        enlarge(&mut self.apart, away.map(|away| part * away));
+        self.remember_deviations(deviations.into_iter());
     }
 
     /// Standard deviation of an unknown, here or at another point that the data do not exclude: the largest.
@@ -225,19 +233,25 @@ impl Minimum {
         (own - other).abs() <= 1.0 + SAME_MINIMUM * other
     }
 
+    /// −2 ln of the evidence of the minimum, but for a constant (Laplace's approximation: Kass and Raftery, "Bayes factors", 1995,
+    /// section 4.1). By the sum of squares alone, one of many narrow minima would explain the noise better than the right one.
+    pub(super) fn deviance(&self) -> f64 {
+        self.fit.objective + self.fit.log_information
+    }
+
     /// The two lie in different places, and the data do not say which is right.
     pub(super) fn is_rivalled_by(&self, other: &Self, distance: f64) -> bool {
-        let gap = (self.fit.objective - other.fit.objective).abs();
+        let gap = (self.deviance() - other.deviance()).abs();
         !other.has_place(distance) && (gap < RIVAL || self.is_as_good_as(other))
     }
 
     /// `√(2p)`, where p is the probability of the worse one of two minima: as if it were equally likely and lay so much nearer.
     ///
     /// ```text
-    ///     p = 1/(1 + e^(Δ/2)),   Δ the difference of the sums of squares in units of χ²/dof
+    ///     p = 1/(1 + e^(Δ/2)),   Δ the difference of the deviances in units of χ²/dof
     /// ```
     pub(super) fn part_of_distance(&self, other: &Self) -> f64 {
-        let gap = (self.fit.objective - other.fit.objective).abs() / self.inflation();
+        let gap = (self.deviance() - other.deviance()).abs() / self.inflation();
         let probability = 1.0 / (1.0 + libm::exp(0.5 * gap));
         libm::sqrt(2.0 * probability.max(RARE))
     }

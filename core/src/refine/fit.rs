@@ -3,10 +3,10 @@
 use super::equations::Unknowns;
 use super::residuals::Agreement;
 use super::summary::Summary;
-use super::{Problem, Refinement};
-use crate::parameters::{End, MAX_PARAMETERS};
+use super::{ParameterNormal, Problem, Refinement};
+use crate::parameters::{Bounds, End, MAX_PARAMETERS};
 use crate::spectrum::Experiment;
-use crate::unknowns::Sought;
+use crate::unknowns::{MAX_UNKNOWNS, Sought};
 use crate::verdict::Covariance;
 
 /// How well the parameters explain the records.
@@ -25,6 +25,9 @@ pub struct Fit {
     pub static_residuals: usize,
     /// Standard deviation of the logarithm of each parameter; infinite where the data do not tell, zero where it is fixed.
     pub deviations: [f64; MAX_PARAMETERS],
+    /// `ln det(N + P)`, N the information of the data about the unknowns and P that of the bounds: minus twice the logarithm of the
+    /// volume of the unknowns that explain the data, but for a constant.
+    pub log_information: f64,
     /// Covariance of the unknowns that are sought.
     pub covariance: Covariance,
     /// Surface similarity parameter per direction and experiment, median and largest.
@@ -87,6 +90,7 @@ impl Refinement {
             static_residuals,
             degrees_of_freedom: residuals.saturating_sub(seams + told) as f64,
             deviations: deviations(problem.sought, &covariance),
+            log_information: log_information(&self.normal, problem.sought, problem.bounds),
             covariance,
             whiteness: summary.whiteness(),
             ssp: summary.similarities.median_and_largest(),
@@ -136,6 +140,30 @@ impl Refinement {
     }
 }
 
+/// See [`Fit::log_information`]. That of the bounds is `12/ln(upper/lower)²`, as of a logarithm that may be anywhere between them.
+// The copy of the normal equations is large: inlined, it would take room on the stack of the caller.
+#[inline(never)]
+fn log_information(normal: &ParameterNormal, sought: &Sought, bounds: &Bounds) -> f64 {
+    let unknowns = sought.unknowns();
+    let ranges = sought.ranges(&[0.0; MAX_UNKNOWNS], bounds);
+    // None of an unknown without bounds: of nuisances the normal equations hold the priors.
+    let of_bounds = |unknown: usize| {
+        let [_, lower, upper] = ranges[unknown];
+        if upper > lower { 12.0 / ((upper - lower) * (upper - lower)) } else { 0.0 }
+    };
+    let mut factor = normal.clone();
+    for unknown in 0..unknowns {
+        *factor.entry(unknown, unknown) += of_bounds(unknown);
+    }
+    factor.eliminate(unknowns);
+    let pivots = (0..unknowns).map(|unknown| {
+        let pivot = *factor.entry(unknown, unknown);
+        // No smaller than of the bounds alone, but for rounding.
+        (pivot * pivot).max(of_bounds(unknown))
+    });
+    pivots.filter(|pivot| *pivot > 0.0).map(libm::log).sum()
+}
+
 /// Whether the value of an unknown lies on an end of its range, `[value, lower, upper]` by logarithms.
 pub(crate) fn lies_on_bound(range: &[f64; 3]) -> bool {
     let [value, lower, upper] = range.map(libm::exp);
@@ -151,4 +179,55 @@ fn deviations(sought: &Sought, covariance: &Covariance) -> [f64; MAX_PARAMETERS]
         }
     }
     deviations
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::calibration::Nuisances;
+    use crate::refine::normal::Normal;
+
+    proptest! {
+        /// That of a dense matrix, also where the data determine fewer combinations than there are unknowns.
+        #[test]
+        fn the_logarithm_is_that_of_a_dense_determinant(
+            rows in prop::collection::vec(prop::array::uniform24(-10.0..10.0_f64), 0..30),
+            decades in 1.0..8.0_f64,
+        ) {
+            let sought = Sought::new(2, &Nuisances::default()).unwrap();
+            let wide = [1.0, 10.0_f64.powf(decades)];
+            let bounds = Bounds::new(wide, wide, wide, wide).unwrap();
+            let mut normal = Normal::new();
+            normal.reset(24);
+            let width = decades * core::f64::consts::LN_10;
+            let mut dense = DMatrix::identity(24, 24) * (12.0 / (width * width));
+            for row in &rows {
+                let terms: std::vec::Vec<_> = row.iter().copied().enumerate().collect();
+                normal.add_sparse(&terms, 1.0);
+                let row = DMatrix::from_row_slice(1, 24, row);
+                dense += row.transpose() * row;
+            }
+            let expected = dense.symmetric_eigenvalues().map(f64::ln).sum();
+            let error = log_information(&normal, &sought, &bounds) - expected;
+            prop_assert!(error.abs() < 1e-6, "{error}");
+        }
+    }
+
+    /// The data determine one combination 10⁹ times as well as the bounds do. Rounding makes no pivot smaller than that of the bounds.
+    #[test]
+    fn rounding_leaves_the_information_of_the_bounds() {
+        let sought = Sought::new(1, &Nuisances::default()).unwrap();
+        let wide = [1.0, 1e6];
+        let bounds = Bounds::new(wide, wide, wide, wide).unwrap();
+        let mut normal = Normal::new();
+        normal.reset(12);
+        normal.add_sparse(&[(0, 1e9), (1, 1e9)], 0.0);
+        let of_bounds = 12.0 / (1e6_f64.ln() * 1e6_f64.ln());
+        let expected = (2e18_f64).ln() + 11.0 * of_bounds.ln();
+        let found = log_information(&normal, &sought, &bounds);
+        assert!((found - expected).abs() < 1.0, "{found}, not {expected}");
+    }
 }

@@ -227,11 +227,11 @@ impl<R: Rng> Identifier<R> {
     ) -> Option<Minimum> {
         let mut branch = self.reached(experiments);
         let pending = self.branch.take().and_then(|pending| Some((pending, self.best.take()?)));
-        let Some((Branch { acceptance, better, .. }, mut minimum)) = pending else {
+        let Some((Branch { acceptance, .. }, mut minimum)) = pending else {
             return Some(branch);
         };
         branch.times = minimum.times;
-        if branch.fit.objective < better {
+        if branch.deviance() < minimum.deviance() - RIVAL {
             self.exclusions = 0;
             self.prolongations = 0;
             self.tried = Tried { any: true, elsewhere: self.tried.elsewhere, ..Tried::default() };
@@ -241,11 +241,10 @@ impl<R: Rng> Identifier<R> {
         if branch.is_reached() && minimum.is_rivalled_by(&branch, distance) {
             let [mut own, mut other] =
                 [&minimum, &branch].map(|one| self.sought.values(&one.coordinates));
-            // Of the worse one's distance, as much counts as its probability allows.
-            let part = minimum.part_of_distance(&branch);
-            if branch.fit.objective < minimum.fit.objective {
+            if branch.deviance() < minimum.deviance() {
                 core::mem::swap(&mut minimum, &mut branch);
                 core::mem::swap(&mut own, &mut other);
+                let part = minimum.part_of_distance(&branch);
                 // What lies apart from the one lies so from the other, and at most by their distance farther.
                 let farther = branch.apart.iter().zip(own.iter().zip(&other));
                 minimum.apart =
@@ -253,8 +252,7 @@ impl<R: Rng> Identifier<R> {
                 minimum.remember_deviations(branch.deviations_elsewhere.iter().copied());
             }
             let unknowns = 0..self.sought.unknowns();
-            let apart = unknowns.clone().map(|i| part * (other[i] - own[i]));
-            minimum.remember(apart, unknowns.map(|i| branch.fit.covariance.deviation(i)));
+            minimum.remember_rival(&branch, unknowns.map(|i| other[i] - own[i]));
         }
         match acceptance {
             Some(acceptance) => {

@@ -14,6 +14,7 @@ fn fit(sum_of_squares: f64, degrees_of_freedom: f64, statics: [f64; 2]) -> Fit {
         static_sum_of_squares: statics[0],
         static_residuals: statics[1] as usize,
         deviations: [f64::INFINITY; _],
+        log_information: 0.0,
         covariance: information.covariance(),
         ssp: [0.1; 2],
         whiteness: 0.0,
@@ -94,7 +95,7 @@ fn what_is_reached_again_remembers_its_branches() {
         let same = distance < 1.0;
         let mut best = minimum(2000.5, 0.0);
         best.is_branched = true;
-        best.remember([0.3].into_iter(), [0.07].into_iter());
+        best.remember_rival(&minimum(2000.5, 0.0), [0.3].into_iter());
         best.compete(minimum(2000.0, 0.0), distance);
         assert_eq!(best.fit.sum_of_squares, 2000.0);
         assert_eq!(best.is_branched, same);
@@ -137,22 +138,39 @@ fn a_better_minimum_has_no_rival_among_the_worse() {
     assert!(!best.has_rival && best.times == 1);
 }
 
-/// Of each unknown the farthest of several rivals counts, with the largest standard deviation at any of them.
+/// Of each unknown the farthest of several rivals counts, with the largest standard deviation at any of them; of a worse rival as
+/// much as its probability allows.
 #[test]
 fn the_errors_hold_the_farthest_rivals() {
     let sought = Sought::new(1, &Nuisances::default()).unwrap();
-    let mut minimum = minimum(2000.0, 0.0);
-    let unknowns = |first: f64, second: f64| {
+    let mut own = minimum(2000.0, 0.0);
+    let away = |first: f64, second: f64| {
         (0..sought.unknowns()).map(move |i| [first, second].get(i).copied().unwrap_or(0.0))
     };
-    minimum.spread(&sought);
-    assert!((minimum.fit.deviations[0] - 0.01).abs() < 1e-12);
-    minimum.remember(unknowns(0.3, -0.1), unknowns(0.07, 0.0));
-    minimum.remember(unknowns(-0.4, 0.05), unknowns(0.02, 0.0));
-    assert_eq!(minimum.apart[..2], [-0.4, -0.1]);
-    minimum.spread(&sought);
-    let widened = libm::sqrt(0.05 * 0.05 + 0.5 * 0.4 * 0.4);
-    assert!((minimum.fit.deviations[0] - widened).abs() < 1e-12);
+    own.spread(&sought);
+    assert!((own.fit.deviations[0] - 0.01).abs() < 1e-12);
+    // Its standard deviation is 0.01 √2.
+    let as_good = minimum(2000.0, 1.0);
+    own.remember_rival(&as_good, away(0.3, -0.1));
+    let worse = minimum(2004.0, 0.0);
+    own.remember_rival(&worse, away(-1.0, 0.05));
+    let part = libm::sqrt(2.0 / (1.0 + libm::exp(2.0)));
+    assert!((own.apart[0] + part).abs() < 1e-12);
+    assert_eq!(own.apart[1], -0.1);
+    own.spread(&sought);
+    let expected = libm::sqrt(0.5 * (1e-4 + 2e-4) + 0.5 * part * part);
+    assert!((own.fit.deviations[0] - expected).abs() < 1e-12);
+    assert_eq!(own.fit.deviations[1], f64::INFINITY);
+}
+
+/// The mean of both variances where the two are equally good, `0.9 · own + 0.1 · other` where the other one is rare.
+#[test]
+fn the_variance_of_a_worse_rival_counts_less() {
+    for (sum_of_squares, variance) in [(2000.0, 2e-4), (2009.9, 0.9 * 1e-4 + 0.1 * 2e-4)] {
+        let mut own = minimum(2000.0, 0.0);
+        own.remember_rival(&minimum(sum_of_squares, 1.0), [0.0].into_iter());
+        assert!((own.deviations_elsewhere[0] / libm::sqrt(variance) - 1.0).abs() < 1e-9);
+    }
 }
 
 #[test]
