@@ -1,6 +1,7 @@
 //! How well the parameters explain the records, and each record what the others say of it.
 
 use super::equations::Unknowns;
+use super::information::deviation_between;
 use super::residuals::Agreement;
 use super::summary::Summary;
 use super::{ParameterNormal, Problem, Refinement};
@@ -140,7 +141,7 @@ impl Refinement {
     }
 }
 
-/// See [`Fit::log_information`]. That of the bounds is `12/ln(upper/lower)²`, as of a logarithm that may be anywhere between them.
+/// See [`Fit::log_information`].
 // The copy of the normal equations is large: inlined, it would take room on the stack of the caller.
 #[inline(never)]
 fn log_information(normal: &ParameterNormal, sought: &Sought, bounds: &Bounds) -> f64 {
@@ -149,7 +150,8 @@ fn log_information(normal: &ParameterNormal, sought: &Sought, bounds: &Bounds) -
     // None of an unknown without bounds: of nuisances the normal equations hold the priors.
     let of_bounds = |unknown: usize| {
         let [_, lower, upper] = ranges[unknown];
-        if upper > lower { 12.0 / ((upper - lower) * (upper - lower)) } else { 0.0 }
+        let deviation = deviation_between(lower, upper);
+        if deviation > 0.0 { 1.0 / (deviation * deviation) } else { 0.0 }
     };
     let mut factor = normal.clone();
     for unknown in 0..unknowns {

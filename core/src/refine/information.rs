@@ -29,7 +29,7 @@ impl Information {
         let ranges = sought.ranges(&[0.0; MAX_UNKNOWNS], bounds);
         for (unknown, [_, lower, upper]) in ranges.into_iter().take(sought.unknowns()).enumerate() {
             // Infinite of a nuisance, which has no bounds.
-            information.add_known(unknown, (upper - lower) / libm::sqrt(12.0));
+            information.add_known(unknown, deviation_between(lower, upper));
         }
         information
     }
@@ -115,6 +115,11 @@ impl Information {
     pub fn covariance(&self) -> Covariance {
         Covariance::of(&self.normal)
     }
+}
+
+/// Standard deviation of what may be anywhere between two bounds.
+pub(super) fn deviation_between(lower: f64, upper: f64) -> f64 {
+    (upper - lower) / libm::sqrt(12.0)
 }
 
 #[cfg(test)]

@@ -44,7 +44,7 @@ const CRAWL: f64 = 0.05;
 pub(super) struct Branch {
     /// Of the minimum; `None` while it is not accepted.
     acceptance: Option<Acceptance>,
-    /// Sum of squares below which the branch is clearly better.
+    /// Sum of squares below which the branch is clearly better, if it is as broad as its minimum.
     better: f64,
     /// Sum of squares above which it is not worth a step.
     most: f64,
@@ -184,8 +184,9 @@ impl<R: Rng> Identifier<R> {
         let untried = |unknown: &usize| tried.stiff & (1 << unknown) == 0;
         let coordinates = &minimum.coordinates;
         let deviation = |unknown| minimum.deviation(unknown);
-        let mut in_series = series::branches(chain, sought, bounds, coordinates, experiments);
-        if let Some((place, branch)) = in_series.find(|(place, _)| *place >= tried.series) {
+        let mut in_series =
+            series::branches(chain, sought, bounds, coordinates, experiments, tried.series);
+        if let Some((place, branch)) = in_series.next() {
             tried.series = place + 1;
             return Some((branch, series::WORTH_A_STEP));
         }

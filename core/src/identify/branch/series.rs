@@ -39,18 +39,21 @@ enum Change {
     Exchange,
 }
 
-/// The changes of a minimum at `from` that lead to its branches, each with its place among all changes of the chain.
+/// The changes of a minimum at `from` that lead to its branches, each with its place among all changes of the chain, without the
+/// first `tried` places.
 pub(super) fn branches<'a, const B: usize>(
     chain: &'a Chain,
     sought: &'a Sought,
     bounds: &'a Bounds,
     from: &'a Coordinates,
     experiments: &'a [Experiment<B>],
+    tried: usize,
 ) -> impl Iterator<Item = (usize, Coordinates)> + 'a {
     let poses = || experiments.iter().map(|experiment| experiment.pose.as_slice());
     let changes = [Change::Share, Change::Exchange].into_iter();
     let all = changes.flat_map(|change| pairs(chain).map(move |pair| (change, pair)));
-    all.enumerate().filter(move |(_, (_, pair))| pair.is_in_series(chain, poses())).filter_map(
+    let untried = all.enumerate().skip(tried);
+    untried.filter(move |(_, (_, pair))| pair.is_in_series(chain, poses())).filter_map(
         |(place, (change, pair))| Some((place, changed(sought, bounds, from, pair, change)?)),
     )
 }
