@@ -17,7 +17,7 @@ use crate::pipeline::State;
 
 const MAGIC: &[u8; 12] = b"flexid-state";
 /// Of the format: what is written by another one is not read. It changes with every struct that is in a state.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const HEADER: usize = MAGIC.len() + 4 + 4;
 /// Twice what the most records there can be take, bytes.
 const LARGEST: u64 = 128 << 20;

@@ -74,8 +74,8 @@ pub struct Estimate {
     /// Number of retired records that were dropped because newer ones contradict them: the robot has changed.
     pub forgotten: u64,
     pub(super) coordinates: Coordinates,
-    /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
-    pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
+    /// How far below and above its own the unknowns of rivals lie; empty without one.
+    pub(super) apart: Vec<[f64; 2], MAX_UNKNOWNS>,
     /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
     pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
 }

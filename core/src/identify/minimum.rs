@@ -60,9 +60,9 @@ pub(super) struct Minimum {
     pub(super) has_rival: bool,
     /// Its branches have been refined; none is clearly better.
     pub(super) is_branched: bool,
-    /// How far the unknowns of other minima lie that the data do not exclude, each times [`Minimum::part_of_distance`]; empty without
-    /// one.
-    pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
+    /// How far below and above its own the unknowns of other minima lie that the data do not exclude, each distance times
+    /// [`Minimum::part_of_distance`]; empty without one.
+    pub(super) apart: Vec<[f64; 2], MAX_UNKNOWNS>,
     /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
     pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
 }
@@ -174,7 +174,7 @@ impl Minimum {
         }
         if same {
             other.is_branched |= self.is_branched;
-            enlarge(&mut other.apart, self.apart.iter().copied());
+            other.remember_apart(self.apart.iter().copied());
             other.remember_deviations(self.deviations_elsewhere.iter().copied());
         }
         // Of one that did not get there and the same that did, the latter.
@@ -201,8 +201,27 @@ impl Minimum {
                 if variance.is_nan() { f64::INFINITY } else { libm::sqrt(variance) }
             })
             .collect();
-        enlarge(&mut self.apart, away.map(|away| part * away));
+        self.remember_apart(away.map(|away| [part * away; 2]));
         self.remember_deviations(deviations.into_iter());
+    }
+
+    /// Remembers the rivals of a worse minimum that lies `away`.
+    pub(super) fn remember_rivals_of(&mut self, worse: &Self, away: impl Iterator<Item = f64>) {
+        let part = self.part_of_distance(worse);
+        let shifted =
+            worse.apart.iter().zip(away).map(|(apart, away)| apart.map(|end| end + part * away));
+        self.remember_apart(shifted);
+        self.remember_deviations(worse.deviations_elsewhere.iter().copied());
+    }
+
+    fn remember_apart(&mut self, apart: impl Iterator<Item = [f64; 2]>) {
+        for (unknown, [below, above]) in apart.enumerate() {
+            match self.apart.get_mut(unknown) {
+                Some(own) => *own = [own[0].min(below), own[1].max(above)],
+                // As many as a fit has unknowns, for which there is room.
+                None => drop(self.apart.push([below.min(0.0), above.max(0.0)])),
+            }
+        }
     }
 
     /// Standard deviation of an unknown, here or at another point that the data do not exclude: the largest.
@@ -213,16 +232,21 @@ impl Minimum {
 
     /// Remembers the standard deviations at another point that the data do not exclude.
     pub(super) fn remember_deviations(&mut self, deviations: impl Iterator<Item = f64>) {
-        enlarge(&mut self.deviations_elsewhere, deviations);
+        for (unknown, deviation) in deviations.enumerate() {
+            match self.deviations_elsewhere.get_mut(unknown) {
+                Some(own) => *own = own.max(deviation),
+                None => drop(self.deviations_elsewhere.push(deviation)),
+            }
+        }
     }
 
-    /// Takes the errors as those of two points that are equally likely: this minimum, and one that lies `apart`. Their mean square
-    /// about the minimum is the mean of both variances and `½ apart²`.
+    /// Takes the errors as those of two points that are equally likely: this minimum, and one at the farther end of `apart`. Their
+    /// mean square about the minimum is the mean of both variances and `½ apart²`.
     pub(super) fn spread(&mut self, sought: &Sought) {
         self.fit.mix(sought, &self.deviations_elsewhere);
         if !self.apart.is_empty() {
-            let shift: Vec<f64, MAX_UNKNOWNS> =
-                self.apart.iter().map(|apart| FRAC_1_SQRT_2 * apart).collect();
+            let farther = self.apart.iter().map(|[below, above]| above.max(-below));
+            let shift: Vec<f64, MAX_UNKNOWNS> = farther.map(|far| FRAC_1_SQRT_2 * far).collect();
             self.fit.widen(sought, &shift);
         }
     }
@@ -277,18 +301,6 @@ impl Minimum {
     /// There are more residuals than unknowns, so that a wrong model would show.
     pub(super) fn is_tested(&self) -> bool {
         self.fit.degrees_of_freedom >= 1.0
-    }
-}
-
-/// Of each unknown the value that is larger by its size.
-fn enlarge(own: &mut Vec<f64, MAX_UNKNOWNS>, new: impl Iterator<Item = f64>) {
-    for (unknown, new) in new.enumerate() {
-        match own.get_mut(unknown) {
-            Some(own) if new.abs() > own.abs() => *own = new,
-            Some(_) => {}
-            // As many as a fit has unknowns, for which there is room.
-            None => drop(own.push(new)),
-        }
     }
 }
 

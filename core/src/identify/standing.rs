@@ -19,8 +19,8 @@ const ROUNDING: f64 = 1e-9;
 pub struct Standing {
     /// One per coordinate.
     pub(super) coordinates: Vec<f64, MAX_UNKNOWNS>,
-    /// How far the unknowns of another branch lie that the data do not exclude; empty without one.
-    pub(super) apart: Vec<f64, MAX_UNKNOWNS>,
+    /// How far below and above its own the unknowns of rivals lie; empty without one.
+    pub(super) apart: Vec<[f64; 2], MAX_UNKNOWNS>,
     /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
     pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
     /// How often in a row branches have been clearly worse since the last search.
@@ -59,13 +59,14 @@ impl Standing {
         let within = ranges.iter().take(sought.unknowns()).all(|[value, lower, upper]| {
             (lower - ROUNDING..=upper + ROUNDING).contains(value) && value.is_finite()
         });
-        let branch = [&self.apart, &self.deviations_elsewhere]
+        let rivals = [self.apart.len(), self.deviations_elsewhere.len()]
             .iter()
-            .all(|values| values.is_empty() || values.len() == sought.unknowns());
-        let finite = coordinates.iter().chain(&self.apart).all(|value| value.is_finite());
+            .all(|length| [0, sought.unknowns()].contains(length));
+        let mut numbers = coordinates.iter().chain(self.apart.as_flattened());
+        let finite = numbers.all(|value| value.is_finite());
         // Infinite where another point leaves an unknown undetermined.
         let positive = self.deviations_elsewhere.iter().all(|deviation| *deviation >= 0.0);
-        let sane = within && branch && finite && positive;
+        let sane = within && rivals && finite && positive;
         if sane { Ok(coordinates) } else { Err(StandingError::Coordinates) }
     }
 }
@@ -105,8 +106,8 @@ mod tests {
             |standing: &mut Standing| standing.coordinates[3] = f64::NAN,
             |standing: &mut Standing| standing.coordinates[90] = f64::INFINITY,
             |standing: &mut Standing| standing.coordinates[3] += 10.0,
-            |standing: &mut Standing| standing.apart = Vec::from([1.0; 12]),
-            |standing: &mut Standing| standing.apart = Vec::from([f64::NAN; 24]),
+            |standing: &mut Standing| standing.apart = Vec::from([[1.0; 2]; 12]),
+            |standing: &mut Standing| standing.apart = Vec::from([[0.0, f64::NAN]; 24]),
             |standing: &mut Standing| standing.deviations_elsewhere = Vec::from([1.0; 12]),
             |standing: &mut Standing| standing.deviations_elsewhere = Vec::from([f64::NAN; 24]),
             |standing: &mut Standing| standing.deviations_elsewhere = Vec::from([-1.0; 24]),

@@ -245,12 +245,8 @@ impl<R: Rng> Identifier<R> {
             if branch.deviance() < minimum.deviance() {
                 core::mem::swap(&mut minimum, &mut branch);
                 core::mem::swap(&mut own, &mut other);
-                let part = minimum.part_of_distance(&branch);
-                // What lies apart from the one lies so from the other, and at most by their distance farther.
-                let farther = branch.apart.iter().zip(own.iter().zip(&other));
-                minimum.apart =
-                    farther.map(|(apart, (a, b))| apart.abs() + part * (a - b).abs()).collect();
-                minimum.remember_deviations(branch.deviations_elsewhere.iter().copied());
+                let unknowns = 0..self.sought.unknowns();
+                minimum.remember_rivals_of(&branch, unknowns.map(|i| other[i] - own[i]));
             }
             let unknowns = 0..self.sought.unknowns();
             minimum.remember_rival(&branch, unknowns.map(|i| other[i] - own[i]));

@@ -155,12 +155,28 @@ fn the_errors_hold_the_farthest_rivals() {
     let worse = minimum(2004.0, 0.0);
     own.remember_rival(&worse, away(-1.0, 0.05));
     let part = libm::sqrt(2.0 / (1.0 + libm::exp(2.0)));
-    assert!((own.apart[0] + part).abs() < 1e-12);
-    assert_eq!(own.apart[1], -0.1);
+    for (apart, expected) in own.apart.iter().zip([[-part, 0.3], [-0.1, 0.05 * part]]) {
+        let off = (apart[0] - expected[0]).abs().max((apart[1] - expected[1]).abs());
+        assert!(off < 1e-12, "{apart:?}, not {expected:?}");
+    }
     own.spread(&sought);
     let expected = libm::sqrt(0.5 * (1e-4 + 2e-4) + 0.5 * part * part);
     assert!((own.fit.deviations[0] - expected).abs() < 1e-12);
     assert_eq!(own.fit.deviations[1], f64::INFINITY);
+}
+
+/// A better minimum 0.5 above the old one: what lay 0.3 above it is now below, and the old one itself is the farthest below.
+#[test]
+fn a_better_minimum_keeps_the_rivals_of_the_old_one() {
+    let mut old = minimum(2000.0, 0.0);
+    for away in [0.3, -0.2] {
+        old.remember_rival(&minimum(2000.0, 0.0), [away].into_iter());
+    }
+    let mut new = minimum(2000.0, 0.0);
+    new.remember_rivals_of(&old, [-0.5].into_iter());
+    assert!((new.apart[0][0] + 0.7).abs() < 1e-12, "{:?}", new.apart);
+    assert_eq!(new.apart[0][1], 0.0);
+    assert_eq!(new.deviations_elsewhere, old.deviations_elsewhere);
 }
 
 /// The mean of both variances where the two are equally good, `0.9 · own + 0.1 · other` where the other one is rare.
