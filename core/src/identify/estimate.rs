@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use super::FoundBy;
-use super::minimum::{Minimum, structure_is_beyond_noise};
+use super::minimum::{Minimum, Rival, structure_is_beyond_noise};
 use crate::parameters::Bushings;
 use crate::refine::{Agreement, Problem, Refinement, lies_on_bound};
 use crate::search::MAX_EXPERIMENTS;
@@ -74,8 +74,8 @@ pub struct Estimate {
     /// Number of retired records that were dropped because newer ones contradict them: the robot has changed.
     pub forgotten: u64,
     pub(super) coordinates: Coordinates,
-    /// How far below and above its own the unknowns of rivals lie; empty without one.
-    pub(super) apart: Vec<[f64; 2], MAX_UNKNOWNS>,
+    /// Of each unknown the farthest rival below and above the minimum; empty without one.
+    pub(super) apart: Vec<[Rival; 2], MAX_UNKNOWNS>,
     /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
     pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
 }

@@ -1,7 +1,5 @@
 //! What a refinement has come to, and whether noise explains it.
 
-use core::f64::consts::FRAC_1_SQRT_2;
-
 use heapless::Vec;
 
 use super::FoundBy;
@@ -34,8 +32,8 @@ const SAME_MINIMUM: f64 = 1e-4;
 /// Difference of the deviances below which the worse of two minima in different places may be the right one; beyond it the evidence
 /// is very strong (Kass and Raftery, "Bayes factors", 1995, section 3.2).
 pub(super) const RIVAL: f64 = 10.0;
-/// Least probability of a rival: an interval of 95 % allows itself one error in twenty, and a minimum has dozens of branches, of
-/// which one is better by chance.
+/// Least probability of a rival: an interval of 95 % misses once in twenty. Of dozens of branches the best one looks better by
+/// chance, so that the difference of the deviances is too large.
 const RARE: f64 = 0.05;
 /// Gain in the sum of squares up to which a minimum counts as reached although a step would still gain it. No parameter
 /// then lies farther from the minimum than its own standard deviation, since `δᵢ² ≤ Cᵢᵢ δᵀNδ`; the deviations are widened
@@ -43,6 +41,16 @@ const RARE: f64 = 0.05;
 pub(super) const REACHED: f64 = 1.0;
 /// Squared distance `Δθᵀ N Δθ` up to which two points are the same minimum: each may be `√REACHED` from it.
 pub(super) const SAME_PLACE: f64 = 4.0 * REACHED;
+
+/// Another minimum that the data do not exclude, as one unknown sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Rival {
+    /// How far its unknown lies above that of the minimum.
+    pub(super) away: f64,
+    /// How much larger its deviance is, at least 0.
+    pub(super) gap: f64,
+}
 
 /// Where a refinement has ended.
 #[derive(Clone, Debug)]
@@ -52,7 +60,7 @@ pub(super) struct Minimum {
     pub(super) fit: Fit,
     /// What a step would still gain.
     remaining: f64,
-    /// How often it has been reached.
+    /// How often searches have led to it, or to the minimum whose branch it is.
     pub(super) times: u32,
     /// Retired records and those that are kept are not of the same robot.
     pub(super) contradicted: bool,
@@ -60,9 +68,8 @@ pub(super) struct Minimum {
     pub(super) has_rival: bool,
     /// Its branches have been refined; none is clearly better.
     pub(super) is_branched: bool,
-    /// How far below and above its own the unknowns of other minima lie that the data do not exclude, each distance times
-    /// [`Minimum::part_of_distance`]; empty without one.
-    pub(super) apart: Vec<[f64; 2], MAX_UNKNOWNS>,
+    /// Of each unknown the farthest rival below and above this minimum; empty without one.
+    pub(super) apart: Vec<[Rival; 2], MAX_UNKNOWNS>,
     /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
     pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
 }
@@ -144,7 +151,7 @@ impl Minimum {
         self.is_reached() && self.is_explained() && !self.whiteness_objects()
     }
 
-    /// So near the right minimum that one of its branches may lead there.
+    /// Its residuals are so small that one of its branches may be the right minimum.
     pub(super) fn is_near(&self) -> bool {
         self.fit.sum_of_squares <= NEAR * self.fit.degrees_of_freedom
     }
@@ -162,7 +169,7 @@ impl Minimum {
     /// squared distance between them in standard deviations.
     pub(super) fn compete(&mut self, mut other: Self, distance: f64) {
         let both_reached = self.is_reached() && other.is_reached();
-        let same_place = other.has_place(distance);
+        let same_place = other.is_same_place(distance);
         let same = self.is_as_good_as(&other) && same_place;
         if same && both_reached {
             self.times += other.times;
@@ -174,25 +181,27 @@ impl Minimum {
         }
         if same {
             other.is_branched |= self.is_branched;
-            other.remember_apart(self.apart.iter().copied());
+            other.remember(self.apart.iter().copied());
             other.remember_deviations(self.deviations_elsewhere.iter().copied());
         }
         // Of one that did not get there and the same that did, the latter.
-        let better = if same && self.is_reached() != other.is_reached() {
+        let better = if same && !both_reached {
             other.is_reached()
         } else {
-            other.deviance() < self.deviance()
+            let [own, other] = self.ranks(&other);
+            // What is no number is the worst.
+            other.total_cmp(&own).is_lt()
         };
         if better {
             *self = other;
         }
     }
 
-    /// Remembers a worse minimum that the data do not exclude, which lies `away`: its distance and its variances count as its
-    /// probability allows.
+    /// Remembers a worse minimum that the data do not exclude, whose unknowns lie `away`. Its variances count as its probability
+    /// allows.
     pub(super) fn remember_rival(&mut self, rival: &Self, away: impl Iterator<Item = f64>) {
-        let part = self.part_of_distance(rival);
-        let weight = part * part;
+        let gap = (rival.deviance() - self.deviance()).max(0.0);
+        let weight = 2.0 * probability(gap, self.inflation());
         let deviations: Vec<f64, MAX_UNKNOWNS> = (0..rival.fit.covariance.unknowns())
             .map(|unknown| {
                 let [own, other] = [&*self, rival].map(|one| one.fit.covariance.deviation(unknown));
@@ -201,25 +210,34 @@ impl Minimum {
                 if variance.is_nan() { f64::INFINITY } else { libm::sqrt(variance) }
             })
             .collect();
-        self.remember_apart(away.map(|away| [part * away; 2]));
+        self.remember(away.map(|away| [Rival { away, gap }; 2]));
         self.remember_deviations(deviations.into_iter());
     }
 
     /// Remembers the rivals of a worse minimum that lies `away`.
     pub(super) fn remember_rivals_of(&mut self, worse: &Self, away: impl Iterator<Item = f64>) {
-        let part = self.part_of_distance(worse);
-        let shifted =
-            worse.apart.iter().zip(away).map(|(apart, away)| apart.map(|end| end + part * away));
-        self.remember_apart(shifted);
+        let gap = (worse.deviance() - self.deviance()).max(0.0);
+        let shifted = worse.apart.iter().zip(away).map(|(apart, away)| {
+            apart.map(|rival| Rival { away: rival.away + away, gap: rival.gap + gap })
+        });
+        self.remember(shifted);
         self.remember_deviations(worse.deviations_elsewhere.iter().copied());
     }
 
-    fn remember_apart(&mut self, apart: impl Iterator<Item = [f64; 2]>) {
-        for (unknown, [below, above]) in apart.enumerate() {
-            match self.apart.get_mut(unknown) {
-                Some(own) => *own = [own[0].min(below), own[1].max(above)],
+    /// Of each unknown the rivals that count more than those it remembers.
+    fn remember(&mut self, rivals: impl Iterator<Item = [Rival; 2]>) {
+        let inflation = self.inflation();
+        for (unknown, new) in rivals.enumerate() {
+            if unknown == self.apart.len() {
                 // As many as a fit has unknowns, for which there is room.
-                None => drop(self.apart.push([below.min(0.0), above.max(0.0)])),
+                let _ = self.apart.push([Rival::default(); 2]);
+            }
+            let Some([below, above]) = self.apart.get_mut(unknown) else { return };
+            for rival in new {
+                let side = if rival.away < 0.0 { &mut *below } else { &mut *above };
+                if rival.shift(inflation).abs() > side.shift(inflation).abs() {
+                    *side = rival;
+                }
             }
         }
     }
@@ -240,14 +258,18 @@ impl Minimum {
         }
     }
 
-    /// Takes the errors as those of two points that are equally likely: this minimum, and one at the farther end of `apart`. Their
-    /// mean square about the minimum is the mean of both variances and `½ apart²`.
+    /// Takes the errors as those of this minimum or of a rival. Their mean square about the minimum is the mean of both variances and
+    /// `p away²`, where p is the rival's probability; of each unknown that rival counts for which it is the largest.
     pub(super) fn spread(&mut self, sought: &Sought) {
         self.fit.mix(sought, &self.deviations_elsewhere);
         if !self.apart.is_empty() {
-            let farther = self.apart.iter().map(|[below, above]| above.max(-below));
-            let shift: Vec<f64, MAX_UNKNOWNS> = farther.map(|far| FRAC_1_SQRT_2 * far).collect();
-            self.fit.widen(sought, &shift);
+            let inflation = self.inflation();
+            let shifts = self.apart.iter().map(|rivals| {
+                let [below, above] = rivals.map(|rival| rival.shift(inflation));
+                if -below > above { below } else { above }
+            });
+            let shifts: Vec<f64, MAX_UNKNOWNS> = shifts.collect();
+            self.fit.widen(sought, &shifts);
         }
     }
 
@@ -266,18 +288,20 @@ impl Minimum {
     /// The two lie in different places, and the data do not say which is right.
     pub(super) fn is_rivalled_by(&self, other: &Self, distance: f64) -> bool {
         let gap = (self.deviance() - other.deviance()).abs();
-        !other.has_place(distance) && (gap < RIVAL || self.is_as_good_as(other))
+        !other.is_same_place(distance) && (gap < RIVAL || self.is_as_good_as(other))
     }
 
-    /// `√(2p)`, where p is the probability of the worse one of two minima: as if it were equally likely and lay so much nearer.
-    ///
-    /// ```text
-    ///     p = 1/(1 + e^(Δ/2)),   Δ the difference of the deviances in units of χ²/dof
-    /// ```
-    pub(super) fn part_of_distance(&self, other: &Self) -> f64 {
-        let gap = (self.deviance() - other.deviance()).abs() / self.inflation();
-        let probability = 1.0 / (1.0 + libm::exp(0.5 * gap));
-        libm::sqrt(2.0 * probability.max(RARE))
+    /// Whether it is better than another one beyond doubt.
+    pub(super) fn is_clearly_better_than(&self, other: &Self) -> bool {
+        let [own, other] = self.ranks(other);
+        own < other - RIVAL
+    }
+
+    /// What the two are compared by, the smaller the better: the deviance, or the sum of squares if either is no minimum yet, for
+    /// which Laplace's approximation does not hold.
+    fn ranks(&self, other: &Self) -> [f64; 2] {
+        let both_reached = self.is_reached() && other.is_reached();
+        [self, other].map(|one| if both_reached { one.deviance() } else { one.fit.objective })
     }
 
     /// χ² per degree of freedom, but at least 1.
@@ -287,7 +311,7 @@ impl Minimum {
 
     /// Whether a point at this squared distance is the same minimum. Residuals larger than the noise make the standard
     /// deviations larger, too.
-    pub(super) fn has_place(&self, distance: f64) -> bool {
+    pub(super) fn is_same_place(&self, distance: f64) -> bool {
         distance <= SAME_PLACE * self.inflation()
     }
 
@@ -302,6 +326,19 @@ impl Minimum {
     pub(super) fn is_tested(&self) -> bool {
         self.fit.degrees_of_freedom >= 1.0
     }
+}
+
+impl Rival {
+    /// `√p away`, with p its [`probability`].
+    fn shift(&self, inflation: f64) -> f64 {
+        libm::sqrt(probability(self.gap, inflation)) * self.away
+    }
+}
+
+/// Probability of the worse one of two minima, but at least [`RARE`]: `1/(1 + e^(Δ/2))`, where Δ is the difference of their deviances
+/// over χ² per degree of freedom.
+fn probability(gap: f64, inflation: f64) -> f64 {
+    (1.0 / (1.0 + libm::exp(0.5 * gap / inflation))).max(RARE)
 }
 
 /// Whether residuals of this whiteness have more structure than any noise, also one that has lines; what is no number has.

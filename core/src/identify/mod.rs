@@ -266,9 +266,11 @@ impl<R: Rng> Identifier<R> {
                 let objective = refinement.objective();
                 let hopeless = self.branch.as_mut().is_some_and(|one| one.is_hopeless(objective));
                 let remaining = || refinement.remaining(&problem).gain;
-                let no_better =
-                    self.branch.as_ref().is_some_and(|one| one.is_no_better(objective, remaining));
-                if outcome != Outcome::Improving || hopeless || no_better || self.is_back() {
+                let near_its_end = self
+                    .branch
+                    .as_ref()
+                    .is_some_and(|one| one.is_near_its_end(objective, remaining));
+                if outcome != Outcome::Improving || hopeless || near_its_end || self.is_back() {
                     self.judge(experiments);
                 }
             }
@@ -320,7 +322,7 @@ impl<R: Rng> Identifier<R> {
         self.exclusions = standing.exclusions;
         self.effort = standing.effort;
         self.found_by = standing.found_by;
-        let mut minimum = self.reached(experiments);
+        let mut minimum = self.minimum_here(experiments);
         minimum.apart = standing.apart.clone();
         minimum.deviations_elsewhere = standing.deviations_elsewhere.clone();
         self.settle(&mut minimum, standing.acceptance, experiments);
@@ -426,7 +428,7 @@ impl<R: Rng> Identifier<R> {
                 self.prolongations += 1;
                 return self.refinement.restart_at(&found.coordinates);
             }
-            if self.branch_off(&found, None, experiments) {
+            if self.best.is_none() && self.branch_off(&found, None, experiments) {
                 return;
             }
         }
@@ -434,7 +436,8 @@ impl<R: Rng> Identifier<R> {
         let doubtful = !experiments.is_empty()
             && found.is_doubtful()
             && self.leaves_stiffness_undetermined(&found);
-        if found.is_beyond_doubt() && !doubtful {
+        let outdone = self.best.as_ref().is_some_and(|best| best.is_clearly_better_than(&found));
+        if found.is_beyond_doubt() && !doubtful && !outdone {
             return self.conclude(&mut found, Acceptance::Consistent, experiments);
         }
         if experiments.is_empty() {
@@ -459,7 +462,7 @@ impl<R: Rng> Identifier<R> {
         if best.times >= TIMES_CONSISTENT && best.contradicted {
             return self.try_alone(best);
         }
-        if best.times >= enough && !best.has_rival {
+        if best.is_reached() && best.times >= enough && !best.has_rival {
             return self.conclude(&mut best, acceptance, experiments);
         }
         if best.is_near() && self.branch_off(&best, None, experiments) {
@@ -468,7 +471,7 @@ impl<R: Rng> Identifier<R> {
         if self.starts >= MAX_STARTS {
             return self.settle(&mut best, Acceptance::Unsettled, experiments);
         }
-        best.is_branched = best.is_near();
+        best.is_branched |= best.is_near() && !self.excludes_branches();
         self.best = Some(best);
         self.start_search(experiments);
     }

@@ -10,7 +10,10 @@ use crate::spectrum::Experiment;
 impl<R> Identifier<R> {
     /// The minimum where the refinement stands.
     #[inline(never)]
-    pub(super) fn reached<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> Minimum {
+    pub(super) fn minimum_here<const B: usize>(
+        &mut self,
+        experiments: &mut [Experiment<B>],
+    ) -> Minimum {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let fit = refinement.fit(&problem, experiments);

@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::minimum::Rival;
 use super::{Acceptance, Effort, FoundBy};
 use crate::parameters::Bounds;
 use crate::refine::Retired;
@@ -19,8 +20,8 @@ const ROUNDING: f64 = 1e-9;
 pub struct Standing {
     /// One per coordinate.
     pub(super) coordinates: Vec<f64, MAX_UNKNOWNS>,
-    /// How far below and above its own the unknowns of rivals lie; empty without one.
-    pub(super) apart: Vec<[f64; 2], MAX_UNKNOWNS>,
+    /// Of each unknown the farthest rival below and above the minimum; empty without one.
+    pub(super) apart: Vec<[Rival; 2], MAX_UNKNOWNS>,
     /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
     pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
     /// How often in a row branches have been clearly worse since the last search.
@@ -62,11 +63,12 @@ impl Standing {
         let rivals = [self.apart.len(), self.deviations_elsewhere.len()]
             .iter()
             .all(|length| [0, sought.unknowns()].contains(length));
-        let mut numbers = coordinates.iter().chain(self.apart.as_flattened());
-        let finite = numbers.all(|value| value.is_finite());
+        let finite = coordinates.iter().all(|value| value.is_finite());
+        let mut of_rivals = self.apart.as_flattened().iter();
+        let possible = of_rivals.all(|rival| rival.away.is_finite() && rival.gap >= 0.0);
         // Infinite where another point leaves an unknown undetermined.
         let positive = self.deviations_elsewhere.iter().all(|deviation| *deviation >= 0.0);
-        let sane = within && rivals && finite && positive;
+        let sane = within && rivals && finite && possible && positive;
         if sane { Ok(coordinates) } else { Err(StandingError::Coordinates) }
     }
 }
@@ -106,8 +108,10 @@ mod tests {
             |standing: &mut Standing| standing.coordinates[3] = f64::NAN,
             |standing: &mut Standing| standing.coordinates[90] = f64::INFINITY,
             |standing: &mut Standing| standing.coordinates[3] += 10.0,
-            |standing: &mut Standing| standing.apart = Vec::from([[1.0; 2]; 12]),
-            |standing: &mut Standing| standing.apart = Vec::from([[0.0, f64::NAN]; 24]),
+            |standing: &mut Standing| standing.apart = Vec::from([[Rival::default(); 2]; 12]),
+            |standing: &mut Standing| {
+                standing.apart = Vec::from([[Rival { away: f64::NAN, gap: 0.0 }; 2]; 24])
+            },
             |standing: &mut Standing| standing.deviations_elsewhere = Vec::from([1.0; 12]),
             |standing: &mut Standing| standing.deviations_elsewhere = Vec::from([f64::NAN; 24]),
             |standing: &mut Standing| standing.deviations_elsewhere = Vec::from([-1.0; 24]),

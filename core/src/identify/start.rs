@@ -38,24 +38,32 @@ pub(super) fn elsewhere(bounds: &Bounds, sought: &Sought, generator: &mut impl R
     let mut start = middle(bounds, sought);
     let mut step = [0.0; MAX_UNKNOWNS];
     let ranges = sought.ranges(&start, bounds);
-    for (unknown, [_, lower, upper]) in ranges.into_iter().enumerate().take(sought.unknowns()) {
+    for (unknown, [value, lower, upper]) in ranges.into_iter().enumerate().take(sought.unknowns()) {
         let Some(Coordinate::Stiffness { joint, dof }) = sought.coordinate(unknown) else {
             continue;
         };
         let uniform = f64::from(generator.next_u32()) / f64::from(u32::MAX);
         step[unknown] = SPREAD * (uniform - 0.5) * (upper - lower);
         if let Some(damping) = sought.unknown(Coordinate::Damping { joint, dof }) {
-            let [value, lower, upper] = ranges[damping];
-            // d/√k.
-            step[damping] = (0.5 * step[unknown]).clamp(lower - value, upper - value);
+            let [middle, least, most] = ranges[damping];
+            let stiffness = value + step[unknown];
+            step[damping] = typical_damping([least, most], [lower, upper], stiffness) - middle;
         }
     }
     sought.advance(&mut start, &step);
     start
 }
 
-/// The same bushings, but the stiffness of one unknown, whose logarithm is given, and its damping ratio, which is in the middle
-/// of its bounds.
+/// The logarithm of the damping whose ratio, `d/√k`, is that of the bounds' middle; on the nearest bound if that lies outside. All by
+/// logarithms.
+pub(super) fn typical_damping(damping: [f64; 2], bounds: [f64; 2], stiffness: f64) -> f64 {
+    let [least, most] = damping;
+    let middle = 0.5 * (least + most) - 0.25 * (bounds[0] + bounds[1]);
+    (middle + 0.5 * stiffness).clamp(least, most)
+}
+
+/// The same bushings, but the stiffness of one unknown, whose logarithm is given, within its bounds, and its damping, which becomes
+/// [typical](typical_damping).
 pub(super) fn with_stiffness(
     sought: &Sought,
     bounds: &Bounds,
@@ -66,6 +74,7 @@ pub(super) fn with_stiffness(
     let ranges = sought.ranges(from, bounds);
     let [value, lower, upper] = ranges[unknown];
     let mut step = [0.0; MAX_UNKNOWNS];
+    let logarithm = logarithm.clamp(lower, upper);
     step[unknown] = logarithm - value;
     let damping = match sought.coordinate(unknown) {
         Some(Coordinate::Stiffness { joint, dof }) => {
@@ -75,9 +84,7 @@ pub(super) fn with_stiffness(
     };
     if let Some(damping) = damping {
         let [value, least, most] = ranges[damping];
-        // d/√k.
-        let middle = 0.5 * (least + most) - 0.25 * (lower + upper);
-        step[damping] = middle + 0.5 * logarithm - value;
+        step[damping] = typical_damping([least, most], [lower, upper], logarithm) - value;
     }
     let mut changed = *from;
     sought.advance(&mut changed, &step);
@@ -112,7 +119,8 @@ pub(super) mod tests {
     }
 
     proptest! {
-        /// The stiffness has the logarithm that is given, its damping ratio lies in the middle; nothing else has changed.
+        /// The stiffness has the logarithm that is given, its damping ratio lies in the middle, both within the bounds; nothing else
+        /// has changed.
         #[test]
         fn one_stiffness_and_its_damping_change(
             bushing in 0..12_usize, logarithm in 5.0..20.0_f64, places in prop::array::uniform24(0.0..1.0_f64),
@@ -123,10 +131,10 @@ pub(super) mod tests {
             let k = 2 * DOF * (bushing / DOF) + bushing % DOF;
             let d = k + DOF;
             let changed = with_stiffness(&sought, &bounds, &from, k, logarithm);
-            prop_assert!((changed[k] - logarithm).abs() < 1e-9);
+            prop_assert!((changed[k] - logarithm.clamp(lower[k], upper[k])).abs() < 1e-9);
             let middle = |index: usize| 0.5 * (lower[index] + upper[index]);
-            let ratio = changed[d] - 0.5 * changed[k] - (middle(d) - 0.5 * middle(k));
-            prop_assert!(ratio.abs() < 1e-9);
+            let typical = middle(d) + 0.5 * (changed[k] - middle(k));
+            prop_assert!((changed[d] - typical.clamp(lower[d], upper[d])).abs() < 1e-9);
             for other in (0..24).filter(|other| ![k, d].contains(other)) {
                 prop_assert!((changed[other] - from[other]).abs() < 1e-9);
             }

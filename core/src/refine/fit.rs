@@ -1,7 +1,8 @@
 //! How well the parameters explain the records, and each record what the others say of it.
 
+use core::f64::consts::TAU;
+
 use super::equations::Unknowns;
-use super::information::deviation_between;
 use super::residuals::Agreement;
 use super::summary::Summary;
 use super::{ParameterNormal, Problem, Refinement};
@@ -26,8 +27,9 @@ pub struct Fit {
     pub static_residuals: usize,
     /// Standard deviation of the logarithm of each parameter; infinite where the data do not tell, zero where it is fixed.
     pub deviations: [f64; MAX_PARAMETERS],
-    /// `ln det(N + P)`, N the information of the data about the unknowns and P that of the bounds: minus twice the logarithm of the
-    /// volume of the unknowns that explain the data, but for a constant.
+    /// `ln det(N + P)`: minus twice the logarithm of the volume of the unknowns that explain the data, but for a constant. N is the
+    /// information of the data about the unknowns, with the seams at their best values; P is `2π/w²`, w the width of an unknown's
+    /// range, so that an undetermined unknown has the volume of its range. Unknowns on a bound count as if they were inside.
     pub log_information: f64,
     /// Covariance of the unknowns that are sought.
     pub covariance: Covariance,
@@ -150,8 +152,8 @@ fn log_information(normal: &ParameterNormal, sought: &Sought, bounds: &Bounds) -
     // None of an unknown without bounds: of nuisances the normal equations hold the priors.
     let of_bounds = |unknown: usize| {
         let [_, lower, upper] = ranges[unknown];
-        let deviation = deviation_between(lower, upper);
-        if deviation > 0.0 { 1.0 / (deviation * deviation) } else { 0.0 }
+        let width = upper - lower;
+        if width > 0.0 && width.is_finite() { TAU / (width * width) } else { 0.0 }
     };
     let mut factor = normal.clone();
     for unknown in 0..unknowns {
@@ -205,7 +207,7 @@ mod tests {
             let mut normal = Normal::new();
             normal.reset(24);
             let width = decades * core::f64::consts::LN_10;
-            let mut dense = DMatrix::identity(24, 24) * (12.0 / (width * width));
+            let mut dense = DMatrix::identity(24, 24) * (TAU / (width * width));
             for row in &rows {
                 let terms: std::vec::Vec<_> = row.iter().copied().enumerate().collect();
                 normal.add_sparse(&terms, 1.0);
@@ -227,7 +229,7 @@ mod tests {
         let mut normal = Normal::new();
         normal.reset(12);
         normal.add_sparse(&[(0, 1e9), (1, 1e9)], 0.0);
-        let of_bounds = 12.0 / (1e6_f64.ln() * 1e6_f64.ln());
+        let of_bounds = TAU / (1e6_f64.ln() * 1e6_f64.ln());
         let expected = (2e18_f64).ln() + 11.0 * of_bounds.ln();
         let found = log_information(&normal, &sought, &bounds);
         assert!((found - expected).abs() < 1.0, "{found}, not {expected}");

@@ -6,6 +6,7 @@
 
 use crate::DOF;
 use crate::chain::Chain;
+use crate::parameters::Bounds;
 use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
 /// Damping ratio, with the inertia that the joint carries, above which a bushing is heavily damped. Wrong dampings of drawn
@@ -14,12 +15,14 @@ const HEAVY: f64 = 0.05;
 /// The ratio that replaces it, a decade below: from there the refinement finds either branch.
 const LIGHT: f64 = 0.005;
 
-/// The same stiffnesses, every heavily damped bushing damped lightly; `None` if there is none.
+/// The same stiffnesses, every heavily damped bushing damped lightly, within the bounds; `None` if there is none.
 pub(super) fn lightly_damped(
     chain: &Chain,
     sought: &Sought,
+    bounds: &Bounds,
     heavy: &Coordinates,
 ) -> Option<Coordinates> {
+    let ranges = sought.ranges(heavy, bounds);
     let mut step = [0.0; MAX_UNKNOWNS];
     let mut found = false;
     for (joint, (bushing, inertia)) in
@@ -30,8 +33,9 @@ pub(super) fn lightly_damped(
             let ratio = bushing.damping[dof] / critical;
             let unknown = sought.unknown(Coordinate::Damping { joint, dof });
             if let Some(unknown) = unknown.filter(|_| ratio > HEAVY) {
-                step[unknown] = libm::log(LIGHT / ratio);
-                found = true;
+                let [value, lower, _] = ranges[unknown];
+                step[unknown] = libm::log(LIGHT / ratio).max(lower - value);
+                found |= step[unknown] < 0.0;
             }
         }
     }
@@ -47,7 +51,6 @@ mod tests {
     use super::*;
     use crate::calibration::Nuisances;
     use crate::identify::branch::tests::chain;
-    use crate::parameters::Bounds;
 
     proptest! {
         /// Of every heavily damped bushing the ratio is the light one, and nothing else has changed.
@@ -69,7 +72,8 @@ mod tests {
                 bushings[index / DOF].stiffness[index % DOF] = k;
                 bushings[index / DOF].damping[index % DOF] = ratios[index] * d;
             }
-            let light = lightly_damped(&chain, &sought, &sought.coordinates(&bushings));
+            let bounds = Bounds::of(&chain);
+            let light = lightly_damped(&chain, &sought, &bounds, &sought.coordinates(&bushings));
             let heavy = (0..2 * DOF).any(|index| ratios[index] > HEAVY);
             prop_assert_eq!(light.is_some(), heavy);
             let Some(light) = light.map(|light| sought.bushings(&light)) else { return Ok(()) };

@@ -10,7 +10,7 @@
 //!
 //! A search may end in any of them, and noise can explain the residuals of the worse ones. So before a minimum is settled on, its
 //! branches are refined. The best minimum counts; its errors include the others that the data do not exclude. The branches of the
-//! best minimum are also refined before another search if noise does not explain it but it is near: a few bushings are wrong then.
+//! best minimum are also refined before another search if noise nearly explains it: often only a few bushings are wrong then.
 
 mod light;
 mod series;
@@ -28,9 +28,12 @@ use crate::unknowns::Coordinates;
 use crate::verdict::WEAK;
 pub(super) use typical::typically_damped;
 
-/// When branches have been clearly worse for so many records in a row, they are not refined again before the next search: a record
-/// adds to the difference on average.
+/// When no branch has been a rival for so many records in a row, branches are not refined again before the next search: each record
+/// makes a wrong minimum worse, on average.
 const MAX_EXCLUSIONS: u32 = 3;
+/// Most branches in a row that replace their minimum since the last search: sums of squares and deviances rank minima in different
+/// orders, so that two could replace each other without an end. Drawn six-joint arms need up to ten.
+const MAX_REPLACED: u32 = 30;
 /// Searches for rivals of a minimum that leaves some stiffness undetermined. Without them four of 48 drawn six-joint arms with three
 /// cuts had a wrong parameter called identified; with two searches these four are right.
 const SEARCHES_ELSEWHERE: u32 = 2;
@@ -44,7 +47,7 @@ const CRAWL: f64 = 0.05;
 pub(super) struct Branch {
     /// Of the minimum; `None` while it is not accepted.
     acceptance: Option<Acceptance>,
-    /// Sum of squares below which the branch is clearly better, if it is as broad as its minimum.
+    /// [`RIVAL`] below the minimum's sum of squares, by which the gain of a step is measured. A broader branch is better above it, too.
     better: f64,
     /// Sum of squares above which it is not worth a step.
     most: f64,
@@ -63,12 +66,14 @@ pub(super) struct Tried {
     light: bool,
     /// The one of typical dampings is among them.
     typical: bool,
-    /// So many of the changes of springs in series, the first ones.
+    /// The changes of springs in series whose place is below this one.
     series: usize,
     /// A bit for each unknown that was made stiff.
     stiff: u128,
     /// Searches elsewhere.
     elsewhere: u32,
+    /// Branches that have replaced their minimum.
+    replaced: u32,
 }
 
 impl Branch {
@@ -89,9 +94,8 @@ impl Branch {
         self.acceptance.is_some()
     }
 
-    /// Whether a branch that stands at `objective`, and could gain as much as `remaining`, is no better than its minimum. Its last
-    /// digits do not count then.
-    pub(super) fn is_no_better(&self, objective: f64, remaining: impl FnOnce() -> f64) -> bool {
+    /// Whether the refinement may end: it stands at `objective`, not below its minimum, and could gain no more than [`REACHED`].
+    pub(super) fn is_near_its_end(&self, objective: f64, remaining: impl FnOnce() -> f64) -> bool {
         objective >= self.better + RIVAL && remaining() <= REACHED
     }
 
@@ -115,8 +119,8 @@ impl<R: Rng> Identifier<R> {
     ) {
         if !self.branch_off(minimum, Some(acceptance), experiments) {
             if self.tried.any {
-                let has_rival = !minimum.apart.is_empty();
-                self.exclusions = if has_rival { 0 } else { self.exclusions + 1 };
+                let is_rivalled = !minimum.apart.is_empty();
+                self.exclusions = if is_rivalled { 0 } else { self.exclusions + 1 };
             }
             self.settle(minimum, acceptance, experiments);
         }
@@ -132,8 +136,7 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
     ) -> bool {
         // Static tests tell nothing of dampings, and in the compliances they are linear.
-        let is_excluded = self.exclusions >= MAX_EXCLUSIONS || experiments.is_empty();
-        if is_excluded {
+        if self.excludes_branches() || experiments.is_empty() {
             return false;
         }
         let worth = if let Some((branch, worth)) = self.next_branch(minimum, experiments) {
@@ -159,6 +162,11 @@ impl<R: Rng> Identifier<R> {
         true
     }
 
+    /// Whether branches have been worse so often that they are not refined before the next search.
+    pub(super) fn excludes_branches(&self) -> bool {
+        self.exclusions >= MAX_EXCLUSIONS
+    }
+
     /// Whether another minimum may explain the records as well.
     fn is_worth_a_search(&self, minimum: &Minimum, acceptance: Option<Acceptance>) -> bool {
         acceptance == Some(Acceptance::Consistent)
@@ -177,7 +185,7 @@ impl<R: Rng> Identifier<R> {
         minimum: &Minimum,
         experiments: &[Experiment<B>],
     ) -> Option<(Coordinates, f64)> {
-        if minimum.is_branched {
+        if minimum.is_branched || self.tried.replaced >= MAX_REPLACED {
             return None;
         }
         let Self { chain, bounds, sought, tried, .. } = self;
@@ -204,7 +212,7 @@ impl<R: Rng> Identifier<R> {
         if core::mem::replace(&mut tried.light, true) {
             return None;
         }
-        Some((light::lightly_damped(chain, sought, coordinates)?, f64::INFINITY))
+        Some((light::lightly_damped(chain, sought, bounds, coordinates)?, f64::INFINITY))
     }
 
     /// Whether a branch has led back to its minimum.
@@ -214,7 +222,7 @@ impl<R: Rng> Identifier<R> {
             let above = self.refinement.objective() - minimum.fit.objective;
             let distance = self.refinement.distance(&self.sought, &minimum.coordinates);
             // In the same place the sum of squares is higher by no more than the squared distance.
-            (-REACHED..SAME_PLACE).contains(&above) && minimum.has_place(distance)
+            (-REACHED..SAME_PLACE).contains(&above) && minimum.is_same_place(distance)
         })
     }
 
@@ -226,16 +234,17 @@ impl<R: Rng> Identifier<R> {
         &mut self,
         experiments: &mut [Experiment<B>],
     ) -> Option<Minimum> {
-        let mut branch = self.reached(experiments);
+        let mut branch = self.minimum_here(experiments);
         let pending = self.branch.take().and_then(|pending| Some((pending, self.best.take()?)));
-        let Some((Branch { acceptance, .. }, mut minimum)) = pending else {
+        let Some((Branch { mut acceptance, .. }, mut minimum)) = pending else {
             return Some(branch);
         };
         branch.times = minimum.times;
-        if branch.deviance() < minimum.deviance() - RIVAL {
+        if branch.is_clearly_better_than(&minimum) {
             self.exclusions = 0;
             self.prolongations = 0;
-            self.tried = Tried { any: true, elsewhere: self.tried.elsewhere, ..Tried::default() };
+            let Tried { elsewhere, replaced, .. } = self.tried;
+            self.tried = Tried { any: true, elsewhere, replaced: replaced + 1, ..Tried::default() };
             return Some(branch);
         }
         let distance = self.refinement.distance(&self.sought, &minimum.coordinates);
@@ -243,7 +252,10 @@ impl<R: Rng> Identifier<R> {
             let [mut own, mut other] =
                 [&minimum, &branch].map(|one| self.sought.values(&one.coordinates));
             if branch.deviance() < minimum.deviance() {
+                branch.has_rival |= minimum.has_rival;
                 core::mem::swap(&mut minimum, &mut branch);
+                // It has residuals of its own, by which it is judged.
+                acceptance = None;
                 core::mem::swap(&mut own, &mut other);
                 let unknowns = 0..self.sought.unknowns();
                 minimum.remember_rivals_of(&branch, unknowns.map(|i| other[i] - own[i]));

@@ -17,8 +17,8 @@ use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 /// Cosine of the angle between two axes from which on they count as parallel, in the poses of all records: 37 degrees. A force
 /// along the one axis then has at least four fifths of its size along the other.
 const PARALLEL: f64 = 0.8;
-/// Difference of the logarithms of two stiffnesses from which on it matters which spring has which: below it, a refinement's first
-/// steps exchange the two by themselves (each may be of size 1.5).
+/// Least difference of the logarithms of two stiffnesses for which they are changed. One step of a refinement may be twice as long
+/// (`LONGEST_STEP` of its proposals).
 const DIFFERENT: f64 = 0.5;
 /// A branch is worth a step while its sum of squares is at most so many times the minimum's. With 100, no more of a hundred drawn
 /// six-joint arms are found, and a branch takes half as many steps again.
@@ -180,8 +180,10 @@ mod tests {
             let exchange = |from: &Coordinates| {
                 changed(&sought, &bounds, from, Pair { joint: 0, dofs }, Change::Exchange)
             };
-            let Some(exchanged) = exchange(&from) else { return Ok(()) };
             let [k1, k2, d1, d2] = indices(dofs);
+            let exchanged = exchange(&from);
+            prop_assert_eq!(exchanged.is_some(), (from[k1] - from[k2]).abs() >= DIFFERENT);
+            let Some(exchanged) = exchanged else { return Ok(()) };
             for (own, other) in [(k1, k2), (k2, k1), (d1, d2), (d2, d1)] {
                 let wanted = from[other].clamp(lower[own], upper[own]);
                 prop_assert!((exchanged[own] - wanted).abs() < 1e-9);

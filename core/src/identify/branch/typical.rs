@@ -2,6 +2,7 @@
 //!
 //! A fit lets a damping that the data hardly determine go to where it has no effect. Another minimum may lie where it has one.
 
+use crate::identify::start::typical_damping;
 use crate::parameters::Bounds;
 use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::verdict::WEAK;
@@ -22,9 +23,8 @@ pub(in crate::identify) fn typically_damped(
         if let Some(Coordinate::Damping { joint, dof }) = sought.coordinate(unknown) {
             let k = Coordinate::Stiffness { joint, dof }.index();
             let [value, least, most] = ranges[unknown];
-            // d/√k.
-            let middle = 0.5 * (least + most) - 0.25 * (lower[k] + upper[k]);
-            step[unknown] = (middle + 0.5 * from[k]).clamp(least, most) - value;
+            let typical = typical_damping([least, most], [lower[k], upper[k]], from[k]);
+            step[unknown] = typical - value;
             found = true;
         }
     }

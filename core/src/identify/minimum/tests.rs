@@ -107,17 +107,38 @@ fn what_is_reached_again_remembers_its_branches() {
 /// Half each where they are equally good, e⁻² : 1 at a difference of 4, and no less than one in twenty; where the residuals are
 /// four times the noise's power, differences count a quarter.
 #[test]
-fn a_worse_minimum_counts_less() {
-    for (own, other, probability) in [
-        (2000.0, 2000.0, 0.5),
-        (2000.0, 2004.0, 1.0 / (1.0 + 2.0_f64.exp())),
-        (2004.0, 2000.0, 1.0 / (1.0 + (2.0 / 1.002_f64).exp())),
-        (2000.0, 2010.0, 0.05),
-        (8000.0, 8016.0, 1.0 / (1.0 + 2.0_f64.exp())),
+fn a_worse_minimum_is_less_probable() {
+    for (gap, inflation, expected) in [
+        (0.0, 1.0, 0.5),
+        (4.0, 1.0, 1.0 / (1.0 + 2.0_f64.exp())),
+        (10.0, 1.0, 0.05),
+        (16.0, 4.0, 1.0 / (1.0 + 2.0_f64.exp())),
+        (f64::INFINITY, 1.0, 0.05),
     ] {
-        let part = minimum(own, 0.0).part_of_distance(&minimum(other, 0.0));
-        assert!((part * part - 2.0 * probability).abs() < 1e-12, "{own} {other}: {part}");
+        let probability = probability(gap, inflation);
+        assert!((probability - expected).abs() < 1e-12, "{gap} {inflation}: {probability}");
     }
+}
+
+/// Of two minima the one of the larger volume is better, though its sum of squares is larger. A point that is no minimum yet is
+/// compared by the sum of squares.
+#[test]
+fn minima_are_compared_by_their_evidence() {
+    let with = |sum_of_squares, gain, log_information| {
+        let mut minimum = minimum(sum_of_squares, gain);
+        minimum.fit.log_information = log_information;
+        minimum
+    };
+    for (gain, expected) in [(0.0, 2005.0), (2.0, 2000.0)] {
+        let mut best = with(2000.0, gain, 20.0);
+        let broad = with(2005.0, 0.0, 0.0);
+        assert_eq!(broad.is_clearly_better_than(&best), gain < 1.0);
+        best.compete(broad, 1e4);
+        assert_eq!(best.fit.sum_of_squares, expected, "{gain}");
+    }
+    let mut nothing = with(f64::NAN, 0.0, 0.0);
+    nothing.compete(with(2000.0, 0.0, 0.0), 1e4);
+    assert_eq!(nothing.fit.sum_of_squares, 2000.0);
 }
 
 /// Residuals of thirty times the noise's power.
@@ -154,28 +175,47 @@ fn the_errors_hold_the_farthest_rivals() {
     own.remember_rival(&as_good, away(0.3, -0.1));
     let worse = minimum(2004.0, 0.0);
     own.remember_rival(&worse, away(-1.0, 0.05));
-    let part = libm::sqrt(2.0 / (1.0 + libm::exp(2.0)));
-    for (apart, expected) in own.apart.iter().zip([[-part, 0.3], [-0.1, 0.05 * part]]) {
-        let off = (apart[0] - expected[0]).abs().max((apart[1] - expected[1]).abs());
-        assert!(off < 1e-12, "{apart:?}, not {expected:?}");
-    }
+    let [below, above] = own.apart[0];
+    assert_eq!([below.away, below.gap, above.away, above.gap], [-1.0, 4.0, 0.3, 0.0]);
     own.spread(&sought);
-    let expected = libm::sqrt(0.5 * (1e-4 + 2e-4) + 0.5 * part * part);
+    let probability = 1.0 / (1.0 + libm::exp(2.0));
+    let expected = libm::sqrt(0.5 * (1e-4 + 2e-4) + probability);
     assert!((own.fit.deviations[0] - expected).abs() < 1e-12);
     assert_eq!(own.fit.deviations[1], f64::INFINITY);
 }
 
-/// A better minimum 0.5 above the old one: what lay 0.3 above it is now below, and the old one itself is the farthest below.
+/// Two springs that a rival exchanges have errors of opposite signs, on whichever side of the minimum the rival lies.
+#[test]
+fn a_rival_correlates_what_it_moves() {
+    let sought = Sought::new(1, &Nuisances::default()).unwrap();
+    for sign in [1.0, -1.0] {
+        let mut own = minimum(2000.0, 0.0);
+        let mut information = Information::none(sought.unknowns());
+        information.add_known(0, 0.01);
+        information.add_known(1, 0.01);
+        own.fit.covariance = information.covariance();
+        let away = |unknown| [0.3 * sign, -0.3 * sign].get(unknown).copied().unwrap_or(0.0);
+        let rival = own.clone();
+        own.remember_rival(&rival, (0..sought.unknowns()).map(away));
+        own.spread(&sought);
+        let correlation = own.fit.covariance.correlation(0, 1);
+        assert!((-1.0..-0.99).contains(&correlation), "{correlation}");
+    }
+}
+
+/// A better minimum 0.5 above the old one, by 3 in the deviance: the rivals of the old one are shifted and worse, and those that then
+/// lie on one side compete.
 #[test]
 fn a_better_minimum_keeps_the_rivals_of_the_old_one() {
-    let mut old = minimum(2000.0, 0.0);
+    let mut old = minimum(2003.0, 0.0);
     for away in [0.3, -0.2] {
-        old.remember_rival(&minimum(2000.0, 0.0), [away].into_iter());
+        old.remember_rival(&minimum(2004.0, 0.0), [away].into_iter());
     }
     let mut new = minimum(2000.0, 0.0);
     new.remember_rivals_of(&old, [-0.5].into_iter());
-    assert!((new.apart[0][0] + 0.7).abs() < 1e-12, "{:?}", new.apart);
-    assert_eq!(new.apart[0][1], 0.0);
+    let [below, above] = new.apart[0];
+    assert!((below.away + 0.7).abs() < 1e-12 && below.gap == 4.0, "{below:?}");
+    assert_eq!(above, Rival::default());
     assert_eq!(new.deviations_elsewhere, old.deviations_elsewhere);
 }
 
