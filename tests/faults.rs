@@ -1,5 +1,5 @@
-//! What goes wrong on a real bus, and with clients, while the daemon runs: it says so in one line, goes on,
-//! and keeps the data already taken.
+//! Faults of a real bus, and of clients, while the daemon runs. The daemon reports each in one line, goes on, and
+//! keeps the data already taken.
 //!
 //! The robot is a recording made by an independent engine, played by canplayer, so that the bus can be
 //! broken between two experiments.
@@ -47,7 +47,8 @@ fn link_down_and_up() -> Result<()> {
     Ok(())
 }
 
-/// The second time as the first. A link that is set up and has no carrier is that of a controller that is bus-off.
+/// Each trouble is logged the second time as the first. A link that is up without a carrier is that of a bus-off
+/// controller.
 fn each_trouble_is_logged_and_its_end() -> Result<()> {
     bus::restore()?;
     let bench = Bench::scenario()?;
@@ -69,7 +70,7 @@ fn each_trouble_is_logged_and_its_end() -> Result<()> {
     Ok(())
 }
 
-/// Only a socket that asks for them hears of them.
+/// Only a socket that enables CAN FD receives these frames.
 fn can_fd_frames_are_named() -> Result<()> {
     bus::restore()?;
     let bench = Bench::scenario()?;
@@ -91,7 +92,7 @@ fn interface_deleted_and_made_again() -> Result<()> {
     Ok(())
 }
 
-/// Exit status 2 and one line that names the interface and where it is configured.
+/// The exit status is 2. One line names the interface and its place in the configuration.
 fn interface_missing_at_start() -> Result<()> {
     let bench = Bench::scenario()?;
     bench.configure("\"vcan0\"", "\"can7\"")?;
@@ -106,7 +107,7 @@ fn interface_missing_at_start() -> Result<()> {
     Ok(())
 }
 
-/// Shorter than the DBC says, empty, a request without data, and identifiers that it does not know.
+/// The frames are shorter than in the DBC, empty, a request without data, and of unknown identifiers.
 fn frames_of_wrong_length() -> Result<()> {
     let report = run_with_fault(|_| {
         for frame in ["101#00", "102#", "101#R", "111#0011", "7FF#0011223344556677", "00000101#00"]
@@ -120,7 +121,7 @@ fn frames_of_wrong_length() -> Result<()> {
     Ok(())
 }
 
-/// Bytes that are no message, a length that would fill the memory, and a hang-up in mid-message.
+/// A client sends bytes that are no message, a length that would fill the memory, and the beginning of a message.
 fn client_sends_rubbish() -> Result<()> {
     run_with_fault(|bench| {
         for rubbish in
@@ -128,7 +129,7 @@ fn client_sends_rubbish() -> Result<()> {
         {
             let mut client = UnixStream::connect(bench.path("flexid.sock"))?;
             client.set_read_timeout(Some(Duration::from_secs(10)))?;
-            // The daemon may hang up before it has read all of it.
+            // The daemon may close the connection before it has read all of it.
             let _ = client.write_all(rubbish);
             client.shutdown(Shutdown::Write)?;
             let ended = client.read_to_end(&mut Vec::new());
@@ -142,7 +143,7 @@ fn client_sends_rubbish() -> Result<()> {
     Ok(())
 }
 
-/// Twenty clients that never read a byte, from the first experiment to the end.
+/// Twenty clients never read a byte, from the first experiment to the end.
 fn client_reads_nothing() -> Result<()> {
     let clients = RefCell::new(Vec::new());
     run_with_fault(|bench| {
@@ -154,7 +155,8 @@ fn client_reads_nothing() -> Result<()> {
     Ok(())
 }
 
-/// SIGKILL after the first experiment: the next daemon says at once what the first had found, and goes on.
+/// SIGKILL ends the daemon after the first experiment. The next daemon reports at once what the first had found, and
+/// goes on.
 fn killed_and_started_again() -> Result<()> {
     run_with(|bench, edge| {
         bench.identified(1, Duration::from_secs(60))?;
@@ -171,7 +173,8 @@ fn killed_and_started_again() -> Result<()> {
     Ok(())
 }
 
-/// SIGHUP: a bad config is named and the old one stays, a good one is taken; the service manager hears of both.
+/// At SIGHUP the daemon names a bad config and keeps the old one, and takes a good one. The service manager gets both
+/// messages.
 fn config_read_again() -> Result<()> {
     let manager = tempfile::tempdir()?;
     let manager = UnixDatagram::bind(manager.path().join("notify"))?;
@@ -206,7 +209,7 @@ fn config_read_again() -> Result<()> {
     hears("STOPPING=1")
 }
 
-/// Who may not write the socket hears so, and what to do about it.
+/// A client that may not write to the socket gets a message with the reason and the remedy.
 fn client_may_not_connect() -> Result<()> {
     bus::restore()?;
     let bench = Bench::scenario()?;
@@ -223,8 +226,8 @@ fn client_may_not_connect() -> Result<()> {
     Ok(())
 }
 
-/// Three experiments with `fault` after the first: the robot is found from all three, nothing is lost,
-/// and the daemon ends cleanly.
+/// Runs three experiments with `fault` after the first. The robot is found from all three, no frame is lost, and the
+/// daemon ends cleanly.
 fn run_with_fault(fault: impl FnOnce(&Bench) -> Result<()>) -> Result<Report> {
     run_with(|bench, edge| {
         fault(bench)?;
@@ -232,7 +235,7 @@ fn run_with_fault(fault: impl FnOnce(&Bench) -> Result<()>) -> Result<Report> {
     })
 }
 
-/// The same where the fault is the daemon's: `fault` returns the one that goes on.
+/// Runs three experiments with a fault of the daemon after the first. `fault` returns the daemon that goes on.
 fn run_with(fault: impl FnOnce(&Bench, Program) -> Result<Program>) -> Result<Report> {
     bus::restore()?;
     let recording = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/nominal"));

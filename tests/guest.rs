@@ -1,4 +1,5 @@
-//! The guest kernel that gives a bus where this kernel has none: it starts on every processor, and says why if it dies.
+//! The guest kernel that gives a bus where this kernel has none. It starts on every processor, and reports the
+//! cause if it fails.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
 use std::path::Path;
@@ -6,8 +7,9 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-/// Writes the registers of a stopped child with all but the last 64 bytes of their state, as User-Mode Linux does on a
-/// processor whose state is larger than its buffer. Exit status: 0 if the kernel takes them, else the error number.
+/// A script that writes the registers of a stopped child with all but the last 64 bytes of their state, as User-Mode
+/// Linux does on a processor whose state is larger than its buffer. Exit status: 0 if the kernel takes them, else the
+/// error number.
 const SHORT_WRITE: &str = r#"
 import ctypes, os, signal, sys
 libc = ctypes.CDLL(None, use_errno=True)
@@ -50,7 +52,7 @@ fn registers_are_written_from_a_buffer_that_is_too_short() -> Result<()> {
     let mut compiler = Command::new("cc");
     compiler.args(["-O2", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", source, "-o"]);
     ensure!(compiler.arg(&shim).status().context("cc")?.success());
-    // As every kernel does without the shim: else this proves nothing.
+    // Without the shim every kernel refuses the write. Otherwise this test proves nothing.
     ensure!(short_write(Path::new(""))? == Some(EFAULT));
     ensure!(short_write(&shim)? == Some(0));
     Ok(())
@@ -60,7 +62,7 @@ fn registers_are_written_from_a_buffer_that_is_too_short() -> Result<()> {
 fn a_guest_that_dies_says_why() -> Result<()> {
     let with_vcan = concat!(env!("CARGO_MANIFEST_DIR"), "/with-vcan");
     let mut command = Command::new(with_vcan);
-    // Too little memory for any kernel.
+    // The memory is too small for any kernel.
     let command = command.arg("true").env("VCAN_WAY", "user-mode-linux").env("VCAN_MEMORY", "24M");
     let ended = command.output().context("tests/with-vcan")?;
     let errors = String::from_utf8_lossy(&ended.stderr);

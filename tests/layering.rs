@@ -1,4 +1,4 @@
-//! What each crate may never reach: its dependency graph, and the few files that may touch the bus.
+//! The packages that each crate must never reach by its dependency graph, and the few files that may touch the bus.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,24 +7,31 @@ use std::process::Command;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// Sockets, and what talks through them.
+/// All packages but the tests.
+const PACKAGES: &[&str] = &[
+    "flexid-core",
+    "flexid-wire",
+    "flexid-pipeline",
+    "flexid-edge",
+    "flexid-simulation",
+    "flexid-reproduce",
+    "flexid",
+];
+
+/// Packages of sockets, and packages that use them.
 const SOCKETS: &[&str] = &["socketcan", "nix", "socket2", "rustix", "libc", "tokio", "mio"];
 
-/// Linear algebra.
+/// Packages of linear algebra.
 const ALGEBRA: &[&str] = &["nalgebra", "simba", "microfft", "fearless_simd"];
 
-/// Robot descriptions, plots and terminal user interfaces.
+/// Packages of robot descriptions, plots and terminal user interfaces.
 const FRONT: &[&str] =
     &["urdf-rs", "ratatui", "crossterm", "indicatif", "comfy-table", "plotters", "axum"];
 
 #[test]
 fn core_reaches_neither_the_wire_nor_the_system() {
     let reached = reached("flexid-core");
-    never(
-        "flexid-core",
-        &reached,
-        &["flexid-wire", "flexid-edge", "flexid", "serde_json", "serde"],
-    );
+    never("flexid-core", &reached, &["flexid-wire", "flexid-pipeline", "serde_json", "serde"]);
     never("flexid-core", &reached, SOCKETS);
     no_std("flexid-core", &reached, "core/src");
 }
@@ -32,29 +39,43 @@ fn core_reaches_neither_the_wire_nor_the_system() {
 #[test]
 fn wire_is_plain_numbers() {
     let reached = reached("flexid-wire");
-    never("flexid-wire", &reached, &["flexid-core", "flexid-edge", "flexid", "serde_json"]);
+    never("flexid-wire", &reached, &["flexid-core", "flexid-pipeline", "serde_json"]);
     never("flexid-wire", &reached, SOCKETS);
     never("flexid-wire", &reached, ALGEBRA);
     no_std("flexid-wire", &reached, "core/wire/src");
 }
 
 #[test]
-fn edge_knows_no_host_tool() {
-    let reached = reached("flexid-edge");
-    never("flexid-edge", &reached, &["flexid"]);
-    never("flexid-edge", &reached, FRONT);
-}
-
-#[test]
-fn nothing_reaches_the_tests() {
-    for package in ["flexid-core", "flexid-wire", "flexid-edge", "flexid"] {
-        never(package, &reached(package), &["flexid-hil"]);
+fn the_edge_reaches_no_host_tool() {
+    for package in ["flexid-edge", "flexid-pipeline"] {
+        let reached = reached(package);
+        never(package, &reached, &["flexid", "flexid-simulation", "flexid-reproduce"]);
+        never(package, &reached, FRONT);
     }
 }
 
 #[test]
-fn one_file_of_each_program_opens_the_bus() {
-    for source in ["edge-app/src", "host-tools/src"] {
+fn the_pipeline_reaches_no_daemon() {
+    never("flexid-pipeline", &reached("flexid-pipeline"), &["flexid-edge"]);
+}
+
+#[test]
+fn simulation_and_reproduction_reach_no_command() {
+    for package in ["flexid-simulation", "flexid-reproduce"] {
+        never(package, &reached(package), &["flexid", "flexid-edge", "clap"]);
+    }
+}
+
+#[test]
+fn nothing_reaches_the_tests() {
+    for package in PACKAGES {
+        never(package, &reached(package), &["flexid-hil", "flexid-proof"]);
+    }
+}
+
+#[test]
+fn one_file_reads_the_bus_and_one_writes_it() {
+    for source in ["edge-app/pipeline/src", "host-tools/simulation/src"] {
         let files = files_with(source, "socketcan::");
         let openers = files.iter().filter(|file| read(file).contains("CanSocket"));
         assert_eq!(openers.count(), 1, "{source}: socketcan is imported in {files:?}");
@@ -86,7 +107,8 @@ fn never(package: &str, reached: &BTreeSet<String>, forbidden: &[&str]) {
     assert!(found.is_empty(), "{package} must never reach {found:?}");
 }
 
-/// Neither the standard library nor an allocator: not by a feature of a dependency, not by its own sources.
+/// Checks that neither a feature of a dependency nor the package's own sources use the standard library or an
+/// allocator.
 fn no_std(package: &str, reached: &BTreeSet<String>, sources: &str) {
     let found: Vec<_> =
         reached.iter().filter(|name| name.ends_with("/std") || name.ends_with("/alloc")).collect();

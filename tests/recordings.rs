@@ -13,7 +13,7 @@ use flexid_hil::truth::{Bounds, Truth};
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value;
 
-/// Who works so long at a recording hangs.
+/// Time after which a program that works on a recording is taken to hang.
 const HANGS: Duration = Duration::from_secs(300);
 
 fn main() -> ExitCode {
@@ -26,7 +26,7 @@ fn main() -> ExitCode {
         }
     };
     let mut arguments = Arguments::from_args();
-    arguments.test_threads = Some(1); // the times that they print are of one at a time
+    arguments.test_threads = Some(1); // the printed times are those of one test at a time
     libtest_mimic::run(&arguments, tests).exit_code()
 }
 
@@ -55,7 +55,7 @@ fn identify(recording: &Path) -> Result<()> {
     let report = Report::last_of(&fs::read_to_string(bench.path("report.json"))?)?;
     println!("{:?}", report.fit);
     let truth = Truth::of_recording(&truth)?;
-    // The deviation is a part of the bounds, and unseen poses are milled in the scenario.
+    // The deviation needs the bounds, and the displacement error needs the scenario's unseen poses.
     if has_bounds {
         let bounds = Bounds::of(&bench.path("edge.toml"))?;
         let deviation = truth.parameter_deviation(&report, &bounds)?;
@@ -70,7 +70,8 @@ fn identify(recording: &Path) -> Result<()> {
     noise_explains_the_rest(&report)
 }
 
-/// The truth lies in the intervals as often as they say, and as far from the estimates.
+/// The truth lies in the intervals as often as their confidence states, and the errors have the size of their
+/// deviations.
 fn intervals_are_honest(report: &Report, truth: &Truth) -> Result<()> {
     let (mut given, mut covered, mut scores) = (0, 0, Vec::new());
     for (joint, intervals) in report.joints.iter().zip(&report.confidence.joints) {
@@ -98,16 +99,16 @@ fn intervals_are_honest(report: &Report, truth: &Truth) -> Result<()> {
     println!(
         "{covered} of {given} intervals of {parameters} parameters cover, {identified} identified, their errors {score:.2} σ"
     );
-    // Of each recording's parameters the cuts excite five in six.
+    // The cuts excite five in six of each recording's parameters.
     ensure!(6 * given >= 5 * parameters, "{given} of {parameters} parameters have an interval");
-    // Correlated as the errors are, fewer than 28 of 36 intervals of 95 % cover for less than one robot in a hundred.
+    // The errors are correlated. Fewer than 28 of 36 intervals of 95 % cover for less than one robot in a hundred.
     ensure!(36 * covered >= 28 * given, "{covered} of {given} intervals cover the truth");
-    // As often; the root mean square is 1 ± 0.2.
+    // The root mean square is 1 ± 0.2, and lies outside these limits as seldom.
     ensure!((0.6..1.6).contains(&score), "the errors of what is identified are {score} σ");
     Ok(())
 }
 
-/// The engine moves as the model says, and each record as the others foretell.
+/// The engine moves as the model, and each record agrees with the prediction from the others.
 fn noise_explains_the_rest(report: &Report) -> Result<()> {
     let Confidence { correlations, residuals, held_out, .. } = &report.confidence;
     let unknowns = 12 * report.joints.len();
@@ -132,7 +133,7 @@ fn displacement_error(output: &str) -> Option<f64> {
     numbers.split_once("median ")?.1.split_once(" %")?.0.parse().ok()
 }
 
-/// What is in a folder, in the order of the names.
+/// The contents of a folder, in the order of the names.
 fn contents(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = fs::read_dir(folder).with_context(|| folder.display().to_string())?;
     let mut paths = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;

@@ -1,10 +1,10 @@
-//! The systemd unit that is shipped: how little it leaves to who breaks into the daemon, by systemd's own measure.
+//! The shipped systemd unit. systemd's own measure rates how little it leaves to an intruder into the daemon.
 
 use std::path::Path;
 use std::process::Command;
 
 const UNIT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../edge-app/dist/flexid-edge.service");
-/// Exposure from 0 to 10; up to 4 systemd calls it OK.
+/// Largest exposure, from 0 to 10. systemd calls up to 4 OK.
 const MOST: f64 = 3.0;
 
 fn systemd_analyze(arguments: &[&str]) -> (bool, String) {
@@ -22,7 +22,7 @@ fn exposure_is_low() {
     assert!(level <= MOST, "{table}");
 }
 
-/// Every directive is one that systemd knows; that the program is installed, and the bus there, is not asked.
+/// systemd accepts every directive. The test needs neither the installed program nor the bus.
 #[test]
 fn directives_are_known() {
     let (passes, complaints) = systemd_analyze(&["verify", UNIT]);
@@ -36,7 +36,7 @@ fn directives_are_known() {
     assert!(of_the_file.is_empty(), "{complaints}");
 }
 
-/// What the daemon needs: the bus, its link's state, its readers, its folders, and a reload.
+/// The unit allows what the daemon needs: the bus, its link's state, its readers, its folders, and a reload.
 #[test]
 fn the_daemon_can_still_work() {
     let unit = std::fs::read_to_string(UNIT).unwrap();

@@ -21,7 +21,7 @@ fn main() -> ExitCode {
     ])
 }
 
-/// The bus itself, with nothing of flexid on it: without this the other tests prove nothing.
+/// Frames cross the bus without flexid. Otherwise the other tests prove nothing.
 fn frames_cross_the_bus() -> Result<()> {
     let bench = Bench::empty()?;
     let listener = bench.candump(INTERFACE)?;
@@ -33,7 +33,7 @@ fn frames_cross_the_bus() -> Result<()> {
     })
 }
 
-/// Real rate, solver running: the truth is found, no frame is lost, and the end is clean.
+/// At the real rate and with the solver running, the truth is found, no frame is lost, and the end is clean.
 fn robot_daemon_readout() -> Result<()> {
     let bench = Bench::scenario()?;
     let listener = bench.candump(INTERFACE)?;
@@ -61,9 +61,9 @@ fn robot_daemon_readout() -> Result<()> {
     Ok(())
 }
 
-/// The commands that the README gives a test bench, word for word.
+/// The test runs the commands that the README of host-tools gives for a test bench, word for word.
 fn test_bench_of_the_readme() -> Result<()> {
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md");
+    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../host-tools/README.md");
     let recipe = fs::read_to_string(readme).context(readme)?;
     let (_, recipe) = recipe.split_once("## On a test bench\n").context("README: no test bench")?;
     let (_, recipe) = recipe.split_once("```sh\n").context("README: no commands")?;
@@ -76,10 +76,10 @@ fn test_bench_of_the_readme() -> Result<()> {
     Ok(())
 }
 
-/// What `simulate --candump` writes is a log to other people's tools: canplayer sends every frame of it.
+/// canplayer sends every frame of a log that `simulate --candump` writes.
 fn simulated_log_replays() -> Result<()> {
     let bench = Bench::scenario()?;
-    // One experiment: candump writes 5,000 frames a second in a guest kernel, canplayer sends 4,000.
+    // The test has one experiment: candump writes 5,000 frames a second in a guest kernel, canplayer sends 4,000.
     let simulate =
         ["simulate", "--config", "edge.toml", "--experiments", "1", "--candump", "robot.log"];
     bench.flexid("simulate", simulate)?.succeed(Duration::from_secs(120))?;
@@ -94,7 +94,7 @@ fn simulated_log_replays() -> Result<()> {
     Ok(())
 }
 
-/// A vxcan leads out of this network: as of a robot's bus, nobody knows who listens at the other end.
+/// A vxcan leads out of this network. As with a robot's bus, it is unknown who listens at the other end.
 fn nothing_is_sent_where_a_robot_may_listen() -> Result<()> {
     let bench = Bench::scenario()?;
     let link =
@@ -108,7 +108,7 @@ fn nothing_is_sent_where_a_robot_may_listen() -> Result<()> {
         ensure!(refused.errors.contains(part), "{:?} does not say {part:?}", refused.errors);
     }
     ensure!(refused.errors.lines().count() == 1, "{}", refused.errors);
-    std::thread::sleep(Duration::from_millis(200)); // candump hears what is under way
+    std::thread::sleep(Duration::from_millis(200)); // candump receives the frames under way
     ensure!(listener.output()?.is_empty(), "sent: {}", listener.output()?);
 
     let allowed = simulate.into_iter().chain(["--onto-real-bus"]);

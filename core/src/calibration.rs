@@ -1,21 +1,21 @@
-//! What sensors and the model of the masses may be off by, beside the joints that are sought.
+//! Nuisances: errors of the sensors and of the masses of the model, beside the parameters of the joints.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::MAX_JOINTS;
 
-/// How the measurement differs from what it is taken for. The default differs in nothing.
+/// Errors of a measurement and of the model's masses. The default has no errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
-    /// By how much the acceleration comes later than the force of the same counter, s.
+    /// Delay of the acceleration after the force of the same counter, s.
     pub delay: f64,
-    /// Reading per acceleration, of each axis.
+    /// Gain of each axis of the acceleration, reading per acceleration.
     pub acceleration_gain: [f64; 3],
-    /// Reading per force, of each axis.
+    /// Gain of each axis of the force, reading per force.
     pub force_gain: [f64; 3],
-    /// Rotation vector that turns the accelerometer's axes, as mounted, into what they are, along these axes, rad.
+    /// Rotation vector that turns the accelerometer's axes as mounted into its true axes, along the axes as mounted, rad.
     pub misalignment: [f64; 3],
-    /// True mass and inertia of each link per those of the model.
+    /// True mass and inertia of each link, over those of the model.
     pub mass: [f64; MAX_JOINTS],
 }
 
@@ -32,7 +32,7 @@ impl Default for Calibration {
 }
 
 impl Calibration {
-    /// How a reading changes per rad of misalignment about each axis: matrices on the reading.
+    /// Derivatives of a reading by the misalignment about each axis, per rad: matrices on the reading.
     pub(crate) fn turning(&self) -> [Matrix3<f64>; 3] {
         let turn = Vector3::from(self.misalignment);
         let angle = turn.norm();
@@ -52,18 +52,18 @@ impl Calibration {
     }
 }
 
-/// How far each may be off: one standard deviation of what is known beforehand. `None` takes it as it is.
+/// Standard deviation of each nuisance's prior. A nuisance with `None` is not sought.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Nuisances {
-    /// s.
+    /// Delay, s.
     pub delay: Option<f64>,
-    /// Of the logarithm of each axis's gain.
+    /// Logarithm of the acceleration gain of each axis.
     pub acceleration_gain: Option<f64>,
-    /// Of the logarithm of each axis's gain.
+    /// Logarithm of the force gain of each axis.
     pub force_gain: Option<f64>,
-    /// Of the angle about each axis, rad.
+    /// Angle of misalignment about each axis, rad.
     pub misalignment: Option<f64>,
-    /// Of the logarithm of each link's mass.
+    /// Logarithm of the mass of each link.
     pub mass: Option<f64>,
 }
 

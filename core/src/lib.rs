@@ -1,10 +1,10 @@
 //! Identification of the joint stiffness and damping of a robot that bends while it mills.
 //!
-//! The mathematics of flexid, and the stream from samples to estimate, without the standard library
-//! and without an allocator: the daemon, the offline tool and a microcontroller run these same lines.
+//! The crate holds the mathematics of flexid and the stream from samples to estimate. It needs neither the standard library
+//! nor an allocator: the daemon, the offline tool and a microcontroller run the same code.
 //!
-//! SI units everywhere, angles in rad; only names that end in `_hz` are in Hz. Degrees of freedom of a
-//! joint come in the order `tx ty tz rx ry rz`, along and about the axes of the joint frame.
+//! All quantities are in SI units and all angles in rad; only quantities whose names end in `_hz` are in Hz. The degrees of
+//! freedom of a joint have the order `tx ty tz rx ry rz`: along and about the axes of the joint frame.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -15,6 +15,7 @@ pub mod calibration;
 pub mod chain;
 pub(crate) mod continuation;
 pub mod identify;
+pub(crate) mod linear;
 pub mod loss;
 pub mod motion;
 pub mod mounting;
@@ -29,7 +30,11 @@ pub mod stream;
 pub mod unknowns;
 pub mod verdict;
 
-/// Most joints a chain may have.
+/// Largest number of joints of a chain.
 pub const MAX_JOINTS: usize = 7;
-/// Degrees of freedom of a bushing joint: `tx ty tz rx ry rz`.
+/// Largest number of nuisances: a delay, three gains of each of two sensors, three misalignment angles, and a mass per link.
+pub const MAX_NUISANCES: usize = 10 + MAX_JOINTS;
+/// Largest number of coordinates, and of unknowns of a fit.
+pub const MAX_UNKNOWNS: usize = parameters::MAX_PARAMETERS + MAX_NUISANCES;
+/// Number of degrees of freedom of a bushing: `tx ty tz rx ry rz`.
 pub const DOF: usize = 6;

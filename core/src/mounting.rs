@@ -1,36 +1,36 @@
-//! Where the sensors sit, if not at the TCP and along its axes.
+//! Places and axes of sensors that are not at the TCP and along its axes.
 //!
-//! All of it moves with the last link, so that the accelerometer at p has the acceleration `a + α × p + ω × (ω × p)`. The
-//! cut still acts at the TCP, but what lies between it and the force sensor has inertia and weight: the sensor reads
+//! The sensors move with the last link, so that the accelerometer at p has the acceleration `a + α × p + ω × (ω × p)`. The cut
+//! still acts at the TCP, but what lies between it and the force sensor has inertia and weight. The sensor reads
 //!
 //! ```text
 //! F_measured = F_cut − m (a_c + θ × g)
 //! ```
 //!
-//! with the acceleration a_c of the tool's centre of mass c, and the turn θ of the tool in gravity, whose weight at rest has
-//! been removed. That the sensor sees the cut itself turned by θ is of second order and left out.
+//! with the acceleration a_c of the tool's centre of mass c, and the turn θ of the tool in gravity. The tool's weight at rest has
+//! been removed. The sensor sees the cut itself turned by θ, which is of second order and left out.
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3, Vector6};
 
 use crate::chain::linearise::LinearChain;
 
-/// How the sensors are mounted on the last link. The default has both at the TCP, along its axes, and no mass beyond.
+/// Mounting of the sensors on the last link. The default has both at the TCP, along its axes, and no mass beyond the force sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mounting {
-    /// From the TCP to the accelerometer, TCP axes, m.
+    /// Position of the accelerometer from the TCP, TCP axes, m.
     pub accelerometer: Vector3<f64>,
-    /// Turns the TCP's axes into the accelerometer's: its columns are those, along the TCP's.
+    /// Turns the TCP's axes into the accelerometer's. The columns are the accelerometer's axes, along the TCP's.
     pub accelerometer_axes: Rotation3<f64>,
-    /// Turns the TCP's axes into the force sensor's: its columns are those, along the TCP's.
+    /// Turns the TCP's axes into the force sensor's. The columns are the force sensor's axes, along the TCP's.
     pub force_axes: Rotation3<f64>,
-    /// Mass of what is beyond the force sensor, a part of the last link, kg.
+    /// Mass beyond the force sensor, a part of the last link, kg.
     pub tool_mass: f64,
-    /// From the TCP to the centre of that mass, TCP axes, m.
+    /// Centre of that mass from the TCP, TCP axes, m.
     pub tool_centre: Vector3<f64>,
 }
 
 impl Mounting {
-    /// The default.
+    /// Both sensors at the TCP, along its axes; the default.
     pub const AT_TCP: Self = Self {
         accelerometer: Vector3::new(0.0, 0.0, 0.0),
         accelerometer_axes: ALONG,
@@ -65,7 +65,7 @@ impl Default for Mounting {
 const ALONG: Rotation3<f64> =
     Rotation3::from_matrix_unchecked(Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0));
 
-/// Of unit forces at `point` along each of `axes`.
+/// Loads on the last link of unit forces at `point` along each of `axes`.
 fn loads(chain: &LinearChain, point: &Vector3<f64>, axes: &Rotation3<f64>) -> SMatrix<f64, 6, 3> {
     let mut loads = SMatrix::<f64, 6, 3>::zeros();
     for axis in 0..3 {
@@ -76,7 +76,7 @@ fn loads(chain: &LinearChain, point: &Vector3<f64>, axes: &Rotation3<f64>) -> SM
     loads
 }
 
-/// Loads on the last link whose displacements tell how gravity turns along each of `axes`: `θ × g`, m/s².
+/// Loads on the last link whose displacements are the turn of gravity along each of `axes`: `θ × g`, m/s².
 pub(crate) fn tilts(chain: &LinearChain, axes: &Rotation3<f64>) -> SMatrix<f64, 6, 3> {
     chain.tip_torque * chain.gravity_at_tip.cross_matrix() * axes.matrix()
 }

@@ -1,4 +1,4 @@
-//! The spectrum of a sensor's noise, beside its power.
+//! The shape of the spectrum of a sensor's noise, beside its power.
 
 use core::f32::consts::PI;
 
@@ -9,14 +9,14 @@ pub const MAX_LEVELS: usize = 16;
 /// Most lines of a shape.
 pub const MAX_LINES: usize = 8;
 
-/// Power spectral density of noise, over that of white noise of the same power: steps of constant density, and lines (mains
+/// Power spectral density of noise, over that of white noise of the same power. It has steps of constant density, and lines (mains
 /// hum) that are narrower than the reading could resolve. Frequencies are in cycles per sample, 0 to 0.5.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NoiseShape {
-    /// From frequency 0 on, each up to its end; without any the noise is white.
+    /// Levels from frequency 0 on, each up to its end; without levels the noise is white.
     pub levels: Vec<Level, MAX_LEVELS>,
-    /// In no order.
+    /// Lines, in no order.
     pub lines: Vec<Line, MAX_LINES>,
 }
 
@@ -24,7 +24,7 @@ pub struct NoiseShape {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Level {
-    /// Where it ends and the next one begins, cycles per sample.
+    /// End of this level and start of the next one, cycles per sample.
     pub end: f32,
     /// Density over that of white noise of the same power.
     pub density: f32,
@@ -34,20 +34,20 @@ pub struct Level {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Line {
-    /// Cycles per sample.
+    /// Frequency, cycles per sample.
     pub frequency: f32,
-    /// How far the frequency may be off, cycles per sample.
+    /// Most by which the frequency may be off, cycles per sample.
     pub uncertainty: f32,
-    /// Its part of the noise's power.
+    /// Part of the noise's power that this line has.
     pub share: f32,
 }
 
 impl NoiseShape {
-    /// Constant density.
+    /// White noise: constant density.
     pub const WHITE: Self = Self { levels: Vec::new(), lines: Vec::new() };
 
-    /// What the discrete Fourier transform of so many samples has at a frequency in the mean square, over what white noise of
-    /// the same power has there.
+    /// Mean square of the discrete Fourier transform of `samples` samples at a frequency in cycles per sample, over that of white
+    /// noise of the same power.
     pub fn density(&self, frequency: f32, samples: usize) -> f32 {
         let level = self.levels.iter().find(|level| frequency < level.end);
         let level = level.or(self.levels.last()).map_or(1.0, |level| level.density);
@@ -56,10 +56,11 @@ impl NoiseShape {
 }
 
 impl Line {
-    /// At a distance of d bins a line of power P has `P N²/2 sinc²(d)`, where white noise of that power has `P N`.
+    /// Density of a line. At a distance of d bins a line of power P has `P N²/2 sinc²(d)`, where white noise of that power has
+    /// `P N`.
     ///
-    /// If the frequency may be off by u bins, the peak is spread over `1 + 2u` bins, the sine of `sinc² = sin²(πd) / (πd)²` is the
-    /// mean over where the line may be, and its distance the least.
+    /// If the frequency may be off by u bins, the peak is spread over `1 + 2u` bins. The sine of `sinc² = sin²(πd) / (πd)²` is then
+    /// the mean over where the line may be, and d is the least distance.
     fn density(&self, frequency: f32, samples: usize) -> f32 {
         let samples = samples as f32;
         let uncertainty = self.uncertainty * samples;
@@ -93,7 +94,7 @@ mod tests {
         shape.levels.push(Level { end: 0.5, density: 0.0 }).expect("room");
         shape.lines.push(line).expect("room");
         for bin in 90..112 {
-            // Of power 0.5.
+            // The sine has the power 0.5.
             let measured = transform[bin].norm_sqr() / (0.5 * SAMPLES as f32);
             let density = shape.density(bin as f32 / SAMPLES as f32, SAMPLES);
             let part = measured / density;

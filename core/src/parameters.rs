@@ -1,4 +1,4 @@
-//! What is identified: 6 stiffnesses and 6 dampings of every joint, and the bounds they lie in.
+//! Parameters: 6 stiffnesses and 6 dampings of every joint, and the bounds they lie in.
 
 use core::error::Error;
 use core::fmt;
@@ -8,64 +8,64 @@ use core::f64::consts::TAU;
 use heapless::Vec;
 
 use crate::chain::Chain;
-use crate::unknowns::Sought;
 use crate::{DOF, MAX_JOINTS};
 
 /// Most parameters: 12 per joint.
 pub const MAX_PARAMETERS: usize = 2 * DOF * MAX_JOINTS;
 
-/// Bounds whose ends differ by more than this factor are searched on another scale.
+/// Ranges whose ends differ by more than this factor are searched on the scale of the fourth root.
 const WIDE: f64 = 1000.0;
 
-/// Frequencies at which a bushing may make all that it carries swing, Hz: a robot softer than the lower would not
-/// hold its own weight (it sags by g/ω² = 6 cm), and what is harder than the upper does not bend in any band that is fitted.
+/// Lowest and highest natural frequency of a bushing with all that it carries, Hz. A robot softer than the lower one would not hold
+/// its own weight (it sags by g/ω² = 6 cm). A bushing harder than the upper one does not bend in any band that is fitted.
 pub const NATURAL_HZ: [f64; 2] = [2.0, 2000.0];
-/// Damping ratios of such a swing. Modes of robots that mill have some per cent; the range is ten times wider on both sides.
+/// Lowest and highest damping ratio of a bushing with all that it carries. Modes of robots that mill have some per cent; the range
+/// is ten times wider on both sides.
 pub const DAMPING_RATIO: [f64; 2] = [1e-3, 0.3];
 
-/// Relative distance from an end of its range up to which a parameter counts as on it.
+/// A parameter is on an end of its range up to this relative distance from it.
 const ON_END: f64 = 1e-9;
 
 /// The springs and dampers of one joint, in the order `tx ty tz rx ry rz`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bushing {
-    /// N/m for translations, Nm/rad for rotations.
+    /// Stiffnesses, N/m for translations, Nm/rad for rotations.
     pub stiffness: [f64; DOF],
-    /// Ns/m for translations, Nms/rad for rotations.
+    /// Dampings, Ns/m for translations, Nms/rad for rotations.
     pub damping: [f64; DOF],
 }
 
 /// One bushing per joint, base first.
 pub type Bushings = Vec<Bushing, MAX_JOINTS>;
 
-/// The ranges that the parameters of one joint are sought in, `[lower, upper]`.
+/// Ranges of the parameters of one joint, `[lower, upper]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ranges {
-    /// N/m for translations, Nm/rad for rotations.
+    /// Ranges of the stiffnesses, N/m for translations, Nm/rad for rotations.
     pub stiffness: [[f64; 2]; DOF],
-    /// Ns/m for translations, Nms/rad for rotations.
+    /// Ranges of the dampings, Ns/m for translations, Nms/rad for rotations.
     pub damping: [[f64; 2]; DOF],
 }
 
-/// The ranges that the parameters of a chain are sought in.
+/// Ranges of the parameters of a chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Base first; those beyond the last joint of a chain have no meaning.
+    /// Ranges of each joint, base first; those beyond the last joint of a chain have no meaning.
     pub joints: [Ranges; MAX_JOINTS],
 }
 
 /// A range that cannot be searched: not `0 < lower < upper < ∞`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EmptyBounds {
-    /// From 0, base first.
+    /// Number of the joint, from 0, base first.
     pub joint: usize,
-    /// Whether it is the damping's range, else the stiffness's.
+    /// Whether it is the range of a damping; else it is that of a stiffness.
     pub damping: bool,
     /// Degree of freedom, 0..6.
     pub dof: usize,
 }
 
-/// So many fractions are not the parameters of any chain: 12 for each of 1 to [`MAX_JOINTS`] joints.
+/// This number of fractions fits no chain: a chain has 12 for each of 1 to [`MAX_JOINTS`] joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParameterCount(pub usize);
 
@@ -80,14 +80,14 @@ impl Error for ParameterCount {}
 /// An end of a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The least that a parameter may be.
+    /// Least value of a parameter.
     Lower,
-    /// The most.
+    /// Largest value of a parameter.
     Upper,
 }
 
 impl End {
-    /// The end of the range `[lower, upper]` that a value lies on, or beyond; none inside.
+    /// The end of the range `[lower, upper]` that a value lies on, or beyond; `None` inside.
     pub fn reached([lower, upper]: [f64; 2], value: f64) -> Option<Self> {
         if value <= lower * (1.0 + ON_END) {
             Some(Self::Lower)
@@ -100,7 +100,7 @@ impl End {
 }
 
 impl Bounds {
-    /// The same for every joint; they differ between translations and rotations only.
+    /// Bounds that are the same for every joint, and differ between translations and rotations only.
     pub fn new(
         stiffness_translation: [f64; 2],
         stiffness_rotation: [f64; 2],
@@ -117,8 +117,8 @@ impl Bounds {
         bounds.check().map(|()| bounds)
     }
 
-    /// Bounds that need nobody's experience: each bushing by itself, with all that its joint carries, would swing between
-    /// [`NATURAL_HZ`], damped between [`DAMPING_RATIO`]: `k = m ω²`, `d = 2 ζ m ω`.
+    /// Bounds from the inertias of the chain alone. Each bushing by itself, with all that its joint carries, has a natural
+    /// frequency within [`NATURAL_HZ`] and a damping ratio within [`DAMPING_RATIO`]: `k = m ω²`, `d = 2 ζ m ω`.
     pub fn of(chain: &Chain) -> Self {
         let ranges = |inertia: &[f64; DOF]| Ranges {
             stiffness: inertia.map(|m| NATURAL_HZ.map(|f| m * (TAU * f) * (TAU * f))),
@@ -127,18 +127,18 @@ impl Bounds {
             }),
         };
         let carried = chain.carried();
-        // Joints that the chain has not are never asked for.
+        // The ranges of joints that the chain does not have are never used.
         Self {
             joints: core::array::from_fn(|joint| ranges(carried.get(joint).unwrap_or(&[1.0; DOF]))),
         }
     }
 
-    /// The same for every joint.
+    /// Bounds that are the same for every joint.
     pub fn alike(ranges: Ranges) -> Self {
         Self { joints: [ranges; MAX_JOINTS] }
     }
 
-    /// Whether every range is `0 < lower < upper < ∞`.
+    /// Checks that every range is `0 < lower < upper < ∞`.
     pub fn check(&self) -> Result<(), EmptyBounds> {
         for (joint, own) in self.joints.iter().enumerate() {
             for (damping, ranges) in [(false, &own.stiffness), (true, &own.damping)] {
@@ -154,14 +154,14 @@ impl Bounds {
 
     /// Parameters from `fractions` of the bounds, 0 to 1: joint by joint, six stiffnesses, then six dampings.
     ///
-    /// The scale is linear, as in the paper; but bounds wider than a factor of a thousand tell hardly more than the order of
-    /// magnitude, and there it is that of the fourth root. With bounds ten times wider on both sides than the
-    /// reference scenario's it finds 30 robots of 30, the linear scale 12 of 20; within the scenario's bounds the linear one
-    /// finds more at the first start (59 of 60, and 55), and the logarithm less than either (63 of 100).
+    /// The scale is linear, as in the paper. Bounds wider than a factor of a thousand give hardly more than the order of magnitude,
+    /// and there the scale is that of the fourth root. With bounds ten times wider on both sides than the reference scenario's,
+    /// that scale finds 30 robots of 30, the linear scale 12 of 20. Within the scenario's bounds the linear scale finds more at the
+    /// first start (59 of 60, the fourth root 55), and the logarithm less than either (63 of 100).
     ///
     /// # Errors
     ///
-    /// If they are not twelve for each of 1 to [`MAX_JOINTS`] joints.
+    /// The number of fractions is not twelve for each of 1 to [`MAX_JOINTS`] joints.
     pub fn bushings(&self, fractions: &[f32]) -> Result<Bushings, ParameterCount> {
         let (joints, rest) = fractions.as_chunks::<{ 2 * DOF }>();
         if !rest.is_empty() || !(1..=MAX_JOINTS).contains(&joints.len()) {
@@ -170,7 +170,7 @@ impl Bounds {
         Ok(self.within(fractions))
     }
 
-    /// The same of fractions that are as many as a chain has parameters; those of more joints are left out.
+    /// [`bushings`](Self::bushings) without the check of the number; fractions beyond [`MAX_JOINTS`] joints are left out.
     pub(crate) fn within(&self, fractions: &[f32]) -> Bushings {
         let root = |value: f64| libm::sqrt(libm::sqrt(value));
         let within = |fraction: f32, [lower, upper]: [f64; 2]| {
@@ -193,16 +193,15 @@ impl Bounds {
             .collect()
     }
 
-    /// The middle of the bounds, by their logarithms, for every joint of the chain that something is sought of.
-    pub fn middle(&self, sought: &Sought) -> Bushings {
-        let joints = sought.joints();
+    /// The middle of the bounds, by their logarithms, for a chain of `joints`.
+    pub fn middle(&self, joints: usize) -> Bushings {
         let (lower, upper) = self.logarithms(joints);
         from_logarithms(&core::array::from_fn(|i| 0.5 * (lower[i] + upper[i])), joints)
     }
 
-    /// The upper ends of the bounds, for every joint of the chain that something is sought of: the stiffest robot.
-    pub fn stiffest(&self, sought: &Sought) -> Bushings {
-        self.ends(sought.joints(), 1)
+    /// The upper ends of the bounds, for a chain of `joints`: the stiffest robot.
+    pub fn stiffest(&self, joints: usize) -> Bushings {
+        self.ends(joints, 1)
     }
 
     /// Logarithms of the lower and upper ends for a chain of `joints`, in the order of [`logarithms`].

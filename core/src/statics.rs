@@ -1,10 +1,14 @@
-//! Static experiments: a load is put on the TCP of the robot at rest, and a laser tracker or a dial gauge tells how far
-//! it gives way.
+//! Static tests: a load is put on the TCP of the robot at rest, and a laser tracker or a dial gauge measures how far it gives way.
 //!
-//! That is the receptance at s = 0: with the elongations e_out of a unit force along each measured direction, and q
-//! those under the load, a displacement is `−k e_out q` by the logarithm of each stiffness, and the dampings have no
-//! part in it. Gravity's stiffness and the sag that it works at are those of the records. The load keeps its
-//! direction while the robot gives way: what it does to the stiffness is of the order of the rotation, and left out.
+//! This is the receptance at s = 0. The derivative of a displacement by the logarithm of each stiffness k is
+//!
+//! ```text
+//! −k e_out q
+//! ```
+//!
+//! with the elongations e_out of a unit force along each measured direction, and the elongations q under the load. The dampings
+//! have no part in it. Gravity's stiffness, and the sag at which it acts, are those of the records. The load keeps its direction
+//! while the robot gives way. The effect of the load on the stiffness is of the order of the rotation, and left out.
 
 use heapless::Vec;
 
@@ -16,7 +20,7 @@ use crate::{DOF, MAX_JOINTS};
 /// Most static tests of one robot.
 pub const MAX_STATIC_TESTS: usize = 64;
 
-/// One load at one pose, and how far the TCP gave way.
+/// One load at one pose, and the displacement of the TCP under it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticTest {
     /// Joint angles (or strokes), base first, rad (or m).
@@ -27,10 +31,10 @@ pub struct StaticTest {
     pub displacement: [Option<Reading>; 3],
 }
 
-/// A displacement as it was measured.
+/// A measured displacement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// m.
+    /// Displacement, m.
     pub value: f64,
     /// Standard deviation of its noise, m.
     pub deviation: f64,
@@ -39,7 +43,7 @@ pub struct Reading {
 /// Why static tests are refused; tests count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StaticTestError {
-    /// There are so many, more than [`MAX_STATIC_TESTS`].
+    /// There are this many tests, more than [`MAX_STATIC_TESTS`].
     Count(usize),
     /// The pose of this test has another number of angles than the chain has joints.
     Pose(usize),
@@ -50,13 +54,13 @@ pub enum StaticTestError {
 }
 
 impl StaticTest {
-    /// Displacements that were measured, each with its axis.
+    /// Measured displacements, each with its axis.
     pub fn readings(&self) -> impl Iterator<Item = (usize, Reading)> {
         self.displacement.iter().enumerate().filter_map(|(axis, reading)| Some((axis, (*reading)?)))
     }
 }
 
-/// Whether a fit of a chain of `joints` can take these tests.
+/// Checks that a fit of a chain of `joints` can take these tests.
 ///
 /// # Errors
 /// The first test that is wrong, and what is wrong with it.
@@ -80,21 +84,21 @@ pub fn check(tests: &[StaticTest], joints: usize) -> Result<(), StaticTestError>
     Ok(())
 }
 
-/// How the TCP gives way under a load, by the model.
+/// Displacement of the TCP under a load, by the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deflection {
     /// Displacement of the TCP along its axes, m.
     pub displacement: [f64; 3],
-    /// Its derivatives by the logarithm of each stiffness, `[axis][joint][dof]`, m; the sag stays what it is.
+    /// Derivatives of the displacement by the logarithm of each stiffness, `[axis][joint][dof]`, m, at the same sag.
     pub gradient: [[[f64; DOF]; MAX_JOINTS]; 3],
 }
 
 impl Deflection {
-    /// Of a chain that is linearised at the test's pose, under a wrench (N and Nm on the TCP, along its axes).
+    /// Displacement of a chain that is linearised at the test's pose, under a wrench (N and Nm on the TCP, along its axes).
     ///
     /// # Errors
     ///
-    /// If there is not one bushing per joint.
+    /// The number of bushings is not that of the joints.
     pub fn new(
         chain: &LinearChain,
         bushings: &[Bushing],

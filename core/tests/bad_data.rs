@@ -1,10 +1,6 @@
 //! Data that no parameter can be told from: a clear error, or a verdict that says so; never a confident number, never a
 //! panic.
 
-use crate::common::fits::settle;
-use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
-use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
-use fearless_simd::Level;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::identify::{Acceptance, Estimate, Identifier};
 use flexid_core::parameters::{Bounds, Bushings, EmptyBounds, Ranges};
@@ -12,6 +8,11 @@ use flexid_core::spectrum::{Experiment, Measurement, SpectrumError};
 use flexid_core::stream::Record;
 use flexid_core::unknowns::Coordinate;
 use flexid_core::verdict::Verdict;
+
+use crate::common::fits::settle;
+use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
+use fearless_simd::Level;
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
 /// Spoils a record with a value.

@@ -1,12 +1,13 @@
 //! What a record looks like to all others: the short way of the core, against a fit that has never seen it.
 
-use crate::common::fits::{parameters, problem, refine};
-use crate::common::milling::{Conditions, SAMPLES, cut, record};
-use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, respond};
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::{Complex, Terms};
 use flexid_core::refine::Agreement;
 use flexid_core::spectrum::{Experiment, Measurement, Spectrum};
+
+use crate::common::fits::{parameters, problem, refine};
+use crate::common::milling::{Conditions, SAMPLES, cut, record};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, respond};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 type Dynamic = nalgebra::Complex<f64>;

@@ -1,12 +1,13 @@
 //! Search alone, and search with refinement, on robots drawn uniformly within the scenario's bounds.
 
+use flexid_core::identify::Acceptance;
+use flexid_core::loss::spectral;
+use flexid_core::search::{Search, Sensitivities, Strategy, Weighing};
+
 use crate::common::fits::{identifier, parameters, settle};
 use crate::common::milling::{Conditions, cut, displacement_error, experiments, motion};
 use crate::common::{Random, bounds, mill3, parameter_deviation};
 use fearless_simd::Level;
-use flexid_core::identify::Acceptance;
-use flexid_core::loss::spectral;
-use flexid_core::search::{Search, Sensitivities, Strategy, Weighing};
 
 #[test]
 fn search_alone_beats_the_papers_deviation() {

@@ -1,10 +1,11 @@
 //! What an experiment will tell, foretold without its acceleration, against what the fit of the simulated one says.
 
+use flexid_core::refine::{Information, Refinement};
+use flexid_core::spectrum::Experiment;
+
 use crate::common::fits::{parameters, problem};
 use crate::common::milling::{Conditions, SAMPLES, cut, record};
 use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
-use flexid_core::refine::{Information, Refinement};
-use flexid_core::spectrum::Experiment;
 
 /// Standard deviations of the scenario's first `count` experiments: foretold, told by the records, and fitted.
 fn deviations(count: usize) -> [Vec<f64>; 3] {

@@ -1,11 +1,5 @@
 //! Sensors that sit elsewhere than at the TCP: against dense solves, against finite differences, and end to end.
 
-use crate::common::fits::{
-    assert_within_the_intervals, identifier_of, mean_square, relative, scores, settle,
-};
-use crate::common::milling::{Conditions, SAMPLES, cut, record};
-use crate::common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, mill3, nominal, respond};
-use fearless_simd::Level;
 use flexid_core::calibration::{Calibration, Nuisances};
 use flexid_core::chain::Chain;
 use flexid_core::chain::linearise::LinearChain;
@@ -17,6 +11,13 @@ use flexid_core::receptance::gradient::PerDof;
 use flexid_core::receptance::{Complex, Terms, accelerance};
 use flexid_core::spectrum::{Accelerometer, Experiment, Measurement};
 use flexid_core::unknowns::Sought;
+
+use crate::common::fits::{
+    assert_within_the_intervals, identifier_of, mean_square, relative, scores, settle,
+};
+use crate::common::milling::{Conditions, SAMPLES, cut, record};
+use crate::common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, mill3, nominal, respond};
+use fearless_simd::Level;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, MatrixXx3, Rotation3, Vector3};
 use proptest::prelude::*;
 

@@ -2,15 +2,16 @@
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
+use flexid_core::identify::{Acceptance, Estimate};
+use flexid_core::parameters::Bushings;
+use flexid_core::spectrum::Experiment;
+use flexid_core::stream::{Reading, Record, Stream, StreamConfig};
+
 use crate::common::fits::{identifier, parameters, relative, scores, settle};
 use crate::common::milling::{
     ACCELERATION_NOISE, Conditions, FORCE_NOISE, RATE, SAMPLES, cut, motion,
 };
 use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, mill3};
-use flexid_core::identify::{Acceptance, Estimate};
-use flexid_core::parameters::Bushings;
-use flexid_core::spectrum::Experiment;
-use flexid_core::stream::{Reading, Record, Stream, StreamConfig};
 
 /// Robots of every case.
 const ROBOTS: usize = 4;

@@ -1,8 +1,5 @@
 //! What is off beside the joints: found where it is sought, seen where it is not. And records that retire.
 
-use crate::common::fits::{identifier, mean_square, parameters, relative, scores, settle};
-use crate::common::milling::{Conditions, SAMPLES, STEPS, cut, experiments, record};
-use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, mill3};
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Acceptance, Estimate};
@@ -10,6 +7,10 @@ use flexid_core::parameters::Bushings;
 use flexid_core::spectrum::Experiment;
 use flexid_core::stream::Record;
 use flexid_core::unknowns::{Coordinate, Sought};
+
+use crate::common::fits::{identifier, mean_square, parameters, relative, scores, settle};
+use crate::common::milling::{Conditions, SAMPLES, STEPS, cut, experiments, record};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, mill3};
 
 type Samples = Record<SAMPLES>;
 

@@ -2,13 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use crate::common::{Dense, Random, respond};
 use flexid_core::calibration::Calibration;
 use flexid_core::chain::linearise::LinearChain;
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::gradient::PerDof;
 use flexid_core::receptance::lanes::Scalar;
 use flexid_core::receptance::{Complex, Terms, receptance};
+
+use crate::common::{Dense, Random, respond};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 

@@ -1,14 +1,15 @@
 //! Refinement on records simulated in time: to the noise limit, in both precisions, and from every kind of start.
 
+use flexid_core::chain::{Chain, Joint, JointKind, Link};
+use flexid_core::parameters::{Bounds, Bushings};
+use flexid_core::refine::{Fit, Refinement};
+use flexid_core::spectrum::{Accelerometer, Experiment, Measurement};
+
 use crate::common::fits::{
     self, assert_within_the_intervals, mean_square, parameters, problem, scores,
 };
 use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
 use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
-use flexid_core::chain::{Chain, Joint, JointKind, Link};
-use flexid_core::parameters::{Bounds, Bushings};
-use flexid_core::refine::{Fit, Refinement};
-use flexid_core::spectrum::{Accelerometer, Experiment, Measurement};
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
 /// The truth, every parameter off by 5 %, either way.

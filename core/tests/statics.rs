@@ -1,12 +1,6 @@
 //! Static tests: the displacement against a dense solve, its gradient against finite differences, and fits that rest
 //! on them, with records and without.
 
-use crate::common::fits::{
-    self, Generator, mean_square, parameters, problem, relative, scores, settle,
-};
-use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
-use crate::common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3};
-use fearless_simd::Level;
 use flexid_core::chain::Chain;
 use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::identify::{Acceptance, Estimate, Identifier};
@@ -15,6 +9,13 @@ use flexid_core::refine::{Fit, Problem};
 use flexid_core::spectrum::{Experiment, Measurement};
 use flexid_core::statics::{Deflection, MAX_STATIC_TESTS, Reading, StaticTest, StaticTestError};
 use flexid_core::verdict::Verdict;
+
+use crate::common::fits::{
+    self, Generator, mean_square, parameters, problem, relative, scores, settle,
+};
+use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
+use crate::common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3};
+use fearless_simd::Level;
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use proptest::prelude::*;
 
@@ -210,7 +211,7 @@ fn wide() -> Bounds {
 #[test]
 fn a_start_that_gravity_leaves_no_equilibrium_is_stiffened() {
     let measurement = Measurement { gravity: EARTH.into(), ..MEASUREMENT };
-    let middle = wide().middle(&parameters(3));
+    let middle = wide().middle(3);
     let mut scores = Vec::new();
     for seed in 150..156 {
         let mut random = Random::new(seed);
@@ -247,7 +248,7 @@ fn a_soft_guess_is_stiffened_for_records_too() {
     let problem = problem(&chain, &measurement, &bounds, &sought);
     // Its stiffnesses alone are too soft; its dampings are the truth's.
     let mut guess = truth.clone();
-    for (bushing, soft) in guess.iter_mut().zip(wide().middle(&sought)) {
+    for (bushing, soft) in guess.iter_mut().zip(wide().middle(sought.joints())) {
         bushing.stiffness = soft.stiffness;
     }
     let (refinement, fit) = fits::refine(&problem, &guess, &mut experiments);

@@ -1,15 +1,16 @@
 //! The search reads every fourth bin: it finds as much as it would in all of them.
 
-use crate::common::fits::{parameters, problem, refine};
-use crate::common::milling::{Conditions, RATE, SAMPLES, cut, record};
-use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, parameter_deviation};
-use fearless_simd::Level;
 use flexid_core::loss::spectral;
 use flexid_core::parameters::Bushings;
 use flexid_core::search::{Search, Sensitivities, Strategy, Weighing};
 use flexid_core::spectrum::search::SearchSpectra;
 use flexid_core::spectrum::{Experiment, Measurement};
 use flexid_core::stream::Record;
+
+use crate::common::fits::{parameters, problem, refine};
+use crate::common::milling::{Conditions, RATE, SAMPLES, cut, record};
+use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, parameter_deviation};
+use fearless_simd::Level;
 
 /// From one bin that the search keeps to the next.
 const THINNING: usize = 4;

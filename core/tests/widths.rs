@@ -1,14 +1,15 @@
 //! The same loss and the same fit, whatever the width of the vectors.
 
-use crate::common::fits::{parameters, problem, values};
-use crate::common::milling::{Conditions, SAMPLES, cut, record};
-use crate::common::{BINS, MEASUREMENT, Random, bounds};
-use fearless_simd::Level;
 use flexid_core::chain::Chain;
 use flexid_core::loss::spectral;
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::{Problem, Refinement};
 use flexid_core::spectrum::Experiment;
+
+use crate::common::fits::{parameters, problem, values};
+use crate::common::milling::{Conditions, SAMPLES, cut, record};
+use crate::common::{BINS, MEASUREMENT, Random, bounds};
+use fearless_simd::Level;
 
 /// What the machine has, and AVX2 where that is more; the [baseline](Level::baseline) of x86-64 has neither, and takes one
 /// lane.

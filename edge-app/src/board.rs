@@ -1,7 +1,7 @@
-//! The board on which the pipeline puts its latest news, and from which every client reads at its own pace.
+//! The board on which the daemon puts its latest messages, and from which every client reads at its own pace.
 //!
-//! There is one place for each kind of message: a client that is slow misses the values in between and gets
-//! the latest, and nobody ever waits for it.
+//! The board has one place for each kind of message. A slow client misses the values in between and gets the latest. No thread
+//! waits for a client.
 
 use std::mem::discriminant;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -18,14 +18,14 @@ pub struct Board {
 
 #[derive(Debug, Default)]
 struct Latest {
-    /// One of each kind, oldest first, numbered from 1.
+    /// One message of each kind, oldest first, numbered from 1.
     messages: Vec<(u64, Arc<FromEdge>)>,
     count: u64,
     closed: bool,
 }
 
 impl Board {
-    /// An empty board.
+    /// Makes an empty board.
     pub fn new() -> Self {
         Self::default()
     }
@@ -35,7 +35,7 @@ impl Board {
         self.publish_together([message]);
     }
 
-    /// Puts up messages that belong together: whoever gets one gets the others right after it.
+    /// Puts up messages that belong together. A client that gets one of them gets the others right after it.
     pub fn publish_together<const N: usize>(&self, messages: [FromEdge; N]) {
         let mut latest = self.lock();
         for message in messages.map(Arc::new) {
@@ -47,21 +47,21 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// Takes down the report and its confidence: they are of another robot, or of another measurement.
+    /// Removes the report and its confidence, since they belong to another robot or another measurement.
     pub fn withdraw_finding(&self) {
         let finding =
             |message: &FromEdge| matches!(message, FromEdge::Report(_) | FromEdge::Confidence(_));
         self.lock().messages.retain(|(_, message)| !finding(message));
     }
 
-    /// No news will follow.
+    /// Closes the board. No message will follow.
     pub fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();
     }
 
-    /// Waits, at most `timeout`, for what was put up since `seen` (0 at first), and moves `seen` on: the
-    /// messages, oldest first. `None` when the board is closed and all is seen.
+    /// Waits, at most `timeout`, for messages that were put up since `seen` (0 at first). Returns them, oldest first, and moves
+    /// `seen` on. Returns `None` when the board is closed and all messages are seen.
     pub fn news(&self, seen: &mut u64, timeout: Duration) -> Option<Vec<Arc<FromEdge>>> {
         let (latest, _) = self
             .changed
@@ -79,7 +79,7 @@ impl Board {
     }
 
     fn lock(&self) -> MutexGuard<'_, Latest> {
-        // The messages are whole whoever panicked.
+        // The messages are whole even after a panic.
         self.latest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -121,7 +121,7 @@ mod tests {
         assert_eq!(board.news(&mut seen, Duration::from_secs(60)), None);
     }
 
-    /// Whoever looks at any moment gets the two of one pair, and in their order.
+    /// A client that looks at any moment gets the two messages of one pair, in their order.
     #[test]
     fn what_belongs_together_comes_together() {
         let board = Board::new();

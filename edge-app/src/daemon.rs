@@ -1,7 +1,7 @@
-//! The daemon: a thread that reads the bus, one that solves, and one for each client.
+//! The daemon: one thread reads the bus, one solves, and one serves each client.
 //!
-//! Reading never waits: a record for which there is no room is given up, and a message for a client is put on
-//! the board and fetched from there.
+//! Reading never waits for the solver or a client. A record without room in the queue is given up. A message for a client is
+//! put on the board, from where the client's thread fetches it.
 
 mod journal;
 mod solving;
@@ -12,62 +12,63 @@ use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Sender, TrySendError, bounded};
+use flexid_pipeline::config::Config;
+use flexid_pipeline::source::{ErrorCounts, Flow, FrameSource, LinkState, SourceHealth};
+use flexid_pipeline::stop::Stop;
+use flexid_pipeline::{Counts, Intake, Outcome, Record, STACK};
 use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Status};
 use flexid_wire::text::clipped;
 use tracing::{error, info, warn};
 
 use crate::board::Board;
-use crate::config::Config;
-use crate::pipeline::{Counts, Intake, Outcome, Record, STACK, unchecked};
 use crate::reload::Reload;
 use crate::server::{self, Listener};
-use crate::source::{ErrorCounts, Flow, FrameSource, LinkState, SourceHealth};
-use crate::stop::Stop;
 use crate::store::Store;
 use solving::Solving;
 
-/// Records that may wait for the solver: more than half a minute of milling.
+/// Most records that may wait for the solver: more than half a minute of milling.
 const QUEUE: usize = 8;
-/// Niceness of the solver: whatever the controller does beside it, reading above all, comes first.
+/// Niceness of the solver. All other work of the controller comes first, above all the reading of the bus.
 const SOLVER_NICE: i32 = 10;
-/// The reader looks at the stop switch this often when the bus is silent.
+/// Interval at which the reader checks the stop switch while the bus is silent.
 const LOOK: Duration = Duration::from_millis(200);
-/// Force and acceleration that stay away this long end what was being recorded.
+/// Silence of force and acceleration after which the present record ends.
 const SILENCE: Duration = Duration::from_secs(1);
-/// News of the bus and of the work come this often at most.
+/// Shortest interval between messages about the bus.
 const BUS_NEWS: Duration = Duration::from_millis(500);
+/// Shortest interval between messages about the work, except at a change of phase.
 const WORK_NEWS: Duration = Duration::from_millis(100);
 
-/// What a daemon runs with.
+/// A daemon with all that it runs with.
 #[derive(Clone, Copy, Debug)]
 pub struct Daemon<'a> {
-    /// What it begins with.
+    /// Config at the start.
     pub config: &'a Config,
-    /// Where it serves clients.
+    /// Sockets on which clients are served.
     pub listeners: &'a [Listener],
-    /// Ends it.
+    /// Switch that ends the daemon.
     pub stop: &'a Stop,
-    /// Brings it another config; `None` where none will come.
+    /// Source of later configs. `None` if no config will come.
     pub reload: Option<&'a Reload>,
-    /// Where its numbers survive it; `None` where they need not.
+    /// File in which the state is kept. `None` if it need not be kept.
     pub store: Option<&'a Store>,
 }
 
-/// Why the solver has found nothing although there are records.
+/// Reason why there is no estimate although there are records.
 type Refusal = Mutex<Option<String>>;
 
-/// What the reader has for the solver.
+/// Order of the reader to the solver.
 enum Order {
-    /// A record, with what had come in when it was cut.
+    /// A record, with the counts of what had come in when it was cut.
     Record(Box<Record>, Counts),
-    /// Another config from here on, with what had come in, and whether the stream begins anew with it.
+    /// A config that holds from here on, with the counts of what had come in. `anew` is true if the stream begins anew.
     Reload { config: Arc<Config>, counts: Counts, anew: bool },
 }
 
-/// Runs a daemon that keeps nothing and whose config stays; see [`Daemon::run`].
+/// Runs a daemon that keeps no state and whose config stays. See [`Daemon::run`].
 ///
 /// # Errors
-/// As [`Daemon::run`].
+/// The errors are those of [`Daemon::run`].
 pub fn run(
     config: &Config,
     source: &mut dyn FrameSource,
@@ -78,10 +79,10 @@ pub fn run(
 }
 
 impl Daemon<'_> {
-    /// Runs until `stop`, or until `source` ends. What was read by then is used, unless `stop` asks for haste.
+    /// Runs until `stop` is set or `source` ends. What was read by then is used, as far as the time after `stop` allows.
     ///
     /// # Errors
-    /// The system gave no thread, or one of them has died.
+    /// The system cannot start a thread, or one of the threads has panicked.
     pub fn run(&self, source: &mut dyn FrameSource) -> io::Result<Outcome> {
         let Self { listeners, stop, .. } = *self;
         let board = Board::new();
@@ -89,7 +90,7 @@ impl Daemon<'_> {
             let server = thread::Builder::new().name("flexid-server".into());
             let server = server.spawn_scoped(scope, || server::serve(listeners, &board, stop))?;
             let outcome = self.work(source, &board);
-            // Whatever has happened, the server is told of the end.
+            // The server must end in any case.
             board.close();
             stop.request();
             join(server)?;
@@ -97,7 +98,7 @@ impl Daemon<'_> {
         })
     }
 
-    /// Reads and solves; the last report is on the board when it is done.
+    /// Reads and solves. The last report is on the board when it returns.
     fn work(&self, source: &mut dyn FrameSource, board: &Board) -> io::Result<Outcome> {
         let Self { config, stop, reload, .. } = *self;
         let (sender, receiver) = bounded(QUEUE);
@@ -108,9 +109,10 @@ impl Daemon<'_> {
             let reader = big("flexid-reader")
                 .spawn_scoped(scope, move || reader.run(config, source, &sender))?;
             let solver = big("flexid-solver").spawn_scoped(scope, move || {
-                // Without a solver there is nothing to read for.
+                // Without a solver there is no reason to read.
                 let _end = StopAtEnd(stop);
-                // On Linux the priority is the thread's own. Where it may not be set, the solver shares evenly.
+                // On Linux the priority belongs to the thread. If it cannot be set, the solver has the same priority as the
+                // others.
                 let _ = rustix::process::setpriority_process(None, SOLVER_NICE);
                 Solving::begin(self, board, refusal)?.run(&receiver)
             });
@@ -124,7 +126,7 @@ impl Daemon<'_> {
     }
 }
 
-/// Asks for the end when it goes, even by a panic.
+/// Requests the end when it is dropped, even by a panic.
 struct StopAtEnd<'a>(&'a Stop);
 
 impl Drop for StopAtEnd<'_> {
@@ -133,7 +135,7 @@ impl Drop for StopAtEnd<'_> {
     }
 }
 
-/// What a thread has come to; its panic, which is a bug, is an error here, so that the others end in order.
+/// Returns the result of a thread. A panic, which is a bug, becomes an error, so that the other threads end in order.
 fn join<T>(thread: ScopedJoinHandle<'_, io::Result<T>>) -> io::Result<T> {
     let name = thread.thread().name().unwrap_or_default().to_string();
     thread.join().unwrap_or_else(|_| Err(io::Error::other(format!("the thread {name} has died"))))
@@ -147,7 +149,7 @@ struct Reader<'a> {
     reload: Option<&'a Reload>,
 }
 
-/// What lasts from one config to the next.
+/// Values that stay from one config to the next.
 struct Watch {
     begun: Instant,
     health: SourceHealth,
@@ -156,14 +158,14 @@ struct Watch {
 
 /// Why reading ends.
 enum End {
-    /// For good.
+    /// Reading ends for good.
     Outcome(Box<Outcome>),
-    /// Its stream goes on under another config, from the start.
+    /// A new stream begins under another config.
     Reload(Arc<Config>),
 }
 
 impl Reader<'_> {
-    /// Reads to the end; the outcome as far as it is known here.
+    /// Reads to the end. Returns the outcome as far as the reader can determine it.
     fn run(
         &self,
         config: &Config,
@@ -180,7 +182,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads until the end, or until a config comes under which the frames mean something else.
+    /// Reads until the end, or until a config comes under which the frames have another meaning.
     fn read(
         &self,
         mut config: Arc<Config>,
@@ -189,7 +191,7 @@ impl Reader<'_> {
         watch: &mut Watch,
     ) -> io::Result<End> {
         let streams = Arc::clone(&config);
-        let mut intake = Intake::new(&streams).map_err(unchecked)?;
+        let mut intake = Intake::new(&streams)?;
         let begun = Instant::now();
         let (mut told, mut told_frames) = (begun, 0);
         let (mut flow, mut broken) = (Flow::Open, None);
@@ -206,14 +208,14 @@ impl Reader<'_> {
                 broken = Some(error);
                 Flow::Ended
             });
-            // A config that comes waits for room in the queue, so that it stays between its records: those that are cut, the
-            // one that it ends, and itself.
+            // A new config waits for room in the queue, so that it stays between its records. It needs room for the records
+            // that are cut, for the record that it ends, and for itself.
             let has_room = sender.len() + cut.len() + 2 <= QUEUE;
             let next = self.reload.and_then(Reload::pending).filter(|_| has_room);
             let anew = next.as_ref().is_some_and(|next| {
                 next.stream() != streams.stream() || next.signals != streams.signals
             });
-            // A robot that rests tells nothing that would end its last record.
+            // While the robot rests, no reading comes that would end its last record.
             let frames = intake.counts().stream.frames;
             if frames > heard_frames && flow == Flow::Open && !anew {
                 (heard, heard_frames) = (Instant::now(), frames);
@@ -257,18 +259,18 @@ impl Reader<'_> {
         })))
     }
 
-    /// Cuts what is complete enough when the end comes in mid-record, and waits for room in the queue: the solver, which
-    /// takes no more time for a record then, keeps it for the next daemon.
+    /// Ends the present record at the end of the run, and waits for room in the queue. The solver takes no more time for the
+    /// record then, but keeps it for the next daemon.
     fn keep_last(&self, intake: &mut Intake, sender: &Sender<Order>) {
         let mut cut = Vec::new();
         intake.finish(keep_in(&mut cut));
         for record in cut {
-            // Without a solver there is nobody to keep it.
+            // Without a solver the record cannot be kept.
             let _ = sender.send(Order::Record(record, intake.counts()));
         }
     }
 
-    /// Sends records to the solver; the samples of those for which there is no room.
+    /// Sends records to the solver. Returns the number of samples in the records for which there is no room.
     fn hand_over(&self, records: Vec<Box<Record>>, counts: Counts, sender: &Sender<Order>) -> u64 {
         let mut given_up = 0;
         for record in records {
@@ -280,7 +282,7 @@ impl Reader<'_> {
                     warn!("the solver is {QUEUE} records behind: a record is given up");
                     given_up += samples;
                 }
-                // It has asked for the end.
+                // The solver has ended, and has requested the end.
                 Err(TrySendError::Disconnected(_)) => given_up += samples,
             }
         }
@@ -342,12 +344,12 @@ fn keep_in(cut: &mut Vec<Box<Record>>) -> impl FnMut(&Record) {
     |record| cut.push(Box::new(record.clone()))
 }
 
-/// What is guarded is whole between any two statements.
+/// Locks the refusal. Its value is whole between any two statements, so that a panic leaves it valid.
 fn lock(refusal: &Refusal) -> MutexGuard<'_, Option<String>> {
     refusal.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// As they go onto the wire.
+/// Converts the error counts for the wire.
 fn bus_errors(errors: &ErrorCounts) -> BusErrors {
     BusErrors {
         bus_off: errors.bus_off,
@@ -363,7 +365,7 @@ fn bus_errors(errors: &ErrorCounts) -> BusErrors {
     }
 }
 
-/// Tells the log what is new at the source: each trouble when it comes, and when it is over.
+/// Logs each trouble of the source when it comes and when it is over. Returns `now`.
 fn log_changes(before: &SourceHealth, now: SourceHealth) -> SourceHealth {
     if now.trouble != before.trouble {
         if !now.trouble.is_empty() {

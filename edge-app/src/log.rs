@@ -1,4 +1,4 @@
-//! The log on stderr, which may hold up nobody: lines that nobody reads are lost.
+//! The log on stderr. It never blocks the program: lines that are not read are lost.
 
 use std::io::{Write, stderr};
 
@@ -7,14 +7,13 @@ use tracing::Subscriber;
 use tracing_appender::non_blocking::{NonBlocking, WorkerGuard};
 use tracing_subscriber::EnvFilter;
 
-/// Logs to stderr from here on, as `RUST_LOG` says. The writer is for a last word; the guard flushes, for a second
-/// at most.
+/// Logs to stderr from here on, as `RUST_LOG` selects. The writer is for a last line. The guard flushes for a second at most.
 pub(crate) fn start() -> (NonBlocking, WorkerGuard) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    // On a terminal, as far as NO_COLOR, CLICOLOR and TERM allow.
+    // Colours are for a terminal, as far as NO_COLOR, CLICOLOR and TERM allow.
     let colours = AutoStream::choice(&stderr()) != ColorChoice::Never;
     let (subscriber, writer, guard) = lossy(stderr(), filter, colours);
-    // It fails where there is a logger already: never, in a program that has just begun.
+    // It fails only if there is a logger already, which never happens in a program that has just begun.
     let _ = tracing::subscriber::set_global_default(subscriber);
     (writer, guard)
 }
@@ -43,7 +42,7 @@ mod tests {
 
     use super::*;
 
-    /// Takes one line, and is stuck with the next, as a pipe is that nobody reads.
+    /// Takes a line and blocks, as a pipe that is not read.
     struct Stuck(Sender<()>, Receiver<()>);
 
     impl Write for Stuck {
@@ -62,7 +61,7 @@ mod tests {
     fn a_log_that_nobody_reads_holds_up_nobody() {
         let ((stuck, is_stuck), (_release, released)) = (channel(), channel());
         let (done, is_done) = channel();
-        // A thread of its own: it would never end if it were held up.
+        // The test has a thread of its own, which would never end if the log blocked it.
         thread::spawn(move || {
             let filter = EnvFilter::new("info");
             let (subscriber, mut last, guard) = lossy(Stuck(stuck, released), filter, false);
@@ -79,7 +78,7 @@ mod tests {
         is_done.recv_timeout(Duration::from_secs(30)).expect("the program is held up");
     }
 
-    /// What this test, run by itself with a terminal as its stderr and `variable` set, logs there.
+    /// Runs the test of the colours by itself with a terminal as its stderr and `variable` set. Returns what it logs there.
     fn logged_with(variable: &str, value: &str) -> String {
         let terminal = openpty(None, None).unwrap();
         let mut child = Command::new(std::env::current_exe().unwrap());
@@ -97,12 +96,12 @@ mod tests {
         drop(child);
         assert!(status.success());
         let mut said = Vec::new();
-        // With nobody at the other end it ends with EIO, after all that was written.
+        // The other end is closed, so that the read ends with EIO after all that was written.
         let _ = File::from(terminal.master).read_to_end(&mut said);
         String::from_utf8(said).unwrap()
     }
 
-    /// Set for a child that is to log a line.
+    /// Environment variable that makes a child log a line.
     const LOGS: &str = "FLEXID_TEST_LOGS";
 
     #[test]

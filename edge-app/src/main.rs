@@ -11,17 +11,18 @@ use std::thread;
 
 use anyhow::Context as _;
 use clap::Parser;
-use flexid_edge::config::Config;
-use flexid_edge::console::{self, PrintError, printable};
+use flexid_edge::console::{self, PrintError};
 use flexid_edge::daemon::Daemon;
-use flexid_edge::input::BadInput;
 use flexid_edge::reload::Reload;
 use flexid_edge::server::Listener;
-use flexid_edge::source::{CanSocket, FrameSource, OpenError};
-use flexid_edge::stop::Stop;
 use flexid_edge::store::Store;
-use flexid_edge::summary::Summary;
 use flexid_edge::usage;
+use flexid_pipeline::config::Config;
+use flexid_pipeline::input::BadInput;
+use flexid_pipeline::report::Summary;
+use flexid_pipeline::source::{CanSocket, FrameSource, OpenError};
+use flexid_pipeline::stop::Stop;
+use flexid_pipeline::text::printable;
 use service::{Service, Signals};
 use tracing::info;
 
@@ -44,7 +45,7 @@ fn main() -> ExitCode {
     match run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // The log's way never waits; it does not fail either.
+            // The writer of the log neither waits nor fails.
             let _ = writeln!(log, "flexid-edge: {}", printable(&format!("{error:#}")));
             ExitCode::from(if error.is::<BadInput>() { 2 } else { 1 })
         }
@@ -95,7 +96,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .name("flexid-service".into())
             .spawn_scoped(scope, || service.attend())?;
         let outcome = daemon.run(&mut bus);
-        // It may not have begun.
+        // The daemon may have failed before it could request the end.
         stop.request();
         outcome
     })?;

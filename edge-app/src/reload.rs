@@ -1,36 +1,36 @@
-//! The way of a new config into a daemon that runs.
+//! Passes a new config to a running daemon.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use crate::config::Config;
+use flexid_pipeline::config::Config;
 
-/// Holds the newest config until the daemon has taken it. Interface, addresses and state file are those that the daemon
-/// has begun with, whatever it says.
+/// Holds the newest config until the daemon has taken it. The daemon keeps the interface, addresses and state file with which
+/// it has begun, whatever the config contains.
 #[derive(Debug, Default)]
 pub struct Reload(Mutex<Option<Arc<Config>>>);
 
 impl Reload {
-    /// Without a new config.
+    /// Makes a holder without a config.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Offers a config, in place of one that has not been taken yet.
+    /// Offers a config. It replaces one that has not been taken yet.
     pub fn offer(&self, config: Config) {
         *self.lock() = Some(Arc::new(config));
     }
 
-    /// Whether the last one offered still waits.
+    /// Returns whether the config offered last still waits.
     pub fn is_pending(&self) -> bool {
         self.lock().is_some()
     }
 
-    /// The config that waits.
+    /// Returns the config that waits.
     pub(crate) fn pending(&self) -> Option<Arc<Config>> {
         self.lock().clone()
     }
 
-    /// Takes `config`, unless a newer one has come.
+    /// Removes `config`, which the daemon has taken, unless a newer one has come.
     pub(crate) fn taken(&self, config: &Arc<Config>) {
         let mut pending = self.lock();
         if pending.as_ref().is_some_and(|other| Arc::ptr_eq(other, config)) {
@@ -39,7 +39,7 @@ impl Reload {
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<Arc<Config>>> {
-        // What is guarded is whole between any two statements.
+        // The value is whole between any two statements, so that a panic leaves it valid.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

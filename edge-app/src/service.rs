@@ -1,4 +1,4 @@
-//! What signals ask of the daemon, and what the service manager hears of it.
+//! Signals to the daemon, and messages to the service manager.
 
 use std::io;
 use std::sync::Arc;
@@ -6,27 +6,27 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use flexid_edge::config::Config;
 use flexid_edge::reload::Reload;
-use flexid_edge::stop::Stop;
+use flexid_pipeline::config::Config;
+use flexid_pipeline::stop::Stop;
 use sd_notify::NotifyState;
 use signal_hook::consts::SIGHUP;
 use signal_hook::flag;
 use tracing::{info, warn};
 
-/// Signals are looked at this often.
+/// Interval at which signals are checked.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The signals that have come.
+/// Signals that have come.
 pub(crate) struct Signals {
-    /// SIGTERM or SIGINT.
+    /// SIGTERM or SIGINT has come.
     end: Stop,
-    /// SIGHUP.
+    /// SIGHUP has come.
     again: Arc<AtomicBool>,
 }
 
 impl Signals {
-    /// Catches them from here on: before anything else, so that none ends a daemon that is just beginning.
+    /// Catches the signals from here on. Call it before anything else, so that no signal ends a daemon that is just beginning.
     pub(crate) fn catch() -> io::Result<Self> {
         let (end, again) = (Stop::on_signals()?, Arc::new(AtomicBool::new(false)));
         flag::register(SIGHUP, Arc::clone(&again))?;
@@ -34,9 +34,9 @@ impl Signals {
     }
 }
 
-/// Stands between the signals, the service manager and the daemon.
+/// Connects the signals, the service manager and the daemon.
 pub(crate) struct Service<'a> {
-    /// What the daemon has begun with.
+    /// Config with which the daemon has begun.
     pub(crate) config: &'a Config,
     pub(crate) signals: Signals,
     pub(crate) stop: &'a Stop,
@@ -44,7 +44,7 @@ pub(crate) struct Service<'a> {
 }
 
 impl Service<'_> {
-    /// Does what signals ask until the daemon stops.
+    /// Carries out what the signals request, until the daemon stops.
     pub(crate) fn attend(&self) {
         notify(&[NotifyState::Ready]);
         let mut reloading = false;
@@ -67,7 +67,8 @@ impl Service<'_> {
         self.stop.request();
     }
 
-    /// Offers the daemon the config as its file now is; one that is bad is named, and the daemon keeps the old one.
+    /// Reads the config file again and offers the config to the daemon. A bad file is named in the log, and the daemon keeps
+    /// the old config.
     fn read_config_again(&self) {
         let begun = self.config;
         let mut config = match Config::load(&begun.file) {
@@ -91,13 +92,13 @@ impl Service<'_> {
 }
 
 fn notify_reloading() {
-    // Newer versions of systemd want the time with it.
+    // Newer versions of systemd require the time with it.
     let time = NotifyState::monotonic_usec_now();
     let states: Vec<_> = std::iter::once(NotifyState::Reloading).chain(time).collect();
     notify(&states);
 }
 
-/// Does nothing where there is no systemd.
+/// Notifies the service manager. Does nothing without systemd.
 fn notify(states: &[NotifyState]) {
     if let Err(error) = sd_notify::notify(states) {
         warn!("the service manager does not listen: {error}");

@@ -1,10 +1,10 @@
-//! The file in which a daemon's numbers survive its end: `[state] file`, or `flexid.state` in systemd's state directory.
+//! The file in which a daemon keeps its state: `[state] file`, or `flexid.state` in systemd's state directory.
 //!
 //! ```text
 //! "flexid-state"   version, u32    CRC-32 of the rest, u32    postcard of the State        numbers little-endian
 //! ```
 //!
-//! It is written whole or not at all. A file that cannot be used is put aside under another name, never deleted.
+//! The file is written whole or not at all. A file that holds no usable state is put aside under another name, never deleted.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Write};
@@ -13,29 +13,29 @@ use std::time::SystemTime;
 
 use tracing::warn;
 
-use crate::pipeline::State;
+use flexid_pipeline::State;
 
 const MAGIC: &[u8; 12] = b"flexid-state";
-/// Of the format: what is written by another one is not read. It changes with every struct that is in a state.
+/// Version of the format. A file of another version is not read. The version changes with every struct that is in a state.
 const VERSION: u32 = 4;
 const HEADER: usize = MAGIC.len() + 4 + 4;
-/// Twice what the most records there can be take, bytes.
+/// Largest file that is read, bytes: twice what a state with the most records takes.
 const LARGEST: u64 = 128 << 20;
-/// Where systemd says that a service keeps its state: folders, with colons between them.
+/// Environment variable in which systemd gives the state directory of a service: folders, with colons between them.
 const DIRECTORY: &str = "STATE_DIRECTORY";
-/// In that folder.
+/// Name of the file in that directory.
 const NAME: &str = "flexid.state";
 
-/// Why bytes are no state.
+/// Why bytes hold no state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StateError {
-    /// It begins in another way.
+    /// The bytes do not begin like a state.
     #[error("is no state of flexid-edge")]
     Foreign,
-    /// Of an older or newer flexid.
+    /// The state is of an older or newer flexid.
     #[error("is of format {0}, this flexid-edge writes format {VERSION}")]
     Version(u32),
-    /// Cut off, or changed since it was written.
+    /// The bytes are cut off, or were changed after they were written.
     #[error("is damaged")]
     Damaged,
 }
@@ -47,7 +47,7 @@ pub struct Store {
 }
 
 impl Store {
-    /// In `configured`, or else where systemd says; `None` where neither names a place.
+    /// Finds the place of the file: `configured`, or else systemd's state directory. Returns `None` if neither is given.
     pub fn find(configured: Option<&Path>) -> Option<Self> {
         let systemds = || {
             let folders = std::env::var_os(DIRECTORY)?;
@@ -56,15 +56,15 @@ impl Store {
         configured.map(Path::to_path_buf).or_else(systemds).map(|file| Self { file })
     }
 
-    /// The file.
+    /// Returns the path of the file.
     pub fn file(&self) -> &Path {
         &self.file
     }
 
-    /// Keeps others from the file as long as what is returned lives, by a lock on a file beside it.
+    /// Keeps other daemons from the file as long as the returned value lives, by a lock on a file beside it.
     ///
     /// # Errors
-    /// Another daemon has it; its folder is not there, or may not be written.
+    /// Another daemon holds the lock, or the folder does not exist or is not writable.
     pub fn claim(&self) -> io::Result<File> {
         let lock = File::create(self.beside(".lock"))?;
         match lock.try_lock() {
@@ -76,14 +76,14 @@ impl Store {
         }
     }
 
-    /// The state that was kept; `None` where there is none. A file that is no state is put aside with a warning. Needs a
-    /// thread with a large stack.
+    /// Returns the state that was kept, or `None` if there is none. A file that holds no state is put aside with a warning. The
+    /// calling thread needs a large stack.
     pub fn load(&self) -> Option<State> {
         let bytes = match self.read() {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
             Err(error) => {
-                warn!("{}: cannot be read: {error}: starts anew", self.file.display());
+                self.put_aside(&format!("cannot be read: {error}"));
                 return None;
             }
         };
@@ -99,21 +99,21 @@ impl Store {
     /// Keeps `state` in place of what was kept before.
     ///
     /// # Errors
-    /// The file cannot be written; what was kept before still is.
+    /// The file cannot be written. The state that was kept before stays.
     pub fn save(&self, state: &State) -> io::Result<()> {
-        // Always the same name: what a power cut leaves behind is overwritten, and does not pile up.
+        // The name is always the same: a file that a power cut leaves behind is overwritten, and files do not accumulate.
         let new = self.beside(".new");
         let mut file = File::create(&new)?;
         file.write_all(&encode(state)?)?;
         file.sync_all()?;
         fs::rename(&new, &self.file)?;
-        // Not every file system can; then a power cut may bring back the state before, which is whole.
+        // Not every file system can do this. A power cut may then bring back the state before, which is whole.
         let folder = self.file.parent().filter(|folder| !folder.as_os_str().is_empty());
         let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
         Ok(())
     }
 
-    /// Renames the file, with a warning that says why.
+    /// Renames the file, with a warning that contains the reason.
     pub fn put_aside(&self, why: &str) {
         let now = SystemTime::UNIX_EPOCH.elapsed().map(|elapsed| elapsed.as_secs());
         let aside = self.beside(&format!(".{}", now.unwrap_or_default()));
@@ -137,10 +137,10 @@ impl Store {
     }
 }
 
-/// The bytes of a file.
+/// Returns the bytes of a file that holds `state`.
 ///
 /// # Errors
-/// None: a state can always be written.
+/// There is no error: a state can always be written.
 pub fn encode(state: &State) -> io::Result<Vec<u8>> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(VERSION.to_le_bytes());
@@ -151,10 +151,10 @@ pub fn encode(state: &State) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The state that the bytes of a file hold. Needs a thread with a large stack.
+/// Returns the state that the bytes of a file hold. The calling thread needs a large stack.
 ///
 /// # Errors
-/// They hold none.
+/// The bytes hold no state.
 pub fn decode(bytes: &[u8]) -> Result<State, StateError> {
     let (magic, rest) = bytes.split_first_chunk().ok_or(StateError::Foreign)?;
     if magic != MAGIC {

@@ -1,4 +1,4 @@
-//! The command line of flexid's programs: what a user gets wrong there, said in one line as everywhere else.
+//! The command line of flexid's programs. A mistake there is reported in one line, as in the files.
 
 use std::process::ExitCode;
 
@@ -10,7 +10,7 @@ use crate::console::complain;
 /// Reads the arguments of this program. Help and version go to stdout, and the program ends.
 ///
 /// # Errors
-/// Exit status 2; one line on stderr has named the mistake.
+/// The error is exit status 2. One line on stderr has named the mistake.
 pub fn parse<Arguments: Parser>() -> Result<Arguments, ExitCode> {
     Arguments::try_parse().map_err(|error| {
         if !error.use_stderr() {
@@ -21,7 +21,7 @@ pub fn parse<Arguments: Parser>() -> Result<Arguments, ExitCode> {
     })
 }
 
-/// What is wrong, which clap says in its first paragraph, and what may have been meant.
+/// Returns the first paragraph of clap's message, which names the mistake, and the name that may have been meant.
 fn one_line(error: &clap::Error) -> String {
     let text = error.to_string();
     let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty());
@@ -30,13 +30,13 @@ fn one_line(error: &clap::Error) -> String {
     format!("{}{meant} (see --help)", first.trim_start_matches("error: "))
 }
 
-/// The argument, subcommand or value that is most like the wrong one.
+/// Returns the argument, subcommand or value that is most like the wrong one.
 fn nearest(error: &clap::Error) -> Option<String> {
     let kinds =
         [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::SuggestedValue];
     kinds.into_iter().find_map(|kind| match error.get(kind)? {
         ContextValue::String(name) => Some(name.clone()),
-        // The most similar stands last.
+        // The most similar name is the last.
         ContextValue::Strings(names) => names.last().cloned(),
         _ => None,
     })

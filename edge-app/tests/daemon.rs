@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 
 use embedded_can::{Frame as _, StandardId};
 use flexid_core::stream::Reading;
-use flexid_edge::config::{Config, Listen};
 use flexid_edge::daemon;
-use flexid_edge::pipeline::Outcome;
 use flexid_edge::server::Listener;
-use flexid_edge::source::CanSocket;
-use flexid_edge::stop::Stop;
+use flexid_pipeline::Outcome;
+use flexid_pipeline::config::{Config, Listen};
+use flexid_pipeline::source::CanSocket;
+use flexid_pipeline::stop::Stop;
 use flexid_wire::framing::{Decoder, FRAME_BUFFER, encode};
 use flexid_wire::messages::{BusHealth, BusState, FromEdge, Hello, Status, ToEdge};
 use nix::sys::socket::{AddressFamily, SockFlag, SockType, socketpair};

@@ -7,9 +7,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use flexid_edge::board::Board;
-use flexid_edge::config::Listen;
 use flexid_edge::server::{Listener, MAX_CLIENTS, serve};
-use flexid_edge::stop::Stop;
+use flexid_pipeline::config::Listen;
+use flexid_pipeline::stop::Stop;
 use flexid_wire::framing::{Decoder, FRAME_BUFFER, encode};
 use flexid_wire::messages::{FromEdge, Hello, Phase, Progress, ToEdge};
 

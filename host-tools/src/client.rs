@@ -1,77 +1,77 @@
-//! A client of the daemon: connects, says Hello, and takes its messages.
+//! A client of the daemon. It connects, sends Hello, and receives messages.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use flexid_edge::config::{Listen, ListenError};
+use flexid_pipeline::config::{Listen, ListenError};
 use flexid_wire::framing::{Decoder, FRAME_BUFFER, FrameError, encode};
 use flexid_wire::messages::{FromEdge, Hello, ToEdge};
 use socket2::{Domain, SockAddr, Socket, Type};
 
-/// A daemon that is alive takes a client and answers its Hello within this time.
+/// Time within which a running daemon accepts a client and answers its Hello.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// A daemon that is not there yet is looked for this often.
+/// Interval between two attempts to connect to a daemon that does not listen yet.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// Why a daemon cannot be listened to.
+/// Error of a connection to a daemon.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
-    /// Nobody there.
+    /// No daemon listens at the address.
     #[error(
         "{address}: nobody listens there ({error}): is flexid-edge running, with this address in its [server] listen?"
     )]
     Nobody {
-        /// Where.
+        /// Address of the daemon.
         address: Listen,
-        /// What the kernel says.
+        /// Error of the kernel.
         error: io::Error,
     },
-    /// The socket's file is another group's.
+    /// The socket's file belongs to another group.
     #[error(
         "{address}: this user may not connect ({error}): join the group that `ls -l` shows for the socket, or have the daemon's [server] socket_group and socket_mode changed"
     )]
     NotAllowed {
-        /// Where.
+        /// Address of the daemon.
         address: Listen,
-        /// What the kernel says.
+        /// Error of the kernel.
         error: io::Error,
     },
-    /// The daemon does not want this client.
+    /// The daemon refuses this client.
     #[error("{address}: the daemon refuses: {reason}")]
     Refused {
-        /// Where.
+        /// Address of the daemon.
         address: Listen,
-        /// In the daemon's words.
+        /// Reason, in the daemon's words.
         reason: String,
     },
-    /// What comes is not what a daemon says.
+    /// The bytes received are no message of a daemon.
     #[error("{address}: {error}")]
     Protocol {
-        /// Where.
+        /// Address of the daemon.
         address: Listen,
-        /// What is wrong with it.
+        /// Fault of the bytes.
         error: FrameError,
     },
-    /// Something else answers there.
+    /// Another program answers at the address.
     #[error("{0}: somebody listens there but does not answer as flexid-edge: check the address")]
     Stranger(Listen),
-    /// Nothing answers there.
+    /// No answer comes from the address.
     #[error(
         "{0}: somebody listens there but says nothing: check the address, or restart flexid-edge"
     )]
     Silent(Listen),
-    /// The daemon is gone.
+    /// The daemon closed the connection.
     #[error("{0}: the daemon hung up: it was stopped, or has failed; its log tells")]
     HungUp(Listen),
 }
 
-/// Reads the address of a daemon, on this machine or on another: whether it may be reached from there is the
-/// daemon's to say.
+/// Reads the address of a daemon on this machine or on another. The daemon decides whether other machines may
+/// connect.
 ///
 /// # Errors
-/// The forms there are.
+/// The text has none of the valid forms. The error lists them.
 pub fn address(text: &str) -> Result<Listen, ListenError> {
     let elsewhere = || text.strip_prefix("tcp:")?.parse().ok().map(Listen::Tcp);
     match Listen::parse(text, Path::new("")) {
@@ -80,7 +80,7 @@ pub fn address(text: &str) -> Result<Listen, ListenError> {
     }
 }
 
-/// A connection that both sides have agreed on.
+/// A connection after the exchange of Hello.
 #[derive(Debug)]
 pub struct Client {
     address: Listen,
@@ -89,11 +89,11 @@ pub struct Client {
 }
 
 impl Client {
-    /// Connects to the daemon at `address`. With a `deadline`, a daemon that is not there is waited for, and
-    /// nothing takes longer.
+    /// Connects to the daemon at `address`. With a `deadline`, it waits for a daemon that does not listen yet, and
+    /// ends at the deadline.
     ///
     /// # Errors
-    /// Nobody listens there, or it is not a daemon of this version.
+    /// No daemon listens there, or it is not a daemon of this version.
     pub fn connect(address: &Listen, deadline: Option<Instant>) -> Result<Self, ClientError> {
         let left = || match deadline {
             Some(end) => end.saturating_duration_since(Instant::now()).min(PATIENCE),
@@ -134,10 +134,10 @@ impl Client {
     /// The next message; `None` when none comes within `timeout`.
     ///
     /// # Errors
-    /// The daemon hung up, or talks rubbish.
+    /// The daemon closed the connection, or sent an invalid message.
     pub fn next(&mut self, timeout: Duration) -> Result<Option<FromEdge>, ClientError> {
         let hung_up = || ClientError::HungUp(self.address.clone());
-        // Zero would wait for ever.
+        // A timeout of zero would wait for ever.
         let timeout = timeout.max(Duration::from_millis(1));
         self.socket.set_read_timeout(Some(timeout)).map_err(|_| hung_up())?;
         loop {
@@ -171,7 +171,7 @@ fn connect(address: &Listen, timeout: Duration) -> io::Result<Socket> {
         Listen::Tcp(address) => (Domain::for_address(*address), SockAddr::from(*address)),
     };
     let socket = Socket::new(domain, Type::STREAM, None)?;
-    // Zero is no timeout that a socket takes.
+    // A socket refuses a timeout of zero.
     socket.connect_timeout(&address, timeout.max(Duration::from_millis(1)))?;
     Ok(socket)
 }

@@ -1,12 +1,12 @@
-//! How a program ends: its complaint of one line, and its exit status.
+//! The end of a program: an error message of one line, and the exit status.
 
 use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Parser;
 use flexid_edge::console::{PrintError, complain};
-use flexid_edge::input::BadInput;
 use flexid_edge::usage;
+use flexid_pipeline::input::BadInput;
 
 /// Exit status for bad input or usage.
 const BAD_INPUT: u8 = 2;
@@ -23,7 +23,7 @@ pub(crate) fn main<A: Parser>(run: impl FnOnce(&A) -> Result<()>) -> ExitCode {
         Err(status) => return status,
     };
     let Err(error) = run(&arguments) else { return ExitCode::SUCCESS };
-    // Who reads no further has what he wanted.
+    // A reader that closes the pipe has read all that it needs.
     if matches!(error.downcast_ref(), Some(PrintError::Closed)) {
         return ExitCode::SUCCESS;
     }

@@ -3,20 +3,11 @@
 
 pub mod client;
 pub mod commands;
-mod compact;
-mod confidence;
 pub mod demo;
 mod exit;
-mod news;
 mod output;
-mod page;
 pub mod plan;
 mod progress;
-mod readout;
 pub mod recording;
-pub mod reproduce;
-pub mod simulation;
-pub mod table;
-pub mod truth;
+mod show;
 pub mod urdf;
-pub mod validation;

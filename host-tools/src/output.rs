@@ -1,4 +1,5 @@
-//! A result file. Whether it can be written is known before the work begins, and it comes whole or not at all.
+//! A result file. The program checks before the work begins that it can write the file. It writes a regular file
+//! whole or not at all.
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Write as _};
@@ -6,7 +7,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
-use flexid_edge::input::BadInput;
+use flexid_pipeline::input::BadInput;
 use tempfile::NamedTempFile;
 
 /// A file that is going to be written.
@@ -18,28 +19,28 @@ pub(crate) struct Output {
 
 #[derive(Debug)]
 enum Target {
-    /// To be replaced by one of the same permissions.
+    /// A regular file, which a new file of the same permissions replaces.
     File { path: PathBuf, permissions: Permissions },
-    /// A pipe or a device: nothing may take its place.
+    /// A pipe or a device, which no other file may replace.
     Stream(File),
 }
 
 impl Output {
-    /// Makes sure that `file` can be written. Nothing is changed yet.
+    /// Checks that `file` can be written, and leaves it unchanged.
     ///
     /// # Errors
-    /// It cannot be written; what to do.
+    /// The file cannot be written. The error states what to do.
     pub(crate) fn create(file: &Path) -> Result<Self, BadInput> {
         let unwritable = |error| unwritable(file, &error);
         let target = Target::new(file).map_err(unwritable)?;
         if let Target::File { path, permissions } = &target {
-            // Goes again at once: who breaks off the work finds nothing left behind.
+            // The temporary file is removed at once, so that an interrupted run leaves no file behind.
             beside(path, permissions).map_err(unwritable)?;
         }
         Ok(Self { file: file.to_owned(), target })
     }
 
-    /// Writes all of it. Until it is all there, the file is what it was before.
+    /// Writes all of `text`. A regular file keeps its old contents until the new ones are complete.
     ///
     /// # Errors
     /// The disk is full or broken.
@@ -57,12 +58,12 @@ impl Target {
         match OpenOptions::new().append(true).open(file) {
             Ok(stream) if !stream.metadata()?.is_file() => Ok(Self::Stream(stream)),
             Ok(present) => {
-                // What a link points to is replaced, not the link.
+                // The target of a link is replaced, not the link.
                 let path = fs::canonicalize(file)?;
                 Ok(Self::File { path, permissions: present.metadata()?.permissions() })
             }
             Err(error) if error.kind() == ErrorKind::NotFound => {
-                // The umask takes away what a new file must not allow.
+                // The umask removes the permissions that a new file must not have.
                 Ok(Self::File { path: file.to_owned(), permissions: Permissions::from_mode(0o666) })
             }
             Err(error) => Err(error),
@@ -70,7 +71,7 @@ impl Target {
     }
 }
 
-/// An empty file in the folder of `path`.
+/// An empty temporary file in the folder of `path`.
 fn beside(path: &Path, permissions: &Permissions) -> io::Result<NamedTempFile> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
@@ -85,10 +86,10 @@ fn replace(path: &Path, permissions: &Permissions, text: &str) -> io::Result<()>
     Ok(())
 }
 
-/// Makes sure that `folder` is there.
+/// Makes `folder` if it does not exist.
 ///
 /// # Errors
-/// It cannot be made; what to do.
+/// The folder cannot be made. The error states what to do.
 pub(crate) fn folder(folder: &Path) -> Result<(), BadInput> {
     fs::create_dir_all(folder).map_err(|error| {
         let why = match error.kind() {
@@ -100,7 +101,7 @@ pub(crate) fn folder(folder: &Path) -> Result<(), BadInput> {
     })
 }
 
-/// Why `file` cannot be written, and the mend.
+/// The error for a `file` that cannot be written: the cause and the remedy.
 pub(crate) fn unwritable(file: &Path, error: &io::Error) -> BadInput {
     let why = match error.kind() {
         ErrorKind::NotFound => "its folder is not there: make it first".to_owned(),

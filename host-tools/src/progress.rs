@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 
-/// A bar of `length` ticks, with the time left as the ticks so far let expect it.
+/// A bar of `length` ticks, with the time left estimated from the ticks so far.
 pub(crate) fn bar(length: u64, doing: &'static str) -> ProgressBar {
     ProgressBar::new(length).with_message(doing).with_style(estimated())
 }
 
-/// A bar of `length` milliseconds of work that goes at the pace of the clock: what is left of them is the time left.
+/// A bar of `length` milliseconds of work in real time. The milliseconds left are the time left.
 pub(crate) fn timed(length: u64, doing: &'static str) -> ProgressBar {
     let left = |state: &ProgressState, text: &mut dyn Write| {
         // The bar's own writer does not fail.
@@ -20,7 +20,7 @@ pub(crate) fn timed(length: u64, doing: &'static str) -> ProgressBar {
     ProgressBar::new(length).with_message(doing).with_style(style)
 }
 
-/// Something moves, and nobody knows how much there is.
+/// A spinner for work of unknown length.
 pub(crate) fn endless(doing: &'static str) -> ProgressBar {
     ProgressBar::no_length().with_message(doing).with_style(style("{spinner} {msg}"))
 }
@@ -36,7 +36,7 @@ fn style(template: &str) -> ProgressStyle {
     style.progress_chars("=> ")
 }
 
-/// Of a bar of `length` milliseconds, in words.
+/// The time left of a bar of `length` milliseconds, in words.
 fn time_left(position: u64, length: Option<u64>) -> String {
     let left = length.unwrap_or_default().saturating_sub(position);
     HumanDuration(Duration::from_secs(left.div_ceil(1000))).to_string()
@@ -46,7 +46,7 @@ fn time_left(position: u64, length: Option<u64>) -> String {
 mod tests {
     use super::*;
 
-    /// Whatever the first ticks take: an estimate from them was off by hundreds of times.
+    /// The time left does not depend on the first ticks. An estimate from them was off by hundreds of times.
     #[test]
     fn the_time_left_of_work_in_time_is_what_is_left_of_it() {
         assert_eq!(time_left(0, Some(14_288)), "15 seconds");

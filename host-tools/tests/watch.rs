@@ -8,9 +8,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use flexid_edge::board::Board;
-use flexid_edge::config::Listen;
 use flexid_edge::server::{Listener, serve};
-use flexid_edge::stop::Stop;
+use flexid_pipeline::config::Listen;
+use flexid_pipeline::stop::Stop;
 use flexid_wire::confidence::{Confidence, JointIntervals, Residuals};
 use flexid_wire::framing::{FRAME_BUFFER, encode};
 use flexid_wire::messages::{

@@ -1,4 +1,4 @@
-//! A folder with a robot and its configuration, and the commands that a user gives in it.
+//! A folder with a robot and its configuration, and the commands of a user in it.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -17,10 +17,10 @@ use crate::process::{Ended, Program, until};
 use crate::programs;
 use crate::report::Report;
 
-/// Where the daemon of a bench listens, as `flexid watch` takes it.
+/// Address of a bench's daemon, as `flexid watch` takes it.
 pub const ADDRESS: &str = "unix:flexid.sock";
 
-/// The reference robot: URDF, DBC and scenario.
+/// Folder of the reference robot: URDF, DBC and scenario.
 const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../host-tools/scenario");
 
 /// A temporary folder.
@@ -29,12 +29,12 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// A bench with nothing in it.
+    /// An empty bench.
     pub fn empty() -> Result<Self> {
         Ok(Self { folder: tempfile::tempdir()? })
     }
 
-    /// The reference scenario as it is shipped; its configuration is also there as `edge.toml`.
+    /// A bench with the reference scenario as it is shipped. Its configuration is also there as `edge.toml`.
     pub fn scenario() -> Result<Self> {
         let bench = Self::empty()?;
         for file in fs::read_dir(SCENARIO).context(SCENARIO)? {
@@ -45,7 +45,7 @@ impl Bench {
         Ok(bench)
     }
 
-    /// The reference scenario with the files of a recording; its logs are unpacked beside them.
+    /// A bench with the reference scenario and the files of a recording. Its logs are unpacked beside them.
     pub fn recording(folder: &Path) -> Result<Self> {
         let bench = Self::scenario()?;
         for file in fs::read_dir(folder)? {
@@ -106,12 +106,12 @@ impl Bench {
         Ok(edge)
     }
 
-    /// Starts a candump of `interface`, which counts what it misses itself. Its buffer holds all that a test sends: a guest kernel
-    /// that was held up sends it in bursts.
+    /// Starts a candump of `interface`, which counts the frames that it misses. Its buffer holds all that a test
+    /// sends, since a guest kernel that was held up sends it in bursts.
     pub fn candump(&self, interface: &str) -> Result<Program> {
         let listener =
             self.start("candump", "candump", ["-L", "-d", "-r", "64000000", interface])?;
-        std::thread::sleep(Duration::from_millis(500)); // it does not say when it listens
+        std::thread::sleep(Duration::from_millis(500)); // it does not report when it listens
         Ok(listener)
     }
 
@@ -139,7 +139,7 @@ impl Bench {
         report.context("nothing was watched")
     }
 
-    /// Ends the daemon as an init system does, and holds it to a clean end.
+    /// Ends the daemon as an init system does, and checks that it ends cleanly.
     pub fn stop(&self, edge: Program) -> Result<Ended> {
         edge.signal(Signal::SIGTERM)?;
         let ended = edge.succeed(Duration::from_secs(10))?;

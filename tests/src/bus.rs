@@ -1,4 +1,4 @@
-//! A real vcan for a test target: it runs itself again under `with-vcan`, and never skips.
+//! A real vcan for a test target. The target runs itself again under `with-vcan`, and never skips.
 
 use std::io::Write;
 use std::process::{Command, ExitCode, Output};
@@ -12,10 +12,10 @@ use crate::programs;
 /// The interface that `with-vcan` makes.
 pub const INTERFACE: &str = "vcan0";
 
-/// Set by `with-vcan` for what it runs.
+/// The variable that `with-vcan` sets for the program that it runs.
 const INSIDE: &str = "FLEXID_BUS";
 
-/// Which tests this process runs: `FIRST/STEP`.
+/// The variable with the tests that this process runs: `FIRST/STEP`.
 const SHARE: &str = "FLEXID_SHARE";
 
 /// A named test.
@@ -23,8 +23,8 @@ pub fn test(name: &str, run: fn() -> Result<()>) -> Trial {
     Trial::test(name, move || run().map_err(|error| Failed::from(format!("{error:#}"))))
 }
 
-/// `main` of a test target whose `tests` share [`INTERFACE`]: one after the other on a network of their own, on as many
-/// networks at once as there are processors.
+/// `main` of a test target whose `tests` share [`INTERFACE`]. The tests run one after the other on a network of their
+/// own, on as many networks at once as there are processors.
 pub fn main(mut tests: Vec<Trial>) -> ExitCode {
     let mut arguments = Arguments::from_args();
     if arguments.list || std::env::var_os(INSIDE).is_some() {
@@ -47,7 +47,7 @@ pub fn main(mut tests: Vec<Trial>) -> ExitCode {
     })
 }
 
-/// Runs every `step`th test from the `first` on a bus: this program again, under `with-vcan`.
+/// Runs every `step`th test from the `first` on a bus, by this program again under `with-vcan`.
 fn enter(first: usize, step: usize) -> Result<Output> {
     let programs = programs::folder()?;
     Command::new(concat!(env!("CARGO_MANIFEST_DIR"), "/with-vcan"))
@@ -59,11 +59,11 @@ fn enter(first: usize, step: usize) -> Result<Output> {
         .context("tests/with-vcan cannot be run")
 }
 
-/// Prints what was `ended`; whether it succeeded.
+/// Prints the output of an `ended` run. Returns whether it succeeded.
 fn shown(ended: &Result<Output>) -> bool {
     match ended {
         Ok(output) => {
-            // Nobody reads where they are closed.
+            // An error only means that the output is closed.
             let _ = std::io::stderr().write_all(&output.stderr);
             let _ = std::io::stdout().write_all(&output.stdout);
             output.status.success()
@@ -75,7 +75,7 @@ fn shown(ended: &Result<Output>) -> bool {
     }
 }
 
-/// Runs `ip link ARGUMENTS`, such as `set vcan0 down`.
+/// Runs `ip link ARGUMENTS`, for example `set vcan0 down`.
 pub fn ip_link(arguments: &str) -> Result<()> {
     let output = Command::new("ip").arg("link").args(arguments.split_whitespace()).output()?;
     let errors = String::from_utf8_lossy(&output.stderr);
@@ -83,7 +83,7 @@ pub fn ip_link(arguments: &str) -> Result<()> {
     Ok(())
 }
 
-/// Makes [`INTERFACE`] as it was at the start, whatever a test did to it.
+/// Restores [`INTERFACE`] to its state at the start, whatever a test did to it.
 pub fn restore() -> Result<()> {
     if ip_link(&format!("show {INTERFACE}")).is_err() {
         ip_link(&format!("add {INTERFACE} type vcan"))?;
@@ -91,7 +91,7 @@ pub fn restore() -> Result<()> {
     ip_link(&format!("set {INTERFACE} up"))
 }
 
-/// Sends one frame in the notation of `cansend`, such as `101#0011`.
+/// Sends one frame in the notation of `cansend`, for example `101#0011`.
 pub fn send(frame: &str) -> Result<()> {
     let status = Command::new("cansend").args([INTERFACE, frame]).status();
     let status = status.context("cansend is missing: apt-get install can-utils")?;

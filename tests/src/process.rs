@@ -1,4 +1,5 @@
-//! A program run beside the test: its output in files, an end that is awaited, and none left behind.
+//! A program that runs beside the test. Its output goes to files, the test waits for its end, and none is left
+//! behind.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -9,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
-/// How often a condition is looked at.
+/// Interval between two checks of a condition.
 const POLL: Duration = Duration::from_millis(20);
 
 /// A running program; killed when dropped.
@@ -23,11 +24,11 @@ pub struct Program {
 /// A program that has ended.
 #[derive(Debug)]
 pub struct Ended {
-    /// How it ended.
+    /// Exit status.
     pub status: ExitStatus,
-    /// What it wrote to stdout.
+    /// Output on stdout.
     pub output: String,
-    /// What it wrote to stderr.
+    /// Output on stderr.
     pub errors: String,
 }
 
@@ -67,12 +68,12 @@ impl Program {
         Ok(ended)
     }
 
-    /// What it has written to stdout.
+    /// Output on stdout so far.
     pub fn output(&self) -> Result<String> {
         Ok(String::from_utf8_lossy(&fs::read(&self.output)?).into_owned())
     }
 
-    /// What it has written to stderr.
+    /// Output on stderr so far.
     pub fn errors(&self) -> Result<String> {
         Ok(String::from_utf8_lossy(&fs::read(&self.errors)?).into_owned())
     }
@@ -99,13 +100,13 @@ impl Program {
 
 impl Drop for Program {
     fn drop(&mut self) {
-        // It may have ended: then there is nothing to kill, and nothing to do about it.
+        // The program may have ended before. The errors are then expected.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Looks at `condition` until it holds, at most `timeout`; `what` names it in the error.
+/// Checks `condition` until it holds, at most `timeout`; `what` names it in the error.
 pub fn until(
     what: &str,
     timeout: Duration,

@@ -1,4 +1,4 @@
-//! The programs under test, as they are shipped: built with the release profile, unless others are named.
+//! The programs under test as they are shipped: built with the release profile, unless others are named.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -8,12 +8,12 @@ use std::sync::OnceLock;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
-/// Names the folder of programs that are built: to the tests that run inside a bus, where nothing is built, and by whom has
-/// them already.
+/// The variable with the folder of built programs. Tests that run inside a bus need it, since nothing is built there.
+/// Users who have built the programs may set it.
 pub const FOLDER: &str = "FLEXID_PROGRAMS";
 
-/// The folder that holds `flexid` and `flexid-edge`. Builds them, once in a process, unless [`FOLDER`] says
-/// where they are.
+/// The folder that holds `flexid` and `flexid-edge`. The function builds them, once in a process, unless [`FOLDER`]
+/// names the folder.
 pub fn folder() -> Result<&'static Path> {
     static BUILT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     let built = BUILT.get_or_init(|| match std::env::var_os(FOLDER) {

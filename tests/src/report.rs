@@ -1,70 +1,70 @@
-//! What `flexid identify --json` and `flexid watch --json` are relied upon to hold; they may hold more.
+//! The fields of `flexid identify --json` and `flexid watch --json` that the tests rely on. Both may hold more.
 
 use anyhow::{Context, Result};
 use serde::Deserialize;
 use serde_json::Value;
 
-/// Identified joints, and how the fit went.
+/// Identified joints, and the result of the fit.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Report {
-    /// Base first.
+    /// Joints, base first.
     pub joints: Vec<Joint>,
-    /// How the fit went.
+    /// Result of the fit.
     pub fit: Fit,
-    /// What a person should know.
+    /// Warnings for people.
     pub warnings: Vec<String>,
-    /// How far to trust it.
+    /// Confidence in the report.
     pub confidence: Confidence,
 }
 
 /// One joint; DOF order `tx ty tz rx ry rz`, SI units.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Joint {
-    /// As in the model.
+    /// Name as in the model.
     pub name: String,
-    /// N/m, Nm/rad.
+    /// Stiffnesses, N/m, Nm/rad.
     pub stiffness: [f64; 6],
-    /// Unit of the stiffness; none where it is not observable or fixed.
+    /// Standard deviations, unit of the stiffness; `None` where it is not observable or fixed.
     pub stiffness_std: [Option<f64>; 6],
-    /// `identified`, `weak`, `not_observable` or `fixed`.
+    /// Verdicts: `identified`, `weak`, `not_observable` or `fixed`.
     pub stiffness_verdict: [String; 6],
-    /// Ns/m, Nms/rad.
+    /// Dampings, Ns/m, Nms/rad.
     pub damping: [f64; 6],
-    /// Unit of the damping; none where it is not observable or fixed.
+    /// Standard deviations, unit of the damping; `None` where it is not observable or fixed.
     pub damping_std: [Option<f64>; 6],
-    /// `identified`, `weak`, `not_observable` or `fixed`.
+    /// Verdicts: `identified`, `weak`, `not_observable` or `fixed`.
     pub damping_verdict: [String; 6],
 }
 
-/// How the fit went.
+/// The result of the fit.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Fit {
-    /// Records that the numbers rest on.
+    /// Number of records on which the numbers rest.
     pub records: u64,
-    /// Force and acceleration frames taken.
+    /// Number of force and acceleration frames taken.
     pub frames: u64,
-    /// Force and acceleration frames that their counters say are missing.
+    /// Number of force and acceleration frames that are missing by their counters.
     pub frames_lost: u64,
     /// Surface similarity parameter.
     pub ssp: f64,
     /// χ² per degree of freedom.
     pub consistency: f64,
-    /// Samples that the search cost.
+    /// Number of samples that the search evaluated.
     pub search_evaluations: u64,
-    /// Gauss-Newton iterations.
+    /// Number of Gauss-Newton iterations.
     pub refine_iterations: u64,
-    /// Time that it took, s.
+    /// Time of the fit, s.
     pub seconds: f64,
 }
 
-/// How far to trust a report.
+/// The confidence in a report.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Confidence {
-    /// Base first.
+    /// Intervals of the joints, base first.
     pub joints: Vec<Intervals>,
-    /// How what was sought depends on each other.
+    /// Correlations of the unknowns.
     pub correlations: Correlations,
-    /// What is left between model and measurement.
+    /// Residuals between model and measurement.
     pub residuals: Residuals,
     /// Each record as a fit to all the others predicts it.
     pub held_out: Vec<HeldOut>,
@@ -73,29 +73,29 @@ pub struct Confidence {
 /// The 95 % intervals of one joint.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Intervals {
-    /// As in the model.
+    /// Name as in the model.
     pub name: String,
-    /// Least and most, N/m, Nm/rad; none where there is no honest one.
+    /// Lower and upper ends, N/m, Nm/rad; `None` where there is no valid interval.
     pub stiffness_interval: [Option<[f64; 2]>; 6],
-    /// Least and most, Ns/m, Nms/rad; none where there is no honest one.
+    /// Lower and upper ends, Ns/m, Nms/rad; `None` where there is no valid interval.
     pub damping_interval: [Option<[f64; 2]>; 6],
 }
 
 /// The correlation matrix, per cent.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Correlations {
-    /// Of rows and columns.
+    /// Names of rows and columns.
     pub unknowns: Vec<String>,
     /// The lower triangle without its diagonal.
     pub percent: Vec<i8>,
 }
 
-/// What is left between model and measurement.
+/// The residuals between model and measurement.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Residuals {
-    /// They are larger than noise explains.
+    /// Whether the residuals are larger than noise explains.
     pub size_objects: bool,
-    /// They have more structure than noise explains.
+    /// Whether the residuals have more structure than noise explains.
     pub whiteness_objects: bool,
 }
 
@@ -109,7 +109,7 @@ pub struct HeldOut {
 }
 
 impl Report {
-    /// The last of the JSON documents in `text`; those before may be news of another kind.
+    /// The last of the JSON documents in `text`. Those before may be of another kind.
     pub fn last_of(text: &str) -> Result<Self> {
         let last = serde_json::Deserializer::from_str(text)
             .into_iter::<Value>()

@@ -12,9 +12,9 @@ use crate::report::Report;
 /// Six stiffnesses and six dampings, SI, in the order `tx ty tz rx ry rz`.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Bushing {
-    /// N/m, Nm/rad.
+    /// Stiffnesses, N/m, Nm/rad.
     pub stiffness: [f64; 6],
-    /// Ns/m, Nms/rad.
+    /// Dampings, Ns/m, Nms/rad.
     pub damping: [f64; 6],
 }
 
@@ -32,7 +32,7 @@ pub struct Bounds {
 pub struct Truth(BTreeMap<String, Bushing>);
 
 impl Truth {
-    /// Of a scenario file: a table `[[truth]]` per joint.
+    /// The truth of a scenario file, with a table `[[truth]]` per joint.
     pub fn of_scenario(file: &Path) -> Result<Self> {
         #[derive(Deserialize)]
         struct Scenario {
@@ -48,12 +48,12 @@ impl Truth {
         Ok(Self(scenario.truth.into_iter().map(|joint| (joint.joint, joint.bushing)).collect()))
     }
 
-    /// Of the `truth.json` of a recording.
+    /// The truth of the `truth.json` of a recording.
     pub fn of_recording(truth: &serde_json::Value) -> Result<Self> {
         Ok(Self(serde_json::from_value(truth["truth"].clone())?))
     }
 
-    /// That of a joint.
+    /// The true bushing of a joint.
     pub fn joint(&self, name: &str) -> Result<&Bushing> {
         self.0.get(name).with_context(|| format!("no joint is called {name}"))
     }
@@ -79,7 +79,7 @@ impl Truth {
 }
 
 impl Bounds {
-    /// Of the `[bounds]` of an `edge.toml` or a scenario.
+    /// The bounds of the section `[bounds]` of an `edge.toml` or a scenario.
     pub fn of(file: &Path) -> Result<Self> {
         #[derive(Deserialize)]
         struct Section {

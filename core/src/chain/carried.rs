@@ -1,4 +1,4 @@
-//! What each joint carries.
+//! Inertia that each joint carries.
 
 use heapless::Vec;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
@@ -6,13 +6,13 @@ use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use super::Chain;
 use crate::{DOF, MAX_JOINTS};
 
-/// Least radius of gyration, m: files that give a flange without its tool have less.
+/// Lower limit of the radius of gyration, m. Files that describe a flange without its tool have a smaller one.
 const LEAST_RADIUS: f64 = 0.1;
 
 impl Chain {
-    /// Inertia of all links beyond each joint at its bushing's six degrees of freedom, base first: the mass, kg, and the
-    /// moments of inertia about the axes of the joint frame, kg m², at least those of the mass at 0.1 m from them. All angles
-    /// and strokes are zero.
+    /// Inertia of all links that each joint carries, at the six degrees of freedom of its bushing, base first. The first
+    /// three entries are the mass, kg. The last three are the moments of inertia about the axes of the joint frame, kg m², at
+    /// least those of the mass at 0.1 m from the axes. All joint angles and strokes are zero.
     pub fn carried(&self) -> Vec<[f64; DOF], MAX_JOINTS> {
         let carried = |first: usize| {
             let (mut mass, mut moments) = (0.0, Matrix3::zeros());
@@ -45,7 +45,7 @@ mod tests {
     use super::*;
     use crate::chain::{Joint, JointKind, Link};
 
-    /// Two small masses on a line: 3 kg at 2 m and 5 kg at 6 m from the first joint, the second joint at 5 m.
+    /// Two small masses lie on a line: 3 kg at 2 m and 5 kg at 6 m from the first joint. The second joint is at 5 m.
     #[test]
     fn masses_on_a_line_have_their_moments() {
         let joint = |offset: f64, mass: f64, centre: f64| Joint {
@@ -62,7 +62,7 @@ mod tests {
         let chain = Chain::new(&joints, Isometry3::identity()).unwrap();
         let carried = chain.carried();
         let about = 3.0 * 2.0 * 2.0 + 5.0 * 6.0 * 6.0 + 2e-3;
-        // About the line itself it is that of the masses at 0.1 m.
+        // The moment about the line itself is that of the masses at 0.1 m.
         for (found, expected) in [
             (carried[0], [8.0, 8.0, 8.0, 8.0 * 0.1 * 0.1, about, about]),
             (carried[1], [5.0, 5.0, 5.0, 5.0 * 0.1 * 0.1, 5.001, 5.001]),

@@ -5,18 +5,18 @@ use nalgebra::SMatrix;
 use super::linearise::LinearChain;
 use crate::{DOF, MAX_JOINTS};
 
-/// Column by degree of freedom (joint by joint, base first), row by TCP axis: m/m and m/rad.
+/// Jacobian `[joint][degree of freedom][TCP axis]`, base first: m/m and m/rad.
 pub type Jacobian = [[[f64; 3]; DOF]; MAX_JOINTS];
 
 impl LinearChain {
-    /// `∂f_i/∂q_j` (paper, equation 1): displacement of the TCP along its axes per elongation.
-    /// Joints beyond the chain's stay zero.
+    /// `∂f_i/∂q_j` (paper, equation 1): displacement of the TCP along its axes per elongation. Entries of joints beyond the
+    /// chain are zero.
     pub fn jacobian(&self) -> Jacobian {
         self.jacobian_of(self.tip_force)
     }
 
-    /// The same of displacements that are told by these loads on the last link: what a sensor reads, perhaps, that sits
-    /// elsewhere.
+    /// Jacobian of the displacements that belong to the loads `tip` on the last link, for example those of a sensor that
+    /// does not sit at the TCP.
     pub(crate) fn jacobian_of(&self, mut tip: SMatrix<f64, 6, 3>) -> Jacobian {
         let mut jacobian = [[[0.0; 3]; DOF]; MAX_JOINTS];
         for (index, joint) in self.joints.iter().enumerate().rev() {

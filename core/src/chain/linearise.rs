@@ -1,9 +1,9 @@
-//! The chain linearised about its static equilibrium: what the receptance recursion runs on.
+//! The chain linearised about its static equilibrium, as the receptance recursion needs it.
 //!
-//! The drives hold the joint angles; gravity sags the bushings. About that equilibrium, with
-//! `V = −Σ mᵢ g·xᵢ` and the bushing coordinates in their kinematic order (slides along the joint axes,
-//! then turns about x, the new y, the new z), the second variation of V couples the rotation θ of the
-//! link before with the elongation δq of each bushing, and the turns of one bushing with each other:
+//! The drives hold the joint angles, and the bushings sag under gravity. The potential of gravity is `V = −Σ mᵢ g·xᵢ`. The
+//! bushing coordinates have their kinematic order: slides along the joint axes, then turns about x, the new y and the new z.
+//! About the equilibrium the second variation of V couples the rotation θ of the link before with the elongation δq of each
+//! bushing, and the turns of one bushing with each other:
 //!
 //! ```text
 //! δ²V = Σ_j θ_{j−1}ᵀ C_j δq_j + ½ δq_jᵀ Γ_j δq_j
@@ -11,10 +11,9 @@
 //!                         g × (z_b × M c)    (turn)
 //! ```
 //!
-//! with the mass M of everything the joint carries and its centre c seen from the bushing (Lagrange;
-//! any textbook on small oscillations). Displacements of link j are (translation of the bushing's
-//! origin, rates of its three turns), along the axes of the joint frame: in these coordinates a bushing is
-//! diagonal however far it has sagged.
+//! M is the mass of all links that the joint carries, and c is their centre of mass seen from the bushing (Lagrange; any
+//! textbook on small oscillations). The displacement of link j is (translation of the bushing's origin, rates of its three
+//! turns), along the axes of the joint frame. In these coordinates the matrix of a bushing is diagonal for any sag.
 
 use core::error::Error;
 use core::fmt;
@@ -26,60 +25,62 @@ use super::Chain;
 use crate::parameters::Bushing;
 use crate::{DOF, MAX_JOINTS};
 
-/// One joint about the static equilibrium. Blocks act on (translation, turns).
+/// One joint, linearised about the static equilibrium. Blocks act on (translation, turns).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearJoint {
-    /// `[[rotate, lever], [0, turn]]` takes a displacement of the link before to this joint.
+    /// `[[rotate, lever], [0, turn]]` transforms a displacement of the link before to this joint.
     pub rotate: Matrix3<f64>,
-    /// See [`LinearJoint::rotate`]; m.
+    /// Block of the transformation, see [`LinearJoint::rotate`]; m.
     pub lever: Matrix3<f64>,
-    /// See [`LinearJoint::rotate`].
+    /// Block of the transformation, see [`LinearJoint::rotate`].
     pub turn: Matrix3<f64>,
     /// Inverse of `turn`.
     pub turn_back: Matrix3<f64>,
     /// Spatial inertia of the link: kg, kg m, kg m².
     pub inertia: Matrix6<f64>,
-    /// Γ: gravity's stiffness among the turns of this bushing, Nm.
+    /// Γ: stiffness due to gravity among the turns of this bushing, Nm.
     pub gravity_turns: Matrix3<f64>,
-    /// C_jᵀ seen from this joint: rows are elongations, columns the transported turns of the link before; N, Nm.
+    /// C_jᵀ seen from this joint, N and Nm. Rows are elongations; columns are the turns of the link before, transformed to
+    /// this joint.
     pub gravity_coupling: SMatrix<f64, 6, 3>,
-    /// The static elongation, m and rad.
+    /// Static elongation, m and rad.
     pub sag: Vector6<f64>,
 }
 
-/// A chain about the static equilibrium of one pose.
+/// A chain, linearised about its static equilibrium at one pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearChain {
-    /// Base first.
+    /// Linearised joints, base first.
     pub joints: Vec<LinearJoint, MAX_JOINTS>,
-    /// Columns: the loads on the last link of unit forces at the TCP along its axes.
+    /// Loads on the last link due to unit forces at the TCP along its axes, one column per force.
     pub tip_force: SMatrix<f64, 6, 3>,
-    /// Columns: the loads of unit torques about the TCP's axes.
+    /// Loads on the last link due to unit torques about the TCP's axes, one column per torque.
     pub tip_torque: SMatrix<f64, 6, 3>,
-    /// Gravity in TCP axes, m/s².
+    /// Gravity along the TCP's axes, m/s².
     pub gravity_at_tip: Vector3<f64>,
 }
 
-/// A round brings the sag nearer to the equilibrium by a factor of about the largest angle of sag: 1e-2 in a robot that can
-/// mill. Sixty rounds reach [`AT_REST`] up to a factor of 0.6; beyond that a bushing is no spring about its place any more.
+/// Largest number of rounds. A round reduces the distance of the sag from the equilibrium by a factor of about the largest
+/// angle of sag: 1e-2 in a robot that can mill. Sixty rounds reach [`AT_REST`] for factors up to 0.6; with a larger factor a
+/// bushing is no longer a spring about its place.
 const EQUILIBRIUM_ROUNDS: usize = 60;
-/// Change of the sag in a round, m or rad, below which the chain is at rest: a millionth of the smallest sag that matters,
-/// a micrometre.
+/// Change of the sag in a round, m or rad, below which the chain is at rest. It is a millionth of the smallest sag that
+/// matters, a micrometre.
 const AT_REST: f64 = 1e-12;
-/// Cosine of the turn about y down to which the three turns of a bushing are independent: of the seven digits of the single
-/// precision that the search works in, three are lost there.
+/// Smallest cosine of the turn about y at which the three turns of a bushing count as independent. There the single precision
+/// of the search loses three of its seven digits.
 const INDEPENDENT: f64 = 1e-3;
 
-/// Why a chain has no linearisation at a pose. Joints count from 0, base first.
+/// Reason why a chain has no linearisation at a pose. Joints are numbered from 0, base first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinearisationError {
-    /// The pose has so many angles, not one per joint.
+    /// The number of angles of the pose, which is given here, is not the number of joints.
     Angles(usize),
-    /// There are so many bushings, not one per joint.
+    /// The number of bushings, which is given here, is not the number of joints.
     Bushings(usize),
-    /// The bushing of this joint does not come to rest under gravity: it is too soft for what it carries.
+    /// The bushing of this joint does not come to rest under gravity: it is too soft for the links that it carries.
     NoEquilibrium(usize),
-    /// The bushing of this joint has turned by a quarter turn about y at rest, where two of its turns have one axis.
+    /// At rest the bushing of this joint has turned by a quarter turn about y, where two of its turns have the same axis.
     QuarterTurn(usize),
 }
 
@@ -101,13 +102,13 @@ impl fmt::Display for LinearisationError {
 impl Error for LinearisationError {}
 
 impl Chain {
-    /// Linearises about the static equilibrium at joint angles `pose` (one per joint, rad or m) under
-    /// `gravity` (base axes, m/s²). The bushings matter only through the sag: without gravity the
-    /// result does not depend on them.
+    /// Linearises the chain about its static equilibrium at joint angles `pose` (one per joint, rad or m) under `gravity`
+    /// (base axes, m/s²). The bushings affect the result only through the sag: without gravity the result does not depend on
+    /// them.
     ///
     /// # Errors
     ///
-    /// If there is not one angle and one bushing per joint, or if the bushings are too soft for gravity.
+    /// Returns an error if there is not one angle and one bushing per joint, or if the bushings are too soft for gravity.
     pub fn linearise(
         &self,
         pose: &[f64],
@@ -124,7 +125,7 @@ impl Chain {
         Ok(Sagged::new(self, pose, gravity, &sag).linearise(self, &sag))
     }
 
-    /// The elongations of the bushings at rest under gravity.
+    /// Elongations of the bushings at rest under gravity, m and rad.
     fn sag(
         &self,
         pose: &[f64],
@@ -135,7 +136,8 @@ impl Chain {
         if gravity == Vector3::zeros() {
             return Ok(sag);
         }
-        // Of the last round: the largest change, and the joint that it was of. What is no number is no rest.
+        // Joint with the largest change in the last round; `None` at rest. A change that is not a number does not count as
+        // rest.
         let mut moving = Some(0);
         for _ in 0..EQUILIBRIUM_ROUNDS {
             let frames = Sagged::new(self, pose, gravity, &sag);
@@ -157,7 +159,7 @@ impl Chain {
         if let Some(joint) = moving {
             return Err(LinearisationError::NoEquilibrium(joint));
         }
-        // The determinant of the axes of a bushing's turns is the cosine of the second.
+        // The determinant of the axes of a bushing's turns is the cosine of its second turn.
         match sag.iter().position(|sag| libm::cos(sag[4]).abs() < INDEPENDENT) {
             Some(joint) => Err(LinearisationError::QuarterTurn(joint)),
             None => Ok(sag),
@@ -165,19 +167,19 @@ impl Chain {
     }
 }
 
-/// A joint of the sagged chain: what it carries, in the axes of the joint frame at the moved bushing.
+/// A joint of the sagged chain and the mass that it carries, along the axes of the joint frame at the moved bushing.
 struct SaggedJoint {
     /// Pose of this link's frame (joint axes, at the bushing's moved origin) in the link before.
     step: Isometry3<f64>,
-    /// From the joint axes to the turned link.
+    /// Rotation from the joint axes to the turned link.
     turned: Rotation3<f64>,
-    /// Columns: the axes of the three turns, joint axes.
+    /// Axes of the three turns as columns, along the joint axes.
     turn_axes: Matrix3<f64>,
-    /// Gravity, joint axes.
+    /// Gravity along the joint axes, m/s².
     gravity: Vector3<f64>,
-    /// Mass of all the links carried, kg.
+    /// Mass of all links that the joint carries, kg.
     mass: f64,
-    /// Their first moment about the bushing's origin, joint axes, kg m.
+    /// First moment of all links that the joint carries, about the bushing's origin, along the joint axes, kg m.
     moment: Vector3<f64>,
 }
 
@@ -186,8 +188,9 @@ struct Sagged {
 }
 
 impl SaggedJoint {
-    /// From a rotation of the link, joint axes, to the three turns at this sag. The columns of the axes are x, y turned by
-    /// the first turn a, and z turned by the first two, a and b:
+    /// Matrix from a rotation of the link, along the joint axes, to the three turns at this sag. The axes of the turns are x,
+    /// y turned by the first turn a, and z turned by the first two turns a and b. They are the columns of the matrix to
+    /// invert:
     ///
     /// ```text
     ///     [ 1   0      sin b       ]          1    [ cos b   sin a sin b   −cos a sin b ]
@@ -209,7 +212,7 @@ impl SaggedJoint {
         ) / cos_b
     }
 
-    /// Generalised gravity force on the six elongations: N, Nm.
+    /// Generalised force of gravity on the six elongations, N and Nm.
     fn gravity_load(&self) -> Vector6<f64> {
         let force = self.gravity * self.mass;
         let torque = self.turn_axes.transpose() * self.moment.cross(&self.gravity);

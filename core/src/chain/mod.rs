@@ -12,45 +12,45 @@ use crate::MAX_JOINTS;
 /// A rigid link, in the frame of the joint that carries it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
     /// Centre of mass, m.
     pub centre_of_mass: Vector3<f64>,
-    /// About the centre of mass, along the axes of the joint frame, kg m².
+    /// Inertia about the centre of mass, along the axes of the joint frame, kg m².
     pub inertia: Matrix3<f64>,
 }
 
-/// What the drive of a joint moves.
+/// Motion of the drive of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Turns about the axis, rad.
+    /// The drive turns about the axis, rad.
     Revolute,
-    /// Slides along the axis, m.
+    /// The drive slides along the axis, m.
     Prismatic,
 }
 
-/// A driven joint with a bushing: the drive sets the joint frame, the bushing lets the link move in it.
+/// A driven joint with a bushing: the drive sets the joint frame, and the bushing lets the link move relative to this frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
     /// Pose of the joint frame at joint angle 0, in the frame of the joint before (or the base).
     pub origin: Isometry3<f64>,
     /// Axis of the drive, in the joint frame.
     pub axis: Unit<Vector3<f64>>,
-    /// What the drive moves along or about the axis.
+    /// Whether the drive turns about the axis or slides along it.
     pub kind: JointKind,
     /// The link that the joint carries.
     pub link: Link,
 }
 
-/// Why a chain is refused.
+/// Reason why a chain is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChainError {
-    /// A chain has 1 to [`MAX_JOINTS`] joints.
+    /// The number of joints, which is given here, is not 1 to [`MAX_JOINTS`].
     JointCount(usize),
     /// The link of this joint (from 0) has a mass that is not positive and finite.
     Mass(usize),
-    /// The link of this joint (from 0) has an inertia that no body has: not symmetric positive, or a
-    /// principal moment above the sum of the two others.
+    /// The link of this joint (from 0) has an inertia that no body has: it is not symmetric and positive, or one principal
+    /// moment exceeds the sum of the two others.
     Inertia(usize),
     /// A number of this joint (from 0), or of the TCP (one beyond the last joint), is not finite.
     NotFinite(usize),
@@ -64,7 +64,7 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// A chain of `joints`, base first, and the pose of the TCP in the last joint's frame.
+    /// A chain of `joints`, base first, with `tcp` as the pose of the TCP in the last joint's frame.
     pub fn new(joints: &[Joint], tcp: Isometry3<f64>) -> Result<Self, ChainError> {
         let joints = match Vec::from_slice(joints) {
             Ok(joints) if !joints.is_empty() => joints,
@@ -91,13 +91,13 @@ impl Chain {
         Ok(Self { joints, tcp })
     }
 
-    /// The joints, base first.
+    /// Joints, base first.
     pub fn joints(&self) -> &[Joint] {
         &self.joints
     }
 
-    /// The same chain with each link's mass and inertia times `scale`, base first: positive. Links for which there is none
-    /// keep theirs.
+    /// The same chain with the mass and inertia of each link multiplied by its entry of `scale`, base first. The entries must
+    /// be positive. Links without an entry keep their mass and inertia.
     pub fn weighing(&self, scale: &[f64]) -> Self {
         let mut chain = self.clone();
         for (joint, &scale) in chain.joints.iter_mut().zip(scale) {
@@ -114,7 +114,7 @@ impl Chain {
 }
 
 impl Joint {
-    /// Pose of the joint frame in the frame of the joint before, at joint angle (or stroke) `q`.
+    /// Pose of the joint frame in the frame of the joint before, at joint angle `q`, rad (or stroke, m).
     pub fn frame(&self, q: f64) -> Isometry3<f64> {
         self.origin
             * match self.kind {
@@ -128,8 +128,8 @@ impl Joint {
 }
 
 impl Link {
-    /// Whether some distribution of mass has this inertia: symmetric, finite, principal moments
-    /// positive, none above the sum of the two others.
+    /// Whether a distribution of mass can have this inertia: it is symmetric and finite, its principal moments are positive,
+    /// and none of them exceeds the sum of the two others.
     pub fn has_physical_inertia(&self) -> bool {
         let inertia = self.inertia;
         if !inertia.iter().all(|moment| moment.is_finite())

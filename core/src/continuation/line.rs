@@ -1,7 +1,7 @@
-//! What one record adds to the cost of a level, over the search's line up to the level's highest frequency.
+//! Contribution of one record to the cost of a level, along the search's line up to the level's highest frequency.
 //!
-//! A residual's standard deviation is a part of its size, `η`, where the model is still wrong, and the noise σ_A where that is
-//! more. Both signs of an error in ln k then cost alike, and no resonance outweighs the rest:
+//! The standard deviation of a residual has two parts: a part `η` of the size of both spectra, for the error of the model,
+//! and the noise σ_A. Positive and negative errors of ln k then cost alike, and no resonance outweighs the rest:
 //!
 //! ```text
 //! ρ = (A − Â) / √(η² (|A|² + |Â|²) + σ_A²)
@@ -10,32 +10,33 @@
 use fearless_simd::Level;
 
 use crate::DOF;
+use crate::linear::gram::padded;
 use crate::parameters::MAX_PARAMETERS;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Response, Terms};
 use crate::refine::ParameterNormal;
-use crate::refine::gram::padded;
 use crate::spectrum::Experiment;
 use crate::unknowns::{MAX_UNKNOWNS, Sought};
 
-/// Widest vector.
+/// Number of lanes of the widest vector.
 const MAX_WIDTH: usize = 16;
 
-/// Rows of a bin: real and imaginary parts along three axes.
+/// Number of rows of a bin: real and imaginary parts along three axes.
 const ROWS: usize = 6;
 
-/// Length of a row: the derivatives, the residual behind them.
+/// Length of a row: the derivatives, then the residual.
 const COLUMNS: usize = padded(MAX_UNKNOWNS + 1);
 
-/// What counts on a level, and how much.
+/// Band of a level, and weight of its residuals.
 pub(super) struct Weighing {
-    /// Angular frequency of the last bin, rad/s.
+    /// Highest angular frequency of the level, rad/s.
     pub(super) highest: f32,
-    /// η.
+    /// Relative part η of the standard deviation.
     pub(super) relative: f64,
 }
 
-/// Adds the rows of one record, and returns how many. `terms` are those of the record's pose, with the bushings that are tried.
+/// Adds the rows of one record to the normal equations, and returns their number. `terms` are those of the record's pose with
+/// the bushings under test.
 pub(super) fn add<const B: usize>(
     normal: &mut ParameterNormal,
     terms: &Terms<f32>,
@@ -68,14 +69,15 @@ struct Line<'a> {
     terms: &'a Terms<f32>,
     alpha: f32,
     omega: &'a [f32],
-    /// Bins that count.
+    /// Number of bins of the level.
     bins: usize,
-    /// Per axis real and imaginary parts.
+    /// Force along each axis, real and imaginary part.
     force: [[&'a [f32]; 2]; 3],
+    /// Acceleration along each axis, real and imaginary part.
     acceleration: [[&'a [f32]; 2]; 3],
     /// Mean square of the noise per bin of the record's spectrum, per axis.
     noise: [&'a [f32]; 3],
-    /// Part of it that is left on the line.
+    /// Part of the noise's mean square that remains on the line.
     noise_left: f64,
     /// η².
     relative: f64,
@@ -135,16 +137,16 @@ impl Kernel<f32> for Line<'_> {
     }
 }
 
-/// Mean square of the noise in a bin of the line, from that in the bins of the record.
+/// Mean square of the noise in a bin of the line, from that at the same frequency in the record's spectrum.
 fn noise_of(noise: &[f32], bin: usize) -> f64 {
     noise.get(bin * crate::spectrum::search::THINNING).copied().unwrap_or_default().into()
 }
 
-/// A − Â of one axis, and what it is measured by.
+/// Residual A − Â along one axis, and the parts of its variance.
 struct Residual {
-    /// A.
+    /// Measured acceleration A.
     measured: Complex<f64>,
-    /// Â.
+    /// Modelled acceleration Â.
     modelled: Complex<f64>,
     /// η².
     relative: f64,
@@ -153,8 +155,8 @@ struct Residual {
 }
 
 impl Residual {
-    /// Writes the rows of its real and imaginary parts; `derivative` is that of Â by the logarithm of a parameter. Where
-    /// nothing is measured nor modelled they are zero.
+    /// Writes one row for the real part and one for the imaginary part. `derivative` is the derivative of Â by the logarithm
+    /// of a parameter. Both rows are zero if the variance is not positive and finite, as for spectra of zero.
     #[inline(always)]
     fn write(
         &self,

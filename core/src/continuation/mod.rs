@@ -1,17 +1,19 @@
-//! A descent into the basin: the records are fitted from their lowest frequencies upward.
+//! A descent into the basin: it fits the records from their lowest frequencies upward.
 //!
-//! Far below its resonances a robot answers like the springs of its joints, and the compliances of springs in series add up:
-//! there the cost has one valley. Each level adds half an octave, and begins at the minimum of the one before, so that a
-//! resonance enters when the model has it nearly where the robot has it. This is the multiscale inversion of seismology
-//! (Bunks, Saleck, Zaleski and Chavent, "Multiscale seismic waveform inversion", Geophysics 60, 1995; Pratt, "Seismic
-//! waveform inversion in the frequency domain", Geophysics 64, 1999), on spectra that are damped by `e^(−αt)`, as in the
-//! Laplace-Fourier domain (Shin and Cha, Geophysical Journal International 177, 2009): the search's line s = α + iω.
+//! Far below its resonances a robot responds like the springs of its joints, and the compliances of springs in series add up.
+//! There the cost has a single basin. Each level adds half an octave and begins at the minimum of the level before. A
+//! resonance therefore enters the band when its frequency in the model is already close to that of the robot. This is the
+//! multiscale inversion of seismology (Bunks, Saleck, Zaleski and Chavent, "Multiscale seismic waveform inversion",
+//! Geophysics 60, 1995; Pratt, "Seismic waveform inversion in the frequency domain", Geophysics 64, 1999), on spectra that
+//! are damped by `e^(−αt)`, as in the Laplace-Fourier domain (Shin and Cha, Geophysical Journal International 177, 2009): the
+//! search's line s = α + iω.
 //!
-//! Under gravity a robot sags by what its bushings, as they stand, give way: a soft wrist sags by degrees, and a chain that does
-//! not is a wrong model of it.
+//! The chain sags under gravity with its present bushings. A soft wrist sags by some degrees, and a chain without this sag is
+//! a wrong model of it.
 //!
-//! On every level Levenberg and Marquardt's steps are taken along compliances ([`crate::refine::compliance`]). Priors hold
-//! what a level does not tell where the descent has begun ([`priors`]); they end with the descent.
+//! On every level the descent takes steps of Levenberg and Marquardt along compliances ([`crate::refine::compliance`]).
+//! Priors hold the parameters that a level does not determine near the start of the descent ([`priors`]). They end with the
+//! descent.
 
 mod line;
 mod priors;
@@ -25,55 +27,58 @@ use crate::refine::{ParameterNormal, Problem};
 use crate::spectrum::{Accelerometer, Experiment};
 use crate::unknowns::Coordinates;
 
-/// Levels below the whole band, half an octave each: the first ends at a 128th of the highest frequency, where most joints that
-/// can mill have no resonance yet.
+/// Number of levels below the whole band, half an octave each. The first level ends at a 128th of the highest frequency,
+/// where most joints that can mill have no resonance yet.
 const WIDENING: u32 = 14;
-/// The last level: the whole band once more, with residuals that noise alone may explain.
+/// Last level: the whole band once more, with residuals that noise alone may explain.
 const LAST: u32 = WIDENING + 1;
-/// How many levels there are.
+/// Number of levels.
 pub(crate) const LEVELS: usize = LAST as usize + 1;
-/// Part of its size by which the model may miss a spectrum, η: while the band widens, where 0.05 and 0.1 find the basin equally
-/// often and 0.3 less; and on the last level, from where the refinement, which weighs by the noise alone, finds the minimum.
+/// Relative error η of the model's spectra while the band widens. Values of 0.05 and 0.1 find the basin equally often, 0.3
+/// less often.
 const RELATIVE: f64 = 0.05;
+/// Relative error η of the model's spectra on the last level. From the end of this level the refinement, which weighs by the
+/// noise alone, finds the minimum.
 const LAST_RELATIVE: f64 = 0.0125;
-/// Steps on each level.
+/// Largest number of steps on a level.
 const MAX_STEPS: u32 = 40;
-/// A level ends when a step lowers its cost by less than this part.
+/// Relative decrease of the cost in a step below which a level ends.
 const NEGLIGIBLE: f64 = 1e-3;
-/// A step may not change the logarithm of a parameter by more.
+/// Largest change of a parameter's logarithm in a step.
 const LONGEST_STEP: f64 = 1.5;
-/// First damping of the steps, relative to the information of each unknown, the least, and the one at which nothing moves
-/// any more.
+/// First damping of the steps, relative to the information of each unknown.
 const FIRST_DAMPING: f64 = 1e-2;
+/// Least damping of the steps.
 const LEAST_DAMPING: f64 = 1e-6;
+/// Damping above which a level ends, since the steps no longer move any unknown.
 const LAST_DAMPING: f64 = 1e4;
 
-/// Where a descent stands.
+/// State of a descent.
 #[derive(Clone, Debug)]
 pub(crate) struct Continuation {
-    /// Where it has begun, which is the centre of the priors.
+    /// Start of the descent, which is the mean of the priors on the parameters.
     start: Coordinates,
     coordinates: Coordinates,
-    /// The whole band from [`WIDENING`] on; behind [`LAST`] is the end.
+    /// Present level. From [`WIDENING`] on a level has the whole band; above [`LAST`] the descent has ended.
     level: u32,
-    /// Taken on this level.
+    /// Number of steps on this level.
     steps: u32,
     damping: f64,
     /// Whether the normal equations are those at `coordinates`.
     assembled: bool,
-    /// Rows of the records in the normal equations.
+    /// Number of rows of the records in the normal equations.
     rows: usize,
-    /// Mean square of the residuals on each level, where it has ended or stands.
+    /// Mean square of the residuals at the end of each level, or at the present point of the present level.
     misfits: [f64; LEVELS],
 }
 
 impl Continuation {
-    /// From the lowest frequencies upward.
+    /// A descent from the lowest frequencies upward.
     pub(crate) fn new(start: Coordinates) -> Self {
         Self::from_level(start, 0)
     }
 
-    /// Without the frequencies of the levels before this one: the fewer levels, the more the end depends on the start.
+    /// A descent that begins on `level`. The fewer levels it has, the more its end depends on its start.
     pub(crate) fn from_level(start: Coordinates, level: u32) -> Self {
         Self {
             start,
@@ -87,18 +92,18 @@ impl Continuation {
         }
     }
 
-    /// Where the descent stands.
+    /// Present coordinates of the descent.
     pub(crate) fn coordinates(&self) -> &Coordinates {
         &self.coordinates
     }
 
-    /// Mean square of the residuals on each level that has ended, the priors' included: a half if they are noise, since real and
-    /// imaginary parts have half of its power each. Infinite on levels that were left out.
+    /// Mean square of the residuals on each level that has ended, including those of the priors. For noise it is a half,
+    /// since the real and imaginary parts each have half of its power. It is infinite on levels that the descent skipped.
     pub(crate) fn misfits(&self) -> &[f64] {
         &self.misfits[..(self.level as usize).min(LEVELS)]
     }
 
-    /// How much of it is done, 0 to 1.
+    /// Part of the descent that is done, 0 to 1.
     pub(crate) fn fraction(&self) -> f32 {
         let [done, of] = [self.steps, MAX_STEPS].map(|steps| steps as f32);
         (self.level as f32 + (done / of).min(1.0)) / (LAST + 1) as f32
@@ -115,8 +120,9 @@ impl Continuation {
         self.assembled = false;
     }
 
-    /// Tries one step. `normal` is the caller's room for the normal equations, and stays untouched between the steps.
-    // Normal equations are large: inlined, they would take room on the stack of every caller.
+    /// Tries one step. `normal` is the caller's storage for the normal equations, which the caller must not change between
+    /// the steps.
+    // Normal equations are large: inlined, this function would need their size on the stack of every caller.
     #[inline(never)]
     pub(crate) fn step<const B: usize>(
         &mut self,
@@ -152,7 +158,7 @@ impl Continuation {
         self.assemble(problem, experiments, trial);
         let gain = standing - trial.sum_of_squares();
         if gain > 0.0 {
-            // Marquardt's damping by the agreement of the gain with the prediction.
+            // The damping follows the ratio of the gain to its prediction (Marquardt).
             let factor = match gain / predicted {
                 agreement if agreement > 0.75 => 0.1,
                 agreement if agreement > 0.25 => 1.0,
@@ -171,13 +177,13 @@ impl Continuation {
         }
     }
 
-    /// Remembers what the present coordinates cost.
+    /// Stores the mean square of the residuals at the present coordinates.
     fn note(&mut self, sum_of_squares: f64) {
         self.misfits[self.level as usize] = sum_of_squares / self.rows as f64;
     }
 
-    /// The normal equations at the coordinates.
-    // As above.
+    /// Computes the normal equations at the present coordinates.
+    // Normal equations are large, see `step`.
     #[inline(never)]
     fn assemble<const B: usize>(
         &mut self,
@@ -203,7 +209,7 @@ impl Continuation {
     }
 }
 
-/// The chain at a record's pose, as it sags there; where gravity leaves it no equilibrium, before it sags.
+/// Terms of the chain at a record's pose with its sag. Without an equilibrium under gravity they are those before it sags.
 fn sagged<const B: usize>(
     problem: &Problem<'_>,
     experiment: &Experiment<B>,

@@ -1,15 +1,16 @@
-//! What holds parameters that a level does not tell: the place where the descent has begun, and the middle of the bounds' damping
-//! ratios. Descents that begin elsewhere so end elsewhere, where the data leave them the choice.
+//! Priors that hold the parameters that a level does not determine. Their means are the start of the descent and the middle
+//! of the bounds' damping ratios. Descents with different starts therefore end apart where the data leave the end open.
 
 use crate::parameters::Bounds;
 use crate::refine::ParameterNormal;
 use crate::unknowns::{Coordinate, Coordinates, Sought};
 use crate::{DOF, MAX_JOINTS};
 
-/// Standard deviation of ln d − ½ ln k, which is that of the damping ratio where the inertia is known.
+/// Standard deviation of ln d − ½ ln k, which for a known inertia is that of the logarithm of the damping ratio.
 const DAMPING_RATIO: f64 = 2.0;
 
-/// Adds them at `coordinates`: the mean of a parameter's is its value at `start`, the standard deviation half the width of its bounds.
+/// Adds the priors at `coordinates`. The prior of a parameter has its mean at `start`, and half the width of the bounds as
+/// its standard deviation.
 pub(super) fn add(
     normal: &mut ParameterNormal,
     coordinates: &Coordinates,

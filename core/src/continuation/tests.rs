@@ -1,4 +1,4 @@
-//! The gradient that the steps follow, against central differences of the cost that they lower.
+//! Test of the gradient that the steps follow against central differences of their cost.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -7,8 +7,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng as _;
 
 use super::*;
+use crate::linear::normal::Normal;
 use crate::mounting::Mounting;
-use crate::refine::normal::Normal;
 use crate::refine::tests::{BINS, SAMPLES, bounds, bushings, chain, problem, record, sought};
 use crate::spectrum::{Accelerometer, Measurement};
 use crate::unknowns::MAX_UNKNOWNS;
@@ -16,10 +16,11 @@ use crate::unknowns::MAX_UNKNOWNS;
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::with_cases(8) })]
 
-    /// On half of the band, on all of it, and at the end, with parameters that are fixed and tied, sensors apart, and records that start in the midst of a cut.
+    /// The test covers half of the band, the whole band and the last level, with fixed and tied parameters, separate sensors,
+    /// and records that start within a cut.
     #[test]
     fn the_gradient_equals_finite_differences(seed in 0_u64..1000, tool_mass in prop_oneof![Just(0.0), Just(30.0)], starts_at_rest: bool) {
-        // Single precision leaves 1e-7 of a cost of some thousands.
+        // Single precision has an error of 1e-7 of the cost, which is some thousands.
         const STEP: f64 = 0.01;
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let chain = chain();

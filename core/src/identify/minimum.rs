@@ -151,6 +151,11 @@ impl Minimum {
         self.is_reached() && self.is_explained() && !self.whiteness_objects()
     }
 
+    /// Kept and retired records agree in it.
+    pub(super) fn agrees(&self) -> bool {
+        self.is_reached() && self.is_consistent() && !self.contradicted
+    }
+
     /// Its residuals are so small that one of its branches may be the right minimum.
     pub(super) fn is_near(&self) -> bool {
         self.fit.sum_of_squares <= NEAR * self.fit.degrees_of_freedom
@@ -363,4 +368,4 @@ fn rarely_undercut(degrees_of_freedom: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

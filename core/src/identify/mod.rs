@@ -15,6 +15,7 @@
 //! on any machine.
 
 mod branch;
+mod decision;
 mod descent;
 mod effort;
 mod estimate;
@@ -22,6 +23,8 @@ mod minimum;
 mod settle;
 mod standing;
 mod start;
+
+use core::mem;
 
 use fearless_simd::Level;
 use heapless::Vec;
@@ -37,25 +40,16 @@ use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use crate::unknowns::{Sought, SoughtError};
 use branch::{Branch, Tried};
+use decision::{Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
 use descent::Descent;
 pub use effort::{Effort, FoundBy};
 pub use estimate::{Acceptance, Estimate};
-use minimum::{Minimum, structure_is_beyond_noise};
+use minimum::Minimum;
 pub use standing::{Standing, StandingError};
 use start::Method;
 
-/// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin.
-const TIMES_CONSISTENT: u32 = 2;
-/// The same where its residuals are larger than the noise explains, or have more structure. Two robots of 1200 reach a wrong basin
-/// twice in a row; of drawn six-joint arms, one in eight.
-const TIMES_SUSPECT: u32 = 4;
 /// Typical number of steps of a refinement that starts in the right basin.
 const TYPICAL_ITERATIONS: f32 = 12.0;
-/// How often a refinement is continued that has used up its steps short of the minimum, where noise explains the residuals.
-const MAX_PROLONGATIONS: u32 = 4;
-/// Searches that one change of the records may cost.
-const MAX_STARTS: u32 = 8;
-
 /// What an [`Identifier`] is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
@@ -67,6 +61,19 @@ pub enum Phase {
     Refining,
     /// Nothing to do until the next record.
     Settled,
+}
+
+/// What the present refinement is for.
+#[derive(Clone, Debug, Default)]
+#[expect(clippy::large_enum_variant, reason = "there is no allocator to box a minimum with")]
+enum Purpose {
+    /// The minimum of a start.
+    #[default]
+    Start,
+    /// A branch of the best minimum.
+    Branch(Branch),
+    /// The kept records without the retired ones; the minimum is that of both.
+    Alone(Minimum),
 }
 
 /// How the work stands.
@@ -107,13 +114,10 @@ pub struct Identifier<R> {
     found_by: FoundBy,
     /// The best minimum since the records last changed.
     best: Option<Minimum>,
-    /// The branch of the best that is being refined.
-    branch: Option<Branch>,
+    purpose: Purpose,
     tried: Tried,
     /// How often in a row branches have been clearly worse since the last search.
     exclusions: u32,
-    /// The minimum of kept and retired records together, while the kept ones are fitted alone.
-    together: Option<Minimum>,
     estimate: Option<Estimate>,
     /// Number of retired records that were dropped because newer ones contradict them.
     forgotten: u64,
@@ -150,10 +154,9 @@ impl<R: Rng> Identifier<R> {
             effort: Effort::default(),
             found_by: FoundBy::Refinement,
             best: None,
-            branch: None,
+            purpose: Purpose::Start,
             tried: Tried::default(),
             exclusions: 0,
-            together: None,
             estimate: None,
             forgotten: 0,
         }
@@ -190,18 +193,22 @@ impl<R: Rng> Identifier<R> {
 
     /// Continues with a changed set of experiments from where it stands, with a new budget of searches.
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
-        let branched = self.branch.take().and(self.best.take());
+        let branched = match mem::take(&mut self.purpose) {
+            Purpose::Start => None,
+            Purpose::Branch(_) => self.best.take(),
+            Purpose::Alone(_) => {
+                self.refinement.unshelve(true);
+                None
+            }
+        };
         self.best = None;
         self.tried = Tried::default();
         self.starts = 0;
         self.prolongations = 0;
-        if self.together.take().is_some() {
-            self.refinement.unshelve(true);
-        }
         if experiments.is_empty() {
             self.phase = Phase::Waiting;
             if !self.statics.is_empty() {
-                let middle = self.bounds.middle(&self.sought);
+                let middle = self.bounds.middle(self.sought.joints());
                 self.refinement.restart(&self.sought, &middle);
                 self.phase = Phase::Refining;
             }
@@ -264,13 +271,15 @@ impl<R: Rng> Identifier<R> {
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
                 let outcome = refinement.step(&problem, experiments);
                 let objective = refinement.objective();
-                let hopeless = self.branch.as_mut().is_some_and(|one| one.is_hopeless(objective));
                 let remaining = || refinement.remaining(&problem).gain;
-                let near_its_end = self
-                    .branch
-                    .as_ref()
-                    .is_some_and(|one| one.is_near_its_end(objective, remaining));
-                if outcome != Outcome::Improving || hopeless || near_its_end || self.is_back() {
+                let is_over = match &mut self.purpose {
+                    Purpose::Branch(branch) => {
+                        branch.is_hopeless(objective)
+                            || branch.is_near_its_end(objective, remaining)
+                    }
+                    _ => false,
+                };
+                if outcome != Outcome::Improving || is_over || self.is_back() {
                     self.judge(experiments);
                 }
             }
@@ -296,7 +305,7 @@ impl<R: Rng> Identifier<R> {
 
     /// Whether a minimum has been accepted, and only its branches and rivals are searched before it is settled on.
     pub fn has_accepted(&self) -> bool {
-        self.branch.as_ref().is_some_and(Branch::is_of_accepted)
+        matches!(&self.purpose, Purpose::Branch(branch) if branch.is_of_accepted())
     }
 
     /// The random generator of the searches, in its present state.
@@ -408,43 +417,44 @@ impl<R: Rng> Identifier<R> {
         Weighing::Sensitivities(Sensitivities::jacobian(jacobians, self.chain.joints().len()))
     }
 
-    /// Accepts what a refinement has come to, or searches again.
+    /// Accepts the minimum where a refinement has ended, or goes on.
     fn judge<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) {
         let Some(mut found) = self.come_to(experiments) else { return };
-        if let Some(together) = self.together.take() {
-            found = self.reconciled(together, found);
+        let tried_alone = matches!(self.purpose, Purpose::Alone(_));
+        if tried_alone {
+            self.reconcile(&mut found);
             self.stand_at(&found, experiments);
-            if found.contradicted && found.times >= TIMES_CONSISTENT {
-                return self.settle(&mut found, Acceptance::ModelSuspect, experiments);
-            }
-        } else if found.is_reached() && found.contradicted && !self.knows_better() {
-            return self.try_alone(found);
         }
-        if found.is_reached() && (!found.is_tested() || found.noise_is_too_loud()) {
-            return self.settle(&mut found, Acceptance::Unsettled, experiments);
-        }
-        if found.is_explained() && !found.is_reached() {
-            if self.prolongations < MAX_PROLONGATIONS {
+        let best = self.best.as_ref();
+        let circumstances = Circumstances {
+            has_records: !experiments.is_empty(),
+            tried_alone,
+            best_agrees: best.is_some_and(Minimum::agrees),
+            has_best: best.is_some(),
+            is_outdone: best.is_some_and(|best| best.is_clearly_better_than(&found)),
+            leaves_stiffness_undetermined: self.leaves_stiffness_undetermined(&found),
+            prolongations: self.prolongations,
+        };
+        match decision::of_found(&found, &circumstances) {
+            OfFound::Settle(acceptance) => self.settle(&mut found, acceptance, experiments),
+            OfFound::Conclude(acceptance) => self.conclude(&mut found, acceptance, experiments),
+            OfFound::TryAlone => self.try_alone(found),
+            OfFound::Prolong => {
                 self.prolongations += 1;
-                return self.refinement.restart_at(&found.coordinates);
+                self.refinement.restart_at(&found.coordinates);
             }
-            if self.best.is_none() && self.branch_off(&found, None, experiments) {
-                return;
+            OfFound::Compare { branch } => {
+                if !(branch && self.branch_off(&found, None, experiments)) {
+                    self.compare(found, experiments);
+                }
             }
         }
-        // Static tests alone are linear in the compliances, but for gravity: another search would end there, too.
-        let doubtful = !experiments.is_empty()
-            && found.is_doubtful()
-            && self.leaves_stiffness_undetermined(&found);
-        let outdone = self.best.as_ref().is_some_and(|best| best.is_clearly_better_than(&found));
-        if found.is_beyond_doubt() && !doubtful && !outdone {
-            return self.conclude(&mut found, Acceptance::Consistent, experiments);
-        }
-        if experiments.is_empty() {
-            let reached = found.is_reached();
-            let acceptance = if reached { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
-            return self.settle(&mut found, acceptance, experiments);
-        }
+    }
+
+    /// Accepts the better of `found` and the best minimum so far, or searches again.
+    // A minimum is large: inlined, those here would take room on the stack of the caller.
+    #[inline(never)]
+    fn compare<const B: usize>(&mut self, found: Minimum, experiments: &mut [Experiment<B>]) {
         let mut best = match self.best.take() {
             Some(mut best) => {
                 let distance = self.refinement.distance(&self.sought, &best.coordinates);
@@ -453,59 +463,48 @@ impl<R: Rng> Identifier<R> {
             }
             None => found,
         };
-        let structured = structure_is_beyond_noise(best.fit.whiteness);
-        let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
-            (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
-            (true, true) if !structured => (TIMES_SUSPECT, Acceptance::Consistent),
-            _ => (TIMES_SUSPECT, Acceptance::ModelSuspect),
-        };
-        if best.times >= TIMES_CONSISTENT && best.contradicted {
-            return self.try_alone(best);
+        match decision::of_best(&best, self.starts) {
+            OfBest::Conclude(acceptance) => self.conclude(&mut best, acceptance, experiments),
+            OfBest::TryAlone => self.try_alone(best),
+            OfBest::GoOn { branch, search } => {
+                if branch && self.branch_off(&best, None, experiments) {
+                    return;
+                }
+                if !search {
+                    return self.settle(&mut best, Acceptance::Unsettled, experiments);
+                }
+                best.is_branched |= branch && !self.excludes_branches();
+                self.best = Some(best);
+                self.start_search(experiments);
+            }
         }
-        if best.is_reached() && best.times >= enough && !best.has_rival {
-            return self.conclude(&mut best, acceptance, experiments);
-        }
-        if best.is_near() && self.branch_off(&best, None, experiments) {
-            return;
-        }
-        if self.starts >= MAX_STARTS {
-            return self.settle(&mut best, Acceptance::Unsettled, experiments);
-        }
-        best.is_branched |= best.is_near() && !self.excludes_branches();
-        self.best = Some(best);
-        self.start_search(experiments);
-    }
-
-    /// Whether kept and retired records agree in the best minimum so far.
-    fn knows_better(&self) -> bool {
-        let agrees =
-            |best: &Minimum| best.is_reached() && best.is_consistent() && !best.contradicted;
-        self.best.as_ref().is_some_and(agrees)
     }
 
     /// Refines the kept records alone, where they contradict the retired ones.
+    #[inline(never)]
     fn try_alone(&mut self, together: Minimum) {
         self.refinement.shelve(&self.sought);
         self.refinement.restart_at(&together.coordinates);
-        self.together = Some(together);
+        self.purpose = Purpose::Alone(together);
         self.phase = Phase::Refining;
     }
 
-    /// Drops the retired records if the kept ones are consistent `alone` and their noise cannot hide a wrong minimum; else returns
-    /// to the minimum of both.
-    fn reconciled(&mut self, mut together: Minimum, alone: Minimum) -> Minimum {
-        if alone.is_reached() {
-            together.contradicted = together.is_contradicted_beyond(&alone);
+    /// Drops the retired records if the kept ones are consistent alone, in `found`, and their noise cannot hide a wrong minimum; else
+    /// returns to the minimum of both.
+    #[inline(never)]
+    fn reconcile(&mut self, found: &mut Minimum) {
+        let Purpose::Alone(mut together) = mem::take(&mut self.purpose) else { return };
+        if found.is_reached() {
+            together.contradicted = together.is_contradicted_beyond(found);
         }
-        let sure = alone.stands_clear() || together.times >= TIMES_CONSISTENT;
-        let forget = together.contradicted && alone.is_reached() && alone.is_consistent() && sure;
+        let sure = found.stands_clear() || together.times >= TIMES_CONSISTENT;
+        let forget = together.contradicted && found.is_reached() && found.is_consistent() && sure;
         self.forgotten += self.refinement.unshelve(!forget);
         if forget {
-            // It was found with what is forgotten.
+            // It was found with the records that are forgotten.
             self.best = None;
-            alone
         } else {
-            together
+            *found = together;
         }
     }
 }

@@ -1,5 +1,8 @@
 //! The state of a settled identifier: with the experiments, all that it needs to continue after a restart.
 
+use core::error::Error;
+use core::fmt;
+
 use heapless::Vec;
 
 use super::minimum::Rival;
@@ -42,6 +45,17 @@ pub enum StandingError {
     Retired,
 }
 
+impl fmt::Display for StandingError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Coordinates => "the parameters are those of another robot, or outside the bounds",
+            Self::Retired => "the retired records are those of another robot",
+        })
+    }
+}
+
+impl Error for StandingError {}
+
 impl Standing {
     /// Records that were not kept any more, whose information is in it.
     pub fn retired(&self) -> u64 {
@@ -83,7 +97,7 @@ mod tests {
     fn what_no_fit_can_stand_at_is_refused() {
         let sought = Sought::new(2, &Nuisances::default()).expect("two joints");
         let bounds = Bounds::new([1e7, 2e8], [1e6, 1e8], [1e2, 1e6], [1e1, 5e5]).expect("in order");
-        let middle = bounds.middle(&sought);
+        let middle = bounds.middle(sought.joints());
         let mut refinement = Refinement::new(&sought, &middle);
         let good = Standing {
             coordinates: sought.coordinates(&middle).into_iter().collect(),

@@ -30,7 +30,7 @@ impl Method {
 
 /// Where the first descent begins: the middle of the bounds.
 pub(super) fn middle(bounds: &Bounds, sought: &Sought) -> Coordinates {
-    sought.coordinates(&bounds.middle(sought))
+    sought.coordinates(&bounds.middle(sought.joints()))
 }
 
 /// Where a later descent begins: each stiffness anywhere about the middle, with its damping ratio.

@@ -13,8 +13,8 @@ pub fn mean_squared_error(measured: &[f32], model: &[f32]) -> f32 {
     mean(measured, model, |x, y| (x - y) * (x - y))
 }
 
-/// One bin's term of the surface similarity parameter: `|X − X̂|² / (|X|² + |X̂|²)`, from 0 (the same) to 2
-/// (opposite); the SSP is its mean over the bins. A bin in which neither has anything counts as the same.
+/// One bin's term of the surface similarity parameter: `|X − X̂|² / (|X|² + |X̂|²)`, from 0 (the same) to 2 (opposite). The SSP is
+/// its mean over the bins. A bin in which both are zero counts as the same.
 pub fn ssp_term(measured: [f64; 2], model: [f64; 2]) -> f64 {
     let square = |[re, im]: [f64; 2]| re * re + im * im;
     let scale = square(measured) + square(model);

@@ -1,5 +1,5 @@
-//! The SSP of measured acceleration and the model's, straight from the spectra that the search reads: no
-//! series in time is needed, and bins can be left out.
+//! The SSP of the measured and the modelled acceleration, from the spectra of the search. It needs no series in time, and bins can
+//! be left out.
 
 use core::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ use crate::search::{MAX_EXPERIMENTS, MAX_LOSSES};
 use crate::spectrum::Experiment;
 use crate::spectrum::search::SearchSpectra;
 
-/// [`ssp`] of every experiment, one after the other; those beyond [`MAX_EXPERIMENTS`] do not count.
+/// [`ssp`] of every experiment, one after the other; experiments beyond [`MAX_EXPERIMENTS`] do not count.
 pub fn losses<const B: usize>(
     experiments: &[Experiment<B>],
     bushings: &Bushings,
@@ -23,8 +23,8 @@ pub fn losses<const B: usize>(
     experiments.flat_map(|experiment| ssp(&experiment.search, bushings, level)).collect()
 }
 
-/// Surface similarity parameter of measured and modelled motion along each of the accelerometer's axes, mean over the bins;
-/// the same for displacement as for acceleration, since `s²` cancels.
+/// Surface similarity parameter of measured and modelled motion along each of the accelerometer's axes, mean over the bins. It is
+/// the same for displacement and acceleration, since `s²` cancels.
 pub fn ssp<const B: usize>(
     spectra: &SearchSpectra<B>,
     bushings: &Bushings,
@@ -46,20 +46,20 @@ pub fn ssp<const B: usize>(
 /// Energies of measured and modelled acceleration: sums over the bins and the accelerometer's axes, (m/s)².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// Of the measured acceleration, noise included.
+    /// Energy of the measured acceleration, noise included.
     pub measured: f32,
-    /// Of what the measured force makes of the model.
+    /// Energy of the model's acceleration under the measured force.
     pub modelled: f32,
 }
 
-/// αT of the line on which the model's energy is summed: its resonances are as wide there as the distance of the bins.
+/// αT of the line on which the model's energy is summed. Its resonances are as wide there as the distance of the bins.
 const ENERGY_DECAY: f64 = 7.0;
-/// The widest vector.
+/// Number of lanes of the widest vector.
 const GROUP: usize = 16;
 
-/// [`Energies`] of one experiment: whether force and acceleration go with the model's masses at all. They are those of the whole
-/// record, and not of the search's damped line: where a cut begins slowly, its first tenth tells more of stiffnesses than of
-/// masses.
+/// [`Energies`] of one experiment. They show whether force and acceleration agree with the model's masses at all. They are those of
+/// the whole record, and not of the search's damped line: where a cut begins slowly, its first tenth depends more on stiffnesses
+/// than on masses.
 pub fn energies<const B: usize>(
     experiment: &Experiment<B>,
     bushings: &Bushings,
@@ -67,7 +67,7 @@ pub fn energies<const B: usize>(
 ) -> Energies {
     let mut terms = experiment.search.terms.clone();
     terms.set_bushings(bushings);
-    // Whole groups, the last filled with silence where there is room.
+    // Whole groups; the last one is filled with zeros where there is room.
     let bins = experiment.bins().next_multiple_of(GROUP).min(B / GROUP * GROUP);
     let filled = |part: &Vec<f32, B>| {
         let mut part = part.clone();
@@ -90,12 +90,12 @@ pub fn energies<const B: usize>(
     }
 }
 
-/// What the modelled energy is made of.
+/// Input of the modelled energy.
 struct Modelled<'a> {
     terms: &'a Terms<f32>,
     alpha: f32,
     omega: &'a [f32],
-    /// Per axis real and imaginary parts; filling bins are silent.
+    /// Real and imaginary parts of each axis; filling bins are zero.
     force: [[&'a [f32]; 2]; 3],
 }
 
@@ -113,7 +113,7 @@ impl Kernel<f32> for Modelled<'_> {
             let mut rows = [[Complex::zero(like); 3]; 3];
             accelerance(terms, s, &mut rows);
             for row in &rows {
-                let model = (row[0] * force[0]).plus(row[1], force[1]).plus(row[2], force[2]);
+                let model = (row[0] * force[0]).add_mul(row[1], force[1]).add_mul(row[2], force[2]);
                 sum = sum + model.square();
             }
         }
@@ -128,10 +128,11 @@ struct Ssp<'a> {
     terms: &'a Terms<f32>,
     alpha: f32,
     omega: &'a [f32],
-    /// Bins that are not filling.
+    /// Number of bins without the filling.
     bins: usize,
-    /// Per axis real and imaginary parts.
+    /// Real and imaginary parts of the force, each axis.
     force: [[&'a [f32]; 2]; 3],
+    /// Real and imaginary parts of the acceleration, each axis.
     acceleration: [[&'a [f32]; 2]; 3],
 }
 
@@ -176,9 +177,10 @@ impl Ssp<'_> {
                 (rows, [at(force[0], first), at(force[1], first), at(force[2], first)])
             };
             for (axis, row) in rows.iter().enumerate() {
-                let model = (row[0] * pushed[0]).plus(row[1], pushed[1]).plus(row[2], pushed[2]);
+                let model =
+                    (row[0] * pushed[0]).add_mul(row[1], pushed[1]).add_mul(row[2], pushed[2]);
                 let measured = at(acceleration[axis], first);
-                // Filling bins are silent on both sides: 0 / tiny.
+                // Filling bins are zero on both sides: 0 / tiny.
                 let size = measured.square() + model.square() + like.fill(f32::MIN_POSITIVE);
                 sums[axis] = sums[axis] + (measured - model).square() / size;
             }

@@ -1,9 +1,9 @@
-//! Forward dynamics: the motion that loads cause, O(J).
+//! Forward dynamics: the motion due to loads, in O(J).
 //!
-//! This is the articulated-body recursion, and bushings make it short. A joint that can move in all six
-//! directions has a square motion subspace S: the articulated inertia `I − I S (Sᵀ I S)⁻¹ Sᵀ I` that it
-//! passes to the link before is 0, and the load that it passes is `S⁻ᵀ τ`, the spring's and damper's. So
-//! every link is a free body under loads that the state alone decides.
+//! This is the articulated-body recursion, which bushings simplify. A joint that can move in all six directions has a square
+//! motion subspace S. The articulated inertia `I − I S (Sᵀ I S)⁻¹ Sᵀ I` that it passes to the link before is 0. The load that
+//! it passes is `S⁻ᵀ τ`, that of its springs and dampers. Each link is therefore a free body under loads that depend on the
+//! state alone.
 
 use nalgebra::{Vector3, Vector6};
 
@@ -13,7 +13,7 @@ use super::{Coordinates, EquationOfMotion, State};
 use crate::MAX_JOINTS;
 
 impl EquationOfMotion {
-    /// `q̈` under `force` on the TCP (N, TCP axes at rest), m/s² and rad/s²; not finite where a bushing has
+    /// Acceleration `q̈` under `force` on the TCP (N, TCP axes at rest), m/s² and rad/s². It is not finite if a bushing has
     /// turned to `ry = ±90°`.
     pub fn forward_dynamics(&self, state: &State, force: &Vector3<f64>) -> Coordinates {
         let placed = self.placed(&state.elongation);
@@ -22,7 +22,7 @@ impl EquationOfMotion {
         let mut before = self.base();
         for (index, link) in self.links.iter().enumerate() {
             let (place, motion) = (&placed[index], motions[index]);
-            let carried = before.carry(link, place, &state.rate[index]);
+            let carried = before.outward(link, place, &state.rate[index]);
             acceleration[index] = joined(
                 place.turned * (motion.acceleration - carried.acceleration),
                 place.turns_inverse() * (motion.spin_rate - carried.spin_rate),
@@ -32,7 +32,7 @@ impl EquationOfMotion {
         acceleration
     }
 
-    /// How the links move under the loads of state and `force`.
+    /// Motion of the links under the loads of the state and `force`.
     pub(super) fn link_motions(
         &self,
         state: &State,
@@ -62,11 +62,11 @@ impl EquationOfMotion {
 }
 
 impl LinkMotion {
-    /// Newton and Euler for a free body that spins so, under a force and a torque about its origin.
+    /// Equations of Newton and Euler for a free body with this spin, under a force and a torque about its origin.
     fn accelerate(&mut self, link: &Link, force: Vector3<f64>, torque: Vector3<f64>) {
         let gyroscopic = self.spin.cross(&(link.central_inertia * self.spin));
         self.spin_rate = link.central_mobility * (torque - link.centre.cross(&force) - gyroscopic);
-        // Nothing else accelerates yet: what is left at the centre is due to the spin.
+        // `self.acceleration` is still 0, so that `acceleration_of` gives only the acceleration due to the spin.
         self.acceleration = force / link.mass - self.acceleration_of(&link.centre);
     }
 }

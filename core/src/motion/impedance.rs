@@ -1,15 +1,15 @@
-//! Dynamic stiffness `s²M + sD + K` of the chain frozen where it is, factored once, solved in O(J).
+//! Dynamic stiffness `s²M + sD + K` of the chain frozen at one elongation, factorised once and solved in O(J).
 //!
-//! Displacements of link j are the translation of its origin along the axes of its joint frame, and the
-//! rates of its bushing's three turns. In these coordinates a bushing is the diagonal `b = k + s d`, and
-//! the recursion is that of the receptance: at the tip `Z = 0`, `p = 0`; for j = J..1
+//! The displacement of link j is the translation of its origin along the axes of its joint frame, and the rates of its
+//! bushing's three turns. In these coordinates a bushing is the diagonal `b = k + s d`, and the recursion is like that of the
+//! receptance, but from tip to base. It begins at the tip with `Z = 0` and `p = 0`; for j = J..1
 //!
 //! ```text
 //! Z ← Z + s² I       U = (Z + b)⁻¹       u = U (ρ − p)
 //! Z ← Xᵀ (b − b U b) X                   p ← p_{j−1} + Xᵀ (ρ − b u)
 //! ```
 //!
-//! and base to tip `x = X y_{j−1}`, `y = u + U b x`, elongation `y − x`.
+//! Then from base to tip `x = X y_{j−1}`, `y = u + U b x`, and the elongation is `y − x`.
 
 use heapless::Vec;
 use nalgebra::{ComplexField, Matrix3, Matrix6, Vector6};
@@ -28,17 +28,17 @@ pub(super) struct Impedance<T> {
 
 #[derive(Clone, Debug, PartialEq)]
 struct Joint<T> {
-    /// X: takes a displacement of the link before to this one.
+    /// X: transforms a displacement of the link before to this link.
     carry: Matrix6<T>,
-    /// b.
+    /// Diagonal b of the bushing.
     bushing: Vector6<T>,
-    /// U.
+    /// U = (Z + b)⁻¹.
     compliance: Matrix6<T>,
 }
 
 impl<T: ComplexField<RealField = f64> + Copy> Impedance<T> {
-    /// At `s`, 1/s, with the bushings displaced by `elongation`. Where the stiffness cannot be inverted
-    /// (numbers out of range, a bushing at `ry = ±90°`), what [`solve`](Self::solve) returns is not finite.
+    /// The dynamic stiffness at `s`, 1/s, with the bushings at `elongation`. If the stiffness cannot be inverted (numbers out
+    /// of range, a bushing at `ry = ±90°`), [`solve`](Self::solve) returns numbers that are not finite.
     pub(super) fn new(equation: &EquationOfMotion, elongation: &Coordinates, s: T) -> Self {
         let mut joints = Vec::new();
         let mut before = None;
@@ -46,7 +46,7 @@ impl<T: ComplexField<RealField = f64> + Copy> Impedance<T> {
             let place = link.placed(&elongation[index]);
             // A chain has no more joints than the vector holds.
             let _ = joints.push(Joint {
-                carry: carry(link, &place, before.as_ref()).map(T::from_real),
+                carry: outward(link, &place, before.as_ref()).map(T::from_real),
                 bushing: equation.stiffness[index]
                     .zip_map(&equation.damping[index], |k, d| T::from_real(k) + s.scale(d)),
                 compliance: spatial_inertia(link, &place).map(|entry| s * s.scale(entry)),
@@ -55,7 +55,7 @@ impl<T: ComplexField<RealField = f64> + Copy> Impedance<T> {
         }
         let mut carried = Matrix6::zeros();
         for joint in joints.iter_mut().rev() {
-            // So far it holds s² I.
+            // `compliance` still holds s² I.
             let mut stiffness = carried + joint.compliance;
             stiffness.set_diagonal(&(stiffness.diagonal() + joint.bushing));
             let out_of_range = || Matrix6::repeat(T::from_real(f64::NAN));
@@ -67,7 +67,7 @@ impl<T: ComplexField<RealField = f64> + Copy> Impedance<T> {
         Self { joints }
     }
 
-    /// The elongations under the generalised loads `load`: `(s²M + sD + K)⁻¹ ρ`.
+    /// `(s²M + sD + K)⁻¹ ρ`: elongations under the generalised loads `load`.
     pub(super) fn solve(&self, load: &Phasors<T>) -> Phasors<T> {
         let mut moved = [Vector6::zeros(); MAX_JOINTS];
         let mut passed = Vector6::zeros();
@@ -87,8 +87,8 @@ impl<T: ComplexField<RealField = f64> + Copy> Impedance<T> {
     }
 }
 
-/// `S⁻¹ X S₋` with the motion subspaces S of this bushing and of the one `before`.
-fn carry(link: &Link, place: &Placed, before: Option<&Placed>) -> Matrix6<f64> {
+/// `S⁻¹ X S₋` with the motion subspaces S of this bushing and S₋ of the bushing `before`.
+fn outward(link: &Link, place: &Placed, before: Option<&Placed>) -> Matrix6<f64> {
     let (axes, turns) = before.map_or((Matrix3::identity(), Matrix3::identity()), |before| {
         (before.turned.transpose(), before.turns)
     });

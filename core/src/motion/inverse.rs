@@ -1,7 +1,7 @@
-//! Inverse dynamics: the loads that a motion needs (recursive Newton-Euler; Featherstone, _Rigid Body
-//! Dynamics Algorithms_, chapter 5), in link axes and with the acceleration of each link's origin, O(J).
+//! Inverse dynamics: the loads that a motion needs (recursive Newton-Euler; Featherstone, _Rigid Body Dynamics Algorithms_,
+//! chapter 5), in link axes and with the acceleration of each link's origin, in O(J).
 //!
-//! Gravity enters as an acceleration of the base upwards.
+//! Gravity enters as an upward acceleration of the base.
 
 use heapless::Vec;
 use nalgebra::{Vector3, Vector6};
@@ -10,34 +10,33 @@ use super::kinematics::{Link, Placed, halves, joined};
 use super::{Coordinates, EquationOfMotion, State};
 use crate::MAX_JOINTS;
 
-/// How a link moves, in its own axes.
+/// Motion of a link, in its own axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct LinkMotion {
-    /// ω, rad/s.
+    /// Spin ω, rad/s.
     pub(super) spin: Vector3<f64>,
-    /// ω̇, rad/s².
+    /// Rate of the spin ω̇, rad/s².
     pub(super) spin_rate: Vector3<f64>,
-    /// Of the link's origin, less gravity's, m/s².
+    /// Acceleration of the link's origin, less gravity, m/s².
     pub(super) acceleration: Vector3<f64>,
 }
 
-/// The loads of all coordinates that do not cancel.
+/// Residual of the equation of motion.
 pub(super) struct Imbalance {
-    /// N and Nm.
+    /// Load on each coordinate that remains, N and Nm.
     pub(super) load: Coordinates,
-    /// What should cancel, added up without signs.
+    /// Sum of the magnitudes of the loads that should cancel.
     pub(super) size: f64,
 }
 
 impl LinkMotion {
-    /// Acceleration of the link's point at `point`, less gravity's, m/s².
+    /// Acceleration of the link at `point`, less gravity, m/s².
     pub(super) fn acceleration_of(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.acceleration + self.spin_rate.cross(point) + self.spin.cross(&self.spin.cross(point))
     }
 
-    /// How the next link moves when this one moves so and the bushing between them has these rates, which
-    /// do not change.
-    pub(super) fn carry(&self, link: &Link, placed: &Placed, rate: &Vector6<f64>) -> Self {
+    /// Motion of the next link if this link moves so and the bushing between them has the constant rates `rate`.
+    pub(super) fn outward(&self, link: &Link, placed: &Placed, rate: &Vector6<f64>) -> Self {
         let (slide, turn) = halves(rate);
         let (carried, turning) = (placed.rotation.tr_mul(&self.spin), placed.turns * turn);
         let origin =
@@ -51,7 +50,7 @@ impl LinkMotion {
         }
     }
 
-    /// Force and torque about the origin that the link needs to move so, N and Nm.
+    /// Force and torque about the origin that the link needs for this motion, N and Nm.
     fn load(&self, link: &Link) -> (Vector3<f64>, Vector3<f64>) {
         let force = link.mass * self.acceleration_of(&link.centre);
         let torque = link.inertia * self.spin_rate
@@ -62,8 +61,8 @@ impl LinkMotion {
 }
 
 impl EquationOfMotion {
-    /// `M q̈ + C(q, q̇) q̇ + G(q) + D q̇ + K q − Jᵀ F`, N and Nm: what else must act on the coordinates for
-    /// this `acceleration`, m/s² and rad/s², under `force` on the TCP (N, TCP axes at rest).
+    /// `M q̈ + C(q, q̇) q̇ + G(q) + D q̇ + K q − Jᵀ F`, N and Nm: further loads on the coordinates that this `acceleration`
+    /// (m/s² and rad/s²) needs under `force` on the TCP (N, TCP axes at rest).
     pub fn inverse_dynamics(
         &self,
         state: &State,
@@ -87,7 +86,7 @@ impl EquationOfMotion {
         for (index, link) in self.links.iter().enumerate() {
             let place = link.placed(&state.elongation[index]);
             let (slide, turn) = halves(&acceleration[index]);
-            motion = motion.carry(link, &place, &state.rate[index]);
+            motion = motion.outward(link, &place, &state.rate[index]);
             motion.acceleration += place.turned.tr_mul(&slide);
             motion.spin_rate += place.turns * turn;
             push = place.rotation.tr_mul(&push);
@@ -110,7 +109,7 @@ impl EquationOfMotion {
         Imbalance { load: imbalance, size }
     }
 
-    /// The base stands still, and gravity is an acceleration upwards.
+    /// Motion of the base: it is at rest, and gravity is an upward acceleration.
     pub(super) fn base(&self) -> LinkMotion {
         LinkMotion { acceleration: -self.gravity, ..LinkMotion::default() }
     }

@@ -1,45 +1,47 @@
-//! Where a bushing holds its link, and how it lets it move: pose, motion subspace, and its rate.
+//! Kinematics of a bushing: pose of its link, motion subspace, and rate of the motion subspace.
 //!
-//! A bushing slides by `tx ty tz` along the axes of the joint frame, then turns by `rx` about x, `ry` about
-//! the new y, `rz` about the new z. In link axes its rates move the link by `(Bᵀ ṫ, W ṙ)`: a square motion
-//! subspace, singular only at `ry = ±90°`.
+//! A bushing slides by `tx ty tz` along the axes of the joint frame, then turns by `rx` about x, `ry` about the new y and
+//! `rz` about the new z. Along the link axes its rates move the link by `(Bᵀ ṫ, W ṙ)`. This motion subspace is square, and
+//! singular only at `ry = ±90°`.
 
 use libm::sincos;
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 use crate::chain::{self, Joint};
 
-/// A link and the joint frame that carries it: what no motion changes.
+/// A link and the joint frame that carries it: the quantities that no motion changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Link {
     /// Axes of the joint frame, in the axes of the link before.
     pub(super) axes: Matrix3<f64>,
     /// Origin of the joint frame, in the link before, m.
     pub(super) origin: Vector3<f64>,
-    /// kg.
+    /// Mass, kg.
     pub(super) mass: f64,
     /// Centre of mass, link axes, m.
     pub(super) centre: Vector3<f64>,
-    /// About the centre of mass, and its inverse; kg m² and its reciprocal.
+    /// Inertia about the centre of mass, kg m².
     pub(super) central_inertia: Matrix3<f64>,
+    /// Inverse of the inertia about the centre of mass, 1/(kg m²).
     pub(super) central_mobility: Matrix3<f64>,
-    /// About the link's origin, kg m².
+    /// Inertia about the link's origin, kg m².
     pub(super) inertia: Matrix3<f64>,
 }
 
-/// A link where its bushing holds it.
+/// A link at the elongation of its bushing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Placed {
     /// B: link axes in joint axes.
     pub(super) turned: Matrix3<f64>,
     /// Link axes in the axes of the link before.
     pub(super) rotation: Matrix3<f64>,
-    /// From the origin of the link before to this one's, in the axes of the link before, m.
+    /// Vector from the origin of the link before to the origin of this link, in the axes of the link before, m.
     pub(super) lever: Vector3<f64>,
-    /// W: the axes of the three turns, link axes.
+    /// W: axes of the three turns as columns, along the link axes.
     pub(super) turns: Matrix3<f64>,
-    /// Sine and cosine of `ry` and `rz`.
+    /// Sine and cosine of `ry`.
     ry: (f64, f64),
+    /// Sine and cosine of `rz`.
     rz: (f64, f64),
 }
 
@@ -55,13 +57,14 @@ impl Link {
             mass,
             centre,
             central_inertia: inertia,
-            // A chain's inertias are positive; one that underflows must not pass for rigid.
+            // The inertias of a chain are positive. A link whose inertia underflows gets NaN, so that it does not count as
+            // rigid.
             central_mobility: inertia.try_inverse().unwrap_or(Matrix3::repeat(f64::NAN)),
             inertia: inertia - lever * lever * mass,
         }
     }
 
-    /// The link where the bushing's `elongation` holds it.
+    /// The link at the `elongation` of its bushing.
     pub(super) fn placed(&self, elongation: &Vector6<f64>) -> Placed {
         let [tx, ty, tz, rx, ry, rz] = (*elongation).into();
         let ((sx, cx), (sy, cy), (sz, cz)) = (sincos(rx), sincos(ry), sincos(rz));
@@ -88,7 +91,7 @@ impl Link {
 }
 
 impl Placed {
-    /// `Ẇ` while the bushing turns at `rates`, rad/s.
+    /// `Ẇ` for a bushing that turns at `rates`, rad/s.
     pub(super) fn turns_rate(&self, rates: Vector3<f64>) -> Matrix3<f64> {
         let ((sy, cy), (sz, cz)) = (self.ry, self.rz);
         Matrix3::new(
@@ -141,7 +144,7 @@ mod tests {
         Link::new(&joint, 0.8)
     }
 
-    /// Of the matrix that turns by x, new y, new z: nothing but elementary rotations.
+    /// Product of the elementary rotations about x, the new y and the new z.
     fn turned(turns: Vector3<f64>) -> Matrix3<f64> {
         (Rotation3::from_axis_angle(&Vector3::x_axis(), turns.x)
             * Rotation3::from_axis_angle(&Vector3::y_axis(), turns.y)

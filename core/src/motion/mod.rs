@@ -1,19 +1,18 @@
-//! The equation of motion, not linearised: `M(q) q̈ + C(q, q̇) q̇ + G(q) + D q̇ + K q = Jᵀ F` (paper, section
-//! 3.1).
+//! The nonlinear equation of motion: `M(q) q̈ + C(q, q̇) q̇ + G(q) + D q̇ + K q = Jᵀ F` (paper, section 3.1).
 //!
-//! The reference that the linear model is checked against, and the physics of the simulated robot. The
-//! drives hold the joint angles; q are the bushings' coordinates, per joint slides `tx ty tz` along the axes
-//! of the joint frame, then turns `rx ry rz` about x, the new y, the new z. F pushes the moving TCP along
-//! axes that stay in space: those of the TCP at rest, in the static equilibrium under gravity.
+//! It is the reference for the linear model, and the physics of the simulated robot. The drives hold the joint angles. q are
+//! the coordinates of the bushings: per joint slides `tx ty tz` along the axes of the joint frame, then turns `rx ry rz`
+//! about x, the new y and the new z. F acts on the moving TCP along axes that are fixed in space: those of the TCP at rest,
+//! in the static equilibrium under gravity.
 //!
-//! | module         | holds                                                     |
-//! | -------------- | --------------------------------------------------------- |
-//! | `kinematics`   | where a bushing holds its link, and how it lets it move    |
-//! | [`inverse`]    | loads from motion: recursive Newton-Euler                  |
-//! | [`forward`]    | motion from loads: the articulated-body recursion          |
-//! | `impedance`    | `s²M + sD + K` of the chain frozen in a posture, factored  |
-//! | [`radau`]      | time integration                                           |
-//! | [`sensors`]    | what they read, wherever they sit                          |
+//! | module         | holds                                                       |
+//! | -------------- | ----------------------------------------------------------- |
+//! | `kinematics`   | pose and motion subspace of a link on its bushing           |
+//! | [`inverse`]    | loads from motion: recursive Newton-Euler                   |
+//! | [`forward`]    | motion from loads: the articulated-body recursion           |
+//! | `impedance`    | `s²M + sD + K` of the chain frozen in a posture, factorised |
+//! | [`radau`]      | time integration                                            |
+//! | [`sensors`]    | readings of the sensors, at any place on the last link      |
 
 pub mod forward;
 pub mod inverse;
@@ -32,16 +31,16 @@ use crate::chain::linearise::LinearisationError;
 use crate::parameters::Bushing;
 use kinematics::{Link, Placed};
 
-/// One number per bushing coordinate, joint by joint from the base, `tx ty tz rx ry rz`; joints beyond the
-/// chain's stay zero.
+/// One number per bushing coordinate, joint by joint from the base, `tx ty tz rx ry rz`. Entries of joints beyond the chain
+/// are zero.
 pub type Coordinates = [Vector6<f64>; MAX_JOINTS];
 
-/// Where the bushings are and how fast they move.
+/// Elongations of the bushings, and their rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
-    /// q: m and rad.
+    /// Elongations q: m and rad.
     pub elongation: Coordinates,
-    /// q̇: m/s and rad/s.
+    /// Rates q̇: m/s and rad/s.
     pub rate: Coordinates,
 }
 
@@ -49,18 +48,19 @@ pub struct State {
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquationOfMotion {
     links: Vec<Link, MAX_JOINTS>,
-    /// Diagonals of K and D.
+    /// Diagonal of K, N/m and Nm/rad.
     stiffness: Coordinates,
+    /// Diagonal of D, Ns/m and Nms/rad.
     damping: Coordinates,
-    /// Base axes, m/s².
+    /// Gravity along the base axes, m/s².
     gravity: Vector3<f64>,
-    /// The TCP in the last link.
+    /// Pose of the TCP in the last link.
     tcp: Pose,
-    /// The static equilibrium, or what else counts as rest.
+    /// Elongations at rest: the static equilibrium, or those given to [`EquationOfMotion::about`].
     rest: Coordinates,
-    /// The TCP's axes at rest, in base axes: force and readings are along these.
+    /// Axes of the TCP at rest, in base axes. The force and the readings of an inertial accelerometer refer to these axes.
     rest_axes: Matrix3<f64>,
-    /// The TCP at rest, base axes, m.
+    /// Position of the TCP at rest, base axes, m.
     rest_tcp: Vector3<f64>,
 }
 
@@ -71,8 +71,8 @@ struct Pose {
 }
 
 impl EquationOfMotion {
-    /// At joint angles `pose` (one per joint, rad or m) under `gravity` (base axes, m/s²); the TCP at rest is that of the
-    /// static equilibrium.
+    /// The equation of motion at joint angles `pose` (one per joint, rad or m) under `gravity` (base axes, m/s²). The TCP at
+    /// rest is that of the static equilibrium.
     ///
     /// # Errors
     ///
@@ -91,12 +91,12 @@ impl EquationOfMotion {
         Self::about(chain, pose, gravity, bushings, rest)
     }
 
-    /// The same about other elongations, which then count as rest: gravity leaves a robot that is soft enough no
-    /// equilibrium, but it moves all the same.
+    /// The equation of motion with the elongations `rest` as the state of rest. A very soft robot has no equilibrium under gravity, but it
+    /// still moves.
     ///
     /// # Errors
     ///
-    /// If there is not one angle and one bushing per joint.
+    /// Returns an error if there is not one angle and one bushing per joint.
     pub fn about(
         chain: &Chain,
         pose: &[f64],
@@ -134,23 +134,23 @@ impl EquationOfMotion {
         Ok(equation)
     }
 
-    /// At rest: in the static equilibrium under gravity, or as [`EquationOfMotion::about`] has it.
+    /// State at rest: the static equilibrium under gravity, or the elongations given to [`EquationOfMotion::about`].
     pub fn rest(&self) -> State {
         State { elongation: self.rest, rate: Coordinates::default() }
     }
 
-    /// Joints of the chain.
+    /// Number of joints of the chain.
     pub fn joints(&self) -> usize {
         self.links.len()
     }
 
-    /// From the TCP at rest to the TCP, along its axes at rest, m.
+    /// Displacement of the TCP from its position at rest, along its axes at rest, m.
     pub fn tcp_displacement(&self, state: &State) -> Vector3<f64> {
         let tcp = self.tcp_pose(&self.placed(&state.elongation));
         self.rest_axes.tr_mul(&(tcp.translation - self.rest_tcp))
     }
 
-    /// `K q + D q̇` of one joint.
+    /// `K q + D q̇` of one joint, N and Nm.
     fn bushing_load(&self, state: &State, joint: usize) -> Vector6<f64> {
         self.stiffness[joint].component_mul(&state.elongation[joint])
             + self.damping[joint].component_mul(&state.rate[joint])
@@ -164,7 +164,7 @@ impl EquationOfMotion {
         placed
     }
 
-    /// Of the TCP in the base.
+    /// Pose of the TCP in the base.
     fn tcp_pose(&self, placed: &[Placed; MAX_JOINTS]) -> Pose {
         let mut pose = Pose { axes: Matrix3::identity(), translation: Vector3::zeros() };
         for place in &placed[..self.links.len()] {
@@ -184,7 +184,7 @@ mod tests {
     use super::*;
     use crate::chain::{self, Joint, JointKind};
 
-    /// Of a robot of three joints.
+    /// The equation of motion of a robot with three joints.
     pub(super) fn equation() -> EquationOfMotion {
         let joint = |x: f64, axis, kind| Joint {
             origin: Isometry3::new(Vector3::new(x, 0.3, -0.2), Vector3::new(0.4, x, -0.7)),

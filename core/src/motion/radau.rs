@@ -1,8 +1,8 @@
-//! Time integration: Radau IIA with three stages (Hairer and Wanner, _Solving Ordinary Differential
-//! Equations II_, IV.5 and IV.8), constant step, written for a second-order system.
+//! Time integration: Radau IIA with three stages (Hairer and Wanner, _Solving Ordinary Differential Equations II_, IV.5 and
+//! IV.8), constant step, written for a second-order system.
 //!
-//! Order 5, stage order 3, L-stable, and stiffly accurate: the last stage is the end of the step. A stiff
-//! bushing, or one whose damper would hold it for ever, costs neither a small step nor accuracy.
+//! The method has order 5 and stage order 3. It is L-stable and stiffly accurate: the last stage is the end of the step. A
+//! stiff or strongly damped bushing needs no small step and costs no accuracy.
 //!
 //! The unknowns are the accelerations `A_i` at the three stages,
 //!
@@ -11,9 +11,9 @@
 //! ```
 //!
 //! with the imbalance r of inverse dynamics. Newton's method with the matrices of a frozen chain gives
-//! `M δA_i + h D Σ a_ij δA_j + h² K Σ (a²)_ij δA_j = −r_i`. Along an eigenvector of a, with eigenvalue
-//! `1/(h s)`, that is the chain's dynamic stiffness at s: `(s²M + sD + K) δ/s² = −r̂`, solved once for the
-//! real eigenvalue and once for the pair.
+//! `M δA_i + h D Σ a_ij δA_j + h² K Σ (a²)_ij δA_j = −r_i`. Along an eigenvector of a with the eigenvalue
+//! `1/(h s)` this is the chain's dynamic stiffness at s: `(s²M + sD + K) δ/s² = −r̂`. It is solved once for the real
+//! eigenvalue and once for the pair.
 
 use nalgebra::{Complex, ComplexField, Matrix3, RowVector3, Vector3, Vector6};
 
@@ -21,23 +21,22 @@ use super::impedance::Impedance;
 use super::inverse::Imbalance;
 use super::{Coordinates, EquationOfMotion, State};
 
-/// Imbalance that is left, in parts of the loads.
+/// Largest remaining imbalance, as a part of the loads.
 const TOLERANCE: f64 = 1e-12;
-/// Corrections after which a step is given up.
+/// Number of corrections after which a step fails.
 const MOST_CORRECTIONS: usize = 40;
-/// Corrections after which the matrices are renewed: in small motion two or three are enough.
+/// Number of corrections after which the matrices are renewed. In small motion two or three corrections are enough.
 const STALE_AFTER: usize = 5;
 
-/// `|ry|` beyond which a step is given up, rad: at a quarter turn the coordinates end, and a motion that
-/// passes close by would turn `rx` and `rz` by half a turn within a step.
+/// Largest `|ry|` of a step, rad. At a quarter turn the coordinates are singular, and a motion that passes close by would
+/// turn `rx` and `rz` by half a turn within a step.
 const MOST_TURN: f64 = 1.55;
 
-/// The step cannot be made: a bushing has turned to `ry = ±89°`, or a number has left the range of floating
-/// point.
+/// The step failed: a bushing has turned to `ry = ±89°`, or a number has left the range of floating point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotConverged;
 
-/// A robot that moves, step by step.
+/// A robot that moves step by step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Radau {
     equation: EquationOfMotion,
@@ -46,27 +45,28 @@ pub struct Radau {
     real: Mode<f64>,
     pair: Mode<Complex<f64>>,
     state: State,
-    /// At the stages of the last step.
+    /// Accelerations at the stages of the last step.
     acceleration: [Coordinates; 3],
 }
 
-/// The coefficients.
+/// Coefficients of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Method {
     nodes: [f64; 3],
     a: Matrix3<f64>,
     a_squared: Matrix3<f64>,
-    /// Takes values at the nodes of one step to those of the next: the parabola through them.
+    /// Matrix from values at the nodes of one step to those of the next: the parabola through them.
     extrapolation: Matrix3<f64>,
 }
 
-/// An eigenvalue of a: what its part of the stages' correction takes.
+/// An eigenvalue of a, and its part of the stages' correction.
 #[derive(Clone, Debug, PartialEq)]
 struct Mode<T> {
-    /// 1/s.
+    /// Frequency s of the eigenvalue `1/(h s)`, 1/s.
     s: T,
+    /// Left eigenvector.
     left: RowVector3<T>,
-    /// `left · right` is 1 (the pair: 2, for its two halves).
+    /// Right eigenvector, scaled so that `left · right` is 1 (for the pair 2, for its two halves).
     right: Vector3<T>,
     impedance: Impedance<T>,
 }
@@ -88,7 +88,7 @@ impl Method {
         Self { nodes, a, a_squared: a * a, extrapolation }
     }
 
-    /// `1/λ` of the real eigenvalue λ of a, and of one of the pair: the roots of `z³ − 9z² + 36z − 60`, the
+    /// `1/λ` of the real eigenvalue λ of a, and of one eigenvalue of the pair. They are roots of `z³ − 9z² + 36z − 60`, the
     /// denominator of the stability function.
     fn inverse_eigenvalues() -> (f64, Complex<f64>) {
         let real = 3.0 + libm::cbrt(9.0) - libm::cbrt(3.0);
@@ -98,7 +98,7 @@ impl Method {
 }
 
 impl<T: ComplexField<RealField = f64> + Copy> Mode<T> {
-    /// For the eigenvalue `1/z` of `a`, which has as many `halves`.
+    /// The mode of the eigenvalue `1/z` of `a`. `halves` is 1 for the real eigenvalue and 2 for the pair.
     fn new(
         a: &Matrix3<f64>,
         z: T,
@@ -125,7 +125,7 @@ impl<T: ComplexField<RealField = f64> + Copy> Mode<T> {
         }
     }
 
-    /// Adds its part of the correction that takes the imbalances away.
+    /// Adds this mode's part of the correction that cancels the imbalances.
     fn correct(&self, imbalances: &[Imbalance; 3], acceleration: &mut [Coordinates; 3]) {
         let load = core::array::from_fn(|joint| {
             let [first, second, third] = imbalances.each_ref().map(|one| one.load[joint]);
@@ -145,7 +145,7 @@ impl<T: ComplexField<RealField = f64> + Copy> Mode<T> {
 }
 
 impl Radau {
-    /// A robot that starts from `start`, to be advanced by steps of `step_s` seconds.
+    /// A robot that starts from `start` and moves in steps of `step_s` seconds.
     pub fn new(equation: EquationOfMotion, start: State, step_s: f64) -> Self {
         let method = Method::radau_iia();
         let (real, pair) = Method::inverse_eigenvalues();
@@ -160,10 +160,10 @@ impl Radau {
         }
     }
 
-    /// One step. `force` is that on the TCP, N, along its axes at rest, at a part 0 to 1 of the step.
+    /// Makes one step. `force` gives the force on the TCP, N, along its axes at rest, at a part 0 to 1 of the step.
     ///
     /// # Errors
-    /// The motion has left what the coordinates can tell; the state stays where it was.
+    /// The motion has left the range of the coordinates or of floating point. The state is then unchanged.
     pub fn step(&mut self, force: impl Fn(f64) -> Vector3<f64>) -> Result<(), NotConverged> {
         let forces = self.method.nodes.map(force);
         let mut acceleration =
@@ -174,7 +174,7 @@ impl Radau {
             let imbalances = [0, 1, 2].map(|stage| {
                 self.equation.imbalance(&stages[stage], &acceleration[stage], &forces[stage])
             });
-            // Sums, not maxima: these would pass over a number that is none.
+            // A sum propagates NaN; a maximum would ignore it.
             let size: f64 = imbalances.iter().map(|one| one.size).sum();
             let left: f64 =
                 imbalances.iter().flat_map(|one| &one.load).map(|load| load.norm()).sum();
@@ -186,7 +186,7 @@ impl Radau {
                 self.real.correct(&imbalances, &mut acceleration);
                 self.pair.correct(&imbalances, &mut acceleration);
             }
-            // What this correction has left is foretold by what the one before it left.
+            // With linear convergence this correction leaves an imbalance of left²/before.
             if done || left * left <= TOLERANCE * size * before {
                 let end = self.stages(&acceleration)[2];
                 if !end.elongation.iter().all(|q| q[4].abs() <= MOST_TURN) || !size.is_finite() {
@@ -198,7 +198,7 @@ impl Radau {
             }
             before = left;
         }
-        // Not those of a place that cannot be reached.
+        // After a failed step the matrices must not be those of an elongation that was not reached.
         self.renew(&self.state.elongation.clone());
         Err(NotConverged)
     }
@@ -224,18 +224,18 @@ impl Radau {
         self.pair.impedance = Impedance::new(&self.equation, elongation, self.pair.s);
     }
 
-    /// How the robot is now.
+    /// Present state of the robot.
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// What moves.
+    /// Equation of motion of the robot.
     pub fn equation(&self) -> &EquationOfMotion {
         &self.equation
     }
 }
 
-/// Combinations of the stages' values, one per row of `weights`, of the first `joints`.
+/// Linear combinations of the stages' values, one per row of `weights`, for the first `joints` joints.
 fn combine(weights: &Matrix3<f64>, values: &[Coordinates; 3], joints: usize) -> [Coordinates; 3] {
     let mut combined = [Coordinates::default(); 3];
     for (to, combined) in combined.iter_mut().enumerate() {
@@ -253,7 +253,7 @@ mod tests {
     use super::*;
     use crate::motion::tests::equation;
 
-    /// Stage order 3: polynomials of degree 2 are integrated exactly up to every node.
+    /// At stage order 3 polynomials of degree 2 are integrated exactly up to every node.
     #[test]
     fn the_coefficients_integrate_parabolas() {
         let Method { nodes, a, a_squared, extrapolation } = Method::radau_iia();
@@ -265,7 +265,7 @@ mod tests {
                 nodes.map(|c| c.powi(degree + times) / f64::from(divisor))
             };
             assert!((a * values - integral(1)).norm() < 1e-15);
-            // The double integral of a parabola has degree 4, of which the nodes see only a's.
+            // The integral of a parabola has degree 3, which `a` does not integrate exactly.
             if degree < 2 {
                 assert!((a_squared * values - integral(2)).norm() < 1e-15);
             }
@@ -286,7 +286,8 @@ mod tests {
         assert!((real + pair - radau.method.a).norm() < 1e-14);
     }
 
-    /// Newton's matrices are right: a wrong one would still converge, but slowly.
+    /// One correction cancels the imbalance of small motion. With a wrong matrix Newton's method would still converge, but
+    /// slowly.
     #[test]
     fn small_motion_takes_one_correction() {
         let equation = equation();

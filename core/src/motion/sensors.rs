@@ -1,4 +1,4 @@
-//! What the sensors read of the motion, wherever on the last link they sit.
+//! Readings of the sensors, at any place on the last link.
 
 use nalgebra::Vector3;
 
@@ -6,18 +6,18 @@ use super::{EquationOfMotion, State};
 use crate::mounting::Mounting;
 use crate::spectrum::Accelerometer;
 
-/// What both sensors read at one instant, less their readings at rest.
+/// Readings of both sensors at one instant, less their readings at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reading {
-    /// Along the force sensor's axes, N.
+    /// Force along the force sensor's axes, N.
     pub force: Vector3<f64>,
-    /// Along the accelerometer's axes, m/s².
+    /// Acceleration along the accelerometer's axes, m/s².
     pub acceleration: Vector3<f64>,
 }
 
 impl EquationOfMotion {
-    /// What the accelerometer at the TCP reads under `force`, less its reading at rest, m/s²: along the
-    /// axes at rest if inertial, along its own if strapdown.
+    /// Reading of an accelerometer at the TCP under `force` (N, TCP axes at rest), less its reading at rest, m/s². An
+    /// inertial accelerometer reads along the TCP's axes at rest, a strapdown accelerometer along its own axes.
     pub fn tcp_acceleration(
         &self,
         state: &State,
@@ -27,9 +27,9 @@ impl EquationOfMotion {
         self.reading(state, force, accelerometer, &Mounting::AT_TCP).acceleration
     }
 
-    /// What the sensors read under `force` on the TCP (N, TCP axes at rest). An inertial accelerometer keeps its axes at
-    /// rest, a strapdown one turns with the tool. The force sensor sees the cut along its axes at rest, and what lies beyond
-    /// it as it turns.
+    /// Readings of the sensors under `force` on the TCP (N, TCP axes at rest). An inertial accelerometer keeps its axes at
+    /// rest; a strapdown accelerometer turns with the tool. The force sensor measures the cut along its axes at rest, and the
+    /// inertia and weight of the tool along its turned axes.
     pub fn reading(
         &self,
         state: &State,
@@ -40,7 +40,7 @@ impl EquationOfMotion {
         let placed = self.placed(&state.elongation);
         let motion = self.link_motions(state, &placed, force)[self.links.len() - 1];
         let at_rest = self.rest_axes.tr_mul(&-self.gravity);
-        // Along the TCP's axes, gravity felt.
+        // Acceleration along the TCP's axes, less gravity.
         let felt = |point: &Vector3<f64>| {
             let point = self.tcp.translation + self.tcp.axes * point;
             self.tcp.axes.tr_mul(&motion.acceleration_of(&point))

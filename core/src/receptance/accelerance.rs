@@ -1,4 +1,4 @@
-//! What an accelerometer reads per measured force, wherever the two sensors sit.
+//! Reading of an accelerometer per measured force, for any place of the two sensors.
 
 use super::complex::Complex;
 use super::gradient::sense;
@@ -8,10 +8,10 @@ use super::terms::Terms;
 use super::tool::{move_by, per_measured, see};
 use crate::DOF;
 
-/// Accelerance at one complex frequency per lane, m/s²/N: reading of the accelerometer along its axis `[row]` per force that
-/// is measured along the axis `[column]` of the force sensor, as the terms' mounting has them.
+/// Accelerance at one complex frequency per lane, m/s²/N: reading along the accelerometer's axis `[row]` per force that is
+/// measured along the force sensor's axis `[column]`. The terms hold the mounting of the sensors.
 ///
-/// `s` is `iω`, or `α + iω`, rad/s. Where both sensors sit at the TCP and along the same axes, [`receptance`](super::receptance)
+/// `s` is `iω`, or `α + iω`, rad/s. If both sensors sit at the TCP and along the same axes, [`receptance`](super::receptance)
 /// costs less.
 #[inline(always)]
 pub fn accelerance<V: Lanes>(

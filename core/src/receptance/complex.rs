@@ -3,6 +3,7 @@
 use core::ops::{Add, Mul, Neg, Sub};
 
 use super::lanes::Lanes;
+use crate::DOF;
 
 /// A complex number in every lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,8 +14,11 @@ pub struct Complex<V> {
     pub im: V,
 }
 
+/// A load or a displacement of one link.
+pub(super) type Column<V> = [Complex<V>; DOF];
+
 impl<V: Lanes> Complex<V> {
-    /// From its parts.
+    /// A complex number from its real and imaginary part.
     #[inline(always)]
     pub fn new(re: V, im: V) -> Self {
         Self { re, im }
@@ -29,7 +33,7 @@ impl<V: Lanes> Complex<V> {
 
     /// `self + a·b`.
     #[inline(always)]
-    pub fn plus(self, a: Self, b: Self) -> Self {
+    pub fn add_mul(self, a: Self, b: Self) -> Self {
         Self::new(
             (-a.im).mul_add(b.im, a.re.mul_add(b.re, self.re)),
             a.im.mul_add(b.re, a.re.mul_add(b.im, self.im)),
@@ -38,7 +42,7 @@ impl<V: Lanes> Complex<V> {
 
     /// `self − a·b`.
     #[inline(always)]
-    pub fn minus(self, a: Self, b: Self) -> Self {
+    pub fn sub_mul(self, a: Self, b: Self) -> Self {
         Self::new(
             a.im.mul_add(b.im, (-a.re).mul_add(b.re, self.re)),
             (-a.im).mul_add(b.re, (-a.re).mul_add(b.im, self.im)),
@@ -47,7 +51,7 @@ impl<V: Lanes> Complex<V> {
 
     /// `self + a·b` with a real `b`.
     #[inline(always)]
-    pub fn plus_real(self, a: Self, b: V) -> Self {
+    pub fn add_mul_real(self, a: Self, b: V) -> Self {
         Self::new(a.re.mul_add(b, self.re), a.im.mul_add(b, self.im))
     }
 
@@ -57,19 +61,19 @@ impl<V: Lanes> Complex<V> {
         Self::new(self.re * b, self.im * b)
     }
 
-    /// The conjugate.
+    /// Complex conjugate.
     #[inline(always)]
     pub fn conjugate(self) -> Self {
         Self::new(self.re, -self.im)
     }
 
-    /// The square of the magnitude.
+    /// Square of the magnitude.
     #[inline(always)]
     pub fn square(self) -> V {
         self.re.mul_add(self.re, self.im * self.im)
     }
 
-    /// `e^self` to 1e-12 where its magnitude is up to 16: a power series of a 32nd, squared five times.
+    /// `e^self` to 1e-12 for magnitudes of `self` up to 16: the power series of `e^(self/32)`, squared five times.
     #[inline(always)]
     pub fn exponential(self) -> Self {
         let real = |value: f64| self.re.fill(<V::Scalar as super::lanes::Scalar>::from_f64(value));
@@ -77,7 +81,7 @@ impl<V: Lanes> Complex<V> {
         let one = Self::new(real(1.0), real(0.0));
         let mut sum = one;
         for power in 1..=12 {
-            sum = one.plus(small.scale(real(1.0 / f64::from(13 - power))), sum);
+            sum = one.add_mul(small.scale(real(1.0 / f64::from(13 - power))), sum);
         }
         for _ in 0..5 {
             sum = sum * sum;

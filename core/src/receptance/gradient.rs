@@ -1,27 +1,28 @@
-//! The measured acceleration of one record and its exact derivatives, by the recursion's way back, tip to base.
+//! Acceleration reading of one record in the model, and its exact derivatives, by a second pass of the recursion from tip to
+//! base.
 //!
-//! With the elongations e_out of a unit load along each measured direction, and q those of the record itself
-//! (its force and its seam), reciprocity gives every derivative as a product of two elongations:
+//! e_out are the elongations due to a unit load along each measured direction. q are the elongations in the record, due to
+//! its force and its seam. By reciprocity these elongations give every derivative:
 //!
 //! ```text
 //! ∂A_a/∂ln k_i = −k_i e_out,ia q_i       ∂A_a/∂ln d_i = −s d_i e_out,ia q_i       ∂A_a/∂γ_i = e_out,ia
 //! ```
 
-use super::complex::Complex;
+use super::complex::{Column, Complex};
 use super::lanes::{Lanes, Scalar};
-use super::recursion::{Column, Passage, before, hold, load_here};
+use super::recursion::{Passage, before, hold, load_here};
 use super::symmetric::{Factor, at};
 use super::terms::{JointTerms, Terms};
 use super::tool::{give_back, look_beyond};
 use crate::{DOF, MAX_JOINTS};
 
-/// One value per degree of freedom, joint by joint.
+/// One complex value per degree of freedom, `[joint][degree of freedom]`.
 pub type PerDof<V> = [[Complex<V>; DOF]; MAX_JOINTS];
 
-/// What one bin of a record says, one bin per lane; one for all bins in turn, for it is large.
+/// Response of the model in one bin of a record, one bin per lane. It is large, so that callers reuse one for all bins.
 #[derive(Clone, Debug)]
 pub struct Response<V> {
-    /// What the accelerometer would read, without c₀ and c₁, along its axes, m/s² (times seconds).
+    /// Reading of the accelerometer along its axes, without the jumps c₋₁, c₀ and c₁ of the seam, m/s² (times seconds).
     pub acceleration: [Complex<V>; 3],
     /// Accelerance: reading along the accelerometer's axis `[row]` per force along the force sensor's axis `[column]`, m/s²/N.
     pub accelerance: [[Complex<V>; 3]; 3],
@@ -29,23 +30,27 @@ pub struct Response<V> {
     pub per_load: [PerDof<V>; 3],
     /// q: elongations in this record, m and rad (times seconds).
     pub elongation: PerDof<V>,
-    /// `∂A/∂ln m`: reading along `[axis]` by the mass and inertia of link `[j]`, where the terms want it. Gravity's stiffness
-    /// is taken to stay: of the reference robot that leaves out 4 % at most at 5 Hz, and 0.3 % at 20 Hz.
+    /// `∂A/∂ln m`: derivative of the reading along `[axis]` by the mass and inertia of link `[j]`, if the terms ask for it.
+    /// It neglects the change of the stiffness due to gravity: for the reference robot at most 4 % at 5 Hz,
+    /// and 0.3 % at 20 Hz.
     pub per_mass: [[Complex<V>; MAX_JOINTS]; 3],
-    /// The bushings as the way out has passed them, from the second on, and what the seam loads them with.
+    /// Elimination of each bushing from the second on, as [`Response::read`] leaves it.
     passages: [Passage<V>; MAX_JOINTS],
+    /// Load of the seam on each bushing from the second on, as `Passage::halfway` leaves it.
     halfway: PerDof<V>,
-    /// Whether there is a seam.
+    /// Whether the record has a seam.
     sealed: bool,
-    /// The dynamic stiffness of the last link, factorised.
+    /// Dynamic stiffness of the last link, factorised.
     tip: Factor<V>,
-    /// Loads on the last link, then displacements, in turn those of each before it: of the readings and of the record.
+    /// Loads of the three readings on the last link, then the displacements of the last link and in turn of each link before
+    /// it.
     readings: [Column<V>; 3],
+    /// Load of the record on the last link, then the displacements of the last link and in turn of each link before it.
     load: Column<V>,
 }
 
 impl<V: Lanes> Response<V> {
-    /// Of no bin yet.
+    /// A response of no bin yet.
     #[inline(always)]
     pub fn new(like: V) -> Self {
         let zero = Complex::zero(like);
@@ -65,9 +70,9 @@ impl<V: Lanes> Response<V> {
         }
     }
 
-    /// At complex frequency `s` (rad/s), to the record's `force` (as measured, along the force sensor's axes, N) and `seam`, if
-    /// it has one: the load on every bushing that mends the record's end, `γ = g + h/s`, N and Nm (both times seconds, as
-    /// spectra are).
+    /// Evaluates the response at the complex frequency `s` (rad/s) to the record's `force` and `seam`. `force` is the
+    /// measured force along the force sensor's axes, N. `seam`, if the record has one, is the load on every bushing that
+    /// joins the record's end to its start, `γ = g + h/s`, N and Nm. Both are times seconds, as spectra are.
     #[inline(always)]
     pub fn evaluate(
         &mut self,
@@ -80,7 +85,7 @@ impl<V: Lanes> Response<V> {
         self.elongate(terms, s, None);
     }
 
-    /// The first half of [`Response::evaluate`], base to tip: acceleration and accelerance.
+    /// First half of [`Response::evaluate`], base to tip: acceleration and accelerance.
     #[inline(always)]
     pub fn read(
         &mut self,
@@ -102,24 +107,25 @@ impl<V: Lanes> Response<V> {
         for reading in &mut self.readings {
             self.tip.solve(reading);
         }
-        // By reciprocity the readings' own displacements give what is read of any load.
+        // By reciprocity the displacements due to the loads of the readings give the reading for any load.
         for axis in 0..3 {
             self.acceleration[axis] = Complex::zero(s.re);
             self.accelerance[axis] = [Complex::zero(s.re); 3];
             for i in 0..DOF {
                 let moved = self.readings[axis][i];
-                self.acceleration[axis] = self.acceleration[axis].plus(moved, self.load[i]);
+                self.acceleration[axis] = self.acceleration[axis].add_mul(moved, self.load[i]);
                 for push in 0..3 {
                     let along = s.re.fill(terms.force[push][i]);
                     let accelerance = &mut self.accelerance[axis][push];
-                    *accelerance = accelerance.plus_real(moved, along);
+                    *accelerance = accelerance.add_mul_real(moved, along);
                 }
             }
         }
     }
 
-    /// The second half, tip to base: elongations, and with them the derivatives; by a force that was `more` (N, times
-    /// seconds) than that which has been read of, and the acceleration by it.
+    /// Second half of [`Response::evaluate`], tip to base: elongations, which give the derivatives. `more` is the difference
+    /// between the record's force and the force given to [`Response::read`] (N, times seconds); it also changes the
+    /// acceleration.
     #[inline(always)]
     pub fn elongate(
         &mut self,
@@ -133,7 +139,7 @@ impl<V: Lanes> Response<V> {
                 for push in 0..3 {
                     let reading = self.acceleration[axis];
                     self.acceleration[axis] =
-                        reading.plus(self.accelerance[axis][push], more[push]);
+                        reading.add_mul(self.accelerance[axis][push], more[push]);
                 }
             }
         }
@@ -154,12 +160,12 @@ impl<V: Lanes> Response<V> {
         for axis in 0..3 {
             for i in 0..DOF {
                 let along = force[axis].re.fill(terms.force[axis][i]);
-                self.load[i] = self.load[i].plus_real(force[axis], along);
+                self.load[i] = self.load[i].add_mul_real(force[axis], along);
             }
         }
     }
 
-    /// Base to tip: the dynamic stiffness of the last link, factorised, and what the seam loads it with.
+    /// Computes from base to tip the factorised dynamic stiffness of the last link, and the load of the seam on it.
     #[inline(always)]
     fn reach<const GRAVITY: bool>(
         &mut self,
@@ -183,7 +189,7 @@ impl<V: Lanes> Response<V> {
                     load_here(joint, &self.load, &seam[index], halfway);
                     passage.halfway(halfway);
                     self.load = seam[index];
-                    passage.hand_on::<GRAVITY>(halfway, &mut self.load);
+                    passage.pass_load::<GRAVITY>(halfway, &mut self.load);
                 }
             } else {
                 hold::<V, GRAVITY>(joint, s, s2, stiffness);
@@ -192,7 +198,7 @@ impl<V: Lanes> Response<V> {
         self.tip.factorise();
     }
 
-    /// Tip to base, from the displacements of the last link.
+    /// Computes the elongations from tip to base, from the displacements of the last link.
     #[inline(always)]
     fn descend<const GRAVITY: bool>(&mut self, terms: &Terms<V::Scalar>, s: Complex<V>) {
         for (index, joint) in terms.joints.iter().enumerate().rev() {
@@ -202,7 +208,7 @@ impl<V: Lanes> Response<V> {
                     self.per_mass[axis][index] = Complex::zero(s.re);
                     for i in 0..DOF {
                         let derivative = &mut self.per_mass[axis][index];
-                        *derivative = derivative.minus(self.readings[axis][i], inert[i]);
+                        *derivative = derivative.sub_mul(self.readings[axis][i], inert[i]);
                     }
                 }
             }
@@ -219,7 +225,7 @@ impl<V: Lanes> Response<V> {
                     continue;
                 }
                 let mut carried = [Complex::zero(s.re); DOF];
-                self.passages[index].carry::<GRAVITY>(moved, halfway, &mut carried);
+                self.passages[index].displace::<GRAVITY>(moved, halfway, &mut carried);
                 for i in 0..DOF {
                     elongation[i] = moved[i] - carried[i];
                 }
@@ -251,8 +257,8 @@ impl<V: Lanes> Response<V> {
     }
 }
 
-/// What the accelerometer reads of a displacement of the last link, one axis a column: `s²` along it, and how gravity
-/// tilts it, later by the delay.
+/// Loads whose displacements are the readings of the accelerometer, one column per axis. A reading is `s²` times the
+/// displacement along the axis plus the gravity that the tilt adds, and comes later by the delay.
 #[inline(always)]
 pub(super) fn sense<V: Lanes>(
     terms: &Terms<V::Scalar>,
@@ -289,7 +295,7 @@ fn weigh<V: Lanes>(
     let mut inert = [Complex::zero(s2.re); DOF];
     for i in 0..DOF {
         for j in 0..DOF {
-            inert[i] = inert[i].plus_real(displacement[j], s2.re.fill(joint.inertia[at(i, j)]));
+            inert[i] = inert[i].add_mul_real(displacement[j], s2.re.fill(joint.inertia[at(i, j)]));
         }
         inert[i] = inert[i] * s2;
     }

@@ -1,18 +1,18 @@
-//! Numbers side by side: one frequency bin per lane.
+//! Vectors of real numbers: one frequency bin per lane.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, f32x16, f64x8};
 
-/// The precision of a computation.
+/// Precision of a computation.
 pub trait Scalar: Copy + Default + Send + Sync + 'static {
-    /// Nearest value of this precision.
+    /// Value of this precision that is nearest to `value`.
     fn from_f64(value: f64) -> Self;
     /// The value as `f64`, exact.
     fn to_f64(self) -> f64;
 }
 
-/// One or several real numbers of one precision, computed with side by side.
+/// One or several real numbers of one precision. An operation applies to all lanes.
 pub trait Lanes:
     Copy
     + Add<Output = Self>
@@ -21,21 +21,21 @@ pub trait Lanes:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// What one lane holds.
+    /// Number in one lane.
     type Scalar: Scalar;
-    /// How many.
+    /// Number of lanes.
     const WIDTH: usize;
-    /// One value of any kind for each lane: `[T; WIDTH]`.
+    /// One value of any type for each lane: `[T; WIDTH]`.
     type Each<T: Copy>: AsMut<[T]>;
     /// The same value for each lane.
     fn each<T: Copy>(value: T) -> Self::Each<T>;
     /// `value` in as many lanes as `self` has.
     fn fill(self, value: Self::Scalar) -> Self;
-    /// `self · factor + term`, fused where the processor can.
+    /// `self · factor + term`, fused where a vector processor can.
     fn mul_add(self, factor: Self, term: Self) -> Self;
-    /// The first `WIDTH` of `values`.
+    /// Loads the first `WIDTH` of `values`.
     fn load(self, values: &[Self::Scalar]) -> Self;
-    /// Into the first `WIDTH` of `values`.
+    /// Stores the lanes in the first `WIDTH` of `values`.
     fn store(self, values: &mut [Self::Scalar]);
 }
 
@@ -115,18 +115,18 @@ macro_rules! vector {
 
 vector!(f32x16 of f32, 16; f64x8 of f64, 8);
 
-/// A computation that is written once for any number of lanes; mark `run` `#[inline(always)]`.
+/// A computation that is written once for any number of lanes. Mark `run` with `#[inline(always)]`.
 pub trait Kernel<T: Scalar> {
-    /// What it computes.
+    /// Result of the computation.
     type Output;
-    /// Runs with as many lanes as `like` has.
+    /// Runs the computation with as many lanes as `like` has.
     fn run<V: Lanes<Scalar = T>>(self, like: V) -> Self::Output;
 }
 
-/// A precision that kernels run in.
+/// A precision in which kernels run.
 pub trait Precision: Scalar {
-    /// Runs `kernel` in vectors of 64 bytes with AVX-512, AVX2 or NEON, as `level` has them, else in one lane. There
-    /// is a copy of every kernel for each.
+    /// Runs `kernel` in vectors of 64 bytes if `level` has AVX-512, AVX2 or NEON, else in one lane. The program holds a copy
+    /// of every kernel for each of them.
     fn dispatch<K: Kernel<Self>>(level: Level, kernel: K) -> K::Output;
 }
 

@@ -1,7 +1,7 @@
-//! Receptance of the chain and its exact gradient, by one articulated-body recursion on the dynamic
-//! stiffness; one frequency bin per SIMD lane.
+//! Receptance of the chain and its exact gradient, by an articulated-body recursion on the dynamic stiffness. Each SIMD lane
+//! holds one frequency bin.
 //!
-//! Loops over the six degrees of freedom are unrolled with `seq!`: what the compiler leaves rolled keeps its matrices in
+//! `seq!` unrolls the loops over the six degrees of freedom. A loop that the compiler leaves rolled keeps its matrices in
 //! memory instead of registers, and takes twice the time.
 #![allow(
     clippy::absurd_extreme_comparisons,

@@ -1,28 +1,25 @@
 //! Articulated-body recursion on the dynamic stiffness, base to tip: the receptance in O(J).
 //!
-//! `Z` is the dynamic stiffness that link j, held by all before it, opposes to its displacement η. The next bushing is
-//! passed by eliminating x, the displacement that the link before would carry it along by:
+//! `Z` is the dynamic stiffness of link j and all before it against the displacement η of link j. The recursion passes the
+//! next bushing by eliminating x, the displacement by which the link before carries this bushing:
 //!
 //! ```text
 //! Z̃ = X⁻ᵀ Z X⁻¹       Δ = Z̃ + b − C − Cᵀ       Δ x = Bᵀ η       b = diag(k + s d) + Γ       B = b − Cᵀ
 //! Z ← b − B Δ⁻¹ Bᵀ + s² I                                       at the tip:   H = pᵀ Z⁻¹ p
 //! ```
 //!
-//! Everything is complex symmetric: transposed, never conjugated. Γ and C are gravity's
-//! ([`crate::chain::linearise`]); without it B = b is diagonal. From tip to base, the order of textbooks, the loads of
-//! three forces would have to be handed on beside the stiffness, half as much work again, and single precision would lose
-//! half a digit more.
+//! All matrices are complex symmetric: they are transposed, never conjugated. Γ and C are the terms of gravity
+//! ([`crate::chain::linearise`]); without gravity B = b is diagonal. Textbooks recurse from tip to base. In that order the
+//! recursion would also pass the loads of three forces from joint to joint, which is half as much work again, and single
+//! precision would lose half a digit more.
 
 use seq_macro::seq;
 
-use super::complex::Complex;
+use super::complex::{Column, Complex};
 use super::lanes::Lanes;
 use super::symmetric::{Factor, Symmetric, at};
 use super::terms::{JointTerms, Terms};
 use crate::DOF;
-
-/// A load or a displacement of one link.
-pub(super) type Column<V> = [Complex<V>; DOF];
 
 /// Receptance at one complex frequency per lane, TCP axes, m/N, packed as `xx yx yy zx zy zz`.
 ///
@@ -31,7 +28,7 @@ pub(super) type Column<V> = [Complex<V>; DOF];
 pub fn receptance<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Complex<V>; 6] {
     let like = s.re;
     let tip = tip_stiffness(terms, s);
-    // Halfway through the solution: L⁻¹ p, and D⁻¹ L⁻¹ p.
+    // `loads` becomes L⁻¹ p, and `moved` becomes D⁻¹ L⁻¹ p.
     let mut loads = [[Complex::zero(like); DOF]; 3];
     for axis in 0..3 {
         for i in 0..DOF {
@@ -45,16 +42,16 @@ pub fn receptance<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Complex
     seq!(PACKED in 0..6 {
         let [a, b] = LOWER[PACKED];
         for i in 0..DOF {
-            receptance[PACKED] = receptance[PACKED].plus(loads[a][i], moved[b][i]);
+            receptance[PACKED] = receptance[PACKED].add_mul(loads[a][i], moved[b][i]);
         }
     });
     receptance
 }
 
-/// Rows and columns of a packed symmetric 3×3.
+/// Row and column of each entry of a packed symmetric 3×3 matrix.
 const LOWER: [[usize; 2]; 6] = [[0, 0], [1, 0], [1, 1], [2, 0], [2, 1], [2, 2]];
 
-/// The dynamic stiffness of the last link, factorised.
+/// Dynamic stiffness of the last link, factorised.
 #[inline(always)]
 pub(super) fn tip_stiffness<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> Factor<V> {
     if terms.gravity { reach::<V, true>(terms, s) } else { reach::<V, false>(terms, s) }
@@ -76,24 +73,24 @@ fn reach<V: Lanes, const GRAVITY: bool>(terms: &Terms<V::Scalar>, s: Complex<V>)
     tip
 }
 
-/// A bushing between two links, passed.
+/// Elimination of a bushing between two links.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passage<V> {
-    /// Of Δ.
+    /// Factor of Δ.
     factor: Factor<V>,
-    /// L⁻¹ Bᵀ, by columns.
+    /// `L⁻¹ Bᵀ`, by columns.
     forward: [Column<V>; DOF],
 }
 
 impl<V: Lanes> Passage<V> {
-    /// Through no bushing yet.
+    /// An elimination of no bushing yet.
     #[inline(always)]
     pub(super) fn new(like: V) -> Self {
         let zero = Complex::zero(like);
         Self { factor: Factor::zero(like), forward: [[zero; DOF]; DOF] }
     }
 
-    /// `Z ← b − B Δ⁻¹ Bᵀ + s² I`: from the stiffness of the link before to that of the link beyond.
+    /// `Z ← b − B Δ⁻¹ Bᵀ + s² I`: replaces the stiffness of the link before by that of the link beyond.
     #[inline(always)]
     pub(super) fn pass<const GRAVITY: bool>(
         &mut self,
@@ -122,9 +119,9 @@ impl<V: Lanes> Passage<V> {
             for j in 0..=I {
                 let mut entry = Complex::zero(s.re);
                 for k in first::<GRAVITY>(I)..DOF {
-                    entry = entry.minus(scaled[k], self.forward[j][k]);
+                    entry = entry.sub_mul(scaled[k], self.forward[j][k]);
                 }
-                stiffness[at(I, j)] = entry.plus_real(s2, s.re.fill(joint.inertia[at(I, j)]));
+                stiffness[at(I, j)] = entry.add_mul_real(s2, s.re.fill(joint.inertia[at(I, j)]));
             }
             stiffness[at(I, I)] = stiffness[at(I, I)] + bushing[I];
         });
@@ -133,7 +130,7 @@ impl<V: Lanes> Passage<V> {
         }
     }
 
-    /// `L⁻¹ Bᵀ`.
+    /// Computes `L⁻¹ Bᵀ`.
     #[inline(always)]
     fn couple<const GRAVITY: bool>(&mut self, joint: &JointTerms<V::Scalar>, bushing: &Column<V>) {
         let like = bushing[0].re;
@@ -147,14 +144,14 @@ impl<V: Lanes> Passage<V> {
                     }
                 }
                 for j in first::<GRAVITY>(K)..i {
-                    entry = entry.minus(self.factor.below(i, j), self.forward[K][j]);
+                    entry = entry.sub_mul(self.factor.below(i, j), self.forward[K][j]);
                 }
                 self.forward[K][i] = entry;
             }
         });
     }
 
-    /// `D⁻¹ L⁻¹ f` of a load on x, in place.
+    /// `f ← D⁻¹ L⁻¹ f` for a load f on x.
     #[inline(always)]
     pub(super) fn halfway(&self, load: &mut Column<V>) {
         let columns = core::array::from_mut(load);
@@ -162,19 +159,20 @@ impl<V: Lanes> Passage<V> {
         self.factor.scale(columns);
     }
 
-    /// `f ← f + B Δ⁻¹ g`: what the bushing hands on of a load g on x, from [`Passage::halfway`].
+    /// `f ← f + B Δ⁻¹ g`: adds the part of a load g on x that the bushing transmits. `halfway` is g after
+    /// [`Passage::halfway`].
     #[inline(always)]
-    pub(super) fn hand_on<const GRAVITY: bool>(&self, halfway: &Column<V>, load: &mut Column<V>) {
+    pub(super) fn pass_load<const GRAVITY: bool>(&self, halfway: &Column<V>, load: &mut Column<V>) {
         seq!(I in 0..6 {
             for k in first::<GRAVITY>(I)..DOF {
-                load[I] = load[I].plus(self.forward[I][k], halfway[k]);
+                load[I] = load[I].add_mul(self.forward[I][k], halfway[k]);
             }
         });
     }
 
-    /// `x = Δ⁻¹ (Bᵀ η + f)` of a displacement η; a load f from [`Passage::halfway`].
+    /// `x = Δ⁻¹ (Bᵀ η + f)` for a displacement η and a load f. `halfway` is f after [`Passage::halfway`].
     #[inline(always)]
-    pub(super) fn carry<const GRAVITY: bool>(
+    pub(super) fn displace<const GRAVITY: bool>(
         &self,
         displacement: &Column<V>,
         halfway: Option<&Column<V>>,
@@ -184,7 +182,7 @@ impl<V: Lanes> Passage<V> {
             let mut sum = self.forward[0][I] * displacement[0];
             for k in 1..DOF {
                 if first::<GRAVITY>(k) <= I {
-                    sum = sum.plus(self.forward[k][I], displacement[k]);
+                    sum = sum.add_mul(self.forward[k][I], displacement[k]);
                 }
             }
             carried[I] = sum * self.factor.reciprocal(I);
@@ -198,13 +196,13 @@ impl<V: Lanes> Passage<V> {
     }
 }
 
-/// First row of a column of Bᵀ that is not zero.
+/// Row of the first entry of a column of Bᵀ that is not zero.
 #[inline(always)]
 const fn first<const GRAVITY: bool>(column: usize) -> usize {
     if GRAVITY && column >= 3 { 3 } else { column }
 }
 
-/// k + s d.
+/// Diagonal `k + s d` of a bushing.
 #[inline(always)]
 fn bushing<V: Lanes>(joint: &JointTerms<V::Scalar>, s: Complex<V>) -> Column<V> {
     let mut bushing = [Complex::zero(s.re); DOF];
@@ -215,7 +213,7 @@ fn bushing<V: Lanes>(joint: &JointTerms<V::Scalar>, s: Complex<V>) -> Column<V> 
     bushing
 }
 
-/// `Z ← b + s² I`: held by the bushing alone.
+/// `Z ← b + s² I`: stiffness of the first link, which only its bushing holds.
 #[inline(always)]
 pub(super) fn hold<V: Lanes, const GRAVITY: bool>(
     joint: &JointTerms<V::Scalar>,
@@ -253,13 +251,13 @@ fn couple<V: Lanes>(joint: &JointTerms<V::Scalar>, stiffness: &mut Symmetric<V>)
         for i in 0..DOF {
             let entry = &mut stiffness[at(i, 3 + j)].re;
             let coupling = entry.fill(joint.gravity_coupling[i][j]);
-            // The symmetric sum has each off-diagonal entry of the turns twice.
+            // The loop visits each entry off the diagonal of the turns twice, and each entry on this diagonal once.
             *entry = *entry - if i == 3 + j { coupling + coupling } else { coupling };
         }
     }
 }
 
-/// `X⁻ᵀ f − g`: a load f on the link before as this bushing feels it, and −g on the bushing itself.
+/// `X⁻ᵀ f − g`: a load f on the link before, transformed to this bushing, less the load g on the bushing itself.
 #[inline(always)]
 pub(super) fn load_here<V: Lanes>(
     joint: &JointTerms<V::Scalar>,
@@ -272,10 +270,10 @@ pub(super) fn load_here<V: Lanes>(
         here[I] = -own[I];
         here[3 + I] = -own[3 + I];
         for k in 0..3 {
-            here[I] = here[I].plus_real(load[k], like.fill(joint.rotate[k][I]));
+            here[I] = here[I].add_mul_real(load[k], like.fill(joint.rotate[k][I]));
             here[3 + I] = here[3 + I]
-                .plus_real(load[k], like.fill(joint.lever[k][I]))
-                .plus_real(load[3 + k], like.fill(joint.turn[k][I]));
+                .add_mul_real(load[k], like.fill(joint.lever[k][I]))
+                .add_mul_real(load[3 + k], like.fill(joint.turn[k][I]));
         }
     });
 }
@@ -292,10 +290,10 @@ pub(super) fn before<V: Lanes>(
     seq!(I in 0..3 {
         for k in 0..3 {
             before[I] = before[I]
-                .plus_real(carried[k], like.fill(joint.rotate[I][k]))
-                .plus_real(carried[3 + k], like.fill(joint.lever[I][k]));
+                .add_mul_real(carried[k], like.fill(joint.rotate[I][k]))
+                .add_mul_real(carried[3 + k], like.fill(joint.lever[I][k]));
             before[3 + I] =
-                before[3 + I].plus_real(carried[3 + k], like.fill(joint.turn[I][k]));
+                before[3 + I].add_mul_real(carried[3 + k], like.fill(joint.turn[I][k]));
         }
     });
 }
@@ -312,18 +310,18 @@ fn congruence<V: Lanes>(
     let rotate = |i: usize, j: usize| like.fill(joint.rotate[i][j]);
     let lever = |i: usize, j: usize| like.fill(joint.lever[i][j]);
     let turn = |i: usize, j: usize| like.fill(joint.turn[i][j]);
-    // M X⁻¹ by its blocks: translation rows times both columns, turn rows times the turn column.
+    // Blocks of M X⁻¹: translation rows times both columns, and turn rows times the turn column.
     let (mut tt, mut tr, mut rr) = ([[zero; 3]; 3], [[zero; 3]; 3], [[zero; 3]; 3]);
     seq!(I in 0..3 {
         for j in 0..3 {
             for k in 0..3 {
-                tt[I][j] = tt[I][j].plus_real(m[at(I, k)], rotate(k, j));
+                tt[I][j] = tt[I][j].add_mul_real(m[at(I, k)], rotate(k, j));
                 tr[I][j] = tr[I][j]
-                    .plus_real(m[at(I, k)], lever(k, j))
-                    .plus_real(m[at(I, 3 + k)], turn(k, j));
+                    .add_mul_real(m[at(I, k)], lever(k, j))
+                    .add_mul_real(m[at(I, 3 + k)], turn(k, j));
                 rr[I][j] = rr[I][j]
-                    .plus_real(m[at(3 + I, k)], lever(k, j))
-                    .plus_real(m[at(3 + I, 3 + k)], turn(k, j));
+                    .add_mul_real(m[at(3 + I, k)], lever(k, j))
+                    .add_mul_real(m[at(3 + I, 3 + k)], turn(k, j));
             }
         }
     });
@@ -332,16 +330,16 @@ fn congruence<V: Lanes>(
             if j <= I {
                 let (mut translation, mut turning) = (zero, zero);
                 for k in 0..3 {
-                    translation = translation.plus_real(tt[k][j], rotate(k, I));
+                    translation = translation.add_mul_real(tt[k][j], rotate(k, I));
                     turning =
-                        turning.plus_real(tr[k][j], lever(k, I)).plus_real(rr[k][j], turn(k, I));
+                        turning.add_mul_real(tr[k][j], lever(k, I)).add_mul_real(rr[k][j], turn(k, I));
                 }
                 result[at(I, j)] = translation;
                 result[at(3 + I, 3 + j)] = turning;
             }
             let mut mixed = zero;
             for k in 0..3 {
-                mixed = mixed.plus_real(tr[k][j], rotate(k, I));
+                mixed = mixed.add_mul_real(tr[k][j], rotate(k, I));
             }
             result[at(3 + j, I)] = mixed;
         }

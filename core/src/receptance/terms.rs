@@ -12,10 +12,10 @@ use crate::mounting::{Mounting, tilts};
 use crate::parameters::Bushing;
 use crate::{DOF, MAX_JOINTS};
 
-/// One joint as the recursion reads it; the meaning of the others is [`LinearJoint`]'s.
+/// One joint in the form that the recursion needs. Fields without a comment are those of [`LinearJoint`] and [`Bushing`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct JointTerms<T> {
-    /// `X⁻¹ = [[rotate, lever], [0, turn]]` takes what this bushing is carried by to the link before.
+    /// `X⁻¹ = [[rotate, lever], [0, turn]]` transforms the displacement that carries this bushing to that of the link before.
     pub(crate) rotate: [[T; 3]; 3],
     pub(crate) lever: [[T; 3]; 3],
     pub(crate) turn: [[T; 3]; 3],
@@ -29,36 +29,36 @@ pub(crate) struct JointTerms<T> {
 /// A chain at one pose with its bushings, ready for the recursion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms<T> {
-    /// Base first.
+    /// Joints, base first.
     pub(crate) joints: Vec<JointTerms<T>, MAX_JOINTS>,
-    /// Loads of unit forces at the TCP, one per axis of the force sensor.
+    /// Loads on the last link due to unit forces at the TCP, one per axis of the force sensor.
     pub(crate) force: [[T; DOF]; 3],
-    /// Loads whose displacements are what the accelerometer reads along each of its axes.
+    /// Loads whose displacements, times `s²`, are the readings of the accelerometer along each of its axes.
     pub(crate) reading: [[T; DOF]; 3],
-    /// Loads whose elongations tell how the sensor's axis turns in gravity; zero when it does not.
+    /// Loads whose displacements are the changes of gravity along each axis of the sensor; zero if it does not feel gravity.
     pub(crate) tilt: [[T; DOF]; 3],
-    /// What the force sensor does not see of the force; none where nothing is beyond it.
+    /// Part of the force that the force sensor does not measure; `None` if no mass is beyond it.
     pub(crate) tool: Option<ToolTerms<T>>,
-    /// Whether the acceleration is read where and along what the force is measured, at the same time, and nothing else is: the
-    /// receptance tells all.
+    /// Whether both sensors measure at the same place, along the same axes and at the same time, and the accelerometer
+    /// measures nothing else: the receptance is then sufficient.
     pub(crate) collocated: bool,
-    /// Whether gravity's stiffness enters.
+    /// Whether the stiffness due to gravity enters.
     pub(crate) gravity: bool,
     /// Whether the accelerometer feels gravity as it turns.
     pub(crate) strapdown: bool,
-    /// By how much the acceleration comes later than the force, s.
+    /// Delay of the acceleration after the force, s.
     pub(crate) delay: T,
-    /// Whether derivatives in the links' masses are wanted.
+    /// Whether a response computes the derivatives by the links' masses.
     pub(crate) masses: bool,
 }
 
 impl<T: Scalar> Terms<T> {
-    /// Of a linearised chain with one bushing per joint, base first. A `strapdown` accelerometer turns
-    /// with the TCP and feels gravity: it reads `a + θ × g`, its reading at rest removed.
+    /// Terms of a linearised chain with one bushing per joint, base first. A `strapdown` accelerometer turns with the TCP and
+    /// feels gravity: it reads `a + θ × g`, less its reading at rest.
     ///
     /// # Errors
     ///
-    /// If there is not one bushing per joint.
+    /// Returns an error if there is not one bushing per joint.
     pub fn new(
         chain: &LinearChain,
         bushings: &[Bushing],
@@ -67,8 +67,8 @@ impl<T: Scalar> Terms<T> {
         Self::calibrated(chain, bushings, strapdown, &Calibration::default())
     }
 
-    /// The same, read by sensors that differ so from what they are taken for. Masses are the chain's, and force gains the
-    /// force's own.
+    /// Terms of a chain whose sensors have the errors in `calibration`. The caller applies the masses of `calibration` to the chain,
+    /// and its force gains to the force.
     ///
     /// # Errors
     ///
@@ -82,7 +82,7 @@ impl<T: Scalar> Terms<T> {
         Self::mounted(chain, bushings, strapdown, &Mounting::AT_TCP, calibration)
     }
 
-    /// The same, with the sensors mounted so. The misalignment turns the accelerometer further, about its own axes.
+    /// Terms of a chain whose sensors have this `mounting`. The misalignment turns the accelerometer further, about its own axes.
     ///
     /// # Errors
     ///
@@ -129,8 +129,8 @@ impl<T: Scalar> Terms<T> {
         })
     }
 
-    /// Of the chain at rest under a wrench (N and Nm on the TCP, along its axes): at s = 0 a response to 1 along the first
-    /// axis "reads" the displacement of the TCP.
+    /// Terms of the chain at rest under a wrench (N and Nm on the TCP, along its axes). At s = 0 the acceleration of a
+    /// response to a force of 1 along the first axis is the displacement of the TCP.
     pub(crate) fn at_rest(
         chain: &LinearChain,
         bushings: &[Bushing],
@@ -144,19 +144,19 @@ impl<T: Scalar> Terms<T> {
         Ok(Self {
             force: columns(&force),
             tilt: columns(&chain.tip_force),
-            // What the elongations are read by regardless of the frequency.
+            // At any frequency, also at s = 0, a strapdown accelerometer reads the loads in `tilt`.
             strapdown: true,
             ..Self::new(chain, bushings, false)?
         })
     }
 
-    /// The same, with [`Response::per_mass`](super::Response::per_mass) wanted.
+    /// The same terms, with which a response also computes [`Response::per_mass`](super::Response::per_mass).
     pub fn with_masses(self) -> Self {
         Self { masses: true, ..self }
     }
 
-    /// The same chain with other bushings, one per joint; the sag stays that of the first. Joints for which there is none
-    /// keep theirs.
+    /// Replaces the bushings, one per joint; the sag stays that of the bushings of the linearisation. Joints without an entry
+    /// keep their bushing.
     pub fn set_bushings(&mut self, bushings: &[Bushing]) {
         for (terms, bushing) in self.joints.iter_mut().zip(bushings) {
             terms.stiffness = bushing.stiffness.map(T::from_f64);

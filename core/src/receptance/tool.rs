@@ -1,34 +1,33 @@
-//! A tool beyond the force sensor: what is measured is not all of what cuts.
+//! A tool beyond the force sensor: the measured force is not the whole force that cuts.
 //!
-//! With W, what the inertia and the turning weight of the tool take from the force per displacement η of the last link, and
-//! U = Z⁻¹ P, the displacements per unit force:
+//! `Wᵀ η` is the force that the inertia and the turning weight of the tool take at a displacement η of the last link.
+//! `U = Z⁻¹ P` are the displacements per unit force:
 //!
 //! ```text
 //! F = F_m + Wᵀ η,   η = Z⁻¹ (P F + γ)      ⇒      F − F_m = M Wᵀ Z⁻¹ (P F_m + γ),   M = (I − Wᵀ U)⁻¹
 //! ```
 //!
-//! A reading r thus sees `G = rᵀ U M` per measured force, and its adjoint is `Z⁻¹ (r + W Gᵀ)`. With this and the true
-//! force all derivatives are what they are without a tool.
+//! The reading r per measured force is therefore `G = rᵀ U M`, and its adjoint is `Z⁻¹ (r + W Gᵀ)`. With this adjoint and the
+//! force that cuts, all derivatives have the same form as without a tool.
 
-use super::complex::Complex;
+use super::complex::{Column, Complex};
 use super::lanes::Lanes;
-use super::recursion::Column;
 use super::symmetric::Factor;
 use crate::DOF;
 
 /// A 3×3 matrix, row by row.
 pub(super) type Square<V> = [[Complex<V>; 3]; 3];
 
-/// What a tool takes from the force, per axis of the force sensor.
+/// Part of the force that a tool takes, per axis of the force sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ToolTerms<T> {
-    /// Mass times the loads whose displacements are those of its centre, kg.
+    /// Mass of the tool times the loads whose displacements are those of its centre of mass, kg.
     pub(super) inertia: [[T; DOF]; 3],
-    /// Mass times the loads whose displacements tell how gravity turns, N.
+    /// Mass of the tool times the loads whose displacements are the changes of gravity along each axis, N.
     pub(super) weight: [[T; DOF]; 3],
 }
 
-/// Adds to the loads of the three readings what they see of the tool's: from `r` to `r + W Gᵀ`.
+/// `r ← r + W Gᵀ` for the loads of the three readings: adds the part that the tool contributes.
 #[inline(always)]
 pub(super) fn look_beyond<V: Lanes>(
     tool: &ToolTerms<V::Scalar>,
@@ -48,13 +47,13 @@ pub(super) fn look_beyond<V: Lanes>(
     for axis in 0..3 {
         for push in 0..3 {
             for i in 0..DOF {
-                readings[axis][i] = readings[axis][i].plus(seen[axis][push], taken[push][i]);
+                readings[axis][i] = readings[axis][i].add_mul(seen[axis][push], taken[push][i]);
             }
         }
     }
 }
 
-/// Adds to the load of a record, whose force is as measured, what of the force the tool has taken.
+/// Adds the force that the tool has taken to the load of a record, which holds the measured force.
 #[inline(always)]
 pub(super) fn give_back<V: Lanes>(
     tool: &ToolTerms<V::Scalar>,
@@ -75,21 +74,22 @@ pub(super) fn give_back<V: Lanes>(
     let mut known = [zero; 3];
     for axis in 0..3 {
         for i in 0..DOF {
-            known[axis] = known[axis].plus(taken[axis][i], displacement[i]);
+            known[axis] = known[axis].add_mul(taken[axis][i], displacement[i]);
         }
     }
     for axis in 0..3 {
         let mut hidden = zero;
         for other in 0..3 {
-            hidden = hidden.plus(release[axis][other], known[other]);
+            hidden = hidden.add_mul(release[axis][other], known[other]);
         }
         for i in 0..DOF {
-            load[i] = load[i].plus_real(hidden, s2.re.fill(pushes[axis][i]));
+            load[i] = load[i].add_mul_real(hidden, s2.re.fill(pushes[axis][i]));
         }
     }
 }
 
-/// From reading per force that cuts to reading per force that is measured; `moved` of unit forces at the TCP.
+/// `G ← G M`: turns readings per force that cuts into readings per measured force. `moved` are the displacements due to unit
+/// forces at the TCP.
 #[inline(always)]
 pub(super) fn per_measured<V: Lanes>(
     tool: &ToolTerms<V::Scalar>,
@@ -106,7 +106,7 @@ pub(super) fn per_measured<V: Lanes>(
     multiply(&ideal, &release, seen);
 }
 
-/// Displacements of the last link by unit forces along each axis.
+/// Displacements of the last link due to unit forces along each axis.
 #[inline(always)]
 pub(super) fn move_by<V: Lanes>(
     pushes: &[[V::Scalar; DOF]; 3],
@@ -134,13 +134,13 @@ pub(super) fn see<V: Lanes>(
         for push in 0..3 {
             seen[axis][push] = readings[axis][0] * moved[push][0];
             for i in 1..DOF {
-                seen[axis][push] = seen[axis][push].plus(readings[axis][i], moved[push][i]);
+                seen[axis][push] = seen[axis][push].add_mul(readings[axis][i], moved[push][i]);
             }
         }
     }
 }
 
-/// W.
+/// Computes W.
 #[inline(always)]
 fn take<V: Lanes>(tool: &ToolTerms<V::Scalar>, s2: Complex<V>, taken: &mut [Column<V>; 3]) {
     for axis in 0..3 {
@@ -152,7 +152,7 @@ fn take<V: Lanes>(tool: &ToolTerms<V::Scalar>, s2: Complex<V>, taken: &mut [Colu
     }
 }
 
-/// M.
+/// Computes M.
 #[inline(always)]
 fn released<V: Lanes>(taken: &[Column<V>; 3], moved: &[Column<V>; 3], release: &mut Square<V>) {
     see(taken, moved, release);
@@ -164,17 +164,18 @@ fn released<V: Lanes>(taken: &[Column<V>; 3], moved: &[Column<V>; 3], release: &
         }
         matrix[row][row].re = matrix[row][row].re + one;
     }
-    // By cofactors; with the indices in turn they have their signs.
+    // The inverse by cofactors. Cyclic indices give the cofactors their signs.
     for row in 0..3 {
         for column in 0..3 {
             let (a, b) = ((column + 1) % 3, (column + 2) % 3);
             let (c, d) = ((row + 1) % 3, (row + 2) % 3);
-            release[row][column] = (matrix[a][c] * matrix[b][d]).minus(matrix[a][d], matrix[b][c]);
+            release[row][column] =
+                (matrix[a][c] * matrix[b][d]).sub_mul(matrix[a][d], matrix[b][c]);
         }
     }
     let determinant = (matrix[0][0] * release[0][0])
-        .plus(matrix[0][1], release[1][0])
-        .plus(matrix[0][2], release[2][0]);
+        .add_mul(matrix[0][1], release[1][0])
+        .add_mul(matrix[0][2], release[2][0]);
     let inverse = determinant.reciprocal();
     for row in 0..3 {
         for column in 0..3 {
@@ -188,8 +189,8 @@ fn multiply<V: Lanes>(a: &Square<V>, b: &Square<V>, product: &mut Square<V>) {
     for row in 0..3 {
         for column in 0..3 {
             product[row][column] = (a[row][0] * b[0][column])
-                .plus(a[row][1], b[1][column])
-                .plus(a[row][2], b[2][column]);
+                .add_mul(a[row][1], b[1][column])
+                .add_mul(a[row][2], b[2][column]);
         }
     }
 }

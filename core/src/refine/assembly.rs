@@ -1,6 +1,7 @@
 //! The normal equations of all that a fit rests on: records, static tests, priors, and what is retired.
 
-use super::equations::{Assembly, Bins, Unknowns};
+use super::batch::Bins;
+use super::equations::{Assembly, Unknowns};
 use super::residuals::Residuals;
 use super::seam::{MAX_SEAM, Seam};
 use super::statics::Statics;
@@ -49,7 +50,7 @@ impl Refinement {
         let priors = problem.sought.priors(&self.coordinates).map(|(_, value)| value * value);
         priors.sum::<f64>()
             + self.statics(problem).sum_of_squares()
-            + self.knowledge.sum_of_squares(&problem.sought.values(&self.coordinates))
+            + self.retired.sum_of_squares(&problem.sought.values(&self.coordinates))
     }
 
     pub(super) fn statics<'a>(&self, problem: &'a Problem<'a>) -> Statics<'a> {
@@ -74,7 +75,7 @@ impl Refinement {
             total.add_prior(unknown, value);
         }
         self.statics(problem).add_to(&mut total)?;
-        self.knowledge.add_to(&mut total, &problem.sought.values(&self.coordinates));
+        self.retired.add_to(&mut total, &problem.sought.values(&self.coordinates));
         self.normal = total;
         self.assembled = true;
         Ok(summary)

@@ -83,21 +83,21 @@ impl Refinement {
         let priors = problem.sought.priors(&self.coordinates).count();
         let residuals = residuals + static_residuals + priors;
         let seams = experiments.len() * problem.seam_unknowns();
-        // Retired records have told the unknowns before.
-        let told = if self.knowledge.records() > 0 { 0 } else { self.determined(problem) };
+        // The retired records have determined the unknowns before.
+        let determined = if self.retired.records() > 0 { 0 } else { self.determined(problem) };
         let values = problem.sought.values(&self.coordinates);
         Fit {
-            sum_of_squares: objective - self.knowledge.sum_of_squares(&values),
+            sum_of_squares: objective - self.retired.sum_of_squares(&values),
             objective,
             static_sum_of_squares,
             static_residuals,
-            degrees_of_freedom: residuals.saturating_sub(seams + told) as f64,
+            degrees_of_freedom: residuals.saturating_sub(seams + determined) as f64,
             deviations: deviations(problem.sought, &covariance),
             log_information: log_information(&self.normal, problem.sought, problem.bounds),
             covariance,
             whiteness: summary.whiteness(),
             ssp: summary.similarities.median_and_largest(),
-            contradiction: self.knowledge.contradiction(&self.normal, &values),
+            contradiction: self.retired.contradiction(&self.normal, &values),
         }
     }
 
@@ -192,7 +192,7 @@ mod tests {
 
     use super::*;
     use crate::calibration::Nuisances;
-    use crate::refine::normal::Normal;
+    use crate::linear::normal::Normal;
 
     proptest! {
         /// That of a dense matrix, also where the data determine fewer combinations than there are unknowns.

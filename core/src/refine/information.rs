@@ -1,9 +1,9 @@
 //! Fisher information of the unknowns: what experiments tell of them, whether done or only thought of.
 
-use super::normal::Normal;
 use super::statics::Statics;
 use super::{ParameterNormal, Problem};
 use crate::chain::linearise::LinearisationError;
+use crate::linear::normal::Normal;
 use crate::parameters::{Bounds, Bushings};
 use crate::unknowns::{MAX_UNKNOWNS, Sought};
 use crate::verdict::Covariance;

@@ -5,15 +5,14 @@
 //! would lower the sum of squares by less than 1e-4: a hundredth of a standard deviation in all parameters together.
 
 mod assembly;
+mod batch;
 pub(crate) mod compliance;
 mod equations;
 mod fit;
-pub(crate) mod gram;
 mod information;
-mod knowledge;
-pub(crate) mod normal;
 pub(crate) mod proposal;
 pub(crate) mod residuals;
+mod retired;
 mod rows;
 pub(crate) mod seam;
 mod statics;
@@ -25,6 +24,8 @@ use fearless_simd::Level;
 use crate::calibration::Calibration;
 use crate::chain::Chain;
 use crate::chain::linearise::{LinearChain, LinearisationError};
+use crate::linear::normal::Normal;
+use crate::linear::packed::packed;
 use crate::parameters::{Bounds, Bushings};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::StaticTest;
@@ -34,10 +35,9 @@ use equations::{RecordNormal, Unknowns};
 pub use fit::Fit;
 pub(crate) use fit::lies_on_bound;
 pub use information::Information;
-use knowledge::Knowledge;
-pub(crate) use knowledge::Retired;
-use normal::{Normal, packed};
 pub use residuals::Agreement;
+pub(crate) use retired::Retired;
+use retired::RetiredInformation;
 
 /// Predicted gain in the sum of squares (whose expectation is its degrees of freedom) that ends the refinement.
 const NEGLIGIBLE: f64 = 1e-4;
@@ -119,9 +119,9 @@ pub struct Refinement {
     normal: ParameterNormal,
     record: RecordNormal,
     /// Information of the retired records.
-    knowledge: Knowledge,
+    retired: RetiredInformation,
     /// Information of retired records, put aside while the kept records are fitted without it.
-    shelf: Option<Knowledge>,
+    shelf: Option<RetiredInformation>,
     assembled: bool,
     damping: f64,
     /// The last trial step was rejected; a less damped one goes further, and would be as well.
@@ -136,7 +136,7 @@ impl Refinement {
             coordinates: sought.coordinates(guess),
             normal: Normal::new(),
             record: Normal::new(),
-            knowledge: Knowledge::none(sought.unknowns()),
+            retired: RetiredInformation::none(sought.unknowns()),
             shelf: None,
             assembled: false,
             damping: FIRST_DAMPING,
@@ -314,14 +314,14 @@ impl Refinement {
         self.assemble_record(problem, experiment, Unknowns::All)?;
         let values = problem.sought.values(&self.coordinates);
         let seam = problem.seam_unknowns();
-        self.knowledge.take(&self.record, seam, &values);
+        self.retired.take(&self.record, seam, &values);
         self.assembled = false;
         Ok(())
     }
 
     /// The information of the retired records, to be stored.
     pub(crate) fn retired_records(&self) -> Retired {
-        self.knowledge.retired()
+        self.retired.retired()
     }
 
     /// Goes to some coordinates, with these retired records. `None` if they are of other unknowns; then nothing has changed.
@@ -331,7 +331,7 @@ impl Refinement {
         coordinates: &Coordinates,
         retired: &Retired,
     ) -> Option<()> {
-        self.knowledge = Knowledge::of(retired, sought.unknowns())?;
+        self.retired = RetiredInformation::of(retired, sought.unknowns())?;
         self.shelf = None;
         self.restart_at(coordinates);
         Some(())
@@ -339,8 +339,8 @@ impl Refinement {
 
     /// Puts all retired records aside.
     pub(crate) fn shelve(&mut self, sought: &Sought) {
-        let none = Knowledge::none(sought.unknowns());
-        self.shelf = Some(core::mem::replace(&mut self.knowledge, none));
+        let none = RetiredInformation::none(sought.unknowns());
+        self.shelf = Some(core::mem::replace(&mut self.retired, none));
         self.assembled = false;
     }
 
@@ -348,7 +348,7 @@ impl Refinement {
     pub(crate) fn unshelve(&mut self, take_back: bool) -> u64 {
         match self.shelf.take() {
             Some(shelved) if take_back => {
-                self.knowledge = shelved;
+                self.retired = shelved;
                 self.assembled = false;
                 0
             }
@@ -358,7 +358,7 @@ impl Refinement {
 
     /// Number of retired records whose information the fit includes.
     pub fn retired(&self) -> u64 {
-        self.knowledge.records()
+        self.retired.records()
     }
 
     /// Fisher information of one experiment at the present parameters, its seam projected out.

@@ -6,8 +6,9 @@
 //! there, and released when the gradient points back inside. Every round lowers the quadratic, so that the gain it
 //! promises is never negative.
 
-use super::normal::Normal;
-use super::{ParameterNormal, Problem, Refinement, compliance};
+use super::compliance::{self, Room};
+use super::{ParameterNormal, Problem, Refinement};
+use crate::linear::normal::Normal;
 use crate::unknowns::MAX_UNKNOWNS;
 
 /// A step may not change a parameter by more than this factor's logarithm.
@@ -19,9 +20,6 @@ const FLOOR: f64 = 1e-6;
 const WORTH_RELEASING: f64 = 1e-8;
 /// Rounds after which the search of the box ends wherever it is. Most unknowns are held once and never released.
 const MAX_ROUNDS: usize = 4 * MAX_UNKNOWNS;
-
-/// How far each unknown may go, `[least, most]`, 0 between them.
-pub(crate) type Room = [[f64; 2]; MAX_UNKNOWNS];
 
 impl Refinement {
     /// The damped step within the bounds, and the gain it promises: at least 0.
@@ -114,7 +112,7 @@ mod tests {
     use proptest::test_runner::RngSeed;
 
     use super::*;
-    use crate::refine::normal::packed;
+    use crate::linear::packed::packed;
 
     const UNKNOWNS: usize = 9;
 

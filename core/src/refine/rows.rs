@@ -3,7 +3,7 @@
 
 use nalgebra::Matrix3;
 
-use super::equations::{Batch, COLUMNS, spill};
+use super::batch::{Batch, COLUMNS, spill};
 use super::seam::{ORDERS, PARTS};
 use crate::DOF;
 use crate::calibration::Calibration;
@@ -110,7 +110,7 @@ impl<'a> Derivatives<'a> {
                 let mut sum = Complex::zero(like);
                 for other in 0..3 {
                     let entry = like.fill(row[other]);
-                    sum = sum.plus_real(response.acceleration[other], entry);
+                    sum = sum.add_mul_real(response.acceleration[other], entry);
                 }
                 sum
             }

@@ -59,17 +59,20 @@ impl Whitening {
         let [w10, w20, w21] = self.below;
         let [x, y, z] = self.diagonal;
         // White, and back by the adjoint: the inverse of half the covariance.
-        let white =
-            [r0.scale(x), r1.scale(y).plus(w10, r0), r2.scale(z).plus(w20, r0).plus(w21, r1)];
+        let white = [
+            r0.scale(x),
+            r1.scale(y).add_mul(w10, r0),
+            r2.scale(z).add_mul(w20, r0).add_mul(w21, r1),
+        ];
         let weighed = [
-            white[0].scale(x).plus(w10.conjugate(), white[1]).plus(w20.conjugate(), white[2]),
-            white[1].scale(y).plus(w21.conjugate(), white[2]),
+            white[0].scale(x).add_mul(w10.conjugate(), white[1]).add_mul(w20.conjugate(), white[2]),
+            white[1].scale(y).add_mul(w21.conjugate(), white[2]),
             white[2].scale(z),
         ];
         core::array::from_fn(|push| {
             let mut sum = Complex { re: 0.0, im: 0.0 };
             for axis in 0..3 {
-                sum = sum.plus(accelerance[axis][push].conjugate(), weighed[axis]);
+                sum = sum.add_mul(accelerance[axis][push].conjugate(), weighed[axis]);
             }
             sum.scale(0.5 * force_noise[push])
         })

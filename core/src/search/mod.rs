@@ -1,7 +1,6 @@
-//! Random search with annealing (paper, sections 3.2 to 4.2): finds the basin that the refinement needs.
+//! Random search with annealing (paper, sections 3.2 to 4.2). It finds the basin that the refinement needs.
 //!
-//! Parameters are sought as fractions of their bounds. The search only asks for losses; which loss, of
-//! which model, is the caller's:
+//! The search seeks parameters as fractions of their bounds. It needs only losses; the caller chooses the loss and the model:
 //!
 //! ```
 //! # use flexid_core::search::{Search, Strategy};
@@ -19,18 +18,18 @@
 //!
 //! An iteration draws [`Strategy::samples`] samples:
 //!
-//! - the first is the centre itself, so that a value is not given up for a worse one;
-//! - then samples from a hypersphere about the centre, clamped to the bounds;
-//! - the last [`Strategy::outside`] _look outside_: one parameter, chosen at random, takes any value within
-//!   its bounds, the others stay.
+//! - The first sample is the centre itself, so that a worse value does not replace the value of the centre.
+//! - The next samples lie in a hypersphere about the centre and are clamped to the bounds.
+//! - The last [`Strategy::outside`] samples _look outside_: one parameter, chosen at random, takes any value within its
+//!   bounds, and the others keep the values of the centre.
 //!
-//! The next centre is the best sample, or, with sensitivities, takes each parameter from the sample that
-//! served it best ([`Weighing`]): a combination that has not been tried, and may be worse. Then the sphere
-//! shrinks ([`Shrinking`]).
+//! Without sensitivities the next centre is the best sample. With sensitivities the next centre takes each parameter from the
+//! sample with the smallest loss of this parameter ([`Weighing`]). This combination has not been evaluated and may be worse.
+//! Then the sphere shrinks ([`Shrinking`]).
 //!
-//! It stops when its iterations have run out. At the default strategy the centre then lies in the right
-//! basin for about 39 of 40 robots drawn from the bounds, and who is not is found out by the refinement's
-//! residuals and searched for again. More iterations lower the parameter deviation, but not the number of restarts.
+//! The search stops after all its iterations. With the default strategy the centre then lies in the right basin for about 39
+//! of 40 robots drawn from the bounds. For the other robots the residuals of the refinement reveal the wrong basin, and the
+//! search starts again. More iterations lower the parameter deviation, but not the number of restarts.
 
 mod random;
 mod sensitivity;
@@ -43,16 +42,16 @@ pub use sensitivity::{MAX_EXPERIMENTS, MAX_LOSSES, Sensitivities, Weighing};
 use shrinking::Radii;
 pub use shrinking::Shrinking;
 
-/// How long to search, and where. What the paper leaves open is chosen here.
+/// Length of a search, and distribution of its samples. The paper leaves these choices open.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strategy {
-    /// Iterations.
+    /// Number of iterations.
     pub iterations: u32,
-    /// Samples that an iteration costs, the centre and those that look outside included.
+    /// Number of samples of an iteration, including the centre and the samples that look outside.
     pub samples: u32,
-    /// Of these, samples that look outside.
+    /// Number of samples of an iteration that look outside.
     pub outside: u32,
-    /// How the sphere of the others shrinks.
+    /// Shrinking of the sphere of the other samples.
     pub shrinking: Shrinking,
 }
 
@@ -70,29 +69,31 @@ pub struct Search {
     parameters: usize,
     weighing: Weighing,
     radii: Radii,
-    /// Fractions of the bounds.
+    /// Present centre, fractions of the bounds.
     centre: [f32; MAX_PARAMETERS],
-    /// The centre before.
+    /// Centre of the iteration before, fractions of the bounds.
     previous: [f32; MAX_PARAMETERS],
-    /// What [`Search::ask`] gave last, and the parameter that it looks outside with.
+    /// Sample that [`Search::ask`] returned last, fractions of the bounds.
     asked: [f32; MAX_PARAMETERS],
+    /// Parameter in which the last sample looks outside; `None` for a sample that does not.
     looks_at: Option<usize>,
-    /// Of the iteration so far: the value that served each parameter best, and its loss.
+    /// Value of each parameter with the smallest loss in this iteration, fractions of the bounds.
     best: [f32; MAX_PARAMETERS],
+    /// Smallest loss of each parameter in this iteration.
     best_loss: [f32; MAX_PARAMETERS],
     iteration: u32,
     sample: u32,
-    /// Mean loss of the centre, once evaluated.
+    /// Mean loss of the centre that was evaluated last; infinite before the first evaluation with the present losses.
     centre_loss: f32,
 }
 
 impl Search {
-    /// From the middle of the bounds, over so many parameters: at most [`MAX_PARAMETERS`]. Samples are taken
-    /// whole until [`Search::renew`] says otherwise.
+    /// A search over `parameters` parameters, at most [`MAX_PARAMETERS`], from the middle of the bounds. Until
+    /// [`Search::renew`] sets sensitivities, the next centre is the best sample as a whole.
     ///
     /// # Panics
     ///
-    /// If there are more parameters.
+    /// Panics if `parameters` is larger than [`MAX_PARAMETERS`].
     pub fn new(strategy: Strategy, parameters: usize) -> Self {
         assert!(parameters <= MAX_PARAMETERS);
         Self {
@@ -112,7 +113,7 @@ impl Search {
         }
     }
 
-    /// Takes notice of changed losses: goes on from the centre, with the iteration begun anew.
+    /// Continues from the present centre with changed losses and this `weighing`, and restarts the iteration.
     pub fn renew(&mut self, weighing: Weighing) {
         self.weighing = weighing;
         self.centre_loss = f32::INFINITY;
@@ -120,33 +121,33 @@ impl Search {
         self.begin_iteration();
     }
 
-    /// Whether the iterations have run out.
+    /// Whether all iterations are done.
     pub fn finished(&self) -> bool {
         self.iteration >= self.strategy.iterations
     }
 
-    /// Iterations done, of how many.
+    /// Number of iterations that are done, and number of all iterations.
     pub fn iterations(&self) -> (u32, u32) {
         (self.iteration, self.strategy.iterations)
     }
 
-    /// Mean loss of the centre, once evaluated; infinite before.
+    /// Mean loss of the centre that was evaluated last; infinite before the first evaluation with the present losses.
     pub fn loss(&self) -> f32 {
         self.centre_loss
     }
 
-    /// The centre, as fractions of the bounds.
+    /// Present centre, fractions of the bounds.
     pub fn centre(&self) -> &[f32] {
         &self.centre[..self.parameters]
     }
 
-    /// Half axis along each parameter of what the present iteration samples from, in bound ranges; of the
-    /// iteration before until the centre's losses are told.
+    /// Half axis of the sampling ellipsoid of the present iteration along each parameter, in units of the bound ranges.
+    /// Before [`Search::tell`] has received the losses of the centre, these are the half axes of the iteration before.
     pub fn radii(&self) -> &[f32] {
         &self.radii.get()[..self.parameters]
     }
 
-    /// Draws the next sample, as fractions of the bounds; tell its losses with [`Search::tell`].
+    /// Draws the next sample, as fractions of the bounds. The caller passes its losses to [`Search::tell`].
     pub fn ask(&mut self, generator: &mut impl Rng) -> &[f32] {
         self.asked = self.centre;
         self.looks_at = None;
@@ -162,8 +163,8 @@ impl Search {
         &self.asked[..self.parameters]
     }
 
-    /// Losses of the sample last asked for, per direction and experiment: at most [`MAX_LOSSES`]. One that
-    /// is not a number serves no parameter.
+    /// Takes the losses of the last sample, one per direction and experiment: at most [`MAX_LOSSES`]. A sample with a loss
+    /// that is not a number changes no parameter.
     pub fn tell(&mut self, losses: &[f32]) {
         if self.sample == 0 {
             self.judge_centre(sensitivity::mean(losses));
@@ -187,9 +188,9 @@ impl Search {
         self.best_loss = [f32::INFINITY; MAX_PARAMETERS];
     }
 
-    /// The centre's loss tells how the last iteration did.
+    /// Stores the loss of the centre, and shrinks the radii by the success of the iteration that led to this centre.
     fn judge_centre(&mut self, loss: f32) {
-        // The first of all, or the first since the losses have changed, tells nothing.
+        // The first loss, and the first loss after a change of the losses, have no loss before them to compare with.
         if self.centre_loss != f32::INFINITY {
             let mut step = self.centre;
             for (step, previous) in step.iter_mut().zip(&self.previous) {
@@ -210,7 +211,7 @@ impl Search {
         }
     }
 
-    /// Keeps the sample's value of one parameter if no other of this iteration has served it better.
+    /// Keeps the sample's value of one parameter if its loss is the smallest in this iteration.
     fn consider(&mut self, parameter: usize, losses: &[f32]) {
         let loss = self.weighing.loss(losses, parameter);
         if loss < self.best_loss[parameter] {

@@ -2,17 +2,18 @@
 
 use rand_core::Rng;
 
-/// Uniform in [0, 1).
+/// A random number, uniform in [0, 1).
 pub(super) fn uniform(generator: &mut impl Rng) -> f32 {
     (generator.next_u32() >> 8) as f32 / (1_u32 << 24) as f32
 }
 
-/// One of `0..count`.
+/// A random index in `0..count`.
 pub(super) fn choice(generator: &mut impl Rng, count: usize) -> usize {
     ((u64::from(generator.next_u32()) * count as u64) >> 32) as usize
 }
 
-/// Uniform in the ball of radius 1 about the origin, in as many dimensions as `point` has.
+/// Fills `point` with a random point, uniform in the ball of radius 1 about the origin. Its length is the number of
+/// dimensions.
 pub(super) fn in_unit_ball(generator: &mut impl Rng, point: &mut [f32]) {
     for coordinate in point.iter_mut() {
         *coordinate = normal(generator);
@@ -25,7 +26,7 @@ pub(super) fn in_unit_ball(generator: &mut impl Rng, point: &mut [f32]) {
     }
 }
 
-/// Standard normal (Box and Muller).
+/// A standard normal random number (Box and Muller).
 fn normal(generator: &mut impl Rng) -> f32 {
     let radius = libm::sqrtf(-2.0 * libm::logf(1.0 - uniform(generator)));
     radius * libm::cosf(core::f32::consts::TAU * uniform(generator))
@@ -37,8 +38,8 @@ mod tests {
     use rand_core::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// In n dimensions the radius of a uniform point in the unit ball has mean n/(n+1), each coordinate the
-    /// variance 1/(n+2): ten thousand points pin both to well within the limits.
+    /// In n dimensions the radius of a uniform point in the unit ball has the mean n/(n+1), and each coordinate has the
+    /// variance 1/(n+2). The statistical error of ten thousand points is well within the limits.
     #[test]
     fn fills_the_ball_evenly() {
         let mut generator = Xoshiro256PlusPlus::seed_from_u64(1);

@@ -1,4 +1,4 @@
-//! Which loss tells of which parameter (paper, section 4).
+//! Sensitivity of each loss to each parameter (paper, section 4).
 
 use heapless::Vec;
 
@@ -6,30 +6,30 @@ use crate::DOF;
 use crate::chain::jacobian::Jacobian;
 use crate::parameters::MAX_PARAMETERS;
 
-/// Most experiments that the search weighs, 3 losses each.
+/// Largest number of experiments that the search weighs; each has 3 losses.
 pub const MAX_EXPERIMENTS: usize = 16;
-/// Most losses of one sample: C·E.
+/// Largest number of losses of one sample: C·E.
 pub const MAX_LOSSES: usize = 3 * MAX_EXPERIMENTS;
 
-/// How the C·E losses of a sample become the loss by which a parameter's value is chosen.
+/// Weighing that turns the C·E losses of a sample into the loss by which the search chooses a parameter's value.
 #[derive(Clone, Debug, Default)]
 #[expect(clippy::large_enum_variant, reason = "there is no allocator to box it with")]
 pub enum Weighing {
-    /// Their mean, the same for every parameter: a sample is taken whole.
+    /// Mean of the losses, the same for every parameter: the next centre is one whole sample.
     #[default]
     Mean,
-    /// `L·S`, for every parameter its own: each is taken from the sample that served it best.
+    /// `L·S`, separate for every parameter: the next centre takes each parameter from the sample with its smallest loss.
     Sensitivities(Sensitivities),
 }
 
-/// S: per parameter one weight for each of the C·E losses; their sum is 1.
+/// Matrix S: for each parameter one weight for each of the C·E losses. The weights of a parameter sum to 1.
 #[derive(Clone, Debug)]
 pub struct Sensitivities {
     weights: [Vec<f32, MAX_LOSSES>; MAX_PARAMETERS],
 }
 
 impl Weighing {
-    /// The loss of each parameter's value in a sample with these `losses`.
+    /// Loss of the value of `parameter` in a sample with these `losses`.
     pub(super) fn loss(&self, losses: &[f32], parameter: usize) -> f32 {
         match self {
             Self::Mean => mean(losses),
@@ -41,9 +41,9 @@ impl Weighing {
 }
 
 impl Sensitivities {
-    /// From any matrix of `losses` rows (C·E) and `parameters` columns: `entry(row, column)`, of which the magnitude
-    /// counts. Columns are normalised; one without entries weighs all losses alike. Rows beyond [`MAX_LOSSES`] and
-    /// columns beyond [`MAX_PARAMETERS`] do not count.
+    /// Sensitivities from the magnitudes of a matrix `entry(row, column)` of `losses` rows (C·E) and `parameters` columns.
+    /// Each column is normalised; a column of zeros weighs all losses equally. Rows beyond [`MAX_LOSSES`] and columns beyond
+    /// [`MAX_PARAMETERS`] are ignored.
     pub fn new(losses: usize, parameters: usize, entry: impl Fn(usize, usize) -> f32) -> Self {
         let mut weights = [const { Vec::new() }; MAX_PARAMETERS];
         for (column, weights) in weights.iter_mut().enumerate().take(parameters) {
@@ -57,8 +57,8 @@ impl Sensitivities {
         Self { weights }
     }
 
-    /// Jacobian sensitivities: the Jacobians of the experiments, one above the other (paper, section 4.1), of a
-    /// chain of `joints`. Stiffness and damping of a degree of freedom share a column.
+    /// Jacobian sensitivities of a chain of `joints` joints: the Jacobians of the experiments, one above the other (paper,
+    /// section 4.1). The stiffness and the damping of a degree of freedom have the same column.
     pub fn jacobian<'a>(jacobians: impl IntoIterator<Item = &'a Jacobian>, joints: usize) -> Self {
         let jacobians: Vec<_, MAX_EXPERIMENTS> =
             jacobians.into_iter().take(MAX_EXPERIMENTS).collect();

@@ -1,39 +1,39 @@
-//! Bound shrinking (paper, section 3.3): how far from the centre an iteration samples.
+//! Bound shrinking (paper, section 3.3): the distance from the centre within which an iteration samples.
 //!
-//! The paper names three methods and defines none. Here all of them start at the same radius, and the
-//! adaptive ones end at the schedule's last radius if half of their iterations fail to better the centre.
+//! The paper names three methods and defines none of them. Here all three start at the same radius. The adaptive methods end
+//! at the last radius of the schedule if half of their iterations do not improve the centre.
 
 use crate::parameters::MAX_PARAMETERS;
 
-/// What the radius of the hypersphere follows. Radii are in units of the bound ranges: in 36 dimensions a
-/// sphere of radius 1 moves a single parameter by a sixth of its range.
+/// Rule for the radius of the hypersphere. Radii are in units of the bound ranges: in 36 dimensions a sphere of radius 1
+/// moves a single parameter by a sixth of its range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shrinking {
-    /// The iteration: a constant factor each, from the first radius to the last.
+    /// The radius shrinks by a constant factor per iteration, from the first radius to the last.
     Scheduled {
         /// Radius of the first iteration.
         first: f32,
         /// Radius after the last iteration.
         last: f32,
     },
-    /// The loss: one radius for all parameters, which shrinks whenever an iteration has not bettered the centre.
+    /// All parameters have one radius, which shrinks after each iteration that has not improved the centre.
     Global {
         /// Radius of the first iteration.
         first: f32,
-        /// Radius after the last iteration if half of them failed.
+        /// Radius after the last iteration if half of the iterations fail.
         last: f32,
     },
-    /// The loss: a radius for each parameter, which shrinks whenever an iteration has not bettered the centre, or
-    /// did so with less than a typical step of this parameter.
+    /// Each parameter has its own radius. It shrinks after each iteration that has not improved the centre, or that has
+    /// improved it with less than a typical step of this parameter.
     Local {
         /// Radius of the first iteration.
         first: f32,
-        /// As for [`Shrinking::Global`], if half of the steps that better the centre are typical.
+        /// As for [`Shrinking::Global`], if also half of the steps that improve the centre are typical.
         last: f32,
     },
 }
 
-/// The radii of a search: half axes of an ellipsoid.
+/// Radii of a search: half axes of an ellipsoid.
 #[derive(Clone, Debug)]
 pub(super) struct Radii {
     shrinking: Shrinking,
@@ -42,7 +42,7 @@ pub(super) struct Radii {
 }
 
 impl Radii {
-    /// For a search of so many iterations.
+    /// Radii at the start of a search of `iterations` iterations.
     pub(super) fn new(shrinking: Shrinking, iterations: u32) -> Self {
         let (Shrinking::Scheduled { first, .. }
         | Shrinking::Global { first, .. }
@@ -50,12 +50,13 @@ impl Radii {
         Self { shrinking, iterations, radii: [first; MAX_PARAMETERS] }
     }
 
-    /// Half axis along each parameter.
+    /// Half axis along each parameter, in units of the bound ranges.
     pub(super) fn get(&self) -> &[f32; MAX_PARAMETERS] {
         &self.radii
     }
 
-    /// After `iteration` iterations, the last of which moved the centre by `step` (one entry a parameter).
+    /// Shrinks the radii after `iteration` iterations. The last one moved the centre by `step` (one entry per parameter);
+    /// `bettered` states whether it improved the centre.
     pub(super) fn shrink(&mut self, iteration: u32, bettered: bool, step: &[f32]) {
         let portion = |iterations: f32| iterations / self.iterations as f32;
         match self.shrinking {
@@ -65,12 +66,12 @@ impl Radii {
             }
             Shrinking::Global { .. } if bettered => {}
             Shrinking::Global { first, last } => {
-                // Every second iteration.
+                // If half of the iterations fail, the radius shrinks in every second iteration.
                 let factor = libm::powf(last / first, portion(2.0));
                 self.radii.iter_mut().for_each(|radius| *radius *= factor);
             }
             Shrinking::Local { first, last } => {
-                // Every second iteration, and every second time in the others: three of four.
+                // The radius shrinks in the half of the iterations that fail, and in half of the others: in three of four.
                 let factor = libm::powf(last / first, portion(4.0 / 3.0));
                 let typical = typical_step(step.len());
                 for (radius, step) in self.radii.iter_mut().zip(step) {
@@ -83,7 +84,7 @@ impl Radii {
     }
 }
 
-/// Median step of one coordinate within a unit ball of so many dimensions: 0.67 standard deviations.
+/// Median step of one coordinate in a unit ball of `dimensions` dimensions: 0.67 standard deviations.
 fn typical_step(dimensions: usize) -> f32 {
     0.674_49 / libm::sqrtf(dimensions as f32 + 2.0)
 }

@@ -1,13 +1,12 @@
-//! From a record to the spectra that the search and the refinement read.
+//! From a record to the spectra of the search and the refinement.
 //!
-//! The end of a record is the central problem: low modes ring on for seconds, so that on the plain DFT of
-//! a record `X(ω) = H(ω) F(ω)` is wrong by more than everything that is sought. Two remedies:
+//! The end of a record is the central problem. Low modes ring on for seconds, so that on the plain DFT of a record
+//! `X(ω) = H(ω) F(ω)` is wrong by more than everything that is sought. There are two remedies:
 //!
-//! - [`search`]: signals weighted by `e^(−αt)` make it true on the line `s = α + iω`, up to `e^(−αT)`,
-//!   for a record that starts at rest; a Hann window does well enough for the others.
-//! - [`Experiment`]'s own spectra are the plain DFT over exactly the record. One record is one period of a
-//!   periodic motion whose seam is mended by unknown loads on the bushings, which the refinement
-//!   estimates beside the parameters ([`crate::refine`]).
+//! - [`search`]: signals weighted by `e^(−αt)` make it true on the line `s = α + iω`, up to `e^(−αT)`, for a record that starts at
+//!   rest. A Hann window does well enough for other records.
+//! - [`Experiment`]'s own spectra are the plain DFT over exactly the record. One record is one period of a periodic motion. Unknown
+//!   loads on the bushings mend its seam, and the refinement estimates them beside the parameters ([`crate::refine`]).
 
 pub mod fft;
 pub mod search;
@@ -25,25 +24,25 @@ use crate::stream::Record;
 use nalgebra::Vector3;
 use search::SearchSpectra;
 
-/// What the accelerometer keeps, and feels.
+/// Kind of accelerometer: how its axes move, and whether it measures gravity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Accelerometer {
-    /// Keeps its axes in space and does not feel gravity (or has it removed).
+    /// The axes stay fixed in space. Gravity is not in the reading, or has been removed.
     Inertial,
-    /// Turns with the tool and feels gravity; its reading at rest has been removed.
+    /// The axes turn with the tool. Gravity is in the reading; the reading at rest has been removed.
     Strapdown,
 }
 
-/// What was measured, and under what gravity.
+/// Fitted band, gravity and sensors of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
     /// Lowest and highest frequency that is fitted, Hz.
     pub band_hz: [f64; 2],
     /// Gravity, base axes, m/s².
     pub gravity: [f64; 3],
-    /// What the accelerometer feels.
+    /// Kind of accelerometer.
     pub accelerometer: Accelerometer,
-    /// Where the sensors sit.
+    /// Mounting of the sensors.
     pub mounting: Mounting,
 }
 
@@ -75,23 +74,23 @@ impl<const B: usize> Spectrum<B> {
 pub enum SpectrumError {
     /// Its length is not a power of two from 256 to 32,768, or one of its signals has another length.
     Length(usize),
-    /// The band holds this many bins; one needs at least 8 and may have at most the capacity.
+    /// The band holds this many bins; a spectrum has at least 8, and at most as many as the capacity.
     Bins(usize),
-    /// The record's pose has not one angle per joint.
+    /// The record's pose has this many angles, not one per joint.
     Pose(usize),
     /// The record holds a value that is not finite: a sample, an angle, or a noise.
     NotFinite,
-    /// In the band there is hardly more force than noise.
+    /// The force in the band is hardly more than its noise.
     NoForce,
 }
 
-/// Force power in the band, in units of the noise's, below which a record tells nothing: the fit weighs what it takes for the
-/// force as if there were no noise left in it.
+/// A record is of no use if its force power in the band is at most this many times that of the noise. The fit weighs its estimate
+/// of the force as if no noise were left in it.
 const LEAST_FORCE: f64 = 10.0;
-/// Fewest bins that a fit makes sense of.
+/// Fewest bins of a fit.
 const MIN_BINS: usize = 8;
 
-/// A record in the frequency domain: what is fitted, at its pose, with its noise.
+/// A record in the frequency domain, with its pose and its noise.
 #[derive(Clone, Debug)]
 pub struct Experiment<const B: usize> {
     /// Joint angles, rad (m).
@@ -108,9 +107,9 @@ pub struct Experiment<const B: usize> {
     pub force_noise: [Vec<f32, B>; 3],
     /// Mean square of the noise in each bin of the acceleration, per axis, (m/s)².
     pub acceleration_noise: [Vec<f32, B>; 3],
-    /// What the search reads.
+    /// Spectra for the search.
     pub search: SearchSpectra<B>,
-    /// What mends the seam, as last estimated.
+    /// Unknowns of the seam, as last estimated.
     pub(crate) seam: Seam,
 }
 
@@ -185,7 +184,7 @@ impl<const B: usize> Experiment<B> {
         if noises.any(|value| !value.is_finite()) {
             return Err(SpectrumError::NotFinite);
         }
-        // No force at all is too little even where its noise is said to be none.
+        // No force at all is too little, even where its noise is given as zero.
         let noise: f64 = force_noise.iter().flatten().map(|value| f64::from(*value)).sum();
         if force.power() <= LEAST_FORCE * noise {
             return Err(SpectrumError::NoForce);

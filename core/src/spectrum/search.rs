@@ -1,4 +1,4 @@
-//! Spectra for the search, where the end of a record leaves no trace: thinned, in single precision.
+//! Spectra for the search, which the end of a record does not affect: thinned, in single precision.
 
 use core::f64::consts::TAU;
 use core::ops::Range;
@@ -13,32 +13,32 @@ use crate::parameters::{Bushing, Bushings};
 use crate::receptance::Terms;
 use crate::stream::Record;
 
-/// αT: how far the end of a record is damped. Every resonance is then as wide as the distance of the bins that are kept,
-/// 8π/T, or hardly less: none hides between two of them, and descents lose the basin less often than with 7 or 15.
+/// αT: the damping of a record's end. Every resonance is then as wide as the distance of the bins that are kept, 8π/T, or hardly
+/// less. No resonance lies hidden between two of them, and descents lose the basin less often than with 7 or 15.
 const DECAY: f64 = 20.0;
-/// Every so manyth bin is kept: neighbours on the line `s = α + iω` say nearly the same.
+/// One bin in this many is kept: neighbouring bins on the line `s = α + iω` are nearly the same.
 pub(crate) const THINNING: usize = 4;
-/// Bins come in groups of this many, the widest vector; what is missing is filled with silence.
+/// Bins come in groups of this many, the widest vector; the last group is filled with zeros.
 const GROUP: usize = 16;
-/// Of bushings that do not give way to the weight of any robot, N/m and Nm/rad.
+/// Stiffness of bushings that do not give way to the weight of any robot, N/m and Nm/rad.
 const RIGID: f64 = 1e15;
 
 /// Thinned spectra of one record, and the chain at its pose.
 #[derive(Clone, Debug)]
 pub struct SearchSpectra<const B: usize> {
-    /// Real part of the complex frequencies: 7/T from rest, else 0; 1/s.
+    /// Real part of the complex frequencies, 1/s: 20/T of a record of length T that starts at rest, else 0.
     pub alpha: f32,
-    /// Imaginary parts, rad/s.
+    /// Imaginary parts of the complex frequencies, rad/s.
     pub omega: Vec<f32, B>,
     /// Force, along the force sensor's axes, Ns.
     pub force: Spectrum<B>,
     /// Acceleration, along the accelerometer's axes, m/s.
     pub acceleration: Spectrum<B>,
-    /// Bins that are not filling.
+    /// Number of bins without the filling.
     pub bins: usize,
-    /// The chain at the record's pose, under gravity, before it sags. The random search, which has no stiffnesses yet, takes it.
+    /// The chain at the record's pose, under gravity, before it sags. The random search uses it, since it has no stiffnesses yet.
     pub(crate) terms: Terms<f32>,
-    /// Elongations to what the accelerometer sees of them at the record's pose: translation of its place along its axes.
+    /// Maps elongations at the record's pose to the translation of the accelerometer's place along its axes.
     pub jacobian: Jacobian,
 }
 
@@ -92,7 +92,7 @@ impl<const B: usize> SearchSpectra<B> {
         }
         let rigid = Bushing { stiffness: [RIGID; 6], damping: [RIGID; 6] };
         let bushings: Bushings = chain.joints().iter().map(|_| rigid).collect();
-        // Nothing sags: only the number of angles can be wrong.
+        // A rigid chain does not sag: only the number of angles can be wrong.
         let wrong_pose = |_| SpectrumError::Pose(record.pose.len());
         let linear =
             chain.linearise(&record.pose, measurement.gravity(), &bushings).map_err(wrong_pose)?;
@@ -111,8 +111,8 @@ impl<const B: usize> SearchSpectra<B> {
         })
     }
 
-    /// The part of a record's noise power that the line holds: `(1 − e^(−2αT)) / (2αT)` of its weight `e^(−αt)`, 3/8 of Hann's
-    /// window. `spacing` is 2π/T, rad/s.
+    /// Part of a record's noise power that is left on the line: `(1 − e^(−2αT)) / (2αT)` under the weight `e^(−αt)`, 3/8 under
+    /// Hann's window. `spacing` is 2π/T, rad/s.
     pub(crate) fn noise_left(&self, spacing: f64) -> f64 {
         if self.alpha > 0.0 {
             let decay = 2.0 * f64::from(self.alpha) * TAU / spacing;
@@ -123,7 +123,7 @@ impl<const B: usize> SearchSpectra<B> {
     }
 }
 
-/// `x_n e^(−αn)`, the rest before the cut taken as zero of the sensor.
+/// `x_n e^(−αn)`; the mean of the rest before the cut is the zero of the sensor.
 fn weight(signal: &[f32], alpha: f64, weighted: &mut [f32]) {
     let decay = libm::exp(-alpha);
     let offset = if alpha > 0.0 { signal[..REST].iter().sum::<f32>() / REST as f32 } else { 0.0 };

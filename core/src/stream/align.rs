@@ -1,7 +1,7 @@
-//! Force and acceleration brought together by their counters, and the counters checked against time.
+//! Force and acceleration, brought together by their counters; the counters are checked against time.
 //!
-//! Both frames of one instant carry the same counter. Frames may be missing, late or doubled; the sensor may start
-//! anew with any counter. What leaves here is a sequence of instants in order, each with what arrived of it.
+//! Both frames of one instant carry the same counter. Frames may be missing, late or doubled; the sensor may start anew with any
+//! counter. The output is a sequence of instants in order, each with those of its frames that arrived.
 
 use super::StreamHealth;
 use super::clock::SET_BACK_S;
@@ -17,39 +17,39 @@ pub(super) struct Instant {
     pub(super) acceleration: Option<Value>,
 }
 
-/// What the sequence of instants is interrupted or continued by.
+/// Next element of the sequence of instants, or its interruption.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Aligned {
     /// The next instant.
     Instant(Instant),
-    /// More instants are missing than can be bridged; the robot has gone on. How many, if the time tells it.
+    /// More instants are missing than can be bridged, and the sequence goes on. It holds their number, if the time gives it.
     Gap(Option<u64>),
-    /// The sensor started anew, or was silent: nothing is known of what lies between.
+    /// The sensor started anew, or was silent: the number of instants between is not known.
     Restart,
 }
 
-/// Which of an instant's two frames a reading is.
+/// Kind of a frame; each instant has one of both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Channel {
     Force,
     Acceleration,
 }
 
-/// Instants that stay open for frames out of order.
+/// Number of instants that stay open for frames out of order.
 const OPEN: usize = 4;
-/// Missing instants in a row that are handed on as such; more are a [`Aligned::Gap`].
+/// Most missing instants in a row that are delivered as instants without frames; more are an [`Aligned::Gap`].
 const MAX_MISSING: i64 = 2;
-/// A silence that ends the sequence, s.
+/// A longer silence ends the sequence, s.
 const SILENCE_S: f64 = 0.5;
-/// How much later than its counter says a frame may come after a gap too long to be bridged, s.
+/// Most by which a frame may come later than its counter implies, after a gap too long to be bridged, s.
 const LATE_S: f64 = 0.05;
-/// How many sample periods before its time.
+/// Most sample periods by which a frame may come earlier than its counter implies.
 const EARLY_PERIODS: f64 = 3.0;
-/// How far back a counter counts as a late or doubled frame, not as a restart, instants.
+/// A counter that is less than this many instants back is that of a late or doubled frame, not of a restart.
 const RECENT: i64 = 10;
-/// Repeated frames in a row after which the sensor counts as started anew a little further back.
+/// Repeated frames in a row after which the sensor counts as started anew, at a counter a little further back.
 const MAX_REPEATS: usize = 2 * OPEN;
-/// Part by which the sensor's period may differ from the configured one: so fast the earliest arrival is forgotten.
+/// Part by which the sensor's period may differ from the configured one. The delay of a frame is forgotten at this rate.
 const DRIFT: f64 = 0.1;
 
 /// Aligns the readings of one sensor.
@@ -57,26 +57,26 @@ const DRIFT: f64 = 0.1;
 pub(super) struct Aligner {
     period_s: f64,
     counter_bits: u32,
-    /// Of the newest instant.
+    /// The newest instant; `None` before the first frame.
     newest: Option<Newest>,
-    /// The newest instants, oldest first; the last is the newest.
+    /// Open instants, from the oldest to the newest.
     open: heapless::Deque<Instant, OPEN>,
-    /// A frame whose counter disagrees with the sequence: the next one tells which of the two is wrong.
+    /// A frame whose counter disagrees with the sequence; the next frame shows which of the two is wrong.
     odd: Option<Frame>,
-    /// Frames in a row that had already been seen.
+    /// Repeated frames in a row.
     repeats: usize,
-    /// The newest gap of whole turns of the counter, until it is sure that they were lost.
+    /// The newest gap of whole turns of the counter, until it is certain that they were lost.
     turns: Option<Turns>,
 }
 
-/// Turns of the counter that were counted as lost since a frame came late by so much: if the sender was only held up, the frames
+/// Turns of the counter that were counted as lost, since a frame came late by as much. If the sender was only held up, the frames
 /// after it come early.
 #[derive(Clone, Copy, Debug)]
 struct Turns {
     instants: u64,
-    /// How early they came so far, s.
+    /// Time by which the frames came early so far, s.
     early_s: f64,
-    /// Until when they may, on the clock of the frames, s.
+    /// End of the time in which they may come early, on the clock of the frames, s.
     until_s: f64,
 }
 
@@ -92,9 +92,9 @@ pub(super) struct Frame {
 #[derive(Clone, Copy, Debug)]
 struct Newest {
     counter: u32,
-    /// Arrival of the latest reading of it.
+    /// Arrival of the first reading of it, s.
     time_s: f64,
-    /// How much later it came than the earliest frames do, s.
+    /// Time by which it came later than the earliest frames do, s.
     delay_s: f64,
 }
 
@@ -111,7 +111,7 @@ impl Aligner {
         }
     }
 
-    /// Takes one frame; hands on what has become complete.
+    /// Takes one frame; `sink` gets what has become complete.
     pub(super) fn push(
         &mut self,
         frame: Frame,
@@ -122,7 +122,7 @@ impl Aligner {
         let Some(newest) = self.newest else { return self.begin(frame) };
         let step = self.step(newest.counter, frame.counter);
         let since_s = frame.time_s - newest.time_s;
-        // By more than a late frame lies behind the newest.
+        // The clock went back by more than a late frame lies behind the newest.
         let set_back = since_s < step.min(0) as f64 * self.period_s - SET_BACK_S;
         let passed_s = if set_back { step.max(0) as f64 * self.period_s } else { since_s };
         let silent = !set_back && since_s > SILENCE_S;
@@ -144,7 +144,7 @@ impl Aligner {
         }
     }
 
-    /// A first frame.
+    /// Begins a sequence with its first frame.
     fn begin(&mut self, frame: Frame) {
         let Frame { time_s, counter, .. } = frame;
         self.newest = Some(Newest { counter, time_s, delay_s: 0.0 });
@@ -152,13 +152,14 @@ impl Aligner {
         self.enter(0, &frame);
     }
 
-    /// The sequence goes on: a frame that disagreed with it was wrong.
+    /// Refuses a frame that disagreed with the sequence, since the sequence goes on.
     fn settle(&mut self, health: &mut StreamHealth) {
         self.repeats = 0;
         health.refused += u64::from(self.odd.take().is_some());
     }
 
-    /// One odd counter is set aside; two that follow each other, or any after a silence, are a restart.
+    /// Sets one odd counter aside. Two that follow each other are a restart, and so is one after a silence or after [`MAX_REPEATS`]
+    /// repeated frames.
     fn disagree(
         &mut self,
         frame: Frame,
@@ -176,37 +177,37 @@ impl Aligner {
         }
         health.restarts += 1;
         if first.is_some() {
-            // It was right: the new sequence begins with it.
+            // The odd frame was right: the new sequence begins with it.
             self.odd = None;
         }
         self.flush(health, sink);
         sink(Aligned::Restart, health);
         self.begin(first.unwrap_or(frame));
         if first.is_some() {
-            // Counted already; the new sequence takes it as its second.
+            // The frame is counted already; it is the second of the new sequence.
             health.frames -= 1;
             self.push(frame, health, sink);
         }
     }
 
-    /// Whether the newest frame disagreed with the sequence, and the next one tells which of the two is wrong.
+    /// Whether the newest frame disagreed with the sequence, so that the next frame shows which of the two is wrong.
     pub(super) fn is_in_doubt(&self) -> bool {
         self.odd.is_some()
     }
 
-    /// Whether a frame has come that others may follow.
+    /// Whether a sequence has begun.
     pub(super) fn has_begun(&self) -> bool {
         self.newest.is_some()
     }
 
-    /// Hands on all that is open: nothing more will come.
+    /// Delivers all open instants and ends the sequence.
     pub(super) fn flush(
         &mut self,
         health: &mut StreamHealth,
         sink: &mut impl FnMut(Aligned, &mut StreamHealth),
     ) {
         while let Some(instant) = self.open.pop_front() {
-            hand_on(instant, health, sink);
+            deliver(instant, health, sink);
         }
         health.refused += u64::from(self.odd.take().is_some());
         self.newest = None;
@@ -221,7 +222,7 @@ impl Aligner {
         if difference > span / 2 { difference - span } else { difference }
     }
 
-    /// Puts a value into an open instant, `step` (≤ 0) from the newest; false if there is none or it is taken.
+    /// Puts a value into the open instant that is `step` (≤ 0) from the newest; false if there is none or its place is taken.
     fn enter(&mut self, step: i64, frame: &Frame) -> bool {
         let place = self.open.len() as i64 - 1 + step;
         let Some(instant) =
@@ -240,18 +241,18 @@ impl Aligner {
         true
     }
 
-    /// Whether the counter may have turned once more than it takes for `step`: the time allows for it, with all that the newest
-    /// instant was late.
+    /// Whether the counter may have turned once more than `step` implies: the time allows for it, together with the delay of the
+    /// newest instant.
     fn may_have_turned(&self, step: i64, passed_s: f64, delay_s: f64) -> bool {
         let further = (step + (1_i64 << self.counter_bits)) as f64;
-        // The second frame of an instant, and one that is late, come after those that were held up with them.
+        // The second frame of an instant and a late frame come after the frames that were held up with them.
         let early_s = if step > 0 { delay_s } else { 0.0 };
         (1.0 - DRIFT) * further * self.period_s
             <= passed_s + early_s + EARLY_PERIODS * self.period_s
     }
 
-    /// Whether a counter that has advanced by `step` agrees with the time that has passed. Where the clock was set back the time
-    /// tells nothing: a counter that goes on without a gap tells that it is the same sequence.
+    /// Whether a counter that has advanced by `step` agrees with the time that has passed. Where the clock was set back, the time
+    /// proves nothing, and only a counter that goes on without a gap agrees.
     fn agrees(&self, step: i64, passed_s: f64, set_back: bool) -> bool {
         let Some(newest) = self.newest else { return false };
         if set_back {
@@ -266,7 +267,7 @@ impl Aligner {
         late <= latest && newest.delay_s + late >= -EARLY_PERIODS * self.period_s
     }
 
-    /// The next instant, after those that are missing.
+    /// Opens the next instant, after those that are missing.
     fn advance(
         &mut self,
         step: i64,
@@ -285,7 +286,7 @@ impl Aligner {
             if self.open.is_full()
                 && let Some(instant) = self.open.pop_front()
             {
-                hand_on(instant, health, sink);
+                deliver(instant, health, sink);
             }
             let time_s = frame.time_s - missing as f64 * self.period_s;
             let _ = self.open.push_back(Instant { time_s, ..Instant::default() });
@@ -293,8 +294,8 @@ impl Aligner {
         self.enter(0, frame);
     }
 
-    /// The next instant of a counter that may have turned once or more. As many turns are lost as the time says, but nothing is
-    /// joined: the sender may have been held up instead.
+    /// Opens the next instant of a counter that may have turned once or more. The time gives the number of lost turns. The sequence
+    /// is interrupted in any case: the sender may have been held up instead.
     fn turn(
         &mut self,
         step: i64,
@@ -309,7 +310,7 @@ impl Aligner {
         let step = step + turn * (turns as i64).max(fewest);
         self.delay(step, passed_s, frame, health);
         health.frames_lost += 2 * (step as u64 - 1);
-        // Where the counter did not advance, the turns are all that was counted.
+        // Where the counter did not advance, all lost instants were counted because of the turns.
         let instants = if fewest == 0 { turns as u64 * turn as u64 } else { step as u64 - 1 };
         if instants > 0 {
             let until_s = frame.time_s + SILENCE_S;
@@ -318,7 +319,7 @@ impl Aligner {
         self.interrupt(None, frame, health, sink);
     }
 
-    /// Ends what is open; the sequence goes on with this frame.
+    /// Delivers all open instants and a gap; the sequence goes on with this frame.
     fn interrupt(
         &mut self,
         missing: Option<u64>,
@@ -327,14 +328,15 @@ impl Aligner {
         sink: &mut impl FnMut(Aligned, &mut StreamHealth),
     ) {
         while let Some(instant) = self.open.pop_front() {
-            hand_on(instant, health, sink);
+            deliver(instant, health, sink);
         }
         sink(Aligned::Gap(missing), health);
         let _ = self.open.push_back(Instant { time_s: frame.time_s, ..Instant::default() });
         self.enter(0, frame);
     }
 
-    /// Takes note of when the newest instant came. If frames catch up what turns of the counter were taken for, none were lost.
+    /// Takes note of when the newest instant came. If the frames come early by more than half of the turns that were counted as
+    /// lost, no turn was lost.
     fn delay(&mut self, step: i64, passed_s: f64, frame: &Frame, health: &mut StreamHealth) {
         let expected_s = step as f64 * self.period_s;
         let late_s = passed_s - expected_s;
@@ -356,7 +358,7 @@ impl Aligner {
     }
 }
 
-fn hand_on(
+fn deliver(
     instant: Instant,
     health: &mut StreamHealth,
     sink: &mut impl FnMut(Aligned, &mut StreamHealth),

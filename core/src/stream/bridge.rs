@@ -1,51 +1,52 @@
 //! Bridging of lost samples.
 //!
-//! A lost sample becomes the weighted sum of its neighbours whose weights have the smallest mean square error over
-//! the samples of the same signal that were not lost (the best linear interpolator, fitted to the record
-//! itself). That error is the noise that a bridged sample brings, and goes into the noise of the record.
+//! A lost sample becomes a weighted sum of its neighbours. The weights have the smallest mean square error over the samples of the
+//! same signal that were not lost: they are the best linear interpolator, fitted to the record itself. That error is the noise of a
+//! bridged sample, and is added to the noise of the record.
 
 use heapless::Vec;
 
-use crate::refine::normal::{Normal, packed};
+use crate::linear::normal::Normal;
+use crate::linear::packed::packed;
 
 /// Neighbours used on each side of a gap.
 const REACH: usize = 6;
 const NEIGHBOURS: usize = 2 * REACH;
-/// Mean distance of the positions that serve to fit the weights: twice the golden ratio. The multiples of an irrational
-/// number are spread evenly over the phases of any period (Weyl, 1916), so that a periodic cut is met in all of them.
+/// Mean distance of the positions at which the weights are fitted: twice the golden ratio. The multiples of an irrational number
+/// are spread evenly over the phases of any period (Weyl, 1916), so that a periodic cut is met in all its phases.
 const STRIDE: f64 = 3.236_067_977_499_79;
 /// Most gaps of one signal in a record.
 const MAX_GAPS: usize = 1024;
-/// Rounds in which gaps close together settle.
+/// Number of rounds in which gaps close together settle.
 const ROUNDS: usize = 6;
-/// Samples on each side that tell how much a signal changes near an edge.
+/// Samples on each side from which the change of a signal near an edge is read.
 const NEARBY: usize = 32;
 /// Longest gap that is bridged, samples.
 pub(super) const MAX_GAP: usize = 2;
 
-/// What bridging has done to one signal.
+/// Result of bridging one signal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Bridged {
     /// Samples bridged.
     pub(super) samples: usize,
-    /// Mean square error of one of them, as found on samples that were not lost; unit of the signal, squared.
+    /// Mean square error of a bridged sample, as found on samples that were not lost; unit of the signal, squared.
     pub(super) mean_square_error: f32,
 }
 
-/// More gaps than can be bridged, or longer ones.
+/// The signal has more gaps than can be bridged, or a longer one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Unbridgeable;
 
 /// Weights of the neighbours, those before the gap first, in order of time.
 type Weights = [f32; NEIGHBOURS];
 
-/// Fills the missing samples (not a number) of `signal`, in gaps of one or two.
+/// Fills the missing samples (NaN) of `signal`, in gaps of one or two.
 pub(super) fn bridge(signal: &mut [f32]) -> Result<Bridged, Unbridgeable> {
     let gaps = gaps(signal)?;
     if gaps.is_empty() {
         return Ok(Bridged::default());
     }
-    // By length of the gap and place in it.
+    // The weights depend on the length of the gap and the place in it.
     let single = fit(signal, 1, 0);
     let double = if gaps.iter().any(|&(_, length)| length == 2) {
         [fit(signal, 2, 0), fit(signal, 2, 1)]
@@ -64,7 +65,7 @@ pub(super) fn bridge(signal: &mut [f32]) -> Result<Bridged, Unbridgeable> {
             samples += 1;
         }
     }
-    // Gaps close together are one another's neighbours: a few rounds settle them.
+    // Gaps close together are neighbours of each other, and settle in a few rounds.
     for _ in 0..ROUNDS {
         for &(first, length) in &gaps {
             if !is_inside(signal, first, length) {
@@ -79,7 +80,7 @@ pub(super) fn bridge(signal: &mut [f32]) -> Result<Bridged, Unbridgeable> {
     Ok(Bridged { samples, mean_square_error: squares / samples as f32 })
 }
 
-/// Whether a gap has all its neighbours; at the edges it keeps the line.
+/// Whether a gap has all its neighbours. A gap at an edge keeps its straight line.
 fn is_inside(signal: &[f32], first: usize, length: usize) -> bool {
     first >= REACH && first + length + REACH <= signal.len()
 }
@@ -146,7 +147,7 @@ fn fit(signal: &[f32], length: usize, place: usize) -> (Weights, f32) {
     (weights.map(|weight| weight as f32), (normal.sum_of_squares() / freedom) as f32)
 }
 
-/// Mean square of the difference of two samples a gap apart, near `place`.
+/// Mean square of the difference of two samples [`MAX_GAP`] apart, near `place`.
 fn hold_error(signal: &[f32], place: usize) -> f32 {
     let first = place.saturating_sub(NEARBY);
     let nearby = &signal[first..(place + NEARBY).min(signal.len())];
@@ -159,7 +160,7 @@ fn hold_error(signal: &[f32], place: usize) -> f32 {
     sum / count.max(1) as f32
 }
 
-/// A straight line across a gap; at an edge the nearest value.
+/// Draws a straight line across a gap; at an edge it takes the nearest value.
 fn draw_line(signal: &mut [f32], first: usize, length: usize) {
     let before = first.checked_sub(1).map(|index| signal[index]);
     let after = signal.get(first + length).copied();
@@ -205,7 +206,7 @@ mod tests {
         assert!(worst < 0.05, "{worst} of 300");
     }
 
-    /// Of white noise nothing can be restored, and the reported error says so.
+    /// White noise cannot be restored, and the reported error is its power.
     #[test]
     fn reports_the_error_that_it_makes() {
         let mut state = 1_u32;
@@ -225,8 +226,8 @@ mod tests {
         assert!((bridged.mean_square_error - 1.0 / 12.0).abs() < 0.01);
     }
 
-    /// A tooth every so many samples, of which one in each period is anything and the others are nothing: the error is that
-    /// of a sixth, a third, ... of the samples, whichever of them they are.
+    /// In every period one sample is random and all others are zero. The mean square error is that of the random samples over the
+    /// period, whatever their phase.
     #[test]
     fn a_periodic_cut_is_met_in_all_its_phases() {
         for (period, phase) in

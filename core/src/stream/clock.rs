@@ -1,71 +1,81 @@
-//! How fast the sensor samples, from the counters of its instants and the times at which they arrive.
+//! The sampling rate of a sensor, from the counters of its instants and the times at which they arrive.
 //!
-//! Instant n of a run arrives at t = t₀ + n T + w. The delay w is never negative, and large where sender, bus or reader were
-//! held up; so of each block of instants the earliest arrival counts alone (Moon, Skelly and Towsley, Estimation and removal of
-//! clock skew from network delay measurements, 1999). The slope of those against n T₀, with the configured period T₀, is
-//! T/T₀ − 1. It is the median over all pairs of blocks, which stands up to 29 % of blocks that were held up as a whole, and its
-//! standard deviation follows from the order of the slopes without any distribution (Sen, Estimates of the regression
-//! coefficient based on Kendall's tau, 1968). Delays that grow, clocks that are set and rates that change show as halves of a
-//! run that disagree, with each other or with the whole: the deviation is never smaller than that. Arrivals that wait for a poll
-//! or a tick form a staircase: the deviation is never smaller than one of its steps over the span.
+//! Instant n of a run arrives at
+//!
+//! ```text
+//! t = t₀ + n T + w
+//! ```
+//!
+//! The delay w is never negative, and large where sender, bus or reader were held up. So only the earliest arrival of each block of
+//! instants counts (Moon, Skelly and Towsley, Estimation and removal of clock skew from network delay measurements, 1999). With the
+//! configured period T₀, the slope of `t − n T₀` against `n T₀` is T/T₀ − 1. The estimate is the median slope over all pairs of
+//! blocks, which stands up to 29 % of blocks that were held up as a whole. Its standard deviation follows from the order of the
+//! slopes without any distribution (Sen, Estimates of the regression coefficient based on Kendall's tau, 1968).
+//!
+//! Where delays grow, a clock is set or the rate changes, the halves of a run disagree with each other or with the whole. The
+//! deviation is never smaller than that disagreement. Arrivals that wait for a poll or a tick form a staircase. The deviation is
+//! never smaller than one of its steps over the span.
 
 use heapless::Vec;
 
-/// Blocks of a run; when there are so many, each two become one.
+/// Capacity of a run, blocks. When it is full, every two blocks become one.
 const BLOCKS: usize = 64;
 /// Pairs of blocks.
 const PAIRS: usize = BLOCKS * (BLOCKS - 1) / 2;
-/// Instants of the first blocks.
+/// Instants of each of the first blocks.
 const BLOCK: u64 = 16;
-/// Fewer blocks tell nothing: each half must have a slope with a middle.
+/// Fewest blocks from which a rate is measured: each half must have a slope with a middle.
 const FEWEST: usize = 8;
 /// Resolution of arrival times: what `candump` writes, s.
 const RESOLUTION_S: f64 = 1e-6;
-/// Blocks on either side of a step of a staircase, of which the earliest counts: of four, one in 140 is held up as a whole where
-/// 29 % of blocks are. Two such sides are no more than [`FEWEST`].
+/// Blocks on either side of a step of a staircase; the earliest of them counts. Where 29 % of blocks are held up as a whole, so are
+/// all four of a side once in 140 times. Two sides are no more than [`FEWEST`].
 const FLAT: usize = 4;
-/// Most periods that a step of a staircase is: by a whole period the next instant catches the poll instead. The rest is for the jitter.
-/// What is higher is no staircase, nor what lies beside it: the clock was set, or the rate changed.
+/// Highest step of a staircase, periods. At a whole period the next instant catches the poll instead; the rest is for the jitter. A
+/// higher step is no part of a staircase, and neither are the blocks beside it: the clock was set, or the rate changed.
 const HIGHEST: f64 = 1.5;
-/// Two rates contradict each other if they differ by so many standard deviations.
+/// Two rates contradict each other if they differ by more than this many standard deviations.
 const CONTRADICTS: f64 = 3.0;
-/// Crystals of sensors and computers are right to some tens of ppm. As much moves a stiffness by about a standard deviation in the
-/// reference scenario: what is less certain than this is no measurement of the rate.
+/// Crystals of sensors and computers are right to some tens of ppm. An error of this part moves a stiffness by about a standard
+/// deviation in the reference scenario. A rate that is less certain than this is no measurement.
 pub(super) const CRYSTAL: f64 = 50e-6;
-/// A configured rate that is wrong by more is worth a word: no two good crystals differ by as much.
+/// A configured rate that is wrong by more than this part is reported: no two good crystals differ by as much.
 const WORTH_A_WORD: f64 = 200e-6;
 /// Arrivals of a sender that keeps time stay within this of a straight line, s: USB adapters poll every 1 ms, kernels tick every
-/// 4 ms. A sender that strays farther was held up, and its arrivals tell no rate.
+/// 4 ms. A sender that strays farther was held up, and its arrivals give no rate.
 const STRAYS_S: f64 = 5e-3;
-/// Part by which the rate of such a sender may differ from the configured one without a word; who is faster was not held up.
+/// Part by which the rate of a sender that was held up may differ from the configured one without a report. A sender that is faster
+/// by more was not held up.
 const TOLERANCE: f64 = 0.1;
-/// An arrival so much earlier than the one before shows that the clock was set back, s. Readers may swap frames of some ms.
+/// An arrival that is this much earlier than the one before shows that the clock was set back, s. Readers may swap frames of
+/// some ms.
 pub(super) const SET_BACK_S: f64 = 0.01;
 
-/// The sampling period, as arrivals tell it.
+/// The sampling period, as measured from arrivals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Measured {
-    /// Part by which it is longer than the configured one.
+    /// Part by which the period is longer than the configured one.
     pub(super) excess: f64,
     /// Standard deviation of the excess.
     pub(super) deviation: f64,
-    /// Over how long it was measured, s.
+    /// Time over which it was measured, s.
     pub(super) span_s: f64,
 }
 
-/// The rate that a record is given, and what is to be said of it.
+/// Rate of a record, and how the measured rate compares with the configured one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rate {
-    /// Hz.
+    /// Rate of the record, Hz.
     pub(super) rate_hz: f64,
-    /// As the arrivals tell it, with its standard deviation, Hz.
+    /// Measured rate, Hz.
     pub(super) measured_hz: f64,
+    /// Standard deviation of the measured rate, Hz.
     pub(super) deviation_hz: f64,
-    /// Whether the arrivals contradict the configured rate so much that people should know.
+    /// Whether the measured rate contradicts the configured one by so much that it is reported.
     pub(super) is_wrong: bool,
-    /// Whether they contradict it, but do not tell the right one well enough.
+    /// Whether the measured rate contradicts the configured one, but is too uncertain to replace it.
     pub(super) is_doubtful: bool,
-    /// Whether samples came so much faster than configured that nothing can be made of them.
+    /// Whether samples came so much faster than configured that the record is refused.
     pub(super) is_refused: bool,
 }
 
@@ -74,7 +84,7 @@ pub(super) struct Rate {
 pub(super) struct Clock {
     period_s: f64,
     run: Run,
-    /// What the runs before this one tell together.
+    /// Measurement of all earlier runs together.
     earlier: Option<Measured>,
 }
 
@@ -87,10 +97,11 @@ struct Run {
     instants: u64,
     /// Instants of a block.
     block: u64,
-    /// Earliest arrivals of the blocks that are complete, and of the one that is not.
+    /// Earliest arrival of each complete block.
     blocks: Vec<Earliest, BLOCKS>,
+    /// Earliest arrival of the block that is not complete.
     open: Option<Earliest>,
-    /// Excess by which arrivals of one block are compared.
+    /// Excess that is taken out before the arrivals of one block are compared.
     trend: f64,
 }
 
@@ -98,17 +109,17 @@ struct Run {
 #[derive(Clone, Copy, Debug)]
 struct Earliest {
     instant: u64,
-    /// When it should have come by the configured period, from the first instant, s.
+    /// Time at which it was due by the configured period, from the first instant, s.
     due_s: f64,
-    /// How much later it came, s.
+    /// Time by which it came later, s.
     late_s: f64,
 }
 
 impl Measured {
-    /// The rate of a record, where the configuration says `rate_hz`.
+    /// The rate of a record, where `rate_hz` is the configured one.
     ///
-    /// Where the two agree within what crystals and arrivals leave open, the mean of both by their variances. Where they do not, the
-    /// configuration is wrong, and the measurement right if it is as good as a crystal.
+    /// Where the two agree within the uncertainty of crystals and arrivals, it is the mean of both by their variances. Where they
+    /// do not, the configuration is wrong, and the measurement is right if it is as good as a crystal.
     pub(super) fn rate(&self, rate_hz: f64) -> Rate {
         let Self { excess, deviation, span_s } = *self;
         let off = excess.abs();
@@ -131,7 +142,7 @@ impl Measured {
         }
     }
 
-    /// Both together; of two that contradict each other the newer.
+    /// Both measurements together; if they contradict each other, the newer one.
     fn and(self, older: Self) -> Self {
         let variances = [self, older].map(|each| each.deviation * each.deviation);
         let total = variances[0] + variances[1];
@@ -151,7 +162,7 @@ impl Clock {
         Self { period_s: 1.0 / rate_hz, run: Run::default(), earlier: None }
     }
 
-    /// The next instant arrived.
+    /// Takes the arrival of the next instant.
     pub(super) fn arrive(&mut self, time_s: f64) {
         if self.run.arrivals.is_some_and(|(_, newest_s)| time_s < newest_s - SET_BACK_S) {
             self.end_run();
@@ -159,12 +170,12 @@ impl Clock {
         self.run.arrive(time_s, self.period_s);
     }
 
-    /// So many instants did not arrive.
+    /// Takes note of instants that did not arrive.
     pub(super) fn miss(&mut self, instants: u64) {
         self.run.instants += instants;
     }
 
-    /// The next instant is of another run: how many lie between is not known.
+    /// Ends the run: the number of instants up to the next one is not known.
     pub(super) fn end_run(&mut self) {
         self.earlier = self.measured();
         let trend = self.earlier.map_or(0.0, |earlier| earlier.excess);
@@ -178,7 +189,7 @@ impl Clock {
         self.measured().unwrap_or(untold).rate(rate_hz)
     }
 
-    /// The period as far as it is known.
+    /// The measured period; `None` if there is no measurement.
     pub(super) fn measured(&self) -> Option<Measured> {
         match (self.run.measured(self.period_s), self.earlier) {
             (Some(run), Some(earlier)) => Some(run.and(earlier)),
@@ -215,7 +226,7 @@ impl Run {
         }
     }
 
-    /// Makes one block of each two.
+    /// Makes one block of every two.
     fn merge(&mut self) {
         self.trend = slope(&self.blocks).map_or(self.trend, |slope| slope.excess);
         self.block *= 2;
@@ -232,10 +243,10 @@ impl Run {
         }
     }
 
-    /// From all of it, its newer half, or its newest quarter: whichever is the surest.
+    /// Measurement from the whole run, its newer half or its newest quarter, whichever has the smallest deviation.
     fn measured(&self, period_s: f64) -> Option<Measured> {
         let blocks = &self.blocks;
-        // Of all of it: a part may lie between two steps.
+        // The resolution is that of the whole run: a part may lie between two steps.
         let resolution_s = resolution(blocks, period_s);
         let newest = |part| of(&blocks[blocks.len() - blocks.len() / part..], resolution_s);
         let surest = |a: &Measured, b: &Measured| a.deviation.total_cmp(&b.deviation);
@@ -250,16 +261,16 @@ impl Earliest {
     }
 }
 
-/// How finely arrivals tell the time, s: the highest step between the blocks before and after, beside the trend.
+/// Resolution of the arrivals, s: the highest step between the blocks before and after, beside the trend.
 ///
-/// USB adapters poll and kernels tick. Where the period is a part of that time, or the reverse, every block has the same few
-/// phases, and its earliest arrival is late by the same time until the sensor has drifted by a whole phase.
+/// USB adapters poll and kernels tick. Where the sampling period is a part of that time, or the reverse, every block has the same
+/// few phases. Its earliest arrival is then late by the same time until the sensor has drifted by a whole phase.
 fn resolution(blocks: &[Earliest], period_s: f64) -> f64 {
     let apart = |both: &[Earliest]| {
         let [first, .., last] = both else { return 0.0 };
         (last.late_s - first.late_s) / (last.due_s - first.due_s)
     };
-    // Of most of the blocks, also where the rate changed.
+    // The trend is that of most of the blocks, also where the rate changed.
     let mut trends: Vec<f64, BLOCKS> = blocks.windows(1 + FLAT).map(apart).collect();
     trends.sort_unstable_by(f64::total_cmp);
     let trend = trends.get(trends.len() / 2).copied().unwrap_or_default();
@@ -277,7 +288,8 @@ fn resolution(blocks: &[Earliest], period_s: f64) -> f64 {
     own.fold(RESOLUTION_S, |highest, (_, step)| highest.max(*step))
 }
 
-/// The period that these blocks tell, no surer than their halves agree, and than the resolution of arrivals leaves it.
+/// Measurement from these blocks. Its deviation is at least the disagreement of their halves, and the resolution of the arrivals is
+/// added.
 fn of(blocks: &[Earliest], resolution_s: f64) -> Option<Measured> {
     if blocks.len() < FEWEST {
         return None;
@@ -290,7 +302,7 @@ fn of(blocks: &[Earliest], resolution_s: f64) -> Option<Measured> {
     Some(Measured { deviation, ..whole })
 }
 
-/// The median slope of all pairs, with its standard deviation.
+/// The median slope of all pairs of blocks, with its standard deviation.
 fn slope(blocks: &[Earliest]) -> Option<Measured> {
     let mut slopes = Vec::<f32, PAIRS>::new();
     for (index, earlier) in blocks.iter().enumerate() {
@@ -334,7 +346,7 @@ mod tests {
         f64::from(rng.next_u32()) / 2_f64.powi(32)
     }
 
-    /// Jitter, and hold-ups of 5 to 60 ms a few times a second after which all that waited comes at once.
+    /// Jitter, and a few times a second a hold-up of 5 to 60 ms, after which all that waited comes at once.
     fn held_up(seed: u64) -> impl FnMut(f64) -> f64 {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut free_s = 0.0;
@@ -371,8 +383,8 @@ mod tests {
         assert!((told.excess - 1e-4).abs() < 1e-6 && told.deviation < 2e-6, "{told:?}");
     }
 
-    /// Arrivals that wait for a poll of 1 ms or a tick of 4 ms, with jitter before it or behind. In 4.5 s the sensor drifts by two or
-    /// three steps, and most pairs of blocks lie on the same.
+    /// Arrivals that wait for a poll of 1 ms or a tick of 4 ms, with jitter before or after it. In 4.5 s the sensor drifts by two
+    /// or three steps, and most pairs of blocks lie on the same step.
     #[test]
     fn a_staircase_is_not_taken_for_a_rate() {
         for (poll_s, before_s, behind_s) in [
@@ -407,7 +419,7 @@ mod tests {
         }
     }
 
-    /// Neither is a measurement, nor a reason to doubt: the sender fell behind, or the clock was set.
+    /// The sender falls behind, or the clock is set. Neither is a measurement, nor a reason to doubt the configured rate.
     #[test]
     fn a_sender_that_falls_behind_tells_no_rate() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);

@@ -1,8 +1,8 @@
 //! From readings as they come off the bus to records: aligned by counter, gaps bridged, cut at a static pose.
 //!
-//! A record starts up to a second before the cut, so that the noise can be read from it, and is as long as the
-//! configuration says. Where the robot moves, the sensor starts anew or a gap is too long to be bridged, what
-//! has been taken becomes records of the powers of two that it still holds.
+//! A record starts up to a second before the cut, so that the noise can be read from it. The configuration gives its length. If the
+//! robot moves, the sensor starts anew or a gap is too long to be bridged, the samples so far become records whose lengths are
+//! powers of two.
 
 mod align;
 mod bridge;
@@ -27,31 +27,31 @@ use crate::spectrum::fft::MIN_SAMPLES;
 pub enum Reading {
     /// Force that the tool exerts on the robot, along the force sensor's axes.
     Force {
-        /// Counts the instants; wraps.
+        /// Counter of the instants; it wraps.
         counter: u32,
-        /// N.
+        /// Force, N.
         value: [f32; 3],
     },
     /// Acceleration, along the accelerometer's axes.
     Acceleration {
-        /// Counts the instants; wraps; equal to the force's at the same instant.
+        /// Counter of the instants; it wraps. Force and acceleration of the same instant have the same counter.
         counter: u32,
-        /// m/s².
+        /// Acceleration, m/s².
         value: [f32; 3],
     },
     /// Angle (or stroke) of one joint.
     Joint {
-        /// From 0, base first.
+        /// Number of the joint, from 0, base first.
         index: u8,
-        /// rad or m.
+        /// Angle, rad, or stroke, m.
         value: f64,
     },
 }
 
-/// What the stream must know of the signals.
+/// Properties of the signals that a stream reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamConfig {
-    /// Force and acceleration samples per second, Hz.
+    /// Sampling rate of force and acceleration, Hz.
     pub rate_hz: f64,
     /// Samples of a full record: a power of two up to the stream's capacity.
     pub record_samples: usize,
@@ -80,37 +80,37 @@ pub enum StreamError {
     Resolution,
 }
 
-/// What the stream has seen since it was made.
+/// Counts and measurements of a stream since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StreamHealth {
     /// Force and acceleration readings taken.
     pub frames: u64,
-    /// Force and acceleration readings that their counters say are missing.
+    /// Force and acceleration readings that are missing by their counters.
     pub frames_lost: u64,
-    /// Of the samples in emitted records, those that were bridged, force and acceleration each counted.
+    /// Bridged samples of emitted records; force and acceleration count separately.
     pub bridged: u64,
-    /// Counters that disagreed with the time that passed: the sensor started anew, or was silent.
+    /// Restarts: a counter disagreed with the time that passed, since the sensor started anew or was silent.
     pub restarts: u64,
-    /// Readings whose counter had already been seen.
+    /// Readings whose counter had come before.
     pub repeated: u64,
     /// Records emitted.
     pub records: u64,
-    /// Samples given up because the pose moved, the gap was too long or the stretch too short.
+    /// Samples discarded, as when the pose moved, the gap was too long or the stretch too short.
     pub samples_discarded: u64,
     /// Readings refused: a value that is not finite, a joint that the robot does not have, a single odd counter.
     pub refused: u64,
-    /// Records whose instants arrived at another rate than the configuration says: by more than 200 ppm and three standard
-    /// deviations where the sensor kept time, by more than 10 % where its sender was held up. Records of samples that came more
-    /// than 10 % faster are refused.
+    /// Records whose measured rate differs from the configured one: by more than 200 ppm and three standard deviations where the
+    /// sensor kept time, by more than 10 % where its sender was held up. A record whose samples came more than 10 % faster is
+    /// refused.
     pub wrong_rate: u64,
-    /// Of those, records that were refused.
+    /// Records of `wrong_rate` that were refused.
     pub too_fast: u64,
-    /// Records whose instants arrived at another rate than the configuration says, but do not tell which. They have the
-    /// configured one.
+    /// Records whose measured rate contradicts the configured one, but is too uncertain to replace it. They have the configured
+    /// rate.
     pub doubtful_rate: u64,
-    /// Instants per second of the newest of any of these, as they arrived; 0 before the first. Hz.
+    /// Measured rate of the newest record that one of these three counts, Hz; 0 before the first.
     pub measured_rate_hz: f32,
-    /// Standard deviation of that, Hz.
+    /// Standard deviation of `measured_rate_hz`, Hz.
     pub measured_rate_std_hz: f32,
 }
 
@@ -129,10 +129,11 @@ pub struct Record<const N: usize> {
     pub start_s: f64,
     /// Joint angles, rad (m).
     pub pose: Vec<f64, MAX_JOINTS>,
-    /// Samples per second, Hz: as they arrived if that is known to 50 ppm, else as configured, and in between the mean of both.
+    /// Sampling rate, Hz. It is the mean of the measured and the configured rate, weighted by their variances, where the two agree.
+    /// Where they do not, it is the measured rate if that is known to 50 ppm, else the configured rate.
     pub rate_hz: f64,
-    /// Whether the samples arrived at another rate than configured, but do not tell which: what is fitted to them is wrong by
-    /// an unknown factor.
+    /// Whether the measured rate contradicts the configured one, but is too uncertain to replace it. A fit to the record is then
+    /// wrong by an unknown factor.
     pub has_doubtful_rate: bool,
     /// Force that the tool exerts on the robot, N, along each of the force sensor's axes.
     pub force: [Vec<f32, N>; 3],
@@ -150,10 +151,11 @@ pub struct Record<const N: usize> {
     pub starts_at_rest: bool,
 }
 
-/// Shortest record is this part of a full one.
+/// A record is no shorter than a full one divided by this.
 const SHORTEST: usize = 8;
 
-/// After a silence of all signals that is longer, the robot may have moved unheard, s: between two recordings, say.
+/// Longest silence of all signals after which joint angles still hold, s. In a longer silence, as between two recordings, the robot
+/// may have moved.
 const LONG_SILENCE_S: f64 = 10.0;
 
 /// Turns readings into records of up to `N` samples.
@@ -165,12 +167,13 @@ pub struct Stream<const N: usize> {
     stretch: Stretch<N>,
     record: Record<N>,
     health: StreamHealth,
-    /// Noise of the newest record that had a quiet stretch; the acceleration's of one that had the robot at rest in it.
+    /// Noise of the newest record with a quiet stretch. The noise of the acceleration is that of the newest record in which the
+    /// robot rested, if there is one.
     quiet: Option<noise::Noise>,
-    /// When the newest reading came, s.
+    /// Arrival of the newest reading, s.
     heard_s: Option<f64>,
-    /// Since the clock went back, until a frame tells whether the same sequence goes on: each joint's newest angle, and when it
-    /// came, s.
+    /// Newest angle of each joint and its arrival, s, from when the clock went back until a frame shows whether the same sequence
+    /// goes on.
     set_back: Option<[Option<(f64, f64)>; MAX_JOINTS]>,
 }
 
@@ -197,7 +200,7 @@ impl StreamConfig {
 }
 
 impl<const N: usize> Stream<N> {
-    /// Before the first reading.
+    /// Makes a stream that has no readings yet.
     pub fn new(config: StreamConfig) -> Result<Self, StreamError> {
         config.check(N)?;
         Ok(Self {
@@ -227,9 +230,9 @@ impl<const N: usize> Stream<N> {
 
     /// Takes one reading, which arrived at `time_s`, s on any clock; `sink` gets the records that are complete.
     ///
-    /// A clock that is set back while the counters go on is no break; with any other counter it is another recording, made before,
-    /// and the angles that were read before it hold no more. One that is set forward is taken for a sender that was held
-    /// up, and by more than 0.5 s for a silence.
+    /// A clock that is set back while the counters go on is no break. With any other counter, another recording begins that was
+    /// made earlier, and angles read before hold no more. A clock that is set forward counts as a sender that was held up, and by
+    /// more than 0.5 s as a silence.
     pub fn push(&mut self, time_s: f64, reading: Reading, mut sink: impl FnMut(&Record<N>)) {
         if !time_s.is_finite() {
             self.health.refused += 1;
@@ -262,7 +265,7 @@ impl<const N: usize> Stream<N> {
         }
         if let Some(angles) = self.set_back.take() {
             if restarted {
-                // Another recording, made before: of what lies between nothing is known.
+                // Another recording, made earlier: the robot may have moved between the two.
                 self.stretch.pose.forget_all();
             }
             for (index, angle) in (0..).zip(angles) {
@@ -273,14 +276,14 @@ impl<const N: usize> Stream<N> {
         }
     }
 
-    /// Nothing more will come (the end of a log): `sink` gets what is complete enough.
+    /// Ends the recording, as at the end of a log; `sink` gets the records for which its samples suffice.
     pub fn finish(&mut self, mut sink: impl FnMut(&Record<N>)) {
         let (aligner, health, mut cutter) = self.split();
         aligner.flush(health, &mut |event, health| cutter.take(event, health, &mut sink));
         cutter.take(Aligned::Restart, health, &mut sink);
     }
 
-    /// Readings may have been missed, as when a bus was down: ends what is being recorded, and no joint angle holds any more.
+    /// Ends the recording and forgets all joint angles. It is for times when readings may have been missed, as when a bus was down.
     pub fn forget_angles(&mut self, sink: impl FnMut(&Record<N>)) {
         self.finish(sink);
         self.set_back = None;
@@ -292,19 +295,20 @@ impl<const N: usize> Stream<N> {
         (aligner, health, Cutter { config, clock, stretch, record, quiet })
     }
 
-    /// What has been seen so far.
+    /// Counts and measurements so far.
     pub fn health(&self) -> StreamHealth {
         self.health
     }
 
-    /// How much of a full record the present cut has given so far, 0 to 1; 0 while nothing is cut.
+    /// Part of a full record that the present cut has given so far, 0 to 1; 0 while nothing is cut.
     pub fn record_fraction(&self) -> f32 {
         let samples = if self.stretch.cutting { self.stretch.len() } else { 0 };
         (samples as f32 / self.config.record_samples as f32).min(1.0)
     }
 
-    /// The first joint whose angle has never come, or not since [`forget_angles`](Self::forget_angles) or a silence of
-    /// 10 s, or used to come in a cycle and has not for 2 s.
+    /// The first joint whose angle is missing. An angle is missing if it has not come since the start, since
+    /// [`forget_angles`](Self::forget_angles) or since a silence of 10 s, or if it used to come in a cycle and has not come for
+    /// 2 s.
     pub fn missing_joint(&self) -> Option<usize> {
         self.stretch.pose.awaited(self.config.joints, self.heard_s.unwrap_or_default())
     }
@@ -316,7 +320,7 @@ impl<const N: usize> Stream<N> {
             return;
         }
         if let Some(angles) = &mut self.set_back {
-            // It may be another recording's: not of what has been taken so far.
+            // It may belong to another recording, not to the samples so far.
             angles[joint] = Some((angle, time_s));
             return;
         }
@@ -364,14 +368,14 @@ impl<const N: usize> Cutter<'_, N> {
                     self.end(standing, health, sink);
                     return self.stretch.clear_samples();
                 }
-                // The end of a record may lie in a movement that the next angle will tell of.
+                // The end of a record may lie in a movement that only the next angle shows.
                 let standing = self.stretch.standing(self.config);
                 if !self.stretch.overflows() {
                     if standing >= full {
                         self.emit(full, health, sink);
                     }
                 } else if standing >= full || self.stretch.is_overdue() {
-                    // What came since it was full is lost; the next samples do not join on.
+                    // The samples that came since it was full are lost, so that the next ones do not follow on.
                     self.end(standing, health, sink);
                     self.stretch.clear_samples();
                 }
@@ -401,11 +405,11 @@ impl<const N: usize> Cutter<'_, N> {
     ) {
         let full = self.config.record_samples;
         let (mut standing, mut rest) = (standing, self.stretch.len() - standing);
-        // Nothing is known of the pose, or nothing was cut.
+        // The pose is not known, or nothing was cut.
         if self.stretch.pose.unknown(self.config.joints).is_some() || !self.stretch.cutting {
             (standing, rest) = (0, self.stretch.len());
         }
-        // A sample or two that were lost at the very end can be bridged, too.
+        // One or two samples that were lost at the very end can be bridged too.
         let short = full - standing.min(full);
         let open = self.stretch.newest_missing() + short;
         if rest == 0 && short > 0 && open <= bridge::MAX_GAP {

@@ -1,22 +1,23 @@
 //! The joint angles of a stretch, and for how long a reading holds.
 //!
-//! Senders repeat angles in a cycle, or send them on change alone. One that has repeated an angle will do so again: until it does,
-//! the joint may have moved. One that never has would have said so if the joint had moved: its last angle holds.
+//! Senders repeat angles in a cycle, or send them on change alone. A sender that has repeated an angle will do so again: until it
+//! does, the joint may have moved. A sender that has never repeated an angle would have sent a new one if the joint had moved: its
+//! last angle holds.
 
 use heapless::Vec;
 
 use crate::MAX_JOINTS;
 
-/// How far a joint may move before the pose counts as another: rad or m. A pose wrong by 1e-3 rad biases stiffnesses by 1 %.
+/// Largest movement of a joint within one pose, rad or m. A pose wrong by 1e-3 rad biases stiffnesses by 1 %.
 const STATIC: f64 = 5e-4;
-/// A sender is cyclic if it has sent the same angle again so often in a row,
+/// A sender is cyclic if it has repeated the same angle this often in a row.
 const REPEATS: u8 = 3;
-/// each within this time, s. Slower cycles would make a record of 4 s wait for long.
+/// Longest time from an angle to its repetition, s. A slower cycle would make a record of 4 s wait for long.
 const CYCLE_S: f64 = 2.0;
-/// A sender on change is given so long to say that its joint moves, s: twice the cycle of a slow fieldbus gateway.
+/// Time after which a sender on change has sent the angle of a joint that moves, s: twice the cycle of a slow fieldbus gateway.
 pub(super) const NOTICE_S: f64 = 0.25;
 
-/// Why a stretch cannot go on.
+/// A joint has moved, so that the stretch cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Moved;
 
@@ -32,11 +33,11 @@ struct Angle {
     /// Sum of the readings' distances from the first.
     sum: f64,
     readings: u32,
-    /// Samples of the stretch when it was last read.
+    /// Samples of the stretch when the angle was last read.
     confirmed: usize,
-    /// The newest reading, and when it came, s; none if it is forgotten.
+    /// Newest reading and its arrival, s; `None` if it is forgotten.
     newest: Option<(f64, f64)>,
-    /// How often in a row the same angle came again.
+    /// Number of repetitions of the same angle in a row.
     repeats: u8,
 }
 
@@ -57,7 +58,7 @@ impl Angle {
 }
 
 impl Pose {
-    /// Takes a joint's angle, read at `time_s` when the stretch has `samples`.
+    /// Takes a joint's angle, read at `time_s` when the stretch has `samples`; refuses it if the joint has moved.
     pub(super) fn read(
         &mut self,
         joint: usize,
@@ -84,8 +85,7 @@ impl Pose {
         self.angles[..joints].iter().position(|angle| angle.readings == 0)
     }
 
-    /// The first of `joints` whose angle has never come or is forgotten, or used to come in a cycle and does not any
-    /// more at `now_s`.
+    /// The first of `joints` whose angle has never come or is forgotten, or used to come in a cycle and no longer does at `now_s`.
     pub(super) fn awaited(&self, joints: usize, now_s: f64) -> Option<usize> {
         self.angles[..joints].iter().position(|angle| match angle.newest {
             None => true,
@@ -93,7 +93,7 @@ impl Pose {
         })
     }
 
-    /// Of `samples`, how many came while every joint is known to have stood still; `notice` is [`NOTICE_S`] in samples.
+    /// Number of the oldest `samples` during which every joint is known to have stood still; `notice` is [`NOTICE_S`] in samples.
     pub(super) fn standing(&self, joints: usize, samples: usize, notice: usize) -> usize {
         let noticed = samples.saturating_sub(notice);
         let standing = |angle: &Angle| match angle.is_cyclic() || angle.readings == 0 {
@@ -109,15 +109,15 @@ impl Pose {
         self.angles[..joints].iter().map(mean).collect()
     }
 
-    /// The oldest `samples` of the stretch are gone.
+    /// Takes note that the oldest `samples` of the stretch are gone.
     pub(super) fn discard(&mut self, samples: usize) {
         for angle in &mut self.angles {
             angle.confirmed = angle.confirmed.saturating_sub(samples);
         }
     }
 
-    /// Another stretch begins: what comes in a cycle will come again, the rest is as it was. What is forgotten stays
-    /// forgotten.
+    /// Begins another stretch. The angle of a cyclic sender must come again, that of any other sender holds. A forgotten angle
+    /// stays forgotten.
     pub(super) fn renew(&mut self) {
         for angle in &mut self.angles {
             let Angle { newest, repeats, .. } = *angle;
@@ -128,14 +128,14 @@ impl Pose {
         }
     }
 
-    /// The joint moves, or may have moved unheard: its angle does not hold until it comes again.
+    /// Forgets the angle of a joint that moves or may have moved, until it comes again.
     pub(super) fn forget(&mut self, joint: usize) {
         let angle = &mut self.angles[joint];
         let repeats = if angle.is_cyclic() { angle.repeats } else { 0 };
         *angle = Angle { repeats, ..Angle::default() };
     }
 
-    /// Nobody has heard for so long that every joint may have moved.
+    /// Forgets all angles, after a silence in which every joint may have moved.
     pub(super) fn forget_all(&mut self) {
         (0..MAX_JOINTS).for_each(|joint| self.forget(joint));
     }

@@ -7,36 +7,39 @@ use super::align::Instant;
 use super::noise::{self, BLOCK};
 use super::pose::{NOTICE_S, Pose};
 
-/// A block is part of the cut if its force varies by more than this many times the variance of the quietest blocks in a row.
-/// Noise of 1500 blocks (49 s at 2 kHz) reaches 1.6 ± 0.1 if it is white, 2.9 ± 0.4 behind a filter of eighth order at a tenth
-/// of the rate, and 4.9 at a twentieth (medians of 20 simulations). A cut on white noise counts from 4.2 times its mean variance.
+/// A block is part of the cut if the variance of its force is more than this many times that of the quietest blocks in a row. Noise
+/// of 1500 blocks (49 s at 2 kHz) reaches 1.6 ± 0.1 if it is white, 2.9 ± 0.4 behind a filter of eighth order at a tenth of the
+/// rate, and 4.9 at a twentieth (medians of 20 simulations). A cut on white noise counts from 4.2 times its mean variance.
 const CUT: f32 = 5.0;
-/// Blocks in a row whose mean is the quietest: of a single one the variance behind such a filter is down to 0.4 of the mean.
+/// Number of blocks in a row whose mean variance gives the quietest. The variance of a single block behind a filter of eighth order
+/// is down to 0.4 of the mean.
 const IN_A_ROW: usize = 4;
-/// While no block has varied by this many times the quietest ones, that is six times what noise does, they may be part of a cut
-/// too: a cut stands out so far if its force has 5.4 times the amplitude of the noise.
+/// While no block has varied by this many times the quietest blocks, six times what noise reaches, the quietest blocks may be part
+/// of a cut too. A cut exceeds this if its force has 5.4 times the amplitude of the noise.
 const CONTRAST: f32 = 30.0;
-/// Then a block is part of the cut if it varies by more than this many steps of the sensor on each axis, and repeats itself as
-/// milling does: a sensor's noise is a few steps, 16 in the reference scenario (0.16 N of 0.01 N), and a quarter of this.
+/// Without that contrast, a block is part of the cut if it varies by more than this many steps of the sensor on each axis, and
+/// repeats itself as milling does. A sensor's noise is a few steps: 16 in the reference scenario (0.16 N of 0.01 N), a quarter of
+/// this.
 const LOUD_STEPS: f32 = 64.0;
-/// Blocks after which the quietest is forgotten, at the earliest, and after twice as many at the latest: half a minute at 2 kHz.
-/// What a sensor gives while it starts does not count for longer.
+/// The quietest blocks are forgotten after this many blocks at the earliest, and after twice as many at the latest: half a minute
+/// at 2 kHz. The start-up of a sensor does not count for longer.
 const MEMORY: u32 = 1024;
-/// What is kept from before the cut, s, but at most this part of a record.
+/// Longest time that is kept from before the cut, s.
 const BEFORE_CUT_S: f64 = 1.0;
+/// The time before the cut is at most the length of a full record, divided by this.
 const BEFORE_CUT_PART: usize = 4;
-/// A full stretch waits for the next joint angle for this part of its length.
+/// A full stretch waits for the next joint angle for its length divided by this.
 const PATIENCE: usize = 8;
 
-/// A growing stretch. Missing samples are not a number.
+/// A growing stretch. A missing sample is NaN.
 #[derive(Clone, Debug)]
 pub(super) struct Stretch<const N: usize> {
     pub(super) force: [Vec<f32, N>; 3],
     pub(super) acceleration: [Vec<f32, N>; 3],
-    /// Of the first sample.
+    /// Time of the first sample, s.
     pub(super) start_s: f64,
     pub(super) pose: Pose,
-    /// Instants that came while it was full, and were let go.
+    /// Instants that came while the stretch was full, and were discarded.
     beyond: usize,
     /// Whether the cut has begun; before it only the newest samples are kept.
     pub(super) cutting: bool,
@@ -51,7 +54,7 @@ struct Block {
 }
 
 impl Block {
-    /// Sum over the axes, N².
+    /// Variance of the force, sum over the axes, N².
     fn variance(&self) -> f32 {
         self.force.iter().map(|signal| noise::variance(signal)).sum()
     }
@@ -68,12 +71,13 @@ impl Block {
 /// Variances of the blocks of all stretches, N².
 #[derive(Clone, Debug)]
 struct Range {
-    /// Smallest mean of blocks in a row and largest of the newest blocks, and of the [`MEMORY`] blocks before.
+    /// Smallest mean variance of blocks in a row, and largest variance of a block, among the newest blocks.
     newest: [f32; 2],
+    /// Smallest mean and largest variance among the [`MEMORY`] blocks before the newest.
     before: [f32; 2],
-    /// Blocks that are in the newest.
+    /// Number of the newest blocks.
     blocks: u32,
-    /// The newest block's variance, and those before.
+    /// Variances of the last blocks, oldest first.
     row: Vec<f32, IN_A_ROW>,
 }
 
@@ -124,17 +128,18 @@ impl<const N: usize> Stretch<N> {
         self.force[0].len()
     }
 
-    /// Whether instants came that it had no room for.
+    /// Whether instants came for which the stretch had no room.
     pub(super) fn overflows(&self) -> bool {
         self.beyond > 0
     }
 
-    /// Whether no joint angle has come for so long that none will tell of the end of what is full.
+    /// Whether a full stretch has waited so long for a joint angle that none will come to show where it ends.
     pub(super) fn is_overdue(&self) -> bool {
         self.beyond >= N / PATIENCE
     }
 
-    /// Appends an instant. Returns how many samples were let go: the oldest while nothing is cut, or this one if it is full.
+    /// Appends an instant. Returns how many samples were discarded: the oldest while nothing is cut, or this one if the stretch is
+    /// full.
     pub(super) fn push(&mut self, instant: &Instant, config: &StreamConfig) -> usize {
         if self.len() == 0 {
             self.start_s = instant.time_s;
@@ -170,14 +175,14 @@ impl<const N: usize> Stretch<N> {
         BLOCK
     }
 
-    /// Whether something is cut in what is left, after its oldest samples have gone.
+    /// Decides anew whether something is cut in the samples that are left, after the oldest have gone.
     pub(super) fn look_for_cut(&mut self, config: &StreamConfig) {
         let blocks = self.len() / BLOCK;
         self.cutting = (0..blocks).any(|block| self.is_cut(block * BLOCK, config));
     }
 
-    /// Takes notice of the block from `first` on. A sensor that gives the same reading throughout has noise of less than a
-    /// step, unless it has not started yet.
+    /// Takes note of the variance of the block from `first` on. A sensor that gives the same reading throughout has noise of less
+    /// than a step, unless it has not started yet.
     fn note(&mut self, first: usize) {
         match self.block(first) {
             Some(block) if !block.is_dead() => {
@@ -200,7 +205,7 @@ impl<const N: usize> Stretch<N> {
         variance > CUT * quietest || (!contrasts && is_loud && block.repeats())
     }
 
-    /// The force from `first` on; none where half of the samples are missing.
+    /// The force of the block from `first` on; `None` where more than half of the samples are missing.
     fn block(&self, first: usize) -> Option<Block> {
         let known = |signal: &Vec<f32, N>| {
             let block = signal[first..first + BLOCK].iter().copied();
@@ -210,22 +215,22 @@ impl<const N: usize> Stretch<N> {
         force.iter().all(|signal| signal.len() >= BLOCK / 2).then_some(Block { force })
     }
 
-    /// Samples up to which every joint is known to have stood still.
+    /// Number of the oldest samples during which every joint is known to have stood still.
     pub(super) fn standing(&self, config: &StreamConfig) -> usize {
         let came = self.len() + self.beyond;
-        // Before a full stretch is overdue.
+        // The notice ends before a full stretch is overdue.
         let notice = ((NOTICE_S * config.rate_hz) as usize).min(N / PATIENCE / 2);
         self.pose.standing(config.joints, came, notice).min(self.len())
     }
 
-    /// How many of the newest samples in a row lack force, or lack acceleration.
+    /// Number of the newest samples in a row that lack force, or lack acceleration.
     pub(super) fn newest_missing(&self) -> usize {
         let missing =
             |signal: &[f32]| signal.iter().rev().take_while(|value| value.is_nan()).count();
         missing(&self.force[0]).max(missing(&self.acceleration[0]))
     }
 
-    /// Lets go of the oldest `count` samples.
+    /// Discards the oldest `count` samples.
     pub(super) fn discard(&mut self, count: usize, rate_hz: f64) {
         for signal in self.force.iter_mut().chain(&mut self.acceleration) {
             let left = signal.len() - count;
@@ -237,14 +242,14 @@ impl<const N: usize> Stretch<N> {
         self.pose.discard(count);
     }
 
-    /// Empties it; of the pose what must hold is still known.
+    /// Empties the stretch. Joint angles that hold without another reading stay known.
     pub(super) fn clear(&mut self) {
         self.clear_samples();
         self.pose.renew();
         self.has_started = false;
     }
 
-    /// Empties it; the pose is still known.
+    /// Empties the stretch. The pose stays known.
     pub(super) fn clear_samples(&mut self) {
         for signal in self.force.iter_mut().chain(&mut self.acceleration) {
             signal.clear();
@@ -305,11 +310,11 @@ mod tests {
             widest = widest.max(range.loudest() / single);
             assert!(range.loudest() < 0.8 * CUT * range.quietest(), "{seed}");
         }
-        // A single block does not tell what is quiet.
+        // A single block does not show what is quiet.
         assert!(widest > CUT, "{widest}");
     }
 
-    /// Blocks of noise are followed by some of a cut that adds four times its power.
+    /// Blocks of noise are followed by blocks of a cut that adds four times the power of the noise.
     #[test]
     fn a_small_cut_is_a_cut() {
         for seed in 0..20 {

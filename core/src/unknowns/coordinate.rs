@@ -1,30 +1,34 @@
-//! The places of what may be sought: parameters joint by joint, then the nuisances.
+//! Order of the coordinates: parameters joint by joint, then the nuisances.
 
 use crate::parameters::MAX_PARAMETERS;
 use crate::{DOF, MAX_JOINTS};
 
-/// Where the nuisances stand.
+/// Index of the delay, the first nuisance.
 pub(super) const DELAY: usize = MAX_PARAMETERS;
+/// Index of the first of three acceleration gains.
 pub(super) const ACCELERATION_GAIN: usize = DELAY + 1;
+/// Index of the first of three force gains.
 pub(super) const FORCE_GAIN: usize = ACCELERATION_GAIN + 3;
+/// Index of the first of three misalignment angles.
 pub(super) const MISALIGNMENT: usize = FORCE_GAIN + 3;
+/// Index of the mass of the first link.
 pub(super) const MASS: usize = MISALIGNMENT + 3;
 
-/// What a coordinate is.
+/// Meaning of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinate {
     /// Logarithm of a stiffness.
     Stiffness {
-        /// From 0, base first.
+        /// Joint, from 0, base first.
         joint: usize,
-        /// 0..6.
+        /// Degree of freedom, 0..6.
         dof: usize,
     },
     /// Logarithm of a damping.
     Damping {
-        /// From 0, base first.
+        /// Joint, from 0, base first.
         joint: usize,
-        /// 0..6.
+        /// Degree of freedom, 0..6.
         dof: usize,
     },
     /// [`Calibration::delay`](crate::calibration::Calibration::delay).
@@ -40,7 +44,7 @@ pub enum Coordinate {
 }
 
 impl Coordinate {
-    /// [`Coordinate::index`], if there is one: callers may name any joint, axis or link.
+    /// [`Coordinate::index`]; `None` if the chain cannot have this joint, degree of freedom, axis or link.
     pub(super) fn place(self) -> Option<usize> {
         let exists = match self {
             Self::Stiffness { joint, dof } | Self::Damping { joint, dof } => {
@@ -55,7 +59,7 @@ impl Coordinate {
         exists.then(|| self.index())
     }
 
-    /// Place among all coordinates, of one that exists.
+    /// Index among all coordinates. The coordinate must exist.
     pub(crate) const fn index(self) -> usize {
         match self {
             Self::Stiffness { joint, dof } => 2 * DOF * joint + dof,

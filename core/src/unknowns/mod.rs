@@ -1,8 +1,8 @@
-//! What a fit seeks: the joints' parameters, some of them perhaps fixed or tied to each other, and nuisances.
+//! Unknowns of a fit: the parameters of the joints, of which some may be fixed or tied to each other, and nuisances.
 //!
-//! All of it has a place among [`MAX_UNKNOWNS`] coordinates: the logarithms of the parameters, joint by joint six
-//! stiffnesses and six dampings, and behind [`MAX_PARAMETERS`] the nuisances in units of their prior's standard
-//! deviation. A fit has one unknown per coordinate that is sought; coordinates that are tied share one.
+//! There are [`MAX_UNKNOWNS`] coordinates. The first [`MAX_PARAMETERS`] are the logarithms of the parameters: joint by joint
+//! six stiffnesses and six dampings. The others are the nuisances, in units of their prior's standard deviation. A fit has
+//! one unknown per sought coordinate; tied coordinates share one unknown.
 
 mod coordinate;
 
@@ -17,36 +17,32 @@ use crate::chain::Chain;
 use crate::parameters::{Bounds, Bushings, MAX_PARAMETERS, from_logarithms, logarithms};
 use crate::verdict::Covariance;
 use crate::{DOF, MAX_JOINTS};
+pub use crate::{MAX_NUISANCES, MAX_UNKNOWNS};
 pub use coordinate::Coordinate;
 use coordinate::{ACCELERATION_GAIN, DELAY, FORCE_GAIN, MASS, MISALIGNMENT};
-
-/// Most nuisances: a delay, two sensors' gains, a misalignment, and the masses.
-pub const MAX_NUISANCES: usize = 10 + MAX_JOINTS;
-/// Most coordinates, and most unknowns of a fit.
-pub const MAX_UNKNOWNS: usize = MAX_PARAMETERS + MAX_NUISANCES;
 
 /// One value per coordinate.
 pub(crate) type Coordinates = [f64; MAX_UNKNOWNS];
 
-/// A nuisance as a fit has found it.
+/// A nuisance and its value in a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nuisance {
-    /// What.
+    /// The nuisance.
     pub coordinate: Coordinate,
-    /// s, rad, or a factor (gains and masses).
+    /// Value: s, rad, or a factor (gains and masses).
     pub value: f64,
     /// Standard deviation: s, rad, or relative.
     pub deviation: f64,
 }
 
-/// Why something cannot be sought.
+/// Reason why a choice of unknowns is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SoughtError {
-    /// A chain has 1 to [`MAX_JOINTS`] joints, not so many.
+    /// The number of joints, which is given here, is not 1 to [`MAX_JOINTS`].
     JointCount(usize),
-    /// The chain has no such parameter, or it is a nuisance.
+    /// The coordinate is not a parameter of the chain: the chain does not have it, or it is a nuisance.
     NoParameter(Coordinate),
-    /// A parameter cannot be held at this value, which is not positive and finite.
+    /// A parameter cannot be fixed at this value, which is not positive and finite.
     Value(Coordinate, f64),
     /// A stiffness and a damping cannot be tied to each other.
     NotAlike(Coordinate, Coordinate),
@@ -71,26 +67,27 @@ impl fmt::Display for SoughtError {
 
 impl Error for SoughtError {}
 
-/// What a fit of a chain of some joints seeks.
+/// Unknowns of a fit of a chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sought {
     joints: usize,
-    /// The unknown that moves each coordinate; none where it stays.
+    /// Unknown of each coordinate; `None` for a coordinate that is not sought.
     unknown: [Option<u8>; MAX_UNKNOWNS],
-    /// How many.
+    /// Number of unknowns.
     unknowns: usize,
     /// Standard deviation of each nuisance's prior, in its own unit.
     width: [f64; MAX_UNKNOWNS],
-    /// Each parameter that is fixed, in its own unit.
+    /// Value of each fixed parameter, in its own unit.
     fixed: [f64; MAX_PARAMETERS],
 }
 
 impl Sought {
-    /// All parameters of a chain of `joints`, each for itself, and `nuisances`.
+    /// The unknowns of a fit that seeks all parameters of a chain of `joints` joints, each as its own unknown, and
+    /// `nuisances`.
     ///
     /// # Errors
     ///
-    /// If no chain has so many joints.
+    /// Returns an error if `joints` is not 1 to [`MAX_JOINTS`].
     pub fn new(joints: usize, nuisances: &Nuisances) -> Result<Self, SoughtError> {
         if !(1..=MAX_JOINTS).contains(&joints) {
             return Err(SoughtError::JointCount(joints));
@@ -98,12 +95,12 @@ impl Sought {
         Ok(Self::of_joints(joints, nuisances))
     }
 
-    /// All parameters of a chain, each for itself, and nothing beside.
+    /// The unknowns of a fit that seeks all parameters of `chain`, each as its own unknown, and no nuisances.
     pub(crate) fn parameters_of(chain: &Chain) -> Self {
         Self::of_joints(chain.joints().len(), &Nuisances::default())
     }
 
-    /// Of no more than [`MAX_JOINTS`].
+    /// As [`Sought::new`]. The caller ensures that `joints` is at most [`MAX_JOINTS`].
     fn of_joints(joints: usize, nuisances: &Nuisances) -> Self {
         let mut sought = Self {
             joints,
@@ -130,7 +127,7 @@ impl Sought {
         sought
     }
 
-    /// Every coordinate that is sought becomes an unknown of its own.
+    /// Makes each sought coordinate an unknown of its own.
     fn number(&mut self) {
         self.unknowns = 0;
         for unknown in self.unknown.iter_mut().flatten() {
@@ -144,11 +141,11 @@ impl Sought {
         self.joints
     }
 
-    /// Holds a parameter at `value` (its own unit).
+    /// Fixes a parameter at `value`, in its own unit.
     ///
     /// # Errors
     ///
-    /// If the value is not positive and finite, or there is no such parameter.
+    /// Returns an error if the value is not positive and finite, or if the chain does not have this parameter.
     pub fn fix(&mut self, parameter: Coordinate, value: f64) -> Result<(), SoughtError> {
         if !(value > 0.0 && value.is_finite()) {
             return Err(SoughtError::Value(parameter, value));
@@ -162,12 +159,12 @@ impl Sought {
         Ok(())
     }
 
-    /// Lets a parameter have the value of `other`, a stiffness that of a stiffness and a damping that of a damping. Nothing
-    /// happens where one of them is fixed.
+    /// Ties a parameter to `other`, so that both have one value: a stiffness to a stiffness, or a damping to a damping. The
+    /// call has no effect if one of them is fixed.
     ///
     /// # Errors
     ///
-    /// If they are not alike, or there is no such parameter.
+    /// Returns an error if one is a stiffness and the other a damping, or if the chain does not have one of these parameters.
     pub fn tie(&mut self, parameter: Coordinate, other: Coordinate) -> Result<(), SoughtError> {
         let stiffness = |each| matches!(each, Coordinate::Stiffness { .. });
         let places = (self.parameter(parameter)?, self.parameter(other)?);
@@ -185,7 +182,7 @@ impl Sought {
         Ok(())
     }
 
-    /// Where a parameter stands.
+    /// Index of a parameter of the chain.
     fn parameter(&self, parameter: Coordinate) -> Result<usize, SoughtError> {
         let known = matches!(
             parameter,
@@ -195,7 +192,7 @@ impl Sought {
         if known { Ok(parameter.index()) } else { Err(SoughtError::NoParameter(parameter)) }
     }
 
-    /// Closes the gap that an unknown leaves which no coordinate has any more.
+    /// Renumbers the unknowns above `gone` if no coordinate has the unknown `gone` any more.
     fn close(&mut self, gone: u8) {
         if self.unknown.contains(&Some(gone)) {
             return;
@@ -211,22 +208,23 @@ impl Sought {
         self.unknowns
     }
 
-    /// The unknown that moves a coordinate; none where it stays, or where the chain has no such coordinate.
+    /// Unknown of a coordinate; `None` if the coordinate is not sought, or if the chain does not have it.
     pub fn unknown(&self, coordinate: Coordinate) -> Option<usize> {
         self.unknown.get(coordinate.place()?).copied().flatten().map(usize::from)
     }
 
-    /// The first coordinate that an unknown moves: its name.
+    /// First coordinate of an unknown, which names it; `None` if the unknown does not exist.
     pub fn coordinate(&self, unknown: usize) -> Option<Coordinate> {
         self.sought().find(|(_, own)| *own == unknown).map(|(index, _)| Coordinate::of(index))
     }
 
-    /// Prior standard deviation of a nuisance: s, rad, or of a logarithm; 0 of a parameter, and of what is not sought.
+    /// Prior standard deviation of a nuisance: s, rad, or of a logarithm. It is 0 for parameters, and for nuisances that are
+    /// not sought.
     pub fn width(&self, coordinate: Coordinate) -> f64 {
         coordinate.place().map_or(0.0, |place| self.width[place])
     }
 
-    /// Sets parameters that are fixed, and those that are tied to the first of them.
+    /// Sets fixed parameters to their values, and tied parameters to the value of the first of them.
     pub fn impose(&self, bushings: &mut Bushings) {
         let mut coordinates = [0.0; MAX_UNKNOWNS];
         coordinates[..MAX_PARAMETERS].copy_from_slice(&logarithms(bushings));
@@ -244,7 +242,7 @@ impl Sought {
         }
     }
 
-    /// Coordinates of a guess, the nuisances at their prior.
+    /// Coordinates of a guess, with the nuisances at their prior.
     pub(crate) fn coordinates(&self, guess: &Bushings) -> Coordinates {
         let mut coordinates = [0.0; MAX_UNKNOWNS];
         coordinates[..MAX_PARAMETERS].copy_from_slice(&logarithms(guess));
@@ -252,7 +250,7 @@ impl Sought {
         coordinates
     }
 
-    /// The parameters at some coordinates; those that are fixed have their value to the last bit.
+    /// Parameters at `coordinates`. Fixed parameters have exactly the value at which they are fixed.
     pub(crate) fn bushings(&self, coordinates: &Coordinates) -> Bushings {
         let logarithms = coordinates.first_chunk().unwrap_or(&[0.0; MAX_PARAMETERS]);
         let mut bushings = from_logarithms(logarithms, self.joints);
@@ -265,7 +263,7 @@ impl Sought {
         bushings
     }
 
-    /// The nuisances at some coordinates.
+    /// Nuisances at `coordinates`.
     pub(crate) fn calibration(&self, coordinates: &Coordinates) -> Calibration {
         let scaled = |index: usize| coordinates[index] * self.width[index];
         Calibration {
@@ -277,23 +275,23 @@ impl Sought {
         }
     }
 
-    /// Coordinates that are sought, each with its unknown.
+    /// Sought coordinates by index, each with its unknown.
     pub(crate) fn sought(&self) -> impl Iterator<Item = (usize, usize)> {
         let with = |(index, unknown): (usize, &Option<u8>)| Some((index, usize::from((*unknown)?)));
         self.unknown.iter().enumerate().filter_map(with)
     }
 
-    /// Parameters that are sought, each with its unknown.
+    /// Sought parameters by index, each with its unknown.
     pub(crate) fn parameters(&self) -> impl Iterator<Item = (usize, usize)> {
         self.sought().take_while(|(index, _)| *index < MAX_PARAMETERS)
     }
 
-    /// Nuisances that are sought, each with its unknown.
+    /// Sought nuisances by index, each with its unknown.
     pub(crate) fn nuisances(&self) -> impl Iterator<Item = (usize, usize)> {
         self.sought().filter(|(index, _)| *index >= MAX_PARAMETERS)
     }
 
-    /// The nuisances that are sought, at some coordinates.
+    /// Values and standard deviations of the sought nuisances at `coordinates`.
     pub(crate) fn found(
         &self,
         coordinates: &Coordinates,
@@ -321,17 +319,17 @@ impl Sought {
         values
     }
 
-    /// Whether any link's mass is sought.
+    /// Whether the mass of any link is sought.
     pub(crate) fn seeks_masses(&self) -> bool {
         self.unknown[MASS..].iter().any(Option::is_some)
     }
 
-    /// Whether this is the first coordinate that its unknown moves.
+    /// Whether this is the first coordinate of its unknown.
     pub(crate) fn leads(&self, index: usize) -> bool {
         !self.unknown[..index].contains(&self.unknown[index])
     }
 
-    /// Of each unknown: the value, and the least and the most that it may have; nuisances have no bounds.
+    /// Value, lower bound and upper bound of each unknown. Nuisances have no bounds.
     pub(crate) fn ranges(
         &self,
         coordinates: &Coordinates,
@@ -357,7 +355,7 @@ impl Sought {
         }
     }
 
-    /// Unknowns that have a prior, each with where it stands, in units of its standard deviation.
+    /// Unknowns with a prior, each with its value in units of the prior's standard deviation.
     pub(crate) fn priors(&self, coordinates: &Coordinates) -> impl Iterator<Item = (usize, f64)> {
         self.nuisances().map(|(index, unknown)| (unknown, coordinates[index]))
     }
@@ -368,7 +366,7 @@ mod tests {
     use super::*;
     use crate::parameters::Bushing;
 
-    /// Eight joints would have the parameters of the last among the nuisances.
+    /// The indices of an eighth joint's parameters would be those of nuisances.
     #[test]
     fn what_no_chain_has_cannot_be_sought() {
         for joints in [0, 8, usize::MAX] {
@@ -402,7 +400,7 @@ mod tests {
         let mut sought = Sought::new(2, &Nuisances::default()).unwrap();
         let (stiffness, damping) =
             (Coordinate::Stiffness { joint: 1, dof: 3 }, Coordinate::Damping { joint: 0, dof: 5 });
-        // exp(ln(x)) is neither.
+        // exp(ln(x)) differs from x for both values.
         sought.fix(stiffness, 6.0e7).unwrap();
         sought.fix(damping, 1.9e3).unwrap();
         let guess = Bushing { stiffness: [1e7; DOF], damping: [1e4; DOF] };

@@ -11,9 +11,10 @@
 //! When an unknown of T moves, the unknowns of S can move by `−N_SS⁻¹ N_ST` and leave the residuals as they are: those that do have
 //! no finite variance. For the others `N_SS⁻¹` is the covariance.
 
-use super::{RANK, told_of};
-use crate::refine::normal::{Normal, packed};
-use crate::unknowns::MAX_UNKNOWNS;
+use super::{RANK, determined_of};
+use crate::MAX_UNKNOWNS;
+use crate::linear::normal::Normal;
+use crate::linear::packed::packed;
 
 /// How far a dependent unknown may move, in the standard deviations that it would have if the others were known: beyond any
 /// bounds.
@@ -38,13 +39,13 @@ impl Covariance {
     /// Inverts an information matrix from which no unknown has been eliminated.
     pub(crate) fn of<const L: usize>(information: &Normal<L>) -> Self {
         let unknowns = information.unknowns();
-        let told = told_of(information);
+        let determined = determined_of(information);
         let scale: [f64; MAX_UNKNOWNS] = core::array::from_fn(|i| {
-            if told[i] { 1.0 / libm::sqrt(information.row(i)[i]) } else { 0.0 }
+            if determined[i] { 1.0 / libm::sqrt(information.row(i)[i]) } else { 0.0 }
         });
         let mut covariance = Self { unknowns, rank: 0, entries: [0.0; packed(MAX_UNKNOWNS)] };
-        for i in (0..unknowns).filter(|&i| told[i]) {
-            for j in (0..=i).filter(|&j| told[j]) {
+        for i in (0..unknowns).filter(|&i| determined[i]) {
+            for j in (0..=i).filter(|&j| determined[j]) {
                 *covariance.entry(i, j) = information.row(i)[j] * scale[i] * scale[j];
             }
         }
@@ -107,10 +108,10 @@ impl Covariance {
 
     /// Adds the mean square of a shift that all errors have in common; infinite variances stay infinite.
     pub(crate) fn widen(&mut self, shift: &[f64]) {
-        let told: [bool; MAX_UNKNOWNS] =
+        let determined: [bool; MAX_UNKNOWNS] =
             core::array::from_fn(|i| i < self.unknowns && self.get(i, i).is_finite());
-        for i in (0..self.unknowns).filter(|&i| told[i]) {
-            for j in (0..=i).filter(|&j| told[j]) {
+        for i in (0..self.unknowns).filter(|&i| determined[i]) {
+            for j in (0..=i).filter(|&j| determined[j]) {
                 *self.entry(i, j) += shift[i] * shift[j];
             }
         }
@@ -254,7 +255,7 @@ mod tests {
                 (1e-7, &[1, 2, 3, 5, 6], &[1, 6]),
                 (1e-9, &[1, 2, 3, 5, 6], &[1, 6]),
             ];
-            for (difference, independent, told) in cases {
+            for (difference, independent, determined) in cases {
                 let mut jacobian = jacobian(COLUMNS, &values, &[0.0; COLUMNS]);
                 let combined = a * jacobian.column(2) + b * jacobian.column(5);
                 jacobian.set_column(7, &combined);
@@ -267,14 +268,14 @@ mod tests {
                 let covariance = covariance(&(jacobian.transpose() * &jacobian));
                 let expected = inverse(&jacobian.select_columns(independent))?;
                 let places: std::vec::Vec<usize> =
-                    (0..independent.len()).filter(|&k| told.contains(&independent[k])).collect();
+                    (0..independent.len()).filter(|&k| determined.contains(&independent[k])).collect();
                 let expected = expected.select_rows(&places).select_columns(&places);
-                agrees(&covariance, told, &expected, 1e-5)?;
+                agrees(&covariance, determined, &expected, 1e-5)?;
             }
         }
     }
 
-    /// 0 is told so badly that a part in the trade of 2 and 3 is small beside its own standard deviation.
+    /// 0 is determined so badly that a part in the trade of 2 and 3 is small beside its own standard deviation.
     #[test]
     fn told_badly_does_not_hide_a_trade() {
         let mut jacobian = DMatrix::from_fn(24, 4, |row, column| {
@@ -342,7 +343,7 @@ mod tests {
         agrees(&covariance, &own, &expected, 1e-8)
     }
 
-    /// An unknown that only rounding tells of is not told, and leaves the one alone that it seems to depend on.
+    /// An unknown that only rounding tells of is not determined, and leaves the one alone that it seems to depend on.
     #[test]
     fn rounding_tells_nothing() {
         let matrix = DMatrix::from_row_slice(2, 2, &[1e6, 1e-10, 1e-10, 1e-26]);

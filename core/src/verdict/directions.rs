@@ -4,11 +4,11 @@ use core::ops::Range;
 
 use heapless::Vec;
 
-use super::jacobi::Eigen;
 use super::trust::WEAK;
-use super::{RANK, told_of};
-use crate::refine::normal::Normal;
-use crate::unknowns::MAX_UNKNOWNS;
+use super::{RANK, determined_of};
+use crate::MAX_UNKNOWNS;
+use crate::linear::jacobi::Eigen;
+use crate::linear::normal::Normal;
 
 /// Most directions that are reported.
 pub const MAX_DIRECTIONS: usize = 8;
@@ -65,11 +65,13 @@ pub(crate) fn weak_directions<const L: usize>(
     information: &Normal<L>,
     asked: impl Fn(usize) -> bool,
 ) -> Vec<Direction, MAX_DIRECTIONS> {
-    let told = told_of(information);
-    let entry = |i: usize, j: usize| if told[i] && told[j] { information.row(i)[j] } else { 0.0 };
+    let determined = determined_of(information);
+    let entry = |i: usize, j: usize| {
+        if determined[i] && determined[j] { information.row(i)[j] } else { 0.0 }
+    };
     let mut eigen = Eigen::of(information.unknowns(), entry);
     let mut directions = Vec::new();
-    let mut untold = 0;
+    let mut undetermined = 0;
     for k in 0..information.unknowns() {
         let (value, vector) = (eigen.value(k), eigen.vector(k));
         // The information along the direction if the unknowns were not correlated: the size of the terms that cancel.
@@ -80,11 +82,11 @@ pub(crate) fn weak_directions<const L: usize>(
                 insert(&mut directions, Direction::new(deviation, vector), Direction::before);
             }
         } else {
-            eigen.vectors.swap(untold, k);
-            untold += 1;
+            eigen.vectors.swap(undetermined, k);
+            undetermined += 1;
         }
     }
-    let null_space = &mut eigen.vectors[..untold];
+    let null_space = &mut eigen.vectors[..undetermined];
     simplify(null_space);
     for vector in null_space {
         let direction = Direction::new(f64::INFINITY, vector);
@@ -215,7 +217,7 @@ mod tests {
         assert_eq!(directions.len(), 1, "{directions:?}");
         assert_eq!(directions[0].deviation, f64::INFINITY);
         assert!(consists_of(&directions[0], &[(0, HALF), (1, -HALF)]), "{directions:?}");
-        // Not quite equal: told, to 1/√(4e-2).
+        // Not quite equal: determined, to 1/√(4e-2).
         let mut apart = DMatrix::from_diagonal_element(3, 3, 4e-2) + matrix;
         apart[(2, 2)] += 1.0;
         let directions = weak(&apart);
@@ -224,7 +226,7 @@ mod tests {
         assert!(consists_of(&directions[0], &[(0, HALF), (1, -HALF)]), "{directions:?}");
     }
 
-    /// Nothing is told of x0 to x9, x10 trades with x11: that goes first.
+    /// Nothing is determined of x0 to x9, x10 trades with x11: that goes first.
     #[test]
     fn who_trades_off_is_not_crowded_out() {
         let mut matrix = DMatrix::zeros(12, 12);

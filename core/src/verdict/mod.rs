@@ -6,7 +6,6 @@
 
 mod covariance;
 mod directions;
-mod jacobi;
 mod trust;
 
 pub use covariance::Covariance;
@@ -15,8 +14,8 @@ pub use directions::{Direction, MAX_DIRECTIONS};
 pub(crate) use trust::WEAK;
 pub use trust::{Trust, Verdict};
 
-use crate::refine::normal::Normal;
-use crate::unknowns::MAX_UNKNOWNS;
+use crate::MAX_UNKNOWNS;
+use crate::linear::normal::Normal;
 
 /// Part of its diagonal's information below which a combination of unknowns has none.
 ///
@@ -32,18 +31,18 @@ const RANK: f64 = 1e-12;
 const NOTHING: f64 = 1e-8;
 
 /// The unknowns that the data determine at all; none if the matrix has an entry that is not finite.
-fn told_of<const L: usize>(information: &Normal<L>) -> [bool; MAX_UNKNOWNS] {
+fn determined_of<const L: usize>(information: &Normal<L>) -> [bool; MAX_UNKNOWNS] {
     let unknowns = information.unknowns();
     let sound = (0..unknowns).all(|i| information.row(i).iter().all(|entry| entry.is_finite()));
     core::array::from_fn(|i| sound && i < unknowns && information.row(i)[i] > NOTHING)
 }
 
 #[cfg(test)]
-mod testing {
+pub(crate) mod testing {
     use nalgebra::DMatrix;
 
     use super::*;
-    use crate::refine::normal::packed;
+    use crate::linear::packed::packed;
 
     pub(super) type Information = Normal<{ packed(MAX_UNKNOWNS + 1) }>;
 
@@ -60,7 +59,7 @@ mod testing {
     }
 
     /// Rows of `columns` values, column `i` scaled by `10^magnitudes[i]`.
-    pub(super) fn jacobian(columns: usize, values: &[f64], magnitudes: &[f64]) -> DMatrix<f64> {
+    pub(crate) fn jacobian(columns: usize, values: &[f64], magnitudes: &[f64]) -> DMatrix<f64> {
         let mut jacobian = DMatrix::from_row_slice(values.len() / columns, columns, values);
         for (mut column, magnitude) in jacobian.column_iter_mut().zip(magnitudes) {
             column *= 10_f64.powf(*magnitude);

@@ -6,8 +6,9 @@ mod restarts;
 
 use std::f64::consts::TAU;
 
-use crate::common::Random;
 use flexid_core::stream::{Reading, Record, Stream, StreamConfig, StreamError, StreamHealth};
+
+use crate::common::Random;
 
 const CAPACITY: usize = 4096;
 const PERIOD: f64 = 5e-4;

@@ -1,30 +1,31 @@
 //! Length-delimited frames on a byte stream.
 //!
-//! A frame is its length as a little-endian `u32`, then one postcard message of exactly that many bytes. The length is
-//! checked before a byte of the message is stored, so a peer that sends rubbish costs a fixed buffer and no more.
+//! A frame is the length of its message as a little-endian `u32`, then one postcard message of exactly that many bytes. The
+//! length is checked before the message is decoded, and the buffer has a fixed size, so that a peer that sends rubbish uses
+//! this buffer and no more memory.
 
 use core::fmt;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Most bytes of the message in one frame; the fullest report takes about 14,900, the fullest confidence 21,100.
+/// Largest length of the message in one frame, bytes. The fullest report takes about 14,900, the fullest confidence 21,100.
 pub const MAX_FRAME: usize = 24_576;
-/// Bytes of the length before each message.
+/// Length of the prefix before each message, bytes.
 pub const PREFIX: usize = 4;
-/// A buffer of this many bytes holds any one frame with its prefix.
+/// Size of a buffer that holds any one frame with its prefix, bytes.
 pub const FRAME_BUFFER: usize = PREFIX + MAX_FRAME;
 
-/// Why bytes are not a frame, or a message does not fit into one.
+/// Reason why bytes are not a frame, or why a message does not fit into one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
-    /// The peer announces a frame of this many bytes. The stream cannot be read on: close it.
+    /// The peer announces a frame of this many bytes, which is too long. The stream cannot be read further: close it.
     TooLong(u32),
     /// The bytes of a frame are not a message. The next frame can be read.
     Malformed,
-    /// A message ends before its frame does. The next frame can be read.
+    /// The message ends this many bytes before its frame does. The next frame can be read.
     TrailingBytes(usize),
-    /// The message does not fit into [`MAX_FRAME`] or into the buffer given.
+    /// The message does not fit into [`MAX_FRAME`] or into the given buffer.
     DoesNotFit,
 }
 
@@ -49,7 +50,7 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// Writes `message` as one frame, prefix included, to the front of `buffer` ([`FRAME_BUFFER`] bytes hold any).
+/// Writes `message` as one frame with its prefix to the front of `buffer` ([`FRAME_BUFFER`] bytes hold any).
 pub fn encode<'a, T: Serialize>(message: &T, buffer: &'a mut [u8]) -> Result<&'a [u8], FrameError> {
     let (prefix, body) = buffer.split_at_mut_checked(PREFIX).ok_or(FrameError::DoesNotFit)?;
     let allowed = body.len().min(MAX_FRAME);
@@ -60,7 +61,7 @@ pub fn encode<'a, T: Serialize>(message: &T, buffer: &'a mut [u8]) -> Result<&'a
     Ok(&buffer[..PREFIX + length])
 }
 
-/// Reads the message of one frame, given without its prefix.
+/// Reads the message of one frame, which is given without its prefix.
 pub fn decode<T: DeserializeOwned>(frame: &[u8]) -> Result<T, FrameError> {
     match postcard::take_from_bytes(frame) {
         Ok((message, [])) => Ok(message),
@@ -72,7 +73,7 @@ pub fn decode<T: DeserializeOwned>(frame: &[u8]) -> Result<T, FrameError> {
 /// A frame without its prefix, and the bytes that follow it.
 pub type FrameAndRest<'a> = (&'a [u8], &'a [u8]);
 
-/// Splits the first frame off `bytes`; `None` when it is not complete yet.
+/// Splits the first frame off `bytes`; `None` if the frame is not complete yet.
 pub fn take_frame(bytes: &[u8]) -> Result<Option<FrameAndRest<'_>>, FrameError> {
     let Some((prefix, rest)) = bytes.split_first_chunk::<PREFIX>() else {
         return Ok(None);
@@ -84,7 +85,7 @@ pub fn take_frame(bytes: &[u8]) -> Result<Option<FrameAndRest<'_>>, FrameError> 
     Ok(rest.split_at_checked(length as usize))
 }
 
-/// Messages out of a stream that is read in pieces of any size.
+/// Decoder of messages from a stream that is read in pieces of any size.
 ///
 /// ```
 /// # use flexid_wire::{framing::*, messages::*, text::clipped};
@@ -104,9 +105,9 @@ pub fn take_frame(bytes: &[u8]) -> Result<Option<FrameAndRest<'_>>, FrameError> 
 #[derive(Clone, Debug)]
 pub struct Decoder {
     buffer: [u8; FRAME_BUFFER],
-    /// Where the next frame starts.
+    /// Index at which the next frame starts.
     start: usize,
-    /// Where the bytes that were read end.
+    /// Index at which the bytes that were read end.
     end: usize,
 }
 
@@ -122,7 +123,7 @@ impl Decoder {
         Self { buffer: [0; FRAME_BUFFER], start: 0, end: 0 }
     }
 
-    /// Where the next bytes of the stream go. Never empty after [`next`](Self::next) returned `None`.
+    /// Space for the next bytes of the stream. It is never empty after [`next`](Self::next) has returned `None`.
     pub fn space(&mut self) -> &mut [u8] {
         self.buffer.copy_within(self.start..self.end, 0);
         self.end -= self.start;
@@ -130,14 +131,14 @@ impl Decoder {
         &mut self.buffer[self.end..]
     }
 
-    /// Takes note that `bytes` of [`space`](Self::space) have been filled.
+    /// Takes the first `bytes` bytes of [`space`](Self::space) as read.
     pub fn advance(&mut self, bytes: usize) {
         self.end = (self.end + bytes).min(FRAME_BUFFER);
     }
 
-    /// The next message; `None` when the stream must be read first.
+    /// The next message; `None` if the stream must be read first.
     ///
-    /// After [`FrameError::TooLong`] every call returns it again. After the other errors the frame is skipped.
+    /// After [`FrameError::TooLong`] every call returns this error again. After any other error the frame is skipped.
     #[expect(
         clippy::should_implement_trait,
         reason = "the kind of message may differ between calls"
@@ -185,7 +186,7 @@ mod tests {
         messages.iter().flat_map(|message| encode(message, &mut buffer).unwrap().to_vec()).collect()
     }
 
-    /// Feeds `bytes` in pieces of the given sizes (in turn) and collects what comes out.
+    /// Feeds `bytes` in pieces of the given sizes, in turn, and collects the results.
     fn read(bytes: &[u8], pieces: &[usize]) -> Vec<Result<FromEdge, FrameError>> {
         let (mut decoder, mut rest, mut out) = (Decoder::new(), bytes, Vec::new());
         for &piece in pieces.iter().cycle() {

@@ -1,4 +1,4 @@
-//! What the daemon and its clients say to each other.
+//! Messages between the daemon and its clients.
 //!
 //! | step | client            | daemon                                                                |
 //! | ---- | ----------------- | --------------------------------------------------------------------- |
@@ -7,70 +7,64 @@
 //! | then |                   | `Status`, `Progress`, `Report` and `BusHealth`, as they change;       |
 //! |      |                   | after each `Report` its `Confidence`, with nothing between them       |
 //!
-//! The enums are append-only: a new message goes at the end, a published one never changes, since postcard knows
-//! variants and fields by their position alone. [`Hello`] and [`Refusal`] stay as they are for ever, so that two programs of
-//! any age can tell each other why they do not match. Any change of the others raises [`PROTOCOL_VERSION`].
+//! The enums are append-only: a new message goes at the end, and a published message never changes, since postcard identifies
+//! variants and fields by their position alone. [`Hello`] and [`Refusal`] never change, so that two programs of any age can
+//! exchange the reason why they do not match. Any change of the other messages raises [`PROTOCOL_VERSION`].
 
-use heapless::String;
 use postcard_schema::Schema;
 use postcard_schema::key::Key;
 use serde::{Deserialize, Serialize};
 
 use crate::confidence::Confidence;
 use crate::report::Report;
-use crate::text::clipped;
+use crate::text::{Name, Text, clipped};
 
-/// The version of the messages. Both sides must have the same.
+/// Version of the messages. Both sides must have the same version.
 pub const PROTOCOL_VERSION: u16 = 4;
 
-/// A hash over names and types of all messages: tells programs apart that were built between two versions.
+/// Hash of the names and types of all messages. It distinguishes programs that were built between two versions.
 pub const SCHEMA_KEY: [u8; 8] = Key::for_path::<(ToEdge, FromEdge)>("flexid").to_bytes();
 
-/// A name: at most 32 bytes of UTF-8. [`clipped`] makes one of anything.
-pub type Name = String<32>;
-/// A line for people: at most 400 bytes of UTF-8 (160 before version 3). [`clipped`] makes one of anything.
-pub type Text = String<400>;
-
-/// From a client to the daemon.
+/// Message from a client to the daemon.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum ToEdge {
-    /// The first message.
+    /// First message of a client.
     Hello(Hello),
 }
 
-/// From the daemon to a client.
+/// Message from the daemon to a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[expect(clippy::large_enum_variant, reason = "there is no allocator to box a report with")]
 pub enum FromEdge {
-    /// The answer to a client that is accepted.
+    /// Answer to a client that is accepted.
     Hello(Hello),
-    /// The answer to a client that is not; the daemon then closes the connection.
+    /// Answer to a client that is rejected; the daemon then closes the connection.
     Refused(Refusal),
-    /// What the daemon is, and what it waits for.
+    /// Identity and state of the daemon.
     Status(Status),
-    /// How the work stands.
+    /// Progress of the identification.
     Progress(Progress),
-    /// The parameters as they stand.
+    /// Present parameters.
     Report(Report),
-    /// What the bus delivers.
+    /// State of the bus, and its counters.
     BusHealth(BusHealth),
-    /// How far to trust the report that came just before; since version 2.
+    /// How far the report directly before it can be trusted; since version 2.
     Confidence(Confidence),
 }
 
-/// Who speaks, and which messages it knows.
+/// Identity of the sender, and the version of its messages.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello {
-    /// The sender's [`PROTOCOL_VERSION`].
+    /// [`PROTOCOL_VERSION`] of the sender.
     pub protocol_version: u16,
-    /// The sender's [`SCHEMA_KEY`].
+    /// [`SCHEMA_KEY`] of the sender.
     pub schema_key: [u8; 8],
-    /// Name and version of the sender, such as `flexid-edge 0.1.0`.
+    /// Name and version of the sender, for example `flexid-edge 0.1.0`.
     pub software: Name,
 }
 
 impl Hello {
-    /// The Hello of this build.
+    /// Hello of this build; `software` is the name and version of the program.
     pub fn new(software: &str) -> Self {
         Self {
             protocol_version: PROTOCOL_VERSION,
@@ -79,7 +73,7 @@ impl Hello {
         }
     }
 
-    /// What a daemon of this build answers to a client that does not match it, `None` to one that does.
+    /// Answer of a daemon of this build to a client that does not match it; `None` for a client that does.
     pub fn refusal(&self) -> Option<Refusal> {
         let reason = if self.protocol_version != PROTOCOL_VERSION {
             clipped(format_args!(
@@ -101,69 +95,71 @@ impl Hello {
     }
 }
 
-/// Why the daemon does not serve a client.
+/// Reason why the daemon rejects a client.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Refusal {
-    /// For the person at the client: what does not match, and the mend.
+    /// Text for the user of the client: the mismatch, and how to remove it.
     pub reason: Text,
 }
 
-/// What the daemon is, and what it waits for.
+/// Identity and state of the daemon.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Status {
-    /// Since the daemon's start, s.
+    /// Time since the start of the daemon, s.
     pub uptime_s: f64,
     /// Name of the robot model.
     pub model: Name,
-    /// Joints of the model, 1 to 7.
+    /// Number of joints of the model, 1 to 7.
     pub joints: u8,
-    /// The CAN interface.
+    /// Name of the CAN interface.
     pub interface: Name,
-    /// In words, such as `waiting for joint angles: q2 not seen`.
+    /// State in words, for example `waiting for joint angles: q2 not seen`.
     pub state: Text,
-    /// How much of a full record has been taken of the present cut, 0 to 1; 0 while nothing is cut. Since version 3.
+    /// Part of a full record that has been taken of the present cut, 0 to 1; 0 without a cut. Since version 3.
     pub record_fraction: f32,
 }
 
-/// What the identification is doing.
+/// Phase of the identification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
-    /// Needs a record.
+    /// The identification waits for a record.
     Waiting,
-    /// Random search for the basin.
+    /// A descent or a random search looks for the basin.
     Searching,
-    /// Gauss-Newton refinement.
+    /// The Gauss-Newton refinement makes steps.
     Refining,
-    /// Nothing to do until the next record.
+    /// The identification has nothing to do until the next record.
     Settled,
 }
 
-/// How the work stands.
+/// Progress of the identification.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Progress {
-    /// What is going on.
+    /// Present phase.
     pub phase: Phase,
-    /// Of the work on the newest record, 0 to 1; never falls before the next record. How many starts there will be is not
-    /// known, so each takes half of what is left. Up to version 2, of the present search or refinement.
+    /// Part of the work on the newest record that is done, 0 to 1. It does not fall before the next record. The number of
+    /// starts is not known in advance, so that each start takes half of the rest. Up to version 2 it was the part of the
+    /// present search or refinement.
     pub fraction: f32,
-    /// Searches begun.
+    /// Number of searches begun.
     pub starts: u32,
-    /// Samples that the searches have cost.
+    /// Number of steps of the descents and samples of the random searches.
     pub search_evaluations: u64,
-    /// Refinement iterations done.
+    /// Number of refinement iterations.
     pub refine_iterations: u64,
-    /// Smallest loss of the present search (surface similarity parameter, 0 to 2).
+    /// Loss at the centre of the newest random search (surface similarity parameter, 0 to 2); infinite before its first
+    /// evaluation.
     pub search_loss: f32,
-    /// Records so far.
+    /// Number of records so far.
     pub records: u64,
 }
 
-/// Whether the interface delivers.
+/// State of the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[serde(rename_all = "snake_case")]
 pub enum BusState {
-    /// Frames can come.
+    /// The interface can deliver frames.
     Up,
     /// The link is down.
     Down,
@@ -173,7 +169,7 @@ pub enum BusState {
     BusOff,
 }
 
-/// Error frames of the bus by their class, counted since the daemon's start; since version 3. One frame may be of several.
+/// Number of error frames of each class since the start of the daemon; since version 3. One frame may be of several classes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct BusErrors {
     /// The controller has left the bus after too many errors.
@@ -186,60 +182,60 @@ pub struct BusErrors {
     pub controller_warning: u64,
     /// The controller had no room for a frame.
     pub controller_overflow: u64,
-    /// Frames that break the rules of the bus: most often of another bit rate, or on bad wiring.
+    /// A frame violates the protocol of the bus, most often because of another bit rate or bad wiring.
     pub protocol: u64,
-    /// Nobody acknowledged a frame that was sent.
+    /// No node acknowledged a frame that was sent.
     pub no_acknowledgement: u64,
     /// The transceiver reports a fault of the wires.
     pub transceiver: u64,
-    /// Frames that had to wait for others.
+    /// A frame had to wait for another one.
     pub lost_arbitration: u64,
-    /// Frames that could not be sent in time.
+    /// A frame could not be sent in time.
     pub transmit_timeout: u64,
 }
 
-/// What the bus delivers, counted since the daemon's start.
+/// State of the bus, and counters since the start of the daemon.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct BusHealth {
-    /// Whether the interface delivers.
+    /// State of the interface.
     pub state: BusState,
-    /// Force and acceleration frames taken.
+    /// Number of force and acceleration frames taken.
     pub frames: u64,
-    /// Force and acceleration frames missing by their counters.
+    /// Number of force and acceleration frames that are missing by their counters.
     pub frames_lost: u64,
-    /// Missing samples that were bridged, force and acceleration each counted.
+    /// Number of missing samples that were bridged, force and acceleration each counted.
     pub bridged: u64,
-    /// Counters that disagreed with the time that passed: a sensor started anew or was silent.
+    /// Number of counters that disagreed with the time that passed: a sensor started anew or was silent.
     pub restarts: u64,
-    /// Frames whose counter had been seen before.
+    /// Number of frames whose counter had been seen before.
     pub repeated: u64,
-    /// Frames of a known identifier but another length than the table says.
+    /// Number of frames with an identifier of the table but another length than in the table.
     pub frames_wrong_length: u64,
-    /// Frames whose identifier no signal of the table has.
+    /// Number of frames with an identifier that no signal of the table has.
     pub frames_unknown: u64,
-    /// Remote requests and CAN FD frames of a known identifier.
+    /// Number of remote requests and CAN FD frames with an identifier of the table.
     pub frames_not_data: u64,
-    /// Force and acceleration frames with a value at the limit of its signal: the sensor is overdriven.
+    /// Number of force and acceleration frames with a value at the limit of its signal: the sensor is overdriven.
     pub frames_clipped: u64,
-    /// Frames that the kernel dropped because the receive buffer was full.
+    /// Number of frames that the kernel dropped because the receive buffer was full.
     pub kernel_dropped: u64,
-    /// The receive buffer that the kernel granted, bytes.
+    /// Size of the receive buffer that the kernel granted, bytes.
     pub receive_buffer_bytes: u64,
-    /// Samples given up because the pose moved, a gap was too long or a stretch too short.
+    /// Number of samples discarded because the pose moved, a gap was too long or a stretch too short.
     pub samples_discarded: u64,
-    /// Readings refused: their value was not finite, or their counter had no part in the sequence.
+    /// Number of rejected readings: their value was not finite, or their counter had no part in the sequence.
     pub refused: u64,
-    /// Records whose frames came at another rate than the daemon was told.
+    /// Number of records whose frames came at another rate than the configured one.
     pub wrong_rate: u64,
-    /// Rate of the force and acceleration samples in the newest of those, Hz; 0 before the first.
+    /// Rate of the force and acceleration samples in the newest record of a wrong or doubtful rate, Hz; 0 before the first.
     pub measured_rate_hz: f32,
-    /// Frames of all kinds per second, lately.
+    /// Present rate of frames of all kinds, 1/s.
     pub frames_per_second: f64,
-    /// What is wrong with the bus now, in words; empty when nothing is.
+    /// Present fault of the bus in words; empty without a fault.
     pub error: Text,
-    /// Errors that the bus has reported; since version 3.
+    /// Number of errors that the bus has reported, by class; since version 3.
     pub errors: BusErrors,
-    /// Records whose frames came at another rate than the daemon was told, but do not tell which; since version 3.
+    /// Number of records whose frames came at another rate than the configured one but do not determine it; since version 3.
     pub doubtful_rate: u64,
     /// Standard deviation of `measured_rate_hz`, Hz; since version 3.
     pub measured_rate_std_hz: f32,

@@ -1,31 +1,31 @@
-//! The identified parameters, as they go to the screen, to the wire and to the JSON file.
+//! Identified parameters for the screen, the wire and the JSON file.
 //!
-//! Serialised with `serde_json`, a [`Report`] is the result file of `flexid identify --json`, but for what stands there
-//! under `confidence` ([`crate::confidence`]): field names are part of the contract. Vectors of six are in the order
-//! `tx ty tz rx ry rz` of the joint frame, SI units.
+//! Serialised with `serde_json`, a [`Report`] is the result file of `flexid identify --json` without its entry `confidence`
+//! ([`crate::confidence`]). The field names are part of the contract. Vectors of six have the order `tx ty tz rx ry rz` of
+//! the joint frame. All values are in SI units.
 
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::messages::{Name, Text};
+use crate::text::{Name, Text};
 
-/// Most joints that a report holds.
+/// Largest number of joints of a report.
 pub const MAX_JOINTS: usize = 7;
-/// Most warnings that a report holds (8 before version 3).
+/// Largest number of warnings of a report (8 before version 3).
 pub const MAX_WARNINGS: usize = 32;
 
 /// How far a parameter can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The data tell it.
+    /// The data determine the parameter.
     Identified,
-    /// The data tell it roughly.
+    /// The data determine the parameter roughly.
     Weak,
-    /// The data do not tell it.
+    /// The data do not determine the parameter.
     NotObservable,
-    /// It was not sought, but held at the value that the user gave; since version 2.
+    /// The parameter was not sought, but fixed at the value that the user gave; since version 2.
     Fixed,
 }
 
@@ -35,72 +35,73 @@ pub enum Verdict {
 pub enum Acceptance {
     /// The residuals are as large as the noise explains.
     Consistent,
-    /// The same minimum was reached more than once, and its residuals are larger than the noise explains.
+    /// The same minimum was reached more than once, and its residuals are larger than the noise explains, or have structure
+    /// that no noise has.
     ModelSuspect,
-    /// The work ended before either.
+    /// The work ended before the fit proved to be consistent or suspect.
     Unsettled,
 }
 
-/// The parameters of one joint.
+/// Parameters of one joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct JointReport {
-    /// The joint's name in the model.
+    /// Name of the joint in the model.
     pub name: Name,
-    /// N/m for translations, Nm/rad for rotations.
+    /// Stiffness: N/m for translations, Nm/rad for rotations.
     pub stiffness: [f64; 6],
-    /// Standard deviation in the unit of the stiffness; `None` where it is not observable or fixed.
+    /// Standard deviation in the unit of the stiffness; `None` for a stiffness that is not observable or fixed.
     pub stiffness_std: [Option<f64>; 6],
-    /// How far to trust each stiffness.
+    /// Verdict on each stiffness.
     pub stiffness_verdict: [Verdict; 6],
-    /// Ns/m for translations, Nms/rad for rotations.
+    /// Damping: Ns/m for translations, Nms/rad for rotations.
     pub damping: [f64; 6],
-    /// Standard deviation in the unit of the damping; `None` where it is not observable or fixed.
+    /// Standard deviation in the unit of the damping; `None` for a damping that is not observable or fixed.
     pub damping_std: [Option<f64>; 6],
-    /// How far to trust each damping.
+    /// Verdict on each damping.
     pub damping_verdict: [Verdict; 6],
 }
 
-/// What the parameters rest on.
+/// Data and work behind the parameters, and quality of the fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Fit {
-    /// Records that the numbers rest on: those that are kept, and those that have retired into what is known.
+    /// Number of records that the numbers rest on: kept and retired records.
     pub records: u64,
-    /// Force and acceleration frames taken.
+    /// Number of force and acceleration frames taken.
     pub frames: u64,
-    /// Force and acceleration frames missing by their counters.
+    /// Number of force and acceleration frames that are missing by their counters.
     pub frames_lost: u64,
-    /// Surface similarity parameter per direction and experiment, 0 (equal) to 2 (opposite): the median of them.
+    /// Median of the surface similarity parameters of all directions and experiments, 0 (equal) to 2 (opposite).
     pub ssp: f64,
-    /// The largest of them.
+    /// Largest surface similarity parameter of all directions and experiments.
     pub ssp_max: f64,
-    /// χ² per degree of freedom; 1 when noise alone explains the residuals. Where it is larger, all standard
-    /// deviations have been multiplied by its square root.
+    /// χ² per degree of freedom; 1 if noise alone explains the residuals. If it is larger, all standard deviations have been
+    /// multiplied by its square root.
     pub consistency: f64,
-    /// Steps of the descents and samples of the random searches.
+    /// Number of steps of the descents and samples of the random searches.
     pub search_evaluations: u64,
-    /// Refinement iterations done.
+    /// Number of refinement iterations.
     pub refine_iterations: u64,
-    /// Searches begun.
+    /// Number of searches begun.
     pub starts: u32,
-    /// Missing samples that were bridged, force and acceleration each counted.
+    /// Number of missing samples that were bridged, force and acceleration each counted.
     pub bridged: u64,
-    /// Computing time, s; the one field that differs between two equal runs.
+    /// Computing time, s. It is the only field that differs between two equal runs.
     pub seconds: f64,
-    /// How far to believe the fit.
+    /// How far the fit can be believed.
     pub acceptance: Acceptance,
-    /// Which method has led to the fit; later records refine it from there.
+    /// Method that found the fit. Later records refine the fit from there.
     pub found_by: FoundBy,
-    /// Of the searches, the paper's random searches; the others are descents from low to high frequencies.
+    /// Number of searches that were the paper's random search; the others were descents from low to high frequencies.
     pub random_searches: u32,
-    /// Branches of minima that have been refined.
+    /// Number of branches of minima that have been refined.
     pub branches: u32,
 }
 
-/// Which method has led to a fit.
+/// Method that found a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[serde(rename_all = "snake_case")]
 pub enum FoundBy {
-    /// The refinement alone: of static tests.
+    /// The refinement alone, from static tests.
     Refinement,
     /// A descent from low to high frequencies.
     Descent,
@@ -110,13 +111,13 @@ pub enum FoundBy {
     Branch,
 }
 
-/// The present state of knowledge.
+/// Present result of the identification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Report {
-    /// Base first.
+    /// Parameters of each joint, base first.
     pub joints: Vec<JointReport, MAX_JOINTS>,
-    /// What the parameters rest on.
+    /// Data and work behind the parameters, and quality of the fit.
     pub fit: Fit,
-    /// One line each, for people.
+    /// Warnings for the user, one line each.
     pub warnings: Vec<Text, MAX_WARNINGS>,
 }

@@ -1,13 +1,13 @@
-//! The CAN signal codec: where a number sits in a payload, and how it is scaled.
+//! CAN signal codec: the place of a number in a payload, and its scaling.
 //!
-//! The conventions are those of DBC files. Bit `b` of the payload is bit `b % 8` of byte `b / 8`, bit 0 the least
-//! significant. An Intel signal starts at its least significant bit and grows upwards; a Motorola signal starts at its
+//! The conventions are those of DBC files. Bit `b` of the payload is bit `b % 8` of byte `b / 8`, and bit 0 is the least
+//! significant one. An Intel signal starts at its least significant bit and grows upwards. A Motorola signal starts at its
 //! most significant bit and runs down through its byte, then on from bit 7 of the next byte (sawtooth numbering).
 
 use core::fmt;
 use core::ops::{Range, RangeInclusive};
 
-/// Which end of a signal comes first in the payload.
+/// Order of the bytes of a signal in the payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ByteOrder {
     /// Least significant byte first; `@1` in a DBC file.
@@ -16,14 +16,14 @@ pub enum ByteOrder {
     Motorola,
 }
 
-/// One row of the signal table: an integer in the payload that stands for `scale · raw + offset`.
+/// One row of the signal table: an integer in the payload, whose physical value is `scale · raw + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Signal {
     /// Bit number of the least (Intel) or most (Motorola) significant bit.
     pub start_bit: u16,
     /// Width in bits, 1 to 64.
     pub length: u8,
-    /// Which end comes first.
+    /// Order of the bytes.
     pub byte_order: ByteOrder,
     /// Whether the integer is in two's complement.
     pub signed: bool,
@@ -33,7 +33,7 @@ pub struct Signal {
     pub offset: f64,
 }
 
-/// Why a signal cannot be read or written.
+/// Reason why a signal cannot be read or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SignalError {
     /// The width, in bits, is not 1 to 64.
@@ -42,9 +42,9 @@ pub enum SignalError {
     Scaling,
     /// The signal does not end within the payload.
     OutsidePayload {
-        /// Bytes that the signal needs.
+        /// Number of bytes that the signal needs.
         needed: usize,
-        /// Bytes that there are.
+        /// Number of bytes of the payload.
         payload: usize,
     },
     /// The value to be written is not a number.
@@ -70,14 +70,14 @@ impl fmt::Display for SignalError {
 impl core::error::Error for SignalError {}
 
 impl Signal {
-    /// Whether the signal makes sense and fits into a payload of `payload_len` bytes (8 in CAN, up to 64 in CAN FD).
+    /// Checks that the signal is valid and fits into a payload of `payload_len` bytes (8 in CAN, up to 64 in CAN FD).
     ///
-    /// The other functions check the same; this one is for refusing a table before the first frame.
+    /// The other functions make the same check. This one serves to reject a table before the first frame.
     pub fn check(&self, payload_len: usize) -> Result<(), SignalError> {
         self.window(payload_len).map(drop)
     }
 
-    /// The integers that the signal can carry.
+    /// Range of the integers that the signal can carry.
     pub fn raw_range(&self) -> RangeInclusive<i128> {
         let length = self.length.clamp(1, 64);
         if self.signed {
@@ -104,7 +104,7 @@ impl Signal {
         Ok(self.decode_raw(payload)? as f64 * self.scale + self.offset)
     }
 
-    /// Writes an integer, the nearest of [`raw_range`](Self::raw_range); bits of other signals stay.
+    /// Writes the integer of [`raw_range`](Self::raw_range) that is nearest to `raw`. Bits of other signals do not change.
     pub fn encode_raw(&self, raw: i128, payload: &mut [u8]) -> Result<(), SignalError> {
         let window = self.window(payload.len())?;
         let raw = raw.clamp(*self.raw_range().start(), *self.raw_range().end());
@@ -115,8 +115,8 @@ impl Signal {
         Ok(())
     }
 
-    /// Writes a physical value, rounded to the nearest step (ties to even) and limited to what the signal can carry;
-    /// bits of other signals stay.
+    /// Writes a physical value, rounded to the nearest step (ties to even) and limited to the range of the signal. Bits of
+    /// other signals do not change.
     pub fn encode(&self, physical: f64, payload: &mut [u8]) -> Result<(), SignalError> {
         self.check(payload.len())?;
         if physical.is_nan() {
@@ -125,7 +125,7 @@ impl Signal {
         self.encode_raw(libm::rint((physical - self.offset) / self.scale) as i128, payload)
     }
 
-    /// The bytes that hold the signal, once it is known to fit.
+    /// Place of the signal in a payload, after a check that it fits.
     fn window(&self, payload_len: usize) -> Result<Window, SignalError> {
         if !(1..=64).contains(&self.length) {
             return Err(SignalError::Length(self.length));
@@ -151,7 +151,7 @@ impl Signal {
         Ok(Window { bytes, shift })
     }
 
-    /// At most 9 bytes as one integer.
+    /// Reads at most 9 bytes as one integer, in the byte order of the signal.
     fn load(&self, bytes: &[u8]) -> u128 {
         let append = |word: u128, &byte: &u8| word << 8 | u128::from(byte);
         match self.byte_order {
@@ -173,7 +173,7 @@ impl Signal {
     }
 }
 
-/// Bytes of the payload, read as one integer, in which the signal is `shift` bits up.
+/// Place of a signal: bytes of the payload, read as one integer, and the number of the signal's lowest bit in this integer.
 struct Window {
     bytes: Range<usize>,
     shift: usize,
@@ -198,7 +198,7 @@ mod tests {
         offset: 0.0,
     };
 
-    /// The definition, one bit at a time: the payload bit that holds bit `i` of the integer.
+    /// Payload bit that holds bit `i` of the integer, by the definition, one bit at a time.
     fn bit_number(signal: &Signal, i: u8) -> usize {
         let mut bit = usize::from(signal.start_bit);
         match signal.byte_order {

@@ -1,19 +1,24 @@
-//! Text that always fits.
+//! Text of bounded length.
 
 use core::fmt::{Display, Result, Write};
 
 use heapless::String;
 
-/// Stands for what was cut off.
+/// A name: at most 32 bytes of UTF-8. [`clipped`] makes a name of any value.
+pub type Name = String<32>;
+/// A line for the user: at most 400 bytes of UTF-8 (160 before version 3). [`clipped`] makes a line of any value.
+pub type Text = String<400>;
+
+/// Mark in place of text that was cut off.
 const CUT: char = '…';
 
-/// `value` as text of at most `N` bytes of UTF-8; what does not fit is cut off between characters, and `…` stands for it
-/// (where `N` has room for that).
+/// `value` as text of at most `N` bytes of UTF-8. Longer text is cut off between characters and ends with `…`, if `N` has
+/// room for this mark.
 ///
-/// Takes `format_args!` as well as `&str`.
+/// The function takes `format_args!` as well as `&str`.
 pub fn clipped<const N: usize>(value: impl Display) -> String<N> {
     let mut clip = Clip(String::new());
-    // The error means that the text is full; what was written before it stays.
+    // The error means that the text is full; the characters written before it stay.
     if write!(clip, "{value}").is_err() && N >= CUT.len_utf8() {
         while clip.0.len() + CUT.len_utf8() > N {
             let _ = clip.0.pop();

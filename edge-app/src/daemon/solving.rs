@@ -1,5 +1,5 @@
-//! The thread that solves: record after record, until there are no more. It keeps what it finds, and begins with what an
-//! earlier daemon kept.
+//! The thread that solves: it works on record after record until there are no more. It keeps its state, and begins with the
+//! state that an earlier daemon kept.
 
 use std::collections::VecDeque;
 use std::io;
@@ -7,31 +7,33 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError};
+use flexid_pipeline::config::{Config, Validity};
+use flexid_pipeline::stop::Stop;
+use flexid_pipeline::text::count;
+use flexid_pipeline::{Counts, Outcome, Record, Solver, State};
 use flexid_wire::messages::{FromEdge, Phase, Progress};
 use tracing::{info, warn};
 
 use super::journal::Journal;
 use super::{Daemon, Order, Refusal, WORK_NEWS, lock};
 use crate::board::Board;
-use crate::config::{Config, Validity};
-use crate::pipeline::{Counts, Outcome, Record, Solver, State};
-use crate::stop::Stop;
 use crate::store::Store;
-use crate::summary::count;
 
-/// Numbers are written this often at most: a state is some MB, and a robot that mills brings a record every few seconds.
+/// Shortest interval between two writes of the state. A state has some MB, and a robot that mills brings a record every few
+/// seconds.
 const SAVE_EVERY: Duration = Duration::from_secs(60);
 
-/// The solver and who hears of it.
+/// The solver and the receivers of its results.
 pub(super) struct Solving<'a> {
     solver: Solver,
     journal: Journal,
-    /// Records of an earlier run that it is still to be given.
+    /// Records of an earlier run that the solver has still to be given.
     waiting: VecDeque<Arc<Record>>,
-    /// Records that it will not be given in this run.
+    /// Records that the solver will not be given in this run.
     left: Vec<Arc<Record>>,
-    /// When it was last written, and what had come in when it last changed since.
+    /// Time of the last write of the state.
     saved: Option<Instant>,
+    /// Counts of what had come in at the last change since that write. `None` without a change.
     unsaved: Option<Counts>,
     board: &'a Board,
     refusal: &'a Refusal,
@@ -40,7 +42,7 @@ pub(super) struct Solving<'a> {
 }
 
 impl<'a> Solving<'a> {
-    /// Goes on where the daemon before has ended, and works through the records that it left.
+    /// Continues where the daemon before has ended, and works through the records that it left.
     pub(super) fn begin(
         daemon: &Daemon<'a>,
         board: &'a Board,
@@ -73,7 +75,7 @@ impl<'a> Solving<'a> {
         Ok(solving)
     }
 
-    /// Does what the reader wants until it wants no more.
+    /// Carries out the orders of the reader until there are no more.
     pub(super) fn run(mut self, orders: &Receiver<Order>) -> io::Result<Self> {
         loop {
             match orders.recv_timeout(SAVE_EVERY) {
@@ -105,8 +107,8 @@ impl<'a> Solving<'a> {
         }
     }
 
-    /// Takes a record and works on it, with those that are unsettled, until they settle or `more` records are to join them; or
-    /// leaves it for the next daemon when the end is asked for.
+    /// Takes a record and works on all unsettled records, until they settle or `more` records are to join them. If the end was
+    /// requested, it leaves the record for the next daemon instead.
     fn take(&mut self, record: &Arc<Record>, counts: &Counts, more: impl Fn() -> bool) {
         if self.stop.requested() {
             self.left.push(Arc::clone(record));
@@ -116,7 +118,7 @@ impl<'a> Solving<'a> {
         self.solver.admit(record, self.stop, news(self.board));
         self.unsaved = Some(*counts);
         let settled = self.solver.work(self.stop, more, news(self.board));
-        // First, so that a kill after the first report does not lose it.
+        // The state is saved first, so that a kill after the first report does not lose the record.
         self.save_if_due();
         if settled {
             self.publish(counts);
@@ -131,7 +133,8 @@ impl<'a> Solving<'a> {
         }
     }
 
-    /// Goes on under another config. A stream that ends with the old one has brought `ended`, one that goes on `current`.
+    /// Continues under another config. `ended` counts what came in on a stream that ends with the old config, `current` what
+    /// came in on a stream that goes on.
     fn reload(&mut self, config: &Config, ended: &Counts, current: &Counts) -> io::Result<()> {
         let mut state = self.solver.state(ended, &[]);
         if !carries_over(&state, config, self.store) {
@@ -148,7 +151,7 @@ impl<'a> Solving<'a> {
         Ok(())
     }
 
-    /// Tells clients and the log how the numbers stand.
+    /// Sends the progress and the present finding to clients and the log.
     fn publish(&mut self, counts: &Counts) {
         self.board.publish(FromEdge::Progress(self.solver.progress()));
         let finding = self.solver.finding(counts, "");
@@ -159,7 +162,7 @@ impl<'a> Solving<'a> {
         }
     }
 
-    /// Writes what has changed, unless it has been written a short time ago.
+    /// Saves the state if it has changed, unless it was saved a short time ago.
     fn save_if_due(&mut self) {
         let due = self.saved.is_none_or(|saved| saved.elapsed() >= SAVE_EVERY);
         if let Some(counts) = self.unsaved.filter(|_| due) {
@@ -180,7 +183,7 @@ impl<'a> Solving<'a> {
         }
     }
 
-    /// Adds the numbers to `outcome`, the last time.
+    /// Saves the state, and adds the last finding to `outcome` and the board.
     pub(super) fn end(mut self, outcome: &mut Outcome) {
         self.save(&outcome.counts);
         outcome.finding = self.solver.finding(&outcome.counts, &outcome.trouble);
@@ -194,7 +197,7 @@ impl<'a> Solving<'a> {
     }
 }
 
-/// Puts progress on the board: every change of phase, and else not too often.
+/// Returns a function that puts progress on the board, at every change of phase and otherwise not too often.
 fn news(board: &Board) -> impl FnMut(&Progress) {
     let (mut told, mut phase) = (Instant::now(), Phase::Waiting);
     move |progress| {
@@ -205,7 +208,7 @@ fn news(board: &Board) -> impl FnMut(&Progress) {
     }
 }
 
-/// Says in the log how much of a state holds under `config`; whether anything does. What does not is put aside.
+/// Logs how much of a state holds under `config`. Returns whether any of it holds. A state of which nothing holds is put aside.
 fn carries_over(state: &State, config: &Config, store: Option<&Store>) -> bool {
     if state.is_empty() {
         return true;

@@ -1,10 +1,11 @@
-//! One client: the exchange of Hellos, then the news of the board as fast as the client reads.
+//! Serves one client: the exchange of Hellos, then the messages of the board as fast as the client reads.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::Shutdown;
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
+use flexid_pipeline::stop::Stop;
 use flexid_wire::framing::{self, Decoder, FRAME_BUFFER, FrameError};
 use flexid_wire::messages::{FromEdge, Hello, Refusal, ToEdge};
 use flexid_wire::text::clipped;
@@ -14,16 +15,15 @@ use socket2::Socket;
 use super::places::Place;
 use super::{LOOK, MAX_CLIENTS};
 use crate::board::Board;
-use crate::stop::Stop;
 
-/// How the daemon names itself.
+/// Name and version of the daemon.
 const SOFTWARE: &str = concat!("flexid-edge ", env!("CARGO_PKG_VERSION"));
-/// A client says Hello within this time.
+/// Longest time until a client's Hello.
 const HELLO: Duration = Duration::from_secs(5);
-/// A client takes each message within this time.
+/// Longest time that a client may need to take a message.
 const TAKE: Duration = Duration::from_secs(2);
 
-/// Why a client is served no more.
+/// Why a client is no longer served.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Dropped {
     #[error("it said no Hello within {} s", HELLO.as_secs())]
@@ -44,8 +44,8 @@ pub(super) enum Dropped {
     Io(#[from] io::Error),
 }
 
-/// Serves one client until it goes, or the board is closed and read. A client that does not keep to
-/// the protocol is told why and dropped.
+/// Serves one client until it goes, or until the board is closed and read. A client that does not keep to the protocol gets the
+/// reason and is dropped.
 pub(super) fn serve(
     mut socket: Socket,
     board: &Board,
@@ -81,16 +81,16 @@ fn talk(socket: &mut Socket, board: &Board, stop: &Stop, place: &Place) -> Resul
     Ok(())
 }
 
-/// Tells a client that there are too many of them.
+/// Refuses a client, since there are too many of them.
 pub(super) fn turn_away(mut socket: Socket) {
     let reason = clipped(format_args!("{MAX_CLIENTS} clients are served already: close one"));
-    // A fresh connection has room for one message; whether it arrives is the client's business.
+    // A new connection has room for one message. The daemon does not check that it arrives.
     if socket.set_nonblocking(true).is_ok() {
         let _ = send(&mut socket, &FromEdge::Refused(Refusal { reason }));
     }
 }
 
-/// The exchange of Hellos; false when there is nobody to serve.
+/// Exchanges Hellos. Returns false if there is no client to serve.
 fn greet(socket: &mut Socket, stop: &Stop, place: &Place) -> Result<bool, Dropped> {
     let deadline = Instant::now() + HELLO;
     let mut decoder = Decoder::new();
@@ -127,7 +127,7 @@ fn send(socket: &mut Socket, message: &FromEdge) -> Result<(), Dropped> {
     })
 }
 
-/// Whether the client has closed. It has nothing more to say: any byte is too many.
+/// Returns whether the client has closed. A client must not send anything after its Hello.
 fn has_gone(socket: &mut Socket) -> Result<bool, Dropped> {
     let mut waiting = [PollFd::new(socket.as_fd(), PollFlags::POLLIN)];
     if !matches!(poll(&mut waiting, PollTimeout::ZERO), Ok(1..)) {
@@ -141,7 +141,7 @@ fn has_gone(socket: &mut Socket) -> Result<bool, Dropped> {
     }
 }
 
-/// Says why, and leaves the client a moment to read it: closing on unread bytes may take the answer back.
+/// Sends the reason, and leaves the client a moment to read it. A socket that is closed with unread bytes may lose the answer.
 fn refuse(socket: &mut Socket, refusal: Refusal) {
     if send(socket, &FromEdge::Refused(refusal)).is_err()
         || socket.shutdown(Shutdown::Write).is_err()
@@ -152,7 +152,7 @@ fn refuse(socket: &mut Socket, refusal: Refusal) {
     while Instant::now() < deadline && !matches!(socket.read(&mut [0; 1024]), Ok(0) | Err(_)) {}
 }
 
-/// Whether the client went in the middle of a message, as it may.
+/// Returns whether the client went in the middle of a message, which is allowed.
 fn hung_up(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::ConnectionReset)
 }

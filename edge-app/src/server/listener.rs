@@ -1,4 +1,4 @@
-//! A listening socket: a Unix socket whose file comes and goes with it, or a TCP port of the loopback.
+//! A listening socket: a Unix socket, which makes and removes its file, or a TCP port of the loopback interface.
 
 use std::fs::{self, Permissions};
 use std::io;
@@ -7,24 +7,24 @@ use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, chown};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
+use flexid_pipeline::config::{Listen, SocketAccess};
 use nix::sys::socket::getsockopt;
 use nix::sys::socket::sockopt::PeerCredentials;
 use nix::unistd::Group;
 use socket2::{Domain, SockAddr, Socket, Type};
 
 use super::places::Peer;
-use crate::config::{Listen, SocketAccess};
 
-/// Why an address cannot be listened on.
+/// Why the daemon cannot listen on an address.
 #[derive(Debug, thiserror::Error)]
 pub enum BindError {
-    /// Another daemon answers there.
+    /// Another daemon answers on the address.
     #[error("{0}: somebody listens there already: stop it, or name another address")]
     InUse(Listen),
-    /// There is a file of another kind.
+    /// The path belongs to a file of another kind.
     #[error("{}: is there already and is no socket: name another path", .0.display())]
     NoSocket(PathBuf),
-    /// The group that may connect is not there.
+    /// The group that may connect does not exist.
     #[error(
         "socket_group is {0:?}: this machine has no such group; make it with `groupadd --system {0}`"
     )]
@@ -34,17 +34,17 @@ pub enum BindError {
         "socket_group is {group:?}: the daemon may not give its socket to it ({error}); run the daemon as a member of it"
     )]
     NotInGroup {
-        /// Its name.
+        /// Name of the group.
         group: String,
-        /// What the kernel says.
+        /// Error of the kernel.
         error: io::Error,
     },
-    /// The folder is not there, or may not be written.
+    /// The folder does not exist, or is not writable.
     #[error("{address}: cannot be listened on: {error}")]
     Io {
-        /// The address.
+        /// Address to listen on.
         address: Listen,
-        /// What the kernel says.
+        /// Error of the kernel.
         error: io::Error,
     },
 }
@@ -54,27 +54,27 @@ pub enum BindError {
 pub struct Listener {
     address: Listen,
     socket: Socket,
-    /// Device and inode of a Unix socket's file. While the socket is open no other file has them.
+    /// Device and inode of a Unix socket's file. No other file has them while the socket is open.
     file: Option<[u64; 2]>,
 }
 
-/// Connections that may wait to be accepted.
+/// Number of connections that may wait to be accepted.
 const BACKLOG: i32 = 128;
 
 impl Listener {
-    /// Listens on `address`, a Unix socket as [`SocketAccess::default`] says.
+    /// Listens on `address`. A Unix socket has the access of [`SocketAccess::default`].
     ///
     /// # Errors
-    /// As [`Listener::bind_for`].
+    /// The errors are those of [`Listener::bind_for`].
     pub fn bind(address: &Listen) -> Result<Self, BindError> {
         Self::bind_for(address, &SocketAccess::default())
     }
 
-    /// Listens on `address`; `access` says who may connect to a Unix socket. The file of a Unix socket that nobody
-    /// answers on is replaced.
+    /// Listens on `address`. A Unix socket has the access `access`. The file of a Unix socket on which no process answers is
+    /// replaced.
     ///
     /// # Errors
-    /// The address, and what is in the way.
+    /// The error names the address or the group, and the obstacle.
     pub fn bind_for(address: &Listen, access: &SocketAccess) -> Result<Self, BindError> {
         let io = |error| BindError::Io { address: address.clone(), error };
         let (domain, bound) = match address {
@@ -85,7 +85,7 @@ impl Listener {
             Listen::Tcp(address) => (Domain::for_address(*address), SockAddr::from(*address)),
         };
         let socket = Socket::new(domain, Type::STREAM, None).map_err(io)?;
-        // As the standard library does it: a port is free again as soon as its daemon is gone.
+        // As in the standard library, a port is free again as soon as its daemon is gone.
         socket.set_reuse_address(domain != Domain::UNIX).map_err(io)?;
         socket.bind(&bound).map_err(|error| match error.kind() {
             io::ErrorKind::AddrInUse => BindError::InUse(address.clone()),
@@ -93,7 +93,7 @@ impl Listener {
         })?;
         let (address, file) = match address {
             Listen::Unix(path) => (address.clone(), identity(path)),
-            // Port 0 has become a real one.
+            // The kernel has replaced port 0 by a real one.
             Listen::Tcp(asked) => {
                 let bound = socket.local_addr().map_err(io)?;
                 (Listen::Tcp(bound.as_socket().unwrap_or(*asked)), None)
@@ -101,7 +101,7 @@ impl Listener {
         };
         let listener = Self { address, socket, file };
         if let Listen::Unix(path) = &listener.address {
-            // Nobody can connect before it listens.
+            // No client can connect before the socket listens.
             admit(path, access, io)?;
         }
         listener.socket.listen(BACKLOG).map_err(io)?;
@@ -109,12 +109,12 @@ impl Listener {
         Ok(listener)
     }
 
-    /// Where it listens.
+    /// Returns the address on which it listens.
     pub fn address(&self) -> &Listen {
         &self.address
     }
 
-    /// The next client and where it comes from; `WouldBlock` when there is none.
+    /// Accepts the next client. Returns its socket and its origin. The error is `WouldBlock` if there is no client.
     pub(super) fn accept(&self) -> io::Result<(Socket, Peer)> {
         let (socket, _) = self.socket.accept()?;
         socket.set_nonblocking(false)?;
@@ -132,9 +132,9 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         if let Listen::Unix(path) = &self.address {
-            // A successor's file stays.
+            // The file of a successor stays.
             if self.file.is_some() && self.file == identity(path) {
-                // Nothing can be done about a file that does not go.
+                // There is no remedy for a file that cannot be removed.
                 let _ = fs::remove_file(path);
             }
         }
@@ -147,13 +147,13 @@ impl AsFd for Listener {
     }
 }
 
-/// Device and inode of a file; `None` where there is none.
+/// Returns device and inode of a file, or `None` if there is no file.
 fn identity(path: &Path) -> Option<[u64; 2]> {
     let metadata = fs::symlink_metadata(path).ok()?;
     Some([metadata.dev(), metadata.ino()])
 }
 
-/// Gives a Unix socket's file the group and the mode that say who may connect.
+/// Sets group and mode of a Unix socket's file, which determine who may connect.
 fn admit(
     path: &Path,
     access: &SocketAccess,
@@ -196,7 +196,7 @@ mod tests {
         fs::metadata(path).unwrap().permissions().mode() & 0o777
     }
 
-    /// Whatever the umask, and 0660 unless another mode is asked for.
+    /// The mode does not depend on the umask. It is 0660 unless another mode is given.
     #[test]
     fn group_and_mode_are_as_configured() {
         let folder = tempfile::tempdir().unwrap();
@@ -207,7 +207,7 @@ mod tests {
         assert_eq!(mode(&path), 0o660);
         drop(listener);
 
-        // The group that the file has anyway may be asked for by anybody.
+        // Any user may set the group that the file has already.
         let own = fs::metadata(folder.path()).unwrap().gid();
         let own = Group::from_gid(own.into()).unwrap().map(|group| group.name);
         let listener =
@@ -221,7 +221,7 @@ mod tests {
         assert!(!path.exists(), "a socket of a daemon that did not start");
     }
 
-    /// Its file was removed, and a successor listens under the same name.
+    /// The file of the first socket was removed, and a successor listens under the same name.
     #[test]
     fn a_successors_socket_stays() {
         let folder = tempfile::tempdir().unwrap();
@@ -241,7 +241,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.sock");
         let address = Listen::Unix(path.clone());
-        // Closing leaves the file behind, as a daemon that was killed does.
+        // The standard library leaves the file behind, as a daemon that was killed does.
         drop(UnixListener::bind(&path).unwrap());
         assert!(path.exists());
         let first = Listener::bind(&address).unwrap();

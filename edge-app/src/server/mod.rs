@@ -1,4 +1,4 @@
-//! Serves the board to clients on this machine: one thread for each, none of which can hold up another.
+//! Serves the board to clients on this machine. Each client has a thread of its own, and no client blocks another.
 
 mod client;
 mod listener;
@@ -9,25 +9,25 @@ use std::os::fd::AsFd;
 use std::thread::{self, Scope};
 use std::time::Duration;
 
+use flexid_pipeline::stop::Stop;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use tracing::{debug, warn};
 
 use crate::board::Board;
-use crate::stop::Stop;
 
 pub use listener::{BindError, Listener};
 use places::Places;
 
-/// Most clients at a time; one more is refused, unless another peer holds more than its share.
+/// Most clients at a time. A further client is refused, unless another peer holds more than its share.
 pub const MAX_CLIENTS: usize = 16;
-/// Threads look at the stop switch this often.
+/// Interval at which threads check the stop switch.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Serves everybody who connects to `listeners` until `stop`; returns once the board is closed and everybody
-/// has read it or is gone.
+/// Serves every client that connects to `listeners` until `stop` is set. Returns once the board is closed and every client has
+/// read it or is gone.
 ///
 /// # Errors
-/// The system gave no thread; then `stop` is requested.
+/// The system cannot start a thread. `stop` is requested then.
 pub fn serve(listeners: &[Listener], board: &Board, stop: &Stop) -> io::Result<()> {
     let places = Places::default();
     thread::scope(|scope| {
@@ -57,7 +57,7 @@ fn accept<'scope>(
         }
         let (socket, peer) = match listener.accept() {
             Ok(accepted) => accepted,
-            // It went away again.
+            // The client went away again.
             Err(error) if error.kind() == ErrorKind::WouldBlock => continue,
             Err(error) => {
                 warn!("{}: a client cannot be accepted: {error}", listener.address());
@@ -73,7 +73,7 @@ fn accept<'scope>(
             thread::Builder::new().name("flexid-client".into()).spawn_scoped(scope, move || {
                 match client::serve(socket, board, stop, &place) {
                     Ok(()) => debug!("{}: a client has gone", listener.address()),
-                    // It has been told itself; a crowd of clients shall not flood the log.
+                    // The client has got the reason. Many clients must not flood the log.
                     Err(end) => debug!("{}: a client was dropped: {end}", listener.address()),
                 }
             });

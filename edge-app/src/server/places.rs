@@ -1,19 +1,20 @@
-//! Who holds the places: when all are taken, the user and the process that hold most of them make room for others.
+//! The places of the clients. When all are taken, the user and the process that hold most of them make room for others.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::MAX_CLIENTS;
 
-/// Threads of clients at most: those that are served, and as many that give way and have not left yet.
+/// Most threads of clients: those that are served, and as many that give way and have not left yet.
 const MAX_THREADS: usize = 2 * MAX_CLIENTS;
 
-/// Where a client comes from.
+/// Origin of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Peer {
-    /// A process that came through a Unix socket: the kernel names it.
+    /// The client is a process that came through a Unix socket. The kernel names it.
     Process { user: u32, process: i32 },
-    /// By TCP. A process may take any address of the loopback interface, so that all of them count as one.
+    /// The client came by TCP. A process may take any address of the loopback interface, so that all clients by TCP count as
+    /// one peer.
     Network,
 }
 
@@ -36,7 +37,7 @@ struct Held {
     gives_way: Arc<AtomicBool>,
 }
 
-/// A client's place, free again when it is dropped.
+/// Place of a client. It is free again when it is dropped.
 #[derive(Debug)]
 pub(super) struct Place<'a> {
     places: &'a Places,
@@ -44,8 +45,8 @@ pub(super) struct Place<'a> {
 }
 
 impl Places {
-    /// A place for a client; when all are taken, that of a peer who holds more than this one would. `None` when there is
-    /// no such peer.
+    /// Returns a place for a client. When all are taken, it is the place of a peer that holds more than `peer` would. Returns
+    /// `None` if there is no other peer of that kind, or if too many clients have not left yet.
     pub(super) fn take(&self, peer: Peer) -> Option<Place<'_>> {
         let mut all = self.lock();
         if all.len() >= MAX_THREADS {
@@ -63,13 +64,13 @@ impl Places {
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Held>> {
-        // The list is whole between any two statements.
+        // The list is whole between any two statements, so that a panic leaves it valid.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Place<'_> {
-    /// Whether the client must leave, since another peer gets its place.
+    /// Returns whether the client must leave, since another peer gets its place.
     pub(super) fn gives_way(&self) -> bool {
         self.gives_way.load(Ordering::Relaxed)
     }
@@ -81,12 +82,13 @@ impl Drop for Place<'_> {
     }
 }
 
-/// The index of the place that gives way to `newcomer`: of the user who holds most the process that holds most, and of
-/// that the oldest. Within one user the same holds between processes. Nobody gives way to one who would then hold as many.
+/// Returns the index of the place that gives way to `newcomer`: the oldest place of the process that holds most, of the user
+/// who holds most. The same rule holds between the processes of one user. No place gives way to a newcomer that would then hold
+/// as many.
 fn too_many(held: &[Peer], newcomer: Peer) -> Option<usize> {
     let users = |peer: Peer| held.iter().filter(|other| other.user() == peer.user()).count();
     let processes = |peer: Peer| held.iter().filter(|other| **other == peer).count();
-    // Of equal ones `max_by_key` takes the last: the oldest, in reverse order.
+    // `max_by_key` takes the last of equal ones, which is the oldest in reverse order.
     let backwards = || (0..held.len()).rev();
     let largest = backwards().max_by_key(|&index| (users(held[index]), processes(held[index])))?;
     if users(newcomer) + 1 < users(held[largest]) && newcomer.user() != held[largest].user() {
@@ -114,7 +116,7 @@ mod tests {
         assert_eq!(too_many(&crowd, Peer::Network), Some(0));
         assert_eq!(too_many(&[Peer::Network; 16], Peer::Network), None);
 
-        // One user of many processes, and one of a single one.
+        // One user has many processes, and one has a single process.
         let mut forks: Vec<Peer> = (0..15).map(|process| peer(1, process)).collect();
         forks.insert(0, peer(2, 20));
         assert_eq!(too_many(&forks, peer(3, 30)), Some(1));
@@ -141,7 +143,7 @@ mod tests {
         drop(other);
         assert!(places.take(peer(1, 1)).is_some());
 
-        // Peers that push each other out do not pile up threads.
+        // Peers that push each other out do not accumulate threads.
         let all: Vec<Place> = (3..99).filter_map(|user| places.take(peer(user, 1))).collect();
         assert!(crowd.len() + all.len() <= MAX_THREADS);
     }

@@ -1,8 +1,9 @@
 //! Records that come while those before them are not settled.
 
+use flexid_pipeline::{Counts, Record};
+
 use super::state::{config, on_a_large_stack, records, visits};
 use super::*;
-use flexid_edge::pipeline::{Counts, Record};
 
 /// Of a block of a ton, which no start explains.
 fn unexplained(config: &Config, poses: &[[f64; 3]]) -> Vec<Record> {

@@ -7,11 +7,11 @@ use std::thread;
 use std::time::Instant;
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use flexid_edge::config::Validity;
 use flexid_edge::daemon::Daemon;
-use flexid_edge::pipeline::{Counts, Record, State};
 use flexid_edge::reload::Reload;
 use flexid_edge::store::{self, StateError, Store};
+use flexid_pipeline::config::Validity;
+use flexid_pipeline::{Counts, Record, State};
 
 use super::*;
 
@@ -197,7 +197,7 @@ fn a_file_that_is_no_state_is_put_aside() {
             (&whole[..14], StateError::Damaged),
             (&whole[..whole.len() - 1], StateError::Damaged),
             (&flipped, StateError::Damaged),
-            (&newer, StateError::Version(4)),
+            (&newer, StateError::Version(5)),
         ];
         for (bytes, error) in cases {
             assert_eq!(store::decode(bytes), Err(error));

@@ -1,4 +1,4 @@
-//! `flexid completions`: what a shell must know to complete flexid's command lines.
+//! `flexid completions`: the script with which a shell completes flexid's command lines.
 
 use anyhow::Result;
 use clap_complete::Shell;

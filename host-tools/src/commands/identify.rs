@@ -3,16 +3,18 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
-use flexid_edge::config::Config;
 use flexid_edge::console::print;
-use flexid_edge::finding::Finding;
-use flexid_edge::input::BadInput;
-use flexid_edge::pipeline::{Outcome, run_offline, run_statics};
+use flexid_pipeline::config::Config;
+use flexid_pipeline::input::BadInput;
+use flexid_pipeline::report::Finding;
+use flexid_pipeline::{Outcome, run_offline, run_statics};
+use flexid_simulation::scenario::Scenario;
+use flexid_simulation::{truth, validation};
 
 use crate::output::Output;
+use crate::recording;
 use crate::recording::meter::{Meter, Work};
-use crate::simulation::scenario::Scenario;
-use crate::{recording, table, truth, validation};
+use crate::show::table;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -32,7 +34,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    // All that can be wrong is found before the work, of which then nothing is lost.
+    // All input is checked before the work begins, so that no work is wasted.
     let config = Config::load(&args.config)?;
     let truth = args.truth.as_deref().map(|file| truth::load(file, &config)).transpose()?;
     let scenario = match (&truth, &config.scenario) {
@@ -56,7 +58,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let estimate = table::bushings(&finding.report);
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
     }
-    // That nobody reads the table is no reason to hide that the recording broke off.
+    // The error of a recording that broke off is reported even if the table cannot be printed.
     let printed = print(&text);
     match broken {
         Some(error) => Err(error),
@@ -64,7 +66,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// What the logs tell, and why they cannot be read to their end, if so.
+/// The finding from the logs, and the error that prevented reading them to their end, if there was one.
 fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<(Finding, Option<anyhow::Error>)> {
     let meter = Meter::new();
     let mut source = recording::open(logs, &config.interface, &meter)?;

@@ -1,4 +1,4 @@
-//! `flexid man`: the manual pages, made of what `--help` says.
+//! `flexid man`: the manual pages, made from the text of `--help`.
 
 use std::path::PathBuf;
 

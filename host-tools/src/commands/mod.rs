@@ -1,4 +1,4 @@
-//! What the user can ask for: one file a command.
+//! The commands, one file for each.
 
 mod completions;
 mod identify;

@@ -1,14 +1,14 @@
-//! `flexid model import`: from a URDF file to the model that everything else reads.
+//! `flexid model import`: makes the model, which the other commands read, from a URDF file.
 
 use std::path::PathBuf;
 
 use anyhow::Result;
-use flexid_edge::input::{self, BadInput};
+use flexid_edge::console::{complain, print};
+use flexid_pipeline::input::{self, BadInput};
+use flexid_pipeline::text::count;
 
 use crate::output::Output;
 use crate::urdf;
-use flexid_edge::console::{complain, print};
-use flexid_edge::summary::count;
 
 /// The subcommands.
 #[derive(Debug, clap::Subcommand)]

@@ -6,9 +6,11 @@ use std::time::Instant;
 use anyhow::{Context as _, Result, anyhow};
 use clap::value_parser;
 use flexid_core::spectrum::SpectrumError;
-use flexid_edge::config::Config;
-use flexid_edge::input::BadInput;
-use flexid_edge::summary::count;
+use flexid_edge::console::{complain, print};
+use flexid_pipeline::config::Config;
+use flexid_pipeline::input::BadInput;
+use flexid_pipeline::text::count;
+use flexid_simulation::scenario::{Cutting, Scenario};
 use rayon::ThreadPoolBuilder;
 
 use crate::exit::BadArgument;
@@ -18,8 +20,6 @@ use crate::plan::greedy::Criterion;
 use crate::plan::start::Start;
 use crate::plan::{self, table};
 use crate::progress;
-use crate::simulation::scenario::{Cutting, Scenario};
-use flexid_edge::console::{complain, print};
 
 /// Room for a record and its spectra, bytes.
 const STACK: usize = 16 << 20;
@@ -57,7 +57,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let config = Config::load(&args.config)?;
     let scenario = Scenario::of(&config)?;
     let cutting = cutting(args, &scenario)?;
-    // As a record has it: in single precision.
+    // A record has the noise in single precision.
     if !(scenario.measurement.acceleration_noise() as f32).is_normal() {
         let message = "[measurement] acceleration_noise_g_per_sqrt_hz is 0: give the sensor's";
         return Err(BadInput::new(scenario_file(&config), message).into());
@@ -124,7 +124,7 @@ fn cutting(args: &Args, scenario: &Scenario) -> Result<Cutting, BadArgument> {
     Ok(Cutting { peak_tangential_n: force, ..scenario.cutting })
 }
 
-/// The force cannot be planned with; names where it was given.
+/// The error for a force with which no plan can be made. It names the place of the force.
 fn unusable(args: &Args, config: &Config, cutting: &Cutting, fault: &str) -> anyhow::Error {
     let force = cutting.peak_tangential_n;
     if args.force.is_some() {

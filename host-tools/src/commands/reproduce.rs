@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use clap::value_parser;
 use fearless_simd::Level;
-use flexid_edge::config::Config;
+use flexid_edge::console::print;
+use flexid_pipeline::config::Config;
+use flexid_reproduce::robot::Study;
+use flexid_reproduce::tables::Tables;
+use flexid_reproduce::{self as reproduce, Effort, report};
 use rayon::ThreadPoolBuilder;
 
 use crate::output::{self, Output};
-use crate::reproduce::robot::Study;
-use crate::reproduce::tables::Tables;
-use crate::reproduce::{self, Effort, report};
 use crate::{demo, progress};
-use flexid_edge::console::print;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -6,8 +6,16 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::{ArgGroup, value_parser};
-use flexid_edge::config::Config;
-use flexid_edge::source::OpenError;
+use flexid_edge::console::print;
+use flexid_pipeline::config::Config;
+use flexid_pipeline::source::OpenError;
+use flexid_pipeline::text::count;
+use flexid_simulation::bus::BusSender;
+use flexid_simulation::scenario::Experiment;
+use flexid_simulation::sensor::{PAUSE_S, Quality, Transmission};
+use flexid_simulation::simulator::{Simulator, Truth};
+use flexid_simulation::truth::{TrueExperiment, TruthFile};
+use flexid_simulation::{candump, interface};
 use indicatif::ProgressBar;
 use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -15,17 +23,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::exit::BadArgument;
 use crate::output::{Output, unwritable};
 use crate::progress;
-use crate::simulation::bus::BusSender;
-use crate::simulation::candump;
-use crate::simulation::interface;
-use crate::simulation::scenario::Experiment;
-use crate::simulation::sensor::{PAUSE_S, Quality, Transmission};
-use crate::simulation::simulator::{Simulator, Truth};
-use crate::truth::{TrueExperiment, TruthFile};
-use flexid_edge::console::print;
-use flexid_edge::summary::count;
 
-/// Most experiments and repetitions: half a day of milling each.
+/// Largest number of experiments, and of repetitions: half a day of milling each.
 const MOST: u64 = 10_000;
 
 #[derive(Debug, clap::Args)]
@@ -106,7 +105,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     Ok(print(&format!("{} of {} sent\n", count(frames, "frame"), count(done, "experiment")))?)
 }
 
-/// The command line asks for one of them before.
+/// The error for a missing destination, which the command line requires before.
 fn no_destination() -> BadArgument {
     BadArgument("--can IFACE or --candump OUT.log is missing: say where the frames go".to_owned())
 }
@@ -122,19 +121,19 @@ fn quality(args: &Args) -> Result<Quality, BadArgument> {
     Ok(Quality { noise, drop })
 }
 
-/// Those of the scenario first, then drawn ones.
+/// The scenario's experiments first, then drawn ones.
 fn experiments(args: &Args, config: &Config, simulator: &Simulator) -> Vec<Experiment> {
     let scenario = simulator.scenario();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(args.seed);
-    rng.jump(); // away from the forces and the noise, which have the same seed
+    rng.jump(); // keeps this apart from the forces and the noise, which have the same seed
     let count = args.experiments.map_or(scenario.experiments.len(), |count| count as usize);
     let drawn = std::iter::repeat_with(|| scenario.draw_experiment(&config.model, &mut rng));
     scenario.experiments.iter().cloned().chain(drawn).take(count).collect()
 }
 
-/// Where the frames go.
+/// The destination of the frames.
 enum Sink {
-    /// The log, its name, and when the next experiment starts, s since the epoch.
+    /// The log, its name, and the start of the next experiment, s since the epoch.
     Log { writer: candump::Writer<BufWriter<File>>, file: PathBuf, start_s: f64 },
     /// The bus, in real time.
     Bus(BusSender),
@@ -163,8 +162,8 @@ impl Sink {
         Ok(Self::Bus(sender))
     }
 
-    /// A bar for so many experiments: of experiments for a log, of the milliseconds that they take on a bus, pauses
-    /// between them included.
+    /// A bar for `experiments`. For a log it counts experiments, for a bus their milliseconds, pauses between them
+    /// included.
     fn bar(&self, experiments: u64, simulator: &Simulator) -> ProgressBar {
         match self {
             Self::Log { .. } => progress::bar(experiments, "simulating"),

@@ -4,13 +4,14 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
 use clap::value_parser;
-use flexid_edge::stop::Stop;
+use flexid_pipeline::stop::Stop;
 
 use crate::client::{self, Client};
 use crate::exit::BadArgument;
-use crate::readout::{REDRAW, Screen, View};
+use crate::show::screen::Screen;
+use crate::show::view::{REDRAW, View};
 
-/// What the shell learns.
+/// The help text on the exit status.
 const EXIT_STATUS: &str = "Exit status: 0 when what --until names is reached, or without --until when the --timeout, Ctrl-C \
 or SIGTERM ends the watch; 1 when it is not reached, or there is no daemon any more; 2 for wrong arguments. Into a pipe or \
 a file go one line for each change and, at the end, the table.";

@@ -5,14 +5,14 @@ use std::os::fd::OwnedFd;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
-use flexid_edge::source::CanSocket;
+use flexid_pipeline::source::CanSocket;
 use nix::sched::{CloneFlags, unshare};
 use nix::sys::socket::{AddressFamily, SockFlag, SockType, socketpair};
 use nix::unistd::{getegid, geteuid};
 
-use crate::simulation::bus::BusSender;
+use flexid_simulation::bus::BusSender;
 
-/// Both ends of a bus, its name, and what it is, in words.
+/// Both ends of a bus, its name, and its description.
 pub(super) struct DemoBus {
     pub(super) robot: BusSender,
     pub(super) daemon: CanSocket,
@@ -21,8 +21,8 @@ pub(super) struct DemoBus {
 }
 
 impl DemoBus {
-    /// A bus of this process's own. To be called before any thread is started: the kernel gives a new
-    /// user namespace to a process of one thread only.
+    /// Makes a bus of this process alone. Call it before any thread is started: the kernel gives a new user namespace
+    /// to a process of one thread only.
     pub(super) fn new(interface: &str) -> Result<Self> {
         match vcan(interface) {
             Ok((robot, daemon)) => {
@@ -39,7 +39,7 @@ impl DemoBus {
     }
 }
 
-/// Root over a network of its own, without being root; there a virtual bus can be made.
+/// Makes a virtual bus in a new network namespace, in which the process has root rights without being root.
 fn vcan(interface: &str) -> Result<(BusSender, CanSocket)> {
     let (user, group) = (geteuid(), getegid());
     // Where user namespaces are restricted, root still gets a network of its own.
@@ -59,7 +59,8 @@ fn vcan(interface: &str) -> Result<(BusSender, CanSocket)> {
     Ok((BusSender::open(interface)?, CanSocket::open(interface)?))
 }
 
-/// Whether `ip` did what it was asked; what it says of a kernel without vcan tells nobody anything.
+/// Whether `ip` succeeded. The function hides its messages, since those of a kernel without vcan do not help the
+/// user.
 fn ip(arguments: &[&str]) -> Result<bool> {
     let mut command = Command::new("ip");
     let status = command.args(arguments).stderr(Stdio::null()).status();

@@ -11,18 +11,21 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, anyhow, ensure};
 use clap::Parser;
-use flexid_edge::config::{Config, Listen};
+use flexid_edge::console::print;
 use flexid_edge::daemon;
 use flexid_edge::server::Listener;
-use flexid_edge::stop::Stop;
+use flexid_pipeline::config::{Config, Listen};
+use flexid_pipeline::stop::Stop;
+use flexid_simulation::bus::BusSender;
+use flexid_simulation::sensor::Quality;
+use flexid_simulation::simulator::{Simulator, Truth};
+use flexid_simulation::validation;
 
 use crate::client::Client;
-use crate::readout::{REDRAW, Screen, View};
-use crate::simulation::bus::BusSender;
-use crate::simulation::sensor::Quality;
-use crate::simulation::simulator::{Simulator, Truth};
-use crate::{exit, table, validation};
-use flexid_edge::console::print;
+use crate::exit;
+use crate::show::screen::Screen;
+use crate::show::table;
+use crate::show::view::{REDRAW, View};
 
 use bus::DemoBus;
 
@@ -43,9 +46,9 @@ const MILL6: Scenario = [
     ("mill6.toml", include_str!("../../scenario/mill6.toml")),
     ("mill6.dbc", include_str!("../../scenario/mill6.dbc")),
 ];
-/// Experiments that the robot does: the scenario's first.
+/// Number of experiments that the robot does, from the first of the scenario.
 const EXPERIMENTS: usize = 3;
-/// The daemon may work for so long after the last frame.
+/// Time that the daemon may work after the last frame.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Shows flexid at work: a simulated milling robot, the daemon, and what it finds.
@@ -84,7 +87,7 @@ fn run(args: &Args) -> Result<()> {
 
     let stop = Stop::new();
     let (view, daemon, robot) = thread::scope(|scope| {
-        // The daemon's end closes the bus, and the robot hears of it.
+        // The bus closes when the daemon ends, so that the robot fails to send.
         let daemon = scope.spawn(|| {
             let mut source = daemon;
             daemon::run(&config, &mut source, &listeners, &stop)
@@ -133,7 +136,7 @@ fn mill(mut simulator: Simulator, mut bus: BusSender) -> Result<()> {
     Ok(())
 }
 
-/// Shows the daemon's news until it has settled on all experiments.
+/// Shows the daemon's messages until it has settled on all experiments.
 fn watch(address: &Listen, experiments: u64, robot_is_done: impl Fn() -> bool) -> Result<View> {
     let mut client = Client::connect(address, None)?;
     let (mut view, mut screen) = (View::default(), Screen::new(false));

@@ -1,4 +1,4 @@
-//! The experiments to choose from, and what each of them would tell.
+//! The experiments to choose from, and the information of each.
 
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
@@ -7,32 +7,32 @@ use flexid_core::refine::{Information, Problem, Refinement};
 use flexid_core::spectrum::{self, SpectrumError};
 use flexid_core::stream::Record;
 use flexid_core::unknowns::Sought;
-use flexid_edge::config::Config;
-use flexid_edge::pipeline::{BINS, SAMPLES};
+use flexid_pipeline::config::Config;
+use flexid_pipeline::{BINS, SAMPLES};
 use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::iter::{IntoParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _};
 
-use crate::simulation::experiment::Cut;
-use crate::simulation::force::{self, OVERSAMPLING};
-use crate::simulation::scenario::{Cutting, Experiment, Feed, Sampling, Scenario, reach};
+use flexid_simulation::experiment::Cut;
+use flexid_simulation::force::{self, OVERSAMPLING};
+use flexid_simulation::scenario::{Cutting, Experiment, Feed, Sampling, Scenario, reach};
 
 /// Seed of the poses and of the cuts' roughness.
 const SEED: u32 = 1;
 
-/// An experiment that could be done.
+/// A possible experiment.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     /// Pose and cut.
     pub experiment: Experiment,
-    /// What it would tell.
+    /// Information of the experiment.
     pub information: Information,
 }
 
-/// The robot and its work, as they are thought to be.
+/// The assumed robot and its work.
 #[derive(Clone, Debug)]
 pub struct Candidates<'a> {
-    /// Limits of the joints, bounds, gravity, and how long a record is.
+    /// Limits of the joints, bounds, gravity, and length of a record.
     pub config: &'a Config,
     /// The robot without its joints' bushings.
     pub chain: &'a Chain,
@@ -40,18 +40,18 @@ pub struct Candidates<'a> {
     pub scenario: &'a Scenario,
     /// The cutter, its force within the budget.
     pub cutting: Cutting,
-    /// The parameters that the information is taken at.
+    /// Parameters at which the information is computed.
     pub bushings: &'a Bushings,
-    /// What is sought.
+    /// Unknowns that a fit seeks.
     pub sought: &'a Sought,
 }
 
 impl Candidates<'_> {
-    /// Every cut at each of `poses`, but for those whose force is lost in the noise, or at which gravity leaves the robot no
-    /// equilibrium; `done` is told of each.
+    /// Evaluates every cut at each of `poses`. It leaves out experiments whose force is lost in the noise, and poses
+    /// at which the robot has no equilibrium under gravity. It calls `done` once for each experiment.
     ///
     /// # Errors
-    /// Of a record that has no spectrum for any other reason.
+    /// A record has no spectrum for any other reason.
     pub fn evaluate(
         &self,
         poses: &[Vec<f64>],
@@ -84,10 +84,10 @@ impl Candidates<'_> {
         pairs.par_iter().map_init(workplace, evaluate).flatten_iter().collect()
     }
 
-    /// What an experiment tells once it has been simulated; `None` if the robot does not stand it.
+    /// Information of an experiment from its simulation; `None` if the robot does not withstand it.
     ///
-    /// [`Candidates::evaluate`] takes a record for one period of a periodic motion. A mode that outlasts the record rings
-    /// into its beginning then, and seems told up to twice as well as it is.
+    /// [`Candidates::evaluate`] takes a record for one period of a periodic motion. A mode that outlasts the record
+    /// then rings into its beginning, and its parameters seem up to twice as well determined as they are.
     pub fn simulate(&self, experiment: &Experiment) -> Option<Information> {
         let mut record = self.record(experiment);
         let sampling = self.sampling();
@@ -120,7 +120,7 @@ impl Candidates<'_> {
         refinement.information(&problem, &mut spectra).ok()
     }
 
-    /// What the configuration's static tests tell; nothing where gravity leaves the robot no equilibrium.
+    /// Information of the configuration's static tests; none where the robot has no equilibrium under gravity.
     pub fn statics(&self) -> Information {
         let measurement = self.config.measurement();
         let problem = Problem { statics: &self.config.statics, ..self.problem(&measurement) };
@@ -144,7 +144,7 @@ impl Candidates<'_> {
         }
     }
 
-    /// The spindle speeds of the scenario's experiments, fed along each axis.
+    /// Cuts with the spindle speeds of the scenario's experiments, fed along each axis.
     fn cuts(&self) -> Vec<Experiment> {
         let mut ramps: Vec<[f64; 2]> = Vec::new();
         for Experiment { spindle_rpm, .. } in &self.scenario.experiments {
@@ -176,13 +176,14 @@ impl Candidates<'_> {
         (0..count).map(pose).collect()
     }
 
-    /// The scenario's, an experiment as long as a record.
+    /// Sampling of the scenario, with an experiment as long as a record.
     fn sampling(&self) -> Sampling {
         let duration_s = self.config.record_samples as f64 / self.config.rate_hz;
         Sampling { duration_s, ..self.scenario.measurement }
     }
 
-    /// What would be recorded of a cut, but for the acceleration, and for what a tool beyond the force sensor takes.
+    /// The record of a cut, without its acceleration. The force ignores the inertia of a tool beyond the force
+    /// sensor.
     fn record(&self, cut: &Experiment) -> Box<Record<SAMPLES>> {
         let (samples, sampling) = (self.config.record_samples, self.sampling());
         let force = force::milling(&self.cutting, cut, &sampling, &mut generator());
@@ -207,7 +208,7 @@ impl Candidates<'_> {
     }
 }
 
-/// The same roughness for every cut.
+/// A generator that gives every cut the same roughness.
 fn generator() -> Xoshiro256PlusPlus {
     Xoshiro256PlusPlus::seed_from_u64(SEED.into())
 }

@@ -1,4 +1,4 @@
-//! One experiment after the other, each the best beside those before it.
+//! The choice of one experiment after the other, each the best in addition to those before it.
 
 use flexid_core::refine::Information;
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
@@ -15,9 +15,10 @@ pub enum Criterion {
 }
 
 impl Criterion {
-    /// Size of the uncertainty of the first `parameters` unknowns as one relative standard deviation, the less the
-    /// better: the geometric mean over the ellipsoid's axes (D), or the root mean square over the parameters (A). The
-    /// other unknowns, nuisances, count by what they leave uncertain in these. Infinite where there is none.
+    /// Uncertainty of the first `parameters` unknowns as one relative standard deviation; less is better. D takes the
+    /// geometric mean over the axes of the confidence ellipsoid, A the root mean square over the parameters. The
+    /// other unknowns, the nuisances, count by the uncertainty that they leave in these. The result is infinite where
+    /// the information determines none.
     pub fn uncertainty(self, information: &Information, parameters: usize) -> f64 {
         let count = parameters as f64;
         let size = match self {
@@ -32,7 +33,8 @@ impl Criterion {
     }
 }
 
-/// Which of the candidates is the best beside what is `known`; none if each leaves an infinite uncertainty.
+/// Index of the candidate that is the best in addition to what is `known`; `None` if each leaves an infinite
+/// uncertainty.
 pub fn best(
     criterion: Criterion,
     known: &Information,
@@ -53,7 +55,7 @@ pub fn best(
 mod tests {
     use super::*;
 
-    /// Of three unknowns, each known alone to these deviations.
+    /// Information of three unknowns, each known alone to these standard deviations.
     fn known(deviations: [f64; 3]) -> Information {
         let mut information = Information::none(3);
         for (unknown, deviation) in deviations.into_iter().enumerate() {
@@ -64,7 +66,7 @@ mod tests {
 
     const NO: f64 = f64::INFINITY;
 
-    /// The best of all, one after the other.
+    /// Indices of the best candidates, one after the other.
     fn choose(
         criterion: Criterion,
         known: &Information,
@@ -83,10 +85,10 @@ mod tests {
     #[test]
     fn each_choice_fills_what_those_before_it_left() {
         let prior = known([1.0; 3]);
-        // Both in one unknown, both others roughly, the third badly, and nothing.
+        // The candidates determine one unknown precisely, both others roughly, all three badly, and none.
         let all = [known([1e-3, NO, NO]), known([NO, 0.1, 0.2]), known([0.5; 3]), known([NO; 3])];
         let all: Vec<_> = all.iter().collect();
-        // Volumes after one: 1e-3, 1/51, 0.09; mean squares: 0.67, 0.35, 0.2.
+        // The volumes after one choice are 1e-3, 1/51, 0.09; the mean squares are 0.67, 0.35, 0.2.
         assert_eq!(choose(Criterion::D, &prior, &all, 2), [0, 1]);
         assert_eq!(choose(Criterion::A, &prior, &all, 3), [2, 1, 0]);
     }
@@ -108,7 +110,7 @@ mod tests {
         assert!((Criterion::D.uncertainty(&information, 3) - 0.2).abs() < 1e-12);
         let mean_square = (0.01 + 0.04 + 0.16) / 3.0_f64;
         assert!((Criterion::A.uncertainty(&information, 3) - mean_square.sqrt()).abs() < 1e-12);
-        // The third is a nuisance.
+        // The third unknown is a nuisance.
         assert!((Criterion::D.uncertainty(&information, 2) - 0.02_f64.sqrt()).abs() < 1e-12);
         assert!((Criterion::A.uncertainty(&information, 2) - 0.025_f64.sqrt()).abs() < 1e-12);
     }

@@ -1,17 +1,17 @@
-//! The next experiment: which pose and which cut would shrink the uncertainty of the parameters most.
+//! The next experiment: the pose and the cut that shrink the uncertainty of the parameters most.
 //!
-//! What an experiment tells of the parameters (its Fisher information) depends on pose, force and noise, and on the
-//! parameters themselves, but not on what the accelerometer will read: it is known before anybody mills. Experiments
-//! are chosen one after the other from a grid of poses within the joints' limits and of cuts that the scenario knows, each
-//! simulated before the next is chosen.
-//! Whether a pose is clear of walls and workpieces is for who drives the robot.
+//! The Fisher information of an experiment about the parameters depends on the pose, the force, the noise and the
+//! parameters, but not on the reading of the accelerometer. It can be computed before the experiment is done. The
+//! plan chooses experiments one after the other from a grid of poses within the joints' limits and of the scenario's
+//! cuts. It simulates each chosen experiment before it chooses the next. It does not check whether a pose is clear of
+//! walls and workpieces.
 //!
 //! | module         | holds                                                     |
 //! | -------------- | --------------------------------------------------------- |
-//! | [`start`]      | what is known already: nothing but bounds, or an estimate |
-//! | [`candidates`] | the experiments to choose from, and what each would tell  |
+//! | [`start`]      | the information at the start: bounds, or an estimate      |
+//! | [`candidates`] | the experiments to choose from, and their information     |
 //! | [`greedy`]     | the choice                                                |
-//! | [`prediction`] | what the parameters will be known to                      |
+//! | [`prediction`] | the expected precision of the parameters                  |
 //! | [`table`]      | the plan for people                                       |
 
 pub mod candidates;
@@ -26,8 +26,8 @@ use flexid_core::refine::Information;
 use flexid_core::unknowns::{Coordinate, Sought};
 use serde::Serialize;
 
-use crate::simulation::scenario::{Experiment, Feed};
 use candidates::{Candidate, Candidates};
+use flexid_simulation::scenario::{Experiment, Feed};
 use greedy::Criterion;
 use prediction::Prediction;
 use start::Start;
@@ -35,17 +35,17 @@ use start::Start;
 /// Experiments in the order in which they should be done.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Plan {
-    /// What makes one experiment better than another.
+    /// Criterion by which experiments are compared.
     pub criterion: Criterion,
     /// Largest force of a tooth along the cutting speed, N.
     pub peak_tangential_n: f64,
-    /// Experiments that were chosen from.
+    /// Number of experiments to choose from, without those given up.
     pub candidates: usize,
-    /// Experiments that would have been chosen, but that the robot does not stand: they make it give way.
+    /// Number of experiments that the plan gave up, because the simulated robot does not withstand them.
     pub given_up: usize,
-    /// Before the first.
+    /// Prediction before the first experiment.
     pub now: Prediction,
-    /// Best first.
+    /// Chosen experiments, best first.
     pub steps: Vec<Step>,
 }
 
@@ -58,11 +58,12 @@ pub struct Step {
     pub spindle_rpm: [f64; 2],
     /// Axis of the TCP along which the tool is fed.
     pub feed: Feed,
-    /// After it, and all before.
+    /// Prediction after this experiment and all before it.
     pub after: Prediction,
 }
 
-/// Chooses `count` experiments, fewer if the robot stands none of those that are left; one may come more than once.
+/// Chooses `count` experiments, or fewer if the robot withstands none of those that are left. It may choose one more
+/// than once.
 pub fn plan(
     workplace: &Candidates<'_>,
     start: &Start,
@@ -94,7 +95,7 @@ pub fn plan(
         let known = within_bounds(&told);
         let best = greedy::best(criterion, &known, &informations, parameters(sought));
         let Some(best) = best else { break };
-        // What has been chosen is worth a simulation.
+        // Only chosen experiments are simulated.
         let Some(information) = workplace.simulate(&left[best].experiment) else {
             left.remove(best);
             continue;
@@ -113,7 +114,7 @@ pub fn plan(
     }
 }
 
-/// How many unknowns are parameters of the joints: the first ones, the nuisances come behind them.
+/// Number of unknowns that are parameters of the joints. They come first, before the nuisances.
 pub(crate) fn parameters(sought: &Sought) -> usize {
     let parameter = |unknown: &usize| {
         let coordinate = sought.coordinate(*unknown);
@@ -132,16 +133,16 @@ mod tests {
     use std::path::Path;
 
     use flexid_core::calibration::Nuisances;
-    use flexid_edge::config::Config;
+    use flexid_pipeline::config::Config;
+    use flexid_simulation::scenario::Scenario;
     use rayon::ThreadPoolBuilder;
 
     use super::*;
-    use crate::simulation::scenario::Scenario;
 
-    /// The tool on the axis of joint 1, whose turning hardly moves it.
+    /// A pose with the tool on the axis of joint 1, which hardly moves it.
     const SINGULAR: [f64; 3] = [0.0, -2.0, 0.243];
 
-    /// With the reference scenario, nothing known of its parameters.
+    /// Runs `test` with the reference scenario and a start without information.
     fn at_work(nuisances: &Nuisances, test: impl FnOnce(&Candidates<'_>, &Start) + Send) {
         let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenario/mill3-edge.toml"));
         let config = Config::load(file).unwrap();
@@ -161,7 +162,8 @@ mod tests {
         threads.install(|| test(&workplace, &start));
     }
 
-    /// The first choice is the best of all, for each criterion another, and never that at the singular pose.
+    /// The first choice is the best of all candidates. It differs between the criteria, and never has the singular
+    /// pose.
     #[test]
     fn the_first_choice_is_the_best() {
         at_work(&Nuisances::default(), |workplace, start| {
@@ -197,8 +199,8 @@ mod tests {
         });
     }
 
-    /// A factor of all masses and parameters is that of the accelerometer: only the priors tell them apart, and no
-    /// experiment tells the parameters better than these do.
+    /// A common factor of all masses and parameters has the effect of the accelerometer's gain. Only the priors
+    /// separate the two, and no experiment determines the parameters better than the priors do.
     #[test]
     fn priors_of_nuisances_count_as_in_a_fit() {
         let prior = 0.02;
@@ -209,7 +211,7 @@ mod tests {
             let plan = plan(workplace, start, &candidates, Criterion::D, 1);
             let Prediction { identified, weak, not_observable, median, .. } = plan.steps[0].after;
             assert_eq!((identified + weak, not_observable), (36, 0));
-            // Three gains and three masses share in the factor.
+            // Three gains and three masses share the factor.
             assert!((prior / 6.0..2.0 * prior).contains(&median), "{median}");
         });
     }
@@ -220,7 +222,7 @@ mod tests {
             let mut candidates = workplace.evaluate(&workplace.poses(1), || ()).unwrap();
             candidates.truncate(2);
             let sound = candidates[0].experiment.clone();
-            // Tells more than the other, were it not for the simulation.
+            // Without the simulation this candidate is better than the other.
             let twice = candidates[0].information.clone();
             candidates[1].information.add(&twice);
             candidates[1].experiment.pose = vec![f64::NAN; 3];

@@ -1,25 +1,25 @@
-//! How well the parameters will be known: what `flexid identify` can be expected to report.
+//! The precision that `flexid identify` is expected to report for the parameters.
 
 use flexid_core::refine::Information;
 use flexid_core::unknowns::Sought;
 use flexid_core::verdict::{Trust, Verdict};
-use flexid_edge::model::Model;
-use flexid_edge::pipeline::name;
+use flexid_pipeline::model::Model;
+use flexid_pipeline::names::name;
 use serde::Serialize;
 
 use super::parameters;
 
-/// Of all parameters, those that are tied counted once. Standard deviations are relative to the value, and infinite (`null` in JSON) where the
-/// experiments do not tell.
+/// Expected precision of all parameters; tied parameters count once. Standard deviations are relative to the value.
+/// They are infinite (`null` in JSON) where the experiments do not determine the parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Prediction {
-    /// [`super::greedy::Criterion::uncertainty`] where no parameter lies beyond its bounds.
+    /// [`super::greedy::Criterion::uncertainty`] if no parameter lies beyond its bounds.
     pub uncertainty: f64,
     /// Median of the standard deviations.
     pub median: f64,
-    /// The largest of them.
+    /// Largest standard deviation.
     pub worst: f64,
-    /// Whose that is.
+    /// Parameter with the largest standard deviation.
     pub worst_parameter: String,
     /// Parameters that will be `identified`.
     pub identified: usize,
@@ -30,8 +30,8 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// From what a fit will be `told`: by experiments, and by the nuisances' priors. The bounds have no part in it but in
-    /// `uncertainty`.
+    /// The prediction for a fit with the information `told` of experiments and of the nuisances' priors. The bounds
+    /// enter only `uncertainty`.
     pub fn new(model: &Model, sought: &Sought, told: &Information, uncertainty: f64) -> Self {
         let covariance = told.covariance();
         let deviations: Vec<f64> =
@@ -40,7 +40,7 @@ impl Prediction {
         let coordinate = worst.and_then(|worst| sought.coordinate(worst));
         let mut sorted = deviations;
         sorted.sort_unstable_by(f64::total_cmp);
-        // Of an even number the upper: never better than it is.
+        // The upper median of an even number of values, so that the prediction is not too good.
         let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::INFINITY);
         let trust = Trust::new(1.0, true);
         let count = |verdict: Verdict| {

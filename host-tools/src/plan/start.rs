@@ -1,4 +1,4 @@
-//! What is known before the first experiment of a plan.
+//! The information before the first experiment of a plan.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -6,45 +6,45 @@ use std::path::Path;
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::refine::Information;
 use flexid_core::unknowns::{Coordinate, Sought};
-use flexid_edge::config::Config;
-use flexid_edge::input::{self, BadInput};
-use flexid_wire::messages::Name;
+use flexid_pipeline::config::Config;
+use flexid_pipeline::input::{self, BadInput};
 use flexid_wire::report::{Acceptance, JointReport, Report};
-use flexid_wire::text::clipped;
+use flexid_wire::text::{Name, clipped};
 use serde_json::Deserializer;
 
 use super::file_name;
 
-/// Nothing is known better than to this part of it.
+/// Smallest standard deviation, relative to the value, and relative margin of the bounds.
 const LEAST: f64 = 1e-9;
 
-/// Where the parameters are thought to be, and what experiments have told of them.
+/// The assumed parameters, and the information of the experiments done.
 #[derive(Clone, Debug)]
 pub struct Start {
-    /// Base first; what is fixed and what is tied is so here as well.
+    /// Assumed bushings, base first. Fixed and tied parameters have their imposed values.
     pub bushings: Bushings,
-    /// Of the experiments done; neither the bounds nor the nuisances' priors are in it.
+    /// Information of the experiments done, without that of the bounds and of the nuisances' priors.
     pub information: Information,
-    /// Whether the static tests are among them.
+    /// Whether the information contains the static tests.
     pub has_statics: bool,
 }
 
 impl Start {
-    /// No experiment but static tests: every parameter in the middle of its bounds, on the logarithmic scale.
+    /// A start without information. Every parameter lies in the middle of its bounds, on the logarithmic scale. The
+    /// plan adds the static tests.
     pub fn unknown(config: &Config, sought: &Sought) -> Self {
-        let mut bushings = config.bounds.middle(sought);
+        let mut bushings = config.bounds.middle(sought.joints());
         sought.impose(&mut bushings);
         let information = Information::none(sought.unknowns());
         Self { bushings, information, has_statics: false }
     }
 
-    /// The estimate that `flexid identify --json` has written to `file`, each parameter with its standard deviation, as if
-    /// it had been measured alone. The file has their correlations to a per cent only: too rough for the inverse of a
-    /// covariance. Of nuisances nothing is taken from the file.
+    /// The estimate that `flexid identify --json` has written to `file`. Each parameter counts with its standard
+    /// deviation, as if it had been measured alone: the file has the correlations to a per cent only, which is too
+    /// rough for the inverse of a covariance. The nuisances of the file are not used.
     ///
     /// # Errors
-    /// One line that names the file, the joint, and what would be right; also of a fit that does not hold, whose standard
-    /// deviations say nothing.
+    /// The file is wrong, or its fit does not hold, so that its standard deviations have no meaning. The error is one
+    /// line that names the file, the joint, and the right input.
     pub fn load(file: &Path, config: &Config, sought: &Sought) -> Result<Self, BadInput> {
         Self::parse(file, &input::read(file)?, config, sought)
     }
@@ -54,12 +54,12 @@ impl Start {
         let mend = |fault: &dyn Display| {
             bad(format!("{fault}: give a file as `flexid identify --json` writes it"))
         };
-        // `flexid watch --json` writes one after the other, the newest last.
+        // `flexid watch --json` writes one report after the other, the newest last.
         let reports = Deserializer::from_str(text).into_iter::<Report>();
         let newest = reports.last().ok_or_else(|| mend(&"is empty"))?;
         let report = newest.map_err(|error| mend(&error))?;
         let found: Vec<Name> = report.joints.iter().map(|joint| joint.name.clone()).collect();
-        // As a report has them, which clips names that are very long.
+        // The names are as in a report, which clips very long ones.
         let wanted: Vec<Name> =
             config.model.joints.iter().map(|joint| clipped(&joint.name)).collect();
         if found != wanted {
@@ -115,7 +115,7 @@ impl Start {
                         "stiffness" => Coordinate::Stiffness { joint, dof },
                         _ => Coordinate::Damping { joint, dof },
                     };
-                    // What is fixed may lie anywhere.
+                    // A fixed parameter may lie outside its bounds.
                     let [lower, upper] = bounds[dof];
                     let within = lower * (1.0 - LEAST)..=upper * (1.0 + LEAST);
                     if sought.unknown(coordinate).is_some() && !within.contains(&value) {
@@ -125,7 +125,7 @@ impl Start {
                             file_name(&config.file)
                         )));
                     }
-                    // What is tied has been measured once, and stands in the file under each of its names.
+                    // A tied parameter was measured once, but the file lists it under each of its names.
                     let own = |unknown: &usize| sought.coordinate(*unknown) == Some(coordinate);
                     if let (Some(unknown), Some(deviation)) =
                         (sought.unknown(coordinate).filter(own), deviation)
@@ -152,7 +152,7 @@ mod tests {
         Config::load(Path::new(file)).unwrap()
     }
 
-    /// Stiffnesses of 1e7, 2e7, … N/m known to a tenth, dampings of 1e4 Ns/m not told.
+    /// A report with stiffnesses of 1e7, 2e7, … N/m, known to a tenth, and undetermined dampings of 1e4 Ns/m.
     fn found(acceptance: Acceptance) -> String {
         let stiffness = std::array::from_fn(|dof| 1e7 * (dof + 1) as f64);
         let joint = |name: &str| JointReport {
@@ -189,7 +189,7 @@ mod tests {
         Start::parse(Path::new("found.json"), &found(acceptance), &config(), sought)
     }
 
-    /// The stiffnesses of joint 1 tied to the first, the damping of joint 2 along x held.
+    /// The unknowns, with the stiffnesses of joint 1 tied to the first, and the damping of joint 2 along x fixed.
     fn sought() -> Sought {
         let mut sought = Sought::new(3, &Nuisances::default()).unwrap();
         let stiffness = |dof| Coordinate::Stiffness { joint: 0, dof };

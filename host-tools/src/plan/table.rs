@@ -1,13 +1,13 @@
 //! The plan as a table for people.
 
 use comfy_table::{CellAlignment, Table};
+use flexid_simulation::scenario::Feed;
 
 use super::{Plan, Prediction, Step};
 use crate::plan::greedy::Criterion;
-use crate::simulation::scenario::Feed;
-use crate::table::STYLE;
+use crate::show::table::STYLE;
 
-/// One line an experiment, the state before the first ahead of them.
+/// The plan as text: a line for the state before the first experiment, and a line for each experiment.
 pub fn plan(plan: &Plan) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
@@ -63,7 +63,7 @@ fn row(number: String, pose: String, cut: String, prediction: &Prediction) -> Ve
     cells
 }
 
-/// At least two digits of a standard deviation that anybody will ask for.
+/// A standard deviation in per cent, with two digits or more in the useful range.
 fn percent(part: f64) -> String {
     match 100.0 * part {
         tiny if tiny < 1e-3 => "under 0.001 %".to_owned(),

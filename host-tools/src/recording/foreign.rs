@@ -1,6 +1,8 @@
-//! Logs in formats other than that of `candump -L`, known by their first bytes, and what makes a candump log of them.
+//! Logs in formats other than that of `candump -L`, recognised by their first bytes, and the commands that convert
+//! them.
 //!
-//! `can_logconvert` comes with the Python package `python-can` (4.6 was tried); it knows formats by the file's ending.
+//! `can_logconvert` comes with the Python package `python-can` (4.6 was tried). It recognises formats by the file's
+//! ending.
 
 use std::io::{Cursor, Read};
 
@@ -8,17 +10,17 @@ use socketcan::dump::Reader;
 
 use super::packed::Failure;
 
-/// Bytes that are looked at: the longest header of a format in text is some twenty lines.
+/// Number of bytes that are examined. The longest header of a text format has some twenty lines.
 const HEAD: u64 = 4096;
 
-/// First bytes of formats that are not text, and the mend.
+/// First bytes of formats that are not text, and the remedy.
 const BINARY: [(&[u8], &str); 6] = [
     // Vector's specification: the signature of the file header.
     (
         b"LOGG",
         "is a BLF log: convert it with `pip install python-can; can_logconvert IN.blf OUT.log`",
     ),
-    // ASAM MDF, identification block: finished, and not finished.
+    // ASAM MDF: the identification block of a finished and of an unfinished file.
     (b"MDF     ", MEASUREMENT_DATA),
     (b"UnFinMF ", MEASUREMENT_DATA),
     (b"\xFD7zXZ\0", "is packed with xz: unpack it first with `xz -d`"),
@@ -39,7 +41,7 @@ const PLAIN: &str = "is what candump prints without -L: record with `candump -L`
 const PLAIN_WITHOUT_TIMES: &str =
     "is what candump prints without -L, and has no times: record again with `candump -L`";
 
-/// The first bytes of a log, and all of it again.
+/// The first bytes of a log, and a reader of the whole log.
 pub(super) fn head(mut bytes: Box<dyn Read + Send>) -> (Vec<u8>, Box<dyn Read + Send>) {
     let mut head = Vec::new();
     let failed = (&mut bytes).take(HEAD).read_to_end(&mut head).err();
@@ -47,7 +49,8 @@ pub(super) fn head(mut bytes: Box<dyn Read + Send>) -> (Vec<u8>, Box<dyn Read + 
     (head, Box::new(all))
 }
 
-/// What a log that begins with `head` is, and the mend; `None` if it has a line of `candump -L`, or is of no known format.
+/// The format of a log that begins with `head`, and the remedy; `None` if it has a line of `candump -L`, or no known
+/// format.
 pub fn mend(head: &[u8]) -> Option<&'static str> {
     if let Some((_, mend)) = BINARY.iter().find(|(magic, _)| head.starts_with(magic)) {
         return Some(mend);
@@ -69,15 +72,16 @@ pub fn mend(head: &[u8]) -> Option<&'static str> {
     })
 }
 
-/// The format that this line alone tells.
+/// The format that this line alone determines.
 fn of_line(line: &str) -> Option<&'static str> {
     let mut words = line.split_whitespace();
     match (words.next()?, words.next()) {
-        // Of the header: `base hex  timestamps absolute`.
+        // The header has the line `base hex  timestamps absolute`.
         ("base", Some("hex" | "dec")) => Some(ASC),
         (first, _) if first.starts_with(";$FILEVERSION=") => Some(TRACE),
         (first, _) if is_plain(line) => {
-            // `(1767000000.000060)`; those of -t z and -t d are shorter, and no use.
+            // Absolute times look like `(1767000000.000060)`. The times of -t z and -t d are shorter and cannot be
+            // used.
             let absolute = first.starts_with('(') && first.contains('.') && first.len() >= 19;
             Some(if absolute { PLAIN } else { PLAIN_WITHOUT_TIMES })
         }

@@ -1,8 +1,8 @@
-//! How much of the recordings is read and worked off, as a progress bar.
+//! A progress bar for the reading of recordings and for the work on their records.
 //!
-//! Each byte of a file counts twice: once when it is read, once when the work on its record is done. So the bar moves
-//! where a long recording holds few records, and where the work on a record takes longer than reading it. Bytes that come
-//! from a pipe, of which nobody knows how many there are, do not count.
+//! Each byte of a file counts twice: once when it is read, and once when the work on its record is done. The bar
+//! therefore moves where a long recording holds few records, and where the work on a record takes longer than reading
+//! it. Bytes from a pipe do not count, since their number is unknown.
 
 use std::io::{self, Read};
 use std::sync::Arc;
@@ -13,31 +13,32 @@ use indicatif::ProgressBar;
 
 use crate::progress;
 
-/// Counts the bytes that its readers read; clones count together.
+/// A counter of the bytes that its readers read; clones share it.
 #[derive(Clone, Debug)]
 pub(crate) struct Meter {
     bar: ProgressBar,
     bytes: Arc<AtomicU64>,
 }
 
-/// The work on the records, as [`Meter::show`] hears of it.
+/// The state of the work on the records, which [`Meter::show`] updates.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Work {
     records: u64,
-    /// Bytes read when this record was complete, and when the one before was.
+    /// Bytes read when this record was complete.
     complete: u64,
+    /// Bytes read when the record before was complete.
     complete_before: u64,
-    /// Of this record's work, from 0 to 1.
+    /// Share of this record's work that is done, from 0 to 1.
     share: f64,
 }
 
 impl Meter {
-    /// A bar without an end, until bytes are expected.
+    /// A meter whose bar has no end until bytes are expected.
     pub(crate) fn new() -> Self {
         Self { bar: progress::endless("reading"), bytes: Arc::default() }
     }
 
-    /// Counts, and shows nothing.
+    /// A meter that counts and shows no bar.
     #[cfg(test)]
     pub(crate) fn hidden() -> Self {
         use indicatif::ProgressDrawTarget;
@@ -48,7 +49,7 @@ impl Meter {
         }
     }
 
-    /// So many more bytes will be read.
+    /// Adds `bytes` to the expected bytes.
     pub(crate) fn expect(&self, bytes: u64) {
         let expected = self.bar.length().unwrap_or_else(|| {
             self.bar.set_style(progress::estimated());
@@ -57,12 +58,12 @@ impl Meter {
         self.bar.set_length(expected + 2 * bytes);
     }
 
-    /// Counts what is read through it.
+    /// A reader that counts the bytes that it reads.
     pub(crate) fn read<R: Read>(&self, bytes: R) -> Metered<R> {
         Metered { bytes, meter: self.clone() }
     }
 
-    /// Shows how the work stands.
+    /// Shows the state of the work.
     pub(crate) fn show(&self, work: &mut Work, progress: &Progress) {
         let read = self.bytes.load(Ordering::Relaxed);
         work.note(read, progress);
@@ -86,14 +87,14 @@ impl Work {
         self.share = f64::from(progress.fraction).max(self.share);
     }
 
-    /// Bytes whose records are worked off.
+    /// Number of bytes whose records are done.
     fn bytes(&self) -> u64 {
         let this = (self.complete - self.complete_before) as f64;
         self.complete_before + (self.share * this) as u64
     }
 }
 
-/// In words.
+/// The progress in words.
 fn doing(progress: &Progress) -> String {
     match progress.phase {
         Phase::Waiting => "reading".into(),
@@ -103,7 +104,7 @@ fn doing(progress: &Progress) -> String {
     }
 }
 
-/// Reads, and counts what it reads.
+/// A reader that counts the bytes that it reads.
 pub(crate) struct Metered<R> {
     bytes: R,
     meter: Meter,
@@ -134,7 +135,7 @@ mod tests {
         }
     }
 
-    /// Two records of 100 bytes each.
+    /// The recording has two records of 100 bytes each.
     #[test]
     fn the_bar_moves_while_a_record_is_worked_off_and_never_back() {
         let meter = Meter::hidden();

@@ -2,9 +2,9 @@
 //!
 //! | module      | holds                                               |
 //! | ----------- | --------------------------------------------------- |
-//! | [`packed`]  | gzip and zstd, known by their first bytes           |
+//! | [`packed`]  | gzip and zstd, recognised by their first bytes      |
 //! | [`foreign`] | other formats, and how to convert them              |
-//! | `meter`     | how much of the recordings is read and worked off   |
+//! | `meter`     | the progress of reading and of the work             |
 
 pub mod foreign;
 pub(crate) mod meter;
@@ -14,12 +14,12 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use flexid_edge::input::BadInput;
-use flexid_edge::source::{CandumpLog, FrameSource, Logs};
+use flexid_pipeline::input::BadInput;
+use flexid_pipeline::source::{CandumpLog, FrameSource, Logs};
 
 use meter::Meter;
 
-/// Names standard input.
+/// Name of standard input.
 const STANDARD_INPUT: &str = "-";
 
 /// A log, unpacked.
@@ -27,16 +27,17 @@ type Log = CandumpLog<Box<dyn Read + Send>>;
 
 /// A log that can be used.
 enum Usable {
-    /// Closed again: of any number of files only one is open at a time.
+    /// A file, closed again, so that only one file is open at a time.
     File(PathBuf),
     /// Standard input or a pipe, which can be opened only once.
     Open(Box<Log>),
 }
 
-/// The logs as one source. Each is opened and checked at once, so that a wrong name is reported before the work begins.
+/// Opens the logs as one source. It opens and checks each log at once, so that it reports a wrong name before the
+/// work begins.
 ///
 /// # Errors
-/// The first log that cannot be read, or is none of `candump -L`; one line with the mend.
+/// A log cannot be read, or is not of `candump -L`. The error is one line on the first of them, with the remedy.
 pub(crate) fn open(
     names: &[PathBuf],
     interface: &str,
@@ -98,7 +99,7 @@ fn unreadable(name: &Path, error: &io::Error) -> BadInput {
 mod tests {
     use std::time::Duration;
 
-    use flexid_edge::source::Flow;
+    use flexid_pipeline::source::Flow;
 
     use super::*;
 
@@ -114,7 +115,7 @@ mod tests {
         }
     }
 
-    /// Descriptors of this process; other tests may open some of theirs meanwhile.
+    /// Number of open descriptors of this process. Other tests may open descriptors meanwhile.
     fn descriptors() -> usize {
         fs::read_dir("/proc/self/fd").unwrap().count()
     }

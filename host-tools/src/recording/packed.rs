@@ -1,4 +1,5 @@
-//! Packed logs, known by their first bytes: gzip (RFC 1952) and zstd (RFC 8878), of any number of members or frames.
+//! Packed logs, recognised by their first bytes: gzip (RFC 1952) and zstd (RFC 8878), of any number of members or
+//! frames.
 
 use std::io::{self, BufRead as _, BufReader, Cursor, Read};
 
@@ -10,15 +11,15 @@ use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 const GZIP: [u8; 2] = [0x1F, 0x8B];
 /// First bytes of a zstd frame.
 const ZSTD: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
-/// Largest window of a zstd frame, bytes: `zstd -d` allows no larger one either, unless asked with `--long`.
+/// Largest window of a zstd frame, bytes. `zstd -d` without `--long` has the same limit.
 const WINDOW: u64 = 128 << 20;
 
-/// A zstd block that is raw, empty and the last, and a checksum. The decoder keeps a window of what it has unpacked (2 MB by
-/// default) until the frame ends: a frame that breaks off is ended with it.
+/// A zstd block that is raw, empty and the last, and a checksum. The decoder keeps a window of its output (2 MB by
+/// default) until the frame ends. This block ends a frame that breaks off.
 const LAST_BLOCK: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
-/// The contents of `bytes`, unpacked if they are packed. Where they are damaged or cut off, an error follows what was there
-/// before.
+/// The contents of `bytes`, unpacked if they are packed. An error follows the contents before a damage or an early
+/// end.
 pub fn unpacked(mut bytes: impl Read + Send + 'static) -> Box<dyn Read + Send> {
     let mut head = Vec::new();
     let failed = (&mut bytes).take(ZSTD.len() as u64).read_to_end(&mut head).err();
@@ -33,7 +34,7 @@ pub fn unpacked(mut bytes: impl Read + Send + 'static) -> Box<dyn Read + Send> {
     }
 }
 
-/// Nothing, or an error once.
+/// A reader that is empty, or returns an error once.
 pub(super) struct Failure(pub(super) Option<io::Error>);
 
 impl Read for Failure {
@@ -42,7 +43,7 @@ impl Read for Failure {
     }
 }
 
-/// Names the packing in its errors.
+/// A reader that names the packing in its errors.
 struct Named<R> {
     bytes: R,
     packing: &'static str,
@@ -52,7 +53,7 @@ impl<R: Read> Read for Named<R> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         self.bytes.read(into).map_err(|error| match error.kind() {
             io::ErrorKind::Interrupted => error,
-            // Not of its own kind: the reader of lines takes InvalidData for a bad line, and reads on.
+            // The error does not keep its kind: the reader of lines takes InvalidData for a bad line, and reads on.
             _ => io::Error::other(format!(
                 "the {} data are damaged or cut off ({error})",
                 self.packing
@@ -65,7 +66,7 @@ impl<R: Read> Read for Named<R> {
 struct Zstd<R> {
     bytes: BufReader<R>,
     frame: FrameDecoder,
-    /// Why the rest of the frame cannot be unpacked; comes after what was there.
+    /// Error that prevents the unpacking of the rest of the frame. It follows the contents before it.
     broken: Option<io::Error>,
 }
 
@@ -76,7 +77,7 @@ impl<R: Read> Zstd<R> {
         Self { bytes: BufReader::new(bytes), frame, broken: None }
     }
 
-    /// Begins the next frame, or passes over one that is to be skipped.
+    /// Begins the next frame, or skips a skippable one.
     fn begin(&mut self) -> io::Result<()> {
         match self.frame.init(&mut self.bytes) {
             Err(FrameDecoderError::ReadFrameHeaderError(ReadFrameHeaderError::SkipFrame {
@@ -131,14 +132,14 @@ mod tests {
         compress_to_vec(text, CompressionLevel::Fastest)
     }
 
-    /// What can be read, and the error that follows.
+    /// The bytes that can be read, and the error that follows.
     fn read(bytes: Vec<u8>) -> (Vec<u8>, Option<String>) {
         let mut read = Vec::new();
         let end = unpacked(Cursor::new(bytes)).read_to_end(&mut read);
         (read, end.err().map(|error| error.to_string()))
     }
 
-    /// Numbers, which do not pack well: enough of them for several blocks of zstd (128 kB each).
+    /// A text of numbers, which do not pack well, long enough for several blocks of zstd (128 kB each).
     fn text() -> Vec<u8> {
         let mut number = 1_u64;
         let mut line = || {

@@ -2,18 +2,18 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-/// Mass, first moment and inertia about the origin of one frame: these add.
+/// Mass, first moment and inertia about the origin of one frame. They add up over bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Body {
-    /// kg.
+    /// Mass, kg.
     pub(super) mass: f64,
     /// Mass times centre of mass, kg m.
     first_moment: Vector3<f64>,
-    /// About the origin of the frame, kg m².
+    /// Inertia about the origin of the frame, kg m².
     inertia: Matrix3<f64>,
 }
 
-/// What a body with this mass and centre adds to the inertia about the origin, kg m².
+/// Inertia of a point mass at `centre` about the origin, kg m².
 fn steiner(mass: f64, centre: Vector3<f64>) -> Matrix3<f64> {
     mass * (Matrix3::identity() * centre.norm_squared() - centre * centre.transpose())
 }
@@ -31,7 +31,7 @@ impl Body {
         }
     }
 
-    /// Adds a body that is known in the same frame.
+    /// Adds a body that is given in the same frame.
     pub(super) fn add(&mut self, other: &Self) {
         self.mass += other.mass;
         self.first_moment += other.first_moment;
@@ -57,7 +57,7 @@ mod tests {
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
-    /// Inertia about the origin of point masses, the definition.
+    /// Mass, centre of mass and inertia about it of point masses, by definition.
     fn of_points(points: &[(f64, Vector3<f64>)]) -> (f64, Vector3<f64>, Matrix3<f64>) {
         let mass: f64 = points.iter().map(|(m, _)| m).sum();
         let centre = points.iter().map(|(m, p)| *m * p).sum::<Vector3<f64>>() / mass;
@@ -78,7 +78,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), ..Default::default() })]
 
-        /// Two clouds of point masses lumped as bodies, each in a frame of its own, are one cloud.
+        /// Two clouds of point masses, lumped as bodies in frames of their own, equal one cloud.
         #[test]
         fn lumps_like_the_points_that_it_is_made_of(
             near in prop::collection::vec(point(), 4..8),

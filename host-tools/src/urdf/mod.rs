@@ -1,35 +1,35 @@
-//! From a URDF file to a serial chain that can be simulated and identified.
+//! The import of a URDF file as a serial chain that can be simulated and identified.
 //!
-//! The chain runs from the root to the TCP link. Fixed joints vanish: what they carry is lumped into the
-//! link before them. Rigid side branches are lumped in too; movable ones are held at 0.
+//! The chain runs from the root to the TCP link. The import removes fixed joints and lumps what they carry into the
+//! link before them. It lumps side branches in as well, and holds their movable joints at 0.
 
 mod body;
 mod plausibility;
 mod tree;
 
 use flexid_core::MAX_JOINTS;
-use flexid_edge::model::{Kind, Model, ModelError, ModelJoint, Tcp};
+use flexid_pipeline::model::{Kind, Model, ModelError, ModelJoint, Tcp};
 use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use urdf_rs::JointType;
 
 use body::Body;
 use tree::{Tree, isometry};
 
-/// A moment of inertia may miss the triangle inequality by this share: files carry rounded numbers.
+/// Share by which a moment of inertia may miss the triangle inequality, since files carry rounded numbers.
 const ROUNDING: f64 = 1e-3;
 
-/// No link of a robot is heavier: what is beyond is a slip of the pen.
+/// Largest mass of a link. A larger one is an error in the file.
 const HEAVIEST_KG: f64 = 1e6;
 
-/// Where `[ixx, iyy, izz, ixy, ixz, iyz]` stand in the matrix.
+/// Places of `[ixx, iyy, izz, ixy, ixz, iyz]` in the matrix.
 const INERTIA_ORDER: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
-/// A URDF robot as flexid sees it.
+/// A robot imported from a URDF file.
 #[derive(Clone, Debug)]
 pub struct Imported {
-    /// The model: its chain is one that can be simulated.
+    /// The model, whose chain can be simulated.
     pub model: Model,
-    /// What the engineer should look at, one sentence each.
+    /// Warnings for the engineer, one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -39,7 +39,7 @@ pub enum UrdfError {
     /// XML that is no URDF.
     #[error("not a URDF: {0}")]
     Syntax(String),
-    /// A macro file, of which a URDF is still to be made.
+    /// A xacro file, which must be expanded to a URDF first.
     #[error(
         "is a xacro, a template for URDF: expand it first with `xacro IN.xacro > robot.urdf` (ROS package xacro, or `pip install xacro`)"
     )]
@@ -55,9 +55,9 @@ pub enum UrdfError {
     NotFinite {
         /// "link" or "joint".
         kind: &'static str,
-        /// Of the link or joint.
+        /// Name of the link or joint.
         name: String,
-        /// What stands there.
+        /// The number in the file.
         number: f64,
     },
     /// A joint to a link that is not defined.
@@ -79,21 +79,21 @@ pub enum UrdfError {
     /// Joints that form a ring.
     #[error("link '{0}' hangs on a ring of joints: a tree is needed, cut the ring at one joint")]
     Cycle(String),
-    /// Links that hang together with nothing.
+    /// More than one link without a joint above it.
     #[error("the file has {} roots ({}): join them, one root is needed", .0.len(), .0.join(", "))]
     Roots(Vec<String>),
     /// `--tcp` names no link.
     #[error("--tcp {name}: no such link; the file has {}", .links.join(", "))]
     NoSuchTcp {
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// The links of the file.
         links: Vec<String>,
     },
-    /// Nothing between root and TCP moves.
+    /// No joint between root and TCP is movable.
     #[error("no movable joint between the root and '{0}': choose a --tcp beyond the joints")]
     Rigid(String),
-    /// More joints than fit.
+    /// More movable joints than flexid supports.
     #[error(
         "{count} movable joints between the root and '{tcp}': at most {MAX_JOINTS} are supported"
     )]
@@ -103,7 +103,7 @@ pub enum UrdfError {
         /// The TCP link.
         tcp: String,
     },
-    /// A joint with other than one driven axis.
+    /// A joint that does not have exactly one driven axis.
     #[error(
         "joint '{joint}' is {kind}: only revolute, continuous, prismatic and fixed joints are supported"
     )]
@@ -134,12 +134,12 @@ pub enum UrdfError {
         .0.iter().map(|(link, joint)| format!("link '{link}' (moved by '{joint}')")).collect::<Vec<_>>().join(", ")
     )]
     NoMass(Vec<(String, String)>),
-    /// A negative mass, or one that no robot's link has.
+    /// A mass that is negative, or larger than that of any robot's link.
     #[error("link '{link}' has the mass {mass:?} kg: must be positive and at most {HEAVIEST_KG:e}")]
     Mass {
         /// The link.
         link: String,
-        /// kg.
+        /// Mass, kg.
         mass: f64,
     },
     /// An inertia that no body has.
@@ -154,7 +154,7 @@ pub enum UrdfError {
         /// Principal moments, ascending, kg m².
         moments: [f64; 3],
     },
-    /// Anything else that a model must not have.
+    /// Any other fault of the model.
     #[error("{0}")]
     Model(ModelError),
 }
@@ -229,7 +229,7 @@ pub fn import(text: &str, tcp: &str) -> Result<Imported, UrdfError> {
     Ok(Imported { model, warnings })
 }
 
-/// Collects what hangs on the chain, and what is odd about it.
+/// Collects the bodies that the chain carries, and the warnings.
 struct Importer<'a> {
     tree: &'a Tree<'a>,
     warnings: Vec<String>,
@@ -271,7 +271,7 @@ impl Importer<'_> {
         Ok(body)
     }
 
-    /// One link's own body; `pose` is that of the link in the frame that is asked for.
+    /// The body of one link alone; `pose` is the pose of the link in the frame of the result.
     fn body(&mut self, name: &str, pose: &Isometry3<f64>) -> Result<Body, UrdfError> {
         let Some(link) = self.tree.link(name) else { return Ok(Body::default()) };
         let (mass, inertial) = (link.inertial.mass.value, &link.inertial.inertia);
@@ -297,7 +297,7 @@ impl Importer<'_> {
         }
         let moments = principal_moments(&inertia);
         let [least, middle, largest] = moments;
-        // A point mass (no inertia) on a larger body is physical; whether the sum is, the chain checks.
+        // A point mass without inertia on a larger body is physical. The chain checks the sum.
         if least < 0.0 || largest > (least + middle) * (1.0 + ROUNDING) {
             return Err(UrdfError::Inertia { link: name.to_owned(), moments });
         }
@@ -318,7 +318,7 @@ impl Importer<'_> {
     }
 }
 
-/// What the joint's drive moves; `None` for a fixed joint.
+/// The kind of a movable joint; `None` for a fixed joint.
 fn movable(joint: &urdf_rs::Joint) -> Result<Option<Kind>, UrdfError> {
     let unsupported = |kind| Err(UrdfError::JointType { joint: joint.name.clone(), kind });
     let kind = match joint.joint_type {
@@ -349,7 +349,7 @@ fn principal_moments(inertia: &Matrix3<f64>) -> [f64; 3] {
     moments
 }
 
-/// Without the dust of rounding: 12 digits of the largest number, for a file that people read.
+/// The numbers rounded to 12 digits of the largest one, for a file that people read.
 fn tidy<const N: usize>(numbers: [f64; N]) -> [f64; N] {
     let largest = numbers.iter().fold(f64::MIN_POSITIVE, |most, number| most.max(number.abs()));
     let decimals = (11.0 - largest.log10().floor()).clamp(0.0, 300.0) as usize;

@@ -1,19 +1,19 @@
 //! Signs that a model's masses were never measured: placeholders, wrong units, wrong frames.
 //!
-//! These are warnings. Whether a robot really is so odd only its owner knows.
+//! They are warnings, since a real robot can have unusual masses.
 
 use flexid_core::chain::{Chain, Joint};
 
-/// Densities between which a machine's links lie, kg/m³: sheet metal around air to solid lead.
+/// Range of the density of a machine's links, kg/m³, from sheet metal around air to solid lead.
 const DENSITY: [f64; 2] = [50.0, 12_000.0];
-/// Moving mass over reach squared, kg/m²: arms on the market lie between 15 and 200.
+/// Range of the moving mass over the reach squared, kg/m². Arms on the market lie between 15 and 200.
 const MASS_PER_REACH_SQUARED: [f64; 2] = [5.0, 250.0];
-/// A centre of mass or a radius of gyration beyond this many link lengths, plus [`SLACK_M`], is odd.
+/// A centre of mass or a radius of gyration beyond this many link lengths plus [`SLACK_M`] gives a warning.
 const LINK_LENGTHS: f64 = 1.5;
-/// Motors and counterweights stand out of short links by so much, m.
+/// Length by which motors and counterweights may stand out of short links, m.
 const SLACK_M: f64 = 0.25;
 
-/// What looks suspicious in the chain; `names` are its joints' names.
+/// Warnings about the chain; `names` are the names of its joints.
 pub(super) fn warnings(chain: &Chain, names: &[&str]) -> Vec<String> {
     let joints = chain.joints();
     let mut warnings = Vec::new();
@@ -23,7 +23,7 @@ pub(super) fn warnings(chain: &Chain, names: &[&str]) -> Vec<String> {
         warnings.push(format!("every moving link weighs {first} kg: are these placeholders?"));
     }
 
-    // From each joint to the next, the last one to the TCP.
+    // Distance from each joint to the next, and from the last one to the TCP.
     let lengths: Vec<f64> = joints[1..]
         .iter()
         .map(|joint| joint.origin.translation.vector.norm())
@@ -66,7 +66,7 @@ pub(super) fn warnings(chain: &Chain, names: &[&str]) -> Vec<String> {
     warnings
 }
 
-/// Of the solid ellipsoid that has the link's mass and inertia, kg/m³.
+/// Density of the solid ellipsoid that has the link's mass and inertia, kg/m³.
 fn density(joint: &Joint) -> f64 {
     let link = &joint.link;
     let moments = link.inertia.symmetric_eigenvalues();

@@ -19,7 +19,7 @@ fn inertial(mass: f64, moments: [f64; 3]) -> String {
     )
 }
 
-/// A robot of links with the given insides, and joints `(name, type, parent, child, insides)`.
+/// A robot of the links `(name, contents)` and the joints `(name, type, parent, child, contents)`.
 fn urdf(links: &[(&str, &str)], joints: &[(&str, &str, &str, &str, &str)]) -> String {
     let links: String = links
         .iter()
@@ -37,7 +37,7 @@ fn urdf(links: &[(&str, &str)], joints: &[(&str, &str, &str, &str, &str)]) -> St
     format!("<robot name=\"r\">\n{links}{joints}</robot>")
 }
 
-/// Base, one revolute arm with `arm` inside its link, and a tool frame.
+/// A robot of a base, a revolute arm with the contents `arm` of its link, and a tool frame.
 fn one_joint(arm: &str, joint: &str) -> String {
     urdf(
         &[("base", ""), ("arm", arm), ("tool", "")],
@@ -250,7 +250,7 @@ fn fixed_joints_before_a_drive_end_up_in_its_origin() {
 proptest! {
     #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), ..Default::default() })]
 
-    /// A file with a byte range cut out or overwritten is read or refused, never a panic.
+    /// The import reads or refuses a file with a byte range cut out or overwritten, and never panics.
     #[test]
     fn a_damaged_file_never_panics(
         at in 0..MILL3.len(),

@@ -1,4 +1,4 @@
-//! The tree of links and joints: what URDF demands of a file and its XML schema cannot say.
+//! The tree of links and joints, and the checks of what URDF demands beyond its XML schema.
 
 use std::collections::{HashMap, HashSet};
 
@@ -55,7 +55,7 @@ impl<'a> Tree<'a> {
         Ok(tree)
     }
 
-    /// One root, and no link on a ring of joints.
+    /// Checks that there is one root, and no link on a ring of joints.
     fn check_connected(&self) -> Result<(), UrdfError> {
         let roots: Vec<_> = self
             .robot
@@ -79,7 +79,7 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// The joints from the root to a link, or why there are none.
+    /// The joints from the root to a link.
     pub(super) fn path(&self, link: &str) -> Result<Vec<&'a Joint>, UrdfError> {
         if !self.links.contains_key(link) {
             return Err(UrdfError::NoSuchTcp {

@@ -1,11 +1,15 @@
 //! The reference scenario in a folder of its own.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenario");
+/// Beside the crate, or beside the folder that it lies in.
+fn scenario() -> PathBuf {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    crates.map(|folder| folder.join("scenario")).find(|folder| folder.is_dir()).unwrap()
+}
 
 /// A folder with the scenario in it; its configuration is called `edge.toml`.
 pub(crate) fn folder() -> TempDir {
@@ -19,7 +23,7 @@ pub(crate) fn folder() -> TempDir {
 #[allow(dead_code)] // not every test needs it
 pub(crate) fn example() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    copy(Path::new(SCENARIO), folder.path());
+    copy(&scenario(), folder.path());
     folder
 }
 

@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use flexid_edge::source::{CandumpLog, Flow, FrameSource};
+use flexid_pipeline::source::{CandumpLog, Flow, FrameSource};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {

@@ -7,10 +7,10 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use flexid_core::stream::Reading;
-use flexid_edge::config::SignalsSection;
-use flexid_edge::model::Model;
-use flexid_edge::signals::SignalTable;
-use flexid_edge::source::{Frame, FrameKind};
+use flexid_pipeline::config::SignalsSection;
+use flexid_pipeline::model::Model;
+use flexid_pipeline::signals::SignalTable;
+use flexid_pipeline::source::{Frame, FrameKind};
 use libfuzzer_sys::fuzz_target;
 
 static MODEL: LazyLock<Model> = LazyLock::new(|| {

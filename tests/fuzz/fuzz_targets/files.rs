@@ -5,8 +5,8 @@
 
 use std::path::Path;
 
-use flexid_edge::config::Config;
-use flexid_edge::model::Model;
+use flexid_pipeline::config::Config;
+use flexid_pipeline::model::Model;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {

@@ -6,8 +6,8 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use flexid::simulation::scenario::Scenario;
-use flexid_edge::model::Model;
+use flexid_pipeline::model::Model;
+use flexid_simulation::scenario::Scenario;
 use libfuzzer_sys::fuzz_target;
 
 static MODEL: LazyLock<Model> = LazyLock::new(|| {

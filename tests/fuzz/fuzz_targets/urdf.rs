@@ -6,8 +6,8 @@
 use std::path::Path;
 
 use flexid::urdf::import;
-use flexid_edge::input::BadInput;
-use flexid_edge::model::Model;
+use flexid_pipeline::input::BadInput;
+use flexid_pipeline::model::Model;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {

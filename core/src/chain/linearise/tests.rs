@@ -1,4 +1,4 @@
-//! Equilibria under gravity: exact where there is one, and an error that names the joint where there is none.
+//! Tests of equilibria under gravity: an existing equilibrium is found exactly, and an error names the joint that has none.
 
 use std::format;
 
@@ -13,7 +13,7 @@ const EARTH: Vector3<f64> = Vector3::new(0.0, 0.0, -9.80665);
 /// Largest torque of an arm's weight, Nm.
 const TORQUE: f64 = MASS * LENGTH * 9.80665;
 
-/// Arms one behind the other, each with its centre of mass at so many rad above the horizon.
+/// Arms in series. The centre of mass of each arm lies at its elevation above the horizon, rad.
 fn arms(elevations: &[f64]) -> Chain {
     let joint = |elevation: &f64| Joint {
         origin: Isometry3::identity(),
@@ -30,14 +30,14 @@ fn arms(elevations: &[f64]) -> Chain {
     Chain::new(&joints, Isometry3::translation(LENGTH, 0.0, 0.0)).unwrap()
 }
 
-/// Rigid but for the turn about y.
+/// A bushing that is rigid except for the turn about y, whose `stiffness` is in Nm/rad.
 fn soft(stiffness: f64) -> Bushing {
     let mut bushing = Bushing { stiffness: [1e12; DOF], damping: [1.0; DOF] };
     bushing.stiffness[4] = stiffness;
     bushing
 }
 
-/// `k θ = m g l cos(e − θ)`, however slowly the rounds come to it.
+/// The sag satisfies `k θ = m g l cos(e − θ)`, also if the rounds converge slowly.
 #[test]
 fn a_soft_arm_is_at_rest_where_it_is_linearised() {
     for part in [100.0, 5.0, 2.0, 1.5] {
@@ -60,11 +60,11 @@ fn an_arm_that_does_not_come_to_rest_is_named() {
         let error = arms(&[0.0]).linearise(&[0.0], EARTH, &[soft(nothing)]).unwrap_err();
         assert_eq!(error, LinearisationError::NoEquilibrium(0), "stiffness {nothing}");
     }
-    // Without gravity nothing sags.
+    // Without gravity no bushing sags.
     arms(&[0.0]).linearise(&[0.0], Vector3::zeros(), &[limp]).unwrap();
 }
 
-/// An arm that nearly stands and falls forward by a quarter turn, where a spring of this stiffness holds it.
+/// An arm stands nearly upright and falls forward by a quarter turn, where a spring of this stiffness holds it.
 #[test]
 fn a_quarter_turn_is_an_error() {
     let (elevation, quarter) = (1.5, core::f64::consts::FRAC_PI_2);

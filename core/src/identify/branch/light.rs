@@ -66,7 +66,7 @@ mod tests {
                 let omega = core::f64::consts::TAU * hz[index];
                 (inertia * omega * omega, 2.0 * inertia * omega)
             };
-            let mut bushings = Bounds::of(&chain).middle(&sought);
+            let mut bushings = Bounds::of(&chain).middle(sought.joints());
             for index in 0..2 * DOF {
                 let (k, d) = critical(index);
                 bushings[index / DOF].stiffness[index % DOF] = k;

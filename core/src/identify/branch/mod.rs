@@ -22,7 +22,7 @@ use rand_core::Rng;
 use super::descent::Descent;
 use super::minimum::{Minimum, REACHED, RIVAL, SAME_PLACE};
 use super::start::{self, Method};
-use super::{Acceptance, FoundBy, Identifier, Phase};
+use super::{Acceptance, FoundBy, Identifier, Phase, Purpose};
 use crate::spectrum::Experiment;
 use crate::unknowns::Coordinates;
 use crate::verdict::WEAK;
@@ -157,7 +157,7 @@ impl<R: Rng> Identifier<R> {
             return false;
         };
         self.tried.any = true;
-        self.branch = Some(Branch::of(minimum, acceptance, worth));
+        self.purpose = Purpose::Branch(Branch::of(minimum, acceptance, worth));
         self.best = Some(minimum.clone());
         true
     }
@@ -217,7 +217,8 @@ impl<R: Rng> Identifier<R> {
 
     /// Whether a branch has led back to its minimum.
     pub(super) fn is_back(&self) -> bool {
-        let minimum = self.best.as_ref().filter(|_| self.branch.is_some());
+        let is_branch = matches!(self.purpose, Purpose::Branch(_));
+        let minimum = self.best.as_ref().filter(|_| is_branch);
         minimum.is_some_and(|minimum| {
             let above = self.refinement.objective() - minimum.fit.objective;
             let distance = self.refinement.distance(&self.sought, &minimum.coordinates);
@@ -235,10 +236,12 @@ impl<R: Rng> Identifier<R> {
         experiments: &mut [Experiment<B>],
     ) -> Option<Minimum> {
         let mut branch = self.minimum_here(experiments);
-        let pending = self.branch.take().and_then(|pending| Some((pending, self.best.take()?)));
-        let Some((Branch { mut acceptance, .. }, mut minimum)) = pending else {
-            return Some(branch);
+        let mut acceptance = match &self.purpose {
+            Purpose::Branch(branch) => branch.acceptance,
+            _ => return Some(branch),
         };
+        self.purpose = Purpose::Start;
+        let Some(mut minimum) = self.best.take() else { return Some(branch) };
         branch.times = minimum.times;
         if branch.is_clearly_better_than(&minimum) {
             self.exclusions = 0;
@@ -251,10 +254,12 @@ impl<R: Rng> Identifier<R> {
         if branch.is_reached() && minimum.is_rivalled_by(&branch, distance) {
             let [mut own, mut other] =
                 [&minimum, &branch].map(|one| self.sought.values(&one.coordinates));
-            if branch.deviance() < minimum.deviance() {
+            // An accepted minimum is replaced only by one that would be accepted as well.
+            let is_as_sound = acceptance.is_none() || branch.is_beyond_doubt();
+            if branch.deviance() < minimum.deviance() && is_as_sound {
                 branch.has_rival |= minimum.has_rival;
                 core::mem::swap(&mut minimum, &mut branch);
-                // It has residuals of its own, by which it is judged.
+                // The residuals are others, and are judged anew.
                 acceptance = None;
                 core::mem::swap(&mut own, &mut other);
                 let unknowns = 0..self.sought.unknowns();

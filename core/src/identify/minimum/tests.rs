@@ -24,7 +24,7 @@ fn fit(sum_of_squares: f64, degrees_of_freedom: f64, statics: [f64; 2]) -> Fit {
 
 /// A minimum of two thousand residuals that noise explains, with `gain` left to it, along the first unknown, whose
 /// standard deviation is 0.01.
-fn minimum(sum_of_squares: f64, gain: f64) -> Minimum {
+pub(in crate::identify) fn minimum(sum_of_squares: f64, gain: f64) -> Minimum {
     let sought = Sought::new(1, &Nuisances::default()).unwrap();
     let mut step = [0.0; MAX_UNKNOWNS];
     step[0] = 0.01 * libm::sqrt(gain);

@@ -4,11 +4,11 @@ use nalgebra::{Rotation3, Vector3};
 use proptest::array::{uniform3, uniform6};
 use proptest::prelude::*;
 
-use super::super::equations::MAX_WIDTH;
 use super::*;
 use crate::MAX_JOINTS;
 use crate::calibration::Nuisances;
 use crate::chain::linearise::LinearChain;
+use crate::linear::gram::WIDEST;
 use crate::mounting::Mounting;
 use crate::parameters::Bushings;
 use crate::refine::seam::ORDERS;
@@ -77,7 +77,7 @@ proptest! {
         };
         let sought = Sought::new(2, &widths).unwrap();
         let inverse_s = Complex { re: 0.0, im: -1.0 / omega };
-        let batch = Batch { s, inverse_s, force, powers: [[1.0; ORDERS]; MAX_WIDTH] };
+        let batch = Batch { s, inverse_s, force, powers: [[1.0; ORDERS]; WIDEST] };
         let mut rows = [[[0.0; COLUMNS]; 6]];
         Derivatives::new(&sought, &calibration, 0).write(&mut rows, &response, &terms, &batch);
         let size = response.acceleration.iter().map(|a| libm::hypot(a.re, a.im)).fold(0.0, f64::max);

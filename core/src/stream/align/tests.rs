@@ -36,7 +36,7 @@ impl Bench {
         );
     }
 
-    /// Both frames of the instants `counters`, the first at `start_s`.
+    /// Pushes both frames of the instants `counters`, the first at `start_s`.
     fn run(&mut self, start_s: f64, counters: core::ops::Range<u32>) {
         for (n, counter) in counters.enumerate() {
             let time_s = start_s + n as f64 * 5e-4;
@@ -72,7 +72,7 @@ fn counts_single_and_missing_frames_at_edges_too() {
     bench.push(2e-3, 11, Channel::Force);
     bench.push(2.1e-3, 11, Channel::Acceleration);
     bench.end();
-    // Force 7, acceleration 8, both of 9 and 10.
+    // Force 7, acceleration 8 and both frames of 9 and 10 are lost.
     assert_eq!(bench.health.frames_lost, 6);
     assert_eq!(bench.instants.len(), 5);
     assert!(bench.breaks.is_empty());
@@ -132,10 +132,10 @@ fn one_odd_counter_is_refused() {
     assert_eq!(bench.instants.len(), 200);
 }
 
-/// Neither of the two frames that show it is refused, and the samples after it are there.
+/// Neither of the two frames that show the restart is refused, and the samples after it are there.
 #[test]
 fn a_counter_that_goes_on_elsewhere_is_a_restart() {
-    // A little back, where up to five counters that were there before may not count again, and far away.
+    // A little back, where up to five counters may be taken for repeated ones, and far away.
     for (counters, pairs) in [(94..200, 201..=206), (20_000..20_050, 150..=150)] {
         let mut bench = Bench::new();
         bench.run(0.0, 0..100);
@@ -180,7 +180,7 @@ fn lost_turns_of_the_counter_are_gaps() {
     }
 }
 
-/// The same counters, but nothing is lost: the frames come at once when the sender goes on.
+/// The counters are the same, but no frame is lost: the frames come at once when the sender goes on.
 #[test]
 fn a_hold_up_of_whole_turns_is_a_gap_without_loss() {
     for held_s in [0.13, 0.3, 0.45] {
@@ -200,7 +200,7 @@ fn a_hold_up_of_whole_turns_is_a_gap_without_loss() {
     }
 }
 
-/// The sender is held up between the two frames of one instant. They stay apart, each with its other half lost.
+/// The sender is held up between the two frames of one instant. They stay apart, and each lacks the other.
 #[test]
 fn a_hold_up_within_an_instant_loses_that_instant_alone() {
     for held_s in [0.13, 0.2, 0.3, 0.45] {
@@ -222,7 +222,7 @@ fn a_hold_up_within_an_instant_loses_that_instant_alone() {
     }
 }
 
-/// The same counters, but the turns are lost.
+/// The counters are the same, but the turns are lost.
 #[test]
 fn lost_turns_after_half_an_instant_stay_counted() {
     for turns in [1, 2, 3] {
@@ -266,7 +266,7 @@ fn a_clock_that_is_set_back_is_no_break() {
     }
 }
 
-/// Time tells nothing then: any other counter may be that of another recording.
+/// The time proves nothing then: any other counter may be that of another recording.
 #[test]
 fn a_clock_that_is_set_back_and_a_counter_that_jumps_are_a_restart() {
     for bits in [8, 16] {

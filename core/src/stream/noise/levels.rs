@@ -1,29 +1,29 @@
 //! Steps of a spectrum: pieces of constant density, as many as the data demand.
 //!
-//! Of all partitions by repeated halving the one is taken that makes least
+//! The partition by repeated halving that costs least is taken:
 //!
 //! ```text
 //! Σ over pieces of  n (ln m + 1) + STEP        n values, of mean m
 //! ```
 //!
-//! The first part is Whittle's negative log-likelihood. White noise of a given level, known from more samples, does without the
-//! second and is only left for a gain of its own.
+//! The first part is Whittle's negative log-likelihood. White noise of a given level, known from more samples, has no second part.
+//! Other levels replace it only for a gain of [`COLOUR`].
 
 use heapless::Vec;
 
 use super::periodogram::{MAX_ORDINATES, Periodogram};
 use crate::noise::{Level, MAX_LEVELS};
 
-/// What noise of any colour must gain on white noise. Twice the gain of a step that is not there is χ² of one degree of
-/// freedom: beyond 20 once in 100,000, and there are some hundred places for one.
+/// Least gain of coloured noise on white noise. Twice the gain of a step that does not exist is χ² of one degree of freedom. It is
+/// beyond 20 once in 100,000, and there are some hundred places for a step.
 const COLOUR: f32 = 10.0;
-/// What another piece must gain once the noise is not white: a step that is not there costs some precision, one that is
+/// Least gain of another piece once the noise is not white. A step that does not exist costs some precision. A step that is
 /// overlooked at the corner of a filter biases the whole band.
 const STEP: f32 = 4.0;
 /// Ordinates of the shortest piece, about the width of the window's main lobe.
 const SHORTEST: usize = 4;
 
-/// Sum over ordinates, and how many of them count.
+/// Sum of the ordinates that count, and their number.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     power: f32,
@@ -42,20 +42,20 @@ impl Sum {
         (self.power / self.count.max(1.0)).max(f32::MIN_POSITIVE)
     }
 
-    /// Of a level that is fitted to it.
+    /// Cost of a level that is fitted to the sum.
     fn cost(self, freedom: f32) -> f32 {
         freedom * self.count * (libm::logf(self.mean()) + 1.0)
     }
 
-    /// Of a level that is known.
+    /// Cost of a level that is known.
     fn cost_at(self, level: f32, freedom: f32) -> f32 {
         let level = level.max(f32::MIN_POSITIVE);
         freedom * (self.count * libm::logf(level) + self.power / level)
     }
 }
 
-/// Levels of the density of a periodogram, in its unit, without the ordinates that are left out; none if it is white of
-/// variance `white`.
+/// Levels of the density of a periodogram, in its unit, without the ordinates that are left out; empty if it is white of variance
+/// `white`.
 pub(super) fn levels(
     periodogram: &Periodogram,
     left_out: &[bool; MAX_ORDINATES],
@@ -89,7 +89,7 @@ pub(super) fn levels(
     }
 }
 
-/// Least cost of some cells, whose pieces' ends are appended to `ends`.
+/// Least cost of some cells; the ends of their pieces are appended to `ends`.
 fn halve<const C: usize>(
     cells: &[Sum],
     first: usize,
@@ -113,7 +113,7 @@ fn halve<const C: usize>(
     whole
 }
 
-/// The mean of every piece. One that has no ordinate left goes to the piece above it.
+/// Mean of every piece. A piece that has no ordinate left goes to the piece above it.
 fn densities(cells: &[Sum], ends: &[usize]) -> Vec<Level, MAX_LEVELS> {
     let mut levels: Vec<Level, MAX_LEVELS> = Vec::new();
     let mut start = 0;

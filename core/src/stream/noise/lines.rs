@@ -7,29 +7,35 @@ use heapless::Vec;
 use super::periodogram::{MAX_ORDINATES, Periodogram};
 use crate::noise::{Line, MAX_LINES};
 
-/// Exponent of the chance that an ordinate of noise passes for a line: below e⁻⁷ by Laurent and Massart's bound (2000, lemma
-/// 1), in fact 1e-5. A line too many costs a hundredth of the bins.
+/// Exponent of the chance that an ordinate of noise passes for a line. The chance is below e⁻⁷ by Laurent and Massart's bound
+/// (2000, lemma 1), in fact 1e-5. A false line costs a hundredth of the bins.
 const RARE: f32 = 7.0;
-/// Ordinates on each side that tell the level beside a line.
+/// Ordinates on each side from which the level beside a line is read.
 const BESIDE: usize = 16;
-/// A line ends where its skirt has fallen to so many times the level beside it.
+/// A line ends where its skirt has fallen to this many times the level beside it.
 const SKIRT: f32 = 3.0;
-/// Thrice the standard deviation of a line's frequency, which is `FREQUENCY / √(ratio · samples³)` with the ratio of its power to
-/// that of white noise as loud as what is beside it: Rife and Boorstyn's bound (1974), `√(12 / 4π²)`, times 1.3 for Hann's
-/// window.
+/// Three standard deviations of a line's frequency are
+///
+/// ```text
+/// FREQUENCY / √(ratio · samples³)
+/// ```
+///
+/// with the ratio of the line's power to that of white noise as loud as the level beside it: Rife and Boorstyn's bound (1974),
+/// `√(12 / 4π²)`, times 1.3 for Hann's window.
 const FREQUENCY: f32 = 3.0 * 1.3 * 0.551;
-/// Steps in which a frequency settles, from the edge of the main lobe by a quarter of its half at most,
+/// Most steps in which a frequency settles. It starts at the edge of the main lobe at worst, and a step is at most a quarter of
+/// half the lobe.
 const ROUNDS: usize = 8;
-/// and the part of this below which a step is the last.
+/// A step smaller than this part of the largest one is the last.
 const SETTLED: f32 = 0.01;
-/// Periods between the middles of two halves of a stretch after which a mode has decayed,
+/// Periods between the middles of two halves of a stretch after which a mode with a damping ratio of [`DAMPING`] has decayed.
 const PERIODS: f32 = 4.0;
-/// if it is damped by this much at least, as the lowest mode of the reference scenario is (DESIGN.md, section 4).
+/// Least damping ratio of a mode that decays, that of the lowest mode of the reference scenario.
 const DAMPING: f32 = 0.01;
-/// What keeps more of its power than `√e^(−4π · DAMPING · periods)`, half-way in decibels between a mode and a steady
-/// oscillation, is steady; within these limits. The upper one is that of [`PERIODS`]. The lower one leaves a mode of a third
-/// of that damping time to decay, and a weak hum room for chance.
+/// An oscillation is steady if it keeps more of its power than `√e^(−4π · DAMPING · periods)`, half-way in decibels between a mode
+/// and a steady oscillation. This is the upper limit of that part, its value at [`PERIODS`].
 const STEADY: f32 = 0.75;
+/// Lower limit of that part. It leaves time to decay to a mode of a third of [`DAMPING`], and room for chance to a weak hum.
 const LEAST_STEADY: f32 = 0.5;
 /// Samples after which a rotating phasor is computed anew: rounding has moved it by 64 · 2⁻²⁴ = 4e-6 at most.
 const RENEWED: usize = 64;
@@ -37,26 +43,26 @@ const RENEWED: usize = 64;
 /// A line of a periodogram.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Peak {
-    /// Cycles per sample.
+    /// Frequency, cycles per sample.
     pub(super) frequency: f32,
     pub(super) uncertainty: f32,
-    /// Power of white noise as loud as what is beside it.
+    /// Power of white noise as loud as the level beside the line.
     beside: f32,
-    /// Mean square, beyond that of the noise beside it.
+    /// Mean square of the line, beyond that of the noise beside it.
     pub(super) power: f32,
     /// First ordinate, and the one after the last.
     pub(super) ordinates: [usize; 2],
 }
 
 impl Peak {
-    /// Whether another stretch has the same power there.
+    /// Whether another stretch has the line with the same power.
     pub(super) fn recurs(&self, own: &Windowed, other: &Windowed) -> bool {
         let [[before], [after]] = [own, other].map(|signal| signal.powers([self.frequency]));
         (STEADY..1.0 / STEADY).contains(&(after / before))
     }
 
-    /// The same with its frequency as exact as the whole stretch tells: where a parabola through the logarithm of three powers
-    /// has its top, again and again.
+    /// Sharpens the frequency by the whole stretch: moves it repeatedly to the top of a parabola through the logarithms of three
+    /// powers.
     pub(super) fn sharpened(mut self, signal: &Windowed) -> Self {
         let length = signal.samples.len() as f32;
         let step = 0.5 / length;
@@ -79,7 +85,7 @@ impl Peak {
         self
     }
 
-    /// As a part of the noise, its share a mean square.
+    /// The line as a part of the noise; its share is a mean square.
     pub(super) fn line(&self) -> Line {
         let Self { frequency, uncertainty, power, .. } = *self;
         Line { frequency, uncertainty, share: power }
@@ -89,7 +95,7 @@ impl Peak {
 /// The strongest lines, and the ordinates that belong to one.
 pub(super) fn find(periodogram: &Periodogram) -> (Vec<Peak, MAX_LINES>, [bool; MAX_ORDINATES]) {
     let mut taken = [false; MAX_ORDINATES];
-    // The mean is taken out, and with it what lies near frequency 0.
+    // The mean is removed, and with it the ordinates near frequency 0.
     taken[..periodogram.half_lobe].fill(true);
     let mut peaks = Vec::new();
     while !peaks.is_full()
@@ -101,13 +107,13 @@ pub(super) fn find(periodogram: &Periodogram) -> (Vec<Peak, MAX_LINES>, [bool; M
     (peaks, taken)
 }
 
-/// The ordinate that stands out most, with its skirts.
+/// The ordinate that stands out most, together with its skirts.
 fn strongest(periodogram: &Periodogram, taken: &[bool; MAX_ORDINATES]) -> Option<Peak> {
     let Periodogram { power, averages, half_lobe, .. } = periodogram;
     let rarely = 1.0 + libm::sqrtf(2.0 * RARE / averages) + RARE / averages;
     let mut best: Option<(usize, f32, f32)> = None;
     for (ordinate, &own) in power.iter().enumerate().filter(|(ordinate, _)| !taken[*ordinate]) {
-        // A maximum; of the window's lobe one ordinate is.
+        // Only the highest ordinate of the window's lobe is a maximum.
         let lobe = &power[ordinate.saturating_sub(*half_lobe)..];
         if lobe.iter().take(2 * half_lobe + 1).any(|other| *other > own) {
             continue;
@@ -153,8 +159,8 @@ fn beside(periodogram: &Periodogram, taken: &[bool; MAX_ORDINATES], ordinate: us
     below.max(above) / periodogram.median()
 }
 
-/// Whether an oscillation keeps its power through a stretch, as no mode of a robot does that is left to itself. None if the
-/// stretch is too short to tell.
+/// Whether an oscillation keeps its power through a stretch, which no freely ringing mode of a robot does. `None` if the stretch is
+/// too short to decide.
 pub(super) fn is_steady(signal: &[f32], peak: &Peak) -> Option<bool> {
     let (first, second) = signal.split_at(signal.len() / 2);
     let periods = peak.frequency * first.len() as f32;
@@ -163,7 +169,7 @@ pub(super) fn is_steady(signal: &[f32], peak: &Peak) -> Option<bool> {
     }
     let [[before], [after]] =
         [first, second].map(|half| Windowed::new(half).powers([peak.frequency]));
-    // The root of the power that a mode keeps.
+    // Square root of the part of its power that a mode keeps.
     let kept = libm::expf(-2.0 * PI * DAMPING * periods);
     Some(after >= kept.clamp(LEAST_STEADY, STEADY) * before)
 }
@@ -179,7 +185,7 @@ impl<'a> Windowed<'a> {
         Self { samples, mean: samples.iter().sum::<f32>() / samples.len() as f32 }
     }
 
-    /// Powers at some frequencies; in no unit.
+    /// Powers at some frequencies, in an arbitrary unit.
     fn powers<const F: usize>(&self, frequencies: [f32; F]) -> [f32; F] {
         let length = self.samples.len() as f32;
         let [hann_cos, hann_sin] = phasor(1.0 / length, 1.0);

@@ -1,14 +1,14 @@
-//! Noise of the sensors, from the stretches of a record in which nothing is cut: its power, and its spectrum where that is
-//! not white.
+//! Noise of the sensors, from the stretches of a record in which nothing is cut: its power, and its spectrum where that is not
+//! white.
 //!
-//! The power is read from all quiet blocks together: the force's from their variance, the acceleration's from their sixth
-//! differences, which pass white noise and stop what rings below a fifth of the rate. No other reading is as good if the noise
-//! is white. Whether it is, the periodogram of the stretch before the cut tells: [lines] (hum) and [levels] (a sensor's
-//! filter) replace the power where they differ from it by more than chance.
+//! The power is read from all quiet blocks together. That of the force is their variance. That of the acceleration is read from
+//! their sixth differences, which pass white noise and stop what rings below a fifth of the rate. No other reading is as good if
+//! the noise is white. The periodogram of the stretch before the cut shows whether it is white: [lines] (hum) and [levels] (a
+//! sensor's filter) replace the power where they differ from it by more than chance.
 //!
-//! The robot may ring in that stretch, and a little of it may be left where it seems to rest. A line that decays is never
-//! noise, and below the highest frequency at which the robot rings the noise is taken for as loud as just above, or as the
-//! plateau below the corner of a sensor's filter.
+//! The robot may ring in that stretch, and a little ringing may be left where it seems to rest. A line that decays is never noise.
+//! Below the highest frequency at which the robot rings, the noise counts as loud as just above, or as the plateau below the corner
+//! of a sensor's filter.
 
 mod levels;
 mod lines;
@@ -28,16 +28,16 @@ use quiet::{Blocks, QuietRun};
 
 /// Sum of the squares of the sixth differences' coefficients, C(12, 6).
 const SIXTH: f32 = 924.0;
-/// A record starts at rest if what the robot moves by then, beside the noise, is at most this part of the root mean square of
-/// its motion in the record: a search that takes this for rest is off by as little, and only has to find the basin, while the
-/// refinement has the seam for any start (DESIGN.md, section 4). What decays is no noise even then.
+/// A record starts at rest if the motion at its start, beside the noise, is at most this part of the root mean square of the motion
+/// in the record. A search that takes this for rest is off by as little, and only has to find the basin. The refinement has the
+/// seam for any start (the seam, in the README of this crate). Motion that decays is no noise even then.
 const RESTING: f32 = 0.02;
-/// A stretch has nothing but noise in it, steady lines apart, if its variance is at most this many times what the spectrum
-/// has of broad noise. Of the shortest stretch at the lowest corner, 128 samples at a tenth of the rate, 13 pairs of
-/// values tell both, and their ratio is 1 ± 0.3: 2 is three deviations off.
+/// A stretch has nothing but noise and steady lines in it if its variance is at most this many times the broad noise of its
+/// spectrum. The shortest stretch at the lowest corner, 128 samples at a tenth of the rate, gives both from 13 pairs of values.
+/// Their ratio is then 1 ± 0.3, and 2 is three deviations off.
 const EXPLAINED: f32 = 2.0;
-/// A stretch's force is as quiet as another's if its variance is at most this many times as large: of a tenth of a second at
-/// 2 kHz, 200 samples, chance makes 0.7 to 1.3.
+/// A stretch's force is as quiet as another's if its variance is at most this many times as large. Chance gives 0.7 to 1.3 in a
+/// tenth of a second at 2 kHz, 200 samples.
 const AS_QUIET: f32 = 1.3;
 
 /// Noise of one axis.
@@ -51,11 +51,11 @@ pub(super) struct AxisNoise {
 /// Noise of both sensors, per axis, and how the record starts.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Noise {
-    /// N².
+    /// Noise of the force, powers in N².
     pub(super) force: [AxisNoise; 3],
-    /// (m/s²)².
+    /// Noise of the acceleration, powers in (m/s²)².
     pub(super) acceleration: [AxisNoise; 3],
-    /// Whether nothing moves when the record starts.
+    /// Whether the robot rests when the record starts.
     pub(super) starts_at_rest: bool,
     /// Whether the record has a quiet stretch; else the noise is the white part of its quietest block.
     pub(super) quiet: bool,
@@ -68,7 +68,7 @@ impl AxisNoise {
         Self { power, shape: NoiseShape::WHITE }
     }
 
-    /// From levels whose densities, and lines whose shares, are mean squares of a sample.
+    /// Makes the noise from levels and lines; their densities and shares are mean squares of a sample.
     fn new(mut levels: Vec<Level, MAX_LEVELS>, mut lines: Vec<Line, MAX_LINES>) -> Self {
         let (mut power, mut start) = (0.0, 0.0);
         for level in &levels {
@@ -83,7 +83,7 @@ impl AxisNoise {
         Self { power, shape: NoiseShape { levels, lines } }
     }
 
-    /// The same, with white noise of the power `added`, and at no frequency quieter than white noise of the power `least`.
+    /// This noise with white noise of the power `added`, and at no frequency quieter than white noise of the power `least`.
     pub(super) fn raised(&self, least: f32, added: f32) -> Self {
         let Self { power, shape } = self;
         if shape.levels.is_empty() {
@@ -101,8 +101,9 @@ impl AxisNoise {
 }
 
 impl Noise {
-    /// What is known better from an `earlier` record: all of it if this one has no quiet stretch (the first of all is taken
-    /// for as noisy as its white part), the acceleration's if the robot rested then and does not now.
+    /// Takes over what an `earlier` record shows better: all of the noise if this record has no quiet stretch, and that of the
+    /// acceleration if the robot rested then and does not now. Without an earlier record, one that has no quiet stretch keeps its
+    /// white part.
     pub(super) fn or_else(&self, earlier: Option<&Self>) -> Self {
         match earlier {
             Some(earlier) if !self.quiet => Self { starts_at_rest: false, ..earlier.clone() },
@@ -132,7 +133,7 @@ pub(super) fn estimate(force: [&[f32]; 3], acceleration: [&[f32]; 3], force_step
     let observe =
         |samples: &Range<usize>| acceleration.map(|signal| Observed::of(&signal[samples.clone()]));
     let whole = acceleration.map(variance);
-    // Whether the noise, and some motion, explain all that an axis has in a stretch.
+    // Whether noise, hum and some motion explain the variance of every axis in a stretch.
     let explains = |samples: &Range<usize>, observed: &[Option<Observed>; 3], motion: f32| {
         (0..3).all(|axis| {
             let own = observed[axis].as_ref();
@@ -160,7 +161,7 @@ pub(super) fn estimate(force: [&[f32]; 3], acceleration: [&[f32]; 3], force_step
     noise.at_rest = silent && observed.iter().all(Option::is_some);
     for (noise, own) in noise.acceleration.iter_mut().zip(&observed) {
         let own = own.as_ref().and_then(|own| {
-            // The sixth differences have the lines in them.
+            // The sixth differences contain the lines.
             own.noise((noise.power - own.lines_power(silent, sixth_gain)).max(0.0), silent)
         });
         if let Some(own) = own {
@@ -174,7 +175,7 @@ pub(super) fn estimate(force: [&[f32]; 3], acceleration: [&[f32]; 3], force_step
     let samples = if !rests || force.iter().all(is_as_quiet) { longest } else { samples };
     for (noise, signal) in noise.force.iter_mut().zip(force) {
         let own = Observed::of(&signal[samples.clone()]).and_then(|own| {
-            // The variance has the lines in it.
+            // The variance contains the lines.
             own.noise((noise.power - own.lines_power(silent, |_| 1.0)).max(0.0), silent)
         });
         if let Some(own) = own {
@@ -184,12 +185,12 @@ pub(super) fn estimate(force: [&[f32]; 3], acceleration: [&[f32]; 3], force_step
     noise
 }
 
-/// What sixth differences have of a line, over what they have of white noise of the same power.
+/// Power of the sixth differences of a line, over that of white noise of the same power.
 fn sixth_gain(frequency: f32) -> f32 {
     libm::powf(2.0 * libm::sinf(core::f32::consts::PI * frequency), 12.0) / SIXTH
 }
 
-/// Variance of the white part: of what the neighbours do not tell.
+/// Variance of the white part, which the neighbouring samples do not predict.
 pub(super) fn sixth_difference(signal: &[f32]) -> f32 {
     let differences = signal
         .windows(7)

@@ -1,4 +1,4 @@
-//! One axis in a quiet stretch: what of it is noise, and what is the robot that still rings.
+//! One axis in a quiet stretch: its noise, and the ringing of the robot.
 
 use heapless::Vec;
 
@@ -8,43 +8,44 @@ use super::lines::{self, Peak, Windowed};
 use super::periodogram::{LONGEST, MAX_ORDINATES, Periodogram};
 use crate::noise::{Level, MAX_LEVELS, MAX_LINES};
 
-/// A robot that does not rest rings where its motion has more than this many times the power of the noise: in noise, of
-/// which an ordinate is the mean of three values, one of a hundred million has.
+/// A robot that does not rest rings at an ordinate that has more than this many times the power of the noise. In noise, of which
+/// an ordinate is the mean of three values, fewer than one ordinate in ten billion have as much.
 const RINGS: f32 = 10.0;
 /// Upper quartile of an ordinate of noise over its mean. A filter that leaves half of the spectrum, or a robot that rings in half
 /// of it, does not move the upper quartile by much.
 const UPPER_QUARTILE: f32 = 1.3;
-/// Mean of the smaller of an ordinate of noise and its mean, over that mean: `1 − 3³e⁻³ / 3!` for the mean of three values.
+/// Mean of an ordinate of noise that is clipped at its mean, over that mean: `1 − 3³e⁻³ / 3!` for the mean of three values.
 const CLIPPED: f32 = 0.78;
-/// Bands in which the plateau of a filter is looked for: one that has its corner at a tenth of the rate leaves six of them.
+/// Number of bands in which the plateau of a filter is sought. A filter with its corner at a tenth of the rate leaves six of them.
 const BANDS: usize = 32;
-/// Ordinates of the narrowest, of which some five are independent.
+/// Ordinates of the narrowest band, of which some five are independent.
 const NARROWEST: usize = 8;
-/// A plateau is louder than the upper quartile tells by more than this factor: of noise of one level a narrowest band is once in
-/// a thousand. What falls short of it is told by [`RINGS`] times the upper quartile as well.
+/// A plateau counts if it is louder than the level of the upper quartile by more than this factor. In noise of one level, one
+/// narrowest band in a thousand is as loud. For a quieter plateau, [`RINGS`] times the upper quartile serves as well.
 const LOUDER: f32 = 3.0;
-/// A band is no noise if its mean is more than this many times what its median tells: it has peaks. In noise the ratio is 1.0
-/// ± 0.2, or ± 0.35 in the narrowest band.
+/// A band has peaks, and is no noise, if its mean is more than this many times the mean that its median gives. In noise the ratio
+/// is 1.0 ± 0.2, or ± 0.35 in the narrowest band.
 const PEAKED: f32 = 2.0;
-/// Periods between the middles of two halves of a stretch after which a mode, damped by 1 %, has kept e^(−4π · 0.01 · 12) =
-/// 0.22 of its power:
+/// Periods between the middles of two halves of a stretch after which a mode, damped by 1 %, has kept `e^(−4π · 0.01 · 12)` = 0.22
+/// of its power.
 const DECAYED: f32 = 12.0;
-/// a band that keeps less than this is no noise. It is half-way in decibels; the ratio of noise is 1 within a factor of 1.5.
+/// A band that keeps less than this part of its power after [`DECAYED`] periods is no noise. This is half-way in decibels; for
+/// noise the part is 1 within a factor of 1.5.
 const KEPT: f32 = 0.5;
-/// What the two bands of noise of the lowest frequencies differ by beyond the corner of a filter: of eighth order it falls by
-/// this in a tenth of its corner, and chance makes 4 of 1 once in a hundred narrowest bands.
+/// Beyond the corner of a filter, the two bands of noise of the lowest frequencies differ by more than this factor. A filter of
+/// eighth order falls by this in a tenth of its corner, and chance makes 4 of 1 once in a hundred narrowest bands.
 const FALLS: f32 = 4.0;
 
-/// What becomes of a line in the course of a stretch.
+/// Course of a line through a stretch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Course {
-    /// It keeps its power.
+    /// The line keeps its power.
     Steady,
-    /// It does not.
+    /// The line does not keep its power.
     Decays,
-    /// The stretch is too short to tell.
+    /// The stretch is too short to decide.
     Unknown,
-    /// That, and another stretch has it with the same power.
+    /// The stretch is too short to decide, but another stretch has the line with the same power.
     Recurs,
 }
 
@@ -56,18 +57,18 @@ pub(super) struct Observed {
     taken: [bool; MAX_ORDINATES],
     /// Density below the corner of a filter that leaves less than a quarter of the spectrum.
     plateau: Option<f32>,
-    /// Density of the noise where no filter takes it away.
+    /// Density of the noise where no filter reduces it.
     background: f32,
 }
 
 impl Observed {
-    /// In a stretch; none if it is too short for a spectrum.
+    /// Observes an axis in a stretch; `None` if the stretch is too short for a spectrum.
     pub(super) fn of(signal: &[f32]) -> Option<Self> {
         let periodogram = Periodogram::of(signal)?;
         let (peaks, taken) = lines::find(&periodogram);
         let [segment, whole] = [&signal[..signal.len().min(LONGEST)], signal].map(Windowed::new);
         let sharpened = peaks.iter().map(|peak| {
-            // Half of the main lobe may be narrower than the ordinates are apart.
+            // Half of the main lobe of the whole stretch may be narrower than the distance of the ordinates.
             let is_long = signal.len() > 2 * LONGEST;
             let peak = if is_long { peak.sharpened(&segment) } else { *peak };
             peak.sharpened(&whole)
@@ -84,7 +85,7 @@ impl Observed {
         Some(Self { periodogram, lines, taken, plateau, background })
     }
 
-    /// Sharpens the frequencies of lines by a longer stretch that has them too: `own` is the one that it was made of.
+    /// Sharpens the frequencies of lines that a longer stretch has too. `own` is the stretch that was observed.
     pub(super) fn sharpen(&mut self, own: &[f32], longer: &[f32]) {
         if self.lines.is_empty() {
             return;
@@ -101,14 +102,14 @@ impl Observed {
         }
     }
 
-    /// Mean square of a sample of the noise, lines and ringing apart.
+    /// Mean square of a sample of the noise, without lines and ringing.
     pub(super) fn broad_power(&self) -> f32 {
         let power = &self.periodogram.power;
         let clipped = power.iter().map(|power| power.min(self.background)).sum::<f32>();
         clipped / (CLIPPED * power.len() as f32)
     }
 
-    /// Those that are noise: the steady ones, and while the robot is `silent` those that recur.
+    /// Lines that are noise: the steady ones, and those that recur if the robot is `silent`.
     fn lines(&self, silent: bool) -> Vec<Peak, MAX_LINES> {
         let is_noise = |(_, course): &&(Peak, Course)| {
             *course == Course::Steady || silent && *course == Course::Recurs
@@ -121,7 +122,7 @@ impl Observed {
         self.lines(silent).iter().map(|line| gain(line.frequency) * line.power).sum()
     }
 
-    /// The noise, which has the power `white` beside the lines if it is white. None if the robot rings in most of the
+    /// The noise; `white` is its power beside the lines if it is white. `None` if the robot rings in the upper half of the
     /// spectrum.
     pub(super) fn noise(&self, white: f32, silent: bool) -> Option<AxisNoise> {
         let mut left_out = self.taken;
@@ -147,7 +148,7 @@ impl Observed {
         Some(AxisNoise::new(levels, lines.iter().map(Peak::line).collect()))
     }
 
-    /// The ordinate after the highest in which the robot rings.
+    /// The ordinate after the highest one in which the robot rings.
     fn rings_up_to(&self) -> usize {
         let limit = RINGS * self.background;
         let hum = self.lines(false);
@@ -160,7 +161,8 @@ impl Observed {
     }
 }
 
-/// Raises the levels below a frequency to a density: what is extended from above may lie beyond the corner of a filter.
+/// Raises the levels below a frequency to a density, since a level that is extended from above may lie beyond the corner of a
+/// filter.
 fn raise(levels: &mut Vec<Level, MAX_LEVELS>, below: f32, density: f32) {
     let Some(first) = levels.first().copied().filter(|first| first.density < density) else {
         return;
@@ -172,15 +174,15 @@ fn raise(levels: &mut Vec<Level, MAX_LEVELS>, below: f32, density: f32) {
     }
 }
 
-/// Power of white noise as loud as the louder half of the spectrum, lines apart.
+/// Power of white noise as loud as the louder half of the spectrum, without the lines.
 fn upper_quartile(periodogram: &Periodogram) -> f32 {
     let mut sorted = periodogram.power.clone();
     sorted.sort_unstable_by(f32::total_cmp);
     sorted[sorted.len() / 4 * 3] / UPPER_QUARTILE
 }
 
-/// Density of the noise at the lowest frequencies at which a band is flat and keeps its power, as a robot that rings does not.
-/// None if it is hardly louder than the upper quartile of the spectrum tells.
+/// Density of the noise in the lowest band that is flat and keeps its power, as ringing does not. `None` if it is hardly louder
+/// than the level of the upper quartile of the spectrum.
 fn plateau(
     signal: &[f32],
     periodogram: &Periodogram,
@@ -191,7 +193,7 @@ fn plateau(
     let width = (ordinates / BANDS).max(NARROWEST);
     let (first, second) = signal.split_at(signal.len() / 2);
     let free = |of: &Periodogram, band: usize| -> Vec<f32, MAX_ORDINATES> {
-        // That of a half has fewer ordinates, if not as many.
+        // The periodogram of a half has fewer ordinates, or as many.
         let ratio = ordinates / of.power.len();
         let own = band * width / ratio..(band + 1) * width / ratio;
         own.filter(|ordinate| !taken[ordinate * ratio]).map(|ordinate| of.power[ordinate]).collect()
@@ -222,7 +224,7 @@ fn plateau(
         let level = own.max(above);
         return (level > LOUDER * quartile).then_some(level);
     }
-    // The robot rings up to the corner: below it the noise is no louder than the least that is seen there.
+    // The robot rings up to the corner. Below the corner the noise is no louder than the quietest band there.
     let below = (1..lowest).map(|band| mean(&free(periodogram, band)));
     Some(below.filter(|level| *level > 0.0).reduce(f32::min).unwrap_or(own).max(own))
 }

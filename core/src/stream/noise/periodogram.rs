@@ -10,20 +10,20 @@ use crate::spectrum::fft::{MIN_SAMPLES, real_transform};
 pub(super) const LONGEST: usize = 1024;
 /// Most ordinates.
 pub(super) const MAX_ORDINATES: usize = LONGEST / 2;
-/// Shortest stretch that has a spectrum worth the name, samples.
+/// Shortest stretch that has a usable spectrum, samples.
 pub(super) const SHORTEST: usize = 128;
 /// Tapers of every segment: `sin(π k n / segment)`, k from 1 on.
 const TAPERS: usize = 3;
 /// Half the width of their common main lobe, in `1 / segment`: `(TAPERS + 1) / 2`.
 const HALF_LOBE: f32 = 2.0;
-/// Part of the samples that the tapers make use of: 1 / ∫w², w being the mean of their squares.
+/// Part of the samples that the tapers use: 1 / ∫w², where w is the mean of their squares.
 const USED: f32 = 0.857;
 
 /// Mean squares at equally spaced frequencies from 0 up to half the rate: white noise has its variance in each.
 #[derive(Clone, Debug)]
 pub(super) struct Periodogram {
     pub(super) power: Vec<f32, MAX_ORDINATES>,
-    /// Values that are averaged in each.
+    /// Values that are averaged in each ordinate.
     pub(super) averages: f32,
     /// Independent values that one ordinate stands for, since its neighbours share some with it.
     pub(super) freedom: f32,
@@ -32,14 +32,14 @@ pub(super) struct Periodogram {
 }
 
 impl Periodogram {
-    /// Of a stretch about its mean; none if it is too short.
+    /// Periodogram of a stretch about its mean; `None` if the stretch is too short.
     pub(super) fn of(signal: &[f32]) -> Option<Self> {
         if signal.len() < SHORTEST {
             return None;
         }
         let segment = signal.len().min(LONGEST);
         let padded = segment.next_power_of_two().max(MIN_SAMPLES);
-        // Spread over the whole stretch.
+        // The segments are spread over the whole stretch.
         let segments = signal.len().div_ceil(segment);
         let hop = if segments > 1 { (signal.len() - segment) / (segments - 1) } else { 0 };
         let mut power = Vec::new();
@@ -74,7 +74,7 @@ impl Periodogram {
         })
     }
 
-    /// Median of an ordinate of white noise over its mean: of χ² (Wilson and Hilferty, 1931).
+    /// Median of an ordinate of white noise over its mean, that of χ² (Wilson and Hilferty, 1931).
     pub(super) fn median(&self) -> f32 {
         let root = 1.0 - 1.0 / (9.0 * self.averages);
         root * root * root

@@ -1,4 +1,4 @@
-//! Which blocks of a record are quiet: judged from the force, against the loudest and the quietest block.
+//! Quiet blocks of a record: judged from the force, against the loudest and the quietest block.
 
 use core::ops::Range;
 
@@ -6,22 +6,24 @@ use heapless::Vec;
 
 /// Samples of a block.
 pub(in crate::stream) const BLOCK: usize = 64;
-/// A block is quiet if its force varies by at most this many times the quietest's variance. Of a record that is quiet for a
-/// fifth the quietest has 0.7 of the mean variance behind a filter at a tenth of the rate (38 degrees of freedom on three axes):
-/// χ² of these exceeds 2.1 times its mean once in ten thousand blocks, and of white noise (189) never.
+/// A block is quiet if the variance of its force is at most this many times that of the quietest block. Behind a filter at a tenth
+/// of the rate, a block has 38 degrees of freedom on three axes, and the quietest block of a record that is quiet for a fifth has
+/// 0.7 of the mean variance. χ² of 38 degrees of freedom exceeds 2.1 times its mean once in ten thousand blocks, and that of white
+/// noise (189) never does.
 const QUIET: f32 = 3.0;
-/// The quietest is the one that this part of all blocks has at most: two of the 128 of a record of 8192 samples may be quieter
-/// than noise is, half of a start-up or a stuck sensor.
+/// The quietest block has the variance that this part of all blocks does not exceed. Two of the 128 blocks of a record of
+/// 8192 samples may be quieter than the noise, as in half of a start-up or with a stuck sensor.
 const QUIETEST: f32 = 0.02;
-/// The quietest block is no part of the cut if its variance is less than this part of the loudest's: a tenth of its amplitude,
+/// The quietest block is no part of the cut if its variance is at most this part of the loudest block's, a tenth of its amplitude.
 const CONTRAST: f32 = 0.01;
-/// or less than this part, and nothing in it repeats itself.
+/// The quietest block is no part of the cut either if its variance is at most this part of the loudest block's, and nothing in it
+/// repeats itself.
 const CONTRAST_OF_NOISE: f32 = 1.0 / 6.0;
 /// Lags at which a block is compared with itself: beyond the memory of an anti-aliasing filter, and within that of a tooth
 /// passing.
 const LAGS: core::ops::RangeInclusive<usize> = 8..=24;
-/// Statistic of the three axes above which something repeats itself. White noise has 38 ± 8, noise behind a filter at a fifth
-/// of the rate 95 ± 30, a sine on one axis some 300.
+/// Statistic of the three axes above which a block repeats itself. White noise has 38 ± 8, noise behind a filter at a fifth of the
+/// rate 95 ± 30, a sine on one axis some 300.
 const REPEATS: f32 = 250.0;
 /// Most blocks of a record.
 const MAX_BLOCKS: usize = 32_768 / BLOCK;
@@ -60,8 +62,8 @@ impl Blocks {
         let loudest = sorted.last().copied().unwrap_or(0.0);
         let quietest = sorted.get((sorted.len() as f32 * QUIETEST) as usize).copied();
         let stands_out = quietest.is_some_and(|quietest| quietest <= CONTRAST_OF_NOISE * loudest);
-        // A sensor varies by no less than the rounding of its three axes. Where nothing else is quiet, its noise is less than
-        // a step, and what is dead is quiet.
+        // A sensor varies by no less than the rounding of its three axes. Where no other block is quiet, the noise is less than a
+        // step, and dead blocks are quiet.
         let rounding = 0.25 * force_step * force_step;
         let quietest = quietest.filter(|_| stands_out || !dead.contains(&true));
         let quietest = quietest.unwrap_or(0.0).max(rounding);
@@ -82,7 +84,7 @@ impl Blocks {
         self.quiet.contains(&true)
     }
 
-    /// Mean over the quiet blocks; without any, of the one with the smallest white part.
+    /// Mean over the quiet blocks; if there are none, the value of the block with the smallest white part.
     pub(super) fn mean(&self, signal: &[f32], of: fn(&[f32]) -> f32) -> f32 {
         let any = self.any_quiet();
         let counts = |block: &usize| if any { self.quiet[*block] } else { *block == self.whitest };
@@ -94,12 +96,12 @@ impl Blocks {
         sum / count.max(1) as f32
     }
 
-    /// Quiet samples that the record starts with.
+    /// Quiet samples at the start of the record.
     pub(super) fn leading(&self) -> Range<usize> {
         0..BLOCK * self.quiet.iter().take_while(|quiet| **quiet).count()
     }
 
-    /// The first quiet run of at least so many samples, else the longest; none without a quiet block.
+    /// The first quiet run of at least `samples`, else the longest; `None` if no block is quiet.
     pub(super) fn run(&self, samples: usize) -> Option<QuietRun> {
         let first = self.runs().find(|run| run.samples.len() >= samples);
         first.or_else(|| self.longest())
@@ -125,14 +127,14 @@ fn part(signal: &[f32], block: usize) -> &[f32] {
     &signal[block * BLOCK..][..BLOCK]
 }
 
-/// About the mean.
+/// Variance about the mean.
 pub(in crate::stream) fn variance(signal: &[f32]) -> f32 {
     let count = signal.len() as f32;
     let mean = signal.iter().sum::<f32>() / count;
     signal.iter().map(|value| (value - mean) * (value - mean)).sum::<f32>() / (count - 1.0)
 }
 
-/// Whether a sensor gives the same reading throughout half of a block, as one does that has not started yet.
+/// Whether a sensor gives the same reading throughout half of a block, as it does before it has started.
 pub(in crate::stream) fn is_dead(signals: [&[f32]; 3]) -> bool {
     let constant = |part: &[f32]| part.iter().all(|value| *value == part[0]);
     signals.iter().all(|signal| constant(&signal[..signal.len() / 2]))

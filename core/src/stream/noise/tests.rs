@@ -7,7 +7,7 @@ const STEP: f32 = 0.01;
 struct Noises(u32);
 
 impl Noises {
-    /// Unit variance.
+    /// Noise of unit variance.
     fn next(&mut self) -> f32 {
         let mut sum = 0.0;
         for _ in 0..12 {
@@ -90,7 +90,7 @@ fn a_record_cut_out_of_the_milling_has_no_quiet_stretch() {
     assert!(noise.force.iter().all(|force| deviation(force) < 1.0), "{:?}", noise.force);
 }
 
-/// A sensor with a filter of its own: neighbours tell of each other.
+/// The sensor has a filter, so that neighbouring samples are correlated.
 #[test]
 fn coloured_noise_is_found_by_contrast() {
     let (mut force, acceleration) = record(400, 400..6500);
@@ -125,19 +125,19 @@ fn a_stuck_block_does_not_hide_the_noise() {
     );
 }
 
-/// Mean density of an axis' noise from bin to bin of 8192 samples, over that of white noise of the deviation `of`.
+/// Mean density of an axis' noise over `bins` of 8192 samples, over that of white noise of the deviation `of`.
 fn density(noise: &AxisNoise, of: f32, bins: core::ops::Range<usize>) -> f32 {
     let count = bins.len() as f32;
     let density = bins.map(|bin| noise.shape.density(bin as f32 / 8192.0, 8192)).sum::<f32>();
     noise.power / (of * of) * density / count
 }
 
-/// In the fitted band, 2 to 200 Hz at 2 kHz.
+/// Mean density in the fitted band, 2 to 200 Hz at 2 kHz.
 fn in_band(noise: &AxisNoise, of: f32) -> f32 {
     density(noise, of, 8..820)
 }
 
-/// The same over what [`anti_alias`] leaves there.
+/// Mean density in the fitted band, over what [`anti_alias`] leaves there.
 fn in_filtered_band(noise: &AxisNoise, of: f32, corner: f32) -> f32 {
     let tan = |frequency: f32| libm::tanf(core::f32::consts::PI * frequency);
     let passes = |bin: usize| {
@@ -146,7 +146,7 @@ fn in_filtered_band(noise: &AxisNoise, of: f32, corner: f32) -> f32 {
     in_band(noise, of) * 812.0 / (8..820).map(passes).sum::<f32>()
 }
 
-/// Butterworth's low-pass filter of second order; its corner in cycles per sample.
+/// Butterworth's low-pass filter of second order, with its corner in cycles per sample.
 fn low_pass(signal: &mut [f32], corner: f32) {
     let k = libm::tanf(core::f32::consts::PI * corner);
     let a0 = 1.0 + core::f32::consts::SQRT_2 * k + k * k;
@@ -160,7 +160,7 @@ fn low_pass(signal: &mut [f32], corner: f32) {
     }
 }
 
-/// Four times over, as steep as an anti-aliasing filter is.
+/// Applies the low-pass filter four times, as steep as an anti-aliasing filter.
 fn anti_alias(signals: &mut [Vec<f32>; 3], corner: f32) {
     for signal in signals {
         (0..4).for_each(|_| low_pass(signal, corner));
@@ -176,7 +176,7 @@ fn white_noise_is_white() {
     }
 }
 
-/// The robot moves from a sample on, at 4 and 30 Hz.
+/// Adds motion at 4 and 30 Hz from a sample on.
 fn move_from(acceleration: &mut [Vec<f32>; 3], from: usize, size: f32) {
     for signal in acceleration {
         for (n, value) in signal.iter_mut().enumerate().skip(from) {
@@ -209,7 +209,7 @@ fn behind_a_filter_the_noise_is_read_in_the_band() {
     }
 }
 
-/// Modes of 4 and 30 Hz, damped by 1 %.
+/// Adds modes of 4 and 30 Hz, damped by 1 %.
 fn ring(acceleration: &mut [Vec<f32>; 3], sizes: [f32; 2]) {
     for signal in acceleration {
         for (n, value) in signal.iter_mut().enumerate() {
@@ -220,7 +220,7 @@ fn ring(acceleration: &mut [Vec<f32>; 3], sizes: [f32; 2]) {
     }
 }
 
-/// And while it rings as well, but for where it rings.
+/// The noise is also read while the robot rings, except where it rings.
 #[test]
 fn behind_a_filter_the_noise_is_read_beside_the_ringing() {
     for (corner, limits) in [(0.1, 0.7..2.0), (0.125, 0.7..2.0), (0.3, 0.7..1.4)] {
@@ -237,8 +237,8 @@ fn behind_a_filter_the_noise_is_read_beside_the_ringing() {
     }
 }
 
-/// What is left of the last motion, 1 % of the motion in the record, is no hum, whether the robot seems to rest or the noise
-/// hides it.
+/// The rest of an earlier motion, 1 % of the motion in the record, is no hum, whether the robot seems to rest or the noise hides
+/// it.
 #[test]
 fn what_decays_at_rest_is_no_noise() {
     for motion in [1.0, 8.0] {
@@ -275,7 +275,7 @@ fn a_line_at_a_high_frequency_is_counted_once() {
     }
 }
 
-/// Mains hum is a line where it is, as loud as it is, and the rest is as before.
+/// Mains hum becomes a line of the right frequency and power, and the rest of the noise stays the same.
 #[test]
 fn hum_is_a_line() {
     for (samples, uncertainty) in [(400, 2.5e-4), (1600, 3e-5)] {
@@ -301,7 +301,7 @@ fn hum_is_a_line() {
     }
 }
 
-/// A cut whose force passes above the band, 700 Hz at 2 kHz, which sixth differences take for white.
+/// A cut whose force lies above the band, at 700 Hz of 2 kHz. Sixth differences take it for white noise.
 fn chattering(from: usize) -> ([Vec<f32>; 3], [Vec<f32>; 3]) {
     let (mut force, acceleration) = record(400, 400..400);
     for (axis, signal) in force.iter_mut().enumerate() {
@@ -325,7 +325,7 @@ fn chatter_above_the_band_is_no_noise() {
     assert!(!noise.quiet, "{:?}", noise.force);
 }
 
-/// A sensor that starts with zeros, and then with an offset.
+/// The sensor gives zeros at first, and then an offset.
 #[test]
 fn a_start_up_is_no_noise() {
     let (mut force, mut acceleration) = record(1600, 1600..6500);

@@ -1,0 +1,202 @@
+//! What follows from where a refinement has ended.
+//!
+//! Both functions are pure: their result depends on the minimum and on what is left to try, and they change nothing.
+
+use super::Acceptance;
+use super::minimum::{Minimum, structure_is_beyond_noise};
+
+/// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin.
+pub(super) const TIMES_CONSISTENT: u32 = 2;
+/// The same where its residuals are larger than the noise explains, or have more structure. Two robots of 1200 reach a wrong basin
+/// twice in a row; of drawn six-joint arms, one in eight.
+const TIMES_SUSPECT: u32 = 4;
+/// How often a refinement is continued that has used up its steps short of the minimum, where noise explains the residuals.
+const MAX_PROLONGATIONS: u32 = 4;
+/// Searches that one change of the records may cost.
+const MAX_STARTS: u32 = 8;
+
+/// The state of the search beside a minimum.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Circumstances {
+    /// The fit rests on records, and not on static tests alone.
+    pub(super) has_records: bool,
+    /// The kept records have been fitted without the retired ones.
+    pub(super) tried_alone: bool,
+    /// Kept and retired records agree in the best minimum so far.
+    pub(super) best_agrees: bool,
+    /// There is a best minimum so far.
+    pub(super) has_best: bool,
+    /// The best minimum so far is clearly better.
+    pub(super) is_outdone: bool,
+    /// The data leave some stiffness undetermined.
+    pub(super) leaves_stiffness_undetermined: bool,
+    /// How often the refinement has been continued.
+    pub(super) prolongations: u32,
+}
+
+/// What to do with the minimum where a refinement has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OfFound {
+    /// Settle on it.
+    Settle(Acceptance),
+    /// Settle on it once its branches have been refined.
+    Conclude(Acceptance),
+    /// Fit the kept records without the retired ones.
+    TryAlone,
+    /// Continue the refinement.
+    Prolong,
+    /// Compare it with the best minimum so far, if need be after its branches have been refined.
+    Compare { branch: bool },
+}
+
+/// What to do with the best minimum of the searches so far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OfBest {
+    /// Settle on it once its branches have been refined.
+    Conclude(Acceptance),
+    /// Fit the kept records without the retired ones.
+    TryAlone,
+    /// Refine its branches if it is near; then search again, or settle on it where the budget of searches is spent.
+    GoOn { branch: bool, search: bool },
+}
+
+/// What follows from the minimum where a refinement has ended.
+pub(super) fn of_found(found: &Minimum, circumstances: &Circumstances) -> OfFound {
+    let Circumstances { has_records, tried_alone, best_agrees, has_best, .. } = *circumstances;
+    if tried_alone {
+        if found.contradicted && found.times >= TIMES_CONSISTENT {
+            return OfFound::Settle(Acceptance::ModelSuspect);
+        }
+    } else if found.is_reached() && found.contradicted && !best_agrees {
+        return OfFound::TryAlone;
+    }
+    if found.is_reached() && (!found.is_tested() || found.noise_is_too_loud()) {
+        return OfFound::Settle(Acceptance::Unsettled);
+    }
+    let stopped_short = found.is_explained() && !found.is_reached();
+    if stopped_short && circumstances.prolongations < MAX_PROLONGATIONS {
+        return OfFound::Prolong;
+    }
+    let doubtful =
+        has_records && found.is_doubtful() && circumstances.leaves_stiffness_undetermined;
+    if found.is_beyond_doubt() && !doubtful && !circumstances.is_outdone {
+        return OfFound::Conclude(Acceptance::Consistent);
+    }
+    // Static tests alone are linear in the compliances, but for gravity: another search would end there, too.
+    if !has_records {
+        let reached = found.is_reached();
+        let acceptance = if reached { Acceptance::ModelSuspect } else { Acceptance::Unsettled };
+        return OfFound::Settle(acceptance);
+    }
+    OfFound::Compare { branch: stopped_short && !has_best }
+}
+
+/// What follows from the best minimum after `starts` searches.
+pub(super) fn of_best(best: &Minimum, starts: u32) -> OfBest {
+    let structured = structure_is_beyond_noise(best.fit.whiteness);
+    let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
+        (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
+        (true, true) if !structured => (TIMES_SUSPECT, Acceptance::Consistent),
+        _ => (TIMES_SUSPECT, Acceptance::ModelSuspect),
+    };
+    if best.times >= TIMES_CONSISTENT && best.contradicted {
+        return OfBest::TryAlone;
+    }
+    if best.is_reached() && best.times >= enough && !best.has_rival {
+        return OfBest::Conclude(acceptance);
+    }
+    OfBest::GoOn { branch: best.is_near(), search: starts < MAX_STARTS }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::minimum::tests::minimum;
+    use super::*;
+    use Acceptance::{Consistent, ModelSuspect, Unsettled};
+
+    type Change = (&'static str, fn(&mut Minimum));
+
+    /// Of a minimum of two thousand residuals, which noise explains, that is reached and stands clear of the noise, but for its change.
+    #[test]
+    fn a_found_minimum() {
+        let records = Circumstances { has_records: true, ..Circumstances::default() };
+        let undetermined = Circumstances { leaves_stiffness_undetermined: true, ..records };
+        let spent = Circumstances { prolongations: 4, ..records };
+        let changes: [Change; 7] = [
+            ("explained", |_| {}),
+            ("large", |found| found.fit.sum_of_squares = 4000.0),
+            ("doubtful", |found| (found.fit.sum_of_squares, found.fit.whiteness) = (2050.0, 3.9)),
+            ("contradicted", |found| found.contradicted = true),
+            ("contradicted twice", |found| (found.contradicted, found.times) = (true, 2)),
+            ("loud", |found| found.fit.sum_of_squares = 500.0),
+            ("untested", |found| {
+                (found.fit.degrees_of_freedom, found.fit.sum_of_squares) = (0.0, 0.0)
+            }),
+        ];
+        let cases = [
+            ("explained", records, OfFound::Conclude(Consistent)),
+            ("explained", Circumstances { is_outdone: true, ..records }, compare(false)),
+            ("large", records, compare(false)),
+            ("large", Circumstances::default(), OfFound::Settle(ModelSuspect)),
+            ("doubtful", records, OfFound::Conclude(Consistent)),
+            ("doubtful", undetermined, compare(false)),
+            ("contradicted", records, OfFound::TryAlone),
+            ("contradicted", Circumstances { best_agrees: true, ..records }, compare(false)),
+            ("contradicted", Circumstances { tried_alone: true, ..records }, compare(false)),
+            (
+                "contradicted twice",
+                Circumstances { tried_alone: true, ..records },
+                OfFound::Settle(ModelSuspect),
+            ),
+            ("loud", records, OfFound::Settle(Unsettled)),
+            ("untested", records, OfFound::Settle(Unsettled)),
+        ];
+        for (change, circumstances, expected) in cases {
+            let mut found = minimum(2000.0, 0.0);
+            found.fit.ssp = [0.01; 2];
+            changes.iter().find(|(name, _)| *name == change).unwrap().1(&mut found);
+            assert_eq!(of_found(&found, &circumstances), expected, "{change} {circumstances:?}");
+        }
+        let mut short = minimum(2000.0, 2.0);
+        short.fit.ssp = [0.01; 2];
+        for (circumstances, expected) in [
+            (records, OfFound::Prolong),
+            (spent, compare(true)),
+            (Circumstances { has_best: true, ..spent }, compare(false)),
+            (Circumstances { has_records: false, ..spent }, OfFound::Settle(Unsettled)),
+        ] {
+            assert_eq!(of_found(&short, &circumstances), expected, "{circumstances:?}");
+        }
+    }
+
+    fn compare(branch: bool) -> OfFound {
+        OfFound::Compare { branch }
+    }
+
+    /// By size and structure of the residuals, by how often the minimum has been reached, and by what is left of the budget.
+    #[test]
+    fn the_best_minimum() {
+        let go_on = |branch, search| OfBest::GoOn { branch, search };
+        for (sum_of_squares, whiteness, times, starts, expected) in [
+            (2000.0, 0.0, 1, 1, go_on(true, true)),
+            (2000.0, 0.0, 2, 2, OfBest::Conclude(Consistent)),
+            (2000.0, 5.0, 3, 3, go_on(true, true)),
+            (2000.0, 5.0, 4, 4, OfBest::Conclude(Consistent)),
+            (2000.0, 20.0, 4, 4, OfBest::Conclude(ModelSuspect)),
+            (4000.0, 0.0, 3, 3, go_on(true, true)),
+            (4000.0, 0.0, 4, 4, OfBest::Conclude(ModelSuspect)),
+            (2e5, 0.0, 3, 8, go_on(false, false)),
+        ] {
+            let mut best = minimum(sum_of_squares, 0.0);
+            (best.times, best.fit.whiteness) = (times, whiteness);
+            assert_eq!(of_best(&best, starts), expected, "{sum_of_squares} {whiteness} {times}");
+            best.has_rival = true;
+            assert!(matches!(of_best(&best, starts), OfBest::GoOn { .. }));
+            best.contradicted = true;
+            assert_eq!(of_best(&best, starts) == OfBest::TryAlone, times >= 2);
+        }
+        let mut short = minimum(2000.0, 2.0);
+        short.times = 2;
+        assert_eq!(of_best(&short, 2), go_on(true, true));
+    }
+}

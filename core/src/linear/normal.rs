@@ -1,0 +1,294 @@
+//! Normal equations of a linear least-squares problem, with the right-hand side as their last row.
+//!
+//! Each row `[a | b]` is added to `N = Σ [a | b]ᵀ [a | b]`. Elimination of the first unknowns (a partial Cholesky
+//! factorisation) leaves the Schur complement in place: the same equations with those unknowns projected out. The last corner
+//! then holds the sum of squares that remains.
+
+use fearless_simd::Level;
+
+use super::gram;
+use super::packed::packed;
+
+/// Part of its diagonal below which the pivot of an unknown counts as zero: the unknown then depends on the unknowns before it.
+const DEPENDENT: f64 = 1e-13;
+
+/// `Σ aᵢ bᵢ`, in partial sums, so that the additions need not wait for each other.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const SUMS: usize = 8;
+    let mut sums = [0.0; SUMS];
+    let (a, a_rest) = a.as_chunks::<SUMS>();
+    let (b, b_rest) = b.as_chunks::<SUMS>();
+    for (a, b) in a.iter().zip(b) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Normal equations: a symmetric matrix, lower triangle packed by rows. `L` is `packed(most unknowns + 1)`.
+#[derive(Clone, Debug)]
+pub(crate) struct Normal<const L: usize> {
+    /// Number of unknowns, plus one for the right-hand side.
+    size: usize,
+    entries: [f64; L],
+}
+
+impl<const L: usize> Normal<L> {
+    pub(crate) const fn new() -> Self {
+        Self { size: 1, entries: [0.0; L] }
+    }
+
+    /// Sets all entries to zero, for `unknowns` unknowns.
+    pub(crate) fn reset(&mut self, unknowns: usize) {
+        self.size = unknowns + 1;
+        self.entries[..packed(self.size)].fill(0.0);
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.size - 1
+    }
+
+    /// All rows, one after the other, each up to its diagonal.
+    pub(crate) fn entries(&self) -> &[f64] {
+        &self.entries[..packed(self.size)]
+    }
+
+    /// As [`Normal::entries`], mutable.
+    pub(crate) fn entries_mut(&mut self) -> &mut [f64] {
+        &mut self.entries[..packed(self.size)]
+    }
+
+    /// Row `i` up to its diagonal.
+    pub(crate) fn row(&self, i: usize) -> &[f64] {
+        &self.entries[packed(i)..packed(i + 1)]
+    }
+
+    /// The right-hand side, and behind it the sum of squares of the residual.
+    pub(crate) fn right(&self) -> &[f64] {
+        self.row(self.size - 1)
+    }
+
+    /// Sum of squares of the residual.
+    pub(crate) fn sum_of_squares(&self) -> f64 {
+        self.entries[packed(self.size) - 1]
+    }
+
+    /// Difference between the sum of squares and its minimum. Valid before an elimination.
+    pub(crate) fn excess(&self) -> f64 {
+        let mut least = self.clone();
+        least.eliminate(self.unknowns());
+        self.sum_of_squares() - least.sum_of_squares()
+    }
+
+    /// Adds six rows, each as long as the unknowns and the right-hand side.
+    #[inline(always)]
+    pub(crate) fn add<const W: usize>(&mut self, rows: &[[f64; W]; 6]) {
+        for i in 0..self.size {
+            let [a, b, c, d, e, f] = rows.each_ref().map(|row| &row[..=i]);
+            let (ai, bi, ci, di, ei, fi) = (a[i], b[i], c[i], d[i], e[i], f[i]);
+            let target = &mut self.entries[packed(i)..packed(i + 1)];
+            for (j, target) in target.iter_mut().enumerate() {
+                *target += ai * a[j] + bi * b[j] + ci * c[j] + di * d[j] + ei * e[j] + fi * f[j];
+            }
+        }
+    }
+
+    /// Adds many rows, each as long as the unknowns and the right-hand side, and [padded](gram::padded).
+    pub(crate) fn add_all<const W: usize>(&mut self, level: Level, rows: &[[f64; W]]) {
+        gram::add(level, &mut self.entries[..packed(self.size)], self.size, rows);
+    }
+
+    /// Adds a cost that prefers small values of the first unknowns; the equations seek the changes of these values from
+    /// `standing`. The square of each value costs `part` of the unknown's diagonal.
+    pub(crate) fn prefer_small(&mut self, standing: &[f64], part: f64) {
+        let right = packed(self.size - 1);
+        for (k, value) in standing.iter().enumerate() {
+            let cost = part * self.entries[packed(k + 1) - 1];
+            self.entries[packed(k + 1) - 1] += cost;
+            self.entries[right + k] -= cost * value;
+            self.entries[packed(self.size) - 1] += cost * value * value;
+        }
+    }
+
+    /// Eliminates the first `count` unknowns. Their rows and columns then hold the factor, and the rest holds the Schur
+    /// complement. An unknown that the equations do not determine stays at zero.
+    pub(crate) fn eliminate(&mut self, count: usize) {
+        for i in 0..self.size {
+            let (above, row) = self.entries.split_at_mut(packed(i));
+            for j in 0..i {
+                let factor = &above[packed(j)..packed(j + 1)];
+                let known = j.min(count);
+                row[j] -= dot(&row[..known], &factor[..known]);
+                if j < count {
+                    row[j] = if factor[j] > 0.0 { row[j] / factor[j] } else { 0.0 };
+                }
+            }
+            let known = i.min(count);
+            let pivot = row[i] - dot(&row[..known], &row[..known]);
+            row[i] = match i < count {
+                true if pivot > DEPENDENT * row[i] => libm::sqrt(pivot),
+                true => 0.0,
+                false => pivot,
+            };
+        }
+    }
+
+    /// Values of the first `count` unknowns after [`Normal::eliminate`] of these, with the later unknowns at zero.
+    pub(crate) fn substitute(&self, count: usize, solution: &mut [f64]) {
+        let right = packed(self.size - 1);
+        for k in (0..count).rev() {
+            let mut sum = self.entries[right + k];
+            for i in k + 1..count {
+                sum -= self.entries[packed(i) + k] * solution[i];
+            }
+            let pivot = self.entries[packed(k + 1) - 1];
+            solution[k] = if pivot > 0.0 { sum / pivot } else { 0.0 };
+        }
+    }
+
+    /// Adds the Schur complement of another problem, whose first `eliminated` unknowns have been eliminated.
+    pub(crate) fn add_complement<const M: usize>(&mut self, other: &Normal<M>, eliminated: usize) {
+        self.take_complement(other, eliminated, 1.0);
+    }
+
+    /// Subtracts a complement that [`Normal::add_complement`] has added.
+    pub(crate) fn subtract_complement<const M: usize>(
+        &mut self,
+        other: &Normal<M>,
+        eliminated: usize,
+    ) {
+        self.take_complement(other, eliminated, -1.0);
+    }
+
+    fn take_complement<const M: usize>(&mut self, other: &Normal<M>, eliminated: usize, sign: f64) {
+        for i in 0..self.size {
+            let row = &other.row(eliminated + i)[eliminated..];
+            for (target, value) in self.entries[packed(i)..packed(i + 1)].iter_mut().zip(row) {
+                *target += sign * value;
+            }
+        }
+    }
+
+    /// Fixes unknowns at the given values: their columns move to the right-hand side. Valid before an elimination.
+    pub(crate) fn fix(&mut self, values: &[Option<f64>]) {
+        let right = packed(self.size - 1);
+        for (k, value) in values.iter().enumerate() {
+            let Some(value) = *value else { continue };
+            for i in 0..values.len() {
+                let entry = if i >= k { packed(i) + k } else { packed(k) + i };
+                if i != k {
+                    self.entries[right + i] -= self.entries[entry] * value;
+                    self.entries[entry] = 0.0;
+                }
+            }
+            self.entries[packed(k) + k] = 1.0;
+            self.entries[right + k] = value;
+        }
+    }
+
+    /// `2 gᵀx − xᵀNx`: decrease of the sum of squares by `step`. Valid before an elimination.
+    pub(crate) fn gain(&self, step: &[f64]) -> f64 {
+        let linear: f64 =
+            self.right()[..self.unknowns()].iter().zip(step).map(|(g, x)| g * x).sum();
+        2.0 * linear - self.quadratic(step)
+    }
+
+    /// `xᵀNx`: increase of the sum of squares by `step` from the minimum. Valid before an elimination.
+    pub(crate) fn quadratic(&self, step: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..self.unknowns() {
+            let row = self.row(i);
+            let off: f64 = row[..i].iter().zip(step).map(|(n, x)| n * x).sum();
+            sum += step[i] * (row[i] * step[i] + 2.0 * off);
+        }
+        sum
+    }
+
+    /// `g − Nx` of unknown `i`: half the decrease of the sum of squares per unit of this unknown, after `step`. Valid before
+    /// an elimination.
+    pub(crate) fn slope(&self, i: usize, step: &[f64]) -> f64 {
+        let before = self.row(i)[..i].iter().zip(step).map(|(n, x)| n * x);
+        let behind = (i..self.unknowns()).map(|j| self.row(j)[i] * step[j]);
+        self.right()[i] - before.sum::<f64>() - behind.sum::<f64>()
+    }
+
+    /// Moves the origin of the unknowns to `step`: the equations then seek the rest of the way. Valid before an elimination.
+    pub(crate) fn shift(&mut self, step: &[f64]) {
+        let gain = self.gain(step);
+        let right = packed(self.size - 1);
+        for i in 0..self.unknowns() {
+            for j in 0..=i {
+                let entry = self.entries[packed(i) + j];
+                self.entries[right + i] -= entry * step[j];
+                if j < i {
+                    self.entries[right + j] -= entry * step[i];
+                }
+            }
+        }
+        self.entries[packed(self.size) - 1] -= gain;
+    }
+
+    /// Adds the square of `value + step` of one unknown to the sum of squares.
+    pub(crate) fn add_prior(&mut self, unknown: usize, value: f64) {
+        self.add_sparse(&[(unknown, 1.0)], value);
+    }
+
+    /// Adds the square of `value + Σ factor · step` over some unknowns to the sum of squares.
+    pub(crate) fn add_sparse(&mut self, terms: &[(usize, f64)], value: f64) {
+        let right = packed(self.size - 1);
+        for &(i, own) in terms {
+            for &(j, other) in terms.iter().filter(|(j, _)| *j <= i) {
+                self.entries[packed(i) + j] += own * other;
+            }
+            self.entries[right + i] -= own * value;
+        }
+        self.entries[packed(self.size) - 1] += value * value;
+    }
+
+    /// Entry (i, j), j ≤ i.
+    pub(crate) fn entry(&mut self, i: usize, j: usize) -> &mut f64 {
+        &mut self.entries[packed(i) + j]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+        /// The projection, the solution and the remaining sum of squares equal those of a least-squares solution by SVD.
+        #[test]
+        fn projects_out_like_least_squares(values in proptest::collection::vec(-1.0_f64..1.0, 6 * 4 * 10)) {
+            const UNKNOWNS: usize = 9;
+            let mut normal = Normal::<{ packed(UNKNOWNS + 1) }>::new();
+            normal.reset(UNKNOWNS);
+            let all = DMatrix::from_row_slice(24, UNKNOWNS + 1, &values);
+            for block in 0..4 {
+                let rows: [[f64; UNKNOWNS + 1]; 6] = core::array::from_fn(|r| core::array::from_fn(|c| all[(6 * block + r, c)]));
+                normal.add(&rows);
+            }
+            let (a, b) = (all.columns(0, UNKNOWNS).into_owned(), DVector::from(all.column(UNKNOWNS)));
+            let expected = a.clone().svd(true, true).solve(&b, 1e-12).map_err(TestCaseError::fail)?;
+            let residual = (&a * &expected - b).norm_squared();
+            // The elimination takes two steps: the first four unknowns are projected out, then the rest.
+            normal.eliminate(4);
+            let mut rest = Normal::<{ packed(UNKNOWNS - 4 + 1) }>::new();
+            rest.reset(UNKNOWNS - 4);
+            rest.add_complement(&normal, 4);
+            rest.eliminate(UNKNOWNS - 4);
+            let mut solution = [0.0; UNKNOWNS - 4];
+            rest.substitute(UNKNOWNS - 4, &mut solution);
+            for (ours, expected) in solution.iter().zip(expected.iter().skip(4)) {
+                prop_assert!((ours - expected).abs() < 1e-6 * (1.0 + expected.abs()));
+            }
+            prop_assert!((rest.sum_of_squares() - residual).abs() < 1e-8);
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! The bins of a record, as many at a time as a vector has lanes.
+
+use heapless::Vec;
+
+use super::seam::{MAX_SEAM, ORDERS, Seam, powers};
+use crate::MAX_UNKNOWNS;
+use crate::linear::gram::{WIDEST, padded};
+use crate::receptance::Complex;
+use crate::receptance::lanes::Lanes;
+use crate::spectrum::Experiment;
+
+/// Columns of a row: seam, what is sought, residual; padded.
+pub(super) const COLUMNS: usize = padded(MAX_SEAM + MAX_UNKNOWNS + 1);
+
+/// The bins of one record.
+pub(super) struct Bins<'a> {
+    spacing: f64,
+    first_bin: usize,
+    /// Per axis real and imaginary parts.
+    force: [[&'a [f32]; 2]; 3],
+    acceleration: [[&'a [f32]; 2]; 3],
+    /// Per axis mean squares.
+    force_noise: [&'a [f32]; 3],
+    acceleration_noise: [&'a [f32]; 3],
+    pub(super) seam: Seam,
+}
+
+impl<'a> Bins<'a> {
+    pub(super) fn of<const B: usize>(experiment: &'a Experiment<B>) -> Self {
+        Self {
+            spacing: experiment.spacing,
+            first_bin: experiment.first_bin,
+            force: experiment.force.parts(),
+            acceleration: experiment.acceleration.parts(),
+            force_noise: experiment.force_noise.each_ref().map(Vec::as_slice),
+            acceleration_noise: experiment.acceleration_noise.each_ref().map(Vec::as_slice),
+            seam: experiment.seam,
+        }
+    }
+
+    pub(super) fn bins(&self) -> usize {
+        self.force[0][0].len()
+    }
+
+    /// Real and imaginary part of the acceleration along each axis.
+    #[inline(always)]
+    pub(super) fn measured(&self, bin: usize) -> [[f64; 2]; 3] {
+        let mut measured = [[0.0; 2]; 3];
+        for axis in 0..3 {
+            for part in 0..2 {
+                measured[axis][part] = f64::from(self.acceleration[axis][part][bin]);
+            }
+        }
+        measured
+    }
+
+    /// Mean squares of the noise of the force, as a sensor of no gain would have it, and of the acceleration.
+    #[inline(always)]
+    pub(super) fn noise(&self, force_gain: &[f64; 3], bin: usize) -> [[f64; 3]; 2] {
+        let mut noise = [[0.0; 3]; 2];
+        for axis in 0..3 {
+            let gain = force_gain[axis];
+            noise[0][axis] = f64::from(self.force_noise[axis][bin]) / (gain * gain);
+            noise[1][axis] = f64::from(self.acceleration_noise[axis][bin]);
+        }
+        noise
+    }
+
+    fn omega(&self, bin: usize) -> f64 {
+        (self.first_bin + bin) as f64 * self.spacing
+    }
+}
+
+/// One bin per lane; the last bin is repeated where the band ends.
+pub(super) struct Batch<V> {
+    pub(super) s: Complex<V>,
+    pub(super) inverse_s: Complex<V>,
+    /// As measured, and then as best known.
+    pub(super) force: [Complex<V>; 3],
+    /// Powers of s/ω₀ of each lane, ω₀ the lowest angular frequency of the band.
+    pub(super) powers: [[f64; ORDERS]; WIDEST],
+}
+
+impl<V: Lanes<Scalar = f64>> Batch<V> {
+    #[inline(always)]
+    pub(super) fn new(like: V, record: &Bins<'_>, force_gain: &[f64; 3], first: usize) -> Self {
+        let last = record.bins() - 1;
+        let gather = |value: &dyn Fn(usize) -> f64| {
+            let mut lanes = [0.0; WIDEST];
+            for (lane, target) in lanes[..V::WIDTH].iter_mut().enumerate() {
+                *target = value((first + lane).min(last));
+            }
+            like.load(&lanes)
+        };
+        let zero = like.fill(0.0);
+        let omega = gather(&|bin| record.omega(bin));
+        let inverse = gather(&|bin| -1.0 / record.omega(bin));
+        let force = core::array::from_fn(|axis| Complex {
+            re: gather(&|bin| f64::from(record.force[axis][0][bin]) / force_gain[axis]),
+            im: gather(&|bin| f64::from(record.force[axis][1][bin]) / force_gain[axis]),
+        });
+        let mut of_ratio = [[0.0; ORDERS]; WIDEST];
+        for (lane, of_ratio) in of_ratio[..V::WIDTH].iter_mut().enumerate() {
+            *of_ratio = powers(record.omega((first + lane).min(last)) / record.omega(0));
+        }
+        let (s, inverse_s) = (Complex::new(zero, omega), Complex::new(zero, inverse));
+        Self { s, inverse_s, force, powers: of_ratio }
+    }
+}
+
+/// Real and imaginary parts, lane by lane.
+#[inline(always)]
+pub(super) fn spill<V: Lanes<Scalar = f64>>(value: Complex<V>) -> [[f64; WIDEST]; 2] {
+    [value.re, value.im].map(|part| {
+        let mut lanes = [0.0; WIDEST];
+        part.store(&mut lanes);
+        lanes
+    })
+}

@@ -1,0 +1,189 @@
+//! Sections and keys of `EDGE.toml`, not yet checked.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+use super::{Accelerometer, BoundsSection};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct File {
+    pub(super) model: ModelSection,
+    #[serde(default)]
+    pub(super) bounds: BoundsSection,
+    pub(super) bus: BusSection,
+    pub(super) signals: SignalsSection,
+    pub(super) measurement: MeasurementSection,
+    #[serde(default)]
+    pub(super) mounting: MountingSection,
+    #[serde(rename = "static")]
+    pub(super) statics: Option<StaticSection>,
+    #[serde(default)]
+    pub(super) calibration: CalibrationSection,
+    #[serde(default)]
+    pub(super) parameters: ParametersSection,
+    #[serde(default)]
+    pub(super) search: SearchSection,
+    #[serde(default)]
+    pub(super) server: ServerSection,
+    pub(super) state: Option<StateSection>,
+    pub(super) simulation: Option<SimulationSection>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ModelSection {
+    pub(super) file: PathBuf,
+    #[serde(default = "ModelSection::standard_gravity")]
+    pub(super) gravity_m_per_s2: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BusSection {
+    pub(super) interface: String,
+    pub(super) dbc: PathBuf,
+}
+
+/// Names of signals in the DBC file. A name that occurs in several messages is written with its message, `Message.signal`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SignalsSection {
+    /// Signals of the force along x, y, z of the TCP.
+    pub force: [String; 3],
+    /// Signal that counts the instants in the force's message.
+    pub force_counter: String,
+    /// Signals of the acceleration along x, y, z of the TCP.
+    pub acceleration: [String; 3],
+    /// Signal that counts the instants in the acceleration's message.
+    pub acceleration_counter: String,
+    /// Signals of the angle or stroke of each joint, base first.
+    pub joints: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MeasurementSection {
+    pub(super) rate_hz: f64,
+    pub(super) band_hz: [f64; 2],
+    #[serde(default = "MeasurementSection::mounted_on_the_tool", with = "AccelerometerKey")]
+    pub(super) accelerometer: Accelerometer,
+    pub(super) record_samples: Option<usize>,
+}
+
+/// Names of the variants of [`Accelerometer`].
+#[derive(Deserialize)]
+#[serde(remote = "Accelerometer", rename_all = "lowercase")]
+enum AccelerometerKey {
+    Inertial,
+    Strapdown,
+}
+
+/// Position and axes of the sensors, in TCP axes. By default the sensors sit at the TCP and along its axes.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MountingSection {
+    #[serde(default)]
+    pub(super) accelerometer_xyz_m: [f64; 3],
+    #[serde(default)]
+    pub(super) accelerometer_rpy_rad: [f64; 3],
+    #[serde(default)]
+    pub(super) force_rpy_rad: [f64; 3],
+    pub(super) tool_mass_kg: Option<f64>,
+    pub(super) tool_centre_m: Option<[f64; 3]>,
+}
+
+/// Nuisances that are sought, each with the standard deviation of its prior.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CalibrationSection {
+    pub(super) delay_s: Option<f64>,
+    pub(super) acceleration_gain: Option<f64>,
+    pub(super) force_gain: Option<f64>,
+    pub(super) misalignment_rad: Option<f64>,
+    pub(super) link_mass: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ParametersSection {
+    /// Values of the fixed parameters, by the parameter's name.
+    #[serde(default)]
+    pub(super) fixed: BTreeMap<String, f64>,
+    /// Groups of parameters that share one value.
+    #[serde(default)]
+    pub(super) tied: Vec<Vec<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StaticSection {
+    pub(super) file: PathBuf,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SearchSection {
+    #[serde(default)]
+    pub(super) seed: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ServerSection {
+    #[serde(default = "ServerSection::beside_the_file")]
+    pub(super) listen: Vec<String>,
+    pub(super) socket_mode: Option<u32>,
+    pub(super) socket_group: Option<String>,
+}
+
+/// File in which the daemon keeps its state. By default it lies in systemd's state directory, if there is one.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StateSection {
+    pub(super) file: PathBuf,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SimulationSection {
+    pub(super) scenario: PathBuf,
+}
+
+impl SignalsSection {
+    /// Returns every name with its key.
+    pub(crate) fn all(&self) -> impl Iterator<Item = (&'static str, &String)> {
+        let with = |key| move |name| (key, name);
+        (self.force.iter().map(with("force")))
+            .chain(self.acceleration.iter().map(with("acceleration")))
+            .chain(self.joints.iter().map(with("joints")))
+            .chain([("force_counter", &self.force_counter)])
+            .chain([("acceleration_counter", &self.acceleration_counter)])
+    }
+}
+
+impl ModelSection {
+    fn standard_gravity() -> [f64; 3] {
+        [0.0, 0.0, -9.80665]
+    }
+}
+
+impl MeasurementSection {
+    fn mounted_on_the_tool() -> Accelerometer {
+        Accelerometer::Strapdown
+    }
+}
+
+impl ServerSection {
+    fn beside_the_file() -> Vec<String> {
+        vec!["unix:flexid.sock".to_string()]
+    }
+}
+
+impl Default for ServerSection {
+    fn default() -> Self {
+        Self { listen: Self::beside_the_file(), socket_mode: None, socket_group: None }
+    }
+}

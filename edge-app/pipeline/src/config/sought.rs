@@ -1,0 +1,125 @@
+//! Sections `[calibration]` and `[parameters]`: what is sought.
+
+use flexid_core::calibration::Nuisances;
+use flexid_core::unknowns::{Coordinate, Sought};
+
+use super::CONCEIVABLE;
+use super::file::{CalibrationSection, ParametersSection};
+use crate::model::Model;
+use crate::names::DOF_NAMES;
+
+/// Makes `Sought` of the nuisances and of the parameters that are fixed or tied to others.
+pub(super) fn sought(
+    calibration: &CalibrationSection,
+    parameters: &ParametersSection,
+    model: &Model,
+) -> Result<Sought, String> {
+    let mut sought = Sought::new(model.joints.len(), &nuisances(calibration)?)
+        .map_err(|error| format!("[model]: {error}"))?;
+    let mut taken = Vec::new();
+    let mut once = |place: &str, name: &str, coordinate: Coordinate| {
+        if taken.contains(&coordinate) {
+            return Err(format!(
+                "[parameters] {place}: {name:?} is there twice: fix or tie it once"
+            ));
+        }
+        taken.push(coordinate);
+        Ok(coordinate)
+    };
+    for (name, &value) in &parameters.fixed {
+        if !CONCEIVABLE.contains(&value) {
+            let (least, most) = CONCEIVABLE.into_inner();
+            return Err(format!(
+                "[parameters] fixed {name:?} is {value:e}: must lie between {least:e} and {most:e}"
+            ));
+        }
+        let coordinate = once("fixed", name, parameter("[parameters] fixed", name, model)?)?;
+        let unfit = |error| format!("[parameters] fixed {name:?}: {error}");
+        sought.fix(coordinate, value).map_err(unfit)?;
+    }
+    for names in &parameters.tied {
+        let mut coordinates = Vec::new();
+        for name in names {
+            coordinates.push(once("tied", name, parameter("[parameters] tied", name, model)?)?);
+        }
+        let [first, others @ ..] = coordinates.as_slice() else {
+            return Err("[parameters] tied has a group without a name: name two or more".into());
+        };
+        if others.is_empty() {
+            return Err(format!(
+                "[parameters] tied: {:?} is alone in its group: name two or more",
+                names[0]
+            ));
+        }
+        for (other, name) in others.iter().zip(&names[1..]) {
+            if kind(*first) != kind(*other) {
+                return Err(format!(
+                    "[parameters] tied: {:?} and {name:?} are of different units: tie like to like",
+                    names[0]
+                ));
+            }
+            let unfit = |error| format!("[parameters] tied {name:?}: {error}");
+            sought.tie(*other, *first).map_err(unfit)?;
+        }
+    }
+    if sought.unknowns() == 0 {
+        return Err("[parameters] fixed names every parameter: leave one to be sought".into());
+    }
+    Ok(sought)
+}
+
+fn nuisances(section: &CalibrationSection) -> Result<Nuisances, String> {
+    // The fit is linear about the nominal value. Beyond these widths the model must be corrected.
+    let width = |key: &str, width: Option<f64>, most: f64, unit: &str| match width {
+        Some(width) if !(width > 0.0 && width <= most) => Err(format!(
+            "[calibration] {key} is {width}: must be above 0 and at most {most} ({unit})"
+        )),
+        _ => Ok(width),
+    };
+    let part = "0.1 is 10 %";
+    Ok(Nuisances {
+        delay: width("delay_s", section.delay_s, 0.1, "in s")?,
+        acceleration_gain: width("acceleration_gain", section.acceleration_gain, 1.0, part)?,
+        force_gain: width("force_gain", section.force_gain, 1.0, part)?,
+        misalignment: width("misalignment_rad", section.misalignment_rad, 0.5, "in rad")?,
+        mass: width("link_mass", section.link_mass, 1.0, part)?,
+    })
+}
+
+/// Returns the index of the joint `name`, base first.
+pub(super) fn joint(name: &str, model: &Model) -> Result<usize, String> {
+    model.joints.iter().position(|own| own.name == name).ok_or_else(|| {
+        let names: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+        format!("the model has no joint {name:?}, it has {}", names.join(", "))
+    })
+}
+
+/// Parses the name of a parameter, for example `joint_1.stiffness.tx`. The name of the joint may contain points. `place` names
+/// the section in errors.
+pub(super) fn parameter(place: &str, name: &str, model: &Model) -> Result<Coordinate, String> {
+    let wrong = |mend: String| format!("{place} has {name:?}: {mend}");
+    let shape = || wrong("write it like \"joint_1.stiffness.tx\"".into());
+    let mut parts = name.rsplitn(3, '.');
+    let (Some(dof), Some(kind), Some(joint)) = (parts.next(), parts.next(), parts.next()) else {
+        return Err(shape());
+    };
+    let joint = self::joint(joint, model).map_err(wrong)?;
+    let dof = DOF_NAMES.iter().position(|own| *own == dof).ok_or_else(|| {
+        wrong(format!("{dof:?} is no degree of freedom: one of {}", DOF_NAMES.join(", ")))
+    })?;
+    match kind {
+        "stiffness" => Ok(Coordinate::Stiffness { joint, dof }),
+        "damping" => Ok(Coordinate::Damping { joint, dof }),
+        _ => Err(wrong(format!("{kind:?} is neither \"stiffness\" nor \"damping\""))),
+    }
+}
+
+/// Returns whether a parameter is a damping, and whether it belongs to a rotation. Its unit and its bounds depend on both.
+/// Returns `None` for a nuisance.
+fn kind(parameter: Coordinate) -> Option<[bool; 2]> {
+    match parameter {
+        Coordinate::Stiffness { dof, .. } => Some([false, dof >= 3]),
+        Coordinate::Damping { dof, .. } => Some([true, dof >= 3]),
+        _ => None,
+    }
+}

@@ -1,0 +1,164 @@
+//! Errors in the files of users. Each is one line that names the file, the place and the correction.
+
+use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+use serde_path_to_error::Segment;
+
+/// Error of a file that cannot be used. Its text is one line that names the file, the place and the correction.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct BadInput {
+    /// Name of the file.
+    pub file: PathBuf,
+    /// Line, from 1. `None` if it is not known.
+    pub line: Option<usize>,
+    /// The mistake and its correction.
+    pub message: String,
+}
+
+impl BadInput {
+    /// Makes an error of the file as a whole, or of a place that the message names.
+    pub fn new(file: &Path, message: impl fmt::Display) -> Self {
+        Self { file: file.to_path_buf(), line: None, message: one_line(&message.to_string()) }
+    }
+}
+
+impl fmt::Display for BadInput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, "{line}:")?;
+        }
+        write!(f, " {}", self.message)
+    }
+}
+
+/// Largest file that is read, bytes. All files for flexid are far smaller.
+const LARGEST: u64 = 16 << 20;
+
+/// Reads the bytes of `file`.
+///
+/// # Errors
+/// The file cannot be read, or is larger than 16 MiB.
+pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, BadInput> {
+    let unreadable = |error| BadInput::new(file, format!("cannot be read: {error}"));
+    let mut bytes = Vec::new();
+    let open = File::open(file).map_err(unreadable)?;
+    open.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(BadInput::new(file, "is larger than 16 MiB: name another file"));
+    }
+    Ok(bytes)
+}
+
+/// Reads the text of `file`.
+///
+/// # Errors
+/// The file cannot be read, is larger than 16 MiB, or is not UTF-8.
+pub fn read(file: &Path) -> Result<String, BadInput> {
+    String::from_utf8(read_bytes(file)?)
+        .map_err(|_| BadInput::new(file, "is not text: must be UTF-8"))
+}
+
+/// Parses the TOML `text` of `file`. For a key that `T` does not have (`serde(deny_unknown_fields)`), the error suggests the
+/// most similar key. The ending of a key, for example `_hz`, gives the unit in the error.
+///
+/// # Errors
+/// The error is one line that names the file, the line, the section, the key and the correction.
+pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, BadInput> {
+    let bad = |error: &toml::de::Error, place: &str, key: &str| {
+        let line = error.span().map(|span| {
+            let before = text.as_bytes().get(..span.start).unwrap_or_default();
+            1 + before.iter().filter(|&&byte| byte == b'\n').count()
+        });
+        let message = one_line(&format!("{place}{}", mend(error.message(), key)));
+        BadInput { file: file.to_path_buf(), line, message }
+    };
+    let document = toml::Deserializer::parse(text).map_err(|error| bad(&error, "", ""))?;
+    serde_path_to_error::deserialize(document).map_err(|error| {
+        let (place, key) = place(text, error.path());
+        bad(error.inner(), &place, &key)
+    })
+}
+
+/// Returns the section and the key that a path in the TOML `text` leads to. The section reads, for example,
+/// `[measurement] rate_hz: `.
+fn place(text: &str, path: &serde_path_to_error::Path) -> (String, String) {
+    let mut keys = path.iter().filter_map(|segment| match segment {
+        Segment::Map { key } => Some(key.as_str()),
+        _ => None,
+    });
+    let Some(first) = keys.next() else { return (String::new(), String::new()) };
+    let document: toml::Table = toml::from_str(text).unwrap_or_default();
+    let section = match document.get(first) {
+        Some(toml::Value::Table(_)) => format!("[{first}] "),
+        Some(toml::Value::Array(list)) if list.iter().any(toml::Value::is_table) => {
+            format!("[[{first}]] ")
+        }
+        _ => return (format!("{first}: "), first.to_owned()),
+    };
+    match keys.next() {
+        Some(key) => (format!("{section}{key}: "), key.to_owned()),
+        None => (section, String::new()),
+    }
+}
+
+/// Converts serde's message about `key` into one for users. It adds the most similar key and its unit where they are known.
+fn mend(message: &str, key: &str) -> String {
+    // serde quotes in backticks first the wrong key, then the known keys.
+    let mut names = message.split('`').skip(1).step_by(2);
+    let culprit = names.next().unwrap_or_default();
+    if message.starts_with("missing field") {
+        format!("key `{culprit}`{} is missing", unit_phrase(culprit))
+    } else if message.starts_with("unknown field") {
+        let known: Vec<&str> = names.collect();
+        let nearest = known.iter().copied().max_by(|a, b| {
+            strsim::jaro_winkler(a, culprit).total_cmp(&strsim::jaro_winkler(b, culprit))
+        });
+        match nearest.filter(|name| strsim::jaro_winkler(name, culprit) > 0.75) {
+            Some(name) => {
+                format!("unknown key `{culprit}`: did you mean `{name}`{}?", unit_phrase(name))
+            }
+            None => format!("unknown key `{culprit}`: known are {}", known.join(", ")),
+        }
+    } else {
+        // The names of Rust types are replaced by words for users.
+        let number = format!("expected a number{}", unit_phrase(key));
+        let whole = "expected a whole number that is not negative";
+        message
+            .replace(
+                "invalid type: map, expected f64",
+                "a name with points must stand in quotes, like \"a.b.c\" = 1",
+            )
+            .replace("expected f64", &number)
+            .replace("expected usize", whole)
+            .replace("expected u64", whole)
+    }
+}
+
+/// Returns the unit of a key, for example ` (in Hz)` for `rate_hz`.
+fn unit_phrase(key: &str) -> String {
+    // Longer endings first: `_n_per_m` also ends in `_m`.
+    const UNITS: [(&str, &str); 11] = [
+        ("_nm_per_rad", "Nm/rad"),
+        ("_nms_per_rad", "Nms/rad"),
+        ("_ns_per_m", "Ns/m"),
+        ("_n_per_m", "N/m"),
+        ("_m_per_s2", "m/s^2"),
+        ("_kg_m2", "kg m^2"),
+        ("_kg", "kg"),
+        ("_hz", "Hz"),
+        ("_rad", "rad"),
+        ("_m", "m"),
+        ("_s", "s"),
+    ];
+    let unit = UNITS.iter().find(|(ending, _)| key.ends_with(ending));
+    unit.map(|(_, unit)| format!(" (in {unit})")).unwrap_or_default()
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,35 @@
+//! Counts of what has come in.
+
+use flexid_core::stream::StreamHealth;
+
+use super::misfit::Misfit;
+use super::plausibility::Implausible;
+
+/// Counts of what has come in so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counts {
+    /// Number of frames of all kinds.
+    pub all: u64,
+    /// Number of frames of a known identifier, but of another length than in the DBC file.
+    pub wrong_length: u64,
+    /// Number of frames of an identifier that has no signal.
+    pub unknown: u64,
+    /// Number of remote requests and CAN FD frames of a known identifier.
+    pub not_data: u64,
+    /// Worst misfit among the frames of a wrong length and those without data.
+    pub misfit: Option<Misfit>,
+    /// Number of force and acceleration frames with a value at the limit of its signal.
+    pub clipped: u64,
+    /// Number of values at the limit for each axis: force x, y, z, acceleration x, y, z.
+    pub at_limit: [u64; 6],
+    /// Number of frames whose counter equals that of the frame before: force, acceleration.
+    pub standing_still: [u64; 2],
+    /// Number of force and acceleration readings that are not finite.
+    pub not_finite: u64,
+    /// Implausible readings.
+    pub implausible: Implausible,
+    /// Number of errors that the bus reported.
+    pub bus_errors: u64,
+    /// Counts of the stream.
+    pub stream: StreamHealth,
+}

@@ -1,0 +1,240 @@
+//! Turns frames into records, by source, signal table and stream.
+
+mod counts;
+mod misfit;
+mod obstacle;
+pub(crate) mod plausibility;
+mod strangers;
+
+use std::io;
+use std::time::Duration;
+
+use flexid_core::MAX_JOINTS;
+use flexid_core::stream::{Reading, Stream};
+
+use crate::config::Config;
+use crate::names::clipped_name;
+use crate::record::{Record, SAMPLES};
+use crate::signals::{NoReading, SignalTable};
+use crate::source::{Arrival, Flow, Frame, FrameKind, FrameSource};
+use crate::text::count as count_of;
+use crate::unchecked;
+pub use counts::Counts;
+use misfit::Misfits;
+pub use misfit::{Misfit, MisfitKind};
+use obstacle::{ReadingFaults, obstacle};
+pub(crate) use obstacle::{rate_used, wrong_rate};
+use plausibility::Plausibility;
+pub use plausibility::{Excess, Implausible};
+use strangers::Strangers;
+
+/// Turns frames into records.
+pub struct Intake<'a> {
+    table: &'a SignalTable,
+    stream: Box<Stream<SAMPLES>>,
+    counts: Counts,
+    batch: Vec<Arrival>,
+    seen: Seen,
+    misfits: Misfits,
+    strangers: Strangers,
+    reading_faults: ReadingFaults,
+    plausibility: Plausibility,
+}
+
+/// Signals that have come at least once.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    force: bool,
+    acceleration: bool,
+    joints: [bool; MAX_JOINTS],
+}
+
+impl<'a> Intake<'a> {
+    /// Makes an intake that has not read any frame. The calling thread needs a large stack.
+    ///
+    /// # Errors
+    /// A checked config gives no error.
+    pub fn new(config: &'a Config) -> io::Result<Self> {
+        Ok(Self {
+            table: &config.signals,
+            stream: Box::new(Stream::new(config.stream()).map_err(unchecked)?),
+            counts: Counts::default(),
+            batch: Vec::new(),
+            seen: Seen::default(),
+            misfits: Misfits::default(),
+            strangers: Strangers::default(),
+            reading_faults: ReadingFaults::default(),
+            plausibility: Plausibility::new(config),
+        })
+    }
+
+    /// Reads once from `source` and passes each complete record to `sink`.
+    ///
+    /// # Errors
+    /// The source is broken for good. The frames that it brought before have been taken.
+    pub fn read(
+        &mut self,
+        source: &mut dyn FrameSource,
+        timeout: Duration,
+        mut sink: impl FnMut(&Record),
+    ) -> io::Result<Flow> {
+        self.batch.clear();
+        let flow = source.read(&mut self.batch, timeout);
+        let Self {
+            table,
+            stream,
+            counts,
+            batch,
+            seen,
+            misfits,
+            strangers,
+            reading_faults,
+            plausibility,
+        } = self;
+        for &Arrival { time_s, frame } in &*batch {
+            let decoded = table.decode(&frame, |reading| {
+                seen.note(&reading);
+                reading_faults.note(&reading);
+                plausibility.note(&reading);
+                stream.push(time_s, reading, |record| {
+                    plausibility.note_record(record);
+                    sink(record);
+                });
+            });
+            match decoded {
+                Ok(limits) => {
+                    misfits.fits(&frame);
+                    counts.clipped += u64::from(limits.contains(&true));
+                    for (count, limit) in counts.at_limit.iter_mut().zip(limits) {
+                        *count += u64::from(limit);
+                    }
+                }
+                Err(reason) => {
+                    if reason == NoReading::UnknownId {
+                        strangers.note(&frame);
+                    }
+                    count(&frame, reason, counts, misfits);
+                }
+            }
+        }
+        counts.all += batch.len() as u64;
+        flow
+    }
+
+    /// Ends the stream: no frame will follow. Passes to `sink` what is complete enough for a record.
+    pub fn finish(&mut self, mut sink: impl FnMut(&Record)) {
+        self.stream.finish(|record| {
+            self.plausibility.note_record(record);
+            sink(record);
+        });
+    }
+
+    /// Ends the present record after frames may have been missed. Passes to `sink` what is complete enough for a record, and
+    /// discards all joint angles.
+    pub fn forget_angles(&mut self, sink: impl FnMut(&Record)) {
+        self.stream.forget_angles(sink);
+    }
+
+    /// Returns the counts so far.
+    pub fn counts(&self) -> Counts {
+        Counts {
+            misfit: self.misfits.worst(),
+            standing_still: self.reading_faults.standing_still,
+            not_finite: self.reading_faults.not_finite,
+            implausible: self.plausibility.implausible(),
+            stream: self.stream.health(),
+            ..self.counts
+        }
+    }
+
+    /// Returns the part of a full record that the present cut has given so far, 0 to 1.
+    pub fn record_fraction(&self) -> f32 {
+        self.stream.record_fraction()
+    }
+
+    /// Returns the unknown identifiers beside the expected ones, if no frame has a known identifier.
+    fn strangers(&self) -> Option<String> {
+        let known = self.counts.all - self.counts.unknown - self.counts.bus_errors;
+        (known == 0).then(|| self.strangers.beside(&self.table.identifiers())).flatten()
+    }
+
+    /// Returns in words the obstacle to records, or else what the intake waits for.
+    pub fn state(&self, config: &Config) -> String {
+        let counts = self.counts();
+        let recording = counts.stream.records > 0;
+        if self.counts.all == 0 {
+            return "waiting for frames".into();
+        }
+        if self.counts.all == self.counts.bus_errors {
+            let errors = count_of(self.counts.bus_errors, "error");
+            let interface = &config.interface;
+            return format!(
+                "waiting for frames: {errors} of the bus and no frame: is the bit rate of {interface} that of the bus?"
+            );
+        }
+        if let Some(obstacle) = obstacle(&counts, config).filter(|_| !recording) {
+            return obstacle;
+        }
+        if let Some(strangers) = self.strangers() {
+            return format!("no frame of [bus] dbc: {strangers}");
+        }
+        if !self.seen.force {
+            return "waiting for force frames: none seen".into();
+        }
+        if !self.seen.acceleration {
+            return "waiting for acceleration frames: none seen".into();
+        }
+        let silent = config.model.joints.iter().zip(self.seen.joints).filter(|(_, seen)| !seen);
+        let silent: Vec<String> = silent.map(|(joint, _)| clipped_name(&joint.name)).collect();
+        if !silent.is_empty() {
+            return format!("waiting for joint angles: {} not seen", silent.join(", "));
+        }
+        let state = if !recording {
+            let seconds = config.record_samples as f64 / config.rate_hz;
+            let faint = plausibility::faint_force(&counts.implausible);
+            format!("waiting for the first record: {seconds:.1} s of milling at one pose{faint}")
+        } else if let Some(joint) = self.stream.missing_joint() {
+            let joint = clipped_name(&config.model.joints[joint].name);
+            format!("waiting for joint angles: {joint} does not come any more")
+        } else {
+            "measuring".into()
+        };
+        match plausibility::warnings(&counts.implausible, &counts.at_limit, config).first() {
+            Some(warning) => format!("{state}; {warning}"),
+            None => state,
+        }
+    }
+}
+
+/// Counts a frame that gives no reading.
+fn count(frame: &Frame, reason: NoReading, counts: &mut Counts, misfits: &mut Misfits) {
+    match reason {
+        NoReading::WrongLength { expected } => {
+            let got = frame.data().len() as u8;
+            misfits.add(frame, MisfitKind::Length { got, expected });
+            counts.wrong_length += 1;
+        }
+        NoReading::NotData => {
+            let remote = frame.kind == FrameKind::Remote;
+            let kind = if remote { MisfitKind::Remote } else { MisfitKind::Fd };
+            misfits.add(frame, kind);
+            counts.not_data += 1;
+        }
+        NoReading::UnknownId => counts.unknown += 1,
+        NoReading::ErrorFrame => counts.bus_errors += 1,
+    }
+}
+
+impl Seen {
+    fn note(&mut self, reading: &Reading) {
+        match reading {
+            Reading::Force { .. } => self.force = true,
+            Reading::Acceleration { .. } => self.acceleration = true,
+            Reading::Joint { index, .. } => {
+                if let Some(seen) = self.joints.get_mut(usize::from(*index)) {
+                    *seen = true;
+                }
+            }
+        }
+    }
+}

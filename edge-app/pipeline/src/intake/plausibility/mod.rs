@@ -1,0 +1,382 @@
+//! Checks whether readings agree with the configuration: units, broken sensors, angles that the robot cannot have.
+//!
+//! The residuals alone do not show a wrong unit: it makes the fit as wrong as a wrong mass does. This module therefore counts
+//! implausible readings, frame by frame and record by record, and its warnings come before all others. The counts cover the
+//! newest frames only: the warning of a fault that was corrected ends after some minutes.
+
+mod channel;
+mod joints;
+mod rest;
+mod scale;
+
+use flexid_core::MAX_JOINTS;
+use flexid_core::stream::Reading;
+
+use crate::config::Config;
+use crate::names::{clipped_name, enumerate};
+use crate::record::{MAX_EXPERIMENTS, Record, SAMPLES};
+use crate::text::count;
+use channel::{Channel, Ends, WINDOW, Window, end_piece};
+pub use joints::Excess;
+use joints::Joints;
+pub(crate) use scale::Scale;
+
+/// Room for the names of signals in a line, bytes.
+const ROOM: usize = 120;
+/// Least force of a cut, N. Milling takes tens of newtons and more. The acceleration of a robot's link by one newton (1 N on
+/// some 10 kg) is hidden by the noise. A force in kN that is taken for N stays below this limit up to 1000 N.
+const LEAST_CUT_N: f32 = 1.0;
+
+/// Most force frames that a tally covers: as many as the longest records that are kept have, 4.4 minutes at 2 kHz.
+const STRETCH: u64 = (MAX_EXPERIMENTS * SAMPLES) as u64;
+/// Spikes that are rarer than one in so many frames are not reported: 65 s at 2 kHz. A robot that mills a record a minute would
+/// have one in each.
+const RARE: u64 = 131_072;
+
+/// Implausible readings among the newest frames. The axes are force x, y, z, then acceleration x, y, z.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Implausible {
+    /// Number of single samples far beyond their neighbours. Rare ones count as 0.
+    pub spikes: [u64; 6],
+    /// Number of samples of windows in which this axis never changed although another moved.
+    pub stuck: [u64; 6],
+    /// Number of samples at a value that the axis reaches again and again, but never exceeds.
+    pub flat: [u64; 6],
+    /// Angle or stroke of each joint that is farthest beyond its limits. A single angle that does not hold is left out.
+    pub joints: [Option<Excess>; MAX_JOINTS],
+    /// Mean acceleration of the newest record that was long enough, m/s².
+    pub rest: Option<[f64; 3]>,
+    /// Largest absolute value of the force so far, N.
+    pub largest_force: f32,
+}
+
+/// Counts implausible readings.
+#[derive(Clone, Debug)]
+pub(super) struct Plausibility {
+    channels: [Channel; 6],
+    /// Largest value of the counters.
+    last_counter: u32,
+    /// Newest counters of force and acceleration.
+    counters: [Option<u32>; 2],
+    /// Number of force frames.
+    frames: u64,
+    joints: Joints,
+    /// The tally that is reported, and the next one, which begins half a [`STRETCH`] later.
+    tallies: [Tally; 2],
+    rest: Option<[f64; 3]>,
+    largest_force: f32,
+}
+
+/// Implausible readings in a stretch of frames.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    /// Number of force frames.
+    frames: u64,
+    spikes: [u64; 6],
+    stuck: [u64; 6],
+    ends: [Ends; 6],
+    joints: [Option<Excess>; MAX_JOINTS],
+}
+
+impl Tally {
+    fn note_angle(&mut self, joint: usize, excess: Excess) {
+        self.joints[joint] = Some(excess.worse(self.joints[joint]));
+    }
+}
+
+impl Plausibility {
+    pub(super) fn new(config: &Config) -> Self {
+        let signals = &config.signals;
+        let steps = [signals.force_resolution, signals.acceleration_resolution];
+        Self {
+            channels: std::array::from_fn(|axis| Channel::new(steps[axis / 3])),
+            last_counter: u32::MAX >> (32 - signals.counter_bits.clamp(1, 32)),
+            counters: [None; 2],
+            frames: 0,
+            joints: Joints::new(&config.model),
+            tallies: [Tally::default(); 2],
+            rest: None,
+            largest_force: 0.0,
+        }
+    }
+
+    pub(super) fn note(&mut self, reading: &Reading) {
+        match reading {
+            Reading::Force { counter, value } => {
+                let largest = value.iter().fold(0.0_f32, |largest, v| largest.max(v.abs()));
+                self.largest_force = self.largest_force.max(largest);
+                self.sensor(0, *counter, value);
+                self.count_frame();
+            }
+            Reading::Acceleration { counter, value } => self.sensor(1, *counter, value),
+            Reading::Joint { index, value } => {
+                let joint = usize::from(*index);
+                if let Some(excess) = self.joints.note(joint, *value, self.frames) {
+                    self.tallies.iter_mut().for_each(|tally| tally.note_angle(joint, excess));
+                }
+            }
+        }
+    }
+
+    pub(super) fn note_record(&mut self, record: &Record) {
+        if let Some(mean) = rest::mean(record) {
+            self.rest = Some(mean);
+        }
+    }
+
+    pub(super) fn implausible(&self) -> Implausible {
+        let [told, _] = &self.tallies;
+        let flat = |axis: usize| self.channels[axis].flat(&told.ends[axis]);
+        let is_rare = |spikes: u64| spikes * RARE < told.frames;
+        Implausible {
+            spikes: told.spikes.map(|spikes| if is_rare(spikes) { 0 } else { spikes }),
+            stuck: told.stuck,
+            flat: std::array::from_fn(flat),
+            joints: told.joints,
+            rest: self.rest,
+            largest_force: self.largest_force,
+        }
+    }
+
+    /// Counts a force frame, and ends the window and the tally that end with it.
+    fn count_frame(&mut self) {
+        self.frames += 1;
+        self.tallies.iter_mut().for_each(|tally| tally.frames += 1);
+        if self.frames.is_multiple_of(WINDOW.into()) {
+            self.end_window();
+        }
+        if self.frames.is_multiple_of(STRETCH / 2) {
+            self.tallies = [self.tallies[1], Tally::default()];
+        }
+    }
+
+    /// Takes a frame of the force (`sensor` 0) or of the acceleration (`sensor` 1).
+    fn sensor(&mut self, sensor: usize, counter: u32, value: &[f32; 3]) {
+        if value.iter().any(|value| !value.is_finite()) {
+            return;
+        }
+        let before = self.counters[sensor].replace(counter);
+        let follows =
+            before.is_some_and(|before| before.wrapping_add(1) & self.last_counter == counter);
+        let first = 3 * sensor;
+        let mut spikes = [false; 3];
+        for (axis, value) in value.iter().enumerate() {
+            let channel = &mut self.channels[first + axis];
+            if !follows {
+                channel.interrupt();
+            }
+            spikes[axis] = channel.push(*value);
+        }
+        let axes = first..first + 3;
+        let ends = self.tallies.iter_mut().map(|tally| &mut tally.ends[axes.clone()]);
+        end_piece(&mut self.channels[axes.clone()], ends);
+        // A short impact shakes all axes at once, so that only a spike of a single axis counts.
+        if let [true, false, false] | [false, true, false] | [false, false, true] = spikes {
+            for tally in &mut self.tallies {
+                for (axis, spike) in spikes.into_iter().enumerate() {
+                    tally.spikes[first + axis] += u64::from(spike);
+                }
+            }
+        }
+    }
+
+    fn end_window(&mut self) {
+        let windows = self.channels.each_mut().map(Channel::end_window);
+        let moves = windows.contains(&Window::Moves);
+        let standing = self.joints.standing(self.frames);
+        for tally in &mut self.tallies {
+            for (stuck, window) in tally.stuck.iter_mut().zip(windows) {
+                *stuck += u64::from(if moves && window == Window::Stuck { WINDOW } else { 0 });
+            }
+            for (joint, excess) in standing.into_iter().enumerate() {
+                if let Some(excess) = excess {
+                    tally.note_angle(joint, excess);
+                }
+            }
+        }
+    }
+}
+
+/// Returns the warnings about implausible readings with their corrections, the gravest first: wrong units, then broken
+/// channels. `at_limit` counts the samples at the limit of each signal, which have a warning of their own.
+pub(crate) fn warnings(odd: &Implausible, at_limit: &[u64; 6], config: &Config) -> Vec<String> {
+    let mut warnings: Vec<String> = joints::warning(&odd.joints, config).into_iter().collect();
+    warnings.extend(odd.rest.and_then(|mean| rest::warning(mean, config)));
+    let mut channels = |samples: [u64; 6], what: &str, mend: &str| {
+        let axes = config.signals.axes.iter().zip(samples).filter(|(_, samples)| *samples > 0);
+        let axes: Vec<String> = axes
+            .map(|(name, samples)| format!("{} in {}", clipped_name(name), count(samples, "frame")))
+            .collect();
+        if !axes.is_empty() {
+            warnings.push(format!("{what}: {}: {mend}", enumerate(&axes, ROOM)));
+        }
+    };
+    channels(odd.stuck, "stuck while others move", "check the sensor and its wiring");
+    let flat = std::array::from_fn(|axis| if at_limit[axis] == 0 { odd.flat[axis] } else { 0 });
+    channels(flat, "flat at its largest value", "the sensor is overdriven: widen its range");
+    // In a signal that is cut off, each sample that is not stands out like a spike.
+    let whole = |axis: usize| odd.flat[axis] == 0 && at_limit[axis] == 0;
+    let spikes = std::array::from_fn(|axis| if whole(axis) { odd.spikes[axis] } else { 0 });
+    channels(spikes, "spikes of single samples", "check wiring, shield and supply");
+    warnings
+}
+
+/// Returns a remark if the force so far is smaller than that of a cut, else an empty text.
+pub(crate) fn faint_force(odd: &Implausible) -> String {
+    let largest = odd.largest_force;
+    if largest > 0.0 && largest < LEAST_CUT_N {
+        format!("; no force above {largest:.2} N so far: in kN?")
+    } else {
+        String::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn config() -> Config {
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-tools/scenario/mill3-edge.toml");
+        Config::load(&file).unwrap()
+    }
+
+    fn told(config: &Config, readings: impl Iterator<Item = Reading>) -> Vec<String> {
+        let mut plausibility = Plausibility::new(config);
+        readings.for_each(|reading| plausibility.note(&reading));
+        warnings(&plausibility.implausible(), &[0; 6], config)
+    }
+
+    /// Returns the readings of a cut of 100 N, changed by `spoil`.
+    fn cut(spoil: impl Fn(u32, &mut [f32; 6])) -> impl Iterator<Item = Reading> {
+        (0..10_000_u32).flat_map(move |counter| {
+            let tone = |axis: usize| (0.3 * counter as f32 + axis as f32).sin();
+            let mut values: [f32; 6] =
+                std::array::from_fn(|axis| if axis < 3 { 100.0 } else { 5.0 } * tone(axis));
+            spoil(counter, &mut values);
+            let [fx, fy, fz, ax, ay, az] = values;
+            [
+                Reading::Force { counter, value: [fx, fy, fz] },
+                Reading::Acceleration { counter, value: [ax, ay, az] },
+            ]
+        })
+    }
+
+    #[test]
+    fn broken_channels_are_named_with_their_count() {
+        let config = config();
+        assert_eq!(told(&config, cut(|_, _| {})), Vec::<String>::new());
+        let stuck = told(&config, cut(|_, values| values[2] = 1.5));
+        assert_eq!(
+            stuck,
+            ["stuck while others move: Fz in 8192 frames: check the sensor and its wiring"]
+        );
+        let spiked = told(
+            &config,
+            cut(|counter, values| {
+                if counter % 1000 == 999 {
+                    values[3] += 900.0;
+                    values[1] -= if counter == 4999 { 4000.0 } else { 0.0 };
+                }
+            }),
+        );
+        assert_eq!(
+            spiked,
+            [
+                "spikes of single samples: Fy in 1 frame and ax in 9 frames: check wiring, shield and supply"
+            ]
+        );
+        let clipped = told(&config, cut(|_, values| values[0] = values[0].min(70.0)));
+        assert!(clipped[0].starts_with("flat at its largest value: Fx in "), "{clipped:?}");
+        assert_eq!(clipped.len(), 1, "{clipped:?}");
+        // A jump across missing frames is no jump of the signal.
+        let rests = |counter: u32, values: &mut [f32; 6]| {
+            values[0] = 0.01 * values[0] + if counter == 5003 { 300.0 } else { 0.0 };
+        };
+        let whole = told(&config, cut(rests));
+        let spike = "spikes of single samples: Fx in 1 frame: check wiring, shield and supply";
+        assert_eq!(whole, [spike]);
+        let missing =
+            |reading: &Reading| !matches!(reading, Reading::Force { counter: 5001 | 5002, .. });
+        assert_eq!(told(&config, cut(rests).filter(missing)), Vec::<String>::new());
+        // The short impact of a tooth shows on all axes.
+        let tooth = |counter: u32, values: &mut [f32; 6]| {
+            let force = if counter.is_multiple_of(50) { 900.0 } else { 0.0 };
+            values[..3].copy_from_slice(&[force, 0.5 * force, -0.3 * force]);
+        };
+        assert_eq!(told(&config, cut(tooth)), Vec::<String>::new());
+    }
+
+    /// Reads a cut of `frames` frames, changed by `spoil`.
+    fn go_on(
+        plausibility: &mut Plausibility,
+        frames: u64,
+        spoil: impl Fn(u64, &mut [f32; 6]) + Copy,
+    ) {
+        for first in (0..frames).step_by(10_000) {
+            let spoil =
+                |counter: u32, values: &mut [f32; 6]| spoil(first + u64::from(counter), values);
+            cut(spoil)
+                .take(2 * (frames - first) as usize)
+                .for_each(|reading| plausibility.note(&reading));
+        }
+    }
+
+    #[test]
+    fn what_was_mended_is_warned_of_no_more() {
+        let config = config();
+        let mut plausibility = Plausibility::new(&config);
+        let joint = |index, value| Reading::Joint { index, value };
+        let told =
+            |plausibility: &Plausibility| warnings(&plausibility.implausible(), &[0; 6], &config);
+        let spoil = |frame: u64, values: &mut [f32; 6]| {
+            values[0] = values[0].min(70.0);
+            values[2] = 1.5;
+            values[3] += if frame % 1000 == 999 { 900.0 } else { 0.0 };
+        };
+        [90.0, 90.0, 0.0].iter().for_each(|angle| plausibility.note(&joint(1, *angle)));
+        // The faults last for a long time.
+        go_on(&mut plausibility, STRETCH, spoil);
+        [90.0, 90.0, 0.0].iter().for_each(|angle| plausibility.note(&joint(1, *angle)));
+        plausibility.note(&joint(2, 90.0));
+        go_on(&mut plausibility, 20_000, spoil);
+        let all = told(&plausibility);
+        let starts = [
+            "q2 reads 90",
+            "stuck while",
+            "flat at its largest value: Fx",
+            "spikes of single samples: ax",
+        ];
+        assert_eq!(all.len(), starts.len(), "{all:?}");
+        assert!(all.iter().zip(starts).all(|(line, start)| line.starts_with(start)), "{all:?}");
+        go_on(&mut plausibility, STRETCH - 20_000, |_, _| {});
+        let [still] = &told(&plausibility)[..] else { panic!("{:?}", told(&plausibility)) };
+        assert!(still.starts_with("q3 reads 90.0000"), "it holds: {still}");
+    }
+
+    #[test]
+    fn rare_spikes_are_none() {
+        let config = config();
+        let mut plausibility = Plausibility::new(&config);
+        let spikes = |every: u64| {
+            move |frame: u64, values: &mut [f32; 6]| {
+                values[1] += if frame % every == every - 100 { 4000.0 } else { 0.0 };
+            }
+        };
+        for (every, named) in [(RARE, true), (4 * RARE, false)] {
+            go_on(&mut plausibility, STRETCH, spikes(every));
+            let told = plausibility.implausible().spikes;
+            assert_eq!(told[1] > 0, named, "{every}: {told:?}");
+        }
+    }
+
+    #[test]
+    fn a_force_that_no_cut_makes_is_asked_for_its_unit() {
+        let faint =
+            |largest_force| faint_force(&Implausible { largest_force, ..Implausible::default() });
+        assert_eq!(faint(0.2), "; no force above 0.20 N so far: in kN?");
+        assert_eq!([faint(0.0), faint(2.0)], ["", ""]);
+    }
+}

@@ -1,0 +1,95 @@
+//! Checks the reading of an accelerometer at rest: its mean over a record, in which the robot stays where it is.
+
+use flexid_core::spectrum::Accelerometer;
+
+use crate::config::Config;
+use crate::{Record, SAMPLES};
+
+/// Standard gravity, m/s².
+const GRAVITY: f64 = 9.806_65;
+/// Relative tolerance for a reading of gravity. Accelerometers are adjusted to some hundredths of g.
+const OFF: f64 = 0.05;
+/// Shortest record whose mean is the reading at rest, s. A tool that vibrates at 0.02 m/s changes the mean over T by
+/// 0.04 m/s / T. This is less than `OFF` of the smallest reading of gravity that is recognised, 1.
+const SHORTEST_S: f64 = 1.0;
+/// Readings of gravity in other units than m/s², each with the name of its unit.
+const UNITS: [(f64, &str); 3] =
+    [(1.0, "g"), (1000.0, "mg or cm/s^2"), (1000.0 * GRAVITY, "mm/s^2")];
+
+/// Returns the mean acceleration along each axis, m/s². Returns `None` for a record that is too short.
+pub(super) fn mean(record: &Record) -> Option<[f64; 3]> {
+    let samples = record.acceleration[0].len() as f64;
+    let long = samples >= SHORTEST_S * record.rate_hz;
+    let mean = |signal: &heapless::Vec<f32, SAMPLES>| -> f64 {
+        signal.iter().map(|value| f64::from(*value)).sum::<f64>() / samples
+    };
+    long.then(|| record.acceleration.each_ref().map(mean))
+}
+
+/// Returns a warning if the reading at rest contradicts the unit of the acceleration, or the configuration of gravity and
+/// accelerometer. A sensor that does not feel gravity, or whose reading at rest is removed, gives no warning.
+pub(super) fn warning(mean: [f64; 3], config: &Config) -> Option<String> {
+    let size = mean.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let reads = |gravity: f64| (size / gravity - 1.0).abs() <= OFF;
+    let weightless = config.gravity == [0.0; 3];
+    if reads(GRAVITY) && (weightless || config.accelerometer == Accelerometer::Inertial) {
+        let line =
+            if weightless { "gravity_m_per_s2 is zero" } else { "accelerometer is \"inertial\"" };
+        return Some(format!(
+            "the accelerometer reads {size:.2} m/s^2 at rest: it feels gravity, but {line} in {}: delete that line",
+            config.file_name()
+        ));
+    }
+    let (_, unit) = UNITS.iter().find(|(gravity, _)| reads(*gravity))?;
+    Some(format!(
+        "the accelerometer reads {size:.2} m/s^2 at rest, gravity is 9.81: is it in {unit}? give its unit in [bus] dbc"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn config() -> Config {
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-tools/scenario/mill3-edge.toml");
+        let mut config = Config::load(&file).unwrap();
+        config.gravity = [0.0, 0.0, -GRAVITY];
+        config.accelerometer = Accelerometer::Strapdown;
+        config
+    }
+
+    #[test]
+    fn gravity_in_another_unit_is_asked_for_and_none_is_nothing() {
+        let config = config();
+        for mean in [[0.0; 3], [0.02, -0.3, 0.4], [0.0, -5.0, 8.4], [3.0, 4.0, 0.0]] {
+            assert_eq!(warning(mean, &config), None, "{mean:?}");
+        }
+        for (mean, unit) in [
+            ([0.6, -0.6, 0.54], "in g?"),
+            ([0.0, 0.0, 990.0], "in mg or cm/s^2?"),
+            ([0.0, 9700.0, 0.0], "in mm/s^2?"),
+        ] {
+            let told = warning(mean, &config).unwrap();
+            assert!(told.contains(unit), "{told}");
+        }
+    }
+
+    #[test]
+    fn gravity_that_the_config_denies_is_named() {
+        let mut config = config();
+        config.accelerometer = Accelerometer::Inertial;
+        let felt = [0.0, 9.7, 1.0];
+        let told = warning(felt, &config).unwrap();
+        assert!(
+            told.ends_with("accelerometer is \"inertial\" in mill3-edge.toml: delete that line"),
+            "{told}"
+        );
+        config.gravity = [0.0; 3];
+        let told = warning(felt, &config).unwrap();
+        assert!(told.contains("but gravity_m_per_s2 is zero in mill3-edge.toml"), "{told}");
+        assert_eq!(warning([0.0; 3], &config), None);
+    }
+}

@@ -1,0 +1,83 @@
+//! Runs the daemon's pipeline over a recording, faster than the clock. Each record counts as if it came while the one before
+//! was worked on.
+
+use std::io;
+use std::panic::resume_unwind;
+use std::thread;
+use std::time::Duration;
+
+use flexid_wire::messages::Progress;
+
+use crate::STACK;
+use crate::config::Config;
+use crate::intake::{Counts, Intake};
+use crate::outcome::Outcome;
+use crate::record::Record;
+use crate::report::Finding;
+use crate::solver::Solver;
+use crate::source::{Flow, FrameSource};
+use crate::stop::Stop;
+
+/// Identifies the robot from all frames of `source`. Calls `on_progress` after every step of the solver.
+///
+/// A recording that cannot be read to its end is no error: the part that was read is used, and the outcome contains the reason.
+///
+/// # Errors
+/// The system cannot start a thread.
+pub fn run_offline(
+    config: &Config,
+    source: &mut dyn FrameSource,
+    on_progress: impl FnMut(&Progress) + Send,
+) -> io::Result<Outcome> {
+    on_a_large_stack(|| run(config, source, on_progress))
+}
+
+/// Identifies the robot from the static tests alone. Returns `None` without static tests.
+///
+/// # Errors
+/// The system cannot start a thread.
+pub fn run_statics(config: &Config) -> io::Result<Option<Finding>> {
+    on_a_large_stack(|| Ok(Solver::new(config)?.finding(&Counts::default(), "")))
+}
+
+fn on_a_large_stack<T: Send>(work: impl FnOnce() -> io::Result<T> + Send) -> io::Result<T> {
+    thread::scope(|scope| {
+        let worker = thread::Builder::new().name("flexid-offline".into()).stack_size(STACK);
+        let worker = worker.spawn_scoped(scope, work)?;
+        worker.join().unwrap_or_else(|panic| resume_unwind(panic))
+    })
+}
+
+fn run(
+    config: &Config,
+    source: &mut dyn FrameSource,
+    mut on_progress: impl FnMut(&Progress),
+) -> io::Result<Outcome> {
+    let mut intake = Intake::new(config)?;
+    let mut solver = Solver::new(config)?;
+    let go_on = Stop::new();
+    let mut take = |record: &Record| {
+        solver.admit(record, &go_on, &mut on_progress);
+        solver.work(&go_on, || true, &mut on_progress);
+    };
+    let broken = loop {
+        let read = intake.read(source, Duration::MAX, &mut take);
+        match read {
+            Ok(Flow::Open) => {}
+            Ok(Flow::Ended) => break None,
+            Err(error) => break Some(error),
+        }
+    };
+    intake.finish(&mut take);
+    solver.work(&go_on, || false, &mut on_progress);
+    let breaks = broken.iter().map(|error| format!("the recording breaks off: {error}"));
+    let other = Some(source.health().trouble).filter(|trouble| !trouble.is_empty());
+    let trouble = breaks.chain(other).collect::<Vec<_>>().join("; ");
+    let counts = intake.counts();
+    let state = solver.refusal().unwrap_or_else(|| intake.state(config));
+    let mut finding = solver.finding(&counts, &trouble);
+    if let Some(finding) = &mut finding {
+        finding.explain(&state);
+    }
+    Ok(Outcome { finding, counts, state, trouble, broken })
+}

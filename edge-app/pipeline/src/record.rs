@@ -1,0 +1,19 @@
+//! Records and experiments of the pipeline, with their sizes and numbers.
+
+use flexid_core::MAX_JOINTS;
+
+/// Most samples of a record.
+pub const SAMPLES: usize = 32_768;
+/// Most bins of a band.
+pub const BINS: usize = 4096;
+/// Most records that are kept. The newest records are kept.
+pub const MAX_EXPERIMENTS: usize = 16;
+/// Most records of one pose that are kept.
+pub const MAX_PER_POSE: usize = 4;
+
+/// A record of this pipeline.
+pub type Record = flexid_core::stream::Record<SAMPLES>;
+/// An experiment of this pipeline.
+pub type Experiment = flexid_core::spectrum::Experiment<BINS>;
+/// Joint angles, rad (m).
+pub(crate) type Pose = heapless::Vec<f64, MAX_JOINTS>;

@@ -1,0 +1,155 @@
+//! The confidence of a report, which the daemon sends beside it.
+
+use flexid_core::identify::Estimate;
+use flexid_core::unknowns::{self, Coordinate, Sought};
+use flexid_core::verdict::{Covariance, Trust};
+use flexid_wire::confidence::{
+    Confidence, Correlations, HeldOut, Interval, JointIntervals, Nuisance,
+};
+use flexid_wire::report::Report;
+use flexid_wire::text::clipped;
+
+use super::directions::weak_direction;
+use super::residuals::Residuals;
+use super::verdict::verdict;
+use crate::config::Config;
+use crate::names::{name, names};
+use crate::record::Pose;
+
+/// Number of standard deviations within which 95 % of a normal distribution lie.
+const WITHIN: f64 = 1.959_964;
+
+/// Makes the confidence of `report`. `poses` are those of the experiments that the estimate rests on. `left_out` counts the
+/// records that the estimate does not rest on.
+pub(crate) fn confidence(
+    config: &Config,
+    sought: &Sought,
+    estimate: &Estimate,
+    report: &Report,
+    poses: &[Pose],
+    left_out: u64,
+) -> Confidence {
+    let residuals = Residuals::of(estimate);
+    let allowed = residuals.allow_intervals();
+    let intervals = |values: &[f64; 6], deviations: &[Option<f64>; 6]| {
+        std::array::from_fn(|dof| {
+            deviations[dof].filter(|_| allowed).map(|std| log_normal(values[dof], std))
+        })
+    };
+    let joints = report.joints.iter().map(|joint| JointIntervals {
+        name: joint.name.clone(),
+        stiffness_interval: intervals(&joint.stiffness, &joint.stiffness_std),
+        damping_interval: intervals(&joint.damping, &joint.damping_std),
+    });
+    let trust = estimate.trust();
+    let nuisances = estimate.nuisances.iter().map(|found| Nuisance {
+        name: clipped(name(&config.model, found.coordinate)),
+        ..nuisance(found, sought.width(found.coordinate), trust, residuals)
+    });
+    let names = names(&config.model, sought);
+    let direction = |direction| weak_direction(direction, sought, &names, residuals);
+    let held_out = poses.iter().zip(&estimate.held_out).map(|(pose, agreement)| HeldOut {
+        pose: pose.clone(),
+        frac: agreement.frac,
+        vaf: agreement.vaf,
+    });
+    Confidence {
+        joints: joints.collect(),
+        nuisances: nuisances.collect(),
+        correlations: correlations(&estimate.covariance, &names),
+        weak_directions: estimate.weak_directions.iter().map(direction).collect(),
+        residuals: residuals.message(),
+        held_out: held_out.collect(),
+        retired: estimate.retired,
+        left_out,
+    }
+}
+
+/// Returns the interval of a value whose logarithm is normally distributed.
+fn log_normal(value: f64, standard_deviation: f64) -> Interval {
+    let factor = (WITHIN * standard_deviation / value).exp();
+    [value / factor, value * factor]
+}
+
+/// Makes a nuisance without its name. The verdict compares its deviation with that of its prior, `width`. The interval does not
+/// depend on the verdict, since the prior is known in any case.
+fn nuisance(
+    found: &unknowns::Nuisance,
+    width: f64,
+    trust: Trust,
+    residuals: Residuals,
+) -> Nuisance {
+    let value = found.value;
+    let (told, _) = trust.verdict(1.0, found.deviation / width);
+    let deviation = residuals.inflate(found.deviation);
+    let (unit, std, interval): (_, _, fn(f64, f64) -> Interval) = match found.coordinate {
+        Coordinate::Delay => ("s", deviation, normal),
+        Coordinate::Misalignment(_) => ("rad", deviation, normal),
+        // The deviation of a factor is relative.
+        _ => ("", deviation.map(|deviation| deviation * value), log_normal),
+    };
+    Nuisance {
+        name: Default::default(),
+        unit: clipped(unit),
+        value,
+        std,
+        interval: std.filter(|_| residuals.allow_intervals()).map(|std| interval(value, std)),
+        verdict: verdict(told),
+    }
+}
+
+fn normal(value: f64, standard_deviation: f64) -> Interval {
+    [value - WITHIN * standard_deviation, value + WITHIN * standard_deviation]
+}
+
+fn correlations(covariance: &Covariance, names: &[String]) -> Correlations {
+    let count = names.len().min(covariance.unknowns());
+    let pairs = (1..count).flat_map(|row| (0..row).map(move |column| (row, column)));
+    Correlations {
+        unknowns: names[..count].iter().map(clipped).collect(),
+        // The conversion saturates. NaN becomes 0.
+        percent: pairs.map(|(i, j)| (100.0 * covariance.correlation(i, j)).round() as i8).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_wire::report::Verdict;
+
+    use super::*;
+
+    #[test]
+    fn an_interval_is_as_wide_as_its_deviation_says() {
+        let [lower, upper] = log_normal(2e7, 2e6);
+        // exp(±0.1959964)
+        assert!((lower - 1.644_033e7).abs() < 1e2 && (upper - 2.433_041e7).abs() < 1e2);
+        assert_eq!(normal(1.0, 0.0), [1.0, 1.0]);
+    }
+
+    #[test]
+    fn a_nuisance_is_judged_by_what_was_known_beforehand() {
+        let found_in = |consistency, coordinate, value, deviation| {
+            let found = unknowns::Nuisance { coordinate, value, deviation };
+            let (trust, residuals) = (Trust::new(consistency, true), Residuals::noise(consistency));
+            nuisance(&found, 1e-2, trust, residuals)
+        };
+        let found = |coordinate, value, deviation| found_in(1.96, coordinate, value, deviation);
+        // The deviations are 1.4 times as large, since the residuals are 1.4 times as large as the noise explains.
+        let delay = found(Coordinate::Delay, 3e-4, 1e-4);
+        assert_eq!((delay.unit.as_str(), delay.verdict), ("s", Verdict::Identified));
+        assert!((delay.std.unwrap() - 1.4e-4).abs() < 1e-12);
+        assert!((delay.interval.unwrap()[0] - (3e-4 - WITHIN * 1.4e-4)).abs() < 1e-12);
+        let gain = found(Coordinate::ForceGain(0), 1.1, 1e-3);
+        assert_eq!((gain.unit.as_str(), gain.verdict), ("", Verdict::Weak));
+        assert!((gain.std.unwrap() - 1.1 * 1.4e-3).abs() < 1e-12);
+        assert!((gain.interval.unwrap()[1] - 1.1 * (WITHIN * 1.4e-3).exp()).abs() < 1e-12);
+        // The data add next to nothing, but the prior remains.
+        let late = found(Coordinate::Delay, 1e-3, 5e-3);
+        assert_eq!(late.verdict, Verdict::NotObservable);
+        assert!((late.interval.unwrap()[1] - (1e-3 + WITHIN * 7e-3)).abs() < 1e-12);
+        let huge = found_in(100.0, Coordinate::Delay, 1e-3, 5e-4);
+        assert_eq!((huge.std, huge.interval), (Some(5e-3), None));
+        let broken = found_in(f64::NAN, Coordinate::Delay, 1e-3, 5e-4);
+        assert_eq!((broken.verdict, broken.std), (Verdict::NotObservable, None));
+    }
+}

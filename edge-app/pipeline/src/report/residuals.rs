@@ -1,0 +1,346 @@
+//! Judgement of the residuals in words, with advice.
+
+use flexid_core::identify::{Acceptance, Estimate};
+use flexid_wire::confidence;
+use flexid_wire::text::clipped;
+
+/// Largest χ² per degree of freedom that noise and slightly wrong sensors explain. Larger residuals have another cause. Noise
+/// is not the cause of residuals three times as large as the noise, and their effect on the parameters is unknown.
+const HUGE: f64 = 10.0;
+
+/// Meaning of an objection while the search is not sure of the minimum.
+const UNSURE: &str = "the minimum may be a wrong one";
+
+/// Size and structure of the residuals.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Residuals {
+    /// χ² per degree of freedom.
+    consistency: f64,
+    /// Structure of the residuals. It is about N(0, 1) if the model is right.
+    whiteness: f64,
+    /// Whether the residuals are larger than noise explains.
+    pub(super) size_objects: bool,
+    /// Whether the residuals are smaller than those that the noise leaves.
+    pub(super) noise_too_loud: bool,
+    /// Whether the residuals have more structure than noise explains.
+    whiteness_objects: bool,
+    /// Whether the residuals of the static tests are larger than their noise explains.
+    statics_object: bool,
+    /// Whether the minimum can be believed to be the right one.
+    settled: bool,
+    /// Whether the estimate rests on records, not on static tests alone. Only records have structure along the band.
+    of_records: bool,
+}
+
+impl Residuals {
+    /// Returns residuals as noise alone leaves them.
+    #[cfg(test)]
+    pub(super) fn noise(consistency: f64) -> Self {
+        Self {
+            consistency,
+            whiteness: 0.0,
+            size_objects: false,
+            noise_too_loud: false,
+            whiteness_objects: false,
+            statics_object: false,
+            settled: true,
+            of_records: true,
+        }
+    }
+
+    pub(super) fn of(estimate: &Estimate) -> Self {
+        let &Estimate {
+            consistency,
+            whiteness,
+            size_objects,
+            noise_too_loud,
+            whiteness_objects,
+            statics_object,
+            acceptance,
+            experiments,
+            ..
+        } = estimate;
+        let settled = acceptance != Acceptance::Unsettled;
+        Self {
+            consistency,
+            whiteness,
+            size_objects,
+            noise_too_loud,
+            whiteness_objects,
+            statics_object,
+            settled,
+            of_records: experiments > 0,
+        }
+    }
+
+    /// Returns whether noise or slightly wrong sensors can be the cause of the residuals.
+    pub(super) fn are_sane(&self) -> bool {
+        (0.0..=HUGE).contains(&self.consistency)
+    }
+
+    /// Returns whether intervals are valid that are made for noise of the size of the residuals.
+    pub(super) fn allow_intervals(&self) -> bool {
+        self.are_sane() && self.settled && !self.statics_object
+    }
+
+    /// Scales the standard deviation that the noise causes to that of noise as large as the residuals. It never becomes
+    /// smaller. Returns `None` if the result is no finite number.
+    pub(super) fn inflate(&self, deviation: f64) -> Option<f64> {
+        let sane = self.consistency >= 0.0;
+        let inflated = self.consistency.max(1.0).sqrt() * deviation;
+        Some(inflated).filter(|inflated| sane && inflated.is_finite())
+    }
+
+    pub(super) fn message(&self) -> confidence::Residuals {
+        confidence::Residuals {
+            whiteness: self.whiteness,
+            size_objects: self.size_objects,
+            whiteness_objects: self.whiteness_objects,
+            text: clipped(self.words()),
+        }
+    }
+
+    /// Returns in words which residuals object, and the meaning. The model is blamed only if the search is sure of the minimum.
+    fn words(&self) -> String {
+        let size = format!("χ²/dof {:.2}", self.consistency);
+        if !self.of_records {
+            return match (self.size_objects, self.statics_object) {
+                (false, false) => format!("noise explains those of the static tests ({size})"),
+                _ => format!("{size} objects: the static tests do not fit"),
+            };
+        }
+        let whiteness = format!("whiteness {:.1}", self.whiteness);
+        match (self.size_objects, self.whiteness_objects) {
+            _ if self.noise_too_loud => {
+                format!("{size} objects: the noise is taken for louder than it is")
+            }
+            (_, false) if self.statics_object => {
+                format!("static tests object ({size}, {whiteness})")
+            }
+            (false, false) => format!("noise explains them ({size}, {whiteness})"),
+            (true, true) if !self.settled => format!("{size} and {whiteness} object: {UNSURE}"),
+            (true, false) if !self.settled => {
+                format!("{size} objects, {whiteness} does not: {UNSURE}")
+            }
+            (false, true) if !self.settled => {
+                format!("{whiteness} objects, {size} does not: {UNSURE}")
+            }
+            (true, true) => format!("{size} and {whiteness} object: the model is wrong"),
+            (true, false) if self.are_sane() => {
+                format!("{size} objects, {whiteness} does not: more noise than at rest")
+            }
+            (true, false) => format!("{size} objects, {whiteness} does not: the model is wrong"),
+            (false, true) => format!(
+                "{whiteness} objects, {size} does not: a small error of the model, or coloured noise"
+            ),
+        }
+    }
+
+    /// Returns advice if the residuals object. An objection of the static tests has a warning of its own.
+    pub(super) fn advice(&self) -> Option<String> {
+        let Self { consistency, whiteness, .. } = self;
+        if !self.of_records {
+            return (self.size_objects && !self.statics_object).then(|| {
+                format!(
+                    "static tests fit badly (chi^2/dof {consistency:.1}): check poses, loads, signs and standard \
+                     deviations in [static] file, and [bounds]"
+                )
+            });
+        }
+        match (self.size_objects, self.whiteness_objects) {
+            _ if self.noise_too_loud => Some(format!(
+                "the noise is taken for louder than it is (chi^2/dof {consistency:.2}): no quiet stretch in the records: \
+                 let each begin 1 s before the cut"
+            )),
+            (false, false) => None,
+            (true, false) if self.statics_object => None,
+            _ if !self.settled => Some(format!(
+                "residuals of that minimum object (chi^2/dof {consistency:.1}, whiteness {whiteness:.0}): if other records do not \
+                 help, check masses, TCP, [mounting], gravity, axes and units of the signals"
+            )),
+            (true, _) if !self.are_sane() => Some(format!(
+                "the model is wrong (chi^2/dof {consistency:.0}): check masses, TCP, [mounting], joint angles, axes and \
+                 units of the signals, then gravity, delay, gains"
+            )),
+            (true, true) => Some(format!(
+                "the model is wrong by a little (chi^2/dof {consistency:.1}): let [calibration] find delay, \
+                 gains, misalignment, masses; or check gravity, TCP, [mounting]"
+            )),
+            (true, false) => Some(format!(
+                "residuals are larger than the noise, but random (chi^2/dof {consistency:.1}): the sensors are \
+                 noisier in the cut than at rest"
+            )),
+            (false, true) => Some(format!(
+                "residuals are small, but not random (whiteness {whiteness:.0}): let [calibration] find delay, \
+                 gains, misalignment; or check gravity, filters, [mounting]"
+            )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn residuals(
+        [consistency, whiteness]: [f64; 2],
+        [size_objects, whiteness_objects, statics_object]: [bool; 3],
+    ) -> Residuals {
+        let (settled, of_records) = (true, true);
+        Residuals {
+            consistency,
+            whiteness,
+            size_objects,
+            noise_too_loud: false,
+            whiteness_objects,
+            statics_object,
+            settled,
+            of_records,
+        }
+    }
+
+    /// Without records the words do not mention cuts, sensors or structure along the band.
+    #[test]
+    fn static_tests_alone_have_words_of_their_own() {
+        let alone =
+            |objections| Residuals { of_records: false, ..residuals([3.2, 0.0], objections) };
+        let cases = [
+            ([false; 3], "noise explains those of the static tests (χ²/dof 3.20)", None),
+            (
+                [true, false, false],
+                "χ²/dof 3.20 objects: the static tests do not fit",
+                Some("[static]"),
+            ),
+            // A warning of its own gives the advice.
+            ([true, false, true], "χ²/dof 3.20 objects: the static tests do not fit", None),
+        ];
+        for (objections, words, advice) in cases {
+            let alone = alone(objections);
+            assert_eq!(alone.words(), words);
+            match (alone.advice(), advice) {
+                (None, None) => {}
+                (Some(given), Some(advice)) => {
+                    assert!(given.contains(advice) && given.len() <= 160, "{given}");
+                    assert!(!given.contains("cut") && !given.contains("sensors"), "{given}");
+                }
+                other => panic!("{objections:?}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn each_objection_has_its_words_and_its_advice() {
+        let nan = f64::NAN;
+        let cases = [
+            ([1.01, 0.4], [false; 3], "noise explains them (χ²/dof 1.01, whiteness 0.4)", None),
+            (
+                [2.1, 0.4],
+                [true, false, false],
+                "χ²/dof 2.10 objects, whiteness 0.4 does not",
+                Some("noisier in the cut"),
+            ),
+            (
+                [1.1, 9.0],
+                [false, true, false],
+                "whiteness 9.0 objects, χ²/dof 1.10 does not",
+                Some("small, but not"),
+            ),
+            (
+                [2.1, 9.0],
+                [true, true, false],
+                "χ²/dof 2.10 and whiteness 9.0 object: ",
+                Some("let [calibration] find delay"),
+            ),
+            (
+                [84.2, 99.0],
+                [true, true, false],
+                "χ²/dof 84.20 and whiteness 99.0 object: ",
+                Some("check masses, TCP, [mounting]"),
+            ),
+            (
+                [nan, nan],
+                [true, true, false],
+                "χ²/dof NaN and whiteness NaN object",
+                Some("check masses, TCP"),
+            ),
+            (
+                [f64::INFINITY, 0.0],
+                [true, false, false],
+                "χ²/dof inf objects, ",
+                Some("check masses, TCP"),
+            ),
+            // The sensors in the cut do not cause residuals of static tests.
+            (
+                [1.14, 0.4],
+                [false, false, true],
+                "static tests object (χ²/dof 1.14, whiteness 0.4)",
+                None,
+            ),
+            ([2.1, 0.4], [true, false, true], "static tests object (χ²/dof 2.10, ", None),
+            ([84.2, 0.4], [true, false, true], "static tests object (χ²/dof 84.20, ", None),
+            (
+                [2.1, 9.0],
+                [true; 3],
+                "χ²/dof 2.10 and whiteness 9.0 object: ",
+                Some("let [calibration] find delay"),
+            ),
+        ];
+        for (numbers, objections, words, advice) in cases {
+            let residuals = residuals(numbers, objections);
+            assert!(residuals.words().starts_with(words), "{}", residuals.words());
+            match (residuals.advice(), advice) {
+                (None, None) => {}
+                (Some(given), Some(advice)) => {
+                    assert!(given.contains(advice) && given.len() <= 160, "{given}");
+                    assert!(!given.contains("more poses"), "{given}");
+                }
+                other => panic!("{numbers:?}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn noise_that_is_too_loud_is_named() {
+        let loud = Residuals { noise_too_loud: true, settled: false, ..Residuals::noise(0.02) };
+        assert_eq!(loud.words(), "χ²/dof 0.02 objects: the noise is taken for louder than it is");
+        let advice = loud.advice().unwrap();
+        assert!(advice.contains("(chi^2/dof 0.02): no quiet stretch") && advice.len() <= 160);
+        assert!(!loud.allow_intervals());
+    }
+
+    #[test]
+    fn the_model_is_not_blamed_for_a_search_that_is_not_sure() {
+        for numbers in [[84.2, 99.0], [2.1, 9.0], [f64::NAN, f64::NAN]] {
+            for objections in [
+                [true, true, false],
+                [true, false, false],
+                [false, true, false],
+                [true, true, true],
+            ] {
+                let unsure = Residuals { settled: false, ..residuals(numbers, objections) };
+                let words = unsure.words();
+                assert!(words.ends_with("the minimum may be a wrong one"), "{words}");
+                let advice = unsure.advice().unwrap();
+                assert!(advice.starts_with("residuals of that minimum object"), "{advice}");
+                assert!(!(words + &advice).contains("model"), "{advice}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_interval_where_noise_is_not_the_cause() {
+        for (consistency, allowed) in
+            [(0.9, true), (9.9, true), (10.1, false), (f64::NAN, false), (-1.0, false)]
+        {
+            let residuals = residuals([consistency, 0.0], [true, false, false]);
+            assert_eq!(residuals.allow_intervals(), allowed, "{consistency}");
+        }
+        // There is no interval either where another minimum may be the right one, or where static tests contradict this one.
+        assert!(!Residuals { settled: false, ..Residuals::noise(1.0) }.allow_intervals());
+        assert!(!Residuals { statics_object: true, ..Residuals::noise(1.0) }.allow_intervals());
+        let inflate =
+            |consistency, deviation| residuals([consistency, 0.0], [false; 3]).inflate(deviation);
+        assert_eq!([inflate(0.5, 0.1), inflate(4.0, 0.1)], [Some(0.1), Some(0.2)]);
+        assert_eq!([inflate(f64::NAN, 0.1), inflate(1.0, f64::INFINITY)], [None; 2]);
+    }
+}

@@ -1,0 +1,308 @@
+//! The bits of the frames that are force, acceleration and joint angles. The config's signal names are looked up in the DBC
+//! file and put into a table that decodes frames, and encodes them for the simulator.
+
+mod dbc;
+
+use std::collections::HashMap;
+
+use embedded_can::Id;
+use flexid_core::stream::Reading;
+use flexid_wire::signal::{Signal, SignalError};
+
+use crate::source::{Frame, FrameKind};
+
+/// Table that converts frames to readings and back. All signals are scaled to SI units: N, m/s², rad or m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SignalTable {
+    messages: HashMap<Id, Message>,
+    /// Width of the force and the acceleration counter, bits.
+    pub counter_bits: u32,
+    /// Smallest step of the force on its coarsest axis, N.
+    pub force_resolution: f32,
+    /// Smallest step of the acceleration on its coarsest axis, m/s².
+    pub acceleration_resolution: f32,
+    /// Names of the signals of force and acceleration, in the order of [`Limits`].
+    pub axes: [String; 6],
+    /// Names of the signals of the joints, base first.
+    pub joints: Vec<String>,
+}
+
+/// Whether each value of a frame lies at the limit of its signal: force x, y, z, acceleration x, y, z.
+pub type Limits = [bool; 6];
+
+/// Layout of a frame.
+#[derive(Clone, Debug, PartialEq)]
+struct Message {
+    /// Length of the payload, bytes.
+    length: usize,
+    contents: Vec<Content>,
+}
+
+/// A reading in a frame.
+#[derive(Clone, Debug, PartialEq)]
+enum Content {
+    Force { counter: Signal, axes: [Signal; 3] },
+    Acceleration { counter: Signal, axes: [Signal; 3] },
+    Joint { index: u8, value: Signal },
+}
+
+/// Why a frame gives no readings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoReading {
+    /// No signal of the table has this identifier.
+    UnknownId,
+    /// The identifier is known, but the payload has another length than in the DBC file.
+    WrongLength {
+        /// Length in the DBC file, bytes.
+        expected: u8,
+    },
+    /// The bus reports an error.
+    ErrorFrame,
+    /// The identifier is known, but the frame has no classical data: it is a remote request or a CAN FD frame.
+    NotData,
+}
+
+impl SignalTable {
+    /// Returns all messages as text. Equal tables give equal texts.
+    pub(crate) fn described(&self) -> String {
+        let mut messages: Vec<_> =
+            self.messages.iter().map(|(id, message)| format!("{id:?} {message:?}")).collect();
+        messages.sort();
+        messages.concat()
+    }
+
+    /// Returns the identifiers of the frames that are read: force, acceleration, then the joints, base first.
+    pub fn identifiers(&self) -> Vec<Id> {
+        let first = |(_, message): &(&Id, &Message)| {
+            message.contents.iter().map(Content::rank).min().unwrap_or(u8::MAX)
+        };
+        let mut messages: Vec<_> = self.messages.iter().collect();
+        messages.sort_by_key(first);
+        messages.into_iter().map(|(&id, _)| id).collect()
+    }
+
+    /// Passes every reading in `frame` to `sink`. Returns which values are at their limit.
+    ///
+    /// # Errors
+    /// The error is the reason why the frame gives no reading.
+    pub fn decode(
+        &self,
+        frame: &Frame,
+        mut sink: impl FnMut(Reading),
+    ) -> Result<Limits, NoReading> {
+        if frame.kind == FrameKind::Error {
+            return Err(NoReading::ErrorFrame);
+        }
+        let message = self.messages.get(&frame.id).ok_or(NoReading::UnknownId)?;
+        if frame.kind != FrameKind::Data {
+            return Err(NoReading::NotData);
+        }
+        if frame.data().len() != message.length {
+            return Err(NoReading::WrongLength { expected: message.length as u8 });
+        }
+        let mut limits = Limits::default();
+        for content in &message.contents {
+            content.note_limits(frame.data(), &mut limits);
+            content.decode(frame.data()).into_iter().for_each(&mut sink);
+        }
+        Ok(limits)
+    }
+
+    /// Returns the frames that carry `readings`, in the order of the readings: one for each message that carries any of them.
+    /// Values are rounded to the nearest step and limited to the range of the signal. Counters wrap. Signals that are not given
+    /// are 0.
+    ///
+    /// # Errors
+    /// A value is NaN.
+    pub fn encode(&self, readings: &[Reading]) -> Result<Vec<Frame>, SignalError> {
+        let mut frames: Vec<(Id, Vec<u8>)> = Vec::new();
+        for reading in readings {
+            for (&id, message) in &self.messages {
+                let begun = frames.iter().position(|(other, _)| *other == id);
+                let mut data = match begun {
+                    Some(index) => frames[index].1.clone(),
+                    None => vec![0; message.length],
+                };
+                let mut carries = false;
+                for content in &message.contents {
+                    carries |= content.encode(reading, &mut data)?;
+                }
+                match begun {
+                    Some(index) => frames[index].1 = data,
+                    None if carries => frames.push((id, data)),
+                    None => {}
+                }
+            }
+        }
+        Ok(frames.iter().map(|(id, data)| Frame::new(*id, FrameKind::Data, data)).collect())
+    }
+}
+
+impl Content {
+    /// Returns the place in the order force, acceleration, joints base first.
+    fn rank(&self) -> u8 {
+        match self {
+            Self::Force { .. } => 0,
+            Self::Acceleration { .. } => 1,
+            Self::Joint { index, .. } => 2 + index,
+        }
+    }
+
+    /// Decodes the reading. `None` never happens: the table was checked against the length of the payload.
+    fn decode(&self, data: &[u8]) -> Option<Reading> {
+        let value = |signal: &Signal| signal.decode(data).ok();
+        let vector =
+            |[x, y, z]: &[Signal; 3]| Some([value(x)? as f32, value(y)? as f32, value(z)? as f32]);
+        // The low bits in two's complement count on, for a signed counter as for an unsigned one.
+        let count = |signal: &Signal| {
+            let mask = u32::MAX >> (32 - signal.length.clamp(1, 32));
+            Some(signal.decode_raw(data).ok()? as u32 & mask)
+        };
+        Some(match self {
+            Self::Force { counter, axes } => {
+                Reading::Force { counter: count(counter)?, value: vector(axes)? }
+            }
+            Self::Acceleration { counter, axes } => {
+                Reading::Acceleration { counter: count(counter)?, value: vector(axes)? }
+            }
+            Self::Joint { index, value: angle } => {
+                Reading::Joint { index: *index, value: value(angle)? }
+            }
+        })
+    }
+
+    /// Notes the axes that are at their limit. A joint angle has no limit here.
+    fn note_limits(&self, data: &[u8], limits: &mut Limits) {
+        let (axes, limits) = match self {
+            Self::Force { axes, .. } => (axes, &mut limits[..3]),
+            Self::Acceleration { axes, .. } => (axes, &mut limits[3..]),
+            Self::Joint { .. } => return,
+        };
+        for (axis, limit) in axes.iter().zip(limits) {
+            let (low, high) = axis.raw_range().into_inner();
+            *limit = axis.decode_raw(data).is_ok_and(|raw| raw == low || raw == high);
+        }
+    }
+
+    /// Writes `reading` into `data` if this is its place. Returns whether it is.
+    fn encode(&self, reading: &Reading, data: &mut [u8]) -> Result<bool, SignalError> {
+        match (self, reading) {
+            (Self::Force { counter, axes }, Reading::Force { counter: count, value })
+            | (
+                Self::Acceleration { counter, axes },
+                Reading::Acceleration { counter: count, value },
+            ) => {
+                for (axis, &value) in axes.iter().zip(value) {
+                    axis.encode(value.into(), data)?;
+                }
+                // A counter wraps where another signal saturates.
+                let unused = 64 - counter.length.clamp(1, 64);
+                let bits = u64::from(*count) << unused;
+                let raw = if counter.signed {
+                    i128::from(bits as i64 >> unused)
+                } else {
+                    i128::from(bits >> unused)
+                };
+                counter.encode_raw(raw, data)?;
+            }
+            (Self::Joint { index, value: angle }, Reading::Joint { index: joint, value })
+                if index == joint =>
+            {
+                angle.encode(*value, data)?;
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::config::Config;
+
+    fn mill3() -> SignalTable {
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-tools/scenario/mill3-edge.toml");
+        Config::load(&file).unwrap().signals
+    }
+
+    fn standard(id: u16) -> Id {
+        embedded_can::StandardId::new(id).unwrap().into()
+    }
+
+    fn decode(table: &SignalTable, frame: &Frame) -> Result<Vec<Reading>, NoReading> {
+        let mut readings = Vec::new();
+        table.decode(frame, |reading| readings.push(reading)).map(|_| readings)
+    }
+
+    #[test]
+    fn reads_the_frames_of_the_reference_layout() {
+        let table = mill3();
+        assert_eq!((table.counter_bits, table.force_resolution), (16, 0.1));
+        let frame = |id, data: &[u8]| Frame::new(standard(id), FrameKind::Data, data);
+        let force = frame(0x101, &[0x03, 0, 0, 0, 0xFE, 0xFF, 0xFE, 0x0E]);
+        let value = [0.3, 0.0, -0.2].map(|value: f64| value as f32);
+        assert_eq!(decode(&table, &force), Ok(vec![Reading::Force { counter: 0x0EFE, value }]));
+        let joint = frame(0x112, &[0x30, 0x22, 0xF9, 0xFF, 0x38, 0xF6]);
+        assert_eq!(
+            decode(&table, &joint),
+            Ok(vec![Reading::Joint { index: 1, value: -450_000.0 * 1e-6 }])
+        );
+    }
+
+    #[test]
+    fn what_is_encoded_is_decoded() {
+        let table = mill3();
+        let readings = [
+            Reading::Force { counter: 65_535, value: [1.5, -2.0, 3276.7] },
+            Reading::Acceleration { counter: 65_536, value: [0.002, -65.536, 0.0] },
+            Reading::Joint { index: 0, value: 1.25 },
+            Reading::Joint { index: 2, value: -0.000_001 },
+        ];
+        let frames = table.encode(&readings).unwrap();
+        assert_eq!(frames.len(), 4);
+        let read: Vec<_> = frames.iter().flat_map(|frame| decode(&table, frame).unwrap()).collect();
+        assert_eq!((read[0], read[2], read[3]), (readings[0], readings[2], readings[3]));
+        let wrapped = Reading::Acceleration { counter: 0, value: [0.002, -65.536, 0.0] };
+        assert_eq!(read[1], wrapped);
+        assert!(table.encode(&[Reading::Joint { index: 0, value: f64::NAN }]).is_err());
+    }
+
+    #[test]
+    fn values_at_the_limit_of_their_signal_are_told() {
+        let table = mill3();
+        assert_eq!(table.axes, ["Fx", "Fy", "Fz", "ax", "ay", "az"]);
+        let limits = |reading| {
+            let frames = table.encode(&[reading]).unwrap();
+            table.decode(&frames[0], |_| {}).unwrap()
+        };
+        let (t, f) = (true, false);
+        let force = Reading::Force { counter: 65_535, value: [5000.0, 3276.6, -5000.0] };
+        assert_eq!(limits(force), [t, f, t, f, f, f]);
+        let acceleration = Reading::Acceleration { counter: 0, value: [0.0, 0.0, -65.536] };
+        assert_eq!(limits(acceleration), [f, f, f, f, f, t]);
+        assert_eq!(limits(Reading::Joint { index: 0, value: 1e9 }), [f; 6]);
+    }
+
+    #[test]
+    fn says_why_a_frame_gives_no_reading() {
+        let table = mill3();
+        let extended = embedded_can::ExtendedId::new(0x101).unwrap().into();
+        let cases = [
+            (standard(0x101), FrameKind::Data, 7, NoReading::WrongLength { expected: 8 }),
+            (standard(0x111), FrameKind::Data, 8, NoReading::WrongLength { expected: 6 }),
+            (standard(0x100), FrameKind::Data, 8, NoReading::UnknownId),
+            (extended, FrameKind::Data, 8, NoReading::UnknownId),
+            (extended, FrameKind::Error, 8, NoReading::ErrorFrame),
+            (standard(0x101), FrameKind::Remote, 0, NoReading::NotData),
+            (standard(0x101), FrameKind::Fd, 8, NoReading::NotData),
+        ];
+        for (id, kind, length, reason) in cases {
+            let frame = Frame::new(id, kind, &[0; 8][..length]);
+            assert_eq!(decode(&table, &frame), Err(reason), "{frame:?}");
+        }
+    }
+}

@@ -1,0 +1,393 @@
+//! Makes the table from signal names and a DBC file.
+
+use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
+use std::path::Path;
+
+use can_dbc::{Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
+use embedded_can::{ExtendedId, Id, StandardId};
+use flexid_wire::signal::{ByteOrder, Signal};
+
+use super::{Content, Message, SignalTable};
+use crate::config::SignalsSection;
+use crate::input::{self, BadInput};
+use crate::model::{Kind, Model};
+
+/// Quantity that a signal measures: its name for users, and the known units with their size in SI units.
+struct Quantity(&'static str, &'static [(&'static str, f64)]);
+
+const FORCE: Quantity = Quantity("force", &[("N", 1.0), ("kN", 1e3), ("mN", 1e-3)]);
+const ACCELERATION: Quantity = Quantity(
+    "acceleration",
+    &[
+        ("m/s^2", 1.0),
+        ("m/s²", 1.0),
+        ("m/s2", 1.0),
+        ("mm/s^2", 1e-3),
+        ("mm/s²", 1e-3),
+        ("g", 9.80665),
+    ],
+);
+const ANGLE: Quantity =
+    Quantity("angle", &[("rad", 1.0), ("mrad", 1e-3), ("deg", PI / 180.0), ("°", PI / 180.0)]);
+const STROKE: Quantity = Quantity("stroke", &[("m", 1.0), ("mm", 1e-3)]);
+
+/// Widths of counters that are accepted, bits. A narrower counter wraps too often to separate a loss from a pause. Wider ones
+/// do not exist.
+const COUNTER_BITS: std::ops::RangeInclusive<u8> = 8..=32;
+/// Steps of a signal that are accepted, SI units. The results that follow from other steps leave the range of floating point.
+const STEPS: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+/// Name of the message in which Vector's editor keeps signals without a message.
+const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
+
+impl SignalTable {
+    /// Looks up in `dbc_file` the signals that the config names. `model` determines which joints are prismatic.
+    ///
+    /// # Errors
+    /// The error is one line that names the config or the DBC file, the signal and the correction.
+    pub(crate) fn load(
+        config: &Path,
+        dbc_file: &Path,
+        names: &SignalsSection,
+        model: &Model,
+    ) -> Result<Self, BadInput> {
+        Self::parse(config, dbc_file, input::read_bytes(dbc_file)?, names, model)
+    }
+
+    /// Looks up the signals in `bytes`, the content of `dbc_file`.
+    ///
+    /// # Errors
+    /// The errors are those of a config that names this DBC file.
+    pub fn parse(
+        config: &Path,
+        dbc_file: &Path,
+        bytes: Vec<u8>,
+        names: &SignalsSection,
+        model: &Model,
+    ) -> Result<Self, BadInput> {
+        // Older DBC files are in Windows-1252, newer ones in UTF-8.
+        let text = match String::from_utf8(bytes) {
+            Ok(text) => text,
+            Err(error) => can_dbc::decode_cp1252(error.as_bytes())
+                .ok_or_else(|| BadInput::new(dbc_file, "is neither UTF-8 nor Windows-1252"))?
+                .into_owned(),
+        };
+        let dbc = Dbc::try_from(text.as_str())
+            .map_err(|error| BadInput::new(dbc_file, format!("is not a DBC file: {error}")))?;
+        check_distinct(config, names)?;
+        Lookup { config, dbc_file, dbc: &dbc }.table(names, model)
+    }
+}
+
+fn check_distinct(config: &Path, names: &SignalsSection) -> Result<(), BadInput> {
+    let mut seen = HashSet::new();
+    for (_, name) in names.all() {
+        if !seen.insert(name) {
+            let message = format!("[signals] names {name:?} twice: each signal has one meaning");
+            return Err(BadInput::new(config, message));
+        }
+    }
+    Ok(())
+}
+
+/// Names of the config and the DBC file for errors, and the content of the DBC file.
+struct Lookup<'a> {
+    config: &'a Path,
+    dbc_file: &'a Path,
+    dbc: &'a Dbc,
+}
+
+/// A signal of the DBC file with the message that carries it.
+#[derive(Clone, Copy)]
+struct Found<'a> {
+    message: &'a can_dbc::Message,
+    signal: &'a can_dbc::Signal,
+}
+
+impl<'a> Lookup<'a> {
+    fn table(&self, names: &SignalsSection, model: &Model) -> Result<SignalTable, BadInput> {
+        let mut messages = HashMap::new();
+        let (force, counter_bits) = self.vector(
+            "force",
+            &names.force,
+            ("force_counter", &names.force_counter),
+            &FORCE,
+            &mut messages,
+            |counter, axes| Content::Force { counter, axes },
+        )?;
+        let (acceleration, acceleration_counter_bits) = self.vector(
+            "acceleration",
+            &names.acceleration,
+            ("acceleration_counter", &names.acceleration_counter),
+            &ACCELERATION,
+            &mut messages,
+            |counter, axes| Content::Acceleration { counter, axes },
+        )?;
+        if counter_bits != acceleration_counter_bits {
+            return Err(self.bad_dbc(format!(
+                "{} has {counter_bits} bits and {} has {acceleration_counter_bits}: force and \
+                 acceleration are joined by their counters, which must be equally wide",
+                names.force_counter, names.acceleration_counter
+            )));
+        }
+        for (index, (name, joint)) in names.joints.iter().zip(&model.joints).enumerate() {
+            let found = self.find("joints", name)?;
+            let quantity = if joint.kind == Kind::Revolute { ANGLE } else { STROKE };
+            let value = self.scaled(found, &quantity)?;
+            let content = Content::Joint { index: index as u8, value };
+            self.add(found, content, &mut messages)?;
+        }
+        self.check_apart(names)?;
+        let axis = |name: &String| Ok::<_, BadInput>(self.find("", name)?.signal.name.clone());
+        let [fx, fy, fz] = &names.force;
+        let [ax, ay, az] = &names.acceleration;
+        Ok(SignalTable {
+            messages,
+            counter_bits: counter_bits.into(),
+            force_resolution: coarsest(&force),
+            acceleration_resolution: coarsest(&acceleration),
+            axes: [axis(fx)?, axis(fy)?, axis(fz)?, axis(ax)?, axis(ay)?, axis(az)?],
+            joints: names.joints.iter().map(axis).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// Checks that no bit has two meanings. No signal has two names, no two signals overlap, and no two messages share an
+    /// identifier.
+    fn check_apart(&self, names: &SignalsSection) -> Result<(), BadInput> {
+        let mut seen: Vec<(&String, Found, u64)> = Vec::new();
+        for (key, name) in names.all() {
+            let found = self.find(key, name)?;
+            let Found { message, signal } = found;
+            if let Some(twin) = self
+                .dbc
+                .messages
+                .iter()
+                .find(|other| other.id == message.id && other.name != message.name)
+            {
+                return Err(self.bad_dbc(format!(
+                    "messages {} and {} share the identifier {}: each frame has one layout",
+                    message.name,
+                    twin.name,
+                    message.id.raw()
+                )));
+            }
+            let bits = bits(&self.layout(found)?);
+            let here = seen.iter().filter(|(_, other, _)| other.message.id == message.id);
+            for (other_name, other, other_bits) in here {
+                if other.signal.name == signal.name {
+                    return Err(self.bad_config(format!(
+                        "[signals] names {}.{} as {other_name:?} and as {name:?}: each signal has one meaning",
+                        message.name, signal.name
+                    )));
+                }
+                if bits & other_bits != 0 {
+                    return Err(self.bad_dbc(format!(
+                        "signals {} and {} of message {} overlap: mend start bit or length",
+                        other.signal.name, signal.name, message.name
+                    )));
+                }
+            }
+            seen.push((name, found, bits));
+        }
+        Ok(())
+    }
+
+    /// Looks up three axes and their counter, which must share a message.
+    fn vector(
+        &self,
+        key: &str,
+        names: &[String; 3],
+        (counter_key, counter_name): (&str, &str),
+        quantity: &Quantity,
+        messages: &mut HashMap<Id, Message>,
+        content: impl FnOnce(Signal, [Signal; 3]) -> Content,
+    ) -> Result<([Signal; 3], u8), BadInput> {
+        let counter_at = self.find(counter_key, counter_name)?;
+        let counter = self.counter(counter_at)?;
+        let axis = |name: &String| {
+            let found = self.find(key, name)?;
+            if found.message.id != counter_at.message.id {
+                return Err(self.bad_config(format!(
+                    "[signals] {key}: {name:?} is in message {} and {counter_name:?} in {}: the three \
+                     axes and their counter must share a message",
+                    found.message.name, counter_at.message.name
+                )));
+            }
+            self.scaled(found, quantity)
+        };
+        let axes = [axis(&names[0])?, axis(&names[1])?, axis(&names[2])?];
+        self.add(counter_at, content(counter, axes), messages)?;
+        Ok((axes, counter.length))
+    }
+
+    /// Finds a signal by its name, or by `MESSAGE.signal` if several messages have a signal of that name.
+    fn find(&self, key: &str, name: &str) -> Result<Found<'a>, BadInput> {
+        let (message_name, signal_name) = match name.split_once('.') {
+            Some((message, signal)) => (Some(message), signal),
+            None => (None, name),
+        };
+        let all = || {
+            let messages = self.dbc.messages.iter().filter(|message| message.name != NO_MESSAGE);
+            messages.flat_map(|message| {
+                message.signals.iter().map(move |signal| Found { message, signal })
+            })
+        };
+        let matching: Vec<Found<'a>> = all()
+            .filter(|found| found.signal.name == signal_name)
+            .filter(|found| message_name.is_none_or(|name| found.message.name == name))
+            .collect();
+        match matching[..] {
+            [found] => Ok(found),
+            [] => {
+                let known: Vec<&str> = all().map(|found| found.signal.name.as_str()).collect();
+                Err(self.bad_config(format!(
+                    "[signals] {key}: {name:?} is not in {}, which has {}",
+                    self.dbc_file.display(),
+                    if known.is_empty() { "no signals".to_string() } else { known.join(", ") },
+                )))
+            }
+            [first, second, ..] => Err(self.bad_config(format!(
+                "[signals] {key}: {name:?} is in messages {} and {} of {}: write \"{}.{signal_name}\"",
+                first.message.name,
+                second.message.name,
+                self.dbc_file.display(),
+                first.message.name,
+            ))),
+        }
+    }
+
+    /// Returns the layout of a counter, which must be an integer without factor and offset.
+    fn counter(&self, found: Found) -> Result<Signal, BadInput> {
+        let signal = self.layout(found)?;
+        let name = &found.signal.name;
+        if signal.scale != 1.0 || signal.offset != 0.0 {
+            return Err(self.bad_dbc(format!(
+                "counter {name} has factor {} and offset {}: must be (1,0)",
+                signal.scale, signal.offset
+            )));
+        }
+        if !COUNTER_BITS.contains(&signal.length) {
+            return Err(self.bad_dbc(format!(
+                "counter {name} has {} bits: must have {} to {}",
+                signal.length,
+                COUNTER_BITS.start(),
+                COUNTER_BITS.end()
+            )));
+        }
+        Ok(signal)
+    }
+
+    /// Returns the layout of a signal, scaled to SI units.
+    fn scaled(&self, found: Found, Quantity(what, units): &Quantity) -> Result<Signal, BadInput> {
+        let signal = self.layout(found)?;
+        let unit = found.signal.unit.trim();
+        match units.iter().find(|(name, _)| *name == unit) {
+            Some((_, size)) => {
+                let in_si =
+                    Signal { scale: signal.scale * size, offset: signal.offset * size, ..signal };
+                if !STEPS.contains(&in_si.scale.abs()) || !in_si.offset.is_finite() {
+                    return Err(self.bad_dbc(format!(
+                        "signal {} has factor {:e} and offset {:e} ({unit}): no {what} is measured so",
+                        found.signal.name, signal.scale, signal.offset
+                    )));
+                }
+                Ok(in_si)
+            }
+            None => {
+                let known: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
+                Err(self.bad_dbc(format!(
+                    "signal {} has unit {unit:?}: {what} must be in one of {}",
+                    found.signal.name,
+                    known.join(", ")
+                )))
+            }
+        }
+    }
+
+    /// Returns the layout of a signal, as the DBC file scales it.
+    fn layout(&self, Found { message, signal }: Found) -> Result<Signal, BadInput> {
+        let name = &signal.name;
+        if signal.multiplexer_indicator != MultiplexIndicator::Plain {
+            return Err(self.bad_dbc(format!(
+                "signal {name} is multiplexed: flexid reads plain signals only"
+            )));
+        }
+        if !matches!(
+            self.dbc.extended_value_type_for_signal(message.id, name),
+            None | Some(SignalExtendedValueType::SignedOrUnsignedInteger)
+        ) {
+            return Err(self.bad_dbc(format!(
+                "signal {name} is a floating-point number: flexid reads scaled integers only"
+            )));
+        }
+        // The check refuses numbers that do not fit the types.
+        let layout = Signal {
+            start_bit: u16::try_from(signal.start_bit).unwrap_or(u16::MAX),
+            length: u8::try_from(signal.size).unwrap_or(u8::MAX),
+            byte_order: match signal.byte_order {
+                can_dbc::ByteOrder::LittleEndian => ByteOrder::Intel,
+                can_dbc::ByteOrder::BigEndian => ByteOrder::Motorola,
+            },
+            signed: signal.value_type == can_dbc::ValueType::Signed,
+            scale: signal.factor,
+            offset: signal.offset,
+        };
+        layout
+            .check(self.payload(message)?)
+            .map_err(|error| self.bad_dbc(format!("signal {name}: {error}")))?;
+        Ok(layout)
+    }
+
+    fn payload(&self, message: &can_dbc::Message) -> Result<usize, BadInput> {
+        match usize::try_from(message.size) {
+            Ok(bytes) if bytes <= 8 => Ok(bytes),
+            _ => Err(self.bad_dbc(format!(
+                "message {} has {} bytes: flexid reads classical CAN frames, of at most 8",
+                message.name, message.size
+            ))),
+        }
+    }
+
+    fn add(
+        &self,
+        Found { message, .. }: Found,
+        content: Content,
+        messages: &mut HashMap<Id, Message>,
+    ) -> Result<(), BadInput> {
+        let id = match message.id {
+            MessageId::Standard(id) => StandardId::new(id).map(Id::from),
+            MessageId::Extended(id) => ExtendedId::new(id).map(Id::from),
+        };
+        let id = id.ok_or_else(|| {
+            self.bad_dbc(format!(
+                "message {} has identifier {}: above 2047 it is extended, written with 2147483648 added",
+                message.name,
+                message.id.raw()
+            ))
+        })?;
+        let length = self.payload(message)?;
+        let entry = messages.entry(id).or_insert(Message { length, contents: Vec::new() });
+        entry.contents.push(content);
+        Ok(())
+    }
+
+    fn bad_config(&self, message: String) -> BadInput {
+        BadInput::new(self.config, message)
+    }
+
+    fn bad_dbc(&self, message: String) -> BadInput {
+        BadInput::new(self.dbc_file, message)
+    }
+}
+
+/// Returns the bits of a payload of 8 bytes that a signal takes. The signal must have been checked to fit.
+fn bits(signal: &Signal) -> u64 {
+    let mut payload = [0; 8];
+    let ones = if signal.signed { -1 } else { *signal.raw_range().end() };
+    let _ = signal.encode_raw(ones, &mut payload);
+    u64::from_le_bytes(payload)
+}
+
+fn coarsest(axes: &[Signal; 3]) -> f32 {
+    axes.iter().map(|axis| axis.scale.abs() as f32).fold(0.0, f32::max)
+}

@@ -1,0 +1,469 @@
+//! Makes an estimate of the parameters from records.
+
+mod repeats;
+mod retention;
+mod state;
+mod work;
+
+use std::io;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use fearless_simd::Level;
+use flexid_core::chain::Chain;
+use flexid_core::identify::{Acceptance, Identifier, Phase};
+use flexid_core::parameters::Bushings;
+use flexid_core::spectrum::Measurement;
+use flexid_core::unknowns::Sought;
+use flexid_wire::messages::{self, Progress};
+use rand_core::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use tracing::warn;
+
+use crate::config::{Config, Validity};
+use crate::intake::Counts;
+use crate::intake::plausibility::Scale;
+use crate::record::{Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES};
+use crate::report::{self, Basis, Finding, confidence, report};
+use crate::stop::Stop;
+use crate::text::count;
+use crate::unchecked;
+use repeats::{Fingerprint, Taken};
+use retention::{Entry, Room, find_room, same_pose};
+pub use state::State;
+use state::{MAX_WAITING, Settled};
+use work::Work;
+
+/// Longest time for which the work goes on after the end was requested.
+const GRACE: Duration = Duration::from_secs(2);
+/// Number of records that may join before an accepted minimum is settled on. Without this limit steady milling would never
+/// publish a report.
+const MAX_JOINING: usize = 4;
+
+/// Holds the newest records of each pose, and the estimate from them.
+///
+/// Records are admitted one by one and worked on until the identifier settles. The budget limits steps, not time. If the first
+/// start does not settle the records and more records are at hand, the next record joins before another start is made: a second
+/// record determines more than a second start. Once four records have joined, the rivals of an accepted minimum are searched. A
+/// recording therefore gives the same parameters on all machines with the same SIMD level.
+pub struct Solver {
+    config: Arc<Config>,
+    chain: Chain,
+    measurement: Measurement,
+    sought: Sought,
+    identifier: Box<Identifier<Xoshiro256PlusPlus>>,
+    experiments: Vec<Experiment>,
+    /// Record of which each experiment was made.
+    sources: Vec<Arc<Record>>,
+    /// Number of each experiment among all records that came, from 1.
+    numbers: Vec<u64>,
+    /// Number of records that came.
+    came: u64,
+    taken: Taken,
+    /// Robot at the upper ends of the bounds. A record is refused if this robot has no equilibrium at its pose.
+    stiffest: Bushings,
+    /// State when the solver last settled.
+    state: State,
+    /// Records that have become experiments since then.
+    unsettled: Vec<Arc<Record>>,
+    /// Whether the identifier must be renewed for the newest of these records.
+    changed: bool,
+    /// Instant at which the work must end. `None` until the end is requested.
+    deadline: Option<Instant>,
+    /// Buffer in which core works on one signal.
+    buffer: Box<[f32; SAMPLES]>,
+    /// Number of records taken in.
+    records: u64,
+    /// Number of records taken in when the estimate last settled.
+    settled: u64,
+    /// Poses of the experiments that the estimate rests on.
+    poses: Vec<Pose>,
+    /// Number of records that are left in the queue at the end.
+    waiting: u64,
+    /// Number of refused records, and the reason for the first.
+    refused: Option<(u64, String)>,
+    /// Number of poses that made room without leaving their information.
+    dropped_poses: u64,
+    /// Number of records that were too short to take the place of others.
+    too_short: u64,
+    scale: Scale,
+    /// Progress of the work on the unsettled records.
+    work: Work,
+    spent: Duration,
+}
+
+impl Solver {
+    /// Makes a solver and fits the static tests. The calling thread needs a large stack.
+    ///
+    /// # Errors
+    /// A checked config gives no error.
+    pub fn new(config: &Config) -> io::Result<Self> {
+        let mut solver = Self::begin(config, Xoshiro256PlusPlus::seed_from_u64(config.seed))?;
+        let identifier = &mut solver.identifier;
+        identifier.renew(&solver.experiments);
+        while !matches!(identifier.step(&mut solver.experiments), Phase::Settled | Phase::Waiting) {
+        }
+        solver.work.advance(&identifier.progress());
+        Ok(solver)
+    }
+
+    /// Makes a solver that continues from the `state` of another one, as far as it [holds](State::validity) under `config`. If
+    /// all of it holds, the solver takes over the fit. If the records hold, it fits the kept records anew. The caller must
+    /// admit the records that wait in `state`.
+    ///
+    /// # Errors
+    /// A checked config gives no error.
+    pub fn resume(
+        config: &Config,
+        state: State,
+        stop: &Stop,
+        on_progress: impl FnMut(&Progress),
+    ) -> io::Result<Self> {
+        match (state.validity(config), &state.settled) {
+            (Validity::Whole, Some(settled)) => {
+                let mut solver = Self::begin(config, settled.generator.clone())?;
+                solver.take_over(&state.kept);
+                let Solver { identifier, experiments, .. } = &mut solver;
+                let all = experiments.len() == state.kept.len();
+                if !all || identifier.resume(&settled.standing, experiments).is_err() {
+                    return Self::refit(config, state, stop, on_progress);
+                }
+                solver.dropped_poses = settled.dropped_poses;
+                solver.too_short = settled.too_short;
+                solver.spent = settled.spent;
+                (solver.records, solver.settled) = (settled.records, settled.records);
+                solver.came = settled.came;
+                solver.numbers.clone_from(&settled.numbers);
+                solver.taken = settled.taken.clone();
+                solver.poses = solver.poses_of_experiments();
+                solver.state = State { waiting: Vec::new(), ..state };
+                Ok(solver)
+            }
+            (Validity::Whole, None) | (Validity::Records(_), _) => {
+                Self::refit(config, state, stop, on_progress)
+            }
+            (Validity::Nothing(_), _) => Self::new(config),
+        }
+    }
+
+    /// Makes a solver that has fitted the records kept in `state`.
+    fn refit(
+        config: &Config,
+        state: State,
+        stop: &Stop,
+        on_progress: impl FnMut(&Progress),
+    ) -> io::Result<Self> {
+        let mut solver = Self::new(config)?;
+        solver.state.earlier = state.earlier;
+        solver.take_over(&state.kept);
+        solver.unsettled = solver.sources.clone();
+        solver.changed = true;
+        solver.work(stop, || false, on_progress);
+        Ok(solver)
+    }
+
+    /// Makes experiments of the records that were kept.
+    fn take_over(&mut self, kept: &[Arc<Record>]) {
+        for record in kept {
+            self.came += 1;
+            match self.experiment(record) {
+                Ok(experiment) => {
+                    self.scale.note(&experiment);
+                    self.experiments.push(experiment);
+                    self.sources.push(Arc::clone(record));
+                    self.numbers.push(self.came);
+                    self.taken.add(self.came, Fingerprint::of(record));
+                    self.records += 1;
+                }
+                Err(reason) => self.refused.get_or_insert((0, reason)).0 += 1,
+            }
+        }
+    }
+
+    /// Makes a solver that has not yet fitted the static tests.
+    fn begin(config: &Config, rng: Xoshiro256PlusPlus) -> io::Result<Self> {
+        let chain = config.model.chain().map_err(unchecked)?;
+        let measurement = config.measurement();
+        let sought = config.sought.clone();
+        let level = Level::new();
+        let scale = Scale::new(&config.bounds, config.model.joints.len(), level);
+        let identifier = Identifier::new(chain.clone(), config.bounds, measurement, level, rng)
+            .with_statics(&config.statics)
+            .map_err(unchecked)?;
+        let mut identifier = Box::new(identifier);
+        identifier.seek(sought.clone()).map_err(unchecked)?;
+        let stiffest = config.bounds.stiffest(sought.joints());
+        Ok(Self {
+            config: Arc::new(config.clone()),
+            chain,
+            measurement,
+            sought,
+            identifier,
+            experiments: Vec::with_capacity(MAX_EXPERIMENTS),
+            sources: Vec::with_capacity(MAX_EXPERIMENTS),
+            numbers: Vec::with_capacity(MAX_EXPERIMENTS),
+            came: 0,
+            taken: Taken::default(),
+            stiffest,
+            state: State::new(config),
+            unsettled: Vec::new(),
+            changed: false,
+            deadline: None,
+            buffer: Box::new([0.0; SAMPLES]),
+            records: 0,
+            settled: 0,
+            poses: Vec::new(),
+            waiting: 0,
+            refused: None,
+            dropped_poses: 0,
+            too_short: 0,
+            scale,
+            work: Work::default(),
+            spent: Duration::ZERO,
+        })
+    }
+
+    /// Takes in a record. If another record must make room for it, works first until the earlier records are settled, as
+    /// [`Solver::work`] does.
+    pub fn admit(&mut self, record: &Record, stop: &Stop, on_progress: impl FnMut(&Progress)) {
+        self.came += 1;
+        let fingerprint = Fingerprint::of(record);
+        if self.taken.has(self.came, &fingerprint) {
+            return;
+        }
+        match self.experiment(record) {
+            Ok(experiment) => {
+                self.scale.note(&experiment);
+                if matches!(self.room(&experiment), Room::Instead(_)) {
+                    self.work(stop, || false, on_progress);
+                }
+                let news = self.keep(experiment, record);
+                // A record that is left out leaves a settled estimate settled.
+                self.settled += u64::from(!news && self.settled == self.records);
+                self.records += 1;
+                if news {
+                    self.taken.add(self.came, fingerprint);
+                } else {
+                    self.note_settled();
+                }
+            }
+            Err(reason) => self.refused.get_or_insert((0, reason)).0 += 1,
+        }
+    }
+
+    /// Works until the estimate is settled. It stops earlier if the first start has failed and `more` records are at hand. It
+    /// does not stop then if several records have led to an accepted minimum, which is settled on before more records join.
+    /// Once `stop` requests the end, it works for 2 s more at most. It calls `on_progress` after every step. Returns whether
+    /// nothing is left to do.
+    pub fn work(
+        &mut self,
+        stop: &Stop,
+        more: impl Fn() -> bool,
+        mut on_progress: impl FnMut(&Progress),
+    ) -> bool {
+        if self.unsettled.is_empty() {
+            return true;
+        }
+        let begun = Instant::now();
+        if std::mem::take(&mut self.changed) {
+            self.identifier.renew(&self.experiments);
+            self.work = Work::default();
+        }
+        while self.is_in_time(stop) {
+            let phase = self.identifier.step(&mut self.experiments);
+            self.work.advance(&self.identifier.progress());
+            on_progress(&self.progress());
+            if matches!(phase, Phase::Settled | Phase::Waiting) {
+                self.settled = self.records;
+                self.poses = self.poses_of_experiments();
+                self.unsettled.clear();
+                break;
+            }
+            let is_nearly_settled =
+                self.unsettled.len() >= MAX_JOINING && self.identifier.has_accepted();
+            if self.work.rounds() > 0 && !is_nearly_settled && more() {
+                break;
+            }
+        }
+        self.spent += begun.elapsed();
+        self.note_settled();
+        self.unsettled.is_empty()
+    }
+
+    fn is_in_time(&mut self, stop: &Stop) -> bool {
+        let now = Instant::now();
+        !stop.requested() || now < *self.deadline.get_or_insert(now + GRACE)
+    }
+
+    fn poses_of_experiments(&self) -> Vec<Pose> {
+        self.experiments.iter().map(|each| each.pose.clone()).collect()
+    }
+
+    /// Stores the state, if the estimate is settled and rests on records.
+    fn note_settled(&mut self) {
+        if !self.unsettled.is_empty() || self.experiments.is_empty() {
+            return;
+        }
+        if let Some(standing) = self.identifier.standing() {
+            self.state.kept.clone_from(&self.sources);
+            self.state.settled = Some(Box::new(Settled {
+                standing,
+                generator: self.identifier.generator().clone(),
+                records: self.records,
+                came: self.came,
+                numbers: self.numbers.clone(),
+                taken: self.taken.clone(),
+                dropped_poses: self.dropped_poses,
+                too_short: self.too_short,
+                spent: self.spent,
+            }));
+        }
+    }
+
+    /// Returns the state from which another solver can continue: this solver when it last settled, and the newest of the
+    /// records since then. These include `waiting`, the records that this solver was not given. `counts` is what has come in.
+    pub fn state(&self, counts: &Counts, waiting: &[Arc<Record>]) -> State {
+        let mut state = self.state.clone();
+        state.earlier = state.earlier.and(counts);
+        let came = self.unsettled.iter().chain(waiting);
+        let excess = came.clone().count().saturating_sub(MAX_WAITING);
+        if excess > 0 {
+            warn!("{} that no daemon had time for: given up", count(excess as u64, "old record"));
+        }
+        state.waiting = came.skip(excess).map(Arc::clone).collect();
+        state
+    }
+
+    /// Counts `records` that will not be taken, since the end has come.
+    pub fn leave(&mut self, records: u64) {
+        self.waiting += records;
+    }
+
+    /// Returns the progress of the work.
+    pub fn progress(&self) -> Progress {
+        let progress = self.identifier.progress();
+        Progress {
+            phase: match progress.phase {
+                Phase::Waiting => messages::Phase::Waiting,
+                Phase::Searching => messages::Phase::Searching,
+                Phase::Refining => messages::Phase::Refining,
+                Phase::Settled => messages::Phase::Settled,
+            },
+            fraction: self.work.fraction(),
+            starts: progress.effort.starts,
+            search_evaluations: progress.effort.search_evaluations,
+            refine_iterations: progress.effort.refine_iterations,
+            search_loss: progress.search_loss,
+            records: self.records,
+        }
+    }
+
+    /// Returns report and confidence of the present estimate, if there is one. `counts` is what has come in. `trouble` contains
+    /// the troubles of the source.
+    pub fn finding(&self, counts: &Counts, trouble: &str) -> Option<Finding> {
+        let Self { config, sought, .. } = self;
+        let counts = self.state.earlier.added_to(*counts);
+        let mut estimate = self.identifier.estimate()?.clone();
+        let doubtful_rate = self.sources.iter().any(|record| record.has_doubtful_rate);
+        if doubtful_rate {
+            // A wrong rate makes every parameter wrong by a factor, which the residuals do not show.
+            estimate.acceptance = Acceptance::Unsettled;
+        }
+        let records = self.poses.len() as u64 + estimate.retired;
+        let left_out = self.settled.saturating_sub(records);
+        let basis = Basis {
+            effort: self.identifier.progress().effort,
+            records,
+            counts,
+            seconds: self.spent.as_secs_f64(),
+            refusal: self.refused(),
+            repeats: self.taken.repeats(),
+            left_out: self.left_out(),
+            dropped: left_out.saturating_sub(self.too_short + estimate.forgotten),
+            dropped_poses: self.dropped_poses,
+            too_short: self.too_short,
+            doubtful_rate,
+            scale: self.scale.warning(),
+            trouble,
+        };
+        let report = report(config, sought, &estimate, &basis);
+        let confidence = confidence(config, sought, &estimate, &report, &self.poses, left_out);
+        Some(Finding { report, confidence })
+    }
+
+    /// Returns in words why records were not used. Returns `None` if all were used.
+    pub fn refusal(&self) -> Option<String> {
+        self.refused().or_else(|| self.left_out())
+    }
+
+    fn refused(&self) -> Option<String> {
+        let (records, reason) = self.refused.as_ref()?;
+        let records = count(*records, "record");
+        Some(format!("{records} refused, the first because {reason}"))
+    }
+
+    /// Makes the experiment of a record, or returns in words why the record is refused.
+    fn experiment(&mut self, record: &Record) -> Result<Experiment, String> {
+        let gravity = self.measurement.gravity.into();
+        if let Err(error) = self.chain.linearise(&record.pose, gravity, &self.stiffest) {
+            return Err(report::no_equilibrium(error, &self.config.model, &record.pose));
+        }
+        Experiment::new(&self.chain, &self.measurement, record, &mut self.buffer)
+            .map_err(report::reason)
+    }
+
+    fn left_out(&self) -> Option<String> {
+        let records = self.records - self.settled + self.waiting;
+        match records {
+            0 => None,
+            1 => Some(
+                "ended before the newest record was worked through: it is not in the numbers"
+                    .into(),
+            ),
+            _ => Some(format!(
+                "ended before the newest {records} records were worked through: they are not in the numbers"
+            )),
+        }
+    }
+
+    fn room(&self, experiment: &Experiment) -> Room {
+        fn entry(experiment: &Experiment) -> Entry<'_> {
+            Entry { pose: &experiment.pose, spacing: experiment.spacing }
+        }
+        let kept: Vec<Entry> = self.experiments.iter().map(entry).collect();
+        find_room(&kept, &entry(experiment))
+    }
+
+    /// Keeps an experiment if there is room for it. Returns whether it is kept.
+    fn keep(&mut self, experiment: Experiment, record: &Record) -> bool {
+        match self.room(&experiment) {
+            Room::Free => {}
+            Room::Instead(index) => self.give_up(index),
+            Room::Nowhere => {
+                self.too_short += 1;
+                return false;
+            }
+        }
+        self.experiments.push(experiment);
+        let record = Arc::new(record.clone());
+        self.sources.push(Arc::clone(&record));
+        self.numbers.push(self.came);
+        self.unsettled.push(record);
+        self.changed = true;
+        true
+    }
+
+    /// Removes an experiment. Its information stays, if the estimate is consistent and the rate of the record is not doubtful.
+    fn give_up(&mut self, index: usize) {
+        let mut retiring = self.experiments.remove(index);
+        let source = self.sources.remove(index);
+        let number = self.numbers.remove(index);
+        let shares_pose = |other: &Experiment| same_pose(&other.pose, &retiring.pose);
+        let last = !self.experiments.iter().any(shares_pose);
+        let retired = !source.has_doubtful_rate && self.identifier.retire(&mut retiring);
+        if !retired {
+            self.taken.forget(number);
+        }
+        self.dropped_poses += u64::from(last && !retired);
+    }
+}

@@ -1,0 +1,119 @@
+//! State of a solver, from which another continues after a restart or under another config.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use flexid_core::identify::Standing;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
+
+use super::repeats::Taken;
+use crate::config::{Config, Fingerprint, Validity};
+use crate::intake::Counts;
+use crate::record::{MAX_EXPERIMENTS, Record};
+
+/// Most records that may wait in a state. Each early end adds those of the queue. There is room for eight early ends in a row.
+pub(super) const MAX_WAITING: usize = 64;
+
+/// The solver when it last settled, and the records that have come since.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    pub(super) fingerprint: Fingerprint,
+    pub(super) earlier: Earlier,
+    /// Identifier and counts. `None` while the solver has not settled on any record.
+    pub(super) settled: Option<Box<Settled>>,
+    /// The records that the estimate rests on, in the order of the experiments.
+    pub(super) kept: Vec<Arc<Record>>,
+    /// Records that the estimate does not rest on yet, in the order in which they came.
+    pub(super) waiting: Vec<Arc<Record>>,
+}
+
+/// Identifier and counts of the solver when it last settled.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Settled {
+    pub(super) standing: Standing,
+    pub(super) generator: Xoshiro256PlusPlus,
+    pub(super) records: u64,
+    /// Number of records that came, including those that were left out.
+    pub(super) came: u64,
+    /// Number of each experiment among all records that came.
+    pub(super) numbers: Vec<u64>,
+    pub(super) taken: Taken,
+    pub(super) dropped_poses: u64,
+    pub(super) too_short: u64,
+    pub(super) spent: Duration,
+}
+
+/// Counts of what came in before this run, as far as reports contain them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Earlier {
+    frames: u64,
+    frames_lost: u64,
+    bridged: u64,
+}
+
+impl State {
+    /// Makes the state of a solver that has not taken a record.
+    pub(super) fn new(config: &Config) -> Self {
+        Self {
+            fingerprint: Fingerprint::of(config),
+            earlier: Earlier::default(),
+            settled: None,
+            kept: Vec::new(),
+            waiting: Vec::new(),
+        }
+    }
+
+    /// Returns how much of the state holds under `config`.
+    pub fn validity(&self, config: &Config) -> Validity {
+        self.fingerprint.validity(&Fingerprint::of(config))
+    }
+
+    /// Returns whether the state holds no record.
+    pub fn is_empty(&self) -> bool {
+        self.kept.is_empty() && self.waiting.is_empty()
+    }
+
+    /// Returns the number of records that are kept in full, and the number of records that wait.
+    pub fn records(&self) -> [usize; 2] {
+        [self.kept.len(), self.waiting.len()]
+    }
+
+    /// Returns the number of retired records. Only a fit under the same config can use their information.
+    pub fn retired(&self) -> u64 {
+        self.settled.as_ref().map_or(0, |settled| settled.standing.retired())
+    }
+
+    /// Takes out the records that wait.
+    pub fn take_waiting(&mut self) -> Vec<Arc<Record>> {
+        std::mem::take(&mut self.waiting)
+    }
+
+    /// Returns whether a solver can have left this state.
+    pub fn is_possible(&self) -> bool {
+        self.kept.len() <= MAX_EXPERIMENTS
+            && self.waiting.len() <= MAX_WAITING
+            && self.settled.as_ref().map_or(0, |settled| settled.numbers.len()) == self.kept.len()
+            && self.settled.is_none() == self.kept.is_empty()
+    }
+}
+
+impl Earlier {
+    /// Returns the sum of these counts and `counts`, which have come in since.
+    pub(super) fn and(self, counts: &Counts) -> Self {
+        let Counts { stream, .. } = counts;
+        Self {
+            frames: self.frames.saturating_add(stream.frames),
+            frames_lost: self.frames_lost.saturating_add(stream.frames_lost),
+            bridged: self.bridged.saturating_add(stream.bridged),
+        }
+    }
+
+    /// Returns `counts` of this run, increased by what came in before.
+    pub(super) fn added_to(self, mut counts: Counts) -> Counts {
+        let Self { frames, frames_lost, bridged } = self.and(&counts);
+        let stream = &mut counts.stream;
+        (stream.frames, stream.frames_lost, stream.bridged) = (frames, frames_lost, bridged);
+        counts
+    }
+}

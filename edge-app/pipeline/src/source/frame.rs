@@ -1,0 +1,52 @@
+//! Frames of a bus, from any source.
+
+use embedded_can::Id;
+
+/// Kind of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameKind {
+    /// The frame carries data.
+    Data,
+    /// The frame requests data.
+    Remote,
+    /// The frame reports an error of the bus. Its identifier is the class of the error.
+    Error,
+    /// The frame is a CAN FD frame, which flexid does not read.
+    Fd,
+}
+
+/// A classical CAN frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// Identifier: standard (11 bits) or extended (29 bits).
+    pub id: Id,
+    /// Kind of the frame.
+    pub kind: FrameKind,
+    length: u8,
+    bytes: [u8; 8],
+}
+
+/// A frame with the time at which the kernel received it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// Time on the clock of the source, s. A bus uses CLOCK_MONOTONIC. A recording contains its times, mostly since the Unix
+    /// epoch.
+    pub time_s: f64,
+    /// Frame that came.
+    pub frame: Frame,
+}
+
+impl Frame {
+    /// Makes a frame of this kind. At most 8 bytes of `data` are kept.
+    pub fn new(id: Id, kind: FrameKind, data: &[u8]) -> Self {
+        let length = data.len().min(8);
+        let mut bytes = [0; 8];
+        bytes[..length].copy_from_slice(&data[..length]);
+        Self { id, kind, length: length as u8, bytes }
+    }
+
+    /// Returns the data, 0 to 8 bytes.
+    pub fn data(&self) -> &[u8] {
+        &self.bytes[..usize::from(self.length)]
+    }
+}

@@ -1,0 +1,384 @@
+//! Recordings of a bus: the text that `candump -L` writes.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::io::{self, BufReader, ErrorKind, Read};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use embedded_can::{ExtendedId, Frame as _, Id};
+use socketcan::CanAnyFrame;
+use socketcan::dump::{CanDumpRecord, ParseError, Reader};
+
+use super::padding::Unpadded;
+use super::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
+use crate::input::BadInput;
+
+/// Number of frames that one read takes.
+const BATCH: usize = 256;
+/// Number of frames that are searched for the buses of a log: two seconds of two full buses.
+const LOOK_AHEAD: usize = 32_768;
+
+/// Longest name of an interface, bytes: IFNAMSIZ less its closing zero.
+const LONGEST_NAME: usize = 15;
+/// Number of buses that are named if the right one is not among them.
+const NAMED: usize = 3;
+
+/// Reads a log line by line. Lines that are no frames are counted and left out.
+pub struct CandumpLog<R> {
+    file: PathBuf,
+    reader: Reader<BufReader<Unpadded<R>>>,
+    line: u64,
+    garbage: u64,
+    first_garbage: Option<(u64, String)>,
+    /// Bus whose frames are taken. `None` takes the frames of all buses.
+    bus: Option<String>,
+    /// Number of frames of other buses that were left out.
+    strays: u64,
+    /// Frames that were read ahead.
+    ahead: VecDeque<(String, Arrival)>,
+    /// Error that followed the frames read ahead.
+    broken: Option<io::Error>,
+}
+
+impl<R: Read> CandumpLog<R> {
+    /// Makes a source of any log, with the frames of all its buses. Messages name it `file`.
+    pub fn new(file: &Path, log: R) -> Self {
+        Self {
+            file: file.to_path_buf(),
+            reader: Reader::from_reader(Unpadded::new(log)),
+            line: 0,
+            garbage: 0,
+            first_garbage: None,
+            bus: None,
+            strays: 0,
+            ahead: VecDeque::new(),
+            broken: None,
+        }
+    }
+
+    /// Takes the frames of one bus only: of `interface`, or of the only bus of the log, whatever its name.
+    ///
+    /// It reads the first 32,768 frames to find the buses. Frames of a bus that comes later are left out, and the troubles
+    /// count them.
+    ///
+    /// # Errors
+    /// The log holds several buses, and none of them is `interface`.
+    pub fn on_bus(mut self, interface: &str) -> Result<Self, BadInput> {
+        while self.ahead.len() < LOOK_AHEAD {
+            match self.parse() {
+                Ok(Some(frame)) => self.ahead.push_back(frame),
+                Ok(None) => break,
+                Err(error) => {
+                    self.broken = Some(error);
+                    break;
+                }
+            }
+        }
+        let buses: BTreeSet<&str> = self.ahead.iter().map(|(bus, _)| bus.as_str()).collect();
+        let bus = match buses.first() {
+            Some(bus) if buses.len() == 1 => bus,
+            Some(_) if !buses.contains(interface) => {
+                let message = format!(
+                    "holds frames of {}, but none of [bus] interface, {interface:?}: name one of them there",
+                    enumerate(&buses)
+                );
+                return Err(BadInput::new(&self.file, message));
+            }
+            _ => interface,
+        };
+        self.bus = Some(bus.to_string());
+        Ok(self)
+    }
+
+    /// Returns the next frame and its bus, or `None` at the end.
+    fn next(&mut self) -> io::Result<Option<(String, Arrival)>> {
+        if let Some(frame) = self.ahead.pop_front() {
+            return Ok(Some(frame));
+        }
+        self.broken.take().map_or_else(|| self.parse(), Err)
+    }
+
+    /// Returns the next frame of the file and its bus, or `None` at the end.
+    fn parse(&mut self) -> io::Result<Option<(String, Arrival)>> {
+        loop {
+            self.line += 1;
+            let garbage = match self.reader.next_record() {
+                Ok(Some(record)) if record.device.len() > LONGEST_NAME => {
+                    ParseError::InvalidDeviceName
+                }
+                Ok(Some(record)) => return Ok(Some((record.device.clone(), arrival(&record)))),
+                Ok(None) => return Ok(None),
+                // Bytes that are not text come as a reading error.
+                Err(ParseError::Io(error)) if error.kind() != ErrorKind::InvalidData => {
+                    let Self { file, line, .. } = self;
+                    let message = format!("{}:{line}: cannot be read: {error}", file.display());
+                    return Err(io::Error::new(error.kind(), message));
+                }
+                Err(error) => error,
+            };
+            self.garbage += 1;
+            self.first_garbage.get_or_insert_with(|| (self.line, garbage.to_string()));
+        }
+    }
+}
+
+impl<R: Read + Send> FrameSource for CandumpLog<R> {
+    fn read(&mut self, batch: &mut Vec<Arrival>, _timeout: Duration) -> io::Result<Flow> {
+        for _ in 0..BATCH {
+            match self.next()? {
+                None => return Ok(Flow::Ended),
+                Some((bus, _)) if self.bus.as_ref().is_some_and(|only| *only != bus) => {
+                    self.strays += 1;
+                }
+                Some((_, arrival)) => batch.push(arrival),
+            }
+        }
+        Ok(Flow::Open)
+    }
+
+    fn health(&self) -> SourceHealth {
+        let file = self.file.display();
+        let mut troubles = Vec::new();
+        if let Some((line, error)) = &self.first_garbage {
+            troubles.push(format!(
+                "{file}:{line}: no line of candump -L ({error}), {} such in all, left out",
+                self.garbage
+            ));
+        }
+        if let (Some(bus), 1..) = (&self.bus, self.strays) {
+            troubles
+                .push(format!("{file}: took the frames of {bus}, left out {} others", self.strays));
+        }
+        SourceHealth { trouble: troubles.join("; "), ..SourceHealth::default() }
+    }
+}
+
+/// Several logs, which are read one after the other. Each is opened when its turn comes. A log that cannot be read to its end
+/// does not keep the next from being read.
+pub struct Logs<I, R> {
+    waiting: I,
+    open: Option<CandumpLog<R>>,
+    /// Troubles of the logs that have been read.
+    troubles: Vec<String>,
+    /// Error of the first log that could not be read to its end.
+    broken: Option<io::Error>,
+}
+
+impl<I: Iterator<Item = io::Result<CandumpLog<R>>>, R> Logs<I, R> {
+    /// Makes a source of logs in the order in which they were recorded. Each step of the iterator opens one log.
+    pub fn new(logs: impl IntoIterator<IntoIter = I>) -> Self {
+        Self { waiting: logs.into_iter(), open: None, troubles: Vec::new(), broken: None }
+    }
+}
+
+impl<I, R> Logs<I, R> {
+    /// Notes an error. The first error comes after the last log, further ones are among the troubles.
+    fn note(&mut self, error: io::Error) {
+        match self.broken {
+            None => self.broken = Some(error),
+            Some(_) => self.troubles.push(error.to_string()),
+        }
+    }
+}
+
+impl<I, R> FrameSource for Logs<I, R>
+where
+    I: Iterator<Item = io::Result<CandumpLog<R>>> + Send,
+    R: Read + Send,
+{
+    /// Reads from the present log. An error comes after the last log.
+    fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
+        if self.open.is_none() {
+            match self.waiting.next() {
+                Some(Ok(log)) => self.open = Some(log),
+                Some(Err(error)) => self.note(error),
+                None => return self.broken.take().map_or(Ok(Flow::Ended), Err),
+            }
+        }
+        let Some(log) = &mut self.open else { return Ok(Flow::Open) };
+        let flow = log.read(batch, timeout);
+        if matches!(flow, Ok(Flow::Open)) {
+            return Ok(Flow::Open);
+        }
+        let trouble = log.health().trouble;
+        if !trouble.is_empty() {
+            self.troubles.push(trouble);
+        }
+        self.open = None;
+        if let Err(error) = flow {
+            self.note(error);
+        }
+        Ok(Flow::Open)
+    }
+
+    fn health(&self) -> SourceHealth {
+        SourceHealth { trouble: self.troubles.join("; "), ..SourceHealth::default() }
+    }
+}
+
+/// Lists the first names and the number of the others.
+fn enumerate(buses: &BTreeSet<&str>) -> String {
+    let named = buses.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
+    match buses.len().saturating_sub(NAMED) {
+        0 => named,
+        more => format!("{named} and {more} more"),
+    }
+}
+
+fn arrival(record: &CanDumpRecord) -> Arrival {
+    let frame = match &record.frame {
+        CanAnyFrame::Normal(frame) => Frame::new(frame.id(), FrameKind::Data, frame.data()),
+        CanAnyFrame::Remote(frame) => Frame::new(frame.id(), FrameKind::Remote, &[]),
+        CanAnyFrame::Fd(frame) => Frame::new(frame.id(), FrameKind::Fd, &[]),
+        CanAnyFrame::Error(frame) => {
+            let class = ExtendedId::new(frame.error_bits()).unwrap_or(ExtendedId::ZERO);
+            Frame::new(Id::Extended(class), FrameKind::Error, frame.data())
+        }
+    };
+    Arrival { time_s: record.t_us as f64 / 1e6, frame }
+}
+
+#[cfg(test)]
+mod tests {
+    use embedded_can::StandardId;
+
+    use super::*;
+
+    fn read(log: &[u8]) -> (Vec<Arrival>, SourceHealth) {
+        let mut source = CandumpLog::new(Path::new("a.log"), log);
+        let mut batch = Vec::new();
+        while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
+        (batch, source.health())
+    }
+
+    #[test]
+    fn every_kind_of_frame_is_told() {
+        let log = b"(1767000000.000060) can0 101#03000000FEFFFE0E\n\
+            (1767000000.000070) can0 12345678#01\n\
+            (1767000000.000080) can0 101#R\n\
+            (1767000000.000090) can0 101##1AABB\n\
+            (1767000000.000100) can0 20000004#000C000000000000\n\
+            (1767000000.000110) can0 101#";
+        let (frames, health) = read(log);
+        let standard = |id| Id::from(StandardId::new(id).unwrap());
+        assert_eq!(frames[0].time_s, 1_767_000_000.000_06);
+        let force =
+            Frame::new(standard(0x101), FrameKind::Data, &[3, 0, 0, 0, 0xFE, 0xFF, 0xFE, 14]);
+        assert_eq!(frames[0].frame, force);
+        let kinds: Vec<_> = frames.iter().map(|arrival| arrival.frame.kind).collect();
+        use FrameKind::{Data, Error, Fd, Remote};
+        assert_eq!(kinds, [Data, Data, Remote, Fd, Error, Data]);
+        assert_eq!(frames[1].frame.id, ExtendedId::new(0x1234_5678).unwrap().into());
+        assert_eq!(frames[5].frame.data(), b"");
+        assert_eq!(health, SourceHealth::default());
+    }
+
+    /// `candump -L can0 vcan10` writes names of equal length.
+    #[test]
+    fn names_may_be_padded() {
+        let log = b"(1767000000.000060)   can0 101#00\n(1767000000.000070) vcan10 102#0001\n";
+        let (frames, health) = read(log);
+        let data: Vec<_> = frames.iter().map(|arrival| arrival.frame.data()).collect();
+        assert_eq!(data, [&[0][..], &[0, 1]]);
+        assert_eq!(health, SourceHealth::default());
+    }
+
+    #[test]
+    fn garbage_is_counted_and_what_is_around_it_stays() {
+        let mut log = b"(1767000000.000060) can0 101#00\nhello\n".to_vec();
+        log.extend(b"\xFF\xFE\x00\n(1767000000) can0 101#00\n(1767000000.000060) can0 101#0\n");
+        log.extend(b"(1767000000.000061) can0 102#00\n(1767000000.0000");
+        let (frames, health) = read(&log);
+        assert_eq!(frames.len(), 2);
+        assert_eq!(
+            health.trouble,
+            "a.log:2: no line of candump -L (Invalid timestamp), 5 such in all, left out"
+        );
+    }
+
+    /// The name is kept for each of the 32,768 frames that are read ahead.
+    #[test]
+    fn a_name_that_no_interface_has_is_garbage() {
+        let line = |bytes| format!("(1767000000.000060) {} 101#00\n", "c".repeat(bytes));
+        let log = [line(15), line(16), line(60_000)].concat();
+        let mut source =
+            CandumpLog::new(Path::new("a.log"), log.as_bytes()).on_bus("can0").unwrap();
+        let mut batch = Vec::new();
+        while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
+        assert_eq!(batch.len(), 1);
+        assert_eq!(
+            source.health().trouble,
+            "a.log:2: no line of candump -L (Invalid device name), 2 such in all, left out"
+        );
+    }
+
+    #[test]
+    fn of_many_buses_three_are_named() {
+        let line = |bus| format!("(1767000000.000060) can{bus} 101#00\n");
+        let log: String = (0..500).map(line).collect();
+        let refused =
+            CandumpLog::new(Path::new("a.log"), log.as_bytes()).on_bus("vcan0").err().unwrap();
+        let expected = "a.log: holds frames of can0, can1, can10 and 497 more, but none of ";
+        assert!(refused.to_string().starts_with(expected), "{refused}");
+    }
+
+    struct Failing(&'static [u8]);
+
+    impl Read for Failing {
+        fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+            match self.0.read(into)? {
+                0 => Err(io::Error::other("worn out")),
+                bytes => Ok(bytes),
+            }
+        }
+    }
+
+    #[test]
+    fn a_failing_disk_keeps_what_was_read_and_the_next_log() {
+        let log = |file: &str| {
+            let bytes = Failing(b"(1767000000.000060) can0 101#00\n(1767000000.000070) can0 101#");
+            CandumpLog::new(Path::new(file), bytes)
+        };
+        let mut batch = Vec::new();
+        let error = log("a.log").read(&mut batch, Duration::ZERO).unwrap_err();
+        assert_eq!(batch.len(), 1);
+        assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out");
+
+        let mut logs = Logs::new([Ok(log("a.log").on_bus("can0").unwrap()), Ok(log("b.log"))]);
+        let mut batch = Vec::new();
+        let error = loop {
+            match logs.read(&mut batch, Duration::ZERO) {
+                Ok(flow) => assert_eq!(flow, Flow::Open),
+                Err(error) => break error,
+            }
+        };
+        assert_eq!(batch.len(), 2);
+        assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out");
+        assert_eq!(logs.health().trouble, "b.log:2: cannot be read: worn out");
+        assert_eq!(logs.read(&mut batch, Duration::ZERO).unwrap(), Flow::Ended);
+    }
+
+    #[test]
+    fn of_several_buses_only_the_named_one_is_taken() {
+        let log = b"(1767000000.000060) can1 101#00\n(1767000000.000070) can0 102#00\n\
+            (1767000000.000080) can1 101#00\n";
+        let mut source = CandumpLog::new(Path::new("a.log"), &log[..]).on_bus("can0").unwrap();
+        let mut batch = Vec::new();
+        while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
+        assert_eq!(batch.len(), 1);
+        assert_eq!(batch[0].frame.id, StandardId::new(0x102).unwrap().into());
+        assert_eq!(source.health().trouble, "a.log: took the frames of can0, left out 2 others");
+
+        let refused = CandumpLog::new(Path::new("a.log"), &log[..]).on_bus("vcan0").err().unwrap();
+        assert_eq!(
+            refused.to_string(),
+            "a.log: holds frames of can0, can1, but none of [bus] interface, \"vcan0\": name one of them there"
+        );
+
+        let one = b"(1767000000.000060) can1 101#00\n(1767000000.000080) can1 101#00\n";
+        let mut source = CandumpLog::new(Path::new("a.log"), &one[..]).on_bus("can0").unwrap();
+        let mut batch = Vec::new();
+        while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
+        assert_eq!((batch.len(), source.health()), (2, SourceHealth::default()));
+    }
+}

@@ -1,0 +1,70 @@
+//! Sources of frames: a bus, or a recording of one.
+
+mod frame;
+mod link;
+mod log;
+mod monotonic;
+mod padding;
+mod socket;
+
+use std::io;
+use std::time::Duration;
+
+pub use frame::{Arrival, Frame, FrameKind};
+pub use link::ErrorCounts;
+pub use log::{CandumpLog, Logs};
+pub use socket::{CanSocket, OpenError};
+
+/// Source of frames, in the order in which they were on the bus.
+pub trait FrameSource: Send {
+    /// Waits for frames, at most `timeout`, and appends them to `batch`: none, one or many.
+    ///
+    /// A link that goes down is no error. [`health`](Self::health) reports it, and frames come again when the link is up.
+    ///
+    /// # Errors
+    /// The source is broken for good. Frames that were appended before are valid.
+    fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow>;
+
+    /// Returns the condition of the source.
+    fn health(&self) -> SourceHealth;
+}
+
+/// Whether more frames may come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flow {
+    /// More frames may come.
+    Open,
+    /// The recording is over, or the other end is closed.
+    Ended,
+}
+
+/// State of a link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LinkState {
+    /// Frames can come.
+    #[default]
+    Up,
+    /// The link is down.
+    Down,
+    /// The controller has left the bus after too many errors.
+    BusOff,
+    /// The interface does not exist any more.
+    Gone,
+}
+
+/// Condition of a source.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SourceHealth {
+    /// State of the link.
+    pub link: LinkState,
+    /// Number of times since the start that the link was lost, for however short a time. 0 for a recording.
+    pub link_losses: u64,
+    /// Numbers of errors that the bus has reported since the start.
+    pub errors: ErrorCounts,
+    /// Number of frames since the start that the kernel dropped because they were not fetched in time.
+    pub kernel_dropped: u64,
+    /// Receive buffer that the kernel granted, bytes. 0 for a recording.
+    pub receive_buffer_bytes: u64,
+    /// What is wrong now with a bus, or was wrong with a recording, in one line for users. Empty if nothing is wrong.
+    pub trouble: String,
+}

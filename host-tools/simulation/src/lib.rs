@@ -1,0 +1,27 @@
+//! The robot of the scenario, simulated in time with core's [equation of motion](flexid_core::motion), and its
+//! sensors' frames.
+//!
+//! | module         | holds                                                        |
+//! | -------------- | ------------------------------------------------------------ |
+//! | [`scenario`]   | the scenario file, and robots and poses drawn at random      |
+//! | [`force`]      | the milling cutter                                           |
+//! | [`experiment`] | one cut: force, displacement and acceleration at the samples |
+//! | [`sensor`]     | noise, counters, and the frames on the bus                   |
+//! | [`simulator`]  | the simulator, which does one experiment after the other     |
+//! | [`candump`]    | frames into a log                                            |
+//! | [`bus`]        | frames onto a CAN interface                                  |
+//! | [`interface`]  | whether a CAN interface is a virtual one                     |
+//! | [`truth`]      | the file of the robot and the cuts that were simulated       |
+//! | [`validation`] | the errors of an identified robot                            |
+#![forbid(unsafe_code)]
+
+pub mod bus;
+pub mod candump;
+pub mod experiment;
+pub mod force;
+pub mod interface;
+pub mod scenario;
+pub mod sensor;
+pub mod simulator;
+pub mod truth;
+pub mod validation;

@@ -1,0 +1,473 @@
+//! The scenario file: the true robot, the experiments, the cutting force and the noise of the sensors.
+
+use std::path::Path;
+
+use flexid_core::parameters::{Bounds, Bushing, Ranges};
+use flexid_pipeline::config::{BoundsSection, Config};
+use flexid_pipeline::input::{self, BadInput};
+use flexid_pipeline::model::{Kind, Model, ModelJoint};
+use rand_core::Rng;
+use rand_distr::{Distribution as _, Uniform};
+use serde::{Deserialize, Serialize};
+
+use flexid_pipeline::names::DOF_NAMES;
+use flexid_pipeline::text::count;
+
+/// Standard gravity, the unit of accelerometers' noise, m/s².
+const STANDARD_GRAVITY: f64 = 9.80665;
+/// Largest number of teeth of a cutter.
+const MOST_TEETH: u32 = 1000;
+/// Smallest length of an experiment, that of the shortest record which the daemon takes, samples.
+const FEWEST_SAMPLES: usize = 256;
+
+/// A robot to be simulated, and its experiments.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Bounds of the parameters of robots.
+    pub bounds: Bounds,
+    /// The nominal robot: one bushing per joint, base first.
+    pub truth: Vec<Bushing>,
+    /// Experiments in the order in which they are done.
+    pub experiments: Vec<Experiment>,
+    /// Force of the tool on the robot.
+    pub cutting: Cutting,
+    /// Sampling of the sensors.
+    pub measurement: Sampling,
+}
+
+/// One cut at one pose.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Experiment {
+    /// Name for people.
+    pub name: String,
+    /// Joint angles, rad (m), base first.
+    pub pose: Vec<f64>,
+    /// Spindle speed at the beginning and at the end of the cut, revolutions per minute.
+    pub spindle_rpm: [f64; 2],
+    /// Axis of the TCP along which the tool is fed.
+    pub feed: Feed,
+}
+
+/// An axis of the TCP.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Feed {
+    /// Along x; the tool's axis is z.
+    X,
+    /// Along y; the tool's axis is x.
+    Y,
+    /// Along z; the tool's axis is y.
+    Z,
+}
+
+/// A milling cutter. The force per tooth is proportional to the chip's thickness, which grows with the sine of the
+/// angle from where the tooth enters.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cutting {
+    /// Number of teeth on the cutter.
+    pub teeth: u32,
+    /// Angle over which a tooth cuts, degrees; 90 is a quarter of the cutter.
+    pub immersion_deg: f64,
+    /// Force along the cutting speed at the full thickness of the chip, N.
+    pub peak_tangential_n: f64,
+    /// Radial over tangential force.
+    pub radial_ratio: f64,
+    /// Axial over tangential force.
+    pub axial_ratio: f64,
+    /// Standard deviation of r in the force's random factor 1 + r; r is white up to half the sample rate.
+    pub roughness: f64,
+}
+
+/// Sampling of force and acceleration.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sampling {
+    /// Sampling rate, Hz.
+    pub rate_hz: f64,
+    /// Length of an experiment, s.
+    pub duration_s: f64,
+    /// Band in which displacements are compared, Hz.
+    pub band_hz: [f64; 2],
+    /// Amplitude density of the accelerometer's noise, one-sided, standard gravities.
+    pub acceleration_noise_g_per_sqrt_hz: f64,
+    /// Amplitude density of the force sensor's noise, one-sided.
+    pub force_noise_n_per_sqrt_hz: f64,
+}
+
+/// The contents of the scenario file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    /// Robot, for people. The simulator takes the robot from the model file.
+    #[serde(rename = "robot")]
+    _robot: String,
+    #[serde(rename = "tcp")]
+    _tcp: String,
+    #[serde(default)]
+    bounds: BoundsSection,
+    truth: Vec<Truth>,
+    experiment: Vec<Experiment>,
+    force: Cutting,
+    measurement: Sampling,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Truth {
+    joint: String,
+    stiffness: [f64; 6],
+    damping: [f64; 6],
+}
+
+impl Sampling {
+    /// Standard deviation of one force sample's noise, N.
+    pub fn force_noise(&self) -> f64 {
+        self.force_noise_n_per_sqrt_hz * (self.rate_hz / 2.0).sqrt()
+    }
+
+    /// Standard deviation of one acceleration sample's noise, m/s².
+    pub fn acceleration_noise(&self) -> f64 {
+        self.acceleration_noise_g_per_sqrt_hz * STANDARD_GRAVITY * (self.rate_hz / 2.0).sqrt()
+    }
+
+    /// Number of samples of one experiment.
+    pub fn samples(&self) -> usize {
+        (self.rate_hz * self.duration_s).round() as usize
+    }
+}
+
+impl Scenario {
+    /// Reads and checks the scenario that `config` names.
+    ///
+    /// # Errors
+    /// The errors of [`Scenario::load`]; also if `config` names no scenario, or has another rate than the scenario.
+    pub fn of(config: &Config) -> Result<Self, BadInput> {
+        let bad = |message: &str| BadInput::new(&config.file, message);
+        let file = config.scenario.as_deref().ok_or_else(|| {
+            bad("[simulation] is missing: write [simulation] scenario = \"FILE.toml\"")
+        })?;
+        let scenario = Self::load(file, &config.model)?;
+        if scenario.measurement.rate_hz != config.rate_hz {
+            return Err(bad(&format!(
+                "[measurement] rate_hz is {}, but {} has {}: make them equal",
+                config.rate_hz,
+                file.display(),
+                scenario.measurement.rate_hz
+            )));
+        }
+        Ok(scenario)
+    }
+
+    /// Reads and checks the scenario `file` of the robot `model`.
+    ///
+    /// # Errors
+    /// The file is wrong. The error is one line that names the file, the place, and the right input.
+    pub fn load(file: &Path, model: &Model) -> Result<Self, BadInput> {
+        Self::parse(file, &input::read(file)?, model)
+    }
+
+    /// Reads and checks the text of the scenario `file`.
+    ///
+    /// # Errors
+    /// The errors of [`Scenario::load`].
+    pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Self, BadInput> {
+        let raw: File = input::parse_toml(file, text)?;
+        let bad = |message: String| BadInput::new(file, message);
+        let bounds = raw.bounds.check(model).map_err(bad)?;
+        let truth = truth(&raw.truth, model, &bounds).map_err(bad)?;
+        if raw.experiment.is_empty() {
+            return Err(bad("no [[experiment]]: give at least one".into()));
+        }
+        raw.experiment.iter().try_for_each(|one| one.check(model)).map_err(bad)?;
+        raw.force.check().map_err(bad)?;
+        raw.measurement.check().map_err(bad)?;
+        Ok(Self {
+            bounds,
+            truth,
+            experiments: raw.experiment,
+            cutting: raw.force,
+            measurement: raw.measurement,
+        })
+    }
+
+    /// A robot drawn uniformly from the bounds.
+    pub fn draw_truth(&self, rng: &mut impl Rng) -> Vec<Bushing> {
+        let mut draw = |ranges: &[[f64; 2]; 6]| ranges.map(|range| uniform(rng, range));
+        self.truth
+            .iter()
+            .zip(&self.bounds.joints)
+            .map(|(_, own)| Bushing {
+                stiffness: draw(&own.stiffness),
+                damping: draw(&own.damping),
+            })
+            .collect()
+    }
+
+    /// An experiment that the file does not have. Its pose is drawn uniformly between the joints' limits (between ± π
+    /// or ± 1 m where there is none). Its spindle speeds and its feed are drawn like those of the file.
+    pub fn draw_experiment(&self, model: &Model, rng: &mut impl Rng) -> Experiment {
+        let pose = model.joints.iter().map(|joint| uniform(rng, reach(joint))).collect();
+        let feed = [Feed::X, Feed::Y, Feed::Z][uniform(rng, [0.0, 3.0]) as usize];
+        let spindle_rpm = [uniform(rng, [600.0, 900.0]), uniform(rng, [3000.0, 5400.0])];
+        Experiment { name: "drawn".into(), pose, spindle_rpm, feed }
+    }
+}
+
+/// Range of a joint, rad (m): its limits, or ± π or ± 1 m where there is none.
+pub fn reach(joint: &ModelJoint) -> [f64; 2] {
+    let open = match joint.kind {
+        Kind::Revolute => std::f64::consts::PI,
+        Kind::Prismatic => 1.0,
+    };
+    let [lower, upper] = joint.limits;
+    let limits = |limit: f64| limit.abs() < 1e3;
+    let lower = if limits(lower) { lower } else { upper.min(open) - 2.0 * open };
+    let upper = if limits(upper) { upper } else { lower + 2.0 * open };
+    [lower, upper]
+}
+
+/// A number drawn uniformly from `lower` to below `upper`; `lower` if the range is empty.
+fn uniform(rng: &mut impl Rng, [lower, upper]: [f64; 2]) -> f64 {
+    Uniform::new(lower, upper).map_or(lower, |range| range.sample(rng))
+}
+
+fn truth(raw: &[Truth], model: &Model, bounds: &Bounds) -> Result<Vec<Bushing>, String> {
+    let given: Vec<&str> = raw.iter().map(|truth| truth.joint.as_str()).collect();
+    let wanted: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+    if given != wanted {
+        return Err(format!(
+            "[[truth]] is given for the joints [{}], but the model has [{}]: one [[truth]] a joint, base first",
+            given.join(", "),
+            wanted.join(", ")
+        ));
+    }
+    raw.iter()
+        .zip(&bounds.joints)
+        .map(|(&Truth { ref joint, stiffness, damping }, ranges)| {
+            let bushing = Bushing { stiffness, damping };
+            check(&bushing, ranges).map_err(|error| format!("[[truth]] {joint} {error}"))?;
+            Ok(bushing)
+        })
+        .collect()
+}
+
+/// Checks that a true bushing can be found. The error states what is wrong with it.
+pub(crate) fn check(bushing: &Bushing, ranges: &Ranges) -> Result<(), String> {
+    let kinds = [
+        ("stiffness", &bushing.stiffness, &ranges.stiffness),
+        ("damping", &bushing.damping, &ranges.damping),
+    ];
+    for (kind, values, ranges) in kinds {
+        for ((value, [lower, upper]), dof) in values.iter().zip(ranges).zip(DOF_NAMES) {
+            if !(lower..=upper).contains(&value) {
+                return Err(format!(
+                    "{kind} {dof} is {value:e}: must lie within [bounds], {lower:e} to {upper:e}"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Experiment {
+    fn check(&self, model: &Model) -> Result<(), String> {
+        let place = format!("[[experiment]] \"{}\"", self.name);
+        if self.pose.len() != model.joints.len() {
+            return Err(format!(
+                "{place} pose has {}, but the model has {}: one angle a joint, base first",
+                count(self.pose.len() as u64, "angle"),
+                count(model.joints.len() as u64, "joint")
+            ));
+        }
+        for (&angle, joint) in self.pose.iter().zip(&model.joints) {
+            let [lower, upper] = joint.limits;
+            if !(lower..=upper).contains(&angle) {
+                return Err(format!(
+                    "{place} pose: {angle} is outside the limits of {}, {lower} to {upper}",
+                    joint.name
+                ));
+            }
+        }
+        self.spindle_rpm
+            .iter()
+            .try_for_each(|&rpm| within(&format!("{place} spindle_rpm"), rpm, 1e6))
+    }
+}
+
+impl Cutting {
+    fn check(&self) -> Result<(), String> {
+        if !(1..=MOST_TEETH).contains(&self.teeth) {
+            let teeth = self.teeth;
+            return Err(format!("[force] teeth is {teeth}: must lie between 1 and {MOST_TEETH}"));
+        }
+        within("[force] immersion_deg", self.immersion_deg, 180.0)?;
+        not_negative("[force] peak_tangential_n", self.peak_tangential_n)?;
+        not_negative("[force] radial_ratio", self.radial_ratio)?;
+        not_negative("[force] axial_ratio", self.axial_ratio)?;
+        not_negative("[force] roughness", self.roughness)
+    }
+}
+
+impl Sampling {
+    /// Longest experiment, s. Its fine grid is held in memory.
+    const LONGEST_S: f64 = 120.0;
+
+    fn check(&self) -> Result<(), String> {
+        within("[measurement] rate_hz", self.rate_hz, 20_000.0)?;
+        within("[measurement] duration_s", self.duration_s, Self::LONGEST_S)?;
+        if self.samples() < FEWEST_SAMPLES {
+            return Err(format!(
+                "[measurement] duration_s is {}: must hold at least {FEWEST_SAMPLES} samples, {} s",
+                self.duration_s,
+                FEWEST_SAMPLES as f64 / self.rate_hz
+            ));
+        }
+        let [lower, upper] = self.band_hz;
+        if !(0.0 < lower && lower < upper && upper < self.rate_hz / 2.0) {
+            return Err(format!(
+                "[measurement] band_hz is [{lower}, {upper}]: must be 0 < lower < upper < rate_hz / 2"
+            ));
+        }
+        if (upper - lower) * self.duration_s < 1.0 {
+            return Err(format!(
+                "[measurement] band_hz is [{lower}, {upper}]: must be at least 1 / duration_s wide"
+            ));
+        }
+        let noise = [
+            ("acceleration_noise_g_per_sqrt_hz", self.acceleration_noise_g_per_sqrt_hz),
+            ("force_noise_n_per_sqrt_hz", self.force_noise_n_per_sqrt_hz),
+        ];
+        noise
+            .iter()
+            .try_for_each(|(key, value)| not_negative(&format!("[measurement] {key}"), *value))
+    }
+}
+
+fn within(place: &str, value: f64, most: f64) -> Result<(), String> {
+    if value > 0.0 && value <= most {
+        Ok(())
+    } else {
+        Err(format!("{place} is {value}: must be above 0 and at most {most}"))
+    }
+}
+
+/// Checks that a value lies between 0 and a million. A larger value is an error in the file.
+fn not_negative(place: &str, value: f64) -> Result<(), String> {
+    if (0.0..=1e6).contains(&value) {
+        Ok(())
+    } else {
+        Err(format!("{place} is {value:e}: must lie between 0 and 1e6"))
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use flexid_core::chain::Chain;
+
+    use super::*;
+    use rand_core::SeedableRng;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    const TEXT: &str = include_str!("../../scenario/mill3.toml");
+
+    /// The reference robot.
+    pub(crate) fn model() -> Model {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenario/mill3-model.toml");
+        Model::load(&file).unwrap()
+    }
+
+    /// The reference scenario and its robot.
+    pub(crate) fn mill3() -> (Scenario, Chain) {
+        let model = model();
+        let scenario = Scenario::parse(Path::new("mill3.toml"), TEXT, &model).unwrap();
+        (scenario, model.chain().unwrap())
+    }
+
+    #[test]
+    fn the_reference_scenario_is_read() {
+        let (scenario, _) = mill3();
+        assert_eq!(scenario.truth[1].stiffness[4], 8.6e6);
+        assert_eq!(scenario.experiments[2].feed, Feed::Z);
+        assert_eq!(scenario.measurement.samples(), 8192);
+        assert!((scenario.measurement.acceleration_noise() - 0.0155057).abs() < 1e-6);
+        assert!((scenario.measurement.force_noise() - 0.1581139).abs() < 1e-6);
+    }
+
+    #[test]
+    fn mistakes_are_named_with_place_and_mend() {
+        let table = [
+            ("rate_hz = 2000.0", "rate_hz = -5.0", "[measurement] rate_hz is -5: must be above 0"),
+            (
+                "rate_hz = 2000.0",
+                "rate = 2000.0",
+                "[measurement] rate: unknown key `rate`: did you mean `rate_hz` (in Hz)?",
+            ),
+            ("teeth = 2", "teeth = 0", "[force] teeth is 0: must lie between 1 and 1000"),
+            ("teeth = 2", "teeth = 4_000_000_000", "teeth is 4000000000: must lie between"),
+            ("duration_s = 4.096", "duration_s = 1e-9", "must hold at least 256 samples, 0.128 s"),
+            ("band_hz = [2.0, 200.0]", "band_hz = [2.0, 2.1]", "at least 1 / duration_s wide"),
+            ("400.0", "1e300", "[force] peak_tangential_n is 1e300: must lie between 0 and 1e6"),
+            (
+                "4.8e7,",
+                "1e300,",
+                "[[truth]] joint_3 stiffness tx is 1e300: must lie within [bounds]",
+            ),
+            ("4.8e7,", "1e-300,", "stiffness tx is 1e-300: must lie within [bounds], 1e7 to 2e8"),
+            ("1.2e3, 0.7e4]", "99.0, 0.7e4]", "joint_3 damping ry is 9.9e1: must lie within"),
+            ("[1.0e7, 2.0e8]", "[1e-300, 1e300]", "must be 1e-3 <= lower < upper <= 1e12"),
+            (
+                "joint = \"joint_3\"",
+                "joint = \"wrist\"",
+                "[[truth]] is given for the joints [joint_1, joint_2, wrist]",
+            ),
+            ("[4.8e7,", "[-4.8e7,", "[[truth]] joint_3 stiffness tx is -4.8e7: must lie within"),
+            (
+                "pose = [0.00, ",
+                "pose = [",
+                "[[experiment]] \"slot, arm half stretched\" pose has 2 angles",
+            ),
+            (
+                "-0.45",
+                "-4.5",
+                "[[experiment]] \"slot, arm half stretched\" pose: -4.5 is outside the limits of joint_2",
+            ),
+            ("feed = \"x\"", "feed = \"w\"", "unknown variant `w`"),
+            ("[600, 4200]", "[0, 4200]", "spindle_rpm is 0: must be above 0"),
+            (
+                "[1.0e7, 2.0e8]",
+                "[2.0e8, 1.0e7]",
+                "[bounds] stiffness_translation_n_per_m is [2e8, 1e7]: must be",
+            ),
+        ];
+        for (right, wrong, message) in table {
+            assert!(TEXT.contains(right), "{right}");
+            let text = TEXT.replacen(right, wrong, 1);
+            let error =
+                Scenario::parse(Path::new("s.toml"), &text, &model()).unwrap_err().to_string();
+            assert!(error.starts_with("s.toml:") && error.contains(message), "{error}");
+            assert!(!error.contains('\n'), "{error}");
+        }
+    }
+
+    #[test]
+    fn drawn_robots_and_poses_lie_in_their_ranges() {
+        let (scenario, _) = mill3();
+        let model = model();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let mut sum = 0.0;
+        for _ in 0..200 {
+            for bushing in scenario.draw_truth(&mut rng) {
+                for dof in 0..6 {
+                    let [lower, upper] = scenario.bounds.joints[0].stiffness[dof];
+                    assert!((lower..upper).contains(&bushing.stiffness[dof]));
+                    sum += (bushing.stiffness[dof] - lower) / (upper - lower);
+                }
+            }
+            scenario.draw_experiment(&model, &mut rng).check(&model).unwrap();
+        }
+        let mean = sum / (200.0 * 18.0);
+        assert!((mean - 0.5).abs() < 0.02, "uniform draws have the mean 0.5, not {mean}");
+    }
+}

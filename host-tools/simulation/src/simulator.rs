@@ -1,0 +1,125 @@
+//! The simulator, which does one experiment after the other like a robot.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use flexid_core::chain::Chain;
+use flexid_core::mounting::Mounting;
+use flexid_core::parameters::Bushing;
+use flexid_core::spectrum::Accelerometer;
+use flexid_pipeline::config::Config;
+use flexid_pipeline::input::BadInput;
+use flexid_pipeline::signals::SignalTable;
+use nalgebra::Vector3;
+use rand_core::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::experiment::Cut;
+use super::scenario::{Experiment, Scenario};
+use super::sensor::{self, Quality, Transmission};
+
+/// Which robot is simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Truth {
+    /// The robot of the scenario file.
+    Nominal,
+    /// A robot drawn uniformly from the scenario's bounds with this seed.
+    Drawn(u64),
+}
+
+impl FromStr for Truth {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "write nominal, or drawn:SEED such as drawn:7".to_owned();
+        match text.split_once(':') {
+            None if text == "nominal" => Ok(Self::Nominal),
+            Some(("drawn", seed)) => seed.parse().map(Self::Drawn).map_err(|_| wrong()),
+            _ => Err(wrong()),
+        }
+    }
+}
+
+/// The robot, its work and its sensors.
+#[derive(Clone, Debug)]
+pub struct Simulator {
+    /// File of the scenario.
+    file: PathBuf,
+    chain: Chain,
+    scenario: Scenario,
+    truth: Vec<Bushing>,
+    /// Gravity, base axes, m/s².
+    gravity: Vector3<f64>,
+    accelerometer: Accelerometer,
+    mounting: Mounting,
+    signals: SignalTable,
+    quality: Quality,
+    rng: Xoshiro256PlusPlus,
+}
+
+impl Simulator {
+    /// The robot and the scenario that `config` names.
+    ///
+    /// # Errors
+    /// The config names no scenario, or the scenario is wrong.
+    pub fn new(
+        config: &Config,
+        truth: Truth,
+        quality: Quality,
+        seed: u64,
+    ) -> Result<Self, BadInput> {
+        let scenario = Scenario::of(config)?;
+        let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
+        let truth = match truth {
+            Truth::Nominal => scenario.truth.clone(),
+            Truth::Drawn(seed) => scenario.draw_truth(&mut Xoshiro256PlusPlus::seed_from_u64(seed)),
+        };
+        let rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        Ok(Self {
+            file: config.scenario.clone().unwrap_or_else(|| config.file.clone()),
+            chain,
+            scenario,
+            truth,
+            gravity: config.gravity.into(),
+            accelerometer: config.accelerometer,
+            mounting: config.mounting,
+            signals: config.signals.clone(),
+            quality,
+            rng,
+        })
+    }
+
+    /// Does one experiment.
+    ///
+    /// # Errors
+    /// The robot gives way, or a signal of the frame layout cannot be written.
+    pub fn perform(&mut self, experiment: &Experiment) -> Result<Transmission, BadInput> {
+        let Scenario { cutting, measurement, .. } = &self.scenario;
+        let cut = Cut {
+            gravity: self.gravity,
+            accelerometer: self.accelerometer,
+            mounting: self.mounting,
+            ..Cut::new(experiment, cutting, measurement, &mut self.rng)
+        };
+        let response = cut.response(&self.chain, &self.truth);
+        if !response.is_finite() {
+            let name = &experiment.name;
+            let message =
+                format!("the robot gives way in {name:?}: make [[truth]], or [bounds], stiffer");
+            return Err(BadInput::new(&self.file, message));
+        }
+        let rng = &mut self.rng;
+        sensor::transmit(&response, &cut.pose, measurement, self.quality, &self.signals, rng)
+            .map_err(|error| BadInput::new(&self.file, format!("cannot be sent: {error}")))
+    }
+
+    /// The robot's true bushings, base first.
+    pub fn truth(&self) -> &[Bushing] {
+        &self.truth
+    }
+
+    /// The scenario of the robot.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+}

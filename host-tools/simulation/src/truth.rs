@@ -1,0 +1,135 @@
+//! The file of a simulated robot's true parameters, and of the frames that its simulation lost on purpose.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use flexid_core::parameters::Bushing;
+use flexid_pipeline::config::Config;
+use flexid_pipeline::input::{self, BadInput};
+use flexid_pipeline::model::Model;
+use serde::{Deserialize, Serialize};
+
+use crate::scenario;
+
+/// The file that `simulate --truth-json` writes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TruthFile {
+    /// True bushings by the name of the joint.
+    pub truth: BTreeMap<String, TrueBushing>,
+    /// Experiments in the order in which they were done.
+    pub experiments: Vec<TrueExperiment>,
+}
+
+/// Springs and dampers of a joint, SI units, order `tx ty tz rx ry rz`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrueBushing {
+    /// Stiffnesses, N/m, Nm/rad.
+    pub stiffness: [f64; 6],
+    /// Dampings, Ns/m, Nms/rad.
+    pub damping: [f64; 6],
+}
+
+/// One experiment as it was simulated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrueExperiment {
+    /// Name of the experiment in the scenario.
+    pub name: String,
+    /// Joint angles, rad (m).
+    pub pose: Vec<f64>,
+    /// Counter of the first sample.
+    pub seq_start: u32,
+    /// Number of frames on the bus.
+    pub frames: u64,
+    /// Number of force frames left out.
+    pub dropped_force: u64,
+    /// Number of acceleration frames left out.
+    pub dropped_acc: u64,
+}
+
+/// The part of the file that `identify --truth` reads.
+#[derive(Deserialize)]
+struct Truth {
+    truth: BTreeMap<String, TrueBushing>,
+}
+
+impl TruthFile {
+    /// The truth of the joints of `model`, base first.
+    pub fn new(model: &Model, truth: &[Bushing]) -> Self {
+        let truth = model.joints.iter().zip(truth).map(|(joint, bushing)| {
+            let Bushing { stiffness, damping } = *bushing;
+            (joint.name.clone(), TrueBushing { stiffness, damping })
+        });
+        Self { truth: truth.collect(), experiments: Vec::new() }
+    }
+}
+
+/// Reads the truth of the joints of the model of `config`, base first, within its bounds.
+///
+/// # Errors
+/// The file is wrong. The error is one line that names the file, the joint, and the right input.
+pub fn load(file: &Path, config: &Config) -> Result<Vec<Bushing>, BadInput> {
+    parse(file, &input::read(file)?, config)
+}
+
+fn parse(file: &Path, text: &str, config: &Config) -> Result<Vec<Bushing>, BadInput> {
+    let bad = |message: String| BadInput::new(file, message);
+    let Truth { mut truth } = serde_json::from_str(text).map_err(|error| {
+        bad(format!("{error}: give a file as `flexid simulate --truth-json` writes it"))
+    })?;
+    let joints = &config.model.joints;
+    let bushings = joints.iter().zip(&config.bounds.joints).map(|(joint, ranges)| {
+        let name = &joint.name;
+        let TrueBushing { stiffness, damping } = truth
+            .remove(name)
+            .ok_or_else(|| bad(format!("\"truth\" has no joint \"{name}\": add it")))?;
+        let bushing = Bushing { stiffness, damping };
+        scenario::check(&bushing, ranges).map_err(|error| {
+            bad(format!("\"truth\" \"{name}\" {error}, of {}", config.file.display()))
+        })?;
+        Ok(bushing)
+    });
+    let bushings = bushings.collect::<Result<_, BadInput>>()?;
+    match truth.keys().next() {
+        None => Ok(bushings),
+        Some(unknown) => {
+            let known: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+            Err(bad(format!(
+                "\"truth\" has the joint \"{unknown}\", but those of the model are {}: remove it",
+                known.join(", ")
+            )))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mistakes_are_named_with_place_and_mend() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenario");
+        let config = Config::load(&folder.join("mill3-edge.toml")).unwrap();
+        let model = folder.join("mill3.toml");
+        let truth = scenario::Scenario::load(&model, &config.model).unwrap().truth;
+        let right = serde_json::to_string(&TruthFile::new(&config.model, &truth)).unwrap();
+        let read = |text: &str| parse(Path::new("t.json"), text, &config);
+        assert_eq!(read(&right).unwrap(), truth);
+        for (from, to, message) in [
+            ("60000000.0", "0.0", "\"truth\" \"joint_1\" stiffness tx is 0e0: must lie within"),
+            ("60000000.0", "-6.0e7", "stiffness tx is -6e7: must lie within"),
+            ("21000.0", "2e6", "damping tx is 2e6: must lie within [bounds], 1e3 to 1e5, of "),
+            ("joint_2", "elbow", "\"truth\" has no joint \"joint_2\": add it"),
+            (
+                "{\"joint_1",
+                "{\"elbow\":{\"stiffness\":[1,1,1,1,1,1],\"damping\":[1,1,1,1,1,1]},\"joint_1",
+                "has the joint \"elbow\", but those of the model are joint_1, joint_2, joint_3: remove it",
+            ),
+            ("{", "", "give a file as `flexid simulate --truth-json` writes it"),
+        ] {
+            assert!(right.contains(from), "{from}");
+            let error = read(&right.replacen(from, to, 1)).unwrap_err().to_string();
+            assert!(error.starts_with("t.json: ") && error.contains(message), "{error}");
+            assert!(!error.contains('\n'), "{error}");
+        }
+    }
+}

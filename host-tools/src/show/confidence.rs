@@ -1,0 +1,178 @@
+//! The confidence of a report, in lines for people.
+
+use flexid_pipeline::text::count;
+use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance, WeakDirection};
+
+use crate::show::verdict::verdict;
+
+/// Correlations above this size are shown, per cent.
+const STRONG: u8 = 90;
+/// Largest number of correlations shown.
+const MOST: usize = 5;
+/// Column at which the lines begin, after their heading.
+const INDENT: usize = 13;
+
+/// One paragraph for each part of the confidence that is not empty.
+pub(crate) fn lines(confidence: &Confidence) -> String {
+    let Confidence {
+        nuisances, correlations, weak_directions, residuals, held_out, retired, ..
+    } = confidence;
+    let directions = |direction: &WeakDirection| direction.text.to_string();
+    let paragraphs = [
+        ("residuals", vec![residuals.text.to_string()]),
+        ("held out", prediction(held_out).into_iter().collect()),
+        ("retired", retirement(*retired).into_iter().collect()),
+        ("weak", weak_directions.iter().map(directions).collect()),
+        ("correlated", strongest(correlations)),
+        ("calibration", nuisances.iter().map(calibration).collect()),
+    ];
+    let mut text = String::new();
+    for (about, lines) in paragraphs {
+        for (number, line) in lines.iter().enumerate() {
+            let about = if number == 0 { about } else { "" };
+            text += &format!("{about:INDENT$}{line}\n");
+        }
+    }
+    text
+}
+
+/// How well each record is predicted from the others: the median over records and axes, and the worst.
+fn prediction(held_out: &[HeldOut]) -> Option<String> {
+    let summary = |of: fn(&HeldOut) -> [f64; 3]| {
+        let mut values: Vec<f64> = held_out.iter().flat_map(of).collect();
+        values.sort_by(f64::total_cmp);
+        let (worst, middle) = (*values.first()?, values.len() / 2);
+        let median = 0.5 * (values[(values.len() - 1) / 2] + values[middle]);
+        Some(format!("{:.2} % (worst {:.2} %)", 100.0 * median, 100.0 * worst))
+    };
+    let (frac, vaf) = (summary(|record| record.frac)?, summary(|record| record.vaf)?);
+    let records = count(held_out.len() as u64, "record");
+    Some(format!("each of {records} predicted from the others: FRAC {frac}, VAF {vaf}"))
+}
+
+/// Number of older records that are no longer kept, if there are any.
+fn retirement(records: u64) -> Option<String> {
+    let records = (records > 0).then(|| count(records, "older record"))?;
+    Some(format!("{records}, no longer kept: what they told is in the numbers"))
+}
+
+/// The strongest correlations, if they are strong.
+fn strongest(correlations: &Correlations) -> Vec<String> {
+    let strong = |(_, _, percent): &(_, _, i8)| percent.unsigned_abs() > STRONG;
+    let mut pairs: Vec<_> = correlations.pairs().filter(strong).collect();
+    // The sort keeps the order of equal correlations.
+    pairs.sort_by_key(|(_, _, percent)| std::cmp::Reverse(percent.unsigned_abs()));
+    let names = &correlations.unknowns;
+    let line = |&(row, column, percent): &(usize, usize, i8)| {
+        format!("{:+.2}  {} and {}", f64::from(percent) / 100.0, names[column], names[row])
+    };
+    let mut lines: Vec<String> = pairs.iter().take(MOST).map(line).collect();
+    if pairs.len() > MOST {
+        lines.push(format!("and {} more above 0.{STRONG}", pairs.len() - MOST));
+    }
+    lines
+}
+
+fn calibration(nuisance: &Nuisance) -> String {
+    let Nuisance { name, unit, value, interval, verdict: told, .. } = nuisance;
+    let number = |value: f64| {
+        if unit.is_empty() { format!("{value:.4}") } else { format!("{value:.2e} {unit}") }
+    };
+    let interval = match interval {
+        Some([lower, upper]) => format!(" ({} to {})", number(*lower), number(*upper)),
+        None => String::new(),
+    };
+    format!("{name} {}{interval}, {}", number(*value), verdict(*told))
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_wire::confidence::Residuals;
+    use flexid_wire::report::Verdict;
+    use flexid_wire::text::clipped;
+
+    use super::*;
+
+    fn nuisance(name: &str, unit: &str, [value, lower, upper]: [f64; 3]) -> Nuisance {
+        Nuisance {
+            name: clipped(name),
+            unit: clipped(unit),
+            value,
+            std: None,
+            interval: (lower < upper).then_some([lower, upper]),
+            verdict: if lower < upper { Verdict::Identified } else { Verdict::NotObservable },
+        }
+    }
+
+    #[test]
+    fn each_thing_has_its_paragraph() {
+        let direction = |text: &str| WeakDirection {
+            relative_std: None,
+            shares: Default::default(),
+            text: clipped(text),
+        };
+        let held_out = |worst| HeldOut {
+            pose: Default::default(),
+            frac: [1.0, 0.99, worst],
+            vaf: [0.98, 0.97, -worst],
+        };
+        let mut percent = [0; 21];
+        // The pairs are (1, 0) and (2, 1) … (6, 5); the last one is just not strong.
+        for (pair, value) in [(0, -91), (2, 95), (5, -97), (9, 95), (14, 92), (20, 99), (1, 90)] {
+            percent[pair] = value;
+        }
+        let confidence = Confidence {
+            joints: Default::default(),
+            nuisances: [
+                nuisance("delay", "s", [3e-4, 2.9e-4, 3.1e-4]),
+                nuisance("force gain x", "", [1.1, 0.0, 0.0]),
+            ]
+            .into_iter()
+            .collect(),
+            correlations: Correlations {
+                unknowns: ["a", "b", "c", "d", "e", "f", "g"].into_iter().map(clipped).collect(),
+                percent: percent.into_iter().collect(),
+            },
+            weak_directions: [direction("a and b trade off"), direction("c is hardly told")]
+                .into_iter()
+                .collect(),
+            residuals: Residuals {
+                whiteness: 0.0,
+                size_objects: false,
+                whiteness_objects: false,
+                text: clipped("noise explains them"),
+            },
+            held_out: [held_out(0.5), held_out(0.6)].into_iter().collect(),
+            retired: 24,
+            left_out: 0,
+        };
+        let expected = "\
+residuals    noise explains them
+held out     each of 2 records predicted from the others: FRAC 99.00 % (worst 50.00 %), VAF 97.00 % (worst -60.00 %)
+retired      24 older records, no longer kept: what they told is in the numbers
+weak         a and b trade off
+             c is hardly told
+correlated   +0.99  f and g
+             -0.97  c and d
+             +0.95  b and c
+             +0.95  d and e
+             +0.92  e and f
+             and 1 more above 0.90
+calibration  delay 3.00e-4 s (2.90e-4 s to 3.10e-4 s), identified
+             force gain x 1.1000, not observable
+";
+        assert_eq!(lines(&confidence), expected);
+        let nothing = Confidence {
+            nuisances: Default::default(),
+            correlations: Correlations {
+                unknowns: Default::default(),
+                percent: Default::default(),
+            },
+            weak_directions: Default::default(),
+            held_out: Default::default(),
+            retired: 0,
+            ..confidence
+        };
+        assert_eq!(lines(&nothing), "residuals    noise explains them\n");
+    }
+}

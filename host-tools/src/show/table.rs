@@ -1,0 +1,148 @@
+//! The finding as a table for people.
+
+use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
+use flexid_core::parameters::Bushing;
+pub(crate) use flexid_pipeline::names::DOF_NAMES;
+use flexid_pipeline::report::{Finding, Summary};
+use flexid_wire::confidence::{Confidence, Interval};
+use flexid_wire::report::{Acceptance, Report, Verdict};
+
+use super::verdict::verdict;
+use crate::show::confidence;
+
+/// A line below the header, and no other.
+pub(crate) const STYLE: TableStyle =
+    TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
+
+/// The estimate in a report, base first.
+pub(crate) fn bushings(report: &Report) -> Vec<Bushing> {
+    let bushing = |joint: &flexid_wire::report::JointReport| Bushing {
+        stiffness: joint.stiffness,
+        damping: joint.damping,
+    };
+    report.joints.iter().map(bushing).collect()
+}
+
+/// All parameters, their confidence, the summary of the fit, and the warnings. With `truth` (base first) the table
+/// also has the true values and the errors of the estimates.
+pub(crate) fn finding(finding: &Finding, truth: Option<&[Bushing]>) -> String {
+    format!("{}\n{}", parameters(finding, truth), Summary(&finding.report))
+}
+
+/// All parameters and their confidence, without the summary of the fit and the warnings.
+pub(crate) fn parameters(
+    Finding { report, confidence }: &Finding,
+    truth: Option<&[Bushing]>,
+) -> String {
+    let mut table = Table::new();
+    table.load_style(STYLE);
+    let mut header = vec!["joint", "DOF"];
+    for name in ["stiffness", "damping"] {
+        header.extend([name, "95 %", "verdict"]);
+        if truth.is_some() {
+            header.extend(["true", "off by"]);
+        }
+    }
+    table.set_header(header);
+    for (index, (joint, intervals)) in report.joints.iter().zip(&confidence.joints).enumerate() {
+        let truth = truth.and_then(|truth| truth.get(index));
+        for (dof, name) in DOF_NAMES.iter().enumerate() {
+            let joint_name = if dof == 0 { joint.name.as_str() } else { "" };
+            let mut row = vec![joint_name.to_owned(), (*name).to_owned()];
+            let (value, interval) = (joint.stiffness[dof], intervals.stiffness_interval[dof]);
+            let true_value = truth.map(|truth| truth.stiffness[dof]);
+            row.extend(cells(value, interval, joint.stiffness_verdict[dof], true_value));
+            let (value, interval) = (joint.damping[dof], intervals.damping_interval[dof]);
+            let true_value = truth.map(|truth| truth.damping[dof]);
+            row.extend(cells(value, interval, joint.damping_verdict[dof], true_value));
+            table.add_row(row);
+        }
+    }
+    for column in table.column_iter_mut().skip(2) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    format!(
+        "{table}\n N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them\n{}\n{}",
+        caveat(report, confidence),
+        confidence::lines(confidence)
+    )
+}
+
+/// The note on intervals that are wider than the noise makes them, or on missing intervals of measured parameters.
+fn caveat(report: &Report, confidence: &Confidence) -> String {
+    let times = report.fit.consistency.sqrt();
+    let intervals = confidence
+        .joints
+        .iter()
+        .flat_map(|joint| joint.stiffness_interval.iter().chain(&joint.damping_interval));
+    let deviations =
+        report.joints.iter().flat_map(|joint| joint.stiffness_std.iter().chain(&joint.damping_std));
+    if intervals.flatten().next().is_some() {
+        if !confidence.residuals.size_objects {
+            return String::new();
+        }
+        format!(" intervals are √(χ²/dof) = {times:.1} times as wide as the noise makes them\n")
+    } else if deviations.flatten().next().is_none() {
+        String::new()
+    } else if report.fit.acceptance == Acceptance::Unsettled {
+        " no intervals: another minimum may be the right one\n".to_owned()
+    } else if confidence.residuals.size_objects {
+        format!(
+            " no intervals: residuals of {times:.1} times the noise have another cause, and how far that moves the numbers \
+             nobody knows\n"
+        )
+    } else {
+        " no intervals: static tests contradict the fit\n".to_owned()
+    }
+}
+
+/// Value, interval and verdict, and with a `truth` also the truth and the error in per cent.
+fn cells(value: f64, interval: Option<Interval>, told: Verdict, truth: Option<f64>) -> Vec<String> {
+    let mut cells = vec![
+        format!("{value:.4e}"),
+        interval.map_or_else(|| "-".to_owned(), |interval| relative(value, interval)),
+        verdict(told).to_owned(),
+    ];
+    if let Some(truth) = truth {
+        cells.extend([format!("{truth:.4e}"), format!("{:.2} %", 100.0 * (value / truth - 1.0))]);
+    }
+    cells
+}
+
+/// An interval in per cent of the value: one number where both sides are about equal.
+fn relative(value: f64, [lower, upper]: Interval) -> String {
+    let (down, up) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
+    if up - down <= 0.1 * up {
+        let percent = 0.5 * (down + up);
+        // No interval has width zero.
+        if percent < 0.005 { "±<0.01 %".to_owned() } else { format!("±{percent:.2} %") }
+    } else {
+        format!("-{down:.0} to +{up:.0} %")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_tells_value_interval_verdict_and_truth() {
+        let row = cells(2.02e6, Some([2.0e6, 2.04e6]), Verdict::Weak, Some(2.0e6));
+        assert_eq!(row, ["2.0200e6", "±0.99 %", "weak", "2.0000e6", "1.00 %"]);
+        let row = cells(3.0e6, None, Verdict::NotObservable, None);
+        assert_eq!(row, ["3.0000e6", "-", "not observable"]);
+    }
+
+    #[test]
+    fn a_lopsided_interval_has_both_its_ends() {
+        let interval = |relative: f64| {
+            let factor = (1.959_964 * relative).exp();
+            super::relative(1e7, [1e7 / factor, 1e7 * factor])
+        };
+        assert_eq!(interval(0.0004), "±0.08 %");
+        assert_eq!(interval(0.000_02), "±<0.01 %");
+        assert_eq!(interval(0.05), "±9.82 %");
+        assert_eq!(interval(0.06), "-11 to +12 %");
+        assert_eq!(interval(0.3), "-44 to +80 %");
+    }
+}

@@ -1,0 +1,104 @@
+//! A robot found from its records, and the report to its user.
+
+use anyhow::{Context, Result};
+use fearless_simd::Level;
+use flexid_core::calibration::Nuisances;
+use flexid_core::chain::Chain;
+use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
+use flexid_core::parameters::{Bounds, Bushings};
+use flexid_core::spectrum::Measurement;
+use flexid_core::unknowns::Sought;
+use flexid_core::verdict::Verdict;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::records::{Record, experiment};
+use crate::study::logarithms;
+
+/// The task of the identification: model, bounds, measurement and nuisances.
+pub(crate) struct Task<'a> {
+    pub(crate) chain: &'a Chain,
+    pub(crate) bounds: Bounds,
+    pub(crate) measurement: Measurement,
+    pub(crate) nuisances: Nuisances,
+}
+
+/// The result of the identification.
+pub(crate) struct Found {
+    pub(crate) estimate: Box<Estimate>,
+    /// Standard deviation of each logarithm, as reported; infinite where there is none.
+    pub(crate) deviations: Vec<f64>,
+    pub(crate) verdicts: Vec<Verdict>,
+    /// Number of searches.
+    pub(crate) starts: u32,
+}
+
+impl Task<'_> {
+    /// An identifier for this task.
+    pub(crate) fn identifier(
+        &self,
+        random: Xoshiro256PlusPlus,
+    ) -> Result<Box<Identifier<Xoshiro256PlusPlus>>> {
+        let Self { chain, bounds, measurement, nuisances } = self;
+        let sought = Sought::new(chain.joints().len(), nuisances)?;
+        let new = Identifier::new((*chain).clone(), *bounds, *measurement, Level::new(), random);
+        let mut identifier = Box::new(new);
+        identifier.seek(sought)?;
+        Ok(identifier)
+    }
+}
+
+/// Identifies a robot from records to the end, as the daemon does.
+pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) -> Result<Found> {
+    let experiments = records.iter().map(|one| experiment(task.chain, &task.measurement, one));
+    let mut experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let mut identifier = task.identifier(random)?;
+    identifier.renew(&experiments);
+    while identifier.step(&mut experiments) != Phase::Settled {}
+    let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
+    Ok(Found::new(estimate, identifier.progress().effort.starts))
+}
+
+impl Found {
+    /// The verdicts and the deviations are those of the reports that users read.
+    pub(crate) fn new(estimate: &Estimate, starts: u32) -> Self {
+        let trust = estimate.trust();
+        let bushings = estimate.bushings.iter().zip(&estimate.standard_deviations);
+        let (verdicts, deviations) = bushings
+            .flat_map(|(value, deviation)| {
+                let values = value.stiffness.into_iter().chain(value.damping);
+                values.zip(deviation.stiffness.into_iter().chain(deviation.damping))
+            })
+            .map(|(value, deviation)| {
+                let (verdict, told) = trust.verdict(value, deviation);
+                (verdict, told.map_or(f64::INFINITY, |deviation| deviation / value))
+            })
+            .unzip();
+        Self { estimate: Box::new(estimate.clone()), deviations, verdicts, starts }
+    }
+
+    /// Whether noise alone explains the residuals.
+    pub(crate) fn is_consistent(&self) -> bool {
+        self.estimate.acceptance == Acceptance::Consistent
+    }
+
+    /// Whether the verdict of parameter `index` is identified.
+    pub(crate) fn identifies(&self, index: usize) -> bool {
+        self.verdicts[index] == Verdict::Identified
+    }
+
+    /// Number of parameters whose verdict is identified.
+    pub(crate) fn identified(&self) -> usize {
+        self.count(Verdict::Identified)
+    }
+
+    /// Number of parameters with this verdict.
+    pub(crate) fn count(&self, wanted: Verdict) -> usize {
+        self.verdicts.iter().filter(|verdict| **verdict == wanted).count()
+    }
+
+    /// Errors of the logarithms.
+    pub(crate) fn errors(&self, truth: &Bushings) -> Vec<f64> {
+        let found = logarithms(&self.estimate.bushings);
+        found.iter().zip(logarithms(truth)).map(|(found, truth)| found - truth).collect()
+    }
+}

@@ -1,0 +1,101 @@
+//! The statistics of the identification: `cargo run --release -p flexid-proof --bin noise-limit`.
+//!
+//! Robots are drawn from the reference scenario's bounds and simulated in time, by a dense linear model or by the
+//! nonlinear one. Neither the simulation nor the bound with which the errors are compared uses the identifier's
+//! frequency domain. The linear model takes its sag from core. The program prints a table of figures and limits. Its
+//! exit status is 1 if one does not hold. The same arguments give the same figures.
+
+mod arms;
+mod bound;
+#[path = "../../../../../core/tests/common/mod.rs"]
+mod common;
+mod coverage;
+mod displacement;
+mod figure;
+mod find;
+mod folding;
+mod intervals;
+mod linear;
+mod noise_free;
+mod nonlinear;
+mod nuisances;
+mod records;
+mod run;
+mod spread;
+mod study;
+mod unexcited;
+mod wide_bounds;
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::Result;
+use clap::Parser;
+use rayon::ThreadPoolBuilder;
+
+use figure::{Figure, Proven, Table};
+use study::Study;
+
+/// Stack of a thread, bytes. Core keeps its data in place and returns them by value.
+const STACK: usize = 64 << 20;
+
+/// A part of the proof.
+struct Part {
+    name: &'static str,
+    /// The proof with this number of robots; it prints details if the flag is set.
+    prove: fn(&Study, usize, bool) -> Result<Vec<Figure>>,
+    /// Number of robots of the full proof, and of the quick one.
+    robots: [usize; 2],
+}
+
+const PARTS: [Part; 9] = [
+    Part { name: "noise-free", prove: noise_free::prove, robots: [200, 30] },
+    Part { name: "coverage", prove: coverage::prove, robots: [1000, 60] },
+    Part { name: "unexcited", prove: unexcited::prove, robots: [100, 10] },
+    Part { name: "displacement", prove: displacement::prove, robots: [20, 2] },
+    Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 4] },
+    Part { name: "nuisances", prove: nuisances::prove, robots: [100, 6] },
+    Part { name: "folding", prove: folding::prove, robots: [100, 2] },
+    Part { name: "arms", prove: arms::prove, robots: [100, 4] },
+    Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 10] },
+];
+
+/// Proves that the identification reaches the noise limit, and that its intervals are honest.
+#[derive(Parser)]
+struct Args {
+    /// Only this part; may be given more than once
+    #[arg(long, value_name = "PART", value_parser = PARTS.map(|part| part.name))]
+    only: Vec<String>,
+    /// Few robots: a minute on two cores. Limits on shares and averages widen as these scatter more
+    #[arg(long)]
+    quick: bool,
+    /// Robots of each part, at most
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    robots: Option<u32>,
+    /// Threads [default: one a core]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// Also what lies behind the figures: parameters and robots, to stderr
+    #[arg(long)]
+    details: bool,
+}
+
+fn main() -> Result<ExitCode> {
+    let args = Args::parse();
+    let threads = ThreadPoolBuilder::new().num_threads(args.threads).stack_size(STACK).build()?;
+    let study = Study::load()?;
+    let mut table = Table(Vec::new());
+    for Part { name, prove, robots } in PARTS {
+        if !args.only.is_empty() && !args.only.iter().any(|only| only == name) {
+            continue;
+        }
+        let robots = robots[usize::from(args.quick)];
+        let robots = args.robots.map_or(robots, |most| robots.min(most as usize));
+        eprintln!("{name}: {robots} robots ...");
+        let begun = Instant::now();
+        let figures = threads.install(|| prove(&study, robots, args.details))?;
+        table.0.push(Proven { part: name, figures, took: begun.elapsed() });
+    }
+    print!("{table}");
+    Ok(if table.held() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}

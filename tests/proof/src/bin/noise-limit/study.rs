@@ -1,0 +1,132 @@
+//! The reference scenario, from which every part draws its robots and cuts.
+
+use std::ops::Range;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use flexid_core::calibration::Nuisances;
+use flexid_core::chain::Chain;
+use flexid_core::parameters::Bushings;
+use flexid_core::spectrum::Measurement;
+use flexid_pipeline::config::Config;
+use flexid_simulation::experiment::Cut;
+use flexid_simulation::scenario::{Experiment, Sampling, Scenario};
+use rayon::prelude::*;
+
+use crate::common::Random;
+use crate::find::Task;
+use crate::records::SAMPLES;
+
+/// Number of cuts that differ in their roughness alone. Robots share them in turn, since making one takes longer than
+/// an identification.
+const DRAWS: u64 = 8;
+
+/// Samples of a record in the middle of a long cut, without the start and the end of the cut.
+pub(crate) const NO_QUIET: Range<usize> = 1434..1434 + SAMPLES;
+
+/// The data that all robots share.
+pub(crate) struct Study {
+    pub(crate) config: Config,
+    pub(crate) chain: Chain,
+    pub(crate) scenario: Scenario,
+    pub(crate) measurement: Measurement,
+}
+
+/// The purpose of a random generator. No two purposes share their numbers.
+#[derive(Clone, Copy)]
+pub(crate) enum Purpose {
+    Robot,
+    Cut,
+    Noise,
+    Search,
+    Draw,
+}
+
+impl Study {
+    pub(crate) fn load() -> Result<Self> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-tools/scenario");
+        let config = Config::load(&folder.join("mill3-edge.toml"))?;
+        let file = config.scenario.as_deref().context("mill3-edge.toml names no scenario")?;
+        let scenario = Scenario::load(file, &config.model)?;
+        let (chain, measurement) = (config.model.chain()?, config.measurement());
+        Ok(Self { config, chain, scenario, measurement })
+    }
+
+    /// The task to find a robot's bushings, and nothing else.
+    pub(crate) fn task(&self) -> Task<'_> {
+        Task {
+            chain: &self.chain,
+            bounds: self.scenario.bounds,
+            measurement: self.measurement,
+            nuisances: Nuisances::default(),
+        }
+    }
+
+    /// Robot `number`, uniform within the scenario's bounds.
+    pub(crate) fn robot(&self, number: u64) -> Bushings {
+        self.scenario.draw_truth(&mut random(Purpose::Robot, number).0).into_iter().collect()
+    }
+
+    /// The scenario's experiments, with eight roughnesses.
+    pub(crate) fn cuts(&self) -> Vec<Vec<Cut>> {
+        self.draw_cuts(1, self.scenario.measurement, Experiment::clone)
+    }
+
+    /// Experiments of twice the duration, from which [`NO_QUIET`] cuts the records. In these records the spindle
+    /// speeds up as in the scenario's.
+    pub(crate) fn long_cuts(&self) -> Vec<Vec<Cut>> {
+        let measurement = self.scenario.measurement;
+        let twice = Sampling { duration_s: 2.0 * measurement.duration_s, ..measurement };
+        // The cut lasts one and a half records. A twentieth of it has passed when the record starts.
+        self.draw_cuts(0, twice, |experiment| {
+            let [first, last] = experiment.spindle_rpm;
+            let gain = 1.5 * (last - first);
+            let start = first - 0.05 * gain;
+            Experiment { spindle_rpm: [start, start + gain], ..experiment.clone() }
+        })
+    }
+
+    fn draw_cuts(
+        &self,
+        which: u64,
+        sampling: Sampling,
+        experiment: impl Fn(&Experiment) -> Experiment + Sync,
+    ) -> Vec<Vec<Cut>> {
+        let draw = |number| {
+            let mut random = random(Purpose::Cut, 2 * number + which);
+            let cut =
+                |one| Cut::new(&experiment(one), &self.scenario.cutting, &sampling, &mut random.0);
+            self.scenario.experiments.iter().map(cut).collect()
+        };
+        (0..DRAWS).into_par_iter().map(draw).collect()
+    }
+
+    /// `count` cuts at poses drawn within the joints' limits, which no identification sees.
+    pub(crate) fn unseen(&self, count: u64) -> Vec<Cut> {
+        let draw = |number| {
+            let mut random = random(Purpose::Cut, 1_000_000 + number);
+            let experiment = self.scenario.draw_experiment(&self.config.model, &mut random.0);
+            let Scenario { cutting, measurement, .. } = &self.scenario;
+            Cut::new(&experiment, cutting, measurement, &mut random.0)
+        };
+        (0..count).into_par_iter().map(draw).collect()
+    }
+}
+
+/// The generator for one purpose of one run.
+pub(crate) fn random(purpose: Purpose, number: u64) -> Random {
+    Random::new((number << 3) + purpose as u64)
+}
+
+/// Logarithms of all parameters: joint by joint, six stiffnesses, then six dampings.
+pub(crate) fn logarithms(bushings: &Bushings) -> Vec<f64> {
+    let values = bushings.iter().flat_map(|one| one.stiffness.into_iter().chain(one.damping));
+    values.map(f64::ln).collect()
+}
+
+/// Parameter `index` in the order of [`logarithms`], for people.
+pub(crate) fn name(index: usize) -> String {
+    let dof = ["tx", "ty", "tz", "rx", "ry", "rz"][index % 6];
+    let kind = if index % 12 < 6 { "stiffness" } else { "damping" };
+    format!("joint {} {dof} {kind}", index / 12 + 1)
+}
