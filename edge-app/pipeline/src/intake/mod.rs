@@ -4,7 +4,7 @@ mod counts;
 mod misfit;
 mod obstacle;
 pub(crate) mod plausibility;
-mod strangers;
+mod unknown;
 
 use std::io;
 use std::time::Duration;
@@ -26,7 +26,7 @@ use obstacle::{ReadingFaults, obstacle};
 pub(crate) use obstacle::{rate_used, wrong_rate};
 use plausibility::Plausibility;
 pub use plausibility::{Excess, Implausible};
-use strangers::Strangers;
+use unknown::UnknownFrames;
 
 /// Turns frames into records.
 pub struct Intake<'a> {
@@ -36,7 +36,7 @@ pub struct Intake<'a> {
     batch: Vec<Arrival>,
     seen: Seen,
     misfits: Misfits,
-    strangers: Strangers,
+    unknown: UnknownFrames,
     reading_faults: ReadingFaults,
     plausibility: Plausibility,
 }
@@ -62,7 +62,7 @@ impl<'a> Intake<'a> {
             batch: Vec::new(),
             seen: Seen::default(),
             misfits: Misfits::default(),
-            strangers: Strangers::default(),
+            unknown: UnknownFrames::default(),
             reading_faults: ReadingFaults::default(),
             plausibility: Plausibility::new(config),
         })
@@ -87,7 +87,7 @@ impl<'a> Intake<'a> {
             batch,
             seen,
             misfits,
-            strangers,
+            unknown,
             reading_faults,
             plausibility,
         } = self;
@@ -111,7 +111,7 @@ impl<'a> Intake<'a> {
                 }
                 Err(reason) => {
                     if reason == NoReading::UnknownId {
-                        strangers.note(&frame);
+                        unknown.note(&frame);
                     }
                     count(&frame, reason, counts, misfits);
                 }
@@ -153,9 +153,9 @@ impl<'a> Intake<'a> {
     }
 
     /// Returns the unknown identifiers beside the expected ones, if no frame has a known identifier.
-    fn strangers(&self) -> Option<String> {
+    fn unknown(&self) -> Option<String> {
         let known = self.counts.all - self.counts.unknown - self.counts.bus_errors;
-        (known == 0).then(|| self.strangers.beside(&self.table.identifiers())).flatten()
+        (known == 0).then(|| self.unknown.beside(&self.table.identifiers())).flatten()
     }
 
     /// Returns in words the obstacle to records, or else what the intake waits for.
@@ -175,8 +175,8 @@ impl<'a> Intake<'a> {
         if let Some(obstacle) = obstacle(&counts, config).filter(|_| !recording) {
             return obstacle;
         }
-        if let Some(strangers) = self.strangers() {
-            return format!("no frame of [bus] dbc: {strangers}");
+        if let Some(unknown) = self.unknown() {
+            return format!("no frame of [bus] dbc: {unknown}");
         }
         if !self.seen.force {
             return "waiting for force frames: none seen".into();

@@ -1,8 +1,8 @@
 //! Sources of frames: a bus, or a recording of one.
 
+mod candump;
 mod frame;
 mod link;
-mod log;
 mod monotonic;
 mod padding;
 mod socket;
@@ -10,9 +10,9 @@ mod socket;
 use std::io;
 use std::time::Duration;
 
+pub use candump::{CandumpLog, Logs};
 pub use frame::{Arrival, Frame, FrameKind};
 pub use link::ErrorCounts;
-pub use log::{CandumpLog, Logs};
 pub use socket::{CanSocket, OpenError};
 
 /// Source of frames, in the order in which they were on the bus.

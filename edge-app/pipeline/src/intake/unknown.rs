@@ -8,16 +8,16 @@ use crate::source::Frame;
 
 /// Most identifiers that are counted. Further identifiers are left out.
 const MOST: usize = 256;
-/// Most identifiers that are named, so that the line fits a message of the wire (160 bytes).
+/// Most identifiers that are named, so that the line fits a message of the wire.
 const NAMED: usize = 3;
 
 /// Numbers of frames of each unknown identifier.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Strangers {
+pub(super) struct UnknownFrames {
     frames: HashMap<Id, u64>,
 }
 
-impl Strangers {
+impl UnknownFrames {
     pub(super) fn note(&mut self, frame: &Frame) {
         if let Some(frames) = self.frames.get_mut(&frame.id) {
             *frames += 1;
@@ -76,18 +76,18 @@ mod tests {
 
     #[test]
     fn the_most_frequent_are_named_and_the_line_fits_a_message() {
-        let mut strangers = Strangers::default();
+        let mut unknown = UnknownFrames::default();
         let expected: Vec<_> = (0x101..0x10A).map(standard).collect();
-        assert_eq!(strangers.beside(&expected), None);
+        assert_eq!(unknown.beside(&expected), None);
         for id in 0..2 * MOST as u32 {
             let id = ExtendedId::new(0x0CF0_0400 + id).unwrap().into();
-            strangers.note(&Frame::new(id, FrameKind::Data, &[]));
+            unknown.note(&Frame::new(id, FrameKind::Data, &[]));
         }
         for _ in 0..8192 {
-            let first = *strangers.frames.keys().next().unwrap();
-            strangers.note(&Frame::new(first, FrameKind::Data, &[]));
+            let first = *unknown.frames.keys().next().unwrap();
+            unknown.note(&Frame::new(first, FrameKind::Data, &[]));
         }
-        let line = strangers.beside(&expected).unwrap();
+        let line = unknown.beside(&expected).unwrap();
         let begin = "expected 0x101, 0x102, 0x103 and 6 more; came 0x0CF";
         assert!(line.starts_with(begin) && line.ends_with(" and 253 more"), "{line}");
         assert!(line.contains(" (8193 frames), 0x0CF"), "{line}");
