@@ -190,7 +190,7 @@ impl Minimum {
             other.remember_deviations(self.deviations_elsewhere.iter().copied());
         }
         // Of one that did not get there and the same that did, the latter.
-        let better = if same && !both_reached {
+        let better = if same && self.is_reached() != other.is_reached() {
             other.is_reached()
         } else {
             let [own, other] = self.ranks(&other);
