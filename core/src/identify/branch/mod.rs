@@ -32,7 +32,7 @@ pub(super) use typical::typically_damped;
 /// makes a wrong minimum worse, on average.
 const MAX_EXCLUSIONS: u32 = 3;
 /// Most branches in a row that replace their minimum since the last search: sums of squares and deviances rank minima in different
-/// orders, so that two could replace each other without an end. Drawn six-joint arms need up to ten.
+/// orders, so that two could replace each other without an end. The limit is chosen, not measured.
 const MAX_REPLACED: u32 = 30;
 /// Searches for rivals of a minimum that leaves some stiffness undetermined. Without them four of 48 drawn six-joint arms with three
 /// cuts had a wrong parameter called identified; with two searches these four are right.
