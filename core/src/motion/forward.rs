@@ -9,7 +9,7 @@ use nalgebra::{Vector3, Vector6};
 
 use super::inverse::LinkMotion;
 use super::kinematics::{Link, Placed, halves, joined};
-use super::{Coordinates, EquationOfMotion, State};
+use super::{Coordinates, EquationOfMotion, Loads, State};
 use crate::MAX_JOINTS;
 
 impl EquationOfMotion {
@@ -17,7 +17,7 @@ impl EquationOfMotion {
     /// turned to `ry = ±90°`.
     pub fn forward_dynamics(&self, state: &State, force: &Vector3<f64>) -> Coordinates {
         let placed = self.placed(&state.elongation);
-        let motions = self.link_motions(state, &placed, force);
+        let motions = self.link_motions(state, &placed, &force.into());
         let mut acceleration = [Vector6::zeros(); MAX_JOINTS];
         let mut before = self.base();
         for (index, link) in self.links.iter().enumerate() {
@@ -32,16 +32,16 @@ impl EquationOfMotion {
         acceleration
     }
 
-    /// Motion of the links under the loads of the state and `force`.
+    /// Motion of the links under the loads of the state and `loads`.
     pub(super) fn link_motions(
         &self,
         state: &State,
         placed: &[Placed; MAX_JOINTS],
-        force: &Vector3<f64>,
+        loads: &Loads,
     ) -> [LinkMotion; MAX_JOINTS] {
         let mut motions = [LinkMotion::default(); MAX_JOINTS];
         let mut spin = Vector3::zeros();
-        let mut push = self.rest_axes * force;
+        let mut push = self.rest_axes * loads.force;
         for index in 0..self.links.len() {
             let (_, turn_rate) = halves(&state.rate[index]);
             spin = placed[index].rotation.tr_mul(&spin) + placed[index].turns * turn_rate;
@@ -51,7 +51,8 @@ impl EquationOfMotion {
         let mut passed = (push, self.tcp.translation.cross(&push));
         for (index, link) in self.links.iter().enumerate().rev() {
             let place = &placed[index];
-            let (slide, turn) = halves(&-self.bushing_load(state, index));
+            let bushing = self.bushing_load(state, index) + loads.resistance[index];
+            let (slide, turn) = halves(&-bushing);
             let held = (place.turned.tr_mul(&slide), place.turns_inverse().tr_mul(&turn));
             motions[index].accelerate(link, passed.0 + held.0, passed.1 + held.1);
             let force = place.rotation * held.0;

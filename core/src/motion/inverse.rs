@@ -7,7 +7,7 @@ use heapless::Vec;
 use nalgebra::{Vector3, Vector6};
 
 use super::kinematics::{Link, Placed, halves, joined};
-use super::{Coordinates, EquationOfMotion, State};
+use super::{Coordinates, EquationOfMotion, Loads, State};
 use crate::MAX_JOINTS;
 
 /// Motion of a link, in its own axes.
@@ -69,19 +69,19 @@ impl EquationOfMotion {
         acceleration: &Coordinates,
         force: &Vector3<f64>,
     ) -> Coordinates {
-        self.imbalance(state, acceleration, force).load
+        self.imbalance(state, acceleration, &force.into()).load
     }
 
     pub(super) fn imbalance(
         &self,
         state: &State,
         acceleration: &Coordinates,
-        force: &Vector3<f64>,
+        loads: &Loads,
     ) -> Imbalance {
         let mut placed: Vec<Placed, MAX_JOINTS> = Vec::new();
-        let mut loads: Vec<(Vector3<f64>, Vector3<f64>), MAX_JOINTS> = Vec::new();
+        let mut inertial: Vec<(Vector3<f64>, Vector3<f64>), MAX_JOINTS> = Vec::new();
         let mut motion = self.base();
-        let mut push = self.rest_axes * force;
+        let mut push = self.rest_axes * loads.force;
         let mut size = push.norm();
         for (index, link) in self.links.iter().enumerate() {
             let place = link.placed(&state.elongation[index]);
@@ -93,14 +93,14 @@ impl EquationOfMotion {
             let load = motion.load(link);
             size += load.0.norm() + load.1.norm();
             // A chain has no more joints than the vectors hold.
-            let _ = (loads.push(load), placed.push(place));
+            let _ = (inertial.push(load), placed.push(place));
         }
 
         let mut imbalance = Coordinates::default();
         let mut passed = (-push, -self.tcp.translation.cross(&push));
-        for (index, (place, load)) in placed.iter().zip(&loads).enumerate().rev() {
+        for (index, (place, load)) in placed.iter().zip(&inertial).enumerate().rev() {
             let (force, torque) = (passed.0 + load.0, passed.1 + load.1);
-            let bushing = self.bushing_load(state, index);
+            let bushing = self.bushing_load(state, index) + loads.resistance[index];
             size += bushing.norm();
             imbalance[index] = bushing + joined(place.turned * force, place.turns.tr_mul(&torque));
             let force = place.rotation * force;

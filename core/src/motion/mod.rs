@@ -44,6 +44,21 @@ pub struct State {
     pub rate: Coordinates,
 }
 
+/// Loads on a robot beside those of its bushings' springs and dampers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Loads {
+    /// Force on the TCP, N, TCP axes at rest.
+    pub force: Vector3<f64>,
+    /// Load with which each bushing resists beside `K q + D q̇`, N and Nm.
+    pub resistance: Coordinates,
+}
+
+impl From<&Vector3<f64>> for Loads {
+    fn from(&force: &Vector3<f64>) -> Self {
+        Self { force, resistance: Coordinates::default() }
+    }
+}
+
 /// The equation of motion of a robot whose drives hold one pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquationOfMotion {

@@ -19,7 +19,7 @@ use nalgebra::{Complex, ComplexField, Matrix3, RowVector3, Vector3, Vector6};
 
 use super::impedance::Impedance;
 use super::inverse::Imbalance;
-use super::{Coordinates, EquationOfMotion, State};
+use super::{Coordinates, EquationOfMotion, Loads, State};
 
 /// Largest remaining imbalance, as a part of the loads.
 const TOLERANCE: f64 = 1e-12;
@@ -165,14 +165,31 @@ impl Radau {
     /// # Errors
     /// The motion has left the range of the coordinates or of floating point. The state is then unchanged.
     pub fn step(&mut self, force: impl Fn(f64) -> Vector3<f64>) -> Result<(), NotConverged> {
-        let forces = self.method.nodes.map(force);
+        self.step_against(force, |_, _| Coordinates::default())
+    }
+
+    /// As [`Radau::step`], against bushings that resist beside their springs and dampers. `resistance` gives these loads, N and
+    /// Nm, at a part 0 to 1 of the step and in the state there. A load that changes with the state by as much as the inertia
+    /// over a step slows the iteration down, and the step may fail.
+    ///
+    /// # Errors
+    /// As [`Radau::step`].
+    pub fn step_against(
+        &mut self,
+        force: impl Fn(f64) -> Vector3<f64>,
+        resistance: impl Fn(f64, &State) -> Coordinates,
+    ) -> Result<(), NotConverged> {
+        let nodes = self.method.nodes;
+        let forces = nodes.map(force);
         let mut acceleration =
             combine(&self.method.extrapolation, &self.acceleration, self.equation.joints());
         let mut before = 0.0;
         for correction in 0..MOST_CORRECTIONS {
             let stages = self.stages(&acceleration);
             let imbalances = [0, 1, 2].map(|stage| {
-                self.equation.imbalance(&stages[stage], &acceleration[stage], &forces[stage])
+                let (force, state) = (forces[stage], &stages[stage]);
+                let loads = Loads { force, resistance: resistance(nodes[stage], state) };
+                self.equation.imbalance(state, &acceleration[stage], &loads)
             });
             // A sum propagates NaN; a maximum would ignore it.
             let size: f64 = imbalances.iter().map(|one| one.size).sum();
@@ -292,7 +309,7 @@ mod tests {
     fn small_motion_takes_one_correction() {
         let equation = equation();
         let radau = Radau::new(equation.clone(), equation.rest(), 1e-3);
-        let forces = [1.0, 2.0, 3.0].map(|force| Vector3::new(force, -force, 0.5));
+        let forces = [1.0, 2.0, 3.0].map(|force| Loads::from(&Vector3::new(force, -force, 0.5)));
         let left = |acceleration: &[Coordinates; 3]| {
             let stages = radau.stages(acceleration);
             [0, 1, 2].map(|n| radau.equation.imbalance(&stages[n], &acceleration[n], &forces[n]))

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{EquationOfMotion, State};
+use super::{EquationOfMotion, Loads, State};
 use crate::mounting::Mounting;
 use crate::spectrum::Accelerometer;
 
@@ -27,18 +27,19 @@ impl EquationOfMotion {
         self.reading(state, force, accelerometer, &Mounting::AT_TCP).acceleration
     }
 
-    /// Readings of the sensors under `force` on the TCP (N, TCP axes at rest). An inertial accelerometer keeps its axes at
+    /// Readings of the sensors under `loads`; a force alone is that on the TCP (N, TCP axes at rest). An inertial accelerometer keeps its axes at
     /// rest; a strapdown accelerometer turns with the tool. The force sensor measures the cut along its axes at rest, and the
     /// inertia and weight of the tool along its turned axes.
     pub fn reading(
         &self,
         state: &State,
-        force: &Vector3<f64>,
+        loads: impl Into<Loads>,
         accelerometer: Accelerometer,
         mounting: &Mounting,
     ) -> Reading {
+        let loads = loads.into();
         let placed = self.placed(&state.elongation);
-        let motion = self.link_motions(state, &placed, force)[self.links.len() - 1];
+        let motion = self.link_motions(state, &placed, &loads)[self.links.len() - 1];
         let at_rest = self.rest_axes.tr_mul(&-self.gravity);
         // Acceleration along the TCP's axes, less gravity.
         let felt = |point: &Vector3<f64>| {
@@ -54,7 +55,7 @@ impl EquationOfMotion {
         } - at_rest;
         let taken = mounting.tool_mass * (felt(&mounting.tool_centre) - at_rest);
         Reading {
-            force: mounting.force_axes.inverse() * (force - taken),
+            force: mounting.force_axes.inverse() * (loads.force - taken),
             acceleration: mounting.accelerometer_axes.inverse() * acceleration,
         }
     }

@@ -14,7 +14,7 @@ use super::force::{self, OVERSAMPLING};
 use super::scenario::{Cutting, Experiment, Sampling};
 
 /// Number of integration steps per sample. At 2 kHz, and with modes of up to 400 Hz, the error is 1e-6.
-const STEPS: usize = 4;
+pub const STEPS: usize = 4;
 
 /// Readings of the sensors and motion of the robot at the sensors' instants, without noise.
 #[derive(Clone, Debug, Default, PartialEq)]

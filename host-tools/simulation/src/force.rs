@@ -51,6 +51,19 @@ pub fn milling(
     filter(&raw, &low_pass())
 }
 
+/// Angle of the spindle at each sample of an experiment, rad. Before and after the cut its speed is constant.
+pub fn spindle(experiment: &Experiment, sampling: &Sampling) -> Vec<f64> {
+    let [enter, leave] = CUT.map(|part| part * sampling.duration_s);
+    let [first, last] = experiment.spindle_rpm.map(|rpm| 2.0 * PI / 60.0 * rpm);
+    let angle = |n: usize| {
+        let time = n as f64 / sampling.rate_hz;
+        let within = time.clamp(enter, leave) - enter;
+        let cut = spindle_angle(experiment.spindle_rpm, within, leave - enter);
+        cut + first * (time - enter).min(0.0) + last * (time - leave).max(0.0)
+    };
+    (0..sampling.samples()).map(angle).collect()
+}
+
 /// Value of a force on the fine grid at `time`, in samples: the cubic through the four nearest steps. It misses a
 /// sine of 200 Hz by 1e-8 at the 50 kHz of the reference scenario. It is 0 outside the grid.
 pub fn between(force: &[Vector3<f64>], time: f64) -> Vector3<f64> {

@@ -6,6 +6,7 @@
 //! | [`scenario`]   | the scenario file, and robots and poses drawn at random      |
 //! | [`force`]      | the milling cutter                                           |
 //! | [`experiment`] | one cut: force, displacement and acceleration at the samples |
+//! | [`plant`]      | what a real plant has beside the model                       |
 //! | [`sensor`]     | noise, counters, and the frames on the bus                   |
 //! | [`simulator`]  | the simulator, which does one experiment after the other     |
 //! | [`candump`]    | frames into a log                                            |
@@ -20,6 +21,7 @@ pub mod candump;
 pub mod experiment;
 pub mod force;
 pub mod interface;
+pub mod plant;
 pub mod scenario;
 pub mod sensor;
 pub mod simulator;

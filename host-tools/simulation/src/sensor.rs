@@ -58,13 +58,13 @@ impl Transmission {
     }
 }
 
-/// Measures `response` and sends it.
+/// Measures `response` and sends it. `pose` gives the joint angles after some seconds, rad (m).
 ///
 /// # Errors
 /// A signal of the table cannot be written.
 pub fn transmit(
     response: &Response,
-    pose: &[f64],
+    pose: impl Fn(f64) -> Vec<f64>,
     sampling: &Sampling,
     quality: Quality,
     signals: &SignalTable,
@@ -95,6 +95,7 @@ pub fn transmit(
         if index % pose_every == 0 {
             let angle =
                 |(joint, &value): (usize, &f64)| Reading::Joint { index: joint as u8, value };
+            let pose = pose(index as f64 / sampling.rate_hz);
             let angles: Vec<_> = pose.iter().enumerate().map(angle).collect();
             bus.send(ready_s, &signals.encode(&angles)?);
         }
@@ -154,7 +155,7 @@ mod tests {
         };
         let sampling = mill3().0.measurement;
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);
-        transmit(&response, &POSE, &sampling, quality, &signals(), &mut rng).unwrap()
+        transmit(&response, |_| POSE.to_vec(), &sampling, quality, &signals(), &mut rng).unwrap()
     }
 
     fn readings(sent: &Transmission) -> Vec<Reading> {

@@ -14,7 +14,10 @@ use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::experiment::Cut;
+use super::experiment::{Cut, Response};
+use super::force;
+use super::plant::Plant;
+use super::plant::motion::{Surroundings, Work};
 use super::scenario::{Experiment, Scenario};
 use super::sensor::{self, Quality, Transmission};
 
@@ -54,6 +57,10 @@ pub struct Simulator {
     mounting: Mounting,
     signals: SignalTable,
     quality: Quality,
+    /// What is off; `None` for a perfect plant.
+    plant: Option<Plant>,
+    /// Cuts done so far.
+    cuts: u64,
     rng: Xoshiro256PlusPlus,
 }
 
@@ -85,8 +92,15 @@ impl Simulator {
             mounting: config.mounting,
             signals: config.signals.clone(),
             quality,
+            plant: None,
+            cuts: 0,
             rng,
         })
+    }
+
+    /// The same robot with everything off that `plant` holds.
+    pub fn with_plant(self, plant: Plant) -> Self {
+        Self { plant: Some(plant), ..self }
     }
 
     /// Does one experiment.
@@ -101,15 +115,35 @@ impl Simulator {
             mounting: self.mounting,
             ..Cut::new(experiment, cutting, measurement, &mut self.rng)
         };
-        let response = cut.response(&self.chain, &self.truth);
-        if !response.is_finite() {
+        let gives_way = || {
             let name = &experiment.name;
             let message =
                 format!("the robot gives way in {name:?}: make [[truth]], or [bounds], stiffer");
-            return Err(BadInput::new(&self.file, message));
-        }
-        let rng = &mut self.rng;
-        sensor::transmit(&response, &cut.pose, measurement, self.quality, &self.signals, rng)
+            BadInput::new(&self.file, message)
+        };
+        let (rng, mut quality) = (&mut self.rng, self.quality);
+        let response = match &self.plant {
+            None => Some(cut.response(&self.chain, &self.truth)).filter(Response::is_finite),
+            Some(plant) => {
+                let surroundings = Surroundings {
+                    force_noise: quality.noise * measurement.force_noise(),
+                    acceleration_noise: quality.noise * measurement.acceleration_noise(),
+                    spindle: force::spindle(experiment, measurement),
+                };
+                // The plant's sensors have added all noise.
+                quality.noise = 0.0;
+                let (model, bushings, number) = (&self.chain, &self.truth[..], self.cuts);
+                plant.readings(Work { cut: &cut, model, bushings, number }, &surroundings, rng)
+            }
+        };
+        let response = response.ok_or_else(gives_way)?;
+        self.cuts += 1;
+        let feed = self.plant.as_ref().map_or(&[][..], |plant| &plant.robot.feed_rad_per_s);
+        let pose = |seconds: f64| {
+            let rates = feed.iter().chain(std::iter::repeat(&0.0));
+            cut.pose.iter().zip(rates).map(|(angle, rate)| angle + seconds * rate).collect()
+        };
+        sensor::transmit(&response, pose, measurement, quality, &self.signals, rng)
             .map_err(|error| BadInput::new(&self.file, format!("cannot be sent: {error}")))
     }
 

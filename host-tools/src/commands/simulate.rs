@@ -11,6 +11,7 @@ use flexid_pipeline::config::Config;
 use flexid_pipeline::source::OpenError;
 use flexid_pipeline::text::count;
 use flexid_simulation::bus::BusSender;
+use flexid_simulation::plant::Plant;
 use flexid_simulation::scenario::Experiment;
 use flexid_simulation::sensor::{PAUSE_S, Quality, Transmission};
 use flexid_simulation::simulator::{Simulator, Truth};
@@ -60,6 +61,9 @@ pub(super) struct Args {
     /// Times the noise of the scenario
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     noise: f64,
+    /// What a real plant has beside the model: errors of sensors, clocks, geometry, masses and joints
+    #[arg(long, value_name = "PLANT.toml")]
+    plant: Option<PathBuf>,
     /// Write the true parameters, and what was lost
     #[arg(long, value_name = "OUT.json")]
     truth_json: Option<PathBuf>,
@@ -69,6 +73,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let quality = quality(args)?;
     let config = Config::load(&args.config)?;
     let mut simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
+    if let Some(file) = &args.plant {
+        simulator = simulator.with_plant(Plant::load(file, &config.model)?);
+    }
     let experiments = experiments(args, &config, &simulator);
     let truth_json = args.truth_json.as_deref().map(Output::create).transpose()?;
     let mut sink = match (&args.candump, &args.can) {

@@ -1,0 +1,110 @@
+//! What a real plant has beside the model: errors of sensors, clocks, geometry, masses and joints.
+//!
+//! A plant file (TOML) names what is off; what it leaves out is perfect. Each entry gives its unit in its name or its
+//! documentation, and a typical size with its source. The robot moves in time under all of them at once.
+//!
+//! | module         | holds                                                              |
+//! | -------------- | ------------------------------------------------------------------ |
+//! | [`robot`]      | geometry and masses that differ from the model; further bushings   |
+//! | [`joints`]     | loads of joints that no linear bushing has                         |
+//! | [`motion`]     | a cut by such a robot                                              |
+//! | [`sensors`]    | errors of a sensor, from the motion to the reading                 |
+//! | [`filter`]     | linear filters of a sensor, applied to a spectrum                  |
+//! | [`clock`]      | the instants at which a sensor samples                             |
+//! | [`noise`]      | disturbances of a sensor: coloured noise, hum, lines, spikes       |
+
+pub mod clock;
+pub mod filter;
+pub mod joints;
+pub mod motion;
+pub mod noise;
+pub mod robot;
+pub mod sensors;
+
+use std::path::Path;
+
+use flexid_pipeline::input::{self, BadInput};
+use flexid_pipeline::model::Model;
+use serde::Deserialize;
+
+pub use joints::Joints;
+pub use robot::{Bending, Hose, Pedestal, Robot, Tool};
+pub use sensors::Sensor;
+
+/// All that is off. The default is a perfect plant.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Plant {
+    /// Errors of the force sensor.
+    pub force_sensor: Sensor,
+    /// Errors of the accelerometer.
+    pub accelerometer: Sensor,
+    /// Errors of the whole tool, both sensors included.
+    pub tool: Tool,
+    /// Errors of the model's geometry and masses.
+    pub robot: Robot,
+    /// A bushing between the ground and the base.
+    pub pedestal: Option<Pedestal>,
+    /// A link that bends.
+    pub bending: Option<Bending>,
+    /// A hose or cable from the ground to the tool.
+    pub hose: Option<Hose>,
+    /// Loads of the joints that are not linear springs and dampers.
+    pub joints: Joints,
+}
+
+impl Plant {
+    /// Reads and checks the plant `file` of the robot `model`.
+    ///
+    /// # Errors
+    /// The file is wrong. The error is one line that names the file, the place, and the right input.
+    pub fn load(file: &Path, model: &Model) -> Result<Self, BadInput> {
+        Self::parse(file, &input::read(file)?, model)
+    }
+
+    /// Reads and checks the text of the plant `file`.
+    ///
+    /// # Errors
+    /// The errors of [`Plant::load`].
+    pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Self, BadInput> {
+        let plant: Self = input::parse_toml(file, text)?;
+        plant.check(model).map_err(|error| BadInput::new(file, error))?;
+        Ok(plant)
+    }
+
+    fn check(&self, model: &Model) -> Result<(), String> {
+        self.force_sensor.check("force_sensor")?;
+        self.accelerometer.check("accelerometer")?;
+        if self.force_sensor.offset_m != [0.0; 3] {
+            return Err(
+                "[force_sensor] offset_m: a force has no place on a rigid tool: remove it".into()
+            );
+        }
+        self.tool.check()?;
+        self.robot.check(model)?;
+        self.joints.check(model)?;
+        for part in
+            [self.pedestal.as_ref().map(Pedestal::check), self.hose.as_ref().map(Hose::check)]
+        {
+            part.unwrap_or(Ok(()))?;
+        }
+        self.bending.as_ref().map_or(Ok(()), |bending| bending.check(model))
+    }
+}
+
+/// Checks that `value` lies between two limits. The error names its place and the limits.
+pub(crate) fn between(place: &str, value: f64, [least, most]: [f64; 2]) -> Result<(), String> {
+    if (least..=most).contains(&value) {
+        Ok(())
+    } else {
+        Err(format!("{place} is {value:e}: must lie between {least:e} and {most:e}"))
+    }
+}
+
+/// [`between`] for each of several values.
+pub(crate) fn all_between(place: &str, values: &[f64], limits: [f64; 2]) -> Result<(), String> {
+    values.iter().try_for_each(|&value| between(place, value, limits))
+}
+
+#[cfg(test)]
+mod tests;

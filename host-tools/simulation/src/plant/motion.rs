@@ -1,0 +1,210 @@
+//! One cut by a robot that is not as modelled: motion in time, then the readings of both sensors.
+
+use flexid_core::chain::Chain;
+use flexid_core::chain::jacobian::Jacobian;
+use flexid_core::chain::linearise::{LinearChain, LinearJoint};
+use flexid_core::motion::radau::Radau;
+use flexid_core::motion::sensors::Reading;
+use flexid_core::motion::{Coordinates, EquationOfMotion, Loads, State};
+use flexid_core::mounting::Mounting;
+use flexid_core::parameters::Bushing;
+use flexid_core::spectrum::Accelerometer;
+use nalgebra::{Vector3, Vector6};
+use rand_core::Rng;
+
+use super::joints::{self, Element};
+use super::robot::TrueChain;
+use super::{Hose, Plant, Sensor};
+use crate::experiment::{Cut, Response, STEPS};
+use crate::force::{self, OVERSAMPLING};
+
+/// White noise and the spindle of a cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surroundings {
+    /// Standard deviation of the white noise of a force sample, N.
+    pub force_noise: f64,
+    /// Standard deviation of the white noise of an acceleration sample, m/s².
+    pub acceleration_noise: f64,
+    /// Angle of the spindle at each sample, rad.
+    pub spindle: Vec<f64>,
+}
+
+/// One cut, and the robot as modelled.
+#[derive(Clone, Copy, Debug)]
+pub struct Work<'a> {
+    /// The cut.
+    pub cut: &'a Cut,
+    /// The robot as modelled.
+    pub model: &'a Chain,
+    /// Its bushings, one per joint.
+    pub bushings: &'a [Bushing],
+    /// Number of cuts done before.
+    pub number: u64,
+}
+
+/// A robot in motion.
+struct Machine {
+    robot: Radau,
+    step_s: f64,
+    rest: Coordinates,
+    elements: Vec<Element>,
+    hose: Option<(Hose, Jacobian)>,
+    mounting: Mounting,
+    /// Gravity along the axes of the TCP, m/s².
+    gravity_at_tip: Vector3<f64>,
+}
+
+impl Plant {
+    /// Readings of both sensors in one cut, in place of the noise-free [`Cut::response`]. `None` if the robot gives way. The response has no
+    /// displacements.
+    pub fn readings(
+        &self,
+        work: Work<'_>,
+        surroundings: &Surroundings,
+        rng: &mut impl Rng,
+    ) -> Option<Response> {
+        let [force, acceleration] = self.signals(work)?;
+        let Surroundings { force_noise, acceleration_noise, spindle } = surroundings;
+        let rate = work.cut.rate_hz;
+        let mut read = |sensor: &Sensor, signal: &[Vector3<f64>], white: f64| {
+            sensor.read(signal, STEPS, rate, white, spindle, rng)
+        };
+        Some(Response {
+            force: read(&self.force_sensor, &force, *force_noise),
+            displacement: Vec::new(),
+            acceleration: read(&self.accelerometer, &acceleration, *acceleration_noise),
+        })
+    }
+
+    /// True force and acceleration along the true axes of the sensors, less those at the begin, [`STEPS`] values per sample.
+    fn signals(&self, work: Work<'_>) -> Option<[Vec<Vector3<f64>>; 2]> {
+        let cut = work.cut;
+        let creeps = self.robot.feed_rad_per_s.iter().any(|rate| *rate != 0.0);
+        let mut machine = Machine::new(self, work)?;
+        let at_begin = machine.gravity_at_tip;
+        let steps = cut.force.len().div_ceil(OVERSAMPLING) * STEPS;
+        let mut signals = [Vec::with_capacity(steps), Vec::with_capacity(steps)];
+        for step in 0..steps {
+            if creeps && step > 0 && step % STEPS == 0 {
+                machine.creep(self, work, step as f64 * machine.step_s)?;
+            }
+            let time = step as f64 / STEPS as f64;
+            let force = force::between(&cut.force, time);
+            let Reading { force, mut acceleration } = machine.reading(force, cut.accelerometer);
+            // The reading at rest is that before the cut. A tool that turns with the feed turns in gravity.
+            if cut.accelerometer == Accelerometer::Strapdown {
+                let turned = at_begin - machine.gravity_at_tip;
+                acceleration += machine.mounting.accelerometer_axes.inverse() * turned;
+            }
+            signals[0].push(force);
+            signals[1].push(acceleration);
+            machine.step(|part| force::between(&cut.force, time + part / STEPS as f64))?;
+        }
+        Some(signals)
+    }
+}
+
+impl Machine {
+    fn new(plant: &Plant, work: Work<'_>) -> Option<Self> {
+        let step_s = 1.0 / (work.cut.rate_hz * STEPS as f64);
+        let (true_chain, linear) = still(plant, work, 0.0)?;
+        let rest = sag(&linear);
+        let start = State { elongation: rest, rate: Coordinates::default() };
+        let robot = Radau::new(equation(&true_chain, work.cut, rest)?, start, step_s);
+        Some(Self {
+            robot,
+            step_s,
+            rest,
+            elements: plant.joints.elements(work.model, work.bushings, &true_chain.index),
+            hose: plant.hose.map(|hose| (hose, linear.jacobian())),
+            mounting: true_chain.mounting,
+            gravity_at_tip: linear.gravity_at_tip,
+        })
+    }
+
+    /// Moves the drives to where the feed has led them after `seconds`. The bushings keep their elongations and rates.
+    fn creep(&mut self, plant: &Plant, work: Work<'_>, seconds: f64) -> Option<()> {
+        let (true_chain, linear) = still(plant, work, seconds)?;
+        self.rest = sag(&linear);
+        let equation = equation(&true_chain, work.cut, self.rest)?;
+        self.robot = Radau::new(equation, *self.robot.state(), self.step_s);
+        self.gravity_at_tip = linear.gravity_at_tip;
+        Some(())
+    }
+
+    fn reading(&self, force: Vector3<f64>, accelerometer: Accelerometer) -> Reading {
+        let state = self.robot.state();
+        let resistance = resistance(&self.elements, &self.hose, &self.rest, state, 0.0);
+        let loads = Loads { force, resistance };
+        self.robot.equation().reading(state, loads, accelerometer, &self.mounting)
+    }
+
+    fn step(&mut self, force: impl Fn(f64) -> Vector3<f64>) -> Option<()> {
+        let Self { robot, step_s, rest, elements, hose, .. } = self;
+        if elements.is_empty() && hose.is_none() {
+            return robot.step(force).ok();
+        }
+        let resistance =
+            |part: f64, state: &State| resistance(elements, hose, rest, state, part * *step_s);
+        robot.step_against(force, resistance).ok()?;
+        joints::advance(elements, rest, robot.state(), *step_s);
+        Some(())
+    }
+}
+
+/// Loads of the elements and of the hose, `seconds` after the last step.
+fn resistance(
+    elements: &[Element],
+    hose: &Option<(Hose, Jacobian)>,
+    rest: &Coordinates,
+    state: &State,
+    seconds: f64,
+) -> Coordinates {
+    let mut loads = Coordinates::default();
+    joints::add_loads(elements, rest, state, seconds, &mut loads);
+    if let Some((hose, jacobian)) = hose {
+        let columns = || {
+            let joints = jacobian.iter().enumerate();
+            joints.flat_map(|(j, dofs)| {
+                dofs.iter().enumerate().map(move |(i, column)| (j, i, Vector3::from(*column)))
+            })
+        };
+        let mut pull = Vector3::zeros();
+        for (j, i, column) in columns() {
+            let moved = state.elongation[j][i] - rest[j][i];
+            pull += (hose.stiffness_n_per_m * moved + hose.damping_ns_per_m * state.rate[j][i])
+                * column;
+        }
+        for (j, i, column) in columns() {
+            loads[j][i] += pull.dot(&column);
+        }
+    }
+    loads
+}
+
+/// The robot that moves, `seconds` after the begin of the cut, and its equilibrium.
+fn still(plant: &Plant, work: Work<'_>, seconds: f64) -> Option<(TrueChain, LinearChain)> {
+    let Work { cut, model, bushings, number } = work;
+    let pose = plant.true_pose(&cut.pose, seconds);
+    let modelled = model.linearise(&pose, cut.gravity, bushings).ok()?;
+    let load = |(joint, bushing): (&LinearJoint, &Bushing)| {
+        joint.sag.component_mul(&Vector6::from(bushing.stiffness))
+    };
+    let loads: Vec<_> = modelled.joints.iter().zip(bushings).map(load).collect();
+    let bushings = plant.joints.bushings(model, bushings, &loads, number);
+    let robot = plant.robot(model, &pose, &bushings, &cut.mounting).ok()?;
+    let none = vec![0.0; robot.bushings.len()];
+    let linear = robot.chain.linearise(&none, cut.gravity, &robot.bushings).ok()?;
+    Some((robot, linear))
+}
+
+fn equation(robot: &TrueChain, cut: &Cut, rest: Coordinates) -> Option<EquationOfMotion> {
+    let none = vec![0.0; robot.bushings.len()];
+    EquationOfMotion::about(&robot.chain, &none, cut.gravity, &robot.bushings, rest).ok()
+}
+
+fn sag(linear: &LinearChain) -> Coordinates {
+    let mut rest = Coordinates::default();
+    rest.iter_mut().zip(&linear.joints).for_each(|(rest, joint)| *rest = joint.sag);
+    rest
+}

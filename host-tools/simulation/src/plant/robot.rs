@@ -1,0 +1,279 @@
+//! The robot that moves: geometry and masses that differ from the model, and further bushings.
+//!
+//! Drives stand still or creep, so that the chain is built anew for the pose of a cut: the joint angles are then part of the frames, and
+//! a frame can be moved to the true elastic centre of its bushing.
+
+use flexid_core::chain::{Chain, ChainError, Joint, JointKind, Link};
+use flexid_core::mounting::Mounting;
+use flexid_core::parameters::Bushing;
+use flexid_pipeline::model::Model;
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use serde::Deserialize;
+
+use super::{Plant, all_between, between};
+
+/// Errors of the whole tool.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tool {
+    /// Rotation vector from the model's TCP axes to those of tool and sensors, rad. Typical: 2.4e-3 (0.14°), the flange of a tool changer.
+    pub angle_rad: [f64; 3],
+    /// True place of the TCP less that of the model, TCP axes, m; the sensors keep their places. Typical: 1e-3, a four-point calibration of
+    /// the TCP; 5e-3, another cutter's length.
+    pub tcp_m: [f64; 3],
+}
+
+/// Errors of the model. Lists hold one entry per joint, base first; an empty list holds none.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Robot {
+    /// True over modelled mass and inertia of each link. Typical: 1 ± 0.05 (CAD without cables, grease and paint; identified against CAD
+    /// masses differ by 1 to 10 %: Swevers, Verdonck and De Schutter, IEEE Control Systems 27, 2007).
+    pub mass: Vec<f64>,
+    /// True over modelled inertia of each link, beside [`Robot::mass`]. Typical: 1 ± 0.1.
+    pub inertia: Vec<f64>,
+    /// True less modelled centre of mass, link axes, m. Typical: 0.01.
+    pub centre_of_mass_m: Vec<[f64; 3]>,
+    /// True less reported joint angle, rad (m). Typical: 3.5e-3 (0.2°; encoder offsets of robots that are not calibrated: Nubiola and Bonev,
+    /// Robotics and Computer-Integrated Manufacturing 29, 2013).
+    pub joint_angle_rad: Vec<f64>,
+    /// Elastic centre of each bushing less the joint's origin, link axes, m. Typical: 0.01 to 0.05, a bearing beside its gear.
+    pub elastic_centre_m: Vec<[f64; 3]>,
+    /// Rates of the joints in a cut, rad/s (m/s): the feed. Typical: 1e-3, 1 mm/s at a reach of 1 m.
+    pub feed_rad_per_s: Vec<f64>,
+}
+
+/// A bushing between the ground and the base.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pedestal {
+    /// Mass of base and pedestal, kg. Typical: 500.
+    pub mass_kg: f64,
+    /// Stiffnesses, N/m and Nm/rad, `tx ty tz rx ry rz` of the base. Typical: 1e9 and 5e8, a steel pedestal of 0.5 m; 1e8 and 1e7, a
+    /// wooden or raised floor.
+    pub stiffness: [f64; 6],
+    /// Dampings, Ns/m and Nms/rad.
+    pub damping: [f64; 6],
+}
+
+/// A link that bends at one place.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bending {
+    /// Joint that carries the link, from 1.
+    pub joint: usize,
+    /// Place of the bushing on the way to the next joint (or the TCP), and the part of the link's mass that is before it, 0 to 1.
+    pub at: f64,
+    /// Stiffnesses, N/m and Nm/rad, link axes. Typical: ten times those of the joint (Abele, Weigold and Rothenbücher, CIRP Annals 56,
+    /// 2007: links bend by a tenth of what joints do).
+    pub stiffness: [f64; 6],
+    /// Dampings, Ns/m and Nms/rad.
+    pub damping: [f64; 6],
+}
+
+/// A hose or cable from the ground to the TCP.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hose {
+    /// Stiffness along each axis of the TCP, N/m. Typical: 2e3, a dress pack that takes 20 N at 10 mm.
+    pub stiffness_n_per_m: f64,
+    /// Damping, Ns/m. Typical: 50.
+    pub damping_ns_per_m: f64,
+}
+
+/// The chain that moves, at one pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrueChain {
+    /// The chain; all its joint angles are 0.
+    pub chain: Chain,
+    /// One bushing per joint of [`TrueChain::chain`].
+    pub bushings: Vec<Bushing>,
+    /// Joint of [`TrueChain::chain`] for each joint of the model.
+    pub index: Vec<usize>,
+    /// Mounting of the sensors as it truly is.
+    pub mounting: Mounting,
+}
+
+impl Tool {
+    pub(super) fn check(&self) -> Result<(), String> {
+        all_between("[tool] angle_rad", &self.angle_rad, [-3.2, 3.2])?;
+        all_between("[tool] tcp_m", &self.tcp_m, [-10.0, 10.0])
+    }
+}
+
+impl Robot {
+    pub(super) fn check(&self, model: &Model) -> Result<(), String> {
+        let joints = model.joints.len();
+        let flat = |vectors: &[[f64; 3]]| vectors.as_flattened().to_vec();
+        for (key, count, values, limits) in [
+            ("mass", self.mass.len(), self.mass.clone(), [0.01, 100.0]),
+            ("inertia", self.inertia.len(), self.inertia.clone(), [0.01, 100.0]),
+            (
+                "centre_of_mass_m",
+                self.centre_of_mass_m.len(),
+                flat(&self.centre_of_mass_m),
+                [-5.0, 5.0],
+            ),
+            (
+                "joint_angle_rad",
+                self.joint_angle_rad.len(),
+                self.joint_angle_rad.clone(),
+                [-3.2, 3.2],
+            ),
+            (
+                "elastic_centre_m",
+                self.elastic_centre_m.len(),
+                flat(&self.elastic_centre_m),
+                [-5.0, 5.0],
+            ),
+            ("feed_rad_per_s", self.feed_rad_per_s.len(), self.feed_rad_per_s.clone(), [-1.0, 1.0]),
+        ] {
+            if count != 0 && count != joints {
+                return Err(format!(
+                    "[robot] {key} has {count}, but the model has {joints} joints: one per joint"
+                ));
+            }
+            all_between(&format!("[robot] {key}"), &values, limits)?;
+        }
+        Ok(())
+    }
+}
+
+impl Pedestal {
+    pub(super) fn check(&self) -> Result<(), String> {
+        between("[pedestal] mass_kg", self.mass_kg, [1e-3, 1e7])?;
+        all_between("[pedestal] stiffness", &self.stiffness, [1.0, 1e15])?;
+        all_between("[pedestal] damping", &self.damping, [0.0, 1e12])
+    }
+}
+
+impl Hose {
+    pub(super) fn check(&self) -> Result<(), String> {
+        between("[hose] stiffness_n_per_m", self.stiffness_n_per_m, [0.0, 1e9])?;
+        between("[hose] damping_ns_per_m", self.damping_ns_per_m, [0.0, 1e9])
+    }
+}
+
+impl Bending {
+    pub(super) fn check(&self, model: &Model) -> Result<(), String> {
+        let joints = model.joints.len();
+        between("[bending] joint", self.joint as f64, [1.0, joints as f64])?;
+        between("[bending] at", self.at, [0.05, 0.95])?;
+        all_between("[bending] stiffness", &self.stiffness, [1.0, 1e15])?;
+        all_between("[bending] damping", &self.damping, [0.0, 1e12])
+    }
+}
+
+impl Plant {
+    /// Joint angles that the robot truly has after `seconds` of a cut at `pose`.
+    pub fn true_pose(&self, pose: &[f64], seconds: f64) -> Vec<f64> {
+        let or = |list: &[f64], joint: usize| list.get(joint).copied().unwrap_or(0.0);
+        let robot = &self.robot;
+        let angle = |(joint, q): (usize, &f64)| {
+            q + or(&robot.joint_angle_rad, joint) + seconds * or(&robot.feed_rad_per_s, joint)
+        };
+        pose.iter().enumerate().map(angle).collect()
+    }
+
+    /// The robot that moves, at the true joint angles `pose`.
+    ///
+    /// # Errors
+    /// A link is no body any more, or there are more bushings than a chain can have.
+    pub fn robot(
+        &self,
+        model: &Chain,
+        pose: &[f64],
+        bushings: &[Bushing],
+        mounting: &Mounting,
+    ) -> Result<TrueChain, ChainError> {
+        let mut joints: Vec<Joint> = Vec::new();
+        let mut all = Vec::new();
+        let mut index = Vec::new();
+        if let Some(Pedestal { mass_kg, stiffness, damping }) = self.pedestal {
+            // A cube of half a metre.
+            let inertia = Matrix3::identity() * mass_kg * 0.25 / 6.0;
+            let link = Link { mass: mass_kg, centre_of_mass: Vector3::zeros(), inertia };
+            joints.push(fixed(Isometry3::identity(), link));
+            all.push(Bushing { stiffness, damping });
+        }
+        // What follows, seen from the frame of the last bushing, has moved by this.
+        let mut moved = Isometry3::identity();
+        for (joint, modelled) in model.joints().iter().enumerate() {
+            let centre = Translation3::from(vector(&self.robot.elastic_centre_m, joint));
+            let origin = moved * modelled.frame(pose[joint]) * centre;
+            let link = self.link(modelled, joint);
+            moved = centre.inverse().into();
+            let next = match model.joints().get(joint + 1) {
+                Some(next) => next.origin.translation.vector,
+                None => model.tcp().translation.vector,
+            };
+            index.push(joints.len());
+            all.push(bushings[joint]);
+            match &self.bending {
+                Some(bending) if bending.joint == joint + 1 => {
+                    let place = Translation3::from(bending.at * next - centre.vector);
+                    joints.push(fixed(origin, part(&link, bending.at, &Vector3::zeros())));
+                    let outer = part(&link, 1.0 - bending.at, &place.vector);
+                    joints.push(fixed(place.into(), outer));
+                    let Bending { stiffness, damping, .. } = *bending;
+                    all.push(Bushing { stiffness, damping });
+                    moved = place.inverse() * moved;
+                }
+                _ => joints.push(fixed(origin, link)),
+            }
+        }
+        let tool = Isometry3::from_parts(
+            Translation3::from(Vector3::from(self.tool.tcp_m)),
+            UnitQuaternion::new(self.tool.angle_rad.into()),
+        );
+        let chain = Chain::new(&joints, moved * model.tcp() * tool)?;
+        Ok(TrueChain { chain, bushings: all, index, mounting: self.mounting(mounting) })
+    }
+
+    /// The true link, in the frame of its elastic centre.
+    fn link(&self, joint: &Joint, index: usize) -> Link {
+        let robot = &self.robot;
+        let factor = |list: &[f64]| list.get(index).copied().unwrap_or(1.0);
+        let mass = factor(&robot.mass);
+        Link {
+            mass: joint.link.mass * mass,
+            centre_of_mass: joint.link.centre_of_mass + vector(&robot.centre_of_mass_m, index)
+                - vector(&robot.elastic_centre_m, index),
+            inertia: joint.link.inertia * mass * factor(&robot.inertia),
+        }
+    }
+
+    /// The true places and axes of the sensors, seen from the true TCP.
+    fn mounting(&self, mounting: &Mounting) -> Mounting {
+        let turn = Rotation3::new(self.tool.angle_rad.into());
+        // The sensors turn with the tool, but do not move with the TCP's error.
+        let place = |point: Vector3<f64>| point - turn.inverse() * Vector3::from(self.tool.tcp_m);
+        let axes = |axes: Rotation3<f64>, angle: [f64; 3]| axes * Rotation3::new(angle.into());
+        Mounting {
+            accelerometer: place(mounting.accelerometer)
+                + Vector3::from(self.accelerometer.offset_m),
+            accelerometer_axes: axes(mounting.accelerometer_axes, self.accelerometer.angle_rad),
+            force_axes: axes(mounting.force_axes, self.force_sensor.angle_rad),
+            tool_mass: mounting.tool_mass,
+            tool_centre: place(mounting.tool_centre),
+        }
+    }
+}
+
+/// A joint without a drive.
+fn fixed(origin: Isometry3<f64>, link: Link) -> Joint {
+    Joint { origin, axis: Vector3::z_axis(), kind: JointKind::Revolute, link }
+}
+
+/// A part of a link, as heavy as `share` of it and of the same shape, seen from a frame at `place`.
+fn part(link: &Link, share: f64, place: &Vector3<f64>) -> Link {
+    Link {
+        mass: share * link.mass,
+        centre_of_mass: link.centre_of_mass - place,
+        inertia: share * link.inertia,
+    }
+}
+
+fn vector(list: &[[f64; 3]], joint: usize) -> Vector3<f64> {
+    list.get(joint).copied().unwrap_or([0.0; 3]).into()
+}
