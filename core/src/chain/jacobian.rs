@@ -23,11 +23,7 @@ impl LinearChain {
             for (dof, column) in jacobian[index].iter_mut().enumerate() {
                 *column = core::array::from_fn(|axis| tip[(dof, axis)]);
             }
-            let (force, torque) =
-                (tip.fixed_rows::<3>(0).into_owned(), tip.fixed_rows::<3>(3).into_owned());
-            tip.fixed_rows_mut::<3>(0).copy_from(&(joint.rotate.transpose() * force));
-            tip.fixed_rows_mut::<3>(3)
-                .copy_from(&(joint.lever.transpose() * force + joint.turn.transpose() * torque));
+            tip = joint.from_parent.loads_on_parent(&tip);
         }
         jacobian
     }

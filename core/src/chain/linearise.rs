@@ -22,20 +22,15 @@ use heapless::Vec;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, Vector3, Vector6};
 
 use super::Chain;
+use super::from_parent::FromParent;
 use crate::parameters::Bushing;
 use crate::{DOF, MAX_JOINTS};
 
 /// One joint, linearised about the static equilibrium. Blocks act on (translation, turns).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearJoint {
-    /// `[[rotate, lever], [0, turn]]` transforms a displacement of the link before to this joint.
-    pub rotate: Matrix3<f64>,
-    /// Block of the transformation, see [`LinearJoint::rotate`]; m.
-    pub lever: Matrix3<f64>,
-    /// Block of the transformation, see [`LinearJoint::rotate`].
-    pub turn: Matrix3<f64>,
-    /// Inverse of `turn`.
-    pub turn_back: Matrix3<f64>,
+    /// X: transforms a displacement of the link before to this joint.
+    pub from_parent: FromParent,
     /// Spatial inertia of the link: kg, kg m, kg m².
     pub inertia: Matrix6<f64>,
     /// Γ: stiffness due to gravity among the turns of this bushing, Nm.
@@ -274,10 +269,12 @@ impl Sagged {
             let (axes, axes_inverse) =
                 (frame.turn_axes, SaggedJoint::turn_axes_inverse(&sag[index]));
             let _ = joints.push(LinearJoint {
-                rotate: back,
-                lever: -back * frame.step.translation.vector.cross_matrix() * before,
-                turn: axes_inverse * back * before,
-                turn_back: before_inverse * back.transpose() * axes,
+                from_parent: FromParent {
+                    rotation: back,
+                    lever: -back * frame.step.translation.vector.cross_matrix() * before,
+                    turns: axes_inverse * back * before,
+                    turns_inverse: before_inverse * back.transpose() * axes,
+                },
                 inertia: spatial_inertia(&chain.joints[index].link, &frame.turned, &axes),
                 gravity_turns: gravity_turns(frame),
                 gravity_coupling: gravity_coupling(frame),

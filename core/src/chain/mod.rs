@@ -1,6 +1,7 @@
 //! A serial robot: joints, the rigid links that they carry, and the tool centre point (TCP).
 
 mod carried;
+pub mod from_parent;
 pub mod jacobian;
 pub mod linearise;
 

@@ -10,7 +10,7 @@
 
 use super::complex::{Column, Complex};
 use super::lanes::{Lanes, Scalar};
-use super::recursion::{Passage, before, hold, load_here};
+use super::recursion::{Passage, hold};
 use super::symmetric::{Factor, at};
 use super::terms::{JointTerms, Terms};
 use super::tool::{give_back, look_beyond};
@@ -186,7 +186,7 @@ impl<V: Lanes> Response<V> {
                 passage.pass::<GRAVITY>(joint, s, s2, stiffness);
                 if let Some(seam) = seam {
                     let halfway = &mut self.halfway[index];
-                    load_here(joint, &self.load, &seam[index], halfway);
+                    joint.to_parent.load_less(&self.load, &seam[index], halfway);
                     passage.halfway(halfway);
                     self.load = seam[index];
                     passage.pass_load::<GRAVITY>(halfway, &mut self.load);
@@ -229,7 +229,7 @@ impl<V: Lanes> Response<V> {
                 for i in 0..DOF {
                     elongation[i] = moved[i] - carried[i];
                 }
-                before(joint, &carried, moved);
+                joint.to_parent.displacement(&carried, moved);
             }
         }
     }

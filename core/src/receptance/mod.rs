@@ -18,6 +18,7 @@ pub mod lanes;
 pub mod recursion;
 pub mod symmetric;
 pub mod terms;
+pub(crate) mod to_parent;
 pub(crate) mod tool;
 
 pub use accelerance::accelerance;

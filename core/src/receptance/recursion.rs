@@ -1,10 +1,11 @@
 //! Articulated-body recursion on the dynamic stiffness, base to tip: the receptance in O(J).
 //!
 //! `Z` is the dynamic stiffness of link j and all before it against the displacement η of link j. The recursion passes the
-//! next bushing by eliminating x, the displacement by which the link before carries this bushing:
+//! next bushing by eliminating x, the displacement by which the link before carries this bushing. Y, the inverse of
+//! [`FromParent`](crate::chain::from_parent::FromParent), transforms x to the link before:
 //!
 //! ```text
-//! Z̃ = X⁻ᵀ Z X⁻¹       Δ = Z̃ + b − C − Cᵀ       Δ x = Bᵀ η       b = diag(k + s d) + Γ       B = b − Cᵀ
+//! Z̃ = Yᵀ Z Y       Δ = Z̃ + b − C − Cᵀ       Δ x = Bᵀ η       b = diag(k + s d) + Γ       B = b − Cᵀ
 //! Z ← b − B Δ⁻¹ Bᵀ + s² I                                       at the tip:   H = pᵀ Z⁻¹ p
 //! ```
 //!
@@ -101,7 +102,7 @@ impl<V: Lanes> Passage<V> {
     ) {
         let bushing = bushing(joint, s);
         let delta = self.factor.matrix();
-        congruence(joint, stiffness, delta);
+        joint.to_parent.stiffness(stiffness, delta);
         for i in 0..DOF {
             delta[at(i, i)] = delta[at(i, i)] + bushing[i];
         }
@@ -255,93 +256,4 @@ fn couple<V: Lanes>(joint: &JointTerms<V::Scalar>, stiffness: &mut Symmetric<V>)
             *entry = *entry - if i == 3 + j { coupling + coupling } else { coupling };
         }
     }
-}
-
-/// `X⁻ᵀ f − g`: a load f on the link before, transformed to this bushing, less the load g on the bushing itself.
-#[inline(always)]
-pub(super) fn load_here<V: Lanes>(
-    joint: &JointTerms<V::Scalar>,
-    load: &Column<V>,
-    own: &Column<V>,
-    here: &mut Column<V>,
-) {
-    let like = load[0].re;
-    seq!(I in 0..3 {
-        here[I] = -own[I];
-        here[3 + I] = -own[3 + I];
-        for k in 0..3 {
-            here[I] = here[I].add_mul_real(load[k], like.fill(joint.rotate[k][I]));
-            here[3 + I] = here[3 + I]
-                .add_mul_real(load[k], like.fill(joint.lever[k][I]))
-                .add_mul_real(load[3 + k], like.fill(joint.turn[k][I]));
-        }
-    });
-}
-
-/// `X⁻¹ x`: the displacement of the link before that carries this bushing by x.
-#[inline(always)]
-pub(super) fn before<V: Lanes>(
-    joint: &JointTerms<V::Scalar>,
-    carried: &Column<V>,
-    before: &mut Column<V>,
-) {
-    let like = carried[0].re;
-    *before = [Complex::zero(like); DOF];
-    seq!(I in 0..3 {
-        for k in 0..3 {
-            before[I] = before[I]
-                .add_mul_real(carried[k], like.fill(joint.rotate[I][k]))
-                .add_mul_real(carried[3 + k], like.fill(joint.lever[I][k]));
-            before[3 + I] =
-                before[3 + I].add_mul_real(carried[3 + k], like.fill(joint.turn[I][k]));
-        }
-    });
-}
-
-/// `X⁻ᵀ M X⁻¹`.
-#[inline(always)]
-fn congruence<V: Lanes>(
-    joint: &JointTerms<V::Scalar>,
-    m: &Symmetric<V>,
-    result: &mut Symmetric<V>,
-) {
-    let like = m[0].re;
-    let zero = Complex::zero(like);
-    let rotate = |i: usize, j: usize| like.fill(joint.rotate[i][j]);
-    let lever = |i: usize, j: usize| like.fill(joint.lever[i][j]);
-    let turn = |i: usize, j: usize| like.fill(joint.turn[i][j]);
-    // Blocks of M X⁻¹: translation rows times both columns, and turn rows times the turn column.
-    let (mut tt, mut tr, mut rr) = ([[zero; 3]; 3], [[zero; 3]; 3], [[zero; 3]; 3]);
-    seq!(I in 0..3 {
-        for j in 0..3 {
-            for k in 0..3 {
-                tt[I][j] = tt[I][j].add_mul_real(m[at(I, k)], rotate(k, j));
-                tr[I][j] = tr[I][j]
-                    .add_mul_real(m[at(I, k)], lever(k, j))
-                    .add_mul_real(m[at(I, 3 + k)], turn(k, j));
-                rr[I][j] = rr[I][j]
-                    .add_mul_real(m[at(3 + I, k)], lever(k, j))
-                    .add_mul_real(m[at(3 + I, 3 + k)], turn(k, j));
-            }
-        }
-    });
-    seq!(I in 0..3 {
-        for j in 0..3 {
-            if j <= I {
-                let (mut translation, mut turning) = (zero, zero);
-                for k in 0..3 {
-                    translation = translation.add_mul_real(tt[k][j], rotate(k, I));
-                    turning =
-                        turning.add_mul_real(tr[k][j], lever(k, I)).add_mul_real(rr[k][j], turn(k, I));
-                }
-                result[at(I, j)] = translation;
-                result[at(3 + I, 3 + j)] = turning;
-            }
-            let mut mixed = zero;
-            for k in 0..3 {
-                mixed = mixed.add_mul_real(tr[k][j], rotate(k, I));
-            }
-            result[at(3 + j, I)] = mixed;
-        }
-    });
 }

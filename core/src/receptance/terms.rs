@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
 use super::lanes::Scalar;
 use super::symmetric::{PACKED, at};
+use super::to_parent::{ToParent, rows};
 use super::tool::ToolTerms;
 use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearJoint, LinearisationError};
@@ -15,10 +16,8 @@ use crate::{DOF, MAX_JOINTS};
 /// One joint in the form that the recursion needs. Fields without a comment are those of [`LinearJoint`] and [`Bushing`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct JointTerms<T> {
-    /// `X⁻¹ = [[rotate, lever], [0, turn]]` transforms the displacement that carries this bushing to that of the link before.
-    pub(crate) rotate: [[T; 3]; 3],
-    pub(crate) lever: [[T; 3]; 3],
-    pub(crate) turn: [[T; 3]; 3],
+    /// Y: transforms the displacement that carries this bushing to the link before.
+    pub(crate) to_parent: ToParent<T>,
     pub(crate) inertia: [T; PACKED],
     pub(crate) gravity_turns: [[T; 3]; 3],
     pub(crate) gravity_coupling: [[T; 3]; DOF],
@@ -173,12 +172,8 @@ impl<T: Scalar> JointTerms<T> {
                 inertia[at(i, j)] = T::from_f64(joint.inertia[(i, j)]);
             }
         }
-        let turn = joint.turn_back;
-        let rotate = joint.rotate.transpose();
         Self {
-            rotate: rows(&rotate),
-            lever: rows(&(-rotate * joint.lever * turn)),
-            turn: rows(&turn),
+            to_parent: ToParent::inverse_of(&joint.from_parent),
             inertia,
             gravity_turns: rows(&joint.gravity_turns),
             gravity_coupling: rows(&joint.gravity_coupling),
@@ -186,10 +181,6 @@ impl<T: Scalar> JointTerms<T> {
             damping: bushing.damping.map(T::from_f64),
         }
     }
-}
-
-fn rows<T: Scalar, const R: usize>(matrix: &SMatrix<f64, R, 3>) -> [[T; 3]; R] {
-    core::array::from_fn(|i| core::array::from_fn(|j| T::from_f64(matrix[(i, j)])))
 }
 
 fn columns<T: Scalar>(matrix: &SMatrix<f64, 6, 3>) -> [[T; DOF]; 3] {

@@ -87,15 +87,15 @@ fn numbers_of_angles_and_bushings_are_checked() {
 }
 
 #[test]
-fn turns_go_there_and_back() {
+fn the_inverse_of_the_turns_is_one() {
     let mut bushings = [soft(3.0 * TORQUE), soft(5.0 * TORQUE)];
     bushings[0].stiffness[3] = 4.0 * TORQUE;
     let mut chain = arms(&[0.4, -0.2]);
     chain.joints[1].axis = Unit::new_normalize(Vector3::new(0.3, 1.0, 0.2));
     let linear = chain.linearise(&[0.3, 0.8], EARTH, &bushings).unwrap();
     assert!(linear.joints[1].sag[4].abs() > 0.01, "{}", linear.joints[1].sag);
-    for joint in &linear.joints {
-        let gap = (joint.turn * joint.turn_back - Matrix3::identity()).amax();
+    for LinearJoint { from_parent, .. } in &linear.joints {
+        let gap = (from_parent.turns * from_parent.turns_inverse - Matrix3::identity()).amax();
         assert!(gap < 1e-14, "{gap:e}");
     }
 }

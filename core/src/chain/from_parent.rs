@@ -1,0 +1,36 @@
+//! Transformation of displacements from a link to the next.
+
+use nalgebra::{Matrix3, SMatrix};
+
+/// `X` transforms a displacement of the link before (the parent) to the frame of this joint: Featherstone's Plücker transform
+/// `ⁱX_λ(i)` (_Rigid Body Dynamics Algorithms_, 2008, section 2.8), on (translation, turns of the bushing):
+///
+/// ```text
+/// X = [[rotation, lever], [0, turns]]
+/// ```
+///
+/// The receptance recursion needs its inverse, which has a type of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FromParent {
+    /// Translation here by the parent's translation.
+    pub rotation: Matrix3<f64>,
+    /// Translation here by the parent's turns, m.
+    pub lever: Matrix3<f64>,
+    /// Turns here by the parent's turns.
+    pub turns: Matrix3<f64>,
+    /// Inverse of `turns`.
+    pub turns_inverse: Matrix3<f64>,
+}
+
+impl FromParent {
+    /// `Xᵀ f`: the loads on the parent that are equivalent to the loads f on this link, one load per column, N and Nm.
+    pub(crate) fn loads_on_parent(&self, loads: &SMatrix<f64, 6, 3>) -> SMatrix<f64, 6, 3> {
+        let (force, torque) = (loads.fixed_rows::<3>(0), loads.fixed_rows::<3>(3));
+        let mut on_parent = SMatrix::<f64, 6, 3>::zeros();
+        on_parent.fixed_rows_mut::<3>(0).copy_from(&(self.rotation.transpose() * force));
+        on_parent
+            .fixed_rows_mut::<3>(3)
+            .copy_from(&(self.lever.transpose() * force + self.turns.transpose() * torque));
+        on_parent
+    }
+}
