@@ -9,8 +9,9 @@
 //! ```
 
 use super::complex::{Column, Complex};
+use super::elimination::Elimination;
 use super::lanes::{Lanes, Scalar};
-use super::recursion::{Passage, hold};
+use super::recursion::{SeamLoads, outward};
 use super::symmetric::{Factor, at};
 use super::terms::{JointTerms, Terms};
 use super::tool::{give_back, look_beyond};
@@ -35,11 +36,11 @@ pub struct Response<V> {
     /// and 0.3 % at 20 Hz.
     pub per_mass: [[Complex<V>; MAX_JOINTS]; 3],
     /// Elimination of each bushing from the second on, as [`Response::read`] leaves it.
-    passages: [Passage<V>; MAX_JOINTS],
-    /// Load of the seam on each bushing from the second on, as `Passage::halfway` leaves it.
-    halfway: PerDof<V>,
+    eliminations: [Elimination<V>; MAX_JOINTS],
+    /// Load of the seam at each elimination, as `Elimination::half_solve` leaves it.
+    seam_half: PerDof<V>,
     /// Whether the record has a seam.
-    sealed: bool,
+    has_seam: bool,
     /// Dynamic stiffness of the last link, factorised.
     tip: Factor<V>,
     /// Loads of the three readings on the last link, then the displacements of the last link and in turn of each link before
@@ -61,9 +62,9 @@ impl<V: Lanes> Response<V> {
             per_load: [per_dof; 3],
             elongation: per_dof,
             per_mass: [[zero; MAX_JOINTS]; 3],
-            passages: [Passage::new(like); MAX_JOINTS],
-            halfway: per_dof,
-            sealed: false,
+            eliminations: [Elimination::new(like); MAX_JOINTS],
+            seam_half: per_dof,
+            has_seam: false,
             tip: Factor::zero(like),
             readings: [[zero; DOF]; 3],
             load: [zero; DOF],
@@ -94,12 +95,15 @@ impl<V: Lanes> Response<V> {
         force: &[Complex<V>; 3],
         seam: Option<&PerDof<V>>,
     ) {
-        if terms.gravity {
-            self.reach::<true>(terms, s, seam);
-        } else {
-            self.reach::<false>(terms, s, seam);
-        }
-        self.push(terms, force);
+        self.has_seam = seam.is_some();
+        self.load = [Complex::zero(s.re); DOF];
+        let seam = seam.map(|bushings| SeamLoads {
+            bushings,
+            half: &mut self.seam_half,
+            link: &mut self.load,
+        });
+        outward(terms, s, &mut self.eliminations, &mut self.tip, seam);
+        self.add_force(terms, force);
         sense(terms, s, &mut self.readings);
         if let Some(tool) = &terms.tool {
             look_beyond(tool, &terms.force, &self.tip, s * s, &mut self.readings);
@@ -134,7 +138,7 @@ impl<V: Lanes> Response<V> {
         more: Option<&[Complex<V>; 3]>,
     ) {
         if let Some(more) = more {
-            self.push(terms, more);
+            self.add_force(terms, more);
             for axis in 0..3 {
                 for push in 0..3 {
                     let reading = self.acceleration[axis];
@@ -148,15 +152,15 @@ impl<V: Lanes> Response<V> {
         }
         self.tip.solve(&mut self.load);
         if terms.gravity {
-            self.descend::<true>(terms, s);
+            self.inward::<true>(terms, s);
         } else {
-            self.descend::<false>(terms, s);
+            self.inward::<false>(terms, s);
         }
     }
 
     /// Adds a force at the TCP to the load on the last link.
     #[inline(always)]
-    fn push(&mut self, terms: &Terms<V::Scalar>, force: &[Complex<V>; 3]) {
+    fn add_force(&mut self, terms: &Terms<V::Scalar>, force: &[Complex<V>; 3]) {
         for axis in 0..3 {
             for i in 0..DOF {
                 let along = force[axis].re.fill(terms.force[axis][i]);
@@ -165,42 +169,9 @@ impl<V: Lanes> Response<V> {
         }
     }
 
-    /// Computes from base to tip the factorised dynamic stiffness of the last link, and the load of the seam on it.
-    #[inline(always)]
-    fn reach<const GRAVITY: bool>(
-        &mut self,
-        terms: &Terms<V::Scalar>,
-        s: Complex<V>,
-        seam: Option<&PerDof<V>>,
-    ) {
-        let s2 = s * s;
-        self.sealed = seam.is_some();
-        self.load = [Complex::zero(s.re); DOF];
-        if let Some(seam) = seam {
-            self.load = seam[0];
-        }
-        let stiffness = self.tip.matrix();
-        for (index, joint) in terms.joints.iter().enumerate() {
-            if index > 0 {
-                let passage = &mut self.passages[index];
-                passage.pass::<GRAVITY>(joint, s, s2, stiffness);
-                if let Some(seam) = seam {
-                    let halfway = &mut self.halfway[index];
-                    joint.to_parent.load_less(&self.load, &seam[index], halfway);
-                    passage.halfway(halfway);
-                    self.load = seam[index];
-                    passage.pass_load::<GRAVITY>(halfway, &mut self.load);
-                }
-            } else {
-                hold::<V, GRAVITY>(joint, s, s2, stiffness);
-            }
-        }
-        self.tip.factorise();
-    }
-
     /// Computes the elongations from tip to base, from the displacements of the last link.
     #[inline(always)]
-    fn descend<const GRAVITY: bool>(&mut self, terms: &Terms<V::Scalar>, s: Complex<V>) {
+    fn inward<const GRAVITY: bool>(&mut self, terms: &Terms<V::Scalar>, s: Complex<V>) {
         for (index, joint) in terms.joints.iter().enumerate().rev() {
             if terms.masses {
                 let inert = weigh(joint, s * s, &self.load);
@@ -213,23 +184,23 @@ impl<V: Lanes> Response<V> {
                 }
             }
             for column in 0..4 {
-                let (moved, elongation, halfway) = match column {
+                let (displacement, elongation, half) = match column {
                     3 => {
-                        let halfway = self.sealed.then_some(&self.halfway[index]);
-                        (&mut self.load, &mut self.elongation[index], halfway)
+                        let half = self.has_seam.then_some(&self.seam_half[index]);
+                        (&mut self.load, &mut self.elongation[index], half)
                     }
                     axis => (&mut self.readings[axis], &mut self.per_load[axis][index], None),
                 };
                 if index == 0 {
-                    *elongation = *moved;
+                    *elongation = *displacement;
                     continue;
                 }
-                let mut carried = [Complex::zero(s.re); DOF];
-                self.passages[index].displace::<GRAVITY>(moved, halfway, &mut carried);
+                let mut x = [Complex::zero(s.re); DOF];
+                self.eliminations[index].recover::<GRAVITY>(displacement, half, &mut x);
                 for i in 0..DOF {
-                    elongation[i] = moved[i] - carried[i];
+                    elongation[i] = displacement[i] - x[i];
                 }
-                joint.to_parent.displacement(&carried, moved);
+                joint.to_parent.displacement(&x, displacement);
             }
         }
     }

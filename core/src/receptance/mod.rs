@@ -13,6 +13,7 @@
 
 pub mod accelerance;
 pub mod complex;
+mod elimination;
 pub mod gradient;
 pub mod lanes;
 pub mod recursion;
