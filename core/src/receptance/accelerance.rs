@@ -5,7 +5,7 @@ use super::gradient::sense;
 use super::lanes::Lanes;
 use super::recursion::tip_stiffness;
 use super::terms::Terms;
-use super::tool::{move_by, per_measured, see};
+use super::tool::{ToolReaction, products, tip_displacements};
 use crate::DOF;
 
 /// Accelerance at one complex frequency per lane, m/s²/N: reading along the accelerometer's axis `[row]` per force that is
@@ -20,12 +20,13 @@ pub fn accelerance<V: Lanes>(
     accelerance: &mut [[Complex<V>; 3]; 3],
 ) {
     let tip = tip_stiffness(terms, s);
-    let mut moved = [[Complex::zero(s.re); DOF]; 3];
-    let mut readings = moved;
-    move_by(&terms.force, &tip, &mut moved);
+    let displacements = tip_displacements(&terms.force_loads, &tip, s.re);
+    let mut readings = [[Complex::zero(s.re); DOF]; 3];
     sense(terms, s, &mut readings);
-    see(&readings, &moved, accelerance);
+    *accelerance = products(&readings, &displacements);
     if let Some(tool) = &terms.tool {
-        per_measured(tool, s * s, &moved, accelerance);
+        let mut reaction = ToolReaction::new(s.re);
+        reaction.evaluate(tool, s * s, &displacements);
+        *accelerance = reaction.per_measured_force(accelerance);
     }
 }

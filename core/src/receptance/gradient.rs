@@ -14,7 +14,7 @@ use super::lanes::{Lanes, Scalar};
 use super::recursion::{SeamLoads, outward};
 use super::symmetric::{Factor, at};
 use super::terms::{JointTerms, Terms};
-use super::tool::{give_back, look_beyond};
+use super::tool::{ToolReaction, tip_displacements};
 use crate::{DOF, MAX_JOINTS};
 
 /// One complex value per degree of freedom, `[joint][degree of freedom]`.
@@ -43,6 +43,8 @@ pub struct Response<V> {
     has_seam: bool,
     /// Dynamic stiffness of the last link, factorised.
     tip: Factor<V>,
+    /// Reaction of the tool, if the terms have one, as [`Response::read`] leaves it.
+    tool: ToolReaction<V>,
     /// Loads of the three readings on the last link, then the displacements of the last link and in turn of each link before
     /// it.
     readings: [Column<V>; 3],
@@ -66,6 +68,7 @@ impl<V: Lanes> Response<V> {
             seam_half: per_dof,
             has_seam: false,
             tip: Factor::zero(like),
+            tool: ToolReaction::new(like),
             readings: [[zero; DOF]; 3],
             load: [zero; DOF],
         }
@@ -106,7 +109,9 @@ impl<V: Lanes> Response<V> {
         self.add_force(terms, force);
         sense(terms, s, &mut self.readings);
         if let Some(tool) = &terms.tool {
-            look_beyond(tool, &terms.force, &self.tip, s * s, &mut self.readings);
+            let displacements = tip_displacements(&terms.force_loads, &self.tip, s.re);
+            self.tool.evaluate(tool, s * s, &displacements);
+            self.tool.add_to_readings(&displacements, &mut self.readings);
         }
         for reading in &mut self.readings {
             self.tip.solve(reading);
@@ -116,12 +121,13 @@ impl<V: Lanes> Response<V> {
             self.acceleration[axis] = Complex::zero(s.re);
             self.accelerance[axis] = [Complex::zero(s.re); 3];
             for i in 0..DOF {
-                let moved = self.readings[axis][i];
-                self.acceleration[axis] = self.acceleration[axis].add_mul(moved, self.load[i]);
-                for push in 0..3 {
-                    let along = s.re.fill(terms.force[push][i]);
-                    let accelerance = &mut self.accelerance[axis][push];
-                    *accelerance = accelerance.add_mul_real(moved, along);
+                let displacement = self.readings[axis][i];
+                self.acceleration[axis] =
+                    self.acceleration[axis].add_mul(displacement, self.load[i]);
+                for force in 0..3 {
+                    let load = s.re.fill(terms.force_loads[force][i]);
+                    let accelerance = &mut self.accelerance[axis][force];
+                    *accelerance = accelerance.add_mul_real(displacement, load);
                 }
             }
         }
@@ -140,15 +146,15 @@ impl<V: Lanes> Response<V> {
         if let Some(more) = more {
             self.add_force(terms, more);
             for axis in 0..3 {
-                for push in 0..3 {
+                for force in 0..3 {
                     let reading = self.acceleration[axis];
                     self.acceleration[axis] =
-                        reading.add_mul(self.accelerance[axis][push], more[push]);
+                        reading.add_mul(self.accelerance[axis][force], more[force]);
                 }
             }
         }
-        if let Some(tool) = &terms.tool {
-            give_back(tool, &terms.force, &self.tip, s * s, &mut self.load);
+        if terms.tool.is_some() {
+            self.tool.add_to_load(&terms.force_loads, &self.tip, &mut self.load);
         }
         self.tip.solve(&mut self.load);
         if terms.gravity {
@@ -163,8 +169,8 @@ impl<V: Lanes> Response<V> {
     fn add_force(&mut self, terms: &Terms<V::Scalar>, force: &[Complex<V>; 3]) {
         for axis in 0..3 {
             for i in 0..DOF {
-                let along = force[axis].re.fill(terms.force[axis][i]);
-                self.load[i] = self.load[i].add_mul_real(force[axis], along);
+                let load = force[axis].re.fill(terms.force_loads[axis][i]);
+                self.load[i] = self.load[i].add_mul_real(force[axis], load);
             }
         }
     }

@@ -40,7 +40,7 @@ pub fn receptance<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Complex
     let mut loads = [[Complex::zero(like); DOF]; 3];
     for axis in 0..3 {
         for i in 0..DOF {
-            loads[axis][i].re = like.fill(terms.force[axis][i]);
+            loads[axis][i].re = like.fill(terms.force_loads[axis][i]);
         }
     }
     tip.forward(&mut loads);

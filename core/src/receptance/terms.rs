@@ -31,7 +31,7 @@ pub struct Terms<T> {
     /// Joints, base first.
     pub(crate) joints: Vec<JointTerms<T>, MAX_JOINTS>,
     /// Loads on the last link due to unit forces at the TCP, one per axis of the force sensor.
-    pub(crate) force: [[T; DOF]; 3],
+    pub(crate) force_loads: [[T; DOF]; 3],
     /// Loads whose displacements, times `s²`, are the readings of the accelerometer along each of its axes.
     pub(crate) reading: [[T; DOF]; 3],
     /// Loads whose displacements are the changes of gravity along each axis of the sensor; zero if it does not feel gravity.
@@ -113,7 +113,7 @@ impl<T: Scalar> Terms<T> {
         });
         Ok(Self {
             joints,
-            force: columns(&force),
+            force_loads: columns(&force),
             reading: columns(&reading),
             tilt: if strapdown { columns(&tilt) } else { [[T::default(); DOF]; 3] },
             collocated: reading == force
@@ -141,7 +141,7 @@ impl<T: Scalar> Terms<T> {
         let mut force = SMatrix::<f64, 6, 3>::zeros();
         force.set_column(0, &load);
         Ok(Self {
-            force: columns(&force),
+            force_loads: columns(&force),
             tilt: columns(&chain.tip_force),
             // At any frequency, also at s = 0, a strapdown accelerometer reads the loads in `tilt`.
             strapdown: true,

@@ -1,7 +1,7 @@
 //! A tool beyond the force sensor: the measured force is not the whole force that cuts.
 //!
 //! `Wᵀ η` is the force that the inertia and the turning weight of the tool take at a displacement η of the last link.
-//! `U = Z⁻¹ P` are the displacements per unit force:
+//! `U = Z⁻¹ P` are the displacements per unit force, and γ is the load of the seam:
 //!
 //! ```text
 //! F = F_m + Wᵀ η,   η = Z⁻¹ (P F + γ)      ⇒      F − F_m = M Wᵀ Z⁻¹ (P F_m + γ),   M = (I − Wᵀ U)⁻¹
@@ -11,7 +11,7 @@
 //! force that cuts, all derivatives have the same form as without a tool.
 
 use super::complex::{Column, Complex};
-use super::lanes::Lanes;
+use super::lanes::{Lanes, Scalar};
 use super::symmetric::Factor;
 use crate::DOF;
 
@@ -27,170 +27,167 @@ pub(crate) struct ToolTerms<T> {
     pub(super) weight: [[T; DOF]; 3],
 }
 
-/// `r ← r + W Gᵀ` for the loads of the three readings: adds the part that the tool contributes.
-#[inline(always)]
-pub(super) fn look_beyond<V: Lanes>(
-    tool: &ToolTerms<V::Scalar>,
-    pushes: &[[V::Scalar; DOF]; 3],
-    tip: &Factor<V>,
-    s2: Complex<V>,
-    readings: &mut [Column<V>; 3],
-) {
-    let zero = Complex::zero(s2.re);
-    let mut moved = [[zero; DOF]; 3];
-    move_by(pushes, tip, &mut moved);
-    let mut taken = [[zero; DOF]; 3];
-    take(tool, s2, &mut taken);
-    let mut seen = [[zero; 3]; 3];
-    see(readings, &moved, &mut seen);
-    per_measured(tool, s2, &moved, &mut seen);
-    for axis in 0..3 {
-        for push in 0..3 {
+/// Reaction of a tool in one bin.
+#[derive(Clone, Debug)]
+pub(super) struct ToolReaction<V> {
+    /// W, by columns: loads whose displacements are the force that the tool takes along each axis.
+    loads: [Column<V>; 3],
+    /// M: force that cuts per measured force, without the seam.
+    amplification: Square<V>,
+}
+
+impl<V: Lanes> ToolReaction<V> {
+    /// A reaction in no bin yet.
+    #[inline(always)]
+    pub(super) fn new(like: V) -> Self {
+        let zero = Complex::zero(like);
+        Self { loads: [[zero; DOF]; 3], amplification: [[zero; 3]; 3] }
+    }
+
+    /// Computes the reaction of `tool` at the displacements U.
+    #[inline(always)]
+    pub(super) fn evaluate(
+        &mut self,
+        tool: &ToolTerms<V::Scalar>,
+        s2: Complex<V>,
+        displacements: &[Column<V>; 3],
+    ) {
+        for axis in 0..3 {
             for i in 0..DOF {
-                readings[axis][i] = readings[axis][i].add_mul(seen[axis][push], taken[push][i]);
+                let (inertia, weight) =
+                    (s2.re.fill(tool.inertia[axis][i]), s2.re.fill(tool.weight[axis][i]));
+                self.loads[axis][i] = Complex::new(s2.re.mul_add(inertia, weight), s2.im * inertia);
+            }
+        }
+        // I − Wᵀ U
+        let mut remaining = products(&self.loads, displacements);
+        let one = s2.re.fill(V::Scalar::from_f64(1.0));
+        for row in 0..3 {
+            for column in 0..3 {
+                remaining[row][column] = -remaining[row][column];
+            }
+            remaining[row][row].re = remaining[row][row].re + one;
+        }
+        self.amplification = inverse(&remaining);
+    }
+
+    /// `G = G_c M`: reading per measured force, from the reading G_c per force that cuts.
+    #[inline(always)]
+    pub(super) fn per_measured_force(&self, per_cutting_force: &Square<V>) -> Square<V> {
+        let (g, m) = (per_cutting_force, &self.amplification);
+        let mut per_measured_force = *g;
+        for row in 0..3 {
+            for column in 0..3 {
+                per_measured_force[row][column] = (g[row][0] * m[0][column])
+                    .add_mul(g[row][1], m[1][column])
+                    .add_mul(g[row][2], m[2][column]);
+            }
+        }
+        per_measured_force
+    }
+
+    /// `r ← r + W Gᵀ`: adds the reaction to the loads of the readings. `displacements` are U.
+    #[inline(always)]
+    pub(super) fn add_to_readings(
+        &self,
+        displacements: &[Column<V>; 3],
+        readings: &mut [Column<V>; 3],
+    ) {
+        let per_force = self.per_measured_force(&products(readings, displacements));
+        for axis in 0..3 {
+            for force in 0..3 {
+                for i in 0..DOF {
+                    readings[axis][i] =
+                        readings[axis][i].add_mul(per_force[axis][force], self.loads[force][i]);
+                }
+            }
+        }
+    }
+
+    /// `f ← f + P M Wᵀ Z⁻¹ f`: adds the force that the tool takes to the load of a record, which holds the measured force.
+    /// `force_loads` is P.
+    #[inline(always)]
+    pub(super) fn add_to_load(
+        &self,
+        force_loads: &[[V::Scalar; DOF]; 3],
+        tip: &Factor<V>,
+        load: &mut Column<V>,
+    ) {
+        let like = load[0].re;
+        let mut displacement = *load;
+        tip.solve(&mut displacement);
+        let mut taken = [Complex::zero(like); 3];
+        for axis in 0..3 {
+            for i in 0..DOF {
+                taken[axis] = taken[axis].add_mul(self.loads[axis][i], displacement[i]);
+            }
+        }
+        for axis in 0..3 {
+            let mut force = Complex::zero(like);
+            for other in 0..3 {
+                force = force.add_mul(self.amplification[axis][other], taken[other]);
+            }
+            for i in 0..DOF {
+                load[i] = load[i].add_mul_real(force, like.fill(force_loads[axis][i]));
             }
         }
     }
 }
 
-/// Adds the force that the tool has taken to the load of a record, which holds the measured force.
+/// `U = Z⁻¹ P`: displacements of the last link due to unit forces along each axis.
 #[inline(always)]
-pub(super) fn give_back<V: Lanes>(
-    tool: &ToolTerms<V::Scalar>,
-    pushes: &[[V::Scalar; DOF]; 3],
+pub(super) fn tip_displacements<V: Lanes>(
+    force_loads: &[[V::Scalar; DOF]; 3],
     tip: &Factor<V>,
-    s2: Complex<V>,
-    load: &mut Column<V>,
-) {
-    let zero = Complex::zero(s2.re);
-    let mut moved = [[zero; DOF]; 3];
-    move_by(pushes, tip, &mut moved);
-    let mut taken = [[zero; DOF]; 3];
-    take(tool, s2, &mut taken);
-    let mut release = [[zero; 3]; 3];
-    released(&taken, &moved, &mut release);
-    let mut displacement = *load;
-    tip.solve(&mut displacement);
-    let mut known = [zero; 3];
+    like: V,
+) -> [Column<V>; 3] {
+    let mut displacements = [[Complex::zero(like); DOF]; 3];
     for axis in 0..3 {
         for i in 0..DOF {
-            known[axis] = known[axis].add_mul(taken[axis][i], displacement[i]);
+            displacements[axis][i].re = like.fill(force_loads[axis][i]);
         }
     }
-    for axis in 0..3 {
-        let mut hidden = zero;
-        for other in 0..3 {
-            hidden = hidden.add_mul(release[axis][other], known[other]);
-        }
-        for i in 0..DOF {
-            load[i] = load[i].add_mul_real(hidden, s2.re.fill(pushes[axis][i]));
-        }
-    }
-}
-
-/// `G ← G M`: turns readings per force that cuts into readings per measured force. `moved` are the displacements due to unit
-/// forces at the TCP.
-#[inline(always)]
-pub(super) fn per_measured<V: Lanes>(
-    tool: &ToolTerms<V::Scalar>,
-    s2: Complex<V>,
-    moved: &[Column<V>; 3],
-    seen: &mut Square<V>,
-) {
-    let zero = Complex::zero(s2.re);
-    let mut taken = [[zero; DOF]; 3];
-    take(tool, s2, &mut taken);
-    let mut release = [[zero; 3]; 3];
-    released(&taken, moved, &mut release);
-    let ideal = *seen;
-    multiply(&ideal, &release, seen);
-}
-
-/// Displacements of the last link due to unit forces along each axis.
-#[inline(always)]
-pub(super) fn move_by<V: Lanes>(
-    pushes: &[[V::Scalar; DOF]; 3],
-    tip: &Factor<V>,
-    moved: &mut [Column<V>; 3],
-) {
-    for axis in 0..3 {
-        for i in 0..DOF {
-            moved[axis][i].re = moved[axis][i].re.fill(pushes[axis][i]);
-        }
-    }
-    for column in moved {
+    for column in &mut displacements {
         tip.solve(column);
     }
+    displacements
 }
 
-/// `seen[a][b] = readings[a] · moved[b]`.
+/// `Aᵀ B` of matrices by columns.
 #[inline(always)]
-pub(super) fn see<V: Lanes>(
-    readings: &[Column<V>; 3],
-    moved: &[Column<V>; 3],
-    seen: &mut Square<V>,
-) {
-    for axis in 0..3 {
-        for push in 0..3 {
-            seen[axis][push] = readings[axis][0] * moved[push][0];
+pub(super) fn products<V: Lanes>(a: &[Column<V>; 3], b: &[Column<V>; 3]) -> Square<V> {
+    let mut products = [[Complex::zero(a[0][0].re); 3]; 3];
+    for row in 0..3 {
+        for column in 0..3 {
+            products[row][column] = a[row][0] * b[column][0];
             for i in 1..DOF {
-                seen[axis][push] = seen[axis][push].add_mul(readings[axis][i], moved[push][i]);
+                products[row][column] = products[row][column].add_mul(a[row][i], b[column][i]);
             }
         }
     }
+    products
 }
 
-/// Computes W.
+/// Inverse by cofactors. Cyclic indices give the cofactors their signs.
 #[inline(always)]
-fn take<V: Lanes>(tool: &ToolTerms<V::Scalar>, s2: Complex<V>, taken: &mut [Column<V>; 3]) {
-    for axis in 0..3 {
-        for i in 0..DOF {
-            let (inertia, weight) =
-                (s2.re.fill(tool.inertia[axis][i]), s2.re.fill(tool.weight[axis][i]));
-            taken[axis][i] = Complex::new(s2.re.mul_add(inertia, weight), s2.im * inertia);
-        }
-    }
-}
-
-/// Computes M.
-#[inline(always)]
-fn released<V: Lanes>(taken: &[Column<V>; 3], moved: &[Column<V>; 3], release: &mut Square<V>) {
-    see(taken, moved, release);
-    let one = release[0][0].re.fill(<V::Scalar as super::lanes::Scalar>::from_f64(1.0));
-    let mut matrix = *release;
-    for row in 0..3 {
-        for column in 0..3 {
-            matrix[row][column] = -matrix[row][column];
-        }
-        matrix[row][row].re = matrix[row][row].re + one;
-    }
-    // The inverse by cofactors. Cyclic indices give the cofactors their signs.
+fn inverse<V: Lanes>(matrix: &Square<V>) -> Square<V> {
+    let mut inverse = *matrix;
     for row in 0..3 {
         for column in 0..3 {
             let (a, b) = ((column + 1) % 3, (column + 2) % 3);
             let (c, d) = ((row + 1) % 3, (row + 2) % 3);
-            release[row][column] =
+            inverse[row][column] =
                 (matrix[a][c] * matrix[b][d]).sub_mul(matrix[a][d], matrix[b][c]);
         }
     }
-    let determinant = (matrix[0][0] * release[0][0])
-        .add_mul(matrix[0][1], release[1][0])
-        .add_mul(matrix[0][2], release[2][0]);
-    let inverse = determinant.reciprocal();
+    let determinant = (matrix[0][0] * inverse[0][0])
+        .add_mul(matrix[0][1], inverse[1][0])
+        .add_mul(matrix[0][2], inverse[2][0]);
+    let reciprocal = determinant.reciprocal();
     for row in 0..3 {
         for column in 0..3 {
-            release[row][column] = release[row][column] * inverse;
+            inverse[row][column] = inverse[row][column] * reciprocal;
         }
     }
-}
-
-#[inline(always)]
-fn multiply<V: Lanes>(a: &Square<V>, b: &Square<V>, product: &mut Square<V>) {
-    for row in 0..3 {
-        for column in 0..3 {
-            product[row][column] = (a[row][0] * b[0][column])
-                .add_mul(a[row][1], b[1][column])
-                .add_mul(a[row][2], b[2][column]);
-        }
-    }
+    inverse
 }
