@@ -104,7 +104,7 @@ impl Deflection {
         bushings: &[Bushing],
         wrench: &[f64; 6],
     ) -> Result<Self, LinearisationError> {
-        let terms = Terms::at_rest(chain, bushings, wrench)?;
+        let terms = Terms::static_test(chain, bushings, wrench)?;
         let rest = Complex::zero(0.0);
         let full = Complex::new(1.0, 0.0);
         let mut response = Response::new(0.0);
@@ -118,6 +118,6 @@ impl Deflection {
                 }
             }
         }
-        Ok(Self { displacement: response.acceleration.map(|reading| reading.re), gradient })
+        Ok(Self { displacement: response.observed.map(|displacement| displacement.re), gradient })
     }
 }

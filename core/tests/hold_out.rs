@@ -58,7 +58,7 @@ fn agreement(bushings: &Bushings, experiment: &Experiment<BINS>) -> Agreement {
         let pushed = std::array::from_fn(|axis| Complex { re: force[axis].re, im: force[axis].im });
         let none = [[Complex::default(); 6]; 7];
         let response = respond(&terms, Complex { re: 0.0, im: omega }, &pushed, &none);
-        let reading = Vector3::from_fn(|axis, _| dynamic(response.acceleration[axis]));
+        let reading = Vector3::from_fn(|axis, _| dynamic(response.observed[axis]));
         let mut rows = DMatrix::<Dynamic>::zeros(3, columns + 1);
         for axis in 0..3 {
             for load in 0..loads {
@@ -71,7 +71,7 @@ fn agreement(bushings: &Bushings, experiment: &Experiment<BINS>) -> Agreement {
             rows[(axis, columns)] = at(&experiment.acceleration, bin)[axis] - reading[axis];
         }
         // Noise of both sensors.
-        let accelerance = Matrix3::from_fn(|a, f| dynamic(response.accelerance[a][f]));
+        let accelerance = Matrix3::from_fn(|a, f| dynamic(response.per_force[a][f]));
         let square = |noise: &[heapless::Vec<f32, BINS>; 3]| {
             let at_bin = Vector3::from_fn(|axis, _| Dynamic::from(f64::from(noise[axis][bin])));
             Matrix3::from_diagonal(&at_bin)

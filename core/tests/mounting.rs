@@ -148,7 +148,7 @@ fn equals_a_dense_solve() {
         let ours = respond(&terms, case.s, &case.force, &case.seam);
         let expected = sensors.read(&case.force.map(dynamic), &seam);
         for axis in 0..3 {
-            let gap = (dynamic(ours.acceleration[axis]) - expected[axis]).norm();
+            let gap = (dynamic(ours.observed[axis]) - expected[axis]).norm();
             worst = worst.max(gap / size(&expected));
         }
         let mut quick = [[Complex::default(); 3]; 3];
@@ -158,7 +158,7 @@ fn equals_a_dense_solve() {
             let unit = std::array::from_fn(|axis| Dynamic::from(f64::from(axis == push)));
             let expected = sensors.read(&unit, &none);
             for axis in 0..3 {
-                for ours in [ours.accelerance[axis][push], quick[axis][push]] {
+                for ours in [ours.per_force[axis][push], quick[axis][push]] {
                     worst = worst.max((dynamic(ours) - expected[axis]).norm() / size(&expected));
                 }
             }
@@ -179,10 +179,10 @@ proptest! {
         let reading = |bushings: &Bushings, seam: &PerDof<f64>| {
             let mut moved = terms.clone();
             moved.set_bushings(bushings);
-            respond(&moved, case.s, &case.force, seam).acceleration.map(dynamic)
+            respond(&moved, case.s, &case.force, seam).observed.map(dynamic)
         };
         let here = respond(&terms, case.s, &case.force, &case.seam);
-        let whole = size(&here.acceleration.map(dynamic));
+        let whole = size(&here.observed.map(dynamic));
         for joint in 0..joints {
             for dof in 0..6 {
                 for damping in [false, true] {
@@ -206,7 +206,7 @@ proptest! {
                 let pushed = reading(&case.bushings, &pushed);
                 for axis in 0..3 {
                     let ours = dynamic(here.per_load[axis][joint][dof]);
-                    let gap = ours - (pushed[axis] - dynamic(here.acceleration[axis])) * 1e-3;
+                    let gap = ours - (pushed[axis] - dynamic(here.observed[axis])) * 1e-3;
                     prop_assert!(gap.norm() < 1e-8 * ours.norm() + 1e-14 * (1.0 + whole), "{joint} {dof} {axis}");
                 }
             }
@@ -224,12 +224,12 @@ proptest! {
             respond(&terms.with_masses(), case.s, &case.force, &case.seam)
         };
         let here = at(&vec![1.0; joints]);
-        let whole = size(&here.acceleration.map(dynamic));
+        let whole = size(&here.observed.map(dynamic));
         for link in 0..joints {
             let with = |logarithm: f64| {
                 let mut scale = vec![1.0; joints];
                 scale[link] = logarithm.exp();
-                at(&scale).acceleration.map(dynamic)
+                at(&scale).observed.map(dynamic)
             };
             let (up, down) = (with(1e-5), with(-1e-5));
             for axis in 0..3 {

@@ -104,7 +104,7 @@ fn is_reciprocal(seed: u64, joints: usize) -> Result<(), TestCaseError> {
     let case = case(seed, joints, EARTH);
     let terms = Terms::new(&case.linear, &case.bushings, false).unwrap();
     let none = [[Complex::default(); 6]; 7];
-    let full = respond(&terms, case.s, &[Complex::default(); 3], &none).accelerance;
+    let full = respond(&terms, case.s, &[Complex::default(); 3], &none).per_force;
     let size = full.iter().flatten().map(|h| h.re.hypot(h.im)).fold(0.0, f64::max);
     for a in 0..3 {
         for b in 0..a {
@@ -133,12 +133,12 @@ fn has_exact_mass_derivatives(seed: u64, joints: usize) -> Result<(), TestCaseEr
         respond(&terms, s, &force, &seam)
     };
     let here = at(&vec![1.0; joints]);
-    let size = here.acceleration.iter().map(|a| a.re.hypot(a.im)).fold(0.0, f64::max);
+    let size = here.observed.iter().map(|a| a.re.hypot(a.im)).fold(0.0, f64::max);
     for link in 0..joints {
         let with = |logarithm: f64| {
             let mut scale = vec![1.0; joints];
             scale[link] = logarithm.exp();
-            at(&scale).acceleration
+            at(&scale).observed
         };
         let (up, down) = (with(1e-5), with(-1e-5));
         for axis in 0..3 {
@@ -164,10 +164,10 @@ fn has_an_exact_gradient(seed: u64, joints: usize) -> Result<(), TestCaseError> 
     let reading = |bushings: &Bushings, seam: &PerDof<f64>| {
         let mut moved = terms.clone();
         moved.set_bushings(bushings);
-        respond(&moved, case.s, &force, seam).acceleration
+        respond(&moved, case.s, &force, seam).observed
     };
     let at = respond(&terms, case.s, &force, &seam);
-    let size = at.acceleration.iter().map(|a| a.re.hypot(a.im)).fold(0.0, f64::max);
+    let size = at.observed.iter().map(|a| a.re.hypot(a.im)).fold(0.0, f64::max);
     let close = |ours: Complex<f64>, numeric: Complex<f64>| {
         let gap = ours - numeric;
         gap.re.hypot(gap.im) < 1e-5 * (size + ours.re.hypot(ours.im))
@@ -195,7 +195,7 @@ fn has_an_exact_gradient(seed: u64, joints: usize) -> Result<(), TestCaseError> 
             pushed[joint][dof].re += 1e3;
             let pushed = reading(&case.bushings, &pushed);
             for axis in 0..3 {
-                let numeric = (pushed[axis] - at.acceleration[axis]).scale(1e-3);
+                let numeric = (pushed[axis] - at.observed[axis]).scale(1e-3);
                 let ours = at.per_load[axis][joint][dof];
                 let (gap, size) = (ours - numeric, ours.re.hypot(ours.im));
                 prop_assert!(gap.re.hypot(gap.im) < 1e-8 * size + 1e-12 * case.s.im.powi(2) / 1e6);
@@ -239,9 +239,9 @@ proptest! {
         let calibration = Calibration { delay, misalignment: turn, acceleration_gain: gain, ..Calibration::default() };
         let force = [Complex { re: 3.0, im: 1.0 }; 3];
         let none = [[Complex::default(); 6]; 7];
-        let ideal = respond(&Terms::new(&case.linear, &case.bushings, true).unwrap(), case.s, &force, &none).acceleration;
+        let ideal = respond(&Terms::new(&case.linear, &case.bushings, true).unwrap(), case.s, &force, &none).observed;
         let terms = Terms::calibrated(&case.linear, &case.bushings, true, &calibration).unwrap();
-        let real = respond(&terms, case.s, &force, &none).acceleration;
+        let real = respond(&terms, case.s, &force, &none).observed;
         let back = nalgebra::Rotation3::new(turn.into()).inverse();
         let s = nalgebra::Complex::new(case.s.re, case.s.im);
         let size = ideal.iter().map(|a| a.re.hypot(a.im)).fold(0.0, f64::max);
@@ -271,7 +271,7 @@ proptest! {
         let tip = case.dense.tip().map(nalgebra::Complex::from);
         let motion = &tip * case.dense.compliance(&case.bushings, s) * tip.rows(0, 3).transpose();
         let g = case.dense.gravity_at_tip();
-        let ours = respond(&terms, case.s, &[Complex::default(); 3], &none).accelerance;
+        let ours = respond(&terms, case.s, &[Complex::default(); 3], &none).per_force;
         for force in 0..3 {
             let turn = |axis: usize| motion[(3 + axis, force)];
             let tilt = [turn(1) * g.z - turn(2) * g.y, turn(2) * g.x - turn(0) * g.z, turn(0) * g.y - turn(1) * g.x];
@@ -331,7 +331,7 @@ fn gravity_has_little_share_in_mass_derivatives() {
                 let with = |logarithm: f64| {
                     let mut scale = [1.0; 3];
                     scale[link] = logarithm.exp();
-                    at(&scale).acceleration
+                    at(&scale).observed
                 };
                 let (up, down) = (with(1e-4), with(-1e-4));
                 let norm = |values: [Complex<f64>; 3]| {

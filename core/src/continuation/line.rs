@@ -104,7 +104,7 @@ impl Kernel<f32> for Line<'_> {
                 .map(|[re, im]| Complex::new(like.load(&re[first..]), like.load(&im[first..])));
             response.evaluate(terms, s, &pushed, None);
             for axis in 0..3 {
-                store(response.acceleration[axis], &mut modelled[axis]);
+                store(response.observed[axis], &mut modelled[axis]);
             }
             for joint in 0..terms.joints.len() {
                 for dof in 0..DOF {

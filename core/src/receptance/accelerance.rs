@@ -1,7 +1,6 @@
 //! Reading of an accelerometer per measured force, for any place of the two sensors.
 
 use super::complex::Complex;
-use super::gradient::sense;
 use super::lanes::Lanes;
 use super::recursion::tip_stiffness;
 use super::terms::Terms;
@@ -22,7 +21,7 @@ pub fn accelerance<V: Lanes>(
     let tip = tip_stiffness(terms, s);
     let displacements = tip_displacements(&terms.force_loads, &tip, s.re);
     let mut readings = [[Complex::zero(s.re); DOF]; 3];
-    sense(terms, s, &mut readings);
+    terms.observation.loads(s, &mut readings);
     *accelerance = products(&readings, &displacements);
     if let Some(tool) = &terms.tool {
         let mut reaction = ToolReaction::new(s.re);

@@ -1,4 +1,4 @@
-//! Acceleration reading of one record in the model, and its exact derivatives, by a second pass of the recursion from tip to
+//! What is observed of one record in the model, and its exact derivatives, by a second pass of the recursion from tip to
 //! base.
 //!
 //! e_out are the elongations due to a unit load along each measured direction. q are the elongations in the record, due to
@@ -23,15 +23,16 @@ pub type PerDof<V> = [[Complex<V>; DOF]; MAX_JOINTS];
 /// Response of the model in one bin of a record, one bin per lane. It is large, so that callers reuse one for all bins.
 #[derive(Clone, Debug)]
 pub struct Response<V> {
-    /// Reading of the accelerometer along its axes, without the jumps c₋₁, c₀ and c₁ of the seam, m/s² (times seconds).
-    pub acceleration: [Complex<V>; 3],
-    /// Accelerance: reading along the accelerometer's axis `[row]` per force along the force sensor's axis `[column]`, m/s²/N.
-    pub accelerance: [[Complex<V>; 3]; 3],
-    /// e_out: reading along `[axis]` per unit load on the bushing of joint `[j]`, DOF `[i]`.
+    /// What the terms observe: the reading of the accelerometer along its axes, without the jumps c₋₁, c₀ and c₁ of the seam,
+    /// m/s² (times seconds); in a static test the displacement, m.
+    pub observed: [Complex<V>; 3],
+    /// Observation along axis `[row]` per force along the force sensor's axis `[column]`: the accelerance, m/s²/N.
+    pub per_force: [[Complex<V>; 3]; 3],
+    /// e_out: observation along `[axis]` per unit load on the bushing of joint `[j]`, DOF `[i]`.
     pub per_load: [PerDof<V>; 3],
     /// q: elongations in this record, m and rad (times seconds).
     pub elongation: PerDof<V>,
-    /// `∂A/∂ln m`: derivative of the reading along `[axis]` by the mass and inertia of link `[j]`, if the terms ask for it.
+    /// `∂A/∂ln m`: derivative of the observation along `[axis]` by the mass and inertia of link `[j]`, if the terms ask for it.
     /// It neglects the change of the stiffness due to gravity: for the reference robot at most 4 % at 5 Hz,
     /// and 0.3 % at 20 Hz.
     pub per_mass: [[Complex<V>; MAX_JOINTS]; 3],
@@ -45,9 +46,9 @@ pub struct Response<V> {
     tip: Factor<V>,
     /// Reaction of the tool, if the terms have one, as [`Response::read`] leaves it.
     tool: ToolReaction<V>,
-    /// Loads of the three readings on the last link, then the displacements of the last link and in turn of each link before
+    /// Loads of the three observations on the last link, then the displacements of the last link and in turn of each link before
     /// it.
-    readings: [Column<V>; 3],
+    observations: [Column<V>; 3],
     /// Load of the record on the last link, then the displacements of the last link and in turn of each link before it.
     load: Column<V>,
 }
@@ -59,8 +60,8 @@ impl<V: Lanes> Response<V> {
         let zero = Complex::zero(like);
         let per_dof = [[zero; DOF]; MAX_JOINTS];
         Self {
-            acceleration: [zero; 3],
-            accelerance: [[zero; 3]; 3],
+            observed: [zero; 3],
+            per_force: [[zero; 3]; 3],
             per_load: [per_dof; 3],
             elongation: per_dof,
             per_mass: [[zero; MAX_JOINTS]; 3],
@@ -69,7 +70,7 @@ impl<V: Lanes> Response<V> {
             has_seam: false,
             tip: Factor::zero(like),
             tool: ToolReaction::new(like),
-            readings: [[zero; DOF]; 3],
+            observations: [[zero; DOF]; 3],
             load: [zero; DOF],
         }
     }
@@ -89,7 +90,7 @@ impl<V: Lanes> Response<V> {
         self.elongate(terms, s, None);
     }
 
-    /// First half of [`Response::evaluate`], base to tip: acceleration and accelerance.
+    /// First half of [`Response::evaluate`], base to tip: `observed` and `per_force`.
     #[inline(always)]
     pub fn read(
         &mut self,
@@ -107,35 +108,33 @@ impl<V: Lanes> Response<V> {
         });
         outward(terms, s, &mut self.eliminations, &mut self.tip, seam);
         self.add_force(terms, force);
-        sense(terms, s, &mut self.readings);
+        terms.observation.loads(s, &mut self.observations);
         if let Some(tool) = &terms.tool {
             let displacements = tip_displacements(&terms.force_loads, &self.tip, s.re);
             self.tool.evaluate(tool, s * s, &displacements);
-            self.tool.add_to_readings(&displacements, &mut self.readings);
+            self.tool.add_to_observations(&displacements, &mut self.observations);
         }
-        for reading in &mut self.readings {
-            self.tip.solve(reading);
+        for observation in &mut self.observations {
+            self.tip.solve(observation);
         }
-        // By reciprocity the displacements due to the loads of the readings give the reading for any load.
+        // By reciprocity the displacements due to the loads of the observations give the observation for any load.
         for axis in 0..3 {
-            self.acceleration[axis] = Complex::zero(s.re);
-            self.accelerance[axis] = [Complex::zero(s.re); 3];
+            self.observed[axis] = Complex::zero(s.re);
+            self.per_force[axis] = [Complex::zero(s.re); 3];
             for i in 0..DOF {
-                let displacement = self.readings[axis][i];
-                self.acceleration[axis] =
-                    self.acceleration[axis].add_mul(displacement, self.load[i]);
+                let displacement = self.observations[axis][i];
+                self.observed[axis] = self.observed[axis].add_mul(displacement, self.load[i]);
                 for force in 0..3 {
                     let load = s.re.fill(terms.force_loads[force][i]);
-                    let accelerance = &mut self.accelerance[axis][force];
-                    *accelerance = accelerance.add_mul_real(displacement, load);
+                    let per_force = &mut self.per_force[axis][force];
+                    *per_force = per_force.add_mul_real(displacement, load);
                 }
             }
         }
     }
 
     /// Second half of [`Response::evaluate`], tip to base: elongations, which give the derivatives. `more` is the difference
-    /// between the record's force and the force given to [`Response::read`] (N, times seconds); it also changes the
-    /// acceleration.
+    /// between the record's force and the force given to [`Response::read`] (N, times seconds); it also changes `observed`.
     #[inline(always)]
     pub fn elongate(
         &mut self,
@@ -147,9 +146,8 @@ impl<V: Lanes> Response<V> {
             self.add_force(terms, more);
             for axis in 0..3 {
                 for force in 0..3 {
-                    let reading = self.acceleration[axis];
-                    self.acceleration[axis] =
-                        reading.add_mul(self.accelerance[axis][force], more[force]);
+                    let observed = &mut self.observed[axis];
+                    *observed = observed.add_mul(self.per_force[axis][force], more[force]);
                 }
             }
         }
@@ -185,7 +183,7 @@ impl<V: Lanes> Response<V> {
                     self.per_mass[axis][index] = Complex::zero(s.re);
                     for i in 0..DOF {
                         let derivative = &mut self.per_mass[axis][index];
-                        *derivative = derivative.sub_mul(self.readings[axis][i], inert[i]);
+                        *derivative = derivative.sub_mul(self.observations[axis][i], inert[i]);
                     }
                 }
             }
@@ -195,7 +193,7 @@ impl<V: Lanes> Response<V> {
                         let half = self.has_seam.then_some(&self.seam_half[index]);
                         (&mut self.load, &mut self.elongation[index], half)
                     }
-                    axis => (&mut self.readings[axis], &mut self.per_load[axis][index], None),
+                    axis => (&mut self.observations[axis], &mut self.per_load[axis][index], None),
                 };
                 if index == 0 {
                     *elongation = *displacement;
@@ -231,34 +229,6 @@ impl<V: Lanes> Response<V> {
             }
         }
         derivatives
-    }
-}
-
-/// Loads whose displacements are the readings of the accelerometer, one column per axis. A reading is `s²` times the
-/// displacement along the axis plus the gravity that the tilt adds, and comes later by the delay.
-#[inline(always)]
-pub(super) fn sense<V: Lanes>(
-    terms: &Terms<V::Scalar>,
-    s: Complex<V>,
-    readings: &mut [Column<V>; 3],
-) {
-    let s2 = s * s;
-    let delayed = terms.delay.to_f64() != 0.0;
-    let mut lag = s;
-    if delayed {
-        lag = (-s.scale(s.re.fill(terms.delay))).exponential();
-    }
-    for axis in 0..3 {
-        for i in 0..DOF {
-            let mut reading = s2.scale(s.re.fill(terms.reading[axis][i]));
-            if terms.strapdown {
-                reading.re = reading.re + s.re.fill(terms.tilt[axis][i]);
-            }
-            if delayed {
-                reading = reading * lag;
-            }
-            readings[axis][i] = reading;
-        }
     }
 }
 

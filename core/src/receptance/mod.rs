@@ -16,6 +16,7 @@ pub mod complex;
 mod elimination;
 pub mod gradient;
 pub mod lanes;
+pub(crate) mod observation;
 pub mod recursion;
 pub mod symmetric;
 pub mod terms;

@@ -4,6 +4,7 @@ use heapless::Vec;
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
 use super::lanes::Scalar;
+use super::observation::{Loads, Observation};
 use super::symmetric::{PACKED, at};
 use super::to_parent::{ToParent, rows};
 use super::tool::ToolTerms;
@@ -30,12 +31,11 @@ pub(crate) struct JointTerms<T> {
 pub struct Terms<T> {
     /// Joints, base first.
     pub(crate) joints: Vec<JointTerms<T>, MAX_JOINTS>,
-    /// Loads on the last link due to unit forces at the TCP, one per axis of the force sensor.
-    pub(crate) force_loads: [[T; DOF]; 3],
-    /// Loads whose displacements, times `s²`, are the readings of the accelerometer along each of its axes.
-    pub(crate) reading: [[T; DOF]; 3],
-    /// Loads whose displacements are the changes of gravity along each axis of the sensor; zero if it does not feel gravity.
-    pub(crate) tilt: [[T; DOF]; 3],
+    /// Loads on the last link per unit of each force of a response: a force at the TCP along an axis of the force sensor. In a
+    /// static test the first is the whole wrench, and there are no others.
+    pub(crate) force_loads: Loads<T>,
+    /// What is observed.
+    pub(crate) observation: Observation<T>,
     /// Part of the force that the force sensor does not measure; `None` if no mass is beyond it.
     pub(crate) tool: Option<ToolTerms<T>>,
     /// Whether both sensors measure at the same place, along the same axes and at the same time, and the accelerometer
@@ -43,10 +43,6 @@ pub struct Terms<T> {
     pub(crate) collocated: bool,
     /// Whether the stiffness due to gravity enters.
     pub(crate) gravity: bool,
-    /// Whether the accelerometer feels gravity as it turns.
-    pub(crate) strapdown: bool,
-    /// Delay of the acceleration after the force, s.
-    pub(crate) delay: T,
     /// Whether a response computes the derivatives by the links' masses.
     pub(crate) masses: bool,
 }
@@ -93,44 +89,34 @@ impl<T: Scalar> Terms<T> {
         mounting: &Mounting,
         calibration: &Calibration,
     ) -> Result<Self, LinearisationError> {
-        if chain.joints.len() != bushings.len() {
-            return Err(LinearisationError::Bushings(bushings.len()));
-        }
-        let mut joints = Vec::new();
-        for (joint, bushing) in chain.joints.iter().zip(bushings) {
-            let _ = joints.push(JointTerms::new(joint, bushing));
-        }
-        let gravity = chain.gravity_at_tip != Vector3::zeros();
-        let strapdown = strapdown && gravity;
         let gain = Matrix3::from_diagonal(&calibration.acceleration_gain.into());
         let turned = Rotation3::new(calibration.misalignment.into()).matrix() * gain;
         let reading = mounting.readings(chain) * turned;
         let force = mounting.forces(chain);
-        let tilt = tilts(chain, &mounting.accelerometer_axes) * turned;
+        let feels_gravity = strapdown && chain.gravity_at_tip != Vector3::zeros();
+        let tilt = || columns(&(tilts(chain, &mounting.accelerometer_axes) * turned));
+        let observation = Observation::Acceleration {
+            translation: columns(&reading),
+            gravity: feels_gravity.then(tilt),
+            delay: T::from_f64(calibration.delay),
+        };
         let tool = (mounting.tool_mass > 0.0).then(|| ToolTerms {
             inertia: columns(&(mounting.centres(chain) * mounting.tool_mass)),
             weight: columns(&(tilts(chain, &mounting.force_axes) * mounting.tool_mass)),
         });
         Ok(Self {
-            joints,
-            force_loads: columns(&force),
-            reading: columns(&reading),
-            tilt: if strapdown { columns(&tilt) } else { [[T::default(); DOF]; 3] },
             collocated: reading == force
                 && tool.is_none()
-                && !strapdown
+                && !feels_gravity
                 && calibration.delay == 0.0,
             tool,
-            gravity,
-            strapdown,
-            delay: T::from_f64(calibration.delay),
-            masses: false,
+            ..Self::observing(observation, &force, chain, bushings)?
         })
     }
 
-    /// Terms of the chain at rest under a wrench (N and Nm on the TCP, along its axes). At s = 0 the acceleration of a
-    /// response to a force of 1 along the first axis is the displacement of the TCP.
-    pub(crate) fn at_rest(
+    /// Terms of a static test: the force of 1 along the first axis is the wrench (N and Nm on the TCP, along its axes), and
+    /// the displacement of the TCP along its axes is observed.
+    pub(crate) fn static_test(
         chain: &LinearChain,
         bushings: &[Bushing],
         wrench: &[f64; 6],
@@ -140,13 +126,35 @@ impl<T: Scalar> Terms<T> {
             + chain.tip_torque * Vector3::new(mx, my, mz);
         let mut force = SMatrix::<f64, 6, 3>::zeros();
         force.set_column(0, &load);
+        let observation = Observation::Displacement(columns(&chain.tip_force));
+        Self::observing(observation, &force, chain, bushings)
+    }
+
+    /// Terms without a tool.
+    fn observing(
+        observation: Observation<T>,
+        force: &SMatrix<f64, 6, 3>,
+        chain: &LinearChain,
+        bushings: &[Bushing],
+    ) -> Result<Self, LinearisationError> {
+        if chain.joints.len() != bushings.len() {
+            return Err(LinearisationError::Bushings(bushings.len()));
+        }
+        let joints = chain.joints.iter().zip(bushings);
         Ok(Self {
-            force_loads: columns(&force),
-            tilt: columns(&chain.tip_force),
-            // At any frequency, also at s = 0, a strapdown accelerometer reads the loads in `tilt`.
-            strapdown: true,
-            ..Self::new(chain, bushings, false)?
+            joints: joints.map(|(joint, bushing)| JointTerms::new(joint, bushing)).collect(),
+            force_loads: columns(force),
+            observation,
+            tool: None,
+            collocated: false,
+            gravity: chain.gravity_at_tip != Vector3::zeros(),
+            masses: false,
         })
+    }
+
+    /// Whether gravity shows in what is observed.
+    pub(crate) fn feels_gravity(&self) -> bool {
+        matches!(self.observation, Observation::Acceleration { gravity: Some(_), .. })
     }
 
     /// The same terms, with which a response also computes [`Response::per_mass`](super::Response::per_mass).
@@ -183,6 +191,6 @@ impl<T: Scalar> JointTerms<T> {
     }
 }
 
-fn columns<T: Scalar>(matrix: &SMatrix<f64, 6, 3>) -> [[T; DOF]; 3] {
+fn columns<T: Scalar>(matrix: &SMatrix<f64, 6, 3>) -> Loads<T> {
     core::array::from_fn(|j| core::array::from_fn(|i| T::from_f64(matrix[(i, j)])))
 }

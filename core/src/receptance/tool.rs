@@ -7,7 +7,7 @@
 //! F = F_m + Wᵀ η,   η = Z⁻¹ (P F + γ)      ⇒      F − F_m = M Wᵀ Z⁻¹ (P F_m + γ),   M = (I − Wᵀ U)⁻¹
 //! ```
 //!
-//! The reading r per measured force is therefore `G = rᵀ U M`, and its adjoint is `Z⁻¹ (r + W Gᵀ)`. With this adjoint and the
+//! The observation r per measured force is therefore `G = rᵀ U M`, and its adjoint is `Z⁻¹ (r + W Gᵀ)`. With this adjoint and the
 //! force that cuts, all derivatives have the same form as without a tool.
 
 use super::complex::{Column, Complex};
@@ -71,7 +71,7 @@ impl<V: Lanes> ToolReaction<V> {
         self.amplification = inverse(&remaining);
     }
 
-    /// `G = G_c M`: reading per measured force, from the reading G_c per force that cuts.
+    /// `G = G_c M`: observation per measured force, from the observation G_c per force that cuts.
     #[inline(always)]
     pub(super) fn per_measured_force(&self, per_cutting_force: &Square<V>) -> Square<V> {
         let (g, m) = (per_cutting_force, &self.amplification);
@@ -86,19 +86,19 @@ impl<V: Lanes> ToolReaction<V> {
         per_measured_force
     }
 
-    /// `r ← r + W Gᵀ`: adds the reaction to the loads of the readings. `displacements` are U.
+    /// `r ← r + W Gᵀ`: adds the reaction to the loads of the observations. `displacements` are U.
     #[inline(always)]
-    pub(super) fn add_to_readings(
+    pub(super) fn add_to_observations(
         &self,
         displacements: &[Column<V>; 3],
-        readings: &mut [Column<V>; 3],
+        observations: &mut [Column<V>; 3],
     ) {
-        let per_force = self.per_measured_force(&products(readings, displacements));
+        let per_force = self.per_measured_force(&products(observations, displacements));
         for axis in 0..3 {
             for force in 0..3 {
                 for i in 0..DOF {
-                    readings[axis][i] =
-                        readings[axis][i].add_mul(per_force[axis][force], self.loads[force][i]);
+                    let load = &mut observations[axis][i];
+                    *load = load.add_mul(per_force[axis][force], self.loads[force][i]);
                 }
             }
         }

@@ -68,7 +68,7 @@ impl Kernel<f64> for Assembly<'_> {
     fn run<V: Lanes<Scalar = f64>>(self, like: V) -> Residuals {
         let Self { terms, record, sought, calibration, unknowns: wanted, normal, level } = self;
         let joints = terms.joints.len();
-        let seam_columns = unknowns(joints, terms.strapdown);
+        let seam_columns = unknowns(joints, terms.feels_gravity());
         let all = wanted != Unknowns::Seam;
         let columns = seam_columns + if all { sought.unknowns() } else { 0 };
         let derivatives = Derivatives::new(sought, calibration, seam_columns);
@@ -93,9 +93,9 @@ impl Kernel<f64> for Assembly<'_> {
             let mut unexplained = [[[0.0; 2]; 3]; WIDEST];
             let mut weights = [Whitening::default(); WIDEST];
             let mut force_error = [[[0.0; WIDEST]; 2]; 3];
-            let reading = response.acceleration.map(spill);
+            let reading = response.observed.map(spill);
             let mut accelerance = [[[[0.0; WIDEST]; 2]; 3]; 3];
-            for (spilled, row) in accelerance.iter_mut().zip(&response.accelerance) {
+            for (spilled, row) in accelerance.iter_mut().zip(&response.per_force) {
                 *spilled = row.map(spill);
             }
             for lane in 0..lanes {

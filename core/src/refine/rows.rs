@@ -100,17 +100,17 @@ impl<'a> Derivatives<'a> {
         batch: &Batch<V>,
     ) -> Complex<V> {
         let like = batch.s.re;
-        let reading = response.acceleration[axis];
+        let reading = response.observed[axis];
         match coordinate {
             Coordinate::Delay => -(batch.s * reading),
             Coordinate::AccelerationGain(own) if own == axis => reading,
-            Coordinate::ForceGain(push) => -(response.accelerance[axis][push] * batch.force[push]),
+            Coordinate::ForceGain(push) => -(response.per_force[axis][push] * batch.force[push]),
             Coordinate::Misalignment(about) => {
                 let row = self.turning[about].row(axis);
                 let mut sum = Complex::zero(like);
                 for other in 0..3 {
                     let entry = like.fill(row[other]);
-                    sum = sum.add_mul_real(response.acceleration[other], entry);
+                    sum = sum.add_mul_real(response.observed[other], entry);
                 }
                 sum
             }

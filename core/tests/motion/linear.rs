@@ -138,7 +138,7 @@ fn errors(
             .map(|row| row[0] * pushed[0] + row[1] * pushed[1] + row[2] * pushed[2]);
         let [fixed, turning] = [&inertial, &strapdown].map(|terms| {
             response.evaluate(terms, s, &pushed, None);
-            response.acceleration
+            response.observed
         });
         for (quantity, expected) in [moved, fixed, turning].into_iter().enumerate() {
             let found = transform(&seen[quantity], s);
@@ -207,7 +207,7 @@ fn sensors_elsewhere_read_what_the_response_says() {
             let [measured, found] = seen.each_ref().map(|series| transform(series, s));
             response.evaluate(&terms, s, &measured, None);
             for axis in 0..3 {
-                let gap = found[axis] - response.acceleration[axis];
+                let gap = found[axis] - response.observed[axis];
                 powers[axis][0] += gap.re * gap.re + gap.im * gap.im;
                 powers[axis][1] += found[axis].re.powi(2) + found[axis].im.powi(2);
             }

@@ -80,7 +80,7 @@ proptest! {
         let batch = Batch { s, inverse_s, force, powers: [[1.0; ORDERS]; WIDEST] };
         let mut rows = [[[0.0; COLUMNS]; 6]];
         Derivatives::new(&sought, &calibration, 0).write(&mut rows, &response, &terms, &batch);
-        let size = response.acceleration.iter().map(|a| libm::hypot(a.re, a.im)).fold(0.0, f64::max);
+        let size = response.observed.iter().map(|a| libm::hypot(a.re, a.im)).fold(0.0, f64::max);
         for (index, unknown) in sought.nuisances() {
             const STEP: f64 = 1e-5;
             let moved = |by: f64| {
@@ -92,7 +92,7 @@ proptest! {
                     Coordinate::Misalignment(axis) => moved.misalignment[axis] += by,
                     other => unreachable!("{other:?} is not sought"),
                 }
-                respond(&moved).2.acceleration
+                respond(&moved).2.observed
             };
             let (up, down) = (moved(STEP), moved(-STEP));
             for axis in 0..3 {

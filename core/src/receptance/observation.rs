@@ -1,0 +1,61 @@
+//! What is observed of the last link: the reading of an accelerometer, or a displacement.
+
+use super::complex::{Column, Complex};
+use super::lanes::{Lanes, Scalar};
+use crate::DOF;
+
+/// Three loads on the last link. By reciprocity the displacement that belongs to a load is one that is observed.
+pub(crate) type Loads<T> = [[T; DOF]; 3];
+
+/// What a response observes along three axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Observation<T> {
+    /// Reading of an accelerometer, m/s²: `s²` times a translation plus what gravity adds, later by the delay.
+    Acceleration {
+        /// Loads whose displacements are the translations of the accelerometer along its axes.
+        translation: Loads<T>,
+        /// Loads whose displacements are the changes of gravity along the axes; `None` if it does not feel gravity.
+        gravity: Option<Loads<T>>,
+        /// Delay of the reading after the force, s.
+        delay: T,
+    },
+    /// Displacement, m. The loads are those whose displacements it is.
+    Displacement(Loads<T>),
+}
+
+impl<T: Scalar> Observation<T> {
+    /// Loads whose displacements are the observation at the complex frequency `s`, one column per axis.
+    #[inline(always)]
+    pub(super) fn loads<V: Lanes<Scalar = T>>(&self, s: Complex<V>, loads: &mut [Column<V>; 3]) {
+        match self {
+            Self::Acceleration { translation, gravity, delay } => {
+                let s2 = s * s;
+                let delayed = delay.to_f64() != 0.0;
+                let mut lag = s;
+                if delayed {
+                    lag = (-s.scale(s.re.fill(*delay))).exponential();
+                }
+                for axis in 0..3 {
+                    for i in 0..DOF {
+                        let mut load = s2.scale(s.re.fill(translation[axis][i]));
+                        if let Some(gravity) = gravity {
+                            load.re = load.re + s.re.fill(gravity[axis][i]);
+                        }
+                        if delayed {
+                            load = load * lag;
+                        }
+                        loads[axis][i] = load;
+                    }
+                }
+            }
+            Self::Displacement(displacement) => {
+                for axis in 0..3 {
+                    for i in 0..DOF {
+                        loads[axis][i] = Complex::zero(s.re);
+                        loads[axis][i].re = s.re.fill(displacement[axis][i]);
+                    }
+                }
+            }
+        }
+    }
+}
