@@ -24,6 +24,7 @@ pub mod parameters;
 pub mod receptance;
 pub mod refine;
 pub mod search;
+pub mod sensors;
 pub mod spectrum;
 pub mod statics;
 pub mod stream;

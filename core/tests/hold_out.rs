@@ -3,6 +3,7 @@
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::{Complex, Terms};
 use flexid_core::refine::Agreement;
+use flexid_core::sensors::Sensors;
 use flexid_core::spectrum::{Experiment, Measurement, Spectrum};
 
 use crate::common::fits::{parameters, problem, refine};
@@ -44,7 +45,7 @@ fn dynamic(z: Complex<f64>) -> Dynamic {
 /// How a robot of these bushings agrees with a record whose seam alone is fitted, by a dense least-squares solve.
 fn agreement(bushings: &Bushings, experiment: &Experiment<BINS>) -> Agreement {
     let linear = mill3().linearise(&experiment.pose, Vector3::zeros(), bushings).unwrap();
-    let terms = Terms::new(&linear, bushings, false).unwrap();
+    let terms = Terms::new(&linear, bushings, &Sensors::default()).unwrap();
     let loads = 6 * bushings.len();
     let columns = 2 * loads + 6;
     let bins = experiment.bins();

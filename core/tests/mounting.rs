@@ -9,7 +9,8 @@ use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::gradient::PerDof;
 use flexid_core::receptance::{Complex, Terms, accelerance};
-use flexid_core::spectrum::{Accelerometer, Experiment, Measurement};
+use flexid_core::sensors::{Accelerometer, Sensors};
+use flexid_core::spectrum::{Experiment, Measurement};
 use flexid_core::unknowns::Sought;
 
 use crate::common::fits::{
@@ -60,9 +61,9 @@ impl Case {
         Dense::new(&self.chain, &self.pose, self.gravity, &sag)
     }
 
-    fn terms(&self, strapdown: bool) -> Terms<f64> {
-        let ideal = Calibration::default();
-        Terms::mounted(&self.linear, &self.bushings, strapdown, &self.mounting, &ideal).unwrap()
+    fn terms(&self, accelerometer: Accelerometer) -> Terms<f64> {
+        let sensors = Sensors { accelerometer, mounting: self.mounting, ..Sensors::default() };
+        Terms::new(&self.linear, &self.bushings, &sensors).unwrap()
     }
 }
 
@@ -87,7 +88,7 @@ impl DenseSensors {
         dense: &Dense,
         bushings: &Bushings,
         mounting: &Mounting,
-        strapdown: bool,
+        accelerometer: Accelerometer,
         s: Dynamic,
     ) -> Self {
         let tip = dense.tip();
@@ -95,14 +96,17 @@ impl DenseSensors {
         // Of a point p, θ × p; of gravity, θ × g.
         let at = |point: &Vector3<f64>| slide - point.cross_matrix() * turn;
         let tilt = -dense.gravity_at_tip().cross_matrix() * turn;
-        let felt = if strapdown { tilt.clone() } else { 0.0 * &tilt };
+        let felt = match accelerometer {
+            Accelerometer::Strapdown => tilt.clone(),
+            Accelerometer::Inertial => 0.0 * &tilt,
+        };
         let complex = |matrix: &Matrix3xX<f64>| matrix.map(Dynamic::from);
-        let accelerometer = mounting.accelerometer_axes.matrix().transpose();
-        let at_rest = complex(&(accelerometer * at(&mounting.accelerometer)));
+        let axes = mounting.accelerometer_axes.matrix().transpose();
+        let at_rest = complex(&(axes * at(&mounting.accelerometer)));
         let centre = complex(&at(&mounting.tool_centre)) * (s * s) + complex(&tilt);
         Self {
             stiffness: dense.compliance(bushings, s).try_inverse().expect("it is an inverse"),
-            reading: at_rest * (s * s) + complex(&(accelerometer * felt)),
+            reading: at_rest * (s * s) + complex(&(axes * felt)),
             taken: centre * Dynamic::from(mounting.tool_mass),
             push: complex(&slide.into_owned()).transpose(),
             force_axes: mounting.force_axes.matrix().map(Dynamic::from),
@@ -136,15 +140,16 @@ fn equals_a_dense_solve() {
     let mut worst = 0.0_f64;
     for seed in 0..300 {
         let gravity = if seed % 3 == 0 { Vector3::zeros() } else { EARTH };
-        let strapdown = seed % 3 == 1;
+        let accelerometer =
+            if seed % 3 == 1 { Accelerometer::Strapdown } else { Accelerometer::Inertial };
         let joints = 1 + (seed % 7) as usize;
         let case = Case::new(seed, joints, gravity);
         let s = dynamic(case.s);
         let sensors =
-            DenseSensors::new(&case.dense(), &case.bushings, &case.mounting, strapdown, s);
+            DenseSensors::new(&case.dense(), &case.bushings, &case.mounting, accelerometer, s);
         let seam: Vec<Dynamic> =
             case.seam[..joints].iter().flatten().map(|&load| dynamic(load)).collect();
-        let terms = case.terms(strapdown);
+        let terms = case.terms(accelerometer);
         let ours = respond(&terms, case.s, &case.force, &case.seam);
         let expected = sensors.read(&case.force.map(dynamic), &seam);
         for axis in 0..3 {
@@ -175,7 +180,7 @@ proptest! {
     #[test]
     fn gradient_equals_finite_differences(seed in 0_u64..10_000, joints in 1_usize..=7) {
         let case = Case::new(seed, joints, EARTH);
-        let terms = case.terms(true);
+        let terms = case.terms(Accelerometer::Strapdown);
         let reading = |bushings: &Bushings, seam: &PerDof<f64>| {
             let mut moved = terms.clone();
             moved.set_bushings(bushings);
@@ -220,7 +225,8 @@ proptest! {
         let calibration = Calibration { delay: 2e-3, misalignment: [0.1, -0.2, 0.3], ..Calibration::default() };
         let at = |scale: &[f64]| {
             let linear = case.chain.weighing(scale).linearise(&case.pose, case.gravity, &case.bushings).unwrap();
-            let terms = Terms::mounted(&linear, &case.bushings, false, &case.mounting, &calibration).unwrap();
+            let sensors = Sensors { mounting: case.mounting, calibration, ..Sensors::default() };
+            let terms = Terms::new(&linear, &case.bushings, &sensors).unwrap();
             respond(&terms.with_masses(), case.s, &case.force, &case.seam)
         };
         let here = at(&vec![1.0; joints]);
@@ -296,7 +302,8 @@ fn the_searchs_loss_equals_a_dense_one() {
             let mut sums = [0.0; 3];
             for bin in 0..spectra.bins {
                 let s = Dynamic::new(spectra.alpha.into(), spectra.omega[bin].into());
-                let sensors = DenseSensors::new(&dense, &bushings, &mounting, true, s);
+                let sensors =
+                    DenseSensors::new(&dense, &bushings, &mounting, Accelerometer::Strapdown, s);
                 let at = |spectrum: &flexid_core::spectrum::Spectrum<BINS>| {
                     std::array::from_fn(|axis| {
                         Dynamic::new(spectrum.re[axis][bin].into(), spectrum.im[axis][bin].into())

@@ -8,6 +8,7 @@ use flexid_core::parameters::Bushings;
 use flexid_core::receptance::gradient::PerDof;
 use flexid_core::receptance::lanes::Scalar;
 use flexid_core::receptance::{Complex, Terms, receptance};
+use flexid_core::sensors::{Accelerometer, Sensors};
 
 use crate::common::{Dense, Random, respond};
 use nalgebra::Vector3;
@@ -20,6 +21,10 @@ struct Case {
     linear: LinearChain,
     bushings: Bushings,
     s: Complex<f64>,
+}
+
+fn strapdown() -> Sensors {
+    Sensors { accelerometer: Accelerometer::Strapdown, ..Sensors::default() }
 }
 
 fn case(seed: u64, joints: usize, gravity: Vector3<f64>) -> Case {
@@ -41,7 +46,10 @@ fn full(packed: [Complex<f64>; 6]) -> [[nalgebra::Complex<f64>; 3]; 3] {
 fn dense_error(case: &Case) -> f64 {
     let s = nalgebra::Complex::new(case.s.re, case.s.im);
     let reference = case.dense.receptance(&case.bushings, s);
-    let ours = full(receptance(&Terms::new(&case.linear, &case.bushings, false).unwrap(), case.s));
+    let ours = full(receptance(
+        &Terms::new(&case.linear, &case.bushings, &Sensors::default()).unwrap(),
+        case.s,
+    ));
     let size = reference.iter().map(|h| h.norm()).fold(0.0, f64::max);
     let mut error = 0.0_f64;
     for a in 0..3 {
@@ -102,7 +110,7 @@ fn jacobian_equals_the_dense_one() {
 
 fn is_reciprocal(seed: u64, joints: usize) -> Result<(), TestCaseError> {
     let case = case(seed, joints, EARTH);
-    let terms = Terms::new(&case.linear, &case.bushings, false).unwrap();
+    let terms = Terms::new(&case.linear, &case.bushings, &Sensors::default()).unwrap();
     let none = [[Complex::default(); 6]; 7];
     let full = respond(&terms, case.s, &[Complex::default(); 3], &none).per_force;
     let size = full.iter().flatten().map(|h| h.re.hypot(h.im)).fold(0.0, f64::max);
@@ -126,10 +134,10 @@ fn has_exact_mass_derivatives(seed: u64, joints: usize) -> Result<(), TestCaseEr
     let seam: PerDof<f64> = std::array::from_fn(|_| std::array::from_fn(|_| complex(50.0)));
     let calibration =
         Calibration { delay: 2e-3, misalignment: [0.1, -0.2, 0.3], ..Calibration::default() };
+    let sensors = Sensors { calibration, ..Sensors::default() };
     let at = |scale: &[f64]| {
         let linear = chain.weighing(scale).linearise(&pose, Vector3::zeros(), &bushings).unwrap();
-        let terms =
-            Terms::calibrated(&linear, &bushings, false, &calibration).unwrap().with_masses();
+        let terms = Terms::new(&linear, &bushings, &sensors).unwrap().with_masses();
         respond(&terms, s, &force, &seam)
     };
     let here = at(&vec![1.0; joints]);
@@ -160,7 +168,7 @@ fn has_an_exact_gradient(seed: u64, joints: usize) -> Result<(), TestCaseError> 
         |size: f64| Complex { re: random.uniform(-size, size), im: random.uniform(-size, size) };
     let force: [Complex<f64>; 3] = std::array::from_fn(|_| complex(100.0));
     let seam: PerDof<f64> = std::array::from_fn(|_| std::array::from_fn(|_| complex(50.0)));
-    let terms = Terms::new(&case.linear, &case.bushings, true).unwrap();
+    let terms = Terms::new(&case.linear, &case.bushings, &strapdown()).unwrap();
     let reading = |bushings: &Bushings, seam: &PerDof<f64>| {
         let mut moved = terms.clone();
         moved.set_bushings(bushings);
@@ -239,8 +247,8 @@ proptest! {
         let calibration = Calibration { delay, misalignment: turn, acceleration_gain: gain, ..Calibration::default() };
         let force = [Complex { re: 3.0, im: 1.0 }; 3];
         let none = [[Complex::default(); 6]; 7];
-        let ideal = respond(&Terms::new(&case.linear, &case.bushings, true).unwrap(), case.s, &force, &none).observed;
-        let terms = Terms::calibrated(&case.linear, &case.bushings, true, &calibration).unwrap();
+        let ideal = respond(&Terms::new(&case.linear, &case.bushings, &strapdown()).unwrap(), case.s, &force, &none).observed;
+        let terms = Terms::new(&case.linear, &case.bushings, &Sensors { calibration, ..strapdown() }).unwrap();
         let real = respond(&terms, case.s, &force, &none).observed;
         let back = nalgebra::Rotation3::new(turn.into()).inverse();
         let s = nalgebra::Complex::new(case.s.re, case.s.im);
@@ -265,7 +273,7 @@ proptest! {
     #[test]
     fn strapdown_feels_gravity(seed in 0_u64..10_000, joints in 1_usize..=4) {
         let case = case(seed, joints, EARTH);
-        let terms = Terms::new(&case.linear, &case.bushings, true).unwrap();
+        let terms = Terms::new(&case.linear, &case.bushings, &strapdown()).unwrap();
         let none = [[Complex::default(); 6]; 7];
         let s = nalgebra::Complex::new(case.s.re, case.s.im);
         let tip = case.dense.tip().map(nalgebra::Complex::from);
@@ -290,11 +298,15 @@ fn single_precision_agrees_with_double() {
     for seed in 0..200 {
         let mut case = case(seed, 1 + (seed % 7) as usize, Vector3::zeros());
         case.s.re = 1.7;
-        let double =
-            receptance(&Terms::<f64>::new(&case.linear, &case.bushings, false).unwrap(), case.s);
+        let double = receptance(
+            &Terms::<f64>::new(&case.linear, &case.bushings, &Sensors::default()).unwrap(),
+            case.s,
+        );
         let s = Complex { re: case.s.re as f32, im: case.s.im as f32 };
-        let single =
-            receptance(&Terms::<f32>::new(&case.linear, &case.bushings, false).unwrap(), s);
+        let single = receptance(
+            &Terms::<f32>::new(&case.linear, &case.bushings, &Sensors::default()).unwrap(),
+            s,
+        );
         let size = double.iter().map(|h| h.re.hypot(h.im)).fold(0.0, f64::max);
         for (a, b) in double.iter().zip(&single) {
             worst = worst.max((a.re - b.re.to_f64()).hypot(a.im - b.im.to_f64()) / size);
@@ -320,7 +332,7 @@ fn gravity_has_little_share_in_mass_derivatives() {
             let at = |scale: &[f64]| {
                 let linear = chain.weighing(scale).linearise(&pose, EARTH, &bushings).unwrap();
                 respond(
-                    &Terms::new(&linear, &bushings, true).unwrap().with_masses(),
+                    &Terms::new(&linear, &bushings, &strapdown()).unwrap().with_masses(),
                     s,
                     &force,
                     &none,

@@ -3,7 +3,8 @@
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::parameters::{Bounds, Bushings};
 use flexid_core::refine::{Fit, Refinement};
-use flexid_core::spectrum::{Accelerometer, Experiment, Measurement};
+use flexid_core::sensors::Accelerometer;
+use flexid_core::spectrum::{Experiment, Measurement};
 
 use crate::common::fits::{
     self, assert_within_the_intervals, mean_square, parameters, problem, scores,

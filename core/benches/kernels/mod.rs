@@ -7,6 +7,7 @@ pub(crate) mod counted;
 use fearless_simd::Level;
 use flexid_core::receptance::lanes::{Kernel, Lanes, Precision, Scalar};
 use flexid_core::receptance::{Complex, Response, Terms, receptance};
+use flexid_core::sensors::Sensors;
 use flexid_core::{DOF, MAX_JOINTS};
 use nalgebra::Vector3;
 
@@ -35,7 +36,7 @@ impl<T: Precision> Bins<T> {
             (random.chain(joints), random.bushings(joints), random.pose(joints));
         let linear = chain.linearise(&pose, Vector3::zeros(), &bushings).unwrap();
         let omega = (1..=BINS).map(|bin| T::from_f64(SPACING * bin as f64)).collect();
-        Self { joints, terms: Terms::new(&linear, &bushings, false).unwrap(), omega }
+        Self { joints, terms: Terms::new(&linear, &bushings, &Sensors::default()).unwrap(), omega }
     }
 }
 

@@ -24,7 +24,7 @@ use crate::receptance::Terms;
 use crate::refine::compliance;
 use crate::refine::proposal::least_within;
 use crate::refine::{ParameterNormal, Problem};
-use crate::spectrum::{Accelerometer, Experiment};
+use crate::spectrum::Experiment;
 use crate::unknowns::Coordinates;
 
 /// Number of levels below the whole band, half an octave each. The first level ends at a 128th of the highest frequency,
@@ -217,12 +217,9 @@ fn sagged<const B: usize>(
 ) -> Terms<f32> {
     let Problem { measurement, .. } = *problem;
     let calibration = Calibration::default();
-    let strapdown = measurement.accelerometer == Accelerometer::Strapdown;
     problem
         .linearise(&experiment.pose, bushings, &calibration)
-        .and_then(|linear| {
-            Terms::mounted(&linear, bushings, strapdown, &measurement.mounting, &calibration)
-        })
+        .and_then(|linear| Terms::new(&linear, bushings, &measurement.sensors(&calibration)))
         .unwrap_or_else(|_| {
             let mut terms = experiment.search.terms.clone();
             terms.set_bushings(bushings);

@@ -10,7 +10,8 @@ use super::*;
 use crate::linear::normal::Normal;
 use crate::mounting::Mounting;
 use crate::refine::tests::{BINS, SAMPLES, bounds, bushings, chain, problem, record, sought};
-use crate::spectrum::{Accelerometer, Measurement};
+use crate::sensors::Accelerometer;
+use crate::spectrum::Measurement;
 use crate::unknowns::MAX_UNKNOWNS;
 
 proptest! {

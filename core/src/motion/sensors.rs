@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::{EquationOfMotion, Loads, State};
 use crate::mounting::Mounting;
-use crate::spectrum::Accelerometer;
+use crate::sensors::Accelerometer;
 
 /// Readings of both sensors at one instant, less their readings at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -8,10 +8,10 @@ use super::observation::{Loads, Observation};
 use super::symmetric::{PACKED, at};
 use super::to_parent::{ToParent, rows};
 use super::tool::ToolTerms;
-use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearJoint, LinearisationError};
-use crate::mounting::{Mounting, tilts};
+use crate::mounting::tilts;
 use crate::parameters::Bushing;
+use crate::sensors::Sensors;
 use crate::{DOF, MAX_JOINTS};
 
 /// One joint in the form that the recursion needs. Fields without a comment are those of [`LinearJoint`] and [`Bushing`].
@@ -48,8 +48,9 @@ pub struct Terms<T> {
 }
 
 impl<T: Scalar> Terms<T> {
-    /// Terms of a linearised chain with one bushing per joint, base first. A `strapdown` accelerometer turns with the TCP and
-    /// feels gravity: it reads `a + θ × g`, less its reading at rest.
+    /// Terms of a linearised chain with one bushing per joint, base first, that observe the accelerometer's reading. A strapdown
+    /// accelerometer reads `a + θ × g`, less its reading at rest. The caller applies the masses of the calibration to the chain,
+    /// and its force gains to the force.
     ///
     /// # Errors
     ///
@@ -57,43 +58,14 @@ impl<T: Scalar> Terms<T> {
     pub fn new(
         chain: &LinearChain,
         bushings: &[Bushing],
-        strapdown: bool,
+        sensors: &Sensors,
     ) -> Result<Self, LinearisationError> {
-        Self::calibrated(chain, bushings, strapdown, &Calibration::default())
-    }
-
-    /// Terms of a chain whose sensors have the errors in `calibration`. The caller applies the masses of `calibration` to the chain,
-    /// and its force gains to the force.
-    ///
-    /// # Errors
-    ///
-    /// As [`Terms::new`].
-    pub fn calibrated(
-        chain: &LinearChain,
-        bushings: &[Bushing],
-        strapdown: bool,
-        calibration: &Calibration,
-    ) -> Result<Self, LinearisationError> {
-        Self::mounted(chain, bushings, strapdown, &Mounting::AT_TCP, calibration)
-    }
-
-    /// Terms of a chain whose sensors have this `mounting`. The misalignment turns the accelerometer further, about its own axes.
-    ///
-    /// # Errors
-    ///
-    /// As [`Terms::new`].
-    pub fn mounted(
-        chain: &LinearChain,
-        bushings: &[Bushing],
-        strapdown: bool,
-        mounting: &Mounting,
-        calibration: &Calibration,
-    ) -> Result<Self, LinearisationError> {
+        let Sensors { accelerometer, mounting, calibration } = sensors;
         let gain = Matrix3::from_diagonal(&calibration.acceleration_gain.into());
         let turned = Rotation3::new(calibration.misalignment.into()).matrix() * gain;
         let reading = mounting.readings(chain) * turned;
         let force = mounting.forces(chain);
-        let feels_gravity = strapdown && chain.gravity_at_tip != Vector3::zeros();
+        let feels_gravity = accelerometer.feels(&chain.gravity_at_tip);
         let tilt = || columns(&(tilts(chain, &mounting.accelerometer_axes) * turned));
         let observation = Observation::Acceleration {
             translation: columns(&reading),

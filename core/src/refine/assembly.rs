@@ -9,7 +9,7 @@ use super::summary::Summary;
 use super::{Problem, Refinement};
 use crate::chain::linearise::LinearisationError;
 use crate::receptance::Terms;
-use crate::spectrum::{Accelerometer, Experiment};
+use crate::spectrum::Experiment;
 
 /// What a seam's unknowns cost, as a part of what they explain: with many joints some hardly differ in the band,
 /// and would grow without bound against each other.
@@ -108,9 +108,7 @@ impl Refinement {
         let bushings = self.bushings(sought);
         let calibration = self.calibration(sought);
         let linear = problem.linearise(&experiment.pose, &bushings, &calibration)?;
-        let strapdown = measurement.accelerometer == Accelerometer::Strapdown;
-        let mounting = &measurement.mounting;
-        let mut terms = Terms::mounted(&linear, &bushings, strapdown, mounting, &calibration)?;
+        let mut terms = Terms::new(&linear, &bushings, &measurement.sensors(&calibration))?;
         if sought.seeks_masses() {
             terms = terms.with_masses();
         }

@@ -14,7 +14,7 @@ use crate::calibration::Nuisances;
 use crate::chain::{Joint, JointKind, Link};
 use crate::mounting::Mounting;
 use crate::parameters::Bushing;
-use crate::spectrum::Accelerometer;
+use crate::sensors::Accelerometer;
 use crate::stream::Record;
 use crate::unknowns::Coordinate;
 

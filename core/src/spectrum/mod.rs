@@ -16,22 +16,15 @@ use core::f64::consts::TAU;
 use heapless::Vec;
 
 use crate::MAX_JOINTS;
+use crate::calibration::Calibration;
 use crate::chain::Chain;
 use crate::mounting::Mounting;
 use crate::noise::NoiseShape;
 use crate::refine::seam::Seam;
+use crate::sensors::{Accelerometer, Sensors};
 use crate::stream::Record;
 use nalgebra::Vector3;
 use search::SearchSpectra;
-
-/// Kind of accelerometer: how its axes move, and whether it measures gravity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Accelerometer {
-    /// The axes stay fixed in space. Gravity is not in the reading, or has been removed.
-    Inertial,
-    /// The axes turn with the tool. Gravity is in the reading; the reading at rest has been removed.
-    Strapdown,
-}
 
 /// Fitted band, gravity and sensors of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -222,6 +215,15 @@ impl Measurement {
 
     /// Whether gravity shows in the accelerometer's reading as it turns.
     pub(crate) fn feels_gravity(&self) -> bool {
-        self.accelerometer == Accelerometer::Strapdown && self.gravity() != Vector3::zeros()
+        self.accelerometer.feels(&self.gravity())
+    }
+
+    /// The sensors with the errors in `calibration`.
+    pub(crate) fn sensors(&self, calibration: &Calibration) -> Sensors {
+        Sensors {
+            accelerometer: self.accelerometer,
+            mounting: self.mounting,
+            calibration: *calibration,
+        }
     }
 }

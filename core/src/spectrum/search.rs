@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use heapless::Vec;
 
-use super::{Accelerometer, Measurement, Spectrum, SpectrumError, fft};
+use super::{Measurement, Spectrum, SpectrumError, fft};
 use crate::calibration::Calibration;
 use crate::chain::Chain;
 use crate::chain::jacobian::Jacobian;
@@ -96,10 +96,8 @@ impl<const B: usize> SearchSpectra<B> {
         let wrong_pose = |_| SpectrumError::Pose(record.pose.len());
         let linear =
             chain.linearise(&record.pose, measurement.gravity(), &bushings).map_err(wrong_pose)?;
-        let strapdown = measurement.accelerometer == Accelerometer::Strapdown;
-        let mounting = &measurement.mounting;
-        let calibration = Calibration::default();
-        let terms = Terms::mounted(&linear, &bushings, strapdown, mounting, &calibration);
+        let sensors = measurement.sensors(&Calibration::default());
+        let terms = Terms::new(&linear, &bushings, &sensors);
         Ok(Self {
             alpha: alpha as f32,
             omega,
@@ -107,7 +105,7 @@ impl<const B: usize> SearchSpectra<B> {
             acceleration,
             bins: thinned,
             terms: terms.map_err(wrong_pose)?,
-            jacobian: linear.jacobian_of(mounting.readings(&linear)),
+            jacobian: linear.jacobian_of(measurement.mounting.readings(&linear)),
         })
     }
 

@@ -335,7 +335,7 @@ pub(crate) const MEASUREMENT: flexid_core::spectrum::Measurement =
     flexid_core::spectrum::Measurement {
         band_hz: [2.0, 200.0],
         gravity: [0.0; 3],
-        accelerometer: flexid_core::spectrum::Accelerometer::Inertial,
+        accelerometer: flexid_core::sensors::Accelerometer::Inertial,
         mounting: Mounting::AT_TCP,
     };
 

@@ -5,7 +5,7 @@ use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::motion::radau::Radau;
 use flexid_core::motion::{EquationOfMotion, State};
 use flexid_core::parameters::Bushing;
-use flexid_core::spectrum::Accelerometer::Inertial;
+use flexid_core::sensors::Accelerometer::Inertial;
 use nalgebra::{Matrix3, Translation3, Vector3, Vector6};
 
 use crate::common::{EXPERIMENTS, Random, mill3, nominal};

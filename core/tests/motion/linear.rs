@@ -9,12 +9,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use flexid_core::calibration::Calibration;
 use flexid_core::motion::EquationOfMotion;
 use flexid_core::motion::radau::Radau;
 use flexid_core::mounting::Mounting;
 use flexid_core::receptance::{Complex, Response, Terms, receptance};
-use flexid_core::spectrum::Accelerometer::{self, Inertial, Strapdown};
+use flexid_core::sensors::Accelerometer::{self, Inertial, Strapdown};
+use flexid_core::sensors::Sensors;
 use nalgebra::{Rotation3, Vector3};
 
 use crate::common::milling::{RATE, SAMPLES, cut};
@@ -124,8 +124,10 @@ fn errors(
 ) -> [[f64; 3]; QUANTITIES] {
     let (pose, ..) = EXPERIMENTS[experiment];
     let linear = mill3().linearise(&pose, gravity, &nominal()).unwrap();
-    let [inertial, strapdown] =
-        [false, true].map(|strapdown| Terms::new(&linear, &nominal(), strapdown).unwrap());
+    let [inertial, strapdown] = [Inertial, Strapdown].map(|accelerometer| {
+        let sensors = Sensors { accelerometer, ..Sensors::default() };
+        Terms::new(&linear, &nominal(), &sensors).unwrap()
+    });
     let force: Vec<_> = force.iter().map(|&force| force.into()).collect();
     let seconds = SAMPLES as f64 / RATE;
     let mut powers = [[[0.0; 2]; 3]; QUANTITIES];
@@ -197,8 +199,8 @@ fn sensors_elsewhere_read_what_the_response_says() {
             seen.iter_mut().zip(other).for_each(|(seen, other)| *seen = 0.5 * (*seen - other));
         }
         let linear = mill3().linearise(&pose, EARTH, &nominal()).unwrap();
-        let (strapdown, ideal) = (accelerometer == Strapdown, Calibration::default());
-        let terms = Terms::mounted(&linear, &nominal(), strapdown, &elsewhere(), &ideal).unwrap();
+        let sensors = Sensors { accelerometer, mounting: elsewhere(), ..Sensors::default() };
+        let terms = Terms::new(&linear, &nominal(), &sensors).unwrap();
         let seconds = SAMPLES as f64 / RATE;
         let mut response = Response::new(0.0);
         let mut powers = [[0.0; 2]; 3];

@@ -19,6 +19,7 @@ use flexid_core::loss;
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::receptance::lanes::{Kernel, Lanes, Precision};
 use flexid_core::receptance::{Complex, Terms};
+use flexid_core::sensors::Sensors;
 use flexid_simulation::experiment::Response;
 use flexid_simulation::scenario::Sampling;
 use nalgebra::Vector3;
@@ -122,7 +123,7 @@ impl Reference {
         let mut planner = RealFftPlanner::<f32>::new();
         let growth = |n: usize| (alpha * n as f64 / rate_hz).exp() / duration;
         let mut reference = Self {
-            terms: Terms::new(&linear, &bushings, false)?,
+            terms: Terms::new(&linear, &bushings, &Sensors::default())?,
             line: places,
             force,
             bins,

@@ -197,6 +197,7 @@ impl Kernel<f32> for Follow<'_> {
 mod tests {
     use crate::reference::mill3;
     use flexid_core::parameters::{Bounds, Bushings};
+    use flexid_core::sensors::Sensors;
     use nalgebra::Vector3;
     use rand_core::SeedableRng as _;
     use rand_xoshiro::Xoshiro256PlusPlus;
@@ -240,7 +241,7 @@ mod tests {
         let bushings: Bushings = scenario.truth.iter().copied().collect();
         let linear =
             chain.linearise(&scenario.experiments[0].pose, Vector3::zeros(), &bushings).unwrap();
-        let terms = Terms::new(&linear, &bushings, false).unwrap();
+        let terms = Terms::new(&linear, &bushings, &Sensors::default()).unwrap();
         for bins in [1, 40, 52, 60, 100, 130, 820] {
             let line = Line::new(1.6, 1.5 * 820.0 / bins as f64, bins);
             let mut entries = Entries::default();
@@ -272,9 +273,9 @@ mod tests {
                 let pose = &scenario.experiments[robot % 3].pose;
                 let linear = chain.linearise(pose, Vector3::zeros(), &bushings).unwrap();
                 let mut entries = Entries::default();
-                let terms = Terms::new(&linear, &bushings, false).unwrap();
+                let terms = Terms::new(&linear, &bushings, &Sensors::default()).unwrap();
                 computed += line.receptance(&terms, Level::new(), &mut entries);
-                let exact = Terms::<f64>::new(&linear, &bushings, false).unwrap();
+                let exact = Terms::<f64>::new(&linear, &bushings, &Sensors::default()).unwrap();
                 for (place, _) in line.bins.iter().enumerate().filter(|&(_, &bin)| bin < bins) {
                     let s = Complex::new(alpha, f64::from(line.omega[place]));
                     let exact = receptance(&exact, s);

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use flexid_core::chain::Chain;
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushing;
-use flexid_core::spectrum::Accelerometer;
+use flexid_core::sensors::Accelerometer;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::signals::SignalTable;

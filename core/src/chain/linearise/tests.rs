@@ -6,6 +6,7 @@ use nalgebra::Unit;
 
 use super::super::{Joint, JointKind, Link};
 use super::*;
+use crate::sensors::Sensors;
 
 const MASS: f64 = 300.0;
 const LENGTH: f64 = 1.1;
@@ -82,7 +83,7 @@ fn numbers_of_angles_and_bushings_are_checked() {
     assert_eq!(linearise(&[0.0], &[stiff; 2]), Some(LinearisationError::Angles(1)));
     assert_eq!(linearise(&[0.0; 2], &[stiff; 3]), Some(LinearisationError::Bushings(3)));
     let linear = chain.linearise(&[0.0; 2], Vector3::zeros(), &[stiff; 2]).unwrap();
-    let terms = crate::receptance::Terms::<f64>::new(&linear, &[stiff], false);
+    let terms = crate::receptance::Terms::<f64>::new(&linear, &[stiff], &Sensors::default());
     assert_eq!(terms.err(), Some(LinearisationError::Bushings(1)));
 }
 

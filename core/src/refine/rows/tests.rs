@@ -13,6 +13,7 @@ use crate::mounting::Mounting;
 use crate::parameters::Bushings;
 use crate::refine::seam::ORDERS;
 use crate::refine::tests::{bushings, chain};
+use crate::sensors::{Accelerometer, Sensors};
 
 /// Two joints in gravity.
 fn robot() -> (LinearChain, Bushings) {
@@ -58,7 +59,8 @@ proptest! {
             ..Calibration::default()
         };
         let respond = |calibration: &Calibration| {
-            let terms = Terms::mounted(&linear, &bushings, true, &mounting, calibration).unwrap();
+            let sensors = Sensors { accelerometer: Accelerometer::Strapdown, mounting, calibration: *calibration };
+            let terms = Terms::new(&linear, &bushings, &sensors).unwrap();
             let force = core::array::from_fn(|axis| {
                 let gain = calibration.force_gain[axis];
                 Complex { re: raw[axis] / gain, im: raw[3 + axis] / gain }

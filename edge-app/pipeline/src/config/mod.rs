@@ -25,7 +25,7 @@ use crate::statics;
 use crate::text::count;
 use crate::text::printable;
 
-pub use flexid_core::spectrum::Accelerometer;
+pub use flexid_core::sensors::Accelerometer;
 
 pub use bounds::BoundsSection;
 use bounds::CONCEIVABLE;

@@ -1,6 +1,6 @@
 //! Checks the reading of an accelerometer at rest: its mean over a record, in which the robot stays where it is.
 
-use flexid_core::spectrum::Accelerometer;
+use flexid_core::sensors::Accelerometer;
 
 use crate::config::Config;
 use crate::{Record, SAMPLES};

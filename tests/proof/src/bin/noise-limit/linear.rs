@@ -6,7 +6,7 @@
 
 use flexid_core::chain::Chain;
 use flexid_core::parameters::Bushing;
-use flexid_core::spectrum::Accelerometer;
+use flexid_core::sensors::Accelerometer;
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::force::OVERSAMPLING;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, Vector3};

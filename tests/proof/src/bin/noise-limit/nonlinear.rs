@@ -2,7 +2,8 @@
 //! with the tool and reads gravity.
 
 use anyhow::Result;
-use flexid_core::spectrum::{Accelerometer, Measurement};
+use flexid_core::sensors::Accelerometer;
+use flexid_core::spectrum::Measurement;
 use flexid_simulation::experiment::Cut;
 use nalgebra::Vector3;
 use rayon::prelude::*;
