@@ -1,0 +1,39 @@
+//! Reasons why a choice of unknowns is invalid.
+
+use core::error::Error;
+use core::fmt;
+
+use super::Coordinate;
+use crate::MAX_JOINTS;
+
+/// Reason why a choice of unknowns is invalid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SoughtError {
+    /// The number of joints, which is given here, is not 1 to [`MAX_JOINTS`].
+    JointCount(usize),
+    /// The coordinate is not a parameter of the chain: the chain does not have it, or it is a nuisance.
+    NoParameter(Coordinate),
+    /// A parameter cannot be fixed at this value, which is not positive and finite.
+    Value(Coordinate, f64),
+    /// A stiffness and a damping cannot be tied to each other.
+    NotAlike(Coordinate, Coordinate),
+}
+
+impl fmt::Display for SoughtError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::JointCount(count) => {
+                write!(f, "{count} joints: a chain has 1 to {MAX_JOINTS}")
+            }
+            Self::NoParameter(parameter) => write!(f, "the chain has no parameter {parameter:?}"),
+            Self::Value(parameter, value) => {
+                write!(f, "{parameter:?} cannot be {value}: must be positive and finite")
+            }
+            Self::NotAlike(one, other) => {
+                write!(f, "{one:?} cannot be tied to {other:?}: tie like to like")
+            }
+        }
+    }
+}
+
+impl Error for SoughtError {}

@@ -1,0 +1,162 @@
+//! Values of the coordinates, and what they are: parameters, nuisances, values and bounds of the unknowns.
+
+use heapless::Vec;
+
+use super::coordinate::{ACCELERATION_GAIN, DELAY, FORCE_GAIN, MASS, MISALIGNMENT};
+use super::{Coordinate, MAX_NUISANCES, MAX_UNKNOWNS, Role, Sought};
+use crate::calibration::Calibration;
+use crate::parameters::{Bounds, Bushings, MAX_PARAMETERS, from_logarithms, logarithms};
+use crate::verdict::Covariance;
+
+/// One value per coordinate.
+pub(crate) type Coordinates = [f64; MAX_UNKNOWNS];
+
+/// A nuisance and its value in a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nuisance {
+    /// The nuisance.
+    pub coordinate: Coordinate,
+    /// Value: s, rad, or a factor (gains and masses).
+    pub value: f64,
+    /// Standard deviation: s, rad, or relative.
+    pub deviation: f64,
+}
+
+impl Sought {
+    /// Sets fixed parameters to their values, and tied parameters to the value of the first of them.
+    pub fn impose(&self, bushings: &mut Bushings) {
+        *bushings = self.bushings(&self.coordinates(bushings));
+    }
+
+    /// Coordinates of a guess, with the nuisances at their prior.
+    pub(crate) fn coordinates(&self, guess: &Bushings) -> Coordinates {
+        let mut coordinates = [0.0; MAX_UNKNOWNS];
+        coordinates[..MAX_PARAMETERS].copy_from_slice(&logarithms(guess));
+        let mut shared = [None; MAX_UNKNOWNS];
+        for (coordinate, role) in coordinates.iter_mut().zip(&self.roles) {
+            match *role {
+                Role::Absent => {}
+                Role::Fixed(value) => *coordinate = libm::log(value),
+                Role::Free { unknown, .. } => {
+                    *coordinate = *shared[usize::from(unknown)].get_or_insert(*coordinate);
+                }
+            }
+        }
+        coordinates
+    }
+
+    /// Parameters at `coordinates`. Fixed parameters have exactly the value at which they are fixed.
+    pub(crate) fn bushings(&self, coordinates: &Coordinates) -> Bushings {
+        let logarithms = coordinates.first_chunk().unwrap_or(&[0.0; MAX_PARAMETERS]);
+        let mut bushings = from_logarithms(logarithms, self.joints);
+        let values = bushings.iter_mut().flat_map(|b| b.stiffness.iter_mut().chain(&mut b.damping));
+        for (value, role) in values.zip(&self.roles) {
+            if let Role::Fixed(fixed) = role {
+                *value = *fixed;
+            }
+        }
+        bushings
+    }
+
+    /// Nuisances at `coordinates`.
+    pub(crate) fn calibration(&self, coordinates: &Coordinates) -> Calibration {
+        let scaled = |index| self.scaled(coordinates, index);
+        Calibration {
+            delay: scaled(DELAY),
+            acceleration_gain: core::array::from_fn(|a| libm::exp(scaled(ACCELERATION_GAIN + a))),
+            force_gain: core::array::from_fn(|axis| libm::exp(scaled(FORCE_GAIN + axis))),
+            misalignment: core::array::from_fn(|axis| scaled(MISALIGNMENT + axis)),
+            mass: core::array::from_fn(|link| libm::exp(scaled(MASS + link))),
+        }
+    }
+
+    /// Values and standard deviations of the sought nuisances at `coordinates`.
+    pub(crate) fn found(
+        &self,
+        coordinates: &Coordinates,
+        covariance: &Covariance,
+    ) -> Vec<Nuisance, MAX_NUISANCES> {
+        let nuisance = |(index, unknown)| {
+            let scaled = self.scaled(coordinates, index);
+            let coordinate = Coordinate::of(index);
+            let value = match coordinate {
+                Coordinate::Delay | Coordinate::Misalignment(_) => scaled,
+                _ => libm::exp(scaled),
+            };
+            let deviation = self.roles[index].width() * covariance.deviation(unknown);
+            Nuisance { coordinate, value, deviation }
+        };
+        self.nuisances().map(nuisance).collect()
+    }
+
+    /// A nuisance at `coordinates`: s, rad, or a logarithm.
+    fn scaled(&self, coordinates: &Coordinates, index: usize) -> f64 {
+        coordinates[index] * self.roles[index].width()
+    }
+
+    /// Value of each unknown.
+    pub(crate) fn values(&self, coordinates: &Coordinates) -> [f64; MAX_UNKNOWNS] {
+        let mut values = [0.0; MAX_UNKNOWNS];
+        for (index, unknown) in self.sought() {
+            values[unknown] = coordinates[index];
+        }
+        values
+    }
+
+    /// Value, lower bound and upper bound of each unknown. Nuisances have no bounds.
+    pub(crate) fn ranges(
+        &self,
+        coordinates: &Coordinates,
+        bounds: &Bounds,
+    ) -> [[f64; 3]; MAX_UNKNOWNS] {
+        let (lower, upper) = bounds.logarithms(self.joints);
+        let mut ranges = [[0.0, f64::NEG_INFINITY, f64::INFINITY]; MAX_UNKNOWNS];
+        for (index, unknown) in self.sought() {
+            let range = &mut ranges[unknown];
+            range[0] = coordinates[index];
+            if index < MAX_PARAMETERS {
+                range[1] = range[1].max(lower[index]);
+                range[2] = range[2].min(upper[index]);
+            }
+        }
+        ranges
+    }
+
+    /// Moves coordinates by a step of the unknowns.
+    pub(crate) fn advance(&self, coordinates: &mut Coordinates, step: &[f64]) {
+        for (index, unknown) in self.sought() {
+            coordinates[index] += step[unknown];
+        }
+    }
+
+    /// Unknowns with a prior, each with its value in units of the prior's standard deviation.
+    pub(crate) fn priors(&self, coordinates: &Coordinates) -> impl Iterator<Item = (usize, f64)> {
+        self.nuisances().map(|(index, unknown)| (unknown, coordinates[index]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::DOF;
+    use crate::calibration::Nuisances;
+    use crate::parameters::Bushing;
+
+    #[test]
+    fn what_is_fixed_comes_back_as_it_was_given() {
+        let mut sought = Sought::new(2, &Nuisances::default()).unwrap();
+        let (stiffness, damping) =
+            (Coordinate::Stiffness { joint: 1, dof: 3 }, Coordinate::Damping { joint: 0, dof: 5 });
+        // exp(ln(x)) differs from x for both values.
+        sought.fix(stiffness, 6.0e7).unwrap();
+        sought.fix(damping, 1.9e3).unwrap();
+        let guess = Bushing { stiffness: [1e7; DOF], damping: [1e4; DOF] };
+        let mut bushings = Bushings::from_iter([guess; 2]);
+        sought.impose(&mut bushings);
+        let found = sought.bushings(&sought.coordinates(&bushings));
+        for bushings in [bushings, found] {
+            assert_eq!((bushings[1].stiffness[3], bushings[0].damping[5]), (6.0e7, 1.9e3));
+            assert!((bushings[0].stiffness[3] / 1e7 - 1.0).abs() < 1e-14);
+        }
+    }
+}
