@@ -39,3 +39,5 @@ pub const MAX_NUISANCES: usize = 10 + MAX_JOINTS;
 pub const MAX_UNKNOWNS: usize = parameters::MAX_PARAMETERS + MAX_NUISANCES;
 /// Number of degrees of freedom of a bushing: `tx ty tz rx ry rz`.
 pub const DOF: usize = 6;
+/// Names of these degrees of freedom.
+pub const DOF_NAMES: [&str; DOF] = ["tx", "ty", "tz", "rx", "ry", "rz"];

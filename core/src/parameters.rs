@@ -1,14 +1,13 @@
 //! Parameters: 6 stiffnesses and 6 dampings of every joint, and the bounds they lie in.
 
 use core::error::Error;
-use core::fmt;
-
 use core::f64::consts::TAU;
+use core::fmt;
 
 use heapless::Vec;
 
 use crate::chain::Chain;
-use crate::{DOF, MAX_JOINTS};
+use crate::{DOF, DOF_NAMES, MAX_JOINTS};
 
 /// Most parameters: 12 per joint.
 pub const MAX_PARAMETERS: usize = 2 * DOF * MAX_JOINTS;
@@ -65,6 +64,16 @@ pub struct EmptyBounds {
     pub dof: usize,
 }
 
+impl fmt::Display for EmptyBounds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = if self.damping { "damping" } else { "stiffness" };
+        let (joint, dof) = (self.joint + 1, DOF_NAMES[self.dof]);
+        write!(f, "range of joint {joint}'s {dof} {kind}: must be 0 < lower < upper, both finite")
+    }
+}
+
+impl Error for EmptyBounds {}
+
 /// This number of fractions fits no chain: a chain has 12 for each of 1 to [`MAX_JOINTS`] joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParameterCount(pub usize);
@@ -101,6 +110,10 @@ impl End {
 
 impl Bounds {
     /// Bounds that are the same for every joint, and differ between translations and rotations only.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error for the first range that is not `0 < lower < upper < ∞`.
     pub fn new(
         stiffness_translation: [f64; 2],
         stiffness_rotation: [f64; 2],
@@ -139,6 +152,10 @@ impl Bounds {
     }
 
     /// Checks that every range is `0 < lower < upper < ∞`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error for the first range that is not.
     pub fn check(&self) -> Result<(), EmptyBounds> {
         for (joint, own) in self.joints.iter().enumerate() {
             for (damping, ranges) in [(false, &own.stiffness), (true, &own.damping)] {
@@ -161,7 +178,7 @@ impl Bounds {
     ///
     /// # Errors
     ///
-    /// The number of fractions is not twelve for each of 1 to [`MAX_JOINTS`] joints.
+    /// Returns an error if the number of fractions is not twelve for each of 1 to [`MAX_JOINTS`] joints.
     pub fn bushings(&self, fractions: &[f32]) -> Result<Bushings, ParameterCount> {
         let (joints, rest) = fractions.as_chunks::<{ 2 * DOF }>();
         if !rest.is_empty() || !(1..=MAX_JOINTS).contains(&joints.len()) {

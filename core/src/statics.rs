@@ -10,6 +10,9 @@
 //! have no part in it. Gravity's stiffness, and the sag at which it acts, are those of the records. The load keeps its direction
 //! while the robot gives way. The effect of the load on the stiffness is of the order of the rotation, and left out.
 
+use core::error::Error;
+use core::fmt;
+
 use heapless::Vec;
 
 use crate::chain::linearise::{LinearChain, LinearisationError};
@@ -53,6 +56,27 @@ pub enum StaticTestError {
     Deviation(usize),
 }
 
+impl fmt::Display for StaticTestError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Count(count) => {
+                write!(f, "{count} static tests: give at most {MAX_STATIC_TESTS}")
+            }
+            Self::Pose(test) => {
+                write!(f, "pose of static test {}: give one angle per joint", test + 1)
+            }
+            Self::NotFinite(test) => {
+                write!(f, "numbers of static test {}: must be finite", test + 1)
+            }
+            Self::Deviation(test) => {
+                write!(f, "standard deviations of static test {}: must be positive", test + 1)
+            }
+        }
+    }
+}
+
+impl Error for StaticTestError {}
+
 impl StaticTest {
     /// Measured displacements, each with its axis.
     pub fn readings(&self) -> impl Iterator<Item = (usize, Reading)> {
@@ -63,7 +87,9 @@ impl StaticTest {
 /// Checks that a fit of a chain of `joints` can take these tests.
 ///
 /// # Errors
-/// The first test that is wrong, and what is wrong with it.
+///
+/// Returns an error if there are more tests than [`MAX_STATIC_TESTS`], or for the first test whose pose does not have one angle
+/// per joint, whose numbers are not finite or whose standard deviations are not positive.
 pub fn check(tests: &[StaticTest], joints: usize) -> Result<(), StaticTestError> {
     if tests.len() > MAX_STATIC_TESTS {
         return Err(StaticTestError::Count(tests.len()));
@@ -98,7 +124,7 @@ impl Deflection {
     ///
     /// # Errors
     ///
-    /// The number of bushings is not that of the joints.
+    /// Returns an error if there is not one bushing per joint.
     pub fn new(
         chain: &LinearChain,
         bushings: &[Bushing],

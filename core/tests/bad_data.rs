@@ -1,15 +1,18 @@
 //! Data that no parameter can be told from: a clear error, or a verdict that says so; never a confident number, never a
 //! panic.
 
+use std::error::Error;
+
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::identify::{Acceptance, Estimate, Identifier};
 use flexid_core::parameters::{Bounds, Bushings, EmptyBounds, Ranges};
 use flexid_core::spectrum::{Experiment, Measurement, SpectrumError};
-use flexid_core::stream::Record;
+use flexid_core::statics::StaticTestError;
+use flexid_core::stream::{Record, Stream, StreamConfig};
 use flexid_core::unknowns::Coordinate;
 use flexid_core::verdict::Verdict;
 
-use crate::common::fits::settle;
+use crate::common::fits::{parameters, settle};
 use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
 use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use fearless_simd::Level;
@@ -317,4 +320,69 @@ fn bounds_without_width_are_refused() {
     let none = Bounds::alike(Ranges { stiffness: [[5e7; 2]; 6], damping: [[1e4; 2]; 6] });
     let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, none, &mut experiments);
     assert_eq!(identified(&verdicts), [], "χ²/dof {}", estimate.consistency);
+}
+
+#[test]
+fn errors_name_the_place_and_the_remedy() {
+    let (chain, link) = (mill3(), mill3().joints()[0]);
+    let joints = |change: fn(&mut Joint)| {
+        let mut joints = chain.joints().to_vec();
+        change(&mut joints[1]);
+        Chain::new(&joints, *chain.tcp()).err()
+    };
+    let nowhere = Translation3::new(f64::NAN, 0.0, 0.0).into();
+    let gain = Coordinate::ForceGain(2);
+    let stiffness = Coordinate::Stiffness { joint: 1, dof: 5 };
+    let mut sought = parameters(3);
+    let config = StreamConfig {
+        rate_hz: 2000.0,
+        record_samples: 8192,
+        joints: 3,
+        counter_bits: 4,
+        force_resolution: 0.1,
+        acceleration_resolution: 0.01,
+    };
+    let empty = EmptyBounds { joint: 2, damping: true, dof: 0 };
+    let errors: [(Option<Box<dyn Error>>, &str); 12] = [
+        (Chain::new(&[], *chain.tcp()).err().map(Into::into), "0 joints: a chain has 1 to 7"),
+        (
+            joints(|joint| joint.link.mass = 0.0).map(Into::into),
+            "mass of joint 2's link: must be positive and finite",
+        ),
+        (
+            joints(|joint| joint.link.inertia[(0, 1)] = 1e3).map(Into::into),
+            "inertia of joint 2's link: must be ",
+        ),
+        (
+            joints(|joint| joint.link.centre_of_mass.x = f64::NAN).map(Into::into),
+            "pose, axis and centre of mass of joint 2: must be finite",
+        ),
+        (Chain::new(&[link], nowhere).err().map(Into::into), "pose of the TCP: must be finite"),
+        (
+            sought.fix(gain, 1.0).err().map(Into::into),
+            "force gain z: the chain has no such parameter",
+        ),
+        (
+            sought.fix(stiffness, -1.0).err().map(Into::into),
+            "joint 2 rz stiffness is fixed at -1: must be positive and finite",
+        ),
+        (
+            Stream::<SAMPLES>::new(config).err().map(Into::into),
+            "width of the counters: must be 8 to 32 bits",
+        ),
+        (Some(empty.into()), "range of joint 3's tx damping: must be 0 < lower < upper"),
+        (
+            Some(SpectrumError::Bins(7).into()),
+            "the record's band holds 7 bins, of 8 that are needed: widen the band or record for longer",
+        ),
+        (
+            Some(SpectrumError::Bins(9000).into()),
+            "the record's band holds 9000 bins, more than fit: narrow the band or record for less time",
+        ),
+        (Some(StaticTestError::Pose(0).into()), "pose of static test 1: give one angle per joint"),
+    ];
+    for (error, message) in errors {
+        let error = error.expect(message).to_string();
+        assert!(error.starts_with(message), "{error}");
+    }
 }

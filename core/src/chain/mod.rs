@@ -5,6 +5,9 @@ pub mod from_parent;
 pub mod jacobian;
 pub mod linearise;
 
+use core::error::Error;
+use core::fmt;
+
 use heapless::Vec;
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
@@ -43,19 +46,42 @@ pub struct Joint {
     pub link: Link,
 }
 
-/// Reason why a chain is invalid.
+/// Reason why a chain is invalid. Joints are numbered from 0, base first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChainError {
     /// The number of joints, which is given here, is not 1 to [`MAX_JOINTS`].
     JointCount(usize),
-    /// The link of this joint (from 0) has a mass that is not positive and finite.
+    /// The link of this joint has a mass that is not positive and finite.
     Mass(usize),
-    /// The link of this joint (from 0) has an inertia that no body has: it is not symmetric and positive, or one principal
-    /// moment exceeds the sum of the two others.
+    /// The link of this joint has an inertia that no body has: it is not symmetric and positive, or one principal moment
+    /// exceeds the sum of the two others.
     Inertia(usize),
-    /// A number of this joint (from 0), or of the TCP (one beyond the last joint), is not finite.
-    NotFinite(usize),
+    /// A number of the pose of the TCP (`None`) or of this joint is not finite.
+    NotFinite(Option<usize>),
 }
+
+impl fmt::Display for ChainError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::JointCount(count) => write!(f, "{count} joints: a chain has 1 to {MAX_JOINTS}"),
+            Self::Mass(joint) => {
+                write!(f, "mass of joint {}'s link: must be positive and finite", joint + 1)
+            }
+            Self::Inertia(joint) => write!(
+                f,
+                "inertia of joint {}'s link: must be symmetric, its principal moments positive and none above the sum of \
+                 the two others",
+                joint + 1
+            ),
+            Self::NotFinite(None) => f.write_str("pose of the TCP: must be finite"),
+            Self::NotFinite(Some(joint)) => {
+                write!(f, "pose, axis and centre of mass of joint {}: must be finite", joint + 1)
+            }
+        }
+    }
+}
+
+impl Error for ChainError {}
 
 /// A serial chain from the base to the TCP.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +92,11 @@ pub struct Chain {
 
 impl Chain {
     /// A chain of `joints`, base first, with `tcp` as the pose of the TCP in the last joint's frame.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if there are not 1 to [`MAX_JOINTS`] joints, if a number is not finite, or if no body has the mass or
+    /// the inertia of a link.
     pub fn new(joints: &[Joint], tcp: Isometry3<f64>) -> Result<Self, ChainError> {
         let joints = match Vec::from_slice(joints) {
             Ok(joints) if !joints.is_empty() => joints,
@@ -75,12 +106,12 @@ impl Chain {
             pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite())
         };
         if !finite(&tcp) {
-            return Err(ChainError::NotFinite(joints.len()));
+            return Err(ChainError::NotFinite(None));
         }
         for (index, joint) in joints.iter().enumerate() {
             let others = joint.axis.iter().chain(joint.link.centre_of_mass.iter());
             if !finite(&joint.origin) || !others.copied().all(f64::is_finite) {
-                return Err(ChainError::NotFinite(index));
+                return Err(ChainError::NotFinite(Some(index)));
             }
             if !(joint.link.mass.is_finite() && joint.link.mass > 0.0) {
                 return Err(ChainError::Mass(index));

@@ -15,6 +15,9 @@
 //! `1/(h s)` this is the chain's dynamic stiffness at s: `(s²M + sD + K) δ/s² = −r̂`. It is solved once for the real
 //! eigenvalue and once for the pair.
 
+use core::error::Error;
+use core::fmt;
+
 use nalgebra::{Complex, ComplexField, Matrix3, RowVector3, Vector3, Vector6};
 
 use super::impedance::Impedance;
@@ -32,9 +35,18 @@ const STALE_AFTER: usize = 5;
 /// turn `rx` and `rz` by half a turn within a step.
 const MOST_TURN: f64 = 1.55;
 
-/// The step failed: a bushing has turned to `ry = ±89°`, or a number has left the range of floating point.
+/// The step failed: its corrections have not converged after 40 rounds, a bushing has turned to `ry = ±89°`, or a number has left
+/// the range of floating point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotConverged;
+
+impl fmt::Display for NotConverged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the motion leaves the range of its coordinates, or the step does not converge: shorten the step or stiffen the robot")
+    }
+}
+
+impl Error for NotConverged {}
 
 /// A robot that moves step by step.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,7 +175,9 @@ impl Radau {
     /// Makes one step. `force` gives the force on the TCP, N, along its axes at rest, at a part 0 to 1 of the step.
     ///
     /// # Errors
-    /// The motion has left the range of the coordinates or of floating point. The state is then unchanged.
+    ///
+    /// Returns an error if the corrections do not converge, or if the motion leaves the range of the coordinates or of floating
+    /// point. The state is then unchanged.
     pub fn step(&mut self, force: impl Fn(f64) -> Vector3<f64>) -> Result<(), NotConverged> {
         self.step_against(force, |_, _| Coordinates::default())
     }

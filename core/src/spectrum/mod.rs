@@ -11,7 +11,9 @@
 pub mod fft;
 pub mod search;
 
+use core::error::Error;
 use core::f64::consts::TAU;
+use core::fmt;
 
 use heapless::Vec;
 
@@ -77,6 +79,38 @@ pub enum SpectrumError {
     NoForce,
 }
 
+impl fmt::Display for SpectrumError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Length(samples) => write!(
+                f,
+                "the record has {samples} samples: must be a power of two from {} to {}, the same for every signal",
+                fft::MIN_SAMPLES,
+                fft::MAX_SAMPLES
+            ),
+            Self::Bins(bins) if *bins < MIN_BINS => write!(
+                f,
+                "the record's band holds {bins} bins, of {MIN_BINS} that are needed: widen the band or record for longer"
+            ),
+            Self::Bins(bins) => write!(
+                f,
+                "the record's band holds {bins} bins, more than fit: narrow the band or record for less time"
+            ),
+            Self::Pose(angles) => {
+                write!(f, "the record's pose has {angles} angles: give one per joint")
+            }
+            Self::NotFinite => {
+                f.write_str("the record holds a value that is not finite: leave it out")
+            }
+            Self::NoForce => {
+                f.write_str("the record's force in the band is hardly above its noise: cut harder")
+            }
+        }
+    }
+}
+
+impl Error for SpectrumError {}
+
 /// A record is of no use if its force power in the band is at most this many times that of the noise. The fit weighs its estimate
 /// of the force as if no noise were left in it.
 const LEAST_FORCE: f64 = 10.0;
@@ -108,6 +142,11 @@ pub struct Experiment<const B: usize> {
 
 impl<const B: usize> Experiment<B> {
     /// Spectra of `record` in the measured band. `buffer` holds one signal at a time and is overwritten.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the length, the pose or a value of the record is invalid, if the band holds too few or too many bins,
+    /// or if the force in the band is hardly above its noise.
     pub fn new<const N: usize>(
         chain: &Chain,
         measurement: &Measurement,

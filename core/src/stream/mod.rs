@@ -11,6 +11,9 @@ mod noise;
 mod pose;
 mod stretch;
 
+use core::error::Error;
+use core::fmt;
+
 use heapless::Vec;
 
 use align::{Aligned, Aligner, Channel, Frame};
@@ -70,7 +73,7 @@ pub struct StreamConfig {
 pub enum StreamError {
     /// `rate_hz` is not positive and finite.
     Rate,
-    /// `record_samples` is not a power of two from 256 to the capacity.
+    /// `record_samples` is not a power of two from [`MIN_SAMPLES`] to the capacity.
     RecordSamples,
     /// `joints` is not 1 to [`MAX_JOINTS`].
     Joints,
@@ -79,6 +82,23 @@ pub enum StreamError {
     /// A resolution is not positive and finite.
     Resolution,
 }
+
+impl fmt::Display for StreamError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rate => f.write_str("sampling rate: must be positive and finite"),
+            Self::RecordSamples => write!(
+                f,
+                "samples of a record: must be a power of two from {MIN_SAMPLES} to the stream's capacity"
+            ),
+            Self::Joints => write!(f, "joints: must be 1 to {MAX_JOINTS}"),
+            Self::CounterBits => f.write_str("width of the counters: must be 8 to 32 bits"),
+            Self::Resolution => f.write_str("resolutions: must be positive and finite"),
+        }
+    }
+}
+
+impl Error for StreamError {}
 
 /// Counts and measurements of a stream since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -182,7 +202,7 @@ impl StreamConfig {
         let samples = self.record_samples;
         if !(self.rate_hz.is_finite() && self.rate_hz > 0.0) {
             Err(StreamError::Rate)
-        } else if !samples.is_power_of_two() || !(256..=capacity).contains(&samples) {
+        } else if !samples.is_power_of_two() || !(MIN_SAMPLES..=capacity).contains(&samples) {
             Err(StreamError::RecordSamples)
         } else if !(1..=MAX_JOINTS).contains(&self.joints) {
             Err(StreamError::Joints)
@@ -201,6 +221,10 @@ impl StreamConfig {
 
 impl<const N: usize> Stream<N> {
     /// Makes a stream that has no readings yet.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error that names the property of `config` which is out of its range.
     pub fn new(config: StreamConfig) -> Result<Self, StreamError> {
         config.check(N)?;
         Ok(Self {

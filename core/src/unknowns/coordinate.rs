@@ -1,7 +1,9 @@
 //! Order of the coordinates: parameters joint by joint, then the nuisances.
 
+use core::fmt;
+
 use crate::parameters::MAX_PARAMETERS;
-use crate::{DOF, MAX_JOINTS};
+use crate::{DOF, DOF_NAMES, MAX_JOINTS};
 
 /// Index of the delay, the first nuisance.
 pub(super) const DELAY: usize = MAX_PARAMETERS;
@@ -41,6 +43,27 @@ pub enum Coordinate {
     Misalignment(usize),
     /// Logarithm of [`Calibration::mass`](crate::calibration::Calibration::mass) of a link, from 0.
     Mass(usize),
+}
+
+/// Joints and links are numbered from 1, base first.
+impl fmt::Display for Coordinate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const AXES: [&str; 3] = ["x", "y", "z"];
+        let name = |names: &[&'static str], index: usize| names.get(index).copied().unwrap_or("?");
+        match *self {
+            Self::Stiffness { joint, dof } => {
+                write!(f, "joint {} {} stiffness", joint.saturating_add(1), name(&DOF_NAMES, dof))
+            }
+            Self::Damping { joint, dof } => {
+                write!(f, "joint {} {} damping", joint.saturating_add(1), name(&DOF_NAMES, dof))
+            }
+            Self::Delay => f.write_str("delay"),
+            Self::AccelerationGain(axis) => write!(f, "acceleration gain {}", name(&AXES, axis)),
+            Self::ForceGain(axis) => write!(f, "force gain {}", name(&AXES, axis)),
+            Self::Misalignment(axis) => write!(f, "misalignment about {}", name(&AXES, axis)),
+            Self::Mass(link) => write!(f, "mass of link {}", link.saturating_add(1)),
+        }
+    }
 }
 
 impl Coordinate {

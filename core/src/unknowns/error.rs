@@ -25,12 +25,14 @@ impl fmt::Display for SoughtError {
             Self::JointCount(count) => {
                 write!(f, "{count} joints: a chain has 1 to {MAX_JOINTS}")
             }
-            Self::NoParameter(parameter) => write!(f, "the chain has no parameter {parameter:?}"),
+            Self::NoParameter(coordinate) => {
+                write!(f, "{coordinate}: the chain has no such parameter")
+            }
             Self::Value(parameter, value) => {
-                write!(f, "{parameter:?} cannot be {value}: must be positive and finite")
+                write!(f, "{parameter} is fixed at {value}: must be positive and finite")
             }
             Self::NotAlike(one, other) => {
-                write!(f, "{one:?} cannot be tied to {other:?}: tie like to like")
+                write!(f, "{one} is tied to {other}: tie like to like")
             }
         }
     }

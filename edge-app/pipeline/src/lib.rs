@@ -37,6 +37,6 @@ pub const STACK: usize = 64 << 20;
 
 /// Makes the error for a config that was built by hand and not checked. [`Config`](config::Config) checks all that core
 /// refuses.
-pub(crate) fn unchecked(error: impl std::fmt::Debug) -> std::io::Error {
-    std::io::Error::other(format!("the config was not checked: {error:?}"))
+pub(crate) fn unchecked(error: impl std::error::Error) -> std::io::Error {
+    std::io::Error::other(format!("the config was not checked: {error}"))
 }

@@ -173,10 +173,7 @@ impl Model {
             }
             ChainError::Inertia(index) => ModelError::Inertia(name(index)),
             ChainError::NotFinite(index) => ModelError::NotFinite {
-                place: self
-                    .joints
-                    .get(index)
-                    .map_or("tcp".into(), |j| format!("joint {:?}", j.name)),
+                place: index.map_or("tcp".into(), |index| format!("joint {:?}", name(index))),
                 key: "its pose",
             },
         })

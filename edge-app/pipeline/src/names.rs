@@ -1,13 +1,10 @@
 //! Names of unknowns, and enumerations of names in a line.
 
+pub use flexid_core::DOF_NAMES;
 use flexid_core::unknowns::{Coordinate, Sought};
 use flexid_wire::text::{Name, clipped};
 
 use crate::model::Model;
-
-/// Names of the degrees of freedom, in the order of all vectors of six.
-pub const DOF_NAMES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Returns the name of a coordinate, for example `joint_1 tx stiffness` or `delay`.
 pub fn name(model: &Model, coordinate: Coordinate) -> String {
@@ -21,11 +18,8 @@ pub fn name(model: &Model, coordinate: Coordinate) -> String {
         Coordinate::Damping { joint: index, dof } => {
             format!("{} {} damping", joint(index), DOF_NAMES[dof])
         }
-        Coordinate::Delay => "delay".into(),
-        Coordinate::AccelerationGain(axis) => format!("acceleration gain {}", AXES[axis]),
-        Coordinate::ForceGain(axis) => format!("force gain {}", AXES[axis]),
-        Coordinate::Misalignment(axis) => format!("misalignment about {}", AXES[axis]),
         Coordinate::Mass(link) => format!("mass of {}'s link", joint(link)),
+        of_the_sensors => of_the_sensors.to_string(),
     }
 }
 

@@ -92,9 +92,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Ok((lost, plan::plan(&candidates, &start, &all, criterion, wanted)))
     });
     bar.finish_and_clear();
-    let (lost, planned) = planned.map_err(|error: SpectrumError| {
-        anyhow!("the config was not checked: an experiment makes no spectrum: {error:?}")
-    })?;
+    let (lost, planned) =
+        planned.map_err(|error: SpectrumError| anyhow!("the config was not checked: {error}"))?;
     let unusable = |fault| Err(unusable(args, &config, &cutting, fault));
     if lost == possible {
         return unusable("is lost in the force sensor's noise in every cut: allow more");

@@ -85,7 +85,7 @@ impl BoundsSection {
                 "[bounds] is left out for {}, and no link beyond it has a mass: give masses in [model] file, or bounds",
                 joint.name
             ),
-            None => format!("[bounds]: {empty:?}"),
+            None => format!("[bounds]: {empty}"),
         })
     }
 }

@@ -15,5 +15,5 @@ pub(crate) use assembly::report;
 pub(crate) use basis::Basis;
 pub(crate) use confidence::confidence;
 pub use finding::Finding;
-pub(crate) use refusal::{no_equilibrium, reason};
+pub(crate) use refusal::no_equilibrium;
 pub use summary::Summary;

@@ -1,7 +1,6 @@
-//! Reasons why a record is not used, in words.
+//! Reason why a record is not used at a pose at which the robot has no equilibrium.
 
 use flexid_core::chain::linearise::LinearisationError;
-use flexid_core::spectrum::SpectrumError;
 use flexid_wire::text::{Name, clipped};
 
 use crate::model::Model;
@@ -19,16 +18,5 @@ pub(crate) fn no_equilibrium(error: LinearisationError, model: &Model, pose: &[f
             let name = name(joint);
             format!("{name} gives way under gravity at ({angles}): raise [bounds] or check masses")
         }
-    }
-}
-
-/// Returns in words why a record has no spectrum.
-pub(crate) fn reason(error: SpectrumError) -> String {
-    match error {
-        SpectrumError::Length(samples) => format!("{samples} samples are too few"),
-        SpectrumError::Bins(bins) => format!("its band holds {bins} bins"),
-        SpectrumError::Pose(angles) => format!("its pose has {angles} angles"),
-        SpectrumError::NotFinite => "it has values that are not finite".into(),
-        SpectrumError::NoForce => "in the band it has hardly more force than noise".into(),
     }
 }

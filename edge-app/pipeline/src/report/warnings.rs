@@ -262,7 +262,7 @@ mod tests {
             rest: Some([9806.65, 0.0, 0.0]),
             ..Implausible::default()
         };
-        let refusal = "NNNNNNNNNNNNNNNNNNNN records refused, the first because in the band it has hardly more force than noise";
+        let refusal = "NNNNNNNNNNNNNNNNNNNN records refused, the first because the record's force in the band is hardly above its noise: cut harder";
         let basis = Basis {
             effort: Effort::default(),
             records: 0,

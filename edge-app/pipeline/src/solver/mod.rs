@@ -409,7 +409,7 @@ impl Solver {
             return Err(report::no_equilibrium(error, &self.config.model, &record.pose));
         }
         Experiment::new(&self.chain, &self.measurement, record, &mut self.buffer)
-            .map_err(report::reason)
+            .map_err(|error| error.to_string())
     }
 
     fn left_out(&self) -> Option<String> {

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use flexid_core::DOF_NAMES;
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::parameters::Bushings;
@@ -126,7 +127,7 @@ pub(crate) fn logarithms(bushings: &Bushings) -> Vec<f64> {
 
 /// Parameter `index` in the order of [`logarithms`], for people.
 pub(crate) fn name(index: usize) -> String {
-    let dof = ["tx", "ty", "tz", "rx", "ry", "rz"][index % 6];
+    let dof = DOF_NAMES[index % 6];
     let kind = if index % 12 < 6 { "stiffness" } else { "damping" };
     format!("joint {} {dof} {kind}", index / 12 + 1)
 }
