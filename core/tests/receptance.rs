@@ -5,9 +5,8 @@ use std::f64::consts::TAU;
 use flexid_core::calibration::Calibration;
 use flexid_core::chain::linearise::LinearChain;
 use flexid_core::parameters::Bushings;
-use flexid_core::receptance::gradient::PerDof;
 use flexid_core::receptance::lanes::Scalar;
-use flexid_core::receptance::{Complex, Terms, receptance};
+use flexid_core::receptance::{Complex, PerDof, Terms, receptance};
 use flexid_core::sensors::{Accelerometer, Sensors};
 
 use crate::common::{Dense, Random, respond};

@@ -2,7 +2,7 @@
 
 mod carried;
 pub mod from_parent;
-pub mod jacobian;
+mod jacobian;
 pub mod linearise;
 
 use core::error::Error;
@@ -12,6 +12,7 @@ use heapless::Vec;
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::MAX_JOINTS;
+pub use jacobian::Jacobian;
 
 /// A rigid link, in the frame of the joint that carries it.
 #[derive(Clone, Copy, Debug, PartialEq)]

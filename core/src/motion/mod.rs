@@ -8,19 +8,18 @@
 //! | module         | holds                                                       |
 //! | -------------- | ----------------------------------------------------------- |
 //! | `kinematics`   | pose and motion subspace of a link on its bushing           |
-//! | [`inverse`]    | loads from motion: recursive Newton-Euler                   |
-//! | [`forward`]    | motion from loads: the articulated-body recursion           |
+//! | `inverse`      | loads from motion: recursive Newton-Euler                   |
+//! | `forward`      | motion from loads: the articulated-body recursion           |
 //! | `impedance`    | `s²M + sD + K` of the chain frozen in a posture, factorised |
 //! | [`radau`]      | time integration                                            |
 //! | [`sensors`]    | readings of the sensors, at any place on the last link      |
 
-pub mod forward;
-pub mod inverse;
+mod forward;
+mod impedance;
+mod inverse;
+mod kinematics;
 pub mod radau;
 pub mod sensors;
-
-mod impedance;
-mod kinematics;
 
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3, Vector6};

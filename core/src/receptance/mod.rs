@@ -11,20 +11,20 @@
     reason = "unrolled loops have constants for indices"
 )]
 
-pub mod accelerance;
-pub mod complex;
+mod accelerance;
+mod complex;
 mod elimination;
-pub mod gradient;
+mod gradient;
 pub mod lanes;
-pub(crate) mod observation;
-pub mod recursion;
-pub mod symmetric;
-pub mod terms;
-pub(crate) mod to_parent;
-pub(crate) mod tool;
+mod observation;
+mod recursion;
+mod symmetric;
+mod terms;
+mod to_parent;
+mod tool;
 
 pub use accelerance::accelerance;
 pub use complex::Complex;
-pub use gradient::Response;
+pub use gradient::{PerDof, Response};
 pub use recursion::receptance;
 pub use terms::Terms;

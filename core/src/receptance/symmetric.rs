@@ -7,21 +7,21 @@ use super::lanes::Lanes;
 use crate::DOF;
 
 /// Number of entries of the lower triangle.
-pub const PACKED: usize = DOF * (DOF + 1) / 2;
+pub(super) const PACKED: usize = DOF * (DOF + 1) / 2;
 
 /// A complex symmetric 6×6 matrix: entry (i, j ≤ i) at `i(i+1)/2 + j`.
-pub type Symmetric<V> = [Complex<V>; PACKED];
+pub(super) type Symmetric<V> = [Complex<V>; PACKED];
 
 /// Index of entry (i, j) of a packed symmetric matrix.
 #[inline(always)]
-pub const fn at(i: usize, j: usize) -> usize {
+pub(super) const fn at(i: usize, j: usize) -> usize {
     if i >= j { i * (i + 1) / 2 + j } else { j * (j + 1) / 2 + i }
 }
 
 /// `L D Lᵀ` of a symmetric matrix, without pivoting. Away from its undamped poles, a sum of dynamic stiffnesses of a passive
 /// mechanism has no pivot that vanishes.
 #[derive(Clone, Copy, Debug)]
-pub struct Factor<V> {
+pub(super) struct Factor<V> {
     /// L below the diagonal, 1/D on the diagonal. The diagonal of L is 1.
     packed: Symmetric<V>,
 }
@@ -29,19 +29,19 @@ pub struct Factor<V> {
 impl<V: Lanes> Factor<V> {
     /// A factor of no matrix yet.
     #[inline(always)]
-    pub fn zero(like: V) -> Self {
+    pub(super) fn zero(like: V) -> Self {
         Self { packed: [Complex::zero(like); PACKED] }
     }
 
     /// Storage of the matrix that [`Factor::factorise`] factorises.
     #[inline(always)]
-    pub fn matrix(&mut self) -> &mut Symmetric<V> {
+    pub(super) fn matrix(&mut self) -> &mut Symmetric<V> {
         &mut self.packed
     }
 
     /// Factorises the matrix in place, row by row.
     #[inline(always)]
-    pub fn factorise(&mut self) {
+    pub(super) fn factorise(&mut self) {
         let packed = &mut self.packed;
         seq!(I in 0..6 {
             // Row I of L·D, from left to right.
@@ -64,7 +64,7 @@ impl<V: Lanes> Factor<V> {
 
     /// `x ← L⁻¹ x` for each column x.
     #[inline(always)]
-    pub fn forward<const N: usize>(&self, columns: &mut [[Complex<V>; DOF]; N]) {
+    pub(super) fn forward<const N: usize>(&self, columns: &mut [[Complex<V>; DOF]; N]) {
         seq!(I in 1..6 {
             for x in columns.iter_mut() {
                 let mut sum = x[I];
@@ -78,13 +78,13 @@ impl<V: Lanes> Factor<V> {
 
     /// Entry (i, j < i) of L.
     #[inline(always)]
-    pub fn below(&self, i: usize, j: usize) -> Complex<V> {
+    pub(super) fn below(&self, i: usize, j: usize) -> Complex<V> {
         self.packed[at(i, j)]
     }
 
     /// `x ← D⁻¹ x` for each column x.
     #[inline(always)]
-    pub fn scale<const N: usize>(&self, columns: &mut [[Complex<V>; DOF]; N]) {
+    pub(super) fn scale<const N: usize>(&self, columns: &mut [[Complex<V>; DOF]; N]) {
         seq!(I in 0..6 {
             for x in columns.iter_mut() {
                 x[I] = x[I] * self.packed[at(I, I)];
@@ -94,7 +94,7 @@ impl<V: Lanes> Factor<V> {
 
     /// `x ← L⁻ᵀ x`.
     #[inline(always)]
-    pub fn backward(&self, x: &mut [Complex<V>; DOF]) {
+    pub(super) fn backward(&self, x: &mut [Complex<V>; DOF]) {
         seq!(I in 1..6 {
             let mut sum = x[5 - I];
             // The entry that was computed last enters last, so that the other products do not wait for it.
@@ -107,7 +107,7 @@ impl<V: Lanes> Factor<V> {
 
     /// `x ← Z⁻¹ x` for the factorised matrix Z.
     #[inline(always)]
-    pub fn solve(&self, x: &mut [Complex<V>; DOF]) {
+    pub(super) fn solve(&self, x: &mut [Complex<V>; DOF]) {
         let column = core::array::from_mut(x);
         self.forward(column);
         self.scale(column);
@@ -116,7 +116,7 @@ impl<V: Lanes> Factor<V> {
 
     /// Entry i of 1/D.
     #[inline(always)]
-    pub fn reciprocal(&self, i: usize) -> Complex<V> {
+    pub(super) fn reciprocal(&self, i: usize) -> Complex<V> {
         self.packed[at(i, i)]
     }
 }

@@ -20,9 +20,8 @@ use crate::calibration::Calibration;
 use crate::linear::gram::WIDEST;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
-use crate::receptance::gradient::PerDof;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
-use crate::receptance::{Complex, Response, Terms};
+use crate::receptance::{Complex, PerDof, Response, Terms};
 use crate::unknowns::{MAX_UNKNOWNS, Sought};
 use crate::{DOF, MAX_JOINTS};
 

@@ -3,7 +3,7 @@
 //! The residual of a bin carries the noise of the accelerometer and, through the accelerance H_a, that of the
 //! force sensor: its covariance is `σ_a² + H_a σ_f² H_aᴴ`. Without the second no interval is honest.
 
-use crate::receptance::complex::Complex;
+use crate::receptance::Complex;
 
 /// Inverse Cholesky factor of half a bin's noise covariance (half: real and imaginary part each have unit variance
 /// then), row by row below the diagonal.

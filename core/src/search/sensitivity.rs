@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use crate::DOF;
-use crate::chain::jacobian::Jacobian;
+use crate::chain::Jacobian;
 use crate::parameters::MAX_PARAMETERS;
 
 /// Largest number of experiments that the search weighs; each has 3 losses.

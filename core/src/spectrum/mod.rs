@@ -8,6 +8,7 @@
 //! - [`Experiment`]'s own spectra are the plain DFT over exactly the record. One record is one period of a periodic motion. Unknown
 //!   loads on the bushings mend its seam, and the refinement estimates them beside the parameters ([`crate::refine`]).
 
+#[doc(hidden)] // Public for the tests.
 pub mod fft;
 pub mod search;
 

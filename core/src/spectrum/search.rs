@@ -8,7 +8,7 @@ use heapless::Vec;
 use super::{Measurement, Spectrum, SpectrumError, fft};
 use crate::calibration::Calibration;
 use crate::chain::Chain;
-use crate::chain::jacobian::Jacobian;
+use crate::chain::Jacobian;
 use crate::parameters::{Bushing, Bushings};
 use crate::receptance::Terms;
 use crate::stream::Record;

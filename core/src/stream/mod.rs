@@ -73,7 +73,7 @@ pub struct StreamConfig {
 pub enum StreamError {
     /// `rate_hz` is not positive and finite.
     Rate,
-    /// `record_samples` is not a power of two from [`MIN_SAMPLES`] to the capacity.
+    /// `record_samples` is not a power of two from 256 to the capacity.
     RecordSamples,
     /// `joints` is not 1 to [`MAX_JOINTS`].
     Joints,
