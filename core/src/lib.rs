@@ -28,7 +28,7 @@
 //! const RATE_HZ: f64 = 1000.0;
 //! const SAMPLES: usize = 2048;
 //!
-//! // The robot: an arm of 0.9 m on one joint, whose bushing the identification does not get to see.
+//! // The robot: an arm of 0.9 m on one joint, whose bushing is to be identified.
 //! let link = Link {
 //!     mass: 300.0,
 //!     centre_of_mass: Vector3::new(0.4, 0.05, -0.1),

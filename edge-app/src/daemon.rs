@@ -1,9 +1,9 @@
 //! The daemon: one thread reads the bus, one solves, and one serves each client.
 //!
-//! Reading never waits for the solver or a client. A record without room in the queue is given up. A message for a client is
-//! put on the board, from where the client's thread fetches it.
+//! Reading never waits for the solver or a client. A record without room in the queue is given up. Messages
+//! for clients are published, and each client's thread fetches them.
 
-mod journal;
+mod report_log;
 mod solving;
 
 use std::io;
@@ -20,7 +20,7 @@ use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Status};
 use flexid_wire::text::clipped;
 use tracing::{error, info, warn};
 
-use crate::board::Board;
+use crate::latest::Latest;
 use crate::reload::Reload;
 use crate::server::{self, Listener};
 use crate::store::Store;
@@ -85,27 +85,27 @@ impl Daemon<'_> {
     /// The system cannot start a thread, or one of the threads has panicked.
     pub fn run(&self, source: &mut dyn FrameSource) -> io::Result<Outcome> {
         let Self { listeners, stop, .. } = *self;
-        let board = Board::new();
+        let latest = Latest::new();
         thread::scope(|scope| {
             let server = thread::Builder::new().name("flexid-server".into());
-            let server = server.spawn_scoped(scope, || server::serve(listeners, &board, stop))?;
-            let outcome = self.work(source, &board);
+            let server = server.spawn_scoped(scope, || server::serve(listeners, &latest, stop))?;
+            let outcome = self.work(source, &latest);
             // The server must end in any case.
-            board.close();
+            latest.close();
             stop.request();
             join(server)?;
             outcome
         })
     }
 
-    /// Reads and solves. The last report is on the board when it returns.
-    fn work(&self, source: &mut dyn FrameSource, board: &Board) -> io::Result<Outcome> {
+    /// Reads and solves. The last report is published when it returns.
+    fn work(&self, source: &mut dyn FrameSource, latest: &Latest) -> io::Result<Outcome> {
         let Self { config, stop, reload, .. } = *self;
         let (sender, receiver) = bounded(QUEUE);
         let refusal: &Refusal = &Mutex::new(None);
         let big = |name: &str| thread::Builder::new().name(name.into()).stack_size(STACK);
         let (mut outcome, solving) = thread::scope(|scope| {
-            let reader = Reader { board, refusal, stop, reload };
+            let reader = Reader { latest, refusal, stop, reload };
             let reader = big("flexid-reader")
                 .spawn_scoped(scope, move || reader.run(config, source, &sender))?;
             let solver = big("flexid-solver").spawn_scoped(scope, move || {
@@ -114,7 +114,7 @@ impl Daemon<'_> {
                 // On Linux the priority belongs to the thread. If it cannot be set, the solver has the same priority as the
                 // others.
                 let _ = rustix::process::setpriority_process(None, SOLVER_NICE);
-                Solving::begin(self, board, refusal)?.run(&receiver)
+                Solving::begin(self, latest, refusal)?.run(&receiver)
             });
             let solver = solver.inspect_err(|_| stop.request())?;
             let outcome = join(reader);
@@ -143,7 +143,7 @@ fn join<T>(thread: ScopedJoinHandle<'_, io::Result<T>>) -> io::Result<T> {
 
 /// The thread that reads the bus.
 struct Reader<'a> {
-    board: &'a Board,
+    latest: &'a Latest,
     refusal: &'a Refusal,
     stop: &'a Stop,
     reload: Option<&'a Reload>,
@@ -193,11 +193,11 @@ impl Reader<'_> {
         let streams = Arc::clone(&config);
         let mut intake = Intake::new(&streams)?;
         let begun = Instant::now();
-        let (mut told, mut told_frames) = (begun, 0);
+        let (mut published, mut published_frames) = (begun, 0);
         let (mut flow, mut broken) = (Flow::Open, None);
         let (mut heard, mut heard_frames) = (begun, 0);
         let mut lost_link = false;
-        self.tell(&config, &intake, watch, 0.0);
+        self.publish(&config, &intake, watch, 0.0);
         while flow == Flow::Open && !self.stop.requested() {
             let mut cut = Vec::new();
             if std::mem::take(&mut lost_link) {
@@ -235,15 +235,15 @@ impl Reader<'_> {
                     config = next;
                 }
             }
-            let elapsed = told.elapsed();
+            let elapsed = published.elapsed();
             if elapsed >= BUS_NEWS || flow == Flow::Ended {
                 let frames = intake.counts().all;
-                let rate = (frames - told_frames) as f64 / elapsed.as_secs_f64();
+                let rate = (frames - published_frames) as f64 / elapsed.as_secs_f64();
                 let now = source.health();
                 lost_link = now.link_losses > watch.health.link_losses;
                 watch.health = log_changes(&watch.health, now);
-                self.tell(&config, &intake, watch, rate);
-                (told, told_frames) = (Instant::now(), frames);
+                self.publish(&config, &intake, watch, rate);
+                (published, published_frames) = (Instant::now(), frames);
             }
         }
         self.keep_last(&mut intake, sender);
@@ -289,12 +289,12 @@ impl Reader<'_> {
         given_up
     }
 
-    fn tell(&self, config: &Config, intake: &Intake, watch: &Watch, frames_per_second: f64) {
+    fn publish(&self, config: &Config, intake: &Intake, watch: &Watch, frames_per_second: f64) {
         let Config { model, interface, .. } = config;
         let &Watch { begun, ref health, given_up } = watch;
         let counts = intake.counts();
         let stream = &counts.stream;
-        self.board.publish(FromEdge::Status(Status {
+        self.latest.publish(FromEdge::Status(Status {
             uptime_s: begun.elapsed().as_secs_f64(),
             model: clipped(&model.name),
             joints: model.joints.len() as u8,
@@ -308,7 +308,7 @@ impl Reader<'_> {
             },
             record_fraction: intake.record_fraction(),
         }));
-        self.board.publish(FromEdge::BusHealth(BusHealth {
+        self.latest.publish(FromEdge::BusHealth(BusHealth {
             state: match health.link {
                 LinkState::Up => BusState::Up,
                 LinkState::Down => BusState::Down,

@@ -2,9 +2,9 @@
 //! arguments, so that the demo and the tests run the code of the daemon.
 #![forbid(unsafe_code)]
 
-pub mod board;
 pub mod console;
 pub mod daemon;
+pub mod latest;
 pub mod reload;
 pub mod server;
 pub mod store;

@@ -6,7 +6,7 @@ use std::os::unix::net::UnixStream;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use flexid_edge::board::Board;
+use flexid_edge::latest::Latest;
 use flexid_edge::server::{Listener, MAX_CLIENTS, serve};
 use flexid_pipeline::config::Listen;
 use flexid_pipeline::stop::Stop;
@@ -17,23 +17,23 @@ use flexid_wire::messages::{FromEdge, Hello, Phase, Progress, ToEdge};
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Runs `test` against a server on a Unix socket and a TCP port.
-fn with_server(test: impl FnOnce(&Board, &UnixStream, &Listen, &dyn Fn() -> UnixStream)) {
+fn with_server(test: impl FnOnce(&Latest, &UnixStream, &Listen, &dyn Fn() -> UnixStream)) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
     let addresses = [Listen::Unix(path.clone()), Listen::Tcp("127.0.0.1:0".parse().unwrap())];
     let listeners = addresses.map(|address| Listener::bind(&address).unwrap());
-    let (board, stop) = (Board::new(), Stop::new());
+    let (latest, stop) = (Latest::new(), Stop::new());
     let connect = || {
         let stream = UnixStream::connect(&path).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         stream
     };
     thread::scope(|scope| {
-        scope.spawn(|| serve(&listeners, &board, &stop));
+        scope.spawn(|| serve(&listeners, &latest, &stop));
         let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-            test(&board, &connect(), listeners[1].address(), &connect);
+            test(&latest, &connect(), listeners[1].address(), &connect);
         }));
-        board.close();
+        latest.close();
         stop.request();
         if let Err(panic) = outcome {
             std::panic::resume_unwind(panic);
@@ -86,9 +86,9 @@ fn progress(records: u64) -> FromEdge {
 
 #[test]
 fn a_client_gets_the_latest_and_then_what_changes() {
-    with_server(|board, mut stream, tcp, _| {
-        board.publish(progress(1));
-        board.publish(progress(2));
+    with_server(|latest, mut stream, tcp, _| {
+        latest.publish(progress(1));
+        latest.publish(progress(2));
         let Listen::Tcp(address) = tcp else { panic!("no port") };
         let mut by_tcp = TcpStream::connect(address).unwrap();
         for hello in [&mut stream as &mut dyn Write, &mut by_tcp] {
@@ -98,7 +98,7 @@ fn a_client_gets_the_latest_and_then_what_changes() {
         let (mut unix_decoder, mut tcp_decoder) = (Decoder::new(), Decoder::new());
         for records in [0, 2, 3] {
             if records == 3 {
-                board.publish(progress(3));
+                latest.publish(progress(3));
             }
             let messages =
                 [receive(&mut stream, &mut unix_decoder), receive(&mut by_tcp, &mut tcp_decoder)];
@@ -112,7 +112,7 @@ fn a_client_gets_the_latest_and_then_what_changes() {
                 }
             }
         }
-        board.close();
+        latest.close();
         assert_eq!(receive(&mut stream, &mut unix_decoder), None);
     });
 }
@@ -128,7 +128,7 @@ fn a_client_of_another_version_is_told_why() {
 
 #[test]
 fn a_client_that_sends_rubbish_is_told_so_and_others_are_served() {
-    with_server(|board, mut stream, _, connect| {
+    with_server(|latest, mut stream, _, connect| {
         stream.write_all(b"GET / HTTP/1.1\r\nHost: flexid\r\n\r\n").unwrap();
         let reason = refusal(&mut stream);
         assert!(reason.ends_with("the peer does not speak flexid's protocol"), "{reason}");
@@ -147,7 +147,7 @@ fn a_client_that_sends_rubbish_is_told_so_and_others_are_served() {
 
         let mut good = connect();
         say_hello(&mut good, Hello::new("test"));
-        board.publish(progress(1));
+        latest.publish(progress(1));
         let mut decoder = Decoder::new();
         assert!(matches!(receive(&mut good, &mut decoder), Some(FromEdge::Hello(_))));
         assert_eq!(receive(&mut good, &mut decoder), Some(progress(1)));
@@ -163,7 +163,7 @@ fn a_client_that_says_nothing_is_dropped() {
 
 #[test]
 fn a_client_that_reads_nothing_is_dropped_and_holds_nobody_up() {
-    with_server(|board, mut stream, _, connect| {
+    with_server(|latest, mut stream, _, connect| {
         say_hello(&mut stream, Hello::new("sleeper"));
         let mut good = connect();
         say_hello(&mut good, Hello::new("test"));
@@ -174,7 +174,7 @@ fn a_client_that_reads_nothing_is_dropped_and_holds_nobody_up() {
         let mut publish = |count| {
             for _ in 0..count {
                 published += 1;
-                board.publish(progress(published));
+                latest.publish(progress(published));
                 assert_eq!(receive(&mut good, &mut decoder), Some(progress(published)));
             }
             published
@@ -211,10 +211,10 @@ fn one_client_too_many_is_turned_away() {
     });
 }
 
-/// One process holds all places, and half of its connections say nothing: another peer gets in nevertheless.
+/// One process holds all slots, and half of its connections say nothing: another peer gets in nevertheless.
 #[test]
 fn a_crowd_makes_room_for_another_peer() {
-    with_server(|board, first, tcp, connect| {
+    with_server(|latest, first, tcp, connect| {
         let mut crowd: Vec<UnixStream> = vec![first.try_clone().unwrap()];
         crowd.extend((1..MAX_CLIENTS).map(|_| connect()));
         for client in &mut crowd[..MAX_CLIENTS / 2] {
@@ -233,12 +233,12 @@ fn a_crowd_makes_room_for_another_peer() {
                 refused => panic!("the other peer gets {refused:?}"),
             }
         }
-        // Who made room hears why.
+        // The evicted client gets the reason.
         let reason = refusal(&mut crowd[0]);
-        assert!(reason.starts_with("all 16 places are taken"), "{reason}");
-        // The crowd does not get its places back.
+        assert!(reason.starts_with("all 16 slots are taken"), "{reason}");
+        // The crowd does not get its slots back.
         assert_eq!(refusal(&mut connect()), "16 clients are served already: close one");
-        board.publish(progress(1));
+        latest.publish(progress(1));
         for (other, decoder) in &mut others {
             assert_eq!(receive(other, decoder), Some(progress(1)));
         }

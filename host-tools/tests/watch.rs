@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use flexid_edge::board::Board;
+use flexid_edge::latest::Latest;
 use flexid_edge::server::{Listener, serve};
 use flexid_pipeline::config::Listen;
 use flexid_pipeline::stop::Stop;
@@ -87,10 +87,10 @@ fn confidence() -> FromEdge {
 }
 
 /// As the daemon does: a report never without its confidence.
-fn publish(board: &Board, message: FromEdge) {
+fn publish(latest: &Latest, message: FromEdge) {
     match message {
-        FromEdge::Report(_) => board.publish_together([message, confidence()]),
-        _ => board.publish(message),
+        FromEdge::Report(_) => latest.publish_together([message, confidence()]),
+        _ => latest.publish(message),
     }
 }
 
@@ -147,14 +147,14 @@ fn watch(news: &[FromEdge], arguments: &str) -> Output {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
-    let (board, stop) = (Board::new(), Stop::new());
+    let (latest, stop) = (Latest::new(), Stop::new());
     for message in news {
-        publish(&board, message.clone());
+        publish(&latest, message.clone());
     }
     thread::scope(|scope| {
-        scope.spawn(|| serve(&listeners, &board, &stop));
+        scope.spawn(|| serve(&listeners, &latest, &stop));
         let output = flexid(&path, arguments);
-        board.close();
+        latest.close();
         stop.request();
         output
     })
@@ -258,12 +258,12 @@ fn no_control_character_reaches_the_terminal() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
-    let (board, stop) = (Board::new(), Stop::new());
-    board.publish(FromEdge::Status(status));
-    board.publish(bus(BusState::Down, evil));
-    board.publish_together([FromEdge::Report(report), FromEdge::Confidence(confidence)]);
+    let (latest, stop) = (Latest::new(), Stop::new());
+    latest.publish(FromEdge::Status(status));
+    latest.publish(bus(BusState::Down, evil));
+    latest.publish_together([FromEdge::Report(report), FromEdge::Confidence(confidence)]);
     thread::scope(|scope| {
-        scope.spawn(|| serve(&listeners, &board, &stop));
+        scope.spawn(|| serve(&listeners, &latest, &stop));
         for arguments in
             ["--timeout 0.7", "--json --timeout 0.7", "--until identified --timeout 0.7"]
         {
@@ -274,7 +274,7 @@ fn no_control_character_reaches_the_terminal() {
             }
             assert!(text(&output.stdout).contains("]0;owned"), "{arguments}");
         }
-        board.close();
+        latest.close();
         stop.request();
     });
 }
@@ -377,17 +377,17 @@ fn the_timeout_covers_connecting_and_the_greeting() {
 fn a_daemon_that_comes_later_is_waited_for() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
-    let (board, stop) = (Board::new(), Stop::new());
-    board.publish(progress(Phase::Settled, 3));
-    publish(&board, report(Acceptance::Consistent, 3));
+    let (latest, stop) = (Latest::new(), Stop::new());
+    latest.publish(progress(Phase::Settled, 3));
+    publish(&latest, report(Acceptance::Consistent, 3));
     thread::scope(|scope| {
         let watching = scope.spawn(|| flexid(&path, "--until identified --timeout 20"));
         thread::sleep(Duration::from_millis(500));
         let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
-        let (board, stop) = (&board, &stop);
-        scope.spawn(move || serve(&listeners, board, stop));
+        let (latest, stop) = (&latest, &stop);
+        scope.spawn(move || serve(&listeners, latest, stop));
         let output = watching.join().unwrap();
-        board.close();
+        latest.close();
         stop.request();
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     });
@@ -427,12 +427,12 @@ fn a_report_is_shown_with_its_confidence_or_not_at_all() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
-    let (board, stop) = (Board::new(), Stop::new());
-    board.publish(report(Acceptance::Consistent, 3));
+    let (latest, stop) = (Latest::new(), Stop::new());
+    latest.publish(report(Acceptance::Consistent, 3));
     thread::scope(|scope| {
-        scope.spawn(|| serve(&listeners, &board, &stop));
+        scope.spawn(|| serve(&listeners, &latest, &stop));
         let output = flexid(&path, "--until identified --timeout 0.7 --json");
-        board.close();
+        latest.close();
         stop.request();
         assert_eq!((output.status.code(), text(&output.stdout).as_str()), (Some(1), ""));
     });
@@ -443,16 +443,16 @@ fn the_daemons_end_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
-    let (board, stop) = (Board::new(), Stop::new());
-    publish(&board, report(Acceptance::Consistent, 3));
+    let (latest, stop) = (Latest::new(), Stop::new());
+    publish(&latest, report(Acceptance::Consistent, 3));
     thread::scope(|scope| {
-        scope.spawn(|| serve(&listeners, &board, &stop));
+        scope.spawn(|| serve(&listeners, &latest, &stop));
         let watching = ["--json", ""].map(|form| {
             let path = &path;
             scope.spawn(move || flexid(path, form))
         });
         thread::sleep(Duration::from_millis(700));
-        board.close();
+        latest.close();
         stop.request();
         let [json, lines] = watching.map(|watching| watching.join().unwrap());
         for output in [&json, &lines] {
@@ -488,10 +488,10 @@ fn who_is_interrupted_leaves_the_table() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
-    let (board, stop) = (Board::new(), Stop::new());
-    publish(&board, report(Acceptance::ModelSuspect, 3));
+    let (latest, stop) = (Latest::new(), Stop::new());
+    publish(&latest, report(Acceptance::ModelSuspect, 3));
     thread::scope(|scope| {
-        scope.spawn(|| serve(&listeners, &board, &stop));
+        scope.spawn(|| serve(&listeners, &latest, &stop));
         for (signal, arguments, status) in
             [("-INT", "", 0), ("-TERM", "", 0), ("-TERM", "--until identified", 1)]
         {
@@ -509,7 +509,7 @@ fn who_is_interrupted_leaves_the_table() {
             assert_eq!(output.status.code(), Some(status), "{}", text(&output.stderr));
             assert_has_the_table_once(&text(&output.stdout));
         }
-        board.close();
+        latest.close();
         stop.request();
     });
 }

@@ -62,7 +62,7 @@ pub(super) struct Aligner {
     /// Open instants, from the oldest to the newest.
     open: heapless::Deque<Instant, OPEN>,
     /// A frame whose counter disagrees with the sequence; the next frame shows which of the two is wrong.
-    odd: Option<Frame>,
+    suspect: Option<Frame>,
     /// Repeated frames in a row.
     repeats: usize,
     /// The newest gap of whole turns of the counter, until it is certain that they were lost.
@@ -105,7 +105,7 @@ impl Aligner {
             counter_bits,
             newest: None,
             open: heapless::Deque::new(),
-            odd: None,
+            suspect: None,
             repeats: 0,
             turns: None,
         }
@@ -155,10 +155,10 @@ impl Aligner {
     /// Refuses a frame that disagreed with the sequence, since the sequence goes on.
     fn settle(&mut self, health: &mut StreamHealth) {
         self.repeats = 0;
-        health.refused += u64::from(self.odd.take().is_some());
+        health.refused += u64::from(self.suspect.take().is_some());
     }
 
-    /// Sets one odd counter aside. Two that follow each other are a restart, and so is one after a silence or after [`MAX_REPEATS`]
+    /// Sets aside one frame whose counter is out of sequence. Two that follow each other are a restart, and so is one after a silence or after [`MAX_REPEATS`]
     /// repeated frames.
     fn disagree(
         &mut self,
@@ -167,18 +167,19 @@ impl Aligner {
         health: &mut StreamHealth,
         sink: &mut impl FnMut(Aligned, &mut StreamHealth),
     ) {
-        let follows =
-            |odd: &Frame| (0..=OPEN as i64).contains(&self.step(odd.counter, frame.counter));
-        let first = self.odd.filter(follows);
+        let follows = |suspect: &Frame| {
+            (0..=OPEN as i64).contains(&self.step(suspect.counter, frame.counter))
+        };
+        let first = self.suspect.filter(follows);
         if first.is_none() && !silent && self.repeats < MAX_REPEATS {
             self.settle(health);
-            self.odd = Some(frame);
+            self.suspect = Some(frame);
             return;
         }
         health.restarts += 1;
         if first.is_some() {
-            // The odd frame was right: the new sequence begins with it.
-            self.odd = None;
+            // The first frame was right: the new sequence begins with it.
+            self.suspect = None;
         }
         self.flush(health, sink);
         sink(Aligned::Restart, health);
@@ -192,7 +193,7 @@ impl Aligner {
 
     /// Whether the newest frame disagreed with the sequence, so that the next frame shows which of the two is wrong.
     pub(super) fn is_in_doubt(&self) -> bool {
-        self.odd.is_some()
+        self.suspect.is_some()
     }
 
     /// Whether a sequence has begun.
@@ -209,7 +210,7 @@ impl Aligner {
         while let Some(instant) = self.open.pop_front() {
             deliver(instant, health, sink);
         }
-        health.refused += u64::from(self.odd.take().is_some());
+        health.refused += u64::from(self.suspect.take().is_some());
         self.newest = None;
         self.repeats = 0;
         self.turns = None;

@@ -40,7 +40,7 @@ const CONTRADICTS: f64 = 3.0;
 /// deviation in the reference scenario. A rate that is less certain than this is no measurement.
 pub(super) const CRYSTAL: f64 = 50e-6;
 /// A configured rate that is wrong by more than this part is reported: no two good crystals differ by as much.
-const WORTH_A_WORD: f64 = 200e-6;
+const REPORTED: f64 = 200e-6;
 /// Arrivals of a sender that keeps time stay within this of a straight line, s: USB adapters poll every 1 ms, kernels tick every
 /// 4 ms. A sender that strays farther was held up, and its arrivals give no rate.
 const STRAYS_S: f64 = 5e-3;
@@ -130,13 +130,13 @@ impl Measured {
             (false, _) => CRYSTAL * CRYSTAL / (CRYSTAL * CRYSTAL + deviation * deviation),
         };
         let keeps_time = deviation * span_s <= STRAYS_S;
-        let told = off > WORTH_A_WORD + CONTRADICTS * deviation;
+        let is_reportable = off > REPORTED + CONTRADICTS * deviation;
         let measured_hz = rate_hz / (1.0 + excess);
         Rate {
             rate_hz: rate_hz / (1.0 + weight * excess),
             measured_hz,
             deviation_hz: deviation * measured_hz,
-            is_wrong: contradicted && told && (keeps_time || off > TOLERANCE),
+            is_wrong: contradicted && is_reportable && (keeps_time || off > TOLERANCE),
             is_doubtful: contradicted && keeps_time && deviation > CRYSTAL,
             is_refused: contradicted && excess < 1.0 / (1.0 + TOLERANCE) - 1.0,
         }
@@ -185,8 +185,8 @@ impl Clock {
     /// The rate of a record that ends now.
     pub(super) fn rate(&self) -> Rate {
         let rate_hz = 1.0 / self.period_s;
-        let untold = Measured { excess: 0.0, deviation: f64::INFINITY, span_s: 0.0 };
-        self.measured().unwrap_or(untold).rate(rate_hz)
+        let unmeasured = Measured { excess: 0.0, deviation: f64::INFINITY, span_s: 0.0 };
+        self.measured().unwrap_or(unmeasured).rate(rate_hz)
     }
 
     /// The measured period; `None` if there is no measurement.

@@ -117,7 +117,7 @@ pub struct StreamHealth {
     pub records: u64,
     /// Samples discarded, as when the pose moved, the gap was too long or the stretch too short.
     pub samples_discarded: u64,
-    /// Readings refused: a value that is not finite, a joint that the robot does not have, a single odd counter.
+    /// Readings refused: a value that is not finite, a joint that the robot does not have, a single counter out of sequence.
     pub refused: u64,
     /// Records whose measured rate differs from the configured one: by more than 200 ppm and three standard deviations where the
     /// sensor kept time, by more than 10 % where its sender was held up. A record whose samples came more than 10 % faster is

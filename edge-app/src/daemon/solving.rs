@@ -14,9 +14,9 @@ use flexid_pipeline::{Counts, Outcome, Record, Solver, State};
 use flexid_wire::messages::{FromEdge, Phase, Progress};
 use tracing::{info, warn};
 
-use super::journal::Journal;
+use super::report_log::ReportLog;
 use super::{Daemon, Order, Refusal, WORK_NEWS, lock};
-use crate::board::Board;
+use crate::latest::Latest;
 use crate::store::Store;
 
 /// Shortest interval between two writes of the state. A state has some MB, and a robot that mills brings a record every few
@@ -26,7 +26,7 @@ const SAVE_EVERY: Duration = Duration::from_secs(60);
 /// The solver and the receivers of its results.
 pub(super) struct Solving<'a> {
     solver: Solver,
-    journal: Journal,
+    reports: ReportLog,
     /// Records of an earlier run that the solver has still to be given.
     waiting: VecDeque<Arc<Record>>,
     /// Records that the solver will not be given in this run.
@@ -35,7 +35,7 @@ pub(super) struct Solving<'a> {
     saved: Option<Instant>,
     /// Counts of what had come in at the last change since that write. `None` without a change.
     unsaved: Option<Counts>,
-    board: &'a Board,
+    latest: &'a Latest,
     refusal: &'a Refusal,
     stop: &'a Stop,
     store: Option<&'a Store>,
@@ -45,7 +45,7 @@ impl<'a> Solving<'a> {
     /// Continues where the daemon before has ended, and works through the records that it left.
     pub(super) fn begin(
         daemon: &Daemon<'a>,
-        board: &'a Board,
+        latest: &'a Latest,
         refusal: &'a Refusal,
     ) -> io::Result<Self> {
         let Daemon { config, stop, store, .. } = *daemon;
@@ -53,19 +53,19 @@ impl<'a> Solving<'a> {
         let solver = match store.and_then(Store::load) {
             Some(mut state) if carries_over(&state, config, store) => {
                 waiting = state.take_waiting().into();
-                Solver::resume(config, state, stop, news(board))?
+                Solver::resume(config, state, stop, news(latest))?
             }
             _ => Solver::new(config)?,
         };
-        let journal = Journal::default();
+        let reports = ReportLog::default();
         let mut solving = Self {
             solver,
-            journal,
+            reports,
             waiting,
             left: Vec::new(),
             saved: None,
             unsaved: None,
-            board,
+            latest,
             refusal,
             stop,
             store,
@@ -84,7 +84,7 @@ impl<'a> Solving<'a> {
                 Err(RecvTimeoutError::Disconnected) => break,
             }
         }
-        self.solver.work(self.stop, || false, news(self.board));
+        self.solver.work(self.stop, || false, news(self.latest));
         if let Some(refusal) = self.solver.refusal() {
             warn!("{refusal}");
         }
@@ -115,9 +115,9 @@ impl<'a> Solving<'a> {
             self.solver.leave(1);
             return;
         }
-        self.solver.admit(record, self.stop, news(self.board));
+        self.solver.admit(record, self.stop, news(self.latest));
         self.unsaved = Some(*counts);
-        let settled = self.solver.work(self.stop, more, news(self.board));
+        let settled = self.solver.work(self.stop, more, news(self.latest));
         // The state is saved first, so that a kill after the first report does not lose the record.
         self.save_if_due();
         if settled {
@@ -139,12 +139,12 @@ impl<'a> Solving<'a> {
         let mut state = self.solver.state(ended, &[]);
         if !carries_over(&state, config, self.store) {
             self.solver = Solver::new(config)?;
-            self.board.withdraw_finding();
+            self.latest.withdraw_finding();
             self.publish(current);
             return Ok(());
         }
         self.waiting = state.take_waiting().into();
-        self.solver = Solver::resume(config, state, self.stop, news(self.board))?;
+        self.solver = Solver::resume(config, state, self.stop, news(self.latest))?;
         self.publish(current);
         self.work_off(current);
         self.save(current);
@@ -153,12 +153,12 @@ impl<'a> Solving<'a> {
 
     /// Sends the progress and the present finding to clients and the log.
     fn publish(&mut self, counts: &Counts) {
-        self.board.publish(FromEdge::Progress(self.solver.progress()));
+        self.latest.publish(FromEdge::Progress(self.solver.progress()));
         let finding = self.solver.finding(counts, "");
         *lock(self.refusal) = if finding.is_none() { self.solver.refusal() } else { None };
         if let Some(finding) = finding {
-            self.journal.settled(&finding.report);
-            self.board.publish_together(finding.messages());
+            self.reports.log(&finding.report);
+            self.latest.publish_together(finding.messages());
         }
     }
 
@@ -183,7 +183,7 @@ impl<'a> Solving<'a> {
         }
     }
 
-    /// Saves the state, and adds the last finding to `outcome` and the board.
+    /// Saves the state, adds the last finding to `outcome`, and publishes it.
     pub(super) fn end(mut self, outcome: &mut Outcome) {
         self.save(&outcome.counts);
         outcome.finding = self.solver.finding(&outcome.counts, &outcome.trouble);
@@ -192,18 +192,18 @@ impl<'a> Solving<'a> {
         }
         if let Some(finding) = &mut outcome.finding {
             finding.explain(&outcome.state);
-            self.board.publish_together(finding.messages());
+            self.latest.publish_together(finding.messages());
         }
     }
 }
 
-/// Returns a function that puts progress on the board, at every change of phase and otherwise not too often.
-fn news(board: &Board) -> impl FnMut(&Progress) {
-    let (mut told, mut phase) = (Instant::now(), Phase::Waiting);
+/// Returns a function that publishes progress, at every change of phase and otherwise not too often.
+fn news(latest: &Latest) -> impl FnMut(&Progress) {
+    let (mut published, mut phase) = (Instant::now(), Phase::Waiting);
     move |progress| {
-        if progress.phase != phase || told.elapsed() >= WORK_NEWS {
-            board.publish(FromEdge::Progress(*progress));
-            (told, phase) = (Instant::now(), progress.phase);
+        if progress.phase != phase || published.elapsed() >= WORK_NEWS {
+            latest.publish(FromEdge::Progress(*progress));
+            (published, phase) = (Instant::now(), progress.phase);
         }
     }
 }
@@ -222,7 +222,7 @@ fn carries_over(state: &State, config: &Config, store: Option<&Store>) -> bool {
             info!("{changed} changed: {records} are fitted anew");
             if state.retired() > 0 {
                 let retired = count(state.retired(), "older record");
-                warn!("{changed} changed: what {retired} told before they made room is given up");
+                warn!("{changed} changed: the information of {retired} is given up");
             }
         }
         Validity::Nothing(changed) => {

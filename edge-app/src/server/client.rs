@@ -1,4 +1,4 @@
-//! Serves one client: the exchange of Hellos, then the messages of the board as fast as the client reads.
+//! Serves one client: the exchange of Hellos, then the latest messages as fast as the client reads.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::Shutdown;
@@ -12,9 +12,9 @@ use flexid_wire::text::clipped;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use socket2::Socket;
 
-use super::places::Place;
+use super::slots::Slot;
 use super::{LOOK, MAX_CLIENTS};
-use crate::board::Board;
+use crate::latest::Latest;
 
 /// Name and version of the daemon.
 const SOFTWARE: &str = concat!("flexid-edge ", env!("CARGO_PKG_VERSION"));
@@ -37,22 +37,22 @@ pub(super) enum Dropped {
     #[error("it took no message for {} s", TAKE.as_secs())]
     TakesNothing,
     #[error(
-        "all {MAX_CLIENTS} places are taken, and its peer holds most of them: another peer gets this one"
+        "all {MAX_CLIENTS} slots are taken, and its peer holds most of them: another peer gets this one"
     )]
-    GivesWay,
+    Evicted,
     #[error(transparent)]
     Io(#[from] io::Error),
 }
 
-/// Serves one client until it goes, or until the board is closed and read. A client that does not keep to the protocol gets the
-/// reason and is dropped.
+/// Serves one client until it goes, or until it has read all messages and none will follow. A client that does not keep to the
+/// protocol gets the reason and is dropped.
 pub(super) fn serve(
     mut socket: Socket,
-    board: &Board,
+    latest: &Latest,
     stop: &Stop,
-    place: &Place,
+    slot: &Slot,
 ) -> Result<(), Dropped> {
-    let served = talk(&mut socket, board, stop, place);
+    let served = talk(&mut socket, latest, stop, slot);
     match &served {
         Err(Dropped::Io(error)) if hung_up(error) => return Ok(()),
         Ok(()) | Err(Dropped::TakesNothing | Dropped::Io(_)) => {}
@@ -61,21 +61,21 @@ pub(super) fn serve(
     served
 }
 
-fn talk(socket: &mut Socket, board: &Board, stop: &Stop, place: &Place) -> Result<(), Dropped> {
+fn talk(socket: &mut Socket, latest: &Latest, stop: &Stop, slot: &Slot) -> Result<(), Dropped> {
     socket.set_write_timeout(Some(TAKE))?;
-    if !greet(socket, stop, place)? {
+    if !greet(socket, stop, slot)? {
         return Ok(());
     }
     let mut seen = 0;
-    while let Some(news) = board.news(&mut seen, LOOK) {
+    while let Some(news) = latest.news(&mut seen, LOOK) {
         for message in news {
             send(socket, &message)?;
         }
         if has_gone(socket)? {
             break;
         }
-        if place.gives_way() {
-            return Err(Dropped::GivesWay);
+        if slot.is_evicted() {
+            return Err(Dropped::Evicted);
         }
     }
     Ok(())
@@ -91,7 +91,7 @@ pub(super) fn turn_away(mut socket: Socket) {
 }
 
 /// Exchanges Hellos. Returns false if there is no client to serve.
-fn greet(socket: &mut Socket, stop: &Stop, place: &Place) -> Result<bool, Dropped> {
+fn greet(socket: &mut Socket, stop: &Stop, slot: &Slot) -> Result<bool, Dropped> {
     let deadline = Instant::now() + HELLO;
     let mut decoder = Decoder::new();
     loop {
@@ -104,7 +104,7 @@ fn greet(socket: &mut Socket, stop: &Stop, place: &Place) -> Result<bool, Droppe
                 return Ok(true);
             }
             None if stop.requested() => return Ok(false),
-            None if place.gives_way() => return Err(Dropped::GivesWay),
+            None if slot.is_evicted() => return Err(Dropped::Evicted),
             None if Instant::now() >= deadline => return Err(Dropped::NoHello),
             None => {}
         }

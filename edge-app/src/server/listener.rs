@@ -13,7 +13,7 @@ use nix::sys::socket::sockopt::PeerCredentials;
 use nix::unistd::Group;
 use socket2::{Domain, SockAddr, Socket, Type};
 
-use super::places::Peer;
+use super::slots::Peer;
 
 /// Why the daemon cannot listen on an address.
 #[derive(Debug, thiserror::Error)]

@@ -66,7 +66,7 @@ impl BusSender {
     }
 
     /// Sends the frames of one experiment in real time, after the experiment before and the pause between them. It
-    /// sends each frame when it is due and late ones at once, so that delays do not add up. It calls `told` after
+    /// sends each frame when it is due and late ones at once, so that delays do not add up. It calls `progress` after
     /// each frame with the time since the start.
     ///
     /// # Errors
@@ -74,7 +74,7 @@ impl BusSender {
     pub fn play(
         &mut self,
         experiment: &Transmission,
-        mut told: impl FnMut(Duration),
+        mut progress: impl FnMut(Duration),
     ) -> io::Result<()> {
         // Simulating may have taken longer than the pause.
         let start = self.free.max(Instant::now());
@@ -82,7 +82,7 @@ impl BusSender {
             let due = start + Duration::from_secs_f64(*time_s);
             thread::sleep(due.saturating_duration_since(Instant::now()));
             self.send(frame)?;
-            told(start.elapsed());
+            progress(start.elapsed());
         }
         self.free = start + Duration::from_secs_f64(experiment.lasts_s());
         Ok(())

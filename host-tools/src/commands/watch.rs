@@ -38,7 +38,7 @@ pub(super) struct Args {
 /// What to wait for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Until {
-    /// A report with parameters that the data tell, settled and consistent with the noise
+    /// A report with parameters that the data determine, settled and consistent with the noise
     Identified,
 }
 

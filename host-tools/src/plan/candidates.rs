@@ -124,8 +124,8 @@ impl Candidates<'_> {
     pub fn statics(&self) -> Information {
         let measurement = self.config.measurement();
         let problem = Problem { statics: &self.config.statics, ..self.problem(&measurement) };
-        let told = Information::of_statics(&problem, self.bushings);
-        told.unwrap_or_else(|_| Information::none(self.sought.unknowns()))
+        let information = Information::of_statics(&problem, self.bushings);
+        information.unwrap_or_else(|_| Information::none(self.sought.unknowns()))
     }
 
     /// Number of cuts at each pose.

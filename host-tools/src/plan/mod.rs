@@ -73,36 +73,36 @@ pub fn plan(
 ) -> Plan {
     let (config, sought) = (workplace.config, workplace.sought);
     let bounds = Information::of_bounds(sought, &config.bounds);
-    let within_bounds = |told: &Information| {
-        let mut known = told.clone();
+    let within_bounds = |information: &Information| {
+        let mut known = information.clone();
         known.add(&bounds);
         known
     };
-    let predict = |told: &Information| {
-        let uncertainty = criterion.uncertainty(&within_bounds(told), parameters(sought));
-        Prediction::new(&config.model, sought, told, uncertainty)
+    let predict = |information: &Information| {
+        let uncertainty = criterion.uncertainty(&within_bounds(information), parameters(sought));
+        Prediction::new(&config.model, sought, information, uncertainty)
     };
-    let mut told = start.information.clone();
+    let mut information = start.information.clone();
     if !start.has_statics {
-        told.add(&workplace.statics());
+        information.add(&workplace.statics());
     }
-    told.add(&Information::of_nuisances(sought));
-    let now = predict(&told);
+    information.add(&Information::of_nuisances(sought));
+    let now = predict(&information);
     let mut left: Vec<&Candidate> = candidates.iter().collect();
     let mut steps = Vec::new();
     while steps.len() < count {
         let informations: Vec<_> = left.iter().map(|one| &one.information).collect();
-        let known = within_bounds(&told);
+        let known = within_bounds(&information);
         let best = greedy::best(criterion, &known, &informations, parameters(sought));
         let Some(best) = best else { break };
         // Only chosen experiments are simulated.
-        let Some(information) = workplace.simulate(&left[best].experiment) else {
+        let Some(simulated) = workplace.simulate(&left[best].experiment) else {
             left.remove(best);
             continue;
         };
-        told.add(&information);
+        information.add(&simulated);
         let Experiment { pose, spindle_rpm, feed, .. } = left[best].experiment.clone();
-        steps.push(Step { pose, spindle_rpm, feed, after: predict(&told) });
+        steps.push(Step { pose, spindle_rpm, feed, after: predict(&information) });
     }
     Plan {
         criterion,

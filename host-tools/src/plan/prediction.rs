@@ -30,10 +30,15 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// The prediction for a fit with the information `told` of experiments and of the nuisances' priors. The bounds
+    /// The prediction for a fit with the `information` of experiments and of the nuisances' priors. The bounds
     /// enter only `uncertainty`.
-    pub fn new(model: &Model, sought: &Sought, told: &Information, uncertainty: f64) -> Self {
-        let covariance = told.covariance();
+    pub fn new(
+        model: &Model,
+        sought: &Sought,
+        information: &Information,
+        uncertainty: f64,
+    ) -> Self {
+        let covariance = information.covariance();
         let deviations: Vec<f64> =
             (0..parameters(sought)).map(|unknown| covariance.deviation(unknown)).collect();
         let worst = (0..deviations.len()).max_by(|&a, &b| deviations[a].total_cmp(&deviations[b]));

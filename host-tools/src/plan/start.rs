@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fit_that_does_not_hold_is_no_knowledge() {
+    fn a_fit_that_does_not_hold_is_refused() {
         let refused = |acceptance| parse(&sought(), acceptance).unwrap_err().to_string();
         let suspect = refused(Acceptance::ModelSuspect);
         assert!(suspect.starts_with("found.json: its fit is \"model_suspect\""), "{suspect}");

@@ -43,10 +43,10 @@ pub fn plan(plan: &Plan) -> String {
          \x20pose: joints, base first, rad (m), within their limits: see for yourself that it is clear\n\
          \x20cut: axis of the TCP that the tool is fed along, spindle speed from start to end, at most \
          {peak_tangential_n} N on a tooth\n\
-         \x20uncertainty: {meaning}, the bounds counted as knowledge\n\
+         \x20uncertainty: {meaning}, with the bounds as prior information\n\
          \x20std: relative standard deviation of a parameter, from experiments alone\n\
          \x20identified, weak, not observable: of how many parameters `flexid identify` will say so\n\
-         \x20foretold for the robot that the plan starts from, if `flexid identify` finds the right minimum\n\
+         \x20predicted for the robot that the plan starts from, if `flexid identify` finds the right minimum\n\
          \x20each step is the best of {candidates} experiments beside all above it{given_up}\n\
          \x20worst in the end: {}, {}\n",
         end.worst_parameter,
@@ -70,7 +70,7 @@ fn percent(part: f64) -> String {
         fine if fine < 1.0 => format!("{fine:.3} %"),
         rough if rough < 1000.0 => format!("{rough:.1} %"),
         far if far.is_finite() => "over 1000 %".to_owned(),
-        _ => "not told".to_owned(),
+        _ => "undetermined".to_owned(),
     }
 }
 
@@ -83,6 +83,6 @@ mod tests {
         let cases = [1e-7, 0.000_234, 0.0124, 9.9].map(percent);
         assert_eq!(cases, ["under 0.001 %", "0.023 %", "1.2 %", "990.0 %"]);
         let cases = [10.0, 1e9, f64::INFINITY, f64::NAN].map(percent);
-        assert_eq!(cases, ["over 1000 %", "over 1000 %", "not told", "not told"]);
+        assert_eq!(cases, ["over 1000 %", "over 1000 %", "undetermined", "undetermined"]);
     }
 }

@@ -216,10 +216,10 @@ fn plateau(
             && mean(&values) <= PEAKED * values[values.len() / 2] / periodogram.median()
             && kept >= KEPT
     };
-    let mut told = bands.filter(is_noise);
-    let lowest = told.next()?;
+    let mut noise = bands.filter(is_noise);
+    let lowest = noise.next()?;
     let own = mean(&free(periodogram, lowest));
-    let above = told.next().map_or(own, |band| mean(&free(periodogram, band)));
+    let above = noise.next().map_or(own, |band| mean(&free(periodogram, band)));
     if own <= FALLS * above {
         let level = own.max(above);
         return (level > LOUDER * quartile).then_some(level);

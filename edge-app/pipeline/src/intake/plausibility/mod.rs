@@ -125,14 +125,14 @@ impl Plausibility {
     }
 
     pub(super) fn implausible(&self) -> Implausible {
-        let [told, _] = &self.tallies;
-        let flat = |axis: usize| self.channels[axis].flat(&told.ends[axis]);
-        let is_rare = |spikes: u64| spikes * RARE < told.frames;
+        let [tally, _] = &self.tallies;
+        let flat = |axis: usize| self.channels[axis].flat(&tally.ends[axis]);
+        let is_rare = |spikes: u64| spikes * RARE < tally.frames;
         Implausible {
-            spikes: told.spikes.map(|spikes| if is_rare(spikes) { 0 } else { spikes }),
-            stuck: told.stuck,
+            spikes: tally.spikes.map(|spikes| if is_rare(spikes) { 0 } else { spikes }),
+            stuck: tally.stuck,
             flat: std::array::from_fn(flat),
-            joints: told.joints,
+            joints: tally.joints,
             rest: self.rest,
             largest_force: self.largest_force,
         }
@@ -199,9 +199,14 @@ impl Plausibility {
 
 /// Returns the warnings about implausible readings with their corrections, the gravest first: wrong units, then broken
 /// channels. `at_limit` counts the samples at the limit of each signal, which have a warning of their own.
-pub(crate) fn warnings(odd: &Implausible, at_limit: &[u64; 6], config: &Config) -> Vec<String> {
-    let mut warnings: Vec<String> = joints::warning(&odd.joints, config).into_iter().collect();
-    warnings.extend(odd.rest.and_then(|mean| rest::warning(mean, config)));
+pub(crate) fn warnings(
+    implausible: &Implausible,
+    at_limit: &[u64; 6],
+    config: &Config,
+) -> Vec<String> {
+    let mut warnings: Vec<String> =
+        joints::warning(&implausible.joints, config).into_iter().collect();
+    warnings.extend(implausible.rest.and_then(|mean| rest::warning(mean, config)));
     let mut channels = |samples: [u64; 6], what: &str, mend: &str| {
         let axes = config.signals.axes.iter().zip(samples).filter(|(_, samples)| *samples > 0);
         let axes: Vec<String> = axes
@@ -211,19 +216,20 @@ pub(crate) fn warnings(odd: &Implausible, at_limit: &[u64; 6], config: &Config) 
             warnings.push(format!("{what}: {}: {mend}", enumerate(&axes, ROOM)));
         }
     };
-    channels(odd.stuck, "stuck while others move", "check the sensor and its wiring");
-    let flat = std::array::from_fn(|axis| if at_limit[axis] == 0 { odd.flat[axis] } else { 0 });
+    channels(implausible.stuck, "stuck while others move", "check the sensor and its wiring");
+    let flat =
+        std::array::from_fn(|axis| if at_limit[axis] == 0 { implausible.flat[axis] } else { 0 });
     channels(flat, "flat at its largest value", "the sensor is overdriven: widen its range");
     // In a signal that is cut off, each sample that is not stands out like a spike.
-    let whole = |axis: usize| odd.flat[axis] == 0 && at_limit[axis] == 0;
-    let spikes = std::array::from_fn(|axis| if whole(axis) { odd.spikes[axis] } else { 0 });
+    let whole = |axis: usize| implausible.flat[axis] == 0 && at_limit[axis] == 0;
+    let spikes = std::array::from_fn(|axis| if whole(axis) { implausible.spikes[axis] } else { 0 });
     channels(spikes, "spikes of single samples", "check wiring, shield and supply");
     warnings
 }
 
 /// Returns a remark if the force so far is smaller than that of a cut, else an empty text.
-pub(crate) fn faint_force(odd: &Implausible) -> String {
-    let largest = odd.largest_force;
+pub(crate) fn faint_force(implausible: &Implausible) -> String {
+    let largest = implausible.largest_force;
     if largest > 0.0 && largest < LEAST_CUT_N {
         format!("; no force above {largest:.2} N so far: in kN?")
     } else {

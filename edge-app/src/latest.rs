@@ -1,7 +1,7 @@
-//! The board on which the daemon puts its latest messages, and from which every client reads at its own pace.
+//! The latest message of each kind, which the daemon publishes and every client reads at its own pace.
 //!
-//! The board has one place for each kind of message. A slow client misses the values in between and gets the latest. No thread
-//! waits for a client.
+//! A message replaces the one of its kind. A slow client misses the messages in between and gets the latest. No thread waits
+//! for a client.
 
 use std::mem::discriminant;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -11,38 +11,38 @@ use flexid_wire::messages::FromEdge;
 
 /// The latest message of every kind.
 #[derive(Debug, Default)]
-pub struct Board {
-    latest: Mutex<Latest>,
+pub struct Latest {
+    state: Mutex<State>,
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct Latest {
+struct State {
     /// One message of each kind, oldest first, numbered from 1.
     messages: Vec<(u64, Arc<FromEdge>)>,
     count: u64,
     closed: bool,
 }
 
-impl Board {
-    /// Makes an empty board.
+impl Latest {
+    /// Makes one without messages.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Puts up a message in place of the one of its kind.
+    /// Publishes a message in place of the one of its kind.
     pub fn publish(&self, message: FromEdge) {
         self.publish_together([message]);
     }
 
-    /// Puts up messages that belong together. A client that gets one of them gets the others right after it.
+    /// Publishes messages that belong together. A client that gets one of them gets the others right after it.
     pub fn publish_together<const N: usize>(&self, messages: [FromEdge; N]) {
-        let mut latest = self.lock();
+        let mut state = self.lock();
         for message in messages.map(Arc::new) {
-            latest.messages.retain(|(_, old)| discriminant(&**old) != discriminant(&*message));
-            latest.count += 1;
-            let number = latest.count;
-            latest.messages.push((number, message));
+            state.messages.retain(|(_, old)| discriminant(&**old) != discriminant(&*message));
+            state.count += 1;
+            let number = state.count;
+            state.messages.push((number, message));
         }
         self.changed.notify_all();
     }
@@ -54,33 +54,31 @@ impl Board {
         self.lock().messages.retain(|(_, message)| !finding(message));
     }
 
-    /// Closes the board. No message will follow.
+    /// Says that no message will follow.
     pub fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();
     }
 
-    /// Waits, at most `timeout`, for messages that were put up since `seen` (0 at first). Returns them, oldest first, and moves
-    /// `seen` on. Returns `None` when the board is closed and all messages are seen.
+    /// Waits, at most `timeout`, for messages that were published since `seen` (0 at first). Returns them, oldest first, and moves
+    /// `seen` on. Returns `None` when all messages are seen and none will follow.
     pub fn news(&self, seen: &mut u64, timeout: Duration) -> Option<Vec<Arc<FromEdge>>> {
-        let (latest, _) = self
+        let (state, _) = self
             .changed
-            .wait_timeout_while(self.lock(), timeout, |latest| {
-                latest.count == *seen && !latest.closed
-            })
+            .wait_timeout_while(self.lock(), timeout, |state| state.count == *seen && !state.closed)
             .unwrap_or_else(PoisonError::into_inner);
-        if latest.count == *seen && latest.closed {
+        if state.count == *seen && state.closed {
             return None;
         }
-        let news = latest.messages.iter().filter(|(number, _)| number > seen);
+        let news = state.messages.iter().filter(|(number, _)| number > seen);
         let news = news.map(|(_, message)| Arc::clone(message)).collect();
-        *seen = latest.count;
+        *seen = state.count;
         Some(news)
     }
 
-    fn lock(&self) -> MutexGuard<'_, Latest> {
+    fn lock(&self) -> MutexGuard<'_, State> {
         // The messages are whole even after a panic.
-        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -105,26 +103,26 @@ mod tests {
 
     #[test]
     fn the_latest_of_each_kind_is_kept() {
-        let board = Board::new();
+        let latest = Latest::new();
         let other = FromEdge::Refused(Refusal { reason: clipped("full") });
         let mut seen = 0;
-        assert_eq!(board.news(&mut seen, Duration::ZERO), Some(vec![]));
+        assert_eq!(latest.news(&mut seen, Duration::ZERO), Some(vec![]));
         for message in [progress(1), other.clone(), progress(2), progress(3)] {
-            board.publish(message);
+            latest.publish(message);
         }
-        let news = board.news(&mut seen, Duration::ZERO).unwrap();
+        let news = latest.news(&mut seen, Duration::ZERO).unwrap();
         assert_eq!(news, [Arc::new(other), Arc::new(progress(3))]);
-        assert_eq!(board.news(&mut seen, Duration::ZERO), Some(vec![]));
-        board.publish(progress(4));
-        board.close();
-        assert_eq!(board.news(&mut seen, Duration::ZERO), Some(vec![Arc::new(progress(4))]));
-        assert_eq!(board.news(&mut seen, Duration::from_secs(60)), None);
+        assert_eq!(latest.news(&mut seen, Duration::ZERO), Some(vec![]));
+        latest.publish(progress(4));
+        latest.close();
+        assert_eq!(latest.news(&mut seen, Duration::ZERO), Some(vec![Arc::new(progress(4))]));
+        assert_eq!(latest.news(&mut seen, Duration::from_secs(60)), None);
     }
 
     /// A client that looks at any moment gets the two messages of one pair, in their order.
     #[test]
     fn what_belongs_together_comes_together() {
-        let board = Board::new();
+        let latest = Latest::new();
         let other = |records| {
             let reason = clipped(format_args!("{records}"));
             FromEdge::Refused(Refusal { reason })
@@ -132,13 +130,13 @@ mod tests {
         std::thread::scope(|scope| {
             scope.spawn(|| {
                 for records in 0..2000 {
-                    board.publish_together([progress(records), other(records)]);
+                    latest.publish_together([progress(records), other(records)]);
                 }
-                board.close();
+                latest.close();
             });
             let mut seen = 0;
             let mut pairs = 0;
-            while let Some(news) = board.news(&mut seen, Duration::from_secs(60)) {
+            while let Some(news) = latest.news(&mut seen, Duration::from_secs(60)) {
                 let FromEdge::Progress(first) = *news[0] else { panic!("{news:?}") };
                 assert_eq!((news.len(), &*news[1]), (2, &other(first.records)));
                 pairs += 1;

@@ -9,13 +9,13 @@ use flexid_pipeline::report::Summary;
 
 /// Holds the warnings that are in the log.
 #[derive(Debug, Default)]
-pub(super) struct Journal {
+pub(super) struct ReportLog {
     warned: HashSet<String>,
 }
 
-impl Journal {
+impl ReportLog {
     /// Logs the verdicts of a report on one line, and those of its warnings that are new.
-    pub(super) fn settled(&mut self, report: &Report) {
+    pub(super) fn log(&mut self, report: &Report) {
         info!("{}", Summary(report).line());
         let warnings: Vec<&str> = report.warnings.iter().map(|warning| warning.as_str()).collect();
         for warning in self.new_warnings(&warnings) {
@@ -40,12 +40,12 @@ mod tests {
 
     #[test]
     fn a_warning_is_written_when_it_comes() {
-        let mut journal = Journal::default();
+        let mut log = ReportLog::default();
         let first = ["3 frames of another length", "the robot has changed"];
-        assert_eq!(journal.new_warnings(&first).len(), 2);
+        assert_eq!(log.new_warnings(&first).len(), 2);
         let counted_on = ["the robot has changed", "17 frames of another length"];
-        assert_eq!(journal.new_warnings(&counted_on), [""; 0]);
-        assert_eq!(journal.new_warnings(&["a new one"]), ["a new one"]);
-        assert_eq!(journal.new_warnings(&first).len(), 2);
+        assert_eq!(log.new_warnings(&counted_on), [""; 0]);
+        assert_eq!(log.new_warnings(&["a new one"]), ["a new one"]);
+        assert_eq!(log.new_warnings(&first).len(), 2);
     }
 }
