@@ -38,7 +38,8 @@ pub enum Acceptance {
     /// The same minimum was reached more than once, and its residuals are larger than the noise explains, or have structure
     /// that no noise has.
     ModelSuspect,
-    /// The work ended before the fit proved to be consistent or suspect.
+    /// The work ended before the fit proved to be consistent or suspect; or the residuals are too few to test the model, or far
+    /// smaller than the stated noise.
     Unsettled,
 }
 

@@ -24,6 +24,7 @@ pub mod flexid;
 pub mod illustration;
 pub mod method;
 #[cfg(test)]
+#[path = "../../simulation/src/reference.rs"]
 mod reference;
 pub mod report;
 pub mod rivals;

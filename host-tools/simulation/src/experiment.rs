@@ -111,7 +111,7 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
-    use crate::scenario::tests::mill3;
+    use crate::reference::mill3;
     use crate::validation::displacement_error;
 
     /// The reference is the same cut with sixteen times as many steps.

@@ -197,7 +197,7 @@ fn filter(raw: &[Vector3<f64>], half: &[f64]) -> Vec<Vector3<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::tests::mill3;
+    use crate::reference::mill3;
     use rand_core::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 

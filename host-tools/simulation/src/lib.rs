@@ -16,12 +16,17 @@
 //! | [`validation`] | the errors of an identified robot                            |
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+extern crate self as flexid_simulation;
+
 pub mod bus;
 pub mod candump;
 pub mod experiment;
 pub mod force;
 pub mod interface;
 pub mod plant;
+#[cfg(test)]
+mod reference;
 pub mod scenario;
 pub mod sensor;
 pub mod simulator;

@@ -206,7 +206,8 @@ impl Scenario {
     }
 
     /// An experiment that the file does not have. Its pose is drawn uniformly between the joints' limits (between ± π
-    /// or ± 1 m where there is none). Its spindle speeds and its feed are drawn like those of the file.
+    /// or ± 1 m where there is none). Its spindle speeds are drawn from the ranges of the reference scenario, 600 to 900 rpm at the
+    /// start and 3000 to 5400 rpm at the end, and its feed from the three axes.
     pub fn draw_experiment(&self, model: &Model, rng: &mut impl Rng) -> Experiment {
         let pose = model.joints.iter().map(|joint| uniform(rng, reach(joint))).collect();
         let feed = [Feed::X, Feed::Y, Feed::Z][uniform(rng, [0.0, 3.0]) as usize];
@@ -363,27 +364,13 @@ fn not_negative(place: &str, value: f64) -> Result<(), String> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
-    use flexid_core::chain::Chain;
-
+mod tests {
     use super::*;
+    use crate::reference::{mill3, model};
     use rand_core::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     const TEXT: &str = include_str!("../../scenario/mill3.toml");
-
-    /// The reference robot.
-    pub(crate) fn model() -> Model {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenario/mill3-model.toml");
-        Model::load(&file).unwrap()
-    }
-
-    /// The reference scenario and its robot.
-    pub(crate) fn mill3() -> (Scenario, Chain) {
-        let model = model();
-        let scenario = Scenario::parse(Path::new("mill3.toml"), TEXT, &model).unwrap();
-        (scenario, model.chain().unwrap())
-    }
 
     #[test]
     fn the_reference_scenario_is_read() {

@@ -137,7 +137,7 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
-    use crate::scenario::tests::mill3;
+    use crate::reference::mill3;
 
     const POSE: [f64; 3] = [0.0, -0.45, 0.95];
 

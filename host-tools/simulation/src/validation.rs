@@ -138,7 +138,7 @@ pub fn parameter_deviation(truth: &[Bushing], estimate: &[Bushing], bounds: &Bou
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::tests::{mill3, model};
+    use crate::reference::{mill3, model};
 
     #[test]
     fn only_the_band_counts() {

@@ -81,7 +81,7 @@ mod tests {
             };
             for batch in 1..50_i128 {
                 let looked_ns = batch * 50_000_000;
-                // Both looks at monotonic take 100 to 900 ns.
+                // Between the two readings of monotonic pass 150 to 1350 ns.
                 let wide = 100 + 400 * (batch % 3);
                 let difference_ns = realtime_ns(looked_ns) - looked_ns;
                 offset.look(difference_ns - wide..=difference_ns + wide / 2, looked_ns);

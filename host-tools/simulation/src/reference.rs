@@ -1,4 +1,4 @@
-//! The reference robot and its scenario, for tests.
+//! The reference robot and its scenario, for the tests of this crate and of `flexid-reproduce`.
 
 use std::path::Path;
 
