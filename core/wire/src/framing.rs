@@ -51,6 +51,10 @@ impl fmt::Display for FrameError {
 impl core::error::Error for FrameError {}
 
 /// Writes `message` as one frame with its prefix to the front of `buffer` ([`FRAME_BUFFER`] bytes hold any).
+///
+/// # Errors
+///
+/// Returns [`FrameError::DoesNotFit`] if the frame is longer than `buffer` or than a frame may be.
 pub fn encode<'a, T: Serialize>(message: &T, buffer: &'a mut [u8]) -> Result<&'a [u8], FrameError> {
     let (prefix, body) = buffer.split_at_mut_checked(PREFIX).ok_or(FrameError::DoesNotFit)?;
     let allowed = body.len().min(MAX_FRAME);
@@ -62,6 +66,10 @@ pub fn encode<'a, T: Serialize>(message: &T, buffer: &'a mut [u8]) -> Result<&'a
 }
 
 /// Reads the message of one frame, which is given without its prefix.
+///
+/// # Errors
+///
+/// Returns an error if the frame holds no such message, or has bytes behind it.
 pub fn decode<T: DeserializeOwned>(frame: &[u8]) -> Result<T, FrameError> {
     match postcard::take_from_bytes(frame) {
         Ok((message, [])) => Ok(message),
@@ -74,6 +82,10 @@ pub fn decode<T: DeserializeOwned>(frame: &[u8]) -> Result<T, FrameError> {
 pub type FrameAndRest<'a> = (&'a [u8], &'a [u8]);
 
 /// Splits the first frame off `bytes`; `None` if the frame is not complete yet.
+///
+/// # Errors
+///
+/// Returns [`FrameError::TooLong`] if the prefix announces more bytes than a frame may have.
 pub fn take_frame(bytes: &[u8]) -> Result<Option<FrameAndRest<'_>>, FrameError> {
     let Some((prefix, rest)) = bytes.split_first_chunk::<PREFIX>() else {
         return Ok(None);
@@ -138,7 +150,10 @@ impl Decoder {
 
     /// The next message; `None` if the stream must be read first.
     ///
-    /// After [`FrameError::TooLong`] every call returns this error again. After any other error the frame is skipped.
+    /// # Errors
+    ///
+    /// The errors are those of [`take_frame`] and [`decode`]. After [`FrameError::TooLong`] every call returns this error again.
+    /// After any other error the frame is skipped.
     #[expect(
         clippy::should_implement_trait,
         reason = "the kind of message may differ between calls"

@@ -73,6 +73,10 @@ impl Signal {
     /// Checks that the signal is valid and fits into a payload of `payload_len` bytes (8 in CAN, up to 64 in CAN FD).
     ///
     /// The other functions make the same check. This one serves to reject a table before the first frame.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the width or the scaling is invalid, or if the signal does not end within the payload.
     pub fn check(&self, payload_len: usize) -> Result<(), SignalError> {
         self.window(payload_len).map(drop)
     }
@@ -88,6 +92,10 @@ impl Signal {
     }
 
     /// The integer in the payload (`i128` holds both `u64` and `i64`).
+    ///
+    /// # Errors
+    ///
+    /// The errors are those of [`Signal::check`].
     pub fn decode_raw(&self, payload: &[u8]) -> Result<i128, SignalError> {
         let window = self.window(payload.len())?;
         let unused = 64 - self.length;
@@ -100,11 +108,19 @@ impl Signal {
     }
 
     /// The physical value in the payload, `scale · raw + offset`.
+    ///
+    /// # Errors
+    ///
+    /// The errors are those of [`Signal::check`].
     pub fn decode(&self, payload: &[u8]) -> Result<f64, SignalError> {
         Ok(self.decode_raw(payload)? as f64 * self.scale + self.offset)
     }
 
     /// Writes the integer of [`raw_range`](Self::raw_range) that is nearest to `raw`. Bits of other signals do not change.
+    ///
+    /// # Errors
+    ///
+    /// The errors are those of [`Signal::check`]. The payload does not change then.
     pub fn encode_raw(&self, raw: i128, payload: &mut [u8]) -> Result<(), SignalError> {
         let window = self.window(payload.len())?;
         let raw = raw.clamp(*self.raw_range().start(), *self.raw_range().end());
@@ -117,6 +133,10 @@ impl Signal {
 
     /// Writes a physical value, rounded to the nearest step (ties to even) and limited to the range of the signal. Bits of
     /// other signals do not change.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error as [`Signal::check`] does, or if `physical` is not a number. The payload does not change then.
     pub fn encode(&self, physical: f64, payload: &mut [u8]) -> Result<(), SignalError> {
         self.check(payload.len())?;
         if physical.is_nan() {

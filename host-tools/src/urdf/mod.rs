@@ -160,6 +160,9 @@ pub enum UrdfError {
 }
 
 /// Reads the chain from the root to the link `tcp` out of the text of a URDF file.
+///
+/// # Errors
+/// The error names the link or the joint, and the correction.
 pub fn import(text: &str, tcp: &str) -> Result<Imported, UrdfError> {
     // An expanded file may still declare the name space, but uses no element of it.
     if text.contains("<xacro:") {
