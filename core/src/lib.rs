@@ -151,10 +151,10 @@ pub mod receptance;
 pub mod refine;
 pub mod search;
 pub mod sensors;
+pub mod sought;
 pub mod spectrum;
 pub mod statics;
 pub mod stream;
-pub mod unknowns;
 pub mod verdict;
 
 /// Largest number of joints of a chain.

@@ -6,10 +6,10 @@ use std::error::Error;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::identify::{Acceptance, Estimate, Identifier};
 use flexid_core::parameters::{Bounds, Bushings, EmptyBounds, Ranges};
+use flexid_core::sought::Coordinate;
 use flexid_core::spectrum::{Experiment, Measurement, SpectrumError};
 use flexid_core::statics::StaticTestError;
 use flexid_core::stream::{Record, Stream, StreamConfig};
-use flexid_core::unknowns::Coordinate;
 use flexid_core::verdict::Verdict;
 
 use crate::common::fits::{parameters, settle};

@@ -9,8 +9,8 @@ use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::{Complex, PerDof, Terms, accelerance};
 use flexid_core::sensors::{Accelerometer, Sensors};
+use flexid_core::sought::Sought;
 use flexid_core::spectrum::{Experiment, Measurement};
-use flexid_core::unknowns::Sought;
 
 use crate::common::fits::{
     assert_within_the_intervals, identifier_of, mean_square, relative, scores, settle,

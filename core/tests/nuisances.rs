@@ -4,9 +4,9 @@ use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::parameters::Bushings;
+use flexid_core::sought::{Coordinate, Sought};
 use flexid_core::spectrum::Experiment;
 use flexid_core::stream::Record;
-use flexid_core::unknowns::{Coordinate, Sought};
 
 use crate::common::fits::{identifier, mean_square, parameters, relative, scores, settle};
 use crate::common::milling::{Conditions, SAMPLES, STEPS, cut, experiments, record};

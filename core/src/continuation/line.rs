@@ -15,8 +15,8 @@ use crate::parameters::MAX_PARAMETERS;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Response, Terms};
 use crate::refine::ParameterNormal;
+use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
-use crate::unknowns::{MAX_UNKNOWNS, Sought};
 
 /// Number of lanes of the widest vector.
 const MAX_WIDTH: usize = 16;

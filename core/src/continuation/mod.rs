@@ -24,8 +24,8 @@ use crate::receptance::Terms;
 use crate::refine::compliance;
 use crate::refine::proposal::least_within;
 use crate::refine::{ParameterNormal, Problem};
+use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
-use crate::unknowns::Coordinates;
 
 /// Number of levels below the whole band, half an octave each. The first level ends at a 128th of the highest frequency,
 /// where most joints that can mill have no resonance yet.

@@ -3,7 +3,7 @@
 
 use crate::parameters::Bounds;
 use crate::refine::ParameterNormal;
-use crate::unknowns::{Coordinate, Coordinates, Sought};
+use crate::sought::{Coordinate, Coordinates, Sought};
 use crate::{DOF, MAX_JOINTS};
 
 /// Standard deviation of ln d − ½ ln k, which for a known inertia is that of the logarithm of the damping ratio.

@@ -11,8 +11,8 @@ use crate::linear::normal::Normal;
 use crate::mounting::Mounting;
 use crate::refine::tests::{BINS, SAMPLES, bounds, bushings, chain, problem, record, sought};
 use crate::sensors::Accelerometer;
+use crate::sought::MAX_UNKNOWNS;
 use crate::spectrum::Measurement;
-use crate::unknowns::MAX_UNKNOWNS;
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::with_cases(8) })]

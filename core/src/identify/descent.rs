@@ -6,8 +6,8 @@
 
 use crate::continuation::{Continuation, LEVELS};
 use crate::refine::{ParameterNormal, Problem};
+use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
-use crate::unknowns::Coordinates;
 
 /// Mean square of the residuals up to which an end fits. Noise alone leaves a half, and hardly more by chance: there are thousands
 /// of residuals.

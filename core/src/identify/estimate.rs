@@ -7,8 +7,8 @@ use super::minimum::{Minimum, Rival, structure_is_beyond_noise};
 use crate::parameters::Bushings;
 use crate::refine::{Agreement, Problem, Refinement, lies_on_bound};
 use crate::search::MAX_EXPERIMENTS;
+use crate::sought::{Coordinate, Coordinates, MAX_NUISANCES, MAX_UNKNOWNS, Nuisance};
 use crate::spectrum::Experiment;
-use crate::unknowns::{Coordinate, Coordinates, MAX_NUISANCES, MAX_UNKNOWNS, Nuisance};
 use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 
 /// How far a settled estimate can be believed.

@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use super::FoundBy;
 use crate::refine::{Fit, Remaining};
-use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
+use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 
 /// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a
 /// few hundred quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.

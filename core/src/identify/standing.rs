@@ -9,7 +9,7 @@ use super::minimum::Rival;
 use super::{Acceptance, Effort, FoundBy};
 use crate::parameters::Bounds;
 use crate::refine::Retired;
-use crate::unknowns::{Coordinates, MAX_UNKNOWNS, Sought};
+use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 
 /// How far beyond its bounds rounding may put a parameter's logarithm.
 const ROUNDING: f64 = 1e-9;

@@ -3,7 +3,7 @@
 use rand_core::Rng;
 
 use crate::parameters::Bounds;
-use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
+use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
 /// How a start looks for the basin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

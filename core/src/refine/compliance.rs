@@ -8,7 +8,7 @@
 //! c ← c (1 − a)     b ← b (1 + a_d − 2 a)     Δln k = −ln(1 − a)     Δln d = ln(1 + a_d − 2 a) + 2 Δln k
 //! ```
 
-use crate::unknowns::{Coordinate, MAX_UNKNOWNS, Sought};
+use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
 /// Least that a step leaves of a compliance: what is linear ends somewhere.
 const LEAST_COMPLIANCE: f64 = 0.2;

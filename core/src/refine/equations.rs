@@ -22,7 +22,7 @@ use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, PerDof, Response, Terms};
-use crate::unknowns::{MAX_UNKNOWNS, Sought};
+use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::{DOF, MAX_JOINTS};
 
 /// Normal equations of one record.

@@ -7,8 +7,8 @@ use super::residuals::Agreement;
 use super::summary::Summary;
 use super::{ParameterNormal, Problem, Refinement};
 use crate::parameters::{Bounds, End, MAX_PARAMETERS};
+use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
-use crate::unknowns::{MAX_UNKNOWNS, Sought};
 use crate::verdict::Covariance;
 
 /// How well the parameters explain the records.

@@ -5,7 +5,7 @@ use super::{ParameterNormal, Problem};
 use crate::chain::linearise::LinearisationError;
 use crate::linear::normal::Normal;
 use crate::parameters::{Bounds, Bushings};
-use crate::unknowns::{MAX_UNKNOWNS, Sought};
+use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::verdict::Covariance;
 
 /// Inverse covariance of the unknowns of a fit, in the order of [`Sought`].

@@ -9,7 +9,7 @@
 use super::compliance::{self, Room};
 use super::{ParameterNormal, Problem, Refinement};
 use crate::linear::normal::Normal;
-use crate::unknowns::MAX_UNKNOWNS;
+use crate::sought::MAX_UNKNOWNS;
 
 /// A step may not change a parameter by more than this factor's logarithm.
 const LONGEST_STEP: f64 = 1.0;

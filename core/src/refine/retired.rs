@@ -8,7 +8,7 @@ use heapless::Vec;
 use super::ParameterNormal;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
-use crate::unknowns::MAX_UNKNOWNS;
+use crate::sought::MAX_UNKNOWNS;
 
 /// Sum of squares of all retired records as a quadratic about one point.
 #[derive(Clone, Debug)]

@@ -9,7 +9,7 @@ use crate::DOF;
 use crate::calibration::Calibration;
 use crate::receptance::lanes::Lanes;
 use crate::receptance::{Complex, Response, Terms};
-use crate::unknowns::{Coordinate, MAX_UNKNOWNS, Sought};
+use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
 /// Of one lane.
 type Rows = [[f64; COLUMNS]; 6];

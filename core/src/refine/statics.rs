@@ -5,8 +5,8 @@ use crate::DOF;
 use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;
 use crate::parameters::Bushings;
+use crate::sought::{Coordinate, MAX_UNKNOWNS};
 use crate::statics::{Deflection, StaticTest};
-use crate::unknowns::{Coordinate, MAX_UNKNOWNS};
 
 /// Unknowns and residual.
 const COLUMNS: usize = MAX_UNKNOWNS + 1;

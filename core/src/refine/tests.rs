@@ -15,8 +15,8 @@ use crate::chain::{Joint, JointKind, Link};
 use crate::mounting::Mounting;
 use crate::parameters::Bushing;
 use crate::sensors::Accelerometer;
+use crate::sought::Coordinate;
 use crate::stream::Record;
-use crate::unknowns::Coordinate;
 
 pub(crate) const SAMPLES: usize = 1024;
 pub(crate) const BINS: usize = 128;

@@ -6,8 +6,8 @@ use flexid_core::chain::Chain;
 use flexid_core::identify::{Estimate, Identifier, Phase};
 use flexid_core::parameters::{Bounds, Bushings};
 use flexid_core::refine::{Fit, Outcome, Problem, Refinement};
+use flexid_core::sought::Sought;
 use flexid_core::spectrum::{Experiment, Measurement};
-use flexid_core::unknowns::Sought;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{BINS, MEASUREMENT, Random, bounds, mill3};

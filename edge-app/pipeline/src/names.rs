@@ -1,7 +1,7 @@
 //! Names of unknowns, and enumerations of names in a line.
 
 pub use flexid_core::DOF_NAMES;
-use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_core::sought::{Coordinate, Sought};
 use flexid_wire::text::{Name, clipped};
 
 use crate::model::Model;

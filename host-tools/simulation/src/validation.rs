@@ -2,7 +2,7 @@
 
 use flexid_core::chain::Chain;
 use flexid_core::parameters::{Bounds, Bushing};
-use flexid_core::unknowns::Coordinate;
+use flexid_core::sought::Coordinate;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::model::Model;

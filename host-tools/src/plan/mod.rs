@@ -23,7 +23,7 @@ pub mod table;
 use std::path::Path;
 
 use flexid_core::refine::Information;
-use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_core::sought::{Coordinate, Sought};
 use serde::Serialize;
 
 use candidates::{Candidate, Candidates};

@@ -1,7 +1,7 @@
 //! The precision that `flexid identify` is expected to report for the parameters.
 
 use flexid_core::refine::Information;
-use flexid_core::unknowns::Sought;
+use flexid_core::sought::Sought;
 use flexid_core::verdict::{Trust, Verdict};
 use flexid_pipeline::model::Model;
 use flexid_pipeline::names::name;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::refine::Information;
-use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_core::sought::{Coordinate, Sought};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::{self, BadInput};
 use flexid_wire::report::{Acceptance, JointReport, Report};

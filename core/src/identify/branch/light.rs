@@ -7,7 +7,7 @@
 use crate::DOF;
 use crate::chain::Chain;
 use crate::parameters::Bounds;
-use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
+use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
 /// Damping ratio, with the inertia that the joint carries, above which a bushing is heavily damped. Wrong dampings of drawn
 /// six-joint arms had ratios of 0.2 to 0.6.

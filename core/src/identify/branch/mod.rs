@@ -23,8 +23,8 @@ use super::descent::Descent;
 use super::minimum::{Minimum, REACHED, RIVAL, SAME_PLACE};
 use super::start::{self, Method};
 use super::{Acceptance, FoundBy, Identifier, Phase, Purpose};
+use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
-use crate::unknowns::Coordinates;
 use crate::verdict::WEAK;
 pub(super) use typical::typically_damped;
 

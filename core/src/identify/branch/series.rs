@@ -11,8 +11,8 @@
 
 use crate::chain::Chain;
 use crate::parameters::Bounds;
+use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
-use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
 /// Cosine of the angle between two axes from which on they count as parallel, in the poses of all records: 37 degrees. A force
 /// along the one axis then has at least four fifths of its size along the other.

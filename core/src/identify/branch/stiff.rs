@@ -7,7 +7,7 @@
 
 use crate::identify::start;
 use crate::parameters::Bounds;
-use crate::unknowns::{Coordinate, Coordinates, Sought};
+use crate::sought::{Coordinate, Coordinates, Sought};
 
 /// Relative standard deviation above which a stiffness is unsure: the wrong ones of six-joint robots had 2 % and more.
 const UNSURE: f64 = 0.02;

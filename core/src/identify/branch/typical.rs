@@ -4,7 +4,7 @@
 
 use crate::identify::start::typical_damping;
 use crate::parameters::Bounds;
-use crate::unknowns::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
+use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::verdict::WEAK;
 
 /// The same stiffnesses, the damping ratio of every undetermined damping in the middle of its bounds; `None` if none is

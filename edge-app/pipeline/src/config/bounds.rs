@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use flexid_core::parameters::Bounds;
-use flexid_core::unknowns::Coordinate;
+use flexid_core::sought::Coordinate;
 use serde::Deserialize;
 
 use super::sought::{joint, parameter};

@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bounds;
+use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
 use flexid_core::statics::StaticTest;
 use flexid_core::stream::StreamConfig;
-use flexid_core::unknowns::Sought;
 use flexid_wire::text::clipped;
 
 use crate::input::{self, BadInput};

@@ -1,7 +1,7 @@
 //! Sections `[calibration]` and `[parameters]`: what is sought.
 
 use flexid_core::calibration::Nuisances;
-use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_core::sought::{Coordinate, Sought};
 
 use super::CONCEIVABLE;
 use super::file::{CalibrationSection, ParametersSection};

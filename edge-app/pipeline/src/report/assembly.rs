@@ -1,7 +1,7 @@
 //! Makes a report of an estimate and of the counts of what came in.
 
 use flexid_core::identify::{Acceptance, Estimate, FoundBy};
-use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_core::sought::{Coordinate, Sought};
 use flexid_wire::report::{self, Fit, JointReport, Report, Verdict};
 use flexid_wire::text::clipped;
 

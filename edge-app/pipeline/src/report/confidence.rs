@@ -1,7 +1,7 @@
 //! The confidence of a report, which the daemon sends beside it.
 
 use flexid_core::identify::Estimate;
-use flexid_core::unknowns::{self, Coordinate, Sought};
+use flexid_core::sought::{self, Coordinate, Sought};
 use flexid_core::verdict::{Covariance, Trust};
 use flexid_wire::confidence::{
     Confidence, Correlations, HeldOut, Interval, JointIntervals, Nuisance,
@@ -73,12 +73,7 @@ fn log_normal(value: f64, standard_deviation: f64) -> Interval {
 
 /// Makes a nuisance without its name. The verdict compares its deviation with that of its prior, `width`. The interval does not
 /// depend on the verdict, since the prior is known in any case.
-fn nuisance(
-    found: &unknowns::Nuisance,
-    width: f64,
-    trust: Trust,
-    residuals: Residuals,
-) -> Nuisance {
+fn nuisance(found: &sought::Nuisance, width: f64, trust: Trust, residuals: Residuals) -> Nuisance {
     let value = found.value;
     let (told, _) = trust.verdict(1.0, found.deviation / width);
     let deviation = residuals.inflate(found.deviation);
@@ -129,7 +124,7 @@ mod tests {
     #[test]
     fn a_nuisance_is_judged_by_what_was_known_beforehand() {
         let found_in = |consistency, coordinate, value, deviation| {
-            let found = unknowns::Nuisance { coordinate, value, deviation };
+            let found = sought::Nuisance { coordinate, value, deviation };
             let (trust, residuals) = (Trust::new(consistency, true), Residuals::noise(consistency));
             nuisance(&found, 1e-2, trust, residuals)
         };

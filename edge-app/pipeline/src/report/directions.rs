@@ -1,6 +1,6 @@
 //! Combinations of unknowns that the data determine poorly, in words.
 
-use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_core::sought::{Coordinate, Sought};
 use flexid_core::verdict::Direction;
 use flexid_wire::confidence::{Share, WeakDirection};
 use flexid_wire::text::clipped;

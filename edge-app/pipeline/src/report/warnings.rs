@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::parameters::{Bounds, Bushings, End};
-use flexid_core::unknowns::{Coordinate, Sought};
+use flexid_core::sought::{Coordinate, Sought};
 use flexid_core::verdict::MAX_DIRECTIONS;
 
 use super::basis::Basis;

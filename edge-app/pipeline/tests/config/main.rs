@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use flexid_core::mounting::Mounting;
-use flexid_core::unknowns::Coordinate;
+use flexid_core::sought::Coordinate;
 use flexid_pipeline::config::{Accelerometer, Config, Listen};
 use nalgebra::Vector3;
 

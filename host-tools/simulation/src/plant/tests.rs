@@ -10,7 +10,7 @@ use super::joints::{Element, Law};
 use super::motion::{Surroundings, Work};
 use super::*;
 use crate::experiment::Cut;
-use crate::scenario::tests::{mill3, model};
+use crate::reference::{mill3, model};
 
 /// A short cut of the reference robot in gravity.
 fn cut() -> Cut {

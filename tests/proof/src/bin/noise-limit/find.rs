@@ -6,8 +6,8 @@ use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
 use flexid_core::parameters::{Bounds, Bushings};
+use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
-use flexid_core::unknowns::Sought;
 use flexid_core::verdict::Verdict;
 use rand_xoshiro::Xoshiro256PlusPlus;
 

@@ -8,7 +8,7 @@
 use anyhow::{Result, anyhow};
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::{Chain, Joint};
-use flexid_core::unknowns::{Coordinate, Nuisance};
+use flexid_core::sought::{Coordinate, Nuisance};
 use flexid_core::verdict::Verdict;
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::force::OVERSAMPLING;

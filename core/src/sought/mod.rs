@@ -1,4 +1,4 @@
-//! Unknowns of a fit: the parameters of the joints, of which some may be fixed or tied to each other, and nuisances.
+//! What a fit seeks: the parameters of the joints, of which some may be fixed or tied to each other, and nuisances.
 //!
 //! There are [`MAX_UNKNOWNS`] coordinates. The first [`MAX_PARAMETERS`](crate::parameters::MAX_PARAMETERS) are the logarithms of
 //! the parameters: joint by joint six stiffnesses and six dampings. The others are the nuisances, in units of their prior's
@@ -54,7 +54,7 @@ impl Role {
     }
 }
 
-/// Unknowns of a fit of a chain.
+/// What a fit of a chain seeks: the role of each coordinate, and the unknowns that follow from the roles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sought {
     joints: usize,
