@@ -18,7 +18,8 @@
 //! use flexid_core::motion::{EquationOfMotion, radau::Radau};
 //! use flexid_core::mounting::Mounting;
 //! use flexid_core::parameters::{Bounds, Bushing};
-//! use flexid_core::spectrum::{Accelerometer, Experiment, Measurement};
+//! use flexid_core::sensors::Accelerometer;
+//! use flexid_core::spectrum::{Experiment, Measurement};
 //! use flexid_core::stream::{Reading, Stream, StreamConfig};
 //! use flexid_core::verdict::Verdict;
 //! use nalgebra::{Isometry3, Matrix3, Vector3};

@@ -7,7 +7,7 @@ use flexid_core::motion::sensors::Reading;
 use flexid_core::motion::{Coordinates, EquationOfMotion, Loads, State};
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushing;
-use flexid_core::spectrum::Accelerometer;
+use flexid_core::sensors::Accelerometer;
 use nalgebra::{Vector3, Vector6};
 use rand_core::Rng;
 

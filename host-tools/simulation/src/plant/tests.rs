@@ -20,7 +20,7 @@ fn cut() -> Cut {
     sampling.duration_s = 0.256;
     Cut {
         gravity: Vector3::new(0.0, 0.0, -9.80665),
-        accelerometer: flexid_core::spectrum::Accelerometer::Strapdown,
+        accelerometer: flexid_core::sensors::Accelerometer::Strapdown,
         ..Cut::new(&scenario.experiments[0], &scenario.cutting, &sampling, &mut rng)
     }
 }
