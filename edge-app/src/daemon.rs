@@ -17,7 +17,10 @@ use flexid_pipeline::source::{ErrorCounts, Flow, FrameSource, LinkState, SourceH
 use flexid_pipeline::stop::Stop;
 use flexid_pipeline::{Counts, Intake, Outcome, Record, STACK};
 use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Status};
+use flexid_wire::state::State;
 use flexid_wire::text::clipped;
+use flexid_wire::trouble::Trouble;
+use flexid_wire::unused::Unused;
 use tracing::{error, info, warn};
 
 use crate::latest::Latest;
@@ -54,8 +57,8 @@ pub struct Daemon<'a> {
     pub store: Option<&'a Store>,
 }
 
-/// Reason why there is no estimate although there are records.
-type Refusal = Mutex<Option<String>>;
+/// Records that are not used, if there is no estimate although there are records.
+type UnusedRecords = Mutex<Option<Unused>>;
 
 /// Order of the reader to the solver.
 enum Order {
@@ -102,10 +105,10 @@ impl Daemon<'_> {
     fn work(&self, source: &mut dyn FrameSource, latest: &Latest) -> io::Result<Outcome> {
         let Self { config, stop, reload, .. } = *self;
         let (sender, receiver) = bounded(QUEUE);
-        let refusal: &Refusal = &Mutex::new(None);
+        let unused: &UnusedRecords = &Mutex::new(None);
         let big = |name: &str| thread::Builder::new().name(name.into()).stack_size(STACK);
         let (mut outcome, solving) = thread::scope(|scope| {
-            let reader = Reader { latest, refusal, stop, reload };
+            let reader = Reader { latest, unused, stop, reload };
             let reader = big("flexid-reader")
                 .spawn_scoped(scope, move || reader.run(config, source, &sender))?;
             let solver = big("flexid-solver").spawn_scoped(scope, move || {
@@ -114,7 +117,7 @@ impl Daemon<'_> {
                 // On Linux the priority belongs to the thread. If it cannot be set, the solver has the same priority as the
                 // others.
                 let _ = rustix::process::setpriority_process(None, SOLVER_NICE);
-                Solving::begin(self, latest, refusal)?.run(&receiver)
+                Solving::begin(self, latest, unused)?.run(&receiver)
             });
             let solver = solver.inspect_err(|_| stop.request())?;
             let outcome = join(reader);
@@ -144,7 +147,7 @@ fn join<T>(thread: ScopedJoinHandle<'_, io::Result<T>>) -> io::Result<T> {
 /// The thread that reads the bus.
 struct Reader<'a> {
     latest: &'a Latest,
-    refusal: &'a Refusal,
+    unused: &'a UnusedRecords,
     stop: &'a Stop,
     reload: Option<&'a Reload>,
 }
@@ -251,9 +254,9 @@ impl Reader<'_> {
             finding: None,
             counts: intake.counts(),
             state: intake.state(&config),
-            trouble: match &broken {
-                Some(error) => format!("the bus cannot be read any more: {error}"),
-                None => watch.health.trouble.clone(),
+            troubles: match &broken {
+                Some(error) => vec![Trouble::BusBroken(clipped(error))],
+                None => watch.health.troubles(),
             },
             broken,
         })))
@@ -299,12 +302,14 @@ impl Reader<'_> {
             model: clipped(&model.name),
             joints: model.joints.len() as u8,
             interface: clipped(interface),
-            state: match health.link {
-                LinkState::Up => match lock(self.refusal).as_deref() {
-                    Some(refusal) => clipped(refusal),
-                    None => clipped(intake.state(config)),
+            state: match (health.link, &health.fault) {
+                (LinkState::Down | LinkState::BusOff | LinkState::Gone, Some(fault)) => {
+                    State::BusFault(fault.clone())
+                }
+                _ => match &*lock(self.unused) {
+                    Some(records) => State::Unused(records.clone()),
+                    None => intake.state(config),
                 },
-                LinkState::Down | LinkState::BusOff | LinkState::Gone => clipped(&health.trouble),
             },
             record_fraction: intake.record_fraction(),
         }));
@@ -331,7 +336,7 @@ impl Reader<'_> {
             wrong_rate: stream.wrong_rate,
             measured_rate_hz: stream.measured_rate_hz,
             frames_per_second,
-            error: clipped(&health.trouble),
+            fault: health.fault.clone(),
             errors: bus_errors(&health.errors),
             doubtful_rate: stream.doubtful_rate,
             measured_rate_std_hz: stream.measured_rate_std_hz,
@@ -344,9 +349,9 @@ fn keep_in(cut: &mut Vec<Box<Record>>) -> impl FnMut(&Record) {
     |record| cut.push(Box::new(record.clone()))
 }
 
-/// Locks the refusal. Its value is whole between any two statements, so that a panic leaves it valid.
-fn lock(refusal: &Refusal) -> MutexGuard<'_, Option<String>> {
-    refusal.lock().unwrap_or_else(PoisonError::into_inner)
+/// Locks the unused records. Their value is whole between any two statements, so that a panic leaves it valid.
+fn lock(unused: &UnusedRecords) -> MutexGuard<'_, Option<Unused>> {
+    unused.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Converts the error counts for the wire.
@@ -365,15 +370,13 @@ fn bus_errors(errors: &ErrorCounts) -> BusErrors {
     }
 }
 
-/// Logs each trouble of the source when it comes and when it is over. Returns `now`.
+/// Logs each fault of the bus when it comes and when it is over. Returns `now`.
 fn log_changes(before: &SourceHealth, now: SourceHealth) -> SourceHealth {
-    if now.trouble != before.trouble {
-        if !now.trouble.is_empty() {
-            warn!("{}", now.trouble);
-        } else if before.link != LinkState::Up {
-            info!("the link is up again");
-        } else {
-            info!("over: {}", before.trouble);
+    if now.fault != before.fault {
+        match (&now.fault, &before.fault) {
+            (Some(fault), _) => warn!("{fault}"),
+            (None, Some(fault)) if before.link == LinkState::Up => info!("over: {fault}"),
+            (None, _) => info!("the link is up again"),
         }
     }
     let errors = now.errors.bus_off - before.errors.bus_off;

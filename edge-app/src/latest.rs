@@ -32,25 +32,18 @@ impl Latest {
 
     /// Publishes a message in place of the one of its kind.
     pub fn publish(&self, message: FromEdge) {
-        self.publish_together([message]);
-    }
-
-    /// Publishes messages that belong together. A client that gets one of them gets the others right after it.
-    pub fn publish_together<const N: usize>(&self, messages: [FromEdge; N]) {
-        let mut state = self.lock();
-        for message in messages.map(Arc::new) {
-            state.messages.retain(|(_, old)| discriminant(&**old) != discriminant(&*message));
-            state.count += 1;
-            let number = state.count;
-            state.messages.push((number, message));
-        }
+        let message = Arc::new(message);
+        let mut latest = self.lock();
+        latest.messages.retain(|(_, old)| discriminant(&**old) != discriminant(&*message));
+        latest.count += 1;
+        let number = latest.count;
+        latest.messages.push((number, message));
         self.changed.notify_all();
     }
 
-    /// Removes the report and its confidence, since they belong to another robot or another measurement.
+    /// Removes the finding, since it belongs to another robot or another measurement.
     pub fn withdraw_finding(&self) {
-        let finding =
-            |message: &FromEdge| matches!(message, FromEdge::Report(_) | FromEdge::Confidence(_));
+        let finding = |message: &FromEdge| matches!(message, FromEdge::Finding(_));
         self.lock().messages.retain(|(_, message)| !finding(message));
     }
 
@@ -117,31 +110,5 @@ mod tests {
         latest.close();
         assert_eq!(latest.news(&mut seen, Duration::ZERO), Some(vec![Arc::new(progress(4))]));
         assert_eq!(latest.news(&mut seen, Duration::from_secs(60)), None);
-    }
-
-    /// A client that looks at any moment gets the two messages of one pair, in their order.
-    #[test]
-    fn what_belongs_together_comes_together() {
-        let latest = Latest::new();
-        let other = |records| {
-            let reason = clipped(format_args!("{records}"));
-            FromEdge::Refused(Refusal { reason })
-        };
-        std::thread::scope(|scope| {
-            scope.spawn(|| {
-                for records in 0..2000 {
-                    latest.publish_together([progress(records), other(records)]);
-                }
-                latest.close();
-            });
-            let mut seen = 0;
-            let mut pairs = 0;
-            while let Some(news) = latest.news(&mut seen, Duration::from_secs(60)) {
-                let FromEdge::Progress(first) = *news[0] else { panic!("{news:?}") };
-                assert_eq!((news.len(), &*news[1]), (2, &other(first.records)));
-                pairs += 1;
-            }
-            assert!(pairs > 0);
-        });
     }
 }

@@ -5,6 +5,7 @@ pub mod client;
 pub mod commands;
 pub mod demo;
 mod exit;
+mod json;
 mod output;
 pub mod plan;
 mod progress;

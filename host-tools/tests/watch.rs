@@ -11,13 +11,19 @@ use flexid_edge::latest::Latest;
 use flexid_edge::server::{Listener, serve};
 use flexid_pipeline::config::Listen;
 use flexid_pipeline::stop::Stop;
-use flexid_wire::confidence::{Confidence, JointIntervals, Residuals};
+use flexid_wire::confidence::{Confidence, JointIntervals};
+use flexid_wire::finding::Finding;
 use flexid_wire::framing::{FRAME_BUFFER, encode};
+use flexid_wire::implausible::{Implausible, SignalFrames};
 use flexid_wire::messages::{
     BusErrors, BusHealth, BusState, FromEdge, Hello, Phase, Progress, Refusal, Status,
 };
 use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report, Verdict};
+use flexid_wire::residuals::{Meaning, Residuals};
+use flexid_wire::state::State;
 use flexid_wire::text::clipped;
+use flexid_wire::trouble::{BusFault, BusFaultKind, Trouble};
+use flexid_wire::warning::Warning;
 
 fn progress(phase: Phase, records: u64) -> FromEdge {
     FromEdge::Progress(Progress {
@@ -31,7 +37,7 @@ fn progress(phase: Phase, records: u64) -> FromEdge {
     })
 }
 
-fn report(acceptance: Acceptance, records: u64) -> FromEdge {
+fn finding(acceptance: Acceptance, records: u64) -> Finding {
     let joint = JointReport {
         name: clipped("joint_1"),
         stiffness: [6.0e7; 6],
@@ -59,53 +65,48 @@ fn report(acceptance: Acceptance, records: u64) -> FromEdge {
         branches: 1,
     };
     let joints = [joint].into_iter().collect();
-    FromEdge::Report(Report { joints, fit, warnings: Default::default() })
+    let report = Report { joints, fit, warnings: Default::default() };
+    Finding { report, confidence: confidence() }
 }
 
-/// What goes with each of these reports.
-fn confidence() -> FromEdge {
+fn report(acceptance: Acceptance, records: u64) -> FromEdge {
+    FromEdge::Finding(finding(acceptance, records))
+}
+
+fn confidence() -> Confidence {
     let joint = JointIntervals {
         name: clipped("joint_1"),
         stiffness_interval: [Some([5.9e7, 6.1e7]); 6],
         damping_interval: [None; 6],
     };
-    FromEdge::Confidence(Confidence {
+    Confidence {
         joints: [joint].into_iter().collect(),
         nuisances: Default::default(),
         correlations: serde_json::from_str(r#"{"unknowns": ["a", "b"], "percent": [97]}"#).unwrap(),
         weak_directions: Default::default(),
         residuals: Residuals {
+            consistency: 1.01,
             whiteness: 0.5,
             size_objects: false,
             whiteness_objects: false,
-            text: clipped("noise explains them"),
+            meaning: Meaning::Noise,
         },
         held_out: Default::default(),
         retired: 24,
         left_out: 0,
-    })
-}
-
-/// As the daemon does: a report never without its confidence.
-fn publish(latest: &Latest, message: FromEdge) {
-    match message {
-        FromEdge::Report(_) => latest.publish_together([message, confidence()]),
-        _ => latest.publish(message),
     }
 }
 
 /// A report in which nothing is told.
 fn unobserved() -> FromEdge {
-    let FromEdge::Report(mut unobserved) = report(Acceptance::Consistent, 3) else {
-        unreachable!()
-    };
-    for joint in &mut unobserved.joints {
+    let mut unobserved = finding(Acceptance::Consistent, 3);
+    for joint in &mut unobserved.report.joints {
         joint.stiffness_verdict = [Verdict::NotObservable; 6];
     }
-    FromEdge::Report(unobserved)
+    FromEdge::Finding(unobserved)
 }
 
-fn bus(state: BusState, error: &str) -> FromEdge {
+fn bus(state: BusState, fault: Option<BusFault>) -> FromEdge {
     FromEdge::BusHealth(BusHealth {
         state,
         frames: 1000,
@@ -124,20 +125,20 @@ fn bus(state: BusState, error: &str) -> FromEdge {
         wrong_rate: 0,
         measured_rate_hz: 0.0,
         frames_per_second: 0.0,
-        error: clipped(error),
+        fault,
         errors: BusErrors::default(),
         doubtful_rate: 0,
         measured_rate_std_hz: 0.0,
     })
 }
 
-fn status(state: &str) -> FromEdge {
+fn status(state: State) -> FromEdge {
     FromEdge::Status(Status {
         uptime_s: 1.0,
         model: clipped("mill3"),
         joints: 3,
         interface: clipped("vcan0"),
-        state: clipped(state),
+        state,
         record_fraction: 0.25,
     })
 }
@@ -149,7 +150,7 @@ fn watch(news: &[FromEdge], arguments: &str) -> Output {
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
     let (latest, stop) = (Latest::new(), Stop::new());
     for message in news {
-        publish(&latest, message.clone());
+        latest.publish(message.clone());
     }
     thread::scope(|scope| {
         scope.spawn(|| serve(&listeners, &latest, &stop));
@@ -180,7 +181,8 @@ fn text(bytes: &[u8]) -> String {
 #[test]
 fn without_a_record_it_says_what_the_daemon_waits_for() {
     let waiting = "waiting for force frames: none seen";
-    let news = [status(waiting), progress(Phase::Settled, 0), report(Acceptance::Consistent, 0)];
+    let news =
+        [status(State::NoForce), progress(Phase::Settled, 0), report(Acceptance::Consistent, 0)];
     let output = watch(&news, "--timeout 1");
     let lines = text(&output.stdout);
     assert!(lines.contains(waiting) && !lines.contains("settled, 0 records"), "{lines}");
@@ -212,7 +214,7 @@ fn ends_when_the_parameters_are_identified() {
     );
     for part in [
         "±1.67 %",
-        "residuals    noise explains them\n",
+        "residuals    noise explains them (χ²/dof 1.01, whiteness 0.5)\n",
         "retired      24 older records, ",
         "correlated   +0.97  a and b\n",
     ] {
@@ -229,15 +231,15 @@ fn json_speaks_before_the_first_report_and_then_in_reports_alone() {
         let lines = lines.lines().map(|line| serde_json::from_str(line).unwrap());
         lines.collect::<Vec<serde_json::Value>>()
     };
-    let state = "waiting for force frames: none seen";
-    let early = lines(&[status(state), progress(Phase::Searching, 1)]);
+    let early = lines(&[status(State::NoForce), progress(Phase::Searching, 1)]);
     assert_eq!(early.len(), 2, "{early:?}");
-    assert_eq!(early[0]["status"]["state"], state);
+    assert_eq!(early[0]["status"]["state"], "waiting for force frames: none seen");
+    assert_eq!(early[0]["status"]["state_kind"], "no_force");
     assert_eq!(early[0]["status"]["record_fraction"], 0.25);
     assert_eq!(early[1]["progress"]["phase"], "searching");
     assert_eq!(early[1]["progress"]["fraction"], 0.5);
 
-    let late = lines(&[report(Acceptance::Consistent, 3), status(state)]);
+    let late = lines(&[report(Acceptance::Consistent, 3), status(State::NoForce)]);
     assert_eq!(late.len(), 1, "{late:?}");
     assert_eq!(late[0]["fit"]["records"], 3);
 }
@@ -246,22 +248,26 @@ fn json_speaks_before_the_first_report_and_then_in_reports_alone() {
 #[test]
 fn no_control_character_reaches_the_terminal() {
     let evil = "\x1b]0;owned\x07\r\n\u{9b}2J\u{202e}";
-    let FromEdge::Report(mut report) = report(Acceptance::ModelSuspect, 3) else { unreachable!() };
+    let mut finding = finding(Acceptance::ModelSuspect, 3);
+    let Finding { report, confidence } = &mut finding;
     report.joints[0].name = clipped(evil);
-    report.warnings = [clipped(evil)].into_iter().collect();
-    let FromEdge::Confidence(mut confidence) = confidence() else { unreachable!() };
+    let stuck = SignalFrames { signal: clipped(evil), frames: 1 };
+    let stuck = Implausible::Stuck([stuck].into_iter().collect());
+    let trouble = Warning::Trouble(Trouble::Unreadable(clipped(evil)));
+    report.warnings = [Warning::Implausible(stuck), trouble].into_iter().collect();
     confidence.joints[0].name = clipped(evil);
     confidence.correlations.unknowns[0] = clipped(evil);
-    confidence.residuals.text = clipped(evil);
-    let FromEdge::Status(mut status) = status(evil) else { unreachable!() };
+    let state = State::NoAngles([clipped(evil)].into_iter().collect());
+    let FromEdge::Status(mut status) = status(state) else { unreachable!() };
     (status.model, status.interface) = (clipped(evil), clipped(evil));
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
     let (latest, stop) = (Latest::new(), Stop::new());
     latest.publish(FromEdge::Status(status));
-    latest.publish(bus(BusState::Down, evil));
-    latest.publish_together([FromEdge::Report(report), FromEdge::Confidence(confidence)]);
+    let fault = BusFault { interface: clipped(evil), kind: BusFaultKind::Down };
+    latest.publish(bus(BusState::Down, Some(fault)));
+    latest.publish(FromEdge::Finding(finding));
     thread::scope(|scope| {
         scope.spawn(|| serve(&listeners, &latest, &stop));
         for arguments in
@@ -323,18 +329,19 @@ fn waits_for_as_many_records_as_asked_and_for_a_parameter_that_is_told() {
 
 #[test]
 fn a_dead_bus_is_told_first_and_what_went_wrong_on_a_live_one_last() {
-    let waiting = || status("waiting for force frames: none seen");
+    let waiting = || status(State::NoForce);
     let counts = "0 frames/s, 1000 taken, 3 lost, 0 dropped by the kernel, 812 of a wrong length, \
                   2 bridged, 77 discarded, 1 counter restart";
-    let down = "vcan0 DOWN: the link of vcan0 is down";
+    let fault = BusFault { interface: clipped("vcan0"), kind: BusFaultKind::Down };
+    let down = "vcan0 DOWN: the link of vcan0 is down: `ip link set vcan0 up`";
     let cases = [
         (
-            bus(BusState::Down, "the link of vcan0 is down"),
+            bus(BusState::Down, Some(fault)),
             format!("--timeout: {down}; {counts}; waiting for force frames: none seen\n"),
             format!("{down}; waiting for force frames: none seen\n"),
         ),
         (
-            bus(BusState::Up, ""),
+            bus(BusState::Up, None),
             format!("--timeout: waiting for force frames: none seen; vcan0 up; {counts}\n"),
             format!("vcan0 up; {counts}\n"),
         ),
@@ -379,7 +386,7 @@ fn a_daemon_that_comes_later_is_waited_for() {
     let path = folder.path().join("flexid.sock");
     let (latest, stop) = (Latest::new(), Stop::new());
     latest.publish(progress(Phase::Settled, 3));
-    publish(&latest, report(Acceptance::Consistent, 3));
+    latest.publish(report(Acceptance::Consistent, 3));
     thread::scope(|scope| {
         let watching = scope.spawn(|| flexid(&path, "--until identified --timeout 20"));
         thread::sleep(Duration::from_millis(500));
@@ -421,30 +428,13 @@ fn a_daemon_of_another_version_is_told_apart() {
     }
 }
 
-/// Half of a finding is none.
-#[test]
-fn a_report_is_shown_with_its_confidence_or_not_at_all() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("flexid.sock");
-    let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
-    let (latest, stop) = (Latest::new(), Stop::new());
-    latest.publish(report(Acceptance::Consistent, 3));
-    thread::scope(|scope| {
-        scope.spawn(|| serve(&listeners, &latest, &stop));
-        let output = flexid(&path, "--until identified --timeout 0.7 --json");
-        latest.close();
-        stop.request();
-        assert_eq!((output.status.code(), text(&output.stdout).as_str()), (Some(1), ""));
-    });
-}
-
 #[test]
 fn the_daemons_end_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flexid.sock");
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
     let (latest, stop) = (Latest::new(), Stop::new());
-    publish(&latest, report(Acceptance::Consistent, 3));
+    latest.publish(report(Acceptance::Consistent, 3));
     thread::scope(|scope| {
         scope.spawn(|| serve(&listeners, &latest, &stop));
         let watching = ["--json", ""].map(|form| {
@@ -489,7 +479,7 @@ fn who_is_interrupted_leaves_the_table() {
     let path = folder.path().join("flexid.sock");
     let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
     let (latest, stop) = (Latest::new(), Stop::new());
-    publish(&latest, report(Acceptance::ModelSuspect, 3));
+    latest.publish(report(Acceptance::ModelSuspect, 3));
     thread::scope(|scope| {
         scope.spawn(|| serve(&listeners, &latest, &stop));
         for (signal, arguments, status) in

@@ -1,14 +1,16 @@
 //! How far a report can be trusted: the data that a [`Report`](crate::report::Report) leaves out.
 //!
-//! Serialised with `serde_json`, a [`Confidence`] is the entry `confidence` of the result file of `flexid identify --json`.
-//! The field names are part of the contract. Vectors of six have the order `tx ty tz rx ry rz` of the joint frame.
+//! A [`Confidence`] is the entry `confidence` of the result file of `flexid identify --json`. The field names are part of the
+//! contract. Vectors of six have the order `tx ty tz rx ry rz` of the joint frame.
 
 use heapless::{String, Vec};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::directions::{MAX_DIRECTIONS, WeakDirection};
 use crate::report::{MAX_JOINTS, Verdict};
-use crate::text::{Name, Text};
+use crate::residuals::Residuals;
+use crate::text::{Label, Name};
 
 /// Largest number of nuisances: a delay, three gains of each of two sensors, three misalignment angles, and a mass per joint.
 pub const MAX_NUISANCES: usize = 10 + MAX_JOINTS;
@@ -16,21 +18,15 @@ pub const MAX_NUISANCES: usize = 10 + MAX_JOINTS;
 pub const MAX_UNKNOWNS: usize = 12 * MAX_JOINTS + MAX_NUISANCES;
 /// Largest number of pairs of unknowns.
 pub const MAX_PAIRS: usize = MAX_UNKNOWNS * (MAX_UNKNOWNS - 1) / 2;
-/// Largest number of directions that are reported.
-pub const MAX_DIRECTIONS: usize = 8;
-/// Largest number of unknowns that a direction names.
-pub const MAX_SHARES: usize = 6;
 /// Largest number of records that are predicted from the others.
 pub const MAX_HELD_OUT: usize = 16;
 
-/// Name of an unknown, for example `joint_1 tx stiffness` or `delay`: at most 48 bytes of UTF-8.
-pub type Label = String<48>;
 /// Name of a unit: at most 8 bytes of UTF-8, empty for a factor.
 pub type Unit = String<8>;
 /// Lower and upper end of a 95 % interval.
 pub type Interval = [f64; 2];
 
-/// How far the report directly before it can be trusted.
+/// How far a report can be trusted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Confidence {
     /// Intervals of each joint's parameters, base first.
@@ -101,44 +97,6 @@ impl Correlations {
         let indices = (1..self.unknowns.len()).flat_map(|row| (0..row).map(move |col| (row, col)));
         indices.zip(&self.percent).map(|((row, column), percent)| (row, column, *percent))
     }
-}
-
-/// A combination of unknowns that the data determine badly.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct WeakDirection {
-    /// Standard deviation along the direction: relative for parameters, whose logarithms are sought, and in units of the
-    /// prior's standard deviation for nuisances; `None` if the data do not determine the direction at all.
-    pub relative_std: Option<f64>,
-    /// Unknowns with the largest components, largest first.
-    pub shares: Vec<Share, MAX_SHARES>,
-    /// Description in words, for example `joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (31 %)`. It
-    /// has no percentage if it names a nuisance.
-    pub text: Text,
-}
-
-/// Component of one unknown in a direction.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Share {
-    /// Name of the unknown, one of [`Correlations::unknowns`].
-    pub name: Label,
-    /// Component of the direction, whose length is 1 over all unknowns.
-    pub weight: f32,
-}
-
-/// Residuals between model and measurement: whether noise explains their size ([`Fit::consistency`]) and their structure.
-///
-/// [`Fit::consistency`]: crate::report::Fit::consistency
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Residuals {
-    /// Structure of the residuals along the band beyond that of noise, in standard deviations of the structure of noise:
-    /// about N(0, 1) if the model is right.
-    pub whiteness: f64,
-    /// Whether the residuals are larger than noise explains.
-    pub size_objects: bool,
-    /// Whether the residuals have more structure than noise explains.
-    pub whiteness_objects: bool,
-    /// Findings on the size and the structure of the residuals, in words.
-    pub text: Text,
 }
 
 /// Agreement of a record with its prediction by a fit to all others, along the axes of the TCP.

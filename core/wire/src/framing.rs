@@ -9,8 +9,8 @@ use core::fmt;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Largest length of the message in one frame, bytes. The fullest report takes about 14,900, the fullest confidence 21,100.
-pub const MAX_FRAME: usize = 24_576;
+/// Largest length of the message in one frame, bytes. The fullest finding takes about 33,800.
+pub const MAX_FRAME: usize = 36_864;
 /// Length of the prefix before each message, bytes.
 pub const PREFIX: usize = 4;
 /// Size of a buffer that holds any one frame with its prefix, bytes.
@@ -255,10 +255,10 @@ mod tests {
     #[test]
     fn a_frame_that_is_too_long_is_refused_by_its_prefix_alone() {
         let announced = (MAX_FRAME as u32 + 1).to_le_bytes();
-        assert_eq!(take_frame(&announced), Err(FrameError::TooLong(24_577)));
+        assert_eq!(take_frame(&announced), Err(FrameError::TooLong(36_865)));
         assert_eq!(
-            FrameError::TooLong(24_577).to_string(),
-            "a frame of 24577 bytes is announced, at most 24576 are allowed: \
+            FrameError::TooLong(36_865).to_string(),
+            "a frame of 36865 bytes is announced, at most 36864 are allowed: \
              the peer does not speak flexid's protocol"
         );
         assert_eq!(take_frame(&(MAX_FRAME as u32).to_le_bytes()), Ok(None));
@@ -298,7 +298,7 @@ mod tests {
         }
         assert_eq!(encode(&[0u64; 1000].as_slice(), &mut [0; 9000]).map(<[u8]>::len), Ok(1006));
         assert_eq!(
-            encode(&[0u64; 25_000].as_slice(), &mut [0; 30_000]),
+            encode(&[0u64; MAX_FRAME].as_slice(), &mut [0; 2 * MAX_FRAME]),
             Err(FrameError::DoesNotFit)
         );
     }

@@ -2,19 +2,36 @@
 //!
 //! The crate needs neither the standard library nor an allocator, so that a microcontroller can use it.
 //!
-//! | module         | holds                                                                |
-//! | -------------- | -------------------------------------------------------------------- |
-//! | [`messages`]   | the messages of both sides, and the version that both must have      |
-//! | [`report`]     | the identified parameters; with `serde_json`, the result file        |
-//! | [`confidence`] | how far to trust them; in the result file, under `confidence`        |
-//! | [`framing`]    | messages on a byte stream, length first, bounded                     |
-//! | [`signal`]     | integers and their scaling in CAN payloads, as DBC files define them |
-//! | [`text`]       | text of bounded length                                               |
+//! | module                        | holds                                                                |
+//! | ----------------------------- | -------------------------------------------------------------------- |
+//! | [`messages`]                  | the messages of both sides, and the version that both must have      |
+//! | [`finding`]                   | a report and its confidence                                          |
+//! | [`report`], [`warning`]       | the identified parameters, and warnings about them                   |
+//! | [`confidence`], [`residuals`], [`directions`] | how far to trust them                                |
+//! | [`state`]                     | what the daemon waits for                                            |
+//! | [`implausible`], [`frames`], [`rate`], [`trouble`], [`unused`] | what warnings and states name       |
+//! | [`framing`]                   | messages on a byte stream, length first, bounded                     |
+//! | [`signal`]                    | integers and their scaling in CAN payloads, as DBC files define them |
+//! | [`text`], [`words`]           | text of bounded length; parts of lines                               |
+//!
+//! Warnings, states, residuals and weak directions are numbers and names. Each has one [`Display`](core::fmt::Display), a line for
+//! people, which the daemon and the tools share.
 #![no_std]
 
 pub mod confidence;
+pub mod directions;
+pub mod finding;
+pub mod frames;
 pub mod framing;
+pub mod implausible;
 pub mod messages;
+pub mod rate;
 pub mod report;
+pub mod residuals;
 pub mod signal;
+pub mod state;
 pub mod text;
+pub mod trouble;
+pub mod unused;
+pub mod warning;
+pub mod words;

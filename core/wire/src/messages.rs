@@ -4,23 +4,23 @@
 //! | ---- | ----------------- | --------------------------------------------------------------------- |
 //! | 1    | [`ToEdge::Hello`] |                                                                       |
 //! | 2    |                   | [`FromEdge::Hello`], or [`FromEdge::Refused`] and the connection ends |
-//! | then |                   | `Status`, `Progress`, `Report` and `BusHealth`, as they change;       |
-//! |      |                   | after each `Report` its `Confidence`, with nothing between them       |
+//! | then |                   | `Status`, `Progress`, `Finding` and `BusHealth`, as they change       |
 //!
-//! The enums are append-only: a new message goes at the end, and a published message never changes, since postcard identifies
-//! variants and fields by their position alone. [`Hello`] and [`Refusal`] never change, so that two programs of any age can
-//! exchange the reason why they do not match. Any change of the other messages raises [`PROTOCOL_VERSION`].
+//! Postcard identifies variants and fields by their position alone, so that both sides must have the same messages. Any change of
+//! a message, or of a type that it holds, raises [`PROTOCOL_VERSION`]. [`Hello`], [`Refusal`] and their places in the enums never
+//! change, so that two programs of any age can exchange the reason why they do not match.
 
 use postcard_schema::Schema;
 use postcard_schema::key::Key;
 use serde::{Deserialize, Serialize};
 
-use crate::confidence::Confidence;
-use crate::report::Report;
+use crate::finding::Finding;
+use crate::state::State;
 use crate::text::{Name, Text, clipped};
+use crate::trouble::BusFault;
 
 /// Version of the messages. Both sides must have the same version.
-pub const PROTOCOL_VERSION: u16 = 4;
+pub const PROTOCOL_VERSION: u16 = 5;
 
 /// Hash of the names and types of all messages. It distinguishes programs that were built between two versions.
 pub const SCHEMA_KEY: [u8; 8] = Key::for_path::<(ToEdge, FromEdge)>("flexid").to_bytes();
@@ -34,7 +34,7 @@ pub enum ToEdge {
 
 /// Message from the daemon to a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-#[expect(clippy::large_enum_variant, reason = "there is no allocator to box a report with")]
+#[expect(clippy::large_enum_variant, reason = "there is no allocator to box a finding with")]
 pub enum FromEdge {
     /// Answer to a client that is accepted.
     Hello(Hello),
@@ -44,12 +44,10 @@ pub enum FromEdge {
     Status(Status),
     /// Progress of the identification.
     Progress(Progress),
-    /// Present parameters.
-    Report(Report),
+    /// Present parameters, and how far they can be trusted.
+    Finding(Finding),
     /// State of the bus, and its counters.
     BusHealth(BusHealth),
-    /// How far the report directly before it can be trusted; since version 2.
-    Confidence(Confidence),
 }
 
 /// Identity of the sender, and the version of its messages.
@@ -113,9 +111,9 @@ pub struct Status {
     pub joints: u8,
     /// Name of the CAN interface.
     pub interface: Name,
-    /// State in words, for example `waiting for joint angles: q2 not seen`.
-    pub state: Text,
-    /// Part of a full record that has been taken of the present cut, 0 to 1; 0 without a cut. Since version 3.
+    /// What the daemon waits for, or what keeps it from records.
+    pub state: State,
+    /// Part of a full record that has been taken of the present cut, 0 to 1; 0 without a cut.
     pub record_fraction: f32,
 }
 
@@ -139,8 +137,7 @@ pub struct Progress {
     /// Present phase.
     pub phase: Phase,
     /// Part of the work on the newest record that is done, 0 to 1. It does not fall before the next record. The number of
-    /// starts is not known in advance, so that each start takes half of the rest. Up to version 2 it was the part of the
-    /// present search or refinement.
+    /// starts is not known in advance, so that each start takes half of the rest.
     pub fraction: f32,
     /// Number of searches begun.
     pub starts: u32,
@@ -165,11 +162,11 @@ pub enum BusState {
     Down,
     /// The interface does not exist.
     Gone,
-    /// The controller has left the bus after too many errors; since version 3.
+    /// The controller has left the bus after too many errors.
     BusOff,
 }
 
-/// Number of error frames of each class since the start of the daemon; since version 3. One frame may be of several classes.
+/// Number of error frames of each class since the start of the daemon. One frame may be of several classes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct BusErrors {
     /// The controller has left the bus after too many errors.
@@ -231,13 +228,13 @@ pub struct BusHealth {
     pub measured_rate_hz: f32,
     /// Present rate of frames of all kinds, 1/s.
     pub frames_per_second: f64,
-    /// Present fault of the bus in words; empty without a fault.
-    pub error: Text,
-    /// Number of errors that the bus has reported, by class; since version 3.
+    /// Present fault of the bus.
+    pub fault: Option<BusFault>,
+    /// Number of errors that the bus has reported, by class.
     pub errors: BusErrors,
-    /// Number of records whose frames came at another rate than the configured one but do not determine it; since version 3.
+    /// Number of records whose frames came at another rate than the configured one but do not determine it.
     pub doubtful_rate: u64,
-    /// Standard deviation of `measured_rate_hz`, Hz; since version 3.
+    /// Standard deviation of `measured_rate_hz`, Hz.
     pub measured_rate_std_hz: f32,
 }
 
@@ -255,7 +252,7 @@ mod tests {
         let client = Hello { protocol_version: 2, ..Hello::new("flexid 0.2.0") };
         assert_eq!(
             client.refusal().unwrap().reason,
-            "client speaks flexid protocol 2, this daemon speaks 4: install matching versions"
+            "client speaks flexid protocol 2, this daemon speaks 5: install matching versions"
         );
     }
 
@@ -263,7 +260,7 @@ mod tests {
     fn a_client_built_between_two_versions_is_told_so_in_full() {
         let client = Hello { schema_key: [0xAB; 8], ..Hello::new("flexid 0.1.0") };
         let reason = client.refusal().unwrap().reason;
-        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 4"));
+        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 5"));
         assert!(reason.ends_with("install matching versions"), "{reason}");
     }
 }

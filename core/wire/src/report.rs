@@ -1,18 +1,19 @@
-//! Identified parameters for the screen, the wire and the JSON file.
+//! Identified parameters for the screen, the wire and the result file.
 //!
-//! Serialised with `serde_json`, a [`Report`] is the result file of `flexid identify --json` without its entry `confidence`
-//! ([`crate::confidence`]). The field names are part of the contract. Vectors of six have the order `tx ty tz rx ry rz` of
-//! the joint frame. All values are in SI units.
+//! [`joints`](Report::joints) and [`fit`](Report::fit) stand under these names in the result file of `flexid identify --json`.
+//! The field names are part of the contract. Vectors of six have the order `tx ty tz rx ry rz` of the joint frame. All values are
+//! in SI units.
 
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::text::{Name, Text};
+use crate::text::Name;
+use crate::warning::Warning;
 
 /// Largest number of joints of a report.
 pub const MAX_JOINTS: usize = 7;
-/// Largest number of warnings of a report (8 before version 3).
+/// Largest number of warnings of a report.
 pub const MAX_WARNINGS: usize = 32;
 
 /// How far a parameter can be trusted.
@@ -25,7 +26,7 @@ pub enum Verdict {
     Weak,
     /// The data do not determine the parameter.
     NotObservable,
-    /// The parameter was not sought, but fixed at the value that the user gave; since version 2.
+    /// The parameter was not sought, but fixed at the value that the user gave.
     Fixed,
 }
 
@@ -119,6 +120,6 @@ pub struct Report {
     pub joints: Vec<JointReport, MAX_JOINTS>,
     /// Data and work behind the parameters, and quality of the fit.
     pub fit: Fit,
-    /// Warnings for the user, one line each.
-    pub warnings: Vec<Text, MAX_WARNINGS>,
+    /// Warnings, the gravest first.
+    pub warnings: Vec<Warning, MAX_WARNINGS>,
 }

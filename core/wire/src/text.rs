@@ -6,7 +6,12 @@ use heapless::String;
 
 /// A name: at most 32 bytes of UTF-8. [`clipped`] makes a name of any value.
 pub type Name = String<32>;
-/// A line for the user: at most 400 bytes of UTF-8 (160 before version 3). [`clipped`] makes a line of any value.
+/// Name of an unknown, for example `joint_1 tx stiffness` or `delay`: at most 48 bytes of UTF-8.
+pub type Label = String<48>;
+/// Name of a file without its folder: at most 64 bytes of UTF-8.
+pub type FileName = String<64>;
+/// Text of the operating system, the path of a file, or the reason of a refusal: at most 400 bytes of UTF-8. [`clipped`] makes
+/// a text of any value.
 pub type Text = String<400>;
 
 /// Mark in place of text that was cut off.

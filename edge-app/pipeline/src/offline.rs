@@ -6,14 +6,17 @@ use std::panic::resume_unwind;
 use std::thread;
 use std::time::Duration;
 
+use flexid_wire::finding::Finding;
 use flexid_wire::messages::Progress;
+use flexid_wire::state::State;
+use flexid_wire::text::clipped;
+use flexid_wire::trouble::Trouble;
 
 use crate::STACK;
 use crate::config::Config;
 use crate::intake::{Counts, Intake};
 use crate::outcome::Outcome;
 use crate::record::Record;
-use crate::report::Finding;
 use crate::solver::Solver;
 use crate::source::{Flow, FrameSource};
 use crate::stop::Stop;
@@ -37,7 +40,7 @@ pub fn run_offline(
 /// # Errors
 /// The system cannot start a thread.
 pub fn run_statics(config: &Config) -> io::Result<Option<Finding>> {
-    on_a_large_stack(|| Ok(Solver::new(config)?.finding(&Counts::default(), "")))
+    on_a_large_stack(|| Ok(Solver::new(config)?.finding(&Counts::default(), &[])))
 }
 
 fn on_a_large_stack<T: Send>(work: impl FnOnce() -> io::Result<T> + Send) -> io::Result<T> {
@@ -70,14 +73,13 @@ fn run(
     };
     intake.finish(&mut take);
     solver.work(&go_on, || false, &mut on_progress);
-    let breaks = broken.iter().map(|error| format!("the recording breaks off: {error}"));
-    let other = Some(source.health().trouble).filter(|trouble| !trouble.is_empty());
-    let trouble = breaks.chain(other).collect::<Vec<_>>().join("; ");
+    let breaks = broken.iter().map(|error| Trouble::RecordingBroken(clipped(error)));
+    let troubles: Vec<_> = breaks.chain(source.health().troubles).collect();
     let counts = intake.counts();
-    let state = solver.refusal().unwrap_or_else(|| intake.state(config));
-    let mut finding = solver.finding(&counts, &trouble);
+    let state = solver.unused().map_or_else(|| intake.state(config), State::Unused);
+    let mut finding = solver.finding(&counts, &troubles);
     if let Some(finding) = &mut finding {
         finding.explain(&state);
     }
-    Ok(Outcome { finding, counts, state, trouble, broken })
+    Ok(Outcome { finding, counts, state, troubles, broken })
 }

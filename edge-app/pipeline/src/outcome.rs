@@ -2,8 +2,11 @@
 
 use std::io;
 
+use flexid_wire::finding::Finding;
+use flexid_wire::state::State;
+use flexid_wire::trouble::Trouble;
+
 use crate::intake::Counts;
-use crate::report::Finding;
 
 /// Results of a run at the end of its frames.
 #[derive(Debug)]
@@ -12,10 +15,10 @@ pub struct Outcome {
     pub finding: Option<Finding>,
     /// Counts of what has come in.
     pub counts: Counts,
-    /// What the run still waited for, the obstacle to records, or the reason why records were not used, in words.
-    pub state: String,
-    /// Troubles of the source in words, with the reason why it broke. Empty if there was none.
-    pub trouble: String,
+    /// What the run still waited for, the obstacle to records, or the records that were not used.
+    pub state: State,
+    /// Troubles of the source. The reason why it broke is the first.
+    pub troubles: Vec<Trouble>,
     /// Error with which the source broke. `None` if it ended. The frames before the error have been used.
     pub broken: Option<io::Error>,
 }

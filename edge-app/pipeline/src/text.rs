@@ -3,9 +3,11 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
+use flexid_wire::words::Count;
+
 /// Formats a count: `1 record`, `2 records`.
 pub fn count(number: u64, what: &str) -> String {
-    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+    Count(number, what).to_string()
 }
 
 /// Replaces the characters of `text` that control a terminal or change the order of writing by, for example, `\u001b`. These

@@ -17,20 +17,24 @@ impl ReportLog {
     /// Logs the verdicts of a report on one line, and those of its warnings that are new.
     pub(super) fn log(&mut self, report: &Report) {
         info!("{}", Summary(report).line());
-        let warnings: Vec<&str> = report.warnings.iter().map(|warning| warning.as_str()).collect();
-        for warning in self.new_warnings(&warnings) {
+        for warning in self.new_warnings(report.warnings.iter().map(ToString::to_string)) {
             warn!("{warning}");
         }
     }
 
     /// Returns the warnings that the report before did not have. A warning that differs in its numbers only is the same. A
     /// warning that comes back after it was gone is new.
-    fn new_warnings<'a>(&mut self, warnings: &[&'a str]) -> Vec<&'a str> {
+    fn new_warnings(&mut self, warnings: impl Iterator<Item = String>) -> Vec<String> {
         let kind = |text: &str| text.replace(|c: char| c.is_ascii_digit() || c == '.', "");
-        let warnings = warnings.iter().copied();
         let before = std::mem::take(&mut self.warned);
-        self.warned = warnings.clone().map(kind).collect();
-        warnings.filter(|warning| !before.contains(&kind(warning))).collect()
+        warnings
+            .filter(|warning| {
+                let kind = kind(warning);
+                let is_new = !before.contains(&kind);
+                self.warned.insert(kind);
+                is_new
+            })
+            .collect()
     }
 }
 
@@ -41,11 +45,13 @@ mod tests {
     #[test]
     fn a_warning_is_written_when_it_comes() {
         let mut log = ReportLog::default();
+        let mut new_warnings =
+            |warnings: &[&str]| log.new_warnings(warnings.iter().map(ToString::to_string));
         let first = ["3 frames of another length", "the robot has changed"];
-        assert_eq!(log.new_warnings(&first).len(), 2);
+        assert_eq!(new_warnings(&first).len(), 2);
         let counted_on = ["the robot has changed", "17 frames of another length"];
-        assert_eq!(log.new_warnings(&counted_on), [""; 0]);
-        assert_eq!(log.new_warnings(&["a new one"]), ["a new one"]);
-        assert_eq!(log.new_warnings(&first).len(), 2);
+        assert_eq!(new_warnings(&counted_on), [""; 0]);
+        assert_eq!(new_warnings(&["a new one"]), ["a new one"]);
+        assert_eq!(new_warnings(&first).len(), 2);
     }
 }

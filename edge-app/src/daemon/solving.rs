@@ -12,10 +12,11 @@ use flexid_pipeline::stop::Stop;
 use flexid_pipeline::text::count;
 use flexid_pipeline::{Counts, Outcome, Record, Solver, State};
 use flexid_wire::messages::{FromEdge, Phase, Progress};
+use flexid_wire::state;
 use tracing::{info, warn};
 
 use super::report_log::ReportLog;
-use super::{Daemon, Order, Refusal, WORK_NEWS, lock};
+use super::{Daemon, Order, UnusedRecords, WORK_NEWS, lock};
 use crate::latest::Latest;
 use crate::store::Store;
 
@@ -36,7 +37,7 @@ pub(super) struct Solving<'a> {
     /// Counts of what had come in at the last change since that write. `None` without a change.
     unsaved: Option<Counts>,
     latest: &'a Latest,
-    refusal: &'a Refusal,
+    unused: &'a UnusedRecords,
     stop: &'a Stop,
     store: Option<&'a Store>,
 }
@@ -46,7 +47,7 @@ impl<'a> Solving<'a> {
     pub(super) fn begin(
         daemon: &Daemon<'a>,
         latest: &'a Latest,
-        refusal: &'a Refusal,
+        unused: &'a UnusedRecords,
     ) -> io::Result<Self> {
         let Daemon { config, stop, store, .. } = *daemon;
         let mut waiting = VecDeque::new();
@@ -66,7 +67,7 @@ impl<'a> Solving<'a> {
             saved: None,
             unsaved: None,
             latest,
-            refusal,
+            unused,
             stop,
             store,
         };
@@ -85,8 +86,8 @@ impl<'a> Solving<'a> {
             }
         }
         self.solver.work(self.stop, || false, news(self.latest));
-        if let Some(refusal) = self.solver.refusal() {
-            warn!("{refusal}");
+        if let Some(records) = self.solver.unused() {
+            warn!("{records}");
         }
         Ok(self)
     }
@@ -154,11 +155,11 @@ impl<'a> Solving<'a> {
     /// Sends the progress and the present finding to clients and the log.
     fn publish(&mut self, counts: &Counts) {
         self.latest.publish(FromEdge::Progress(self.solver.progress()));
-        let finding = self.solver.finding(counts, "");
-        *lock(self.refusal) = if finding.is_none() { self.solver.refusal() } else { None };
+        let finding = self.solver.finding(counts, &[]);
+        *lock(self.unused) = if finding.is_none() { self.solver.unused() } else { None };
         if let Some(finding) = finding {
-            self.reports.log(&finding.report);
-            self.latest.publish_together(finding.messages());
+            self.log.log(&finding.report);
+            self.latest.publish(FromEdge::Finding(finding));
         }
     }
 
@@ -186,13 +187,13 @@ impl<'a> Solving<'a> {
     /// Saves the state, adds the last finding to `outcome`, and publishes it.
     pub(super) fn end(mut self, outcome: &mut Outcome) {
         self.save(&outcome.counts);
-        outcome.finding = self.solver.finding(&outcome.counts, &outcome.trouble);
-        if let Some(refusal) = self.solver.refusal() {
-            outcome.state = refusal;
+        outcome.finding = self.solver.finding(&outcome.counts, &outcome.troubles);
+        if let Some(records) = self.solver.unused() {
+            outcome.state = state::State::Unused(records);
         }
         if let Some(finding) = &mut outcome.finding {
             finding.explain(&outcome.state);
-            self.latest.publish_together(finding.messages());
+            self.latest.publish(FromEdge::Finding(finding.clone()));
         }
     }
 }

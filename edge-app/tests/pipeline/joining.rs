@@ -13,7 +13,7 @@ fn unexplained(config: &Config, poses: &[[f64; 3]]) -> Vec<Record> {
 }
 
 fn records_in(solver: &Solver) -> Option<u64> {
-    Some(solver.finding(&Counts::default(), "")?.report.fit.records)
+    Some(solver.finding(&Counts::default(), &[])?.report.fit.records)
 }
 
 #[test]

@@ -16,12 +16,17 @@ use flexid_core::parameters::{Bushing, Ranges};
 use flexid_core::stream::Reading;
 use flexid_edge::daemon;
 use flexid_pipeline::config::Config;
-use flexid_pipeline::report::Finding;
 use flexid_pipeline::source::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 use flexid_pipeline::stop::Stop;
 use flexid_pipeline::{Intake, Outcome, Solver, run_offline};
+use flexid_wire::finding::Finding;
 use flexid_wire::messages::Progress;
-use flexid_wire::report::{Acceptance, Verdict};
+use flexid_wire::report::{Acceptance, Report, Verdict};
+use flexid_wire::state::State;
+use flexid_wire::text::clipped;
+use flexid_wire::trouble::Trouble;
+use flexid_wire::unused::Unused;
+use flexid_wire::warning::Warning;
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -180,6 +185,11 @@ fn assert_agree(one: &Finding, other: &Finding) {
     assert!(told >= 5, "{told} of 36 parameters are told");
 }
 
+/// The warnings of a report, as people read them.
+fn lines(report: &Report) -> Vec<String> {
+    report.warnings.iter().map(ToString::to_string).collect()
+}
+
 /// A finding without the one field that differs between equal runs.
 fn timeless(outcome: Outcome) -> Finding {
     let mut finding = outcome.finding.expect("a finding");
@@ -273,7 +283,7 @@ fn intervals_told(Finding { report, confidence }: &Finding) -> usize {
     assert!(!confidence.weak_directions.is_empty(), "an eighth of a second tells all of a robot");
     for direction in &confidence.weak_directions {
         assert!(direction.relative_std.is_none_or(|std| std > 0.3), "{direction:?}");
-        assert!(direction.text.contains(direction.shares[0].name.as_str()), "{direction:?}");
+        assert!(direction.to_string().contains(direction.shares[0].name.as_str()), "{direction:?}");
         for share in &direction.shares {
             assert!(correlations.unknowns.contains(&share.name), "{direction:?}");
         }
@@ -299,8 +309,8 @@ fn records_that_are_lost_are_counted() {
     let Finding { report, confidence } = outcome.finding.expect("a finding");
     assert!(taken >= 7 && !report.warnings.is_empty(), "{taken} records");
     assert_eq!((report.fit.records, confidence.retired, confidence.left_out), (4, 0, taken - 4));
-    let said = |part: &str| report.warnings.iter().any(|warning| warning.contains(part));
-    assert!(said(" lost to make room: what they told is kept only"), "{:?}", report.warnings);
+    let lost = |warning: &Warning| matches!(warning, Warning::MadeRoom { .. });
+    assert!(report.warnings.iter().any(lost), "{:?}", report.warnings);
 }
 
 /// The frames of one log twice: the numbers and their deviations are those of once, and a warning says why.
@@ -320,13 +330,10 @@ fn a_log_that_is_given_twice_counts_once() {
     assert_eq!(twice.report.fit.records, once.report.fit.records);
     assert_eq!(twice.report.joints, once.report.joints);
     let again = |finding: &Finding| {
-        finding.report.warnings.iter().find(|warning| warning.contains("again")).cloned()
+        let repeated = |warning: &&Warning| matches!(warning, Warning::Repeated { .. });
+        finding.report.warnings.iter().find(repeated).cloned()
     };
-    let words = format!(
-        "{records} records came again and are left out: record {} is record 1, and so on",
-        records + 1
-    );
-    assert_eq!(again(&twice).as_deref(), Some(words.as_str()));
+    assert_eq!(again(&twice), Some(Warning::Repeated { records, again: records + 1, original: 1 }));
     assert_eq!(again(&once), None);
 }
 
@@ -336,14 +343,15 @@ fn a_source_that_breaks_costs_nothing_that_was_taken() {
     let whole = timeless(run_offline(&config, &mut source(&config, false), |_| {}).unwrap());
     let offline = run_offline(&config, &mut source(&config, true), |_| {}).unwrap();
     assert_eq!(offline.broken.as_ref().unwrap().to_string(), "unplugged");
-    assert_eq!(offline.trouble, "the recording breaks off: unplugged");
+    let broken = Trouble::RecordingBroken(clipped("unplugged"));
+    assert_eq!(offline.troubles, std::slice::from_ref(&broken));
     let report = timeless(offline).report;
     assert_eq!(report.joints, whole.report.joints);
-    assert!(report.warnings.iter().any(|warning| warning.contains("unplugged")));
+    assert!(report.warnings.contains(&Warning::Trouble(broken)), "{:?}", report.warnings);
 
     let daemon = daemon::run(&config, &mut source(&config, true), &[], &Stop::new()).unwrap();
     assert_eq!(daemon.broken.as_ref().unwrap().to_string(), "unplugged");
-    assert_eq!(daemon.trouble, "the bus cannot be read any more: unplugged");
+    assert_eq!(daemon.troubles, [Trouble::BusBroken(clipped("unplugged"))]);
     assert_eq!(timeless(daemon).report.joints, whole.report.joints);
 }
 
@@ -353,18 +361,19 @@ fn nothing_to_tell_from_is_said_in_words() {
     let mut empty = Replay { frames: Vec::new().into_iter(), breaks: false };
     let outcome = run_offline(&config, &mut empty, |_| {}).unwrap();
     assert!(outcome.finding.is_none());
-    assert_eq!(outcome.state, "waiting for frames");
+    assert_eq!(outcome.state, State::NoFrames);
     let mut short = frames(&config, &[[0.0; 3]], block);
     short.truncate(100);
     let without_joints = short.split_off(3);
     let mut short = Replay { frames: short.into_iter(), breaks: false };
     let outcome = run_offline(&config, &mut short, |_| {}).unwrap();
     assert!(outcome.finding.is_none());
-    assert_eq!(outcome.state, "waiting for force frames: none seen");
+    assert_eq!(outcome.state, State::NoForce);
     let mut without_joints = Replay { frames: without_joints.into_iter(), breaks: false };
     let outcome = run_offline(&config, &mut without_joints, |_| {}).unwrap();
     assert!(outcome.finding.is_none());
-    assert_eq!(outcome.state, "waiting for joint angles: joint_1, joint_2, joint_3 not seen");
+    let joints = ["joint_1", "joint_2", "joint_3"].map(clipped);
+    assert_eq!(outcome.state, State::NoAngles(joints.into_iter().collect()));
 }
 
 /// What is said of frames that have been changed by `spoil`.
@@ -419,8 +428,8 @@ fn what_keeps_frames_from_becoming_records_is_named() {
         "mill3-edge.toml: [measurement] rate_hz is 2000, but frames come at 4000/s",
     ];
     for (outcome, expected) in states.iter().zip(expected) {
-        assert!(outcome.state.starts_with(expected), "{}\n  is not\n{expected}", outcome.state);
-        assert!(outcome.state.len() <= 160, "{} does not fit a message", outcome.state);
+        let state = outcome.state.to_string();
+        assert!(state.starts_with(expected), "{state}\n  is not\n{expected}");
         assert!(outcome.finding.is_none());
     }
 }
@@ -445,10 +454,10 @@ fn a_wrong_rate_is_warned_of_with_what_was_done() {
     ] {
         let outcome = spoilt(at(rate_hz, jitter_s));
         let Finding { report, confidence } = outcome.finding.expect("a finding");
-        let warning = report.warnings.iter().find(|warning| warning.contains("rate_hz"));
+        let warning = lines(&report).into_iter().find(|warning| warning.contains("rate_hz"));
         println!("{rate_hz} Hz: {warning:?}");
         assert_eq!(warning.is_some(), said.is_some(), "{:?}", report.warnings);
-        let says = |said| warning.is_some_and(|warning| warning.ends_with(said));
+        let says = |said| warning.as_ref().is_some_and(|warning| warning.ends_with(said));
         assert!(said.is_none_or(says), "{warning:?}");
         let doubtful = outcome.counts.stream.doubtful_rate > 0;
         assert_eq!(doubtful, rate_hz == 2020.0);
@@ -475,7 +484,7 @@ fn a_joint_that_falls_silent_is_named() {
         frames.retain(|arrival| arrival.frame.id != third || arrival.time_s < first_s);
         let mut source = Replay { frames: frames.into_iter(), breaks: false };
         let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
-        assert_eq!(outcome.state, expected);
+        assert_eq!(outcome.state.to_string(), expected);
     }
 }
 
@@ -496,7 +505,7 @@ fn some_odd_frames_are_warned_of_and_keep_nobody_from_recording() {
         }
     });
     assert_eq!((outcome.counts.clipped, outcome.counts.at_limit), (3, [3, 0, 0, 0, 0, 0]));
-    let warnings = outcome.finding.expect("a finding").report.warnings;
+    let warnings = lines(&outcome.finding.expect("a finding").report);
     for warning in [
         "at the limit: Fx in 3 frames: widen the range of the sensor or the signal",
         "1 frame of another length than [bus] dbc says: frames 0x101 have 0 bytes, by [bus] dbc 8: mend the DBC file or the sender (1 so far)",
@@ -521,19 +530,18 @@ fn a_record_at_hand_is_worked_through_after_the_end_is_asked_for() {
         let stop = Stop::new();
         stop.request();
         let mut solver = Solver::new(&config).unwrap();
-        assert!(solver.finding(&intake.counts(), "").is_none());
+        assert!(solver.finding(&intake.counts(), &[]).is_none());
         solver.admit(&records[0], &stop, |_| {});
         solver.work(&stop, || false, |_| {});
         let finding =
-            solver.finding(&intake.counts(), "").expect("the record is not worked through");
+            solver.finding(&intake.counts(), &[]).expect("the record is not worked through");
         assert_eq!(finding.report.fit.records, 1);
         assert!(finding.confidence.held_out.is_empty(), "there is no other to predict it from");
         solver.leave(2);
-        let report = solver.finding(&intake.counts(), "").unwrap().report;
+        let report = solver.finding(&intake.counts(), &[]).unwrap().report;
         assert_eq!(report.fit.records, 1);
-        let warning =
-            "ended before the newest 2 records were worked through: they are not in the numbers";
-        assert!(report.warnings.iter().any(|text| text == warning), "{:?}", report.warnings);
+        let warning = Warning::Unused(Unused::Unfinished { records: 2 });
+        assert!(report.warnings.contains(&warning), "{:?}", report.warnings);
     });
     test.unwrap().join().unwrap();
 }

@@ -68,7 +68,7 @@ fn take(solver: &mut Solver, records: &[Record]) {
 }
 
 fn timeless_finding(solver: &Solver) -> Finding {
-    let mut finding = solver.finding(&Counts::default(), "").expect("a finding");
+    let mut finding = solver.finding(&Counts::default(), &[]).expect("a finding");
     finding.report.fit.seconds = 0.0;
     finding
 }
@@ -145,7 +145,7 @@ fn records_are_fitted_anew_where_only_the_fit_has_changed() {
             config_with("[bus]", "[mounting]\naccelerometer_xyz_m = [0.1, 0.0, 0.0]\n[bus]");
         assert_eq!(state.validity(&moved), Validity::Nothing(vec!["[mounting]"]));
         let solver = Solver::resume(&moved, state, &Stop::new(), |_| {}).unwrap();
-        assert!(solver.finding(&Counts::default(), "").is_none());
+        assert!(solver.finding(&Counts::default(), &[]).is_none());
     });
 }
 

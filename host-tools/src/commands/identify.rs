@@ -6,11 +6,12 @@ use anyhow::{Result, anyhow};
 use flexid_edge::console::print;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
-use flexid_pipeline::report::Finding;
 use flexid_pipeline::{Outcome, run_offline, run_statics};
 use flexid_simulation::scenario::Scenario;
 use flexid_simulation::{truth, validation};
+use flexid_wire::finding::Finding;
 
+use crate::json::ResultJson;
 use crate::output::Output;
 use crate::recording;
 use crate::recording::meter::{Meter, Work};
@@ -51,7 +52,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         logs => from_logs(&config, logs)?,
     };
     if let Some(json) = json {
-        json.finish(&(serde_json::to_string_pretty(&finding)? + "\n"))?;
+        json.finish(&(serde_json::to_string_pretty(&ResultJson::from(&finding))? + "\n"))?;
     }
     let mut text = table::finding(&finding, truth.as_deref());
     if let Some(truth) = truth {
@@ -71,7 +72,7 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<(Finding, Option<anyho
     let meter = Meter::new();
     let mut source = recording::open(logs, &config.interface, &meter)?;
     let mut work = Work::default();
-    let Outcome { finding, state, trouble, broken, .. } =
+    let Outcome { finding, state, troubles, broken, .. } =
         run_offline(config, &mut source, |progress| meter.show(&mut work, progress))?;
     meter.finish();
 
@@ -84,7 +85,9 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<(Finding, Option<anyho
         0 => String::new(),
         others => format!(" in it and {others} more"),
     };
-    let trouble = if trouble.is_empty() { trouble } else { format!("; {trouble}") };
-    let message = format!("no record to identify from{others}: {state}{trouble}");
+    let mut message = format!("no record to identify from{others}: {state}");
+    for trouble in &troubles {
+        message += &format!("; {trouble}");
+    }
     Err(broken.unwrap_or_else(|| BadInput::new(first, message).into()))
 }

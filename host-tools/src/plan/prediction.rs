@@ -55,7 +55,7 @@ impl Prediction {
             uncertainty,
             median,
             worst: sorted.last().copied().unwrap_or(f64::INFINITY),
-            worst_parameter: coordinate.map(|own| name(model, own)).unwrap_or_default(),
+            worst_parameter: coordinate.map(|own| name(model, own).to_string()).unwrap_or_default(),
             identified: count(Verdict::Identified),
             weak: count(Verdict::Weak),
             not_observable: count(Verdict::NotObservable),

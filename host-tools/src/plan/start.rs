@@ -8,11 +8,12 @@ use flexid_core::refine::Information;
 use flexid_core::sought::{Coordinate, Sought};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::{self, BadInput};
-use flexid_wire::report::{Acceptance, JointReport, Report};
+use flexid_wire::report::{Acceptance, JointReport};
 use flexid_wire::text::{Name, clipped};
 use serde_json::Deserializer;
 
 use super::file_name;
+use crate::json::{FoundJson, SCHEMA};
 
 /// Smallest standard deviation, relative to the value, and relative margin of the bounds.
 const LEAST: f64 = 1e-9;
@@ -55,9 +56,15 @@ impl Start {
             bad(format!("{fault}: give a file as `flexid identify --json` writes it"))
         };
         // `flexid watch --json` writes one report after the other, the newest last.
-        let reports = Deserializer::from_str(text).into_iter::<Report>();
+        let reports = Deserializer::from_str(text).into_iter::<FoundJson>();
         let newest = reports.last().ok_or_else(|| mend(&"is empty"))?;
         let report = newest.map_err(|error| mend(&error))?;
+        if report.schema > SCHEMA {
+            return Err(bad(format!(
+                "is of schema {}, this flexid reads {SCHEMA}: install the newer flexid",
+                report.schema
+            )));
+        }
         let found: Vec<Name> = report.joints.iter().map(|joint| joint.name.clone()).collect();
         // The names are as in a report, which clips very long ones.
         let wanted: Vec<Name> =
@@ -143,7 +150,7 @@ impl Start {
 #[cfg(test)]
 mod tests {
     use flexid_core::calibration::Nuisances;
-    use flexid_wire::report::{Fit, FoundBy, Verdict};
+    use flexid_wire::report::{Fit, FoundBy, Report, Verdict};
 
     use super::*;
 
@@ -231,5 +238,14 @@ mod tests {
         assert!(suspect.starts_with("found.json: its fit is \"model_suspect\""), "{suspect}");
         let unsettled = refused(Acceptance::Unsettled);
         assert!(unsettled.starts_with("found.json: its fit is \"unsettled\""), "{unsettled}");
+    }
+    #[test]
+    fn a_file_of_a_later_schema_is_refused() {
+        let text = found(Acceptance::Consistent).replacen('{', "{\"schema\": 2,", 1);
+        let error = Start::parse(Path::new("found.json"), &text, &config(), &sought()).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "found.json: is of schema 2, this flexid reads 1: install the newer flexid"
+        );
     }
 }

@@ -1,8 +1,8 @@
 //! All parameters in few lines: stiffnesses above dampings, a column for each joint.
 
 use console::{measure_text_width, truncate_str};
-use flexid_pipeline::report::Finding;
 use flexid_wire::confidence::{Interval, JointIntervals};
+use flexid_wire::finding::Finding;
 use flexid_wire::report::{JointReport, Verdict};
 
 use crate::show::table::DOF_NAMES;

@@ -1,7 +1,7 @@
 //! The confidence of a report, in lines for people.
 
 use flexid_pipeline::text::count;
-use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance, WeakDirection};
+use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance};
 
 use crate::show::verdict::verdict;
 
@@ -17,12 +17,11 @@ pub(crate) fn lines(confidence: &Confidence) -> String {
     let Confidence {
         nuisances, correlations, weak_directions, residuals, held_out, retired, ..
     } = confidence;
-    let directions = |direction: &WeakDirection| direction.text.to_string();
     let paragraphs = [
-        ("residuals", vec![residuals.text.to_string()]),
+        ("residuals", vec![residuals.to_string()]),
         ("held out", prediction(held_out).into_iter().collect()),
         ("retired", retirement(*retired).into_iter().collect()),
-        ("weak", weak_directions.iter().map(directions).collect()),
+        ("weak", weak_directions.iter().map(ToString::to_string).collect()),
         ("correlated", strongest(correlations)),
         ("calibration", nuisances.iter().map(calibration).collect()),
     ];
@@ -87,8 +86,9 @@ fn calibration(nuisance: &Nuisance) -> String {
 
 #[cfg(test)]
 mod tests {
-    use flexid_wire::confidence::Residuals;
+    use flexid_wire::directions::{Share, WeakDirection};
     use flexid_wire::report::Verdict;
+    use flexid_wire::residuals::{Meaning, Residuals};
     use flexid_wire::text::clipped;
 
     use super::*;
@@ -106,10 +106,10 @@ mod tests {
 
     #[test]
     fn each_thing_has_its_paragraph() {
-        let direction = |text: &str| WeakDirection {
+        let direction = |names: &[&str]| WeakDirection {
             relative_std: None,
-            shares: Default::default(),
-            text: clipped(text),
+            shares: names.iter().map(|name| Share { name: clipped(name), weight: 0.5 }).collect(),
+            of_nuisance: false,
         };
         let held_out = |worst| HeldOut {
             pose: Default::default(),
@@ -133,25 +133,24 @@ mod tests {
                 unknowns: ["a", "b", "c", "d", "e", "f", "g"].into_iter().map(clipped).collect(),
                 percent: percent.into_iter().collect(),
             },
-            weak_directions: [direction("a and b trade off"), direction("c is hardly told")]
-                .into_iter()
-                .collect(),
+            weak_directions: [direction(&["a", "b"]), direction(&["c"])].into_iter().collect(),
             residuals: Residuals {
-                whiteness: 0.0,
+                consistency: 1.0,
+                whiteness: 0.5,
                 size_objects: false,
                 whiteness_objects: false,
-                text: clipped("noise explains them"),
+                meaning: Meaning::Noise,
             },
             held_out: [held_out(0.5), held_out(0.6)].into_iter().collect(),
             retired: 24,
             left_out: 0,
         };
         let expected = "\
-residuals    noise explains them
+residuals    noise explains them (χ²/dof 1.00, whiteness 0.5)
 held out     each of 2 records predicted from the others: FRAC 99.00 % (worst 50.00 %), VAF 97.00 % (worst -60.00 %)
 retired      24 older records, no longer kept: what they told is in the numbers
-weak         a and b trade off
-             c is hardly told
+weak         a and b trade off in these poses (not told at all)
+             c is not told at all
 correlated   +0.99  f and g
              -0.97  c and d
              +0.95  b and c
@@ -173,6 +172,9 @@ calibration  delay 3.00e-4 s (2.90e-4 s to 3.10e-4 s), identified
             retired: 0,
             ..confidence
         };
-        assert_eq!(lines(&nothing), "residuals    noise explains them\n");
+        assert_eq!(
+            lines(&nothing),
+            "residuals    noise explains them (χ²/dof 1.00, whiteness 0.5)\n"
+        );
     }
 }

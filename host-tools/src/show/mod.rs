@@ -12,7 +12,7 @@
 mod compact;
 mod confidence;
 mod news;
-mod page;
+pub(crate) mod page;
 pub(crate) mod screen;
 pub(crate) mod table;
 mod verdict;

@@ -6,6 +6,7 @@ use anyhow::Result;
 use flexid_wire::messages::{Progress, Status};
 use serde_json::json;
 
+use crate::json::StatusJson;
 use crate::show::view::{REDRAW, View};
 
 /// The messages printed so far. From the first report on only reports are printed, so that the last line is a report.
@@ -36,7 +37,9 @@ impl News {
         // A longer uptime is not a change.
         let status = view.status.clone().map(|status| Status { uptime_s: 0.0, ..status });
         if status != self.status {
-            lines += &serde_json::to_string(&json!({ "status": view.status }))?;
+            lines += &serde_json::to_string(
+                &json!({ "status": view.status.as_ref().map(StatusJson::from) }),
+            )?;
             lines.push('\n');
             self.status = status;
         }

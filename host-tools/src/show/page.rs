@@ -1,8 +1,9 @@
 //! The live page, laid out for the window: everything if there is room, else all parameters in short and the gravest warnings.
 
 use console::measure_text_width;
-use flexid_pipeline::report::{Finding, Summary};
+use flexid_pipeline::report::Summary;
 use flexid_pipeline::text::count;
+use flexid_wire::finding::Finding;
 use flexid_wire::messages::{Phase, Progress, Status};
 use textwrap::wrap;
 
@@ -122,10 +123,13 @@ fn fitting(mut lines: Vec<String>, rows: usize) -> Vec<String> {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use flexid_wire::confidence::{Confidence, Correlations, JointIntervals, Residuals};
+    use flexid_wire::confidence::{Confidence, Correlations, JointIntervals};
     use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge};
     use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report, Verdict};
+    use flexid_wire::residuals::{Meaning, Objection, Residuals};
+    use flexid_wire::state::State;
     use flexid_wire::text::clipped;
+    use flexid_wire::warning::Warning;
 
     use super::*;
 
@@ -177,10 +181,11 @@ pub(crate) mod tests {
                 },
                 weak_directions: Default::default(),
                 residuals: Residuals {
+                    consistency: 1.0,
                     whiteness: 0.0,
                     size_objects: false,
                     whiteness_objects: false,
-                    text: clipped("noise explains them"),
+                    meaning: Meaning::Noise,
                 },
                 held_out: Default::default(),
                 retired: 0,
@@ -190,14 +195,14 @@ pub(crate) mod tests {
     }
 
     /// A view of a daemon that refines with a third record while the fourth is recorded.
-    fn view(joints: usize, warnings: &[&str]) -> View {
+    fn view(joints: usize, warnings: &[Warning]) -> View {
         let mut view = View::default();
         view.take(FromEdge::Status(Status {
             uptime_s: 93.0,
             model: clipped("mill3"),
             joints: joints as u8,
             interface: clipped("vcan0"),
-            state: clipped("measuring"),
+            state: State::Measuring { implausible: None },
             record_fraction: 0.62,
         }));
         view.take(FromEdge::Progress(Progress {
@@ -227,21 +232,24 @@ pub(crate) mod tests {
             wrong_rate: 0,
             measured_rate_hz: 0.0,
             frames_per_second: 4030.0,
-            error: clipped(""),
+            fault: None,
             errors: BusErrors::default(),
             doubtful_rate: 0,
             measured_rate_std_hz: 0.0,
         }));
         let mut finding = finding(joints);
-        finding.report.warnings = warnings.iter().map(clipped).collect();
+        finding.report.warnings = warnings.iter().cloned().collect();
         view.finding = Some(finding);
         view
     }
 
-    const LONG: &str = "residuals of that minimum object (chi^2/dof 84.0, whiteness 12): if other records do not help, check \
-                        masses, TCP, [mounting], gravity, axes and units of the signals";
+    const SHORT: Warning = Warning::BusErrors { errors: 2 };
+    const LAST: Warning = Warning::ImposedParameters;
+    /// Ends with `units of the signals`.
+    const LONG: Warning =
+        Warning::Objection(Objection::WrongMinimum { consistency: 84.0, whiteness: 12.0 });
 
-    fn shown(joints: usize, warnings: &[&str], rows: usize, columns: usize) -> Vec<String> {
+    fn shown(joints: usize, warnings: &[Warning], rows: usize, columns: usize) -> Vec<String> {
         let lines = lines(&view(joints, warnings), rows, columns);
         assert!(lines.len() < rows, "{} lines in {rows} rows: {lines:#?}", lines.len());
         for line in &lines {
@@ -253,7 +261,7 @@ pub(crate) mod tests {
     #[test]
     fn eighty_by_twenty_four_shows_every_parameter_and_the_first_warning_whole() {
         for joints in [2, 3, 6] {
-            let lines = shown(joints, &["short", LONG, "third"], 24, 80);
+            let lines = shown(joints, &[SHORT, LONG, LAST], 24, 80);
             let page = lines.join("\n");
             assert_eq!(page.matches("6.0").count(), 6 * joints, "{page}");
             assert_eq!(page.matches("±").count(), 12 * joints, "{page}");
@@ -264,7 +272,7 @@ pub(crate) mod tests {
                 "(40 %); recording 62 %",
                 "consistent: χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records",
                 "parameters identified",
-                "warning: short",
+                "warning: the bus reported 2 errors",
             ] {
                 assert!(page.contains(part), "{part:?} is not in\n{page}");
             }
@@ -277,9 +285,13 @@ pub(crate) mod tests {
 
     #[test]
     fn a_large_window_shows_all() {
-        let lines = shown(3, &[LONG, "third"], 60, 130);
+        let lines = shown(3, &[LONG, LAST], 60, 130);
         let page = lines.join("\n");
-        assert!(page.contains("warning: third") && page.contains("residuals    noise"), "{page}");
+        assert!(
+            page.contains("warning: what [parameters] fixes")
+                && page.contains("residuals    noise"),
+            "{page}"
+        );
         assert!(page.contains("12 refinement steps"), "{page}");
     }
 

@@ -6,12 +6,14 @@ use std::time::Instant;
 use ::console::{Term, truncate_str};
 use anyhow::Result;
 use flexid_edge::console::{draw, print};
-use flexid_pipeline::report::{Finding, Summary};
+use flexid_pipeline::report::Summary;
 use flexid_pipeline::text::printable;
+use flexid_wire::finding::Finding;
 
 use super::news::News;
 use super::view::{REDRAW, View};
 use super::{page, table};
+use crate::json::ResultJson;
 
 /// Terminal code that moves the cursor home and clears to the end.
 const CLEAR: &str = "\x1b[H\x1b[J";
@@ -40,7 +42,7 @@ impl Screen {
         match self {
             Self::Json(news) => {
                 news.end();
-                Ok(print(&(serde_json::to_string(finding)? + "\n"))?)
+                Ok(print(&(serde_json::to_string(&ResultJson::from(finding))? + "\n"))?)
             }
             Self::Lines { .. } => Ok(print(&Summary(&finding.report).to_string())?),
             Self::Live { .. } => Ok(()),

@@ -3,8 +3,9 @@
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use flexid_core::parameters::Bushing;
 pub(crate) use flexid_pipeline::names::DOF_NAMES;
-use flexid_pipeline::report::{Finding, Summary};
+use flexid_pipeline::report::Summary;
 use flexid_wire::confidence::{Confidence, Interval};
+use flexid_wire::finding::Finding;
 use flexid_wire::report::{Acceptance, Report, Verdict};
 
 use super::verdict::verdict;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use flexid_pipeline::report::Finding;
 use flexid_pipeline::text::count;
+use flexid_wire::finding::Finding;
 use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Phase, Progress, Status};
 use flexid_wire::report::{Acceptance, JointReport, Report, Verdict};
 
@@ -17,12 +17,10 @@ pub(crate) struct View {
     pub(crate) progress: Option<Progress>,
     pub(crate) bus: Option<BusHealth>,
     pub(crate) finding: Option<Finding>,
-    /// A report whose confidence has not arrived yet.
-    report: Option<Report>,
 }
 
 impl View {
-    /// Takes a message. Returns the finding that it completes.
+    /// Takes a message. Returns the finding that it holds.
     pub(crate) fn take(&mut self, message: FromEdge) -> Option<&Finding> {
         match message {
             FromEdge::Status(status) => self.status = Some(status),
@@ -30,15 +28,11 @@ impl View {
                 let before = self.progress.replace(progress);
                 if before.is_some_and(|before| progress.records < before.records) {
                     // The daemon has started anew, because its config has changed.
-                    (self.finding, self.report) = (None, None);
+                    self.finding = None;
                 }
             }
             FromEdge::BusHealth(bus) => self.bus = Some(bus),
-            FromEdge::Report(report) => self.report = Some(report),
-            FromEdge::Confidence(confidence) => {
-                let report = self.report.take()?;
-                return Some(self.finding.insert(Finding { report, confidence }));
-            }
+            FromEdge::Finding(finding) => return Some(self.finding.insert(finding)),
             FromEdge::Hello(_) | FromEdge::Refused(_) => {}
         }
         None
@@ -90,8 +84,8 @@ impl View {
             BusState::Gone => "GONE",
             BusState::BusOff => "BUS-OFF",
         };
-        let error = if bus.error.is_empty() { "" } else { ": " };
-        Some(format!("{} {state}{error}{}", self.interface(), bus.error))
+        let fault = bus.fault.as_ref().map_or_else(String::new, |fault| format!(": {fault}"));
+        Some(format!("{} {state}{fault}", self.interface()))
     }
 
     /// State and bus in one line, the bus first if it is dead.
@@ -136,8 +130,8 @@ impl View {
         for (number, what) in errors(&bus.errors).filter(|(number, _)| *number > 0) {
             line += &format!(", {number} {what}");
         }
-        if dead.is_none() && !bus.error.is_empty() {
-            line += &format!("; {}", bus.error);
+        if let (None, Some(fault)) = (dead, &bus.fault) {
+            line += &format!("; {fault}");
         }
         Some(line)
     }

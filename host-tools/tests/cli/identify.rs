@@ -130,6 +130,9 @@ fn a_wrong_model_is_told_as_one() {
     let warnings = report["warnings"].as_array().unwrap();
     let said = |part: &str| warnings.iter().any(|line| line.as_str().unwrap().contains(part));
     assert!(said("the model is wrong") && said("masses") && !said("more poses"), "{warnings:?}");
+    let kinds = report["warning_kinds"].as_array().unwrap();
+    assert_eq!((&report["schema"], kinds.len()), (&serde_json::json!(1), warnings.len()));
+    assert!(kinds.iter().any(|kind| kind["objection"].is_object()), "{kinds:?}");
     let consistency = report["fit"]["consistency"].as_f64().unwrap();
     let caveat =
         if consistency > 10.0 { " no intervals: " } else { " intervals are √(χ²/dof) = " };

@@ -15,7 +15,8 @@ fuzz_target!(|data: &[u8]| {
     while log.read(&mut frames, Duration::ZERO).unwrap() == Flow::Open {}
     let lines = data.split(|&byte| byte == b'\n').count() as u64;
     assert!(frames.len() as u64 <= lines);
-    assert!(!log.health().trouble.contains('\n'));
+    let troubles = log.health().troubles;
+    assert!(!troubles.iter().any(|trouble| trouble.to_string().contains('\n')));
     if let Ok(mut log) = CandumpLog::new(Path::new("log"), data).on_bus("can0") {
         let mut of_one_bus = Vec::new();
         while log.read(&mut of_one_bus, Duration::ZERO).unwrap() == Flow::Open {}

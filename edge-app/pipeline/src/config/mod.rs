@@ -15,7 +15,8 @@ use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
 use flexid_core::statics::StaticTest;
 use flexid_core::stream::StreamConfig;
-use flexid_wire::text::clipped;
+use flexid_core::sought::Sought;
+use flexid_wire::text::{FileName, clipped};
 
 use crate::input::{self, BadInput};
 use crate::model::Model;
@@ -172,10 +173,10 @@ impl Config {
         }
     }
 
-    /// Returns the file's name without its folder, at most 64 bytes, for messages with little room.
-    pub(crate) fn file_name(&self) -> String {
+    /// Returns the file's name without its folder.
+    pub(crate) fn file_name(&self) -> FileName {
         let name = self.file.file_name().map_or(&*self.file, Path::new);
-        clipped::<64>(printable(&name.display().to_string())).as_str().to_owned()
+        clipped(printable(&name.display().to_string()))
     }
 
     /// Returns the settings of the stream.

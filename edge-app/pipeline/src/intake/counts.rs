@@ -1,8 +1,8 @@
 //! Counts of what has come in.
 
 use flexid_core::stream::StreamHealth;
+use flexid_wire::frames::Misfit;
 
-use super::misfit::Misfit;
 use super::plausibility::Implausible;
 
 /// Counts of what has come in so far.

@@ -11,17 +11,18 @@ use std::time::Duration;
 
 use flexid_core::MAX_JOINTS;
 use flexid_core::stream::{Reading, Stream};
+use flexid_wire::frames::{self, MisfitKind};
+use flexid_wire::state::State;
+use flexid_wire::text::clipped;
 
 use crate::config::Config;
-use crate::names::clipped_name;
+use crate::names::joint_name;
 use crate::record::{Record, SAMPLES};
 use crate::signals::{NoReading, SignalTable};
 use crate::source::{Arrival, Flow, Frame, FrameKind, FrameSource};
-use crate::text::count as count_of;
 use crate::unchecked;
 pub use counts::Counts;
 use misfit::Misfits;
-pub use misfit::{Misfit, MisfitKind};
 use obstacle::{ReadingFaults, obstacle};
 pub(crate) use obstacle::{rate_used, wrong_rate};
 use plausibility::Plausibility;
@@ -153,55 +154,51 @@ impl<'a> Intake<'a> {
     }
 
     /// Returns the unknown identifiers beside the expected ones, if no frame has a known identifier.
-    fn unknown(&self) -> Option<String> {
+    fn unknown(&self) -> Option<frames::UnknownFrames> {
         let known = self.counts.all - self.counts.unknown - self.counts.bus_errors;
         (known == 0).then(|| self.unknown.beside(&self.table.identifiers())).flatten()
     }
 
-    /// Returns in words the obstacle to records, or else what the intake waits for.
-    pub fn state(&self, config: &Config) -> String {
+    /// Returns the obstacle to records, or else what the intake waits for.
+    pub fn state(&self, config: &Config) -> State {
         let counts = self.counts();
         let recording = counts.stream.records > 0;
         if self.counts.all == 0 {
-            return "waiting for frames".into();
+            return State::NoFrames;
         }
         if self.counts.all == self.counts.bus_errors {
-            let errors = count_of(self.counts.bus_errors, "error");
-            let interface = &config.interface;
-            return format!(
-                "waiting for frames: {errors} of the bus and no frame: is the bit rate of {interface} that of the bus?"
-            );
+            let interface = clipped(&config.interface);
+            return State::OnlyErrors { errors: self.counts.bus_errors, interface };
         }
         if let Some(obstacle) = obstacle(&counts, config).filter(|_| !recording) {
-            return obstacle;
+            return State::Obstacle(obstacle);
         }
         if let Some(unknown) = self.unknown() {
-            return format!("no frame of [bus] dbc: {unknown}");
+            return State::UnknownFrames(unknown);
         }
         if !self.seen.force {
-            return "waiting for force frames: none seen".into();
+            return State::NoForce;
         }
         if !self.seen.acceleration {
-            return "waiting for acceleration frames: none seen".into();
+            return State::NoAcceleration;
         }
         let silent = config.model.joints.iter().zip(self.seen.joints).filter(|(_, seen)| !seen);
-        let silent: Vec<String> = silent.map(|(joint, _)| clipped_name(&joint.name)).collect();
+        let silent: heapless::Vec<_, MAX_JOINTS> =
+            silent.map(|(joint, _)| clipped(&joint.name)).collect();
         if !silent.is_empty() {
-            return format!("waiting for joint angles: {} not seen", silent.join(", "));
+            return State::NoAngles(silent);
         }
-        let state = if !recording {
+        let readings = &counts.implausible;
+        let implausible =
+            plausibility::warnings(readings, &counts.at_limit, config).into_iter().next();
+        if !recording {
             let seconds = config.record_samples as f64 / config.rate_hz;
-            let faint = plausibility::faint_force(&counts.implausible);
-            format!("waiting for the first record: {seconds:.1} s of milling at one pose{faint}")
+            let faint_force_n = plausibility::faint_force(readings);
+            State::NoRecord { seconds, faint_force_n, implausible }
         } else if let Some(joint) = self.stream.missing_joint() {
-            let joint = clipped_name(&config.model.joints[joint].name);
-            format!("waiting for joint angles: {joint} does not come any more")
+            State::AngleStopped { joint: joint_name(&config.model, joint), implausible }
         } else {
-            "measuring".into()
-        };
-        match plausibility::warnings(&counts.implausible, &counts.at_limit, config).first() {
-            Some(warning) => format!("{state}; {warning}"),
-            None => state,
+            State::Measuring { implausible }
         }
     }
 }

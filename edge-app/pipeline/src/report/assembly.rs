@@ -76,9 +76,8 @@ pub(crate) fn report(
             branches: basis.effort.branches,
         },
         warnings: warnings(config, sought, estimate, basis)
-            .iter()
+            .into_iter()
             .take(report::MAX_WARNINGS)
-            .map(clipped)
             .collect(),
     }
 }

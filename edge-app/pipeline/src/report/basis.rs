@@ -1,6 +1,9 @@
 //! What a report contains beside the estimate.
 
 use flexid_core::identify::Effort;
+use flexid_wire::trouble::Trouble;
+use flexid_wire::unused::Unused;
+use flexid_wire::warning::Warning;
 
 use crate::intake::Counts;
 
@@ -13,12 +16,12 @@ pub(crate) struct Basis<'a> {
     pub(crate) counts: Counts,
     /// Computing time, s.
     pub(crate) seconds: f64,
-    /// Line about the records that were refused, with the reason.
-    pub(crate) refusal: Option<String>,
-    /// Line about the records that had been taken before.
-    pub(crate) repeats: Option<String>,
-    /// Line about the records that came too late to be in the numbers.
-    pub(crate) left_out: Option<String>,
+    /// Records that were refused.
+    pub(crate) refused: Option<Unused>,
+    /// Warning about the records that had been taken before.
+    pub(crate) repeated: Option<Warning>,
+    /// Records that came too late to be in the numbers.
+    pub(crate) unfinished: Option<Unused>,
     /// Number of records that made room in a fit that could not be believed.
     pub(crate) dropped: u64,
     /// Number of poses that were lost with these records.
@@ -28,7 +31,7 @@ pub(crate) struct Basis<'a> {
     /// Whether the estimate rests on records of a doubtful rate.
     pub(crate) doubtful_rate: bool,
     /// Warning that force and acceleration do not agree with the model's masses.
-    pub(crate) scale: Option<String>,
-    /// Troubles of the source. Empty if there was none.
-    pub(crate) trouble: &'a str,
+    pub(crate) scale: Option<Warning>,
+    /// Troubles of the source.
+    pub(crate) troubles: &'a [Trouble],
 }

@@ -1,4 +1,4 @@
-//! The confidence of a report, which the daemon sends beside it.
+//! The confidence of a report.
 
 use flexid_core::identify::Estimate;
 use flexid_core::sought::{self, Coordinate, Sought};
@@ -7,7 +7,7 @@ use flexid_wire::confidence::{
     Confidence, Correlations, HeldOut, Interval, JointIntervals, Nuisance,
 };
 use flexid_wire::report::Report;
-use flexid_wire::text::clipped;
+use flexid_wire::text::{Label, clipped};
 
 use super::directions::weak_direction;
 use super::residuals::Residuals;
@@ -43,7 +43,7 @@ pub(crate) fn confidence(
     });
     let trust = estimate.trust();
     let nuisances = estimate.nuisances.iter().map(|found| Nuisance {
-        name: clipped(name(&config.model, found.coordinate)),
+        name: name(&config.model, found.coordinate),
         ..nuisance(found, sought.width(found.coordinate), trust, residuals)
     });
     let names = names(&config.model, sought);
@@ -97,11 +97,11 @@ fn normal(value: f64, standard_deviation: f64) -> Interval {
     [value - WITHIN * standard_deviation, value + WITHIN * standard_deviation]
 }
 
-fn correlations(covariance: &Covariance, names: &[String]) -> Correlations {
+fn correlations(covariance: &Covariance, names: &[Label]) -> Correlations {
     let count = names.len().min(covariance.unknowns());
     let pairs = (1..count).flat_map(|row| (0..row).map(move |column| (row, column)));
     Correlations {
-        unknowns: names[..count].iter().map(clipped).collect(),
+        unknowns: names[..count].iter().cloned().collect(),
         // The conversion saturates. NaN becomes 0.
         percent: pairs.map(|(i, j)| (100.0 * covariance.correlation(i, j)).round() as i8).collect(),
     }

@@ -1,11 +1,10 @@
-//! From an estimate to its report, its confidence and its warnings.
+//! From an estimate to its finding: report, confidence and warnings.
 
 mod assembly;
 mod basis;
 mod confidence;
 mod directions;
-mod finding;
-mod refusal;
+mod fault;
 mod residuals;
 mod summary;
 mod verdict;
@@ -14,6 +13,5 @@ mod warnings;
 pub(crate) use assembly::report;
 pub(crate) use basis::Basis;
 pub(crate) use confidence::confidence;
-pub use finding::Finding;
-pub(crate) use refusal::no_equilibrium;
+pub(crate) use fault::{without_equilibrium, without_spectrum};
 pub use summary::Summary;

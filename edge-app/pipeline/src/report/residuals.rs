@@ -1,15 +1,11 @@
-//! Judgement of the residuals in words, with advice.
+//! Judgement of the residuals.
 
 use flexid_core::identify::{Acceptance, Estimate};
-use flexid_wire::confidence;
-use flexid_wire::text::clipped;
+use flexid_wire::residuals::{self, Meaning, Objection};
 
 /// Largest χ² per degree of freedom that noise and slightly wrong sensors explain. Larger residuals have another cause. Noise
 /// is not the cause of residuals three times as large as the noise, and their effect on the parameters is unknown.
 const HUGE: f64 = 10.0;
-
-/// Meaning of an objection while the search is not sure of the minimum.
-const UNSURE: &str = "the minimum may be a wrong one";
 
 /// Size and structure of the residuals.
 #[derive(Clone, Copy, Debug)]
@@ -91,89 +87,51 @@ impl Residuals {
         Some(inflated).filter(|inflated| sane && inflated.is_finite())
     }
 
-    pub(super) fn message(&self) -> confidence::Residuals {
-        confidence::Residuals {
+    pub(super) fn message(&self) -> residuals::Residuals {
+        residuals::Residuals {
+            consistency: self.consistency,
             whiteness: self.whiteness,
             size_objects: self.size_objects,
             whiteness_objects: self.whiteness_objects,
-            text: clipped(self.words()),
+            meaning: self.meaning(),
         }
     }
 
-    /// Returns in words which residuals object, and the meaning. The model is blamed only if the search is sure of the minimum.
-    fn words(&self) -> String {
-        let size = format!("χ²/dof {:.2}", self.consistency);
+    /// Returns the meaning of the residuals. The model is blamed only if the search is sure of the minimum.
+    fn meaning(&self) -> Meaning {
         if !self.of_records {
             return match (self.size_objects, self.statics_object) {
-                (false, false) => format!("noise explains those of the static tests ({size})"),
-                _ => format!("{size} objects: the static tests do not fit"),
+                (false, false) => Meaning::StaticNoise,
+                _ => Meaning::StaticMisfit,
             };
         }
-        let whiteness = format!("whiteness {:.1}", self.whiteness);
         match (self.size_objects, self.whiteness_objects) {
-            _ if self.noise_too_loud => {
-                format!("{size} objects: the noise is taken for louder than it is")
-            }
-            (_, false) if self.statics_object => {
-                format!("static tests object ({size}, {whiteness})")
-            }
-            (false, false) => format!("noise explains them ({size}, {whiteness})"),
-            (true, true) if !self.settled => format!("{size} and {whiteness} object: {UNSURE}"),
-            (true, false) if !self.settled => {
-                format!("{size} objects, {whiteness} does not: {UNSURE}")
-            }
-            (false, true) if !self.settled => {
-                format!("{whiteness} objects, {size} does not: {UNSURE}")
-            }
-            (true, true) => format!("{size} and {whiteness} object: the model is wrong"),
-            (true, false) if self.are_sane() => {
-                format!("{size} objects, {whiteness} does not: more noise than at rest")
-            }
-            (true, false) => format!("{size} objects, {whiteness} does not: the model is wrong"),
-            (false, true) => format!(
-                "{whiteness} objects, {size} does not: a small error of the model, or coloured noise"
-            ),
+            _ if self.noise_too_loud => Meaning::LoudNoise,
+            (_, false) if self.statics_object => Meaning::StaticTests,
+            (false, false) => Meaning::Noise,
+            _ if !self.settled => Meaning::WrongMinimum,
+            (true, false) if self.are_sane() => Meaning::NoisierCut,
+            (true, _) => Meaning::WrongModel,
+            (false, true) => Meaning::SmallError,
         }
     }
 
-    /// Returns advice if the residuals object. An objection of the static tests has a warning of its own.
-    pub(super) fn advice(&self) -> Option<String> {
-        let Self { consistency, whiteness, .. } = self;
+    /// Returns the objection of the residuals. An objection of the static tests has a warning of its own.
+    pub(super) fn objection(&self) -> Option<Objection> {
+        let Self { consistency, whiteness, .. } = *self;
         if !self.of_records {
-            return (self.size_objects && !self.statics_object).then(|| {
-                format!(
-                    "static tests fit badly (chi^2/dof {consistency:.1}): check poses, loads, signs and standard \
-                     deviations in [static] file, and [bounds]"
-                )
-            });
+            let misfit = self.size_objects && !self.statics_object;
+            return misfit.then_some(Objection::StaticMisfit { consistency });
         }
         match (self.size_objects, self.whiteness_objects) {
-            _ if self.noise_too_loud => Some(format!(
-                "the noise is taken for louder than it is (chi^2/dof {consistency:.2}): no quiet stretch in the records: \
-                 let each begin 1 s before the cut"
-            )),
+            _ if self.noise_too_loud => Some(Objection::LoudNoise { consistency }),
             (false, false) => None,
             (true, false) if self.statics_object => None,
-            _ if !self.settled => Some(format!(
-                "residuals of that minimum object (chi^2/dof {consistency:.1}, whiteness {whiteness:.0}): if other records do not \
-                 help, check masses, TCP, [mounting], gravity, axes and units of the signals"
-            )),
-            (true, _) if !self.are_sane() => Some(format!(
-                "the model is wrong (chi^2/dof {consistency:.0}): check masses, TCP, [mounting], joint angles, axes and \
-                 units of the signals, then gravity, delay, gains"
-            )),
-            (true, true) => Some(format!(
-                "the model is wrong by a little (chi^2/dof {consistency:.1}): let [calibration] find delay, \
-                 gains, misalignment, masses; or check gravity, TCP, [mounting]"
-            )),
-            (true, false) => Some(format!(
-                "residuals are larger than the noise, but random (chi^2/dof {consistency:.1}): the sensors are \
-                 noisier in the cut than at rest"
-            )),
-            (false, true) => Some(format!(
-                "residuals are small, but not random (whiteness {whiteness:.0}): let [calibration] find delay, \
-                 gains, misalignment; or check gravity, filters, [mounting]"
-            )),
+            _ if !self.settled => Some(Objection::WrongMinimum { consistency, whiteness }),
+            (true, _) if !self.are_sane() => Some(Objection::WrongModel { consistency }),
+            (true, true) => Some(Objection::SlightlyWrongModel { consistency }),
+            (true, false) => Some(Objection::NoisierCut { consistency }),
+            (false, true) => Some(Objection::Structure { whiteness }),
         }
     }
 }
@@ -181,6 +139,14 @@ impl Residuals {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn said(residuals: &Residuals) -> String {
+        residuals.message().to_string()
+    }
+
+    fn advised(residuals: &Residuals) -> Option<String> {
+        residuals.objection().map(|objection| objection.to_string())
+    }
 
     fn residuals(
         [consistency, whiteness]: [f64; 2],
@@ -216,8 +182,8 @@ mod tests {
         ];
         for (objections, words, advice) in cases {
             let alone = alone(objections);
-            assert_eq!(alone.words(), words);
-            match (alone.advice(), advice) {
+            assert_eq!(said(&alone), words);
+            match (advised(&alone), advice) {
                 (None, None) => {}
                 (Some(given), Some(advice)) => {
                     assert!(given.contains(advice) && given.len() <= 160, "{given}");
@@ -287,8 +253,9 @@ mod tests {
         ];
         for (numbers, objections, words, advice) in cases {
             let residuals = residuals(numbers, objections);
-            assert!(residuals.words().starts_with(words), "{}", residuals.words());
-            match (residuals.advice(), advice) {
+            let line = said(&residuals);
+            assert!(line.starts_with(words), "{line}");
+            match (advised(&residuals), advice) {
                 (None, None) => {}
                 (Some(given), Some(advice)) => {
                     assert!(given.contains(advice) && given.len() <= 160, "{given}");
@@ -302,8 +269,8 @@ mod tests {
     #[test]
     fn noise_that_is_too_loud_is_named() {
         let loud = Residuals { noise_too_loud: true, settled: false, ..Residuals::noise(0.02) };
-        assert_eq!(loud.words(), "χ²/dof 0.02 objects: the noise is taken for louder than it is");
-        let advice = loud.advice().unwrap();
+        assert_eq!(said(&loud), "χ²/dof 0.02 objects: the noise is taken for louder than it is");
+        let advice = advised(&loud).unwrap();
         assert!(advice.contains("(chi^2/dof 0.02): no quiet stretch") && advice.len() <= 160);
         assert!(!loud.allow_intervals());
     }
@@ -318,9 +285,9 @@ mod tests {
                 [true, true, true],
             ] {
                 let unsure = Residuals { settled: false, ..residuals(numbers, objections) };
-                let words = unsure.words();
+                let words = said(&unsure);
                 assert!(words.ends_with("the minimum may be a wrong one"), "{words}");
-                let advice = unsure.advice().unwrap();
+                let advice = advised(&unsure).unwrap();
                 assert!(advice.starts_with("residuals of that minimum object"), "{advice}");
                 assert!(!(words + &advice).contains("model"), "{advice}");
             }

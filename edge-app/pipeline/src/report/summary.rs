@@ -82,6 +82,7 @@ fn of_branches(number: u32) -> String {
 mod tests {
     use flexid_wire::report::{Fit, JointReport};
     use flexid_wire::text::clipped;
+    use flexid_wire::warning::Warning;
 
     use super::*;
 
@@ -114,7 +115,7 @@ mod tests {
             random_searches: 0,
             branches: 1,
         };
-        let warnings = [clipped("look at this")].into_iter().collect();
+        let warnings = [Warning::BusErrors { errors: 2 }].into_iter().collect();
         Report { joints: [joint].into_iter().collect(), fit, warnings }
     }
 
@@ -125,7 +126,7 @@ mod tests {
             Summary(&report).to_string(),
             "consistent: χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records, 6000 frames, 2 lost; \
              found by a descent (1 start, 1 branch: 2000 search steps, 1 refinement step), 1.2 s\n\
-             6 of 12 parameters identified, 2 weak, 4 not observable\nwarning: look at this\n"
+             6 of 12 parameters identified, 2 weak, 4 not observable\nwarning: the bus reported 2 errors\n"
         );
         let line = Summary(&report).line();
         assert!(line.starts_with("consistent: χ²/dof 1.000"), "{line}");

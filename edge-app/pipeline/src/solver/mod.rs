@@ -15,7 +15,11 @@ use flexid_core::identify::{Acceptance, Identifier, Phase};
 use flexid_core::parameters::Bushings;
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
+use flexid_core::sought::Sought;
+use flexid_wire::finding::Finding;
 use flexid_wire::messages::{self, Progress};
+use flexid_wire::trouble::Trouble;
+use flexid_wire::unused::{RecordFault, Unused};
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use tracing::warn;
@@ -24,7 +28,7 @@ use crate::config::{Config, Validity};
 use crate::intake::Counts;
 use crate::intake::plausibility::Scale;
 use crate::record::{Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES};
-use crate::report::{self, Basis, Finding, confidence, report};
+use crate::report::{self, Basis, confidence, report};
 use crate::stop::Stop;
 use crate::text::count;
 use crate::unchecked;
@@ -80,8 +84,8 @@ pub struct Solver {
     poses: Vec<Pose>,
     /// Number of records that are left in the queue at the end.
     waiting: u64,
-    /// Number of refused records, and the reason for the first.
-    refused: Option<(u64, String)>,
+    /// Number of refused records, and the fault of the first.
+    refused: Option<(u64, RecordFault)>,
     /// Number of poses that made room without leaving their information.
     dropped_poses: u64,
     /// Number of records that were too short to take the place of others.
@@ -175,7 +179,7 @@ impl Solver {
                     self.taken.add(self.came, Fingerprint::of(record));
                     self.records += 1;
                 }
-                Err(reason) => self.refused.get_or_insert((0, reason)).0 += 1,
+                Err(fault) => self.refused.get_or_insert((0, fault)).0 += 1,
             }
         }
     }
@@ -247,7 +251,7 @@ impl Solver {
                     self.note_settled();
                 }
             }
-            Err(reason) => self.refused.get_or_insert((0, reason)).0 += 1,
+            Err(fault) => self.refused.get_or_insert((0, fault)).0 += 1,
         }
     }
 
@@ -358,9 +362,9 @@ impl Solver {
         }
     }
 
-    /// Returns report and confidence of the present estimate, if there is one. `counts` is what has come in. `trouble` contains
-    /// the troubles of the source.
-    pub fn finding(&self, counts: &Counts, trouble: &str) -> Option<Finding> {
+    /// Returns report and confidence of the present estimate, if there is one. `counts` is what has come in, `troubles`
+    /// are those of the source.
+    pub fn finding(&self, counts: &Counts, troubles: &[Trouble]) -> Option<Finding> {
         let Self { config, sought, .. } = self;
         let counts = self.state.earlier.added_to(*counts);
         let mut estimate = self.identifier.estimate()?.clone();
@@ -376,54 +380,44 @@ impl Solver {
             records,
             counts,
             seconds: self.spent.as_secs_f64(),
-            refusal: self.refused(),
-            repeats: self.taken.repeats(),
-            left_out: self.left_out(),
+            refused: self.refused(),
+            repeated: self.taken.repeated(),
+            unfinished: self.unfinished(),
             dropped: left_out.saturating_sub(self.too_short + estimate.forgotten),
             dropped_poses: self.dropped_poses,
             too_short: self.too_short,
             doubtful_rate,
             scale: self.scale.warning(),
-            trouble,
+            troubles,
         };
         let report = report(config, sought, &estimate, &basis);
         let confidence = confidence(config, sought, &estimate, &report, &self.poses, left_out);
         Some(Finding { report, confidence })
     }
 
-    /// Returns in words why records were not used. Returns `None` if all were used.
-    pub fn refusal(&self) -> Option<String> {
-        self.refused().or_else(|| self.left_out())
+    /// Returns the records that were not used. Returns `None` if all were used.
+    pub fn unused(&self) -> Option<Unused> {
+        self.refused().or_else(|| self.unfinished())
     }
 
-    fn refused(&self) -> Option<String> {
-        let (records, reason) = self.refused.as_ref()?;
-        let records = count(*records, "record");
-        Some(format!("{records} refused, the first because {reason}"))
+    fn refused(&self) -> Option<Unused> {
+        let (records, first) = self.refused.clone()?;
+        Some(Unused::Refused { records, first })
     }
 
-    /// Makes the experiment of a record, or returns in words why the record is refused.
-    fn experiment(&mut self, record: &Record) -> Result<Experiment, String> {
+    /// Makes the experiment of a record.
+    fn experiment(&mut self, record: &Record) -> Result<Experiment, RecordFault> {
         let gravity = self.measurement.gravity.into();
         if let Err(error) = self.chain.linearise(&record.pose, gravity, &self.stiffest) {
-            return Err(report::no_equilibrium(error, &self.config.model, &record.pose));
+            return Err(report::without_equilibrium(error, &self.config.model, &record.pose));
         }
         Experiment::new(&self.chain, &self.measurement, record, &mut self.buffer)
-            .map_err(|error| error.to_string())
+            .map_err(report::without_spectrum)
     }
 
-    fn left_out(&self) -> Option<String> {
+    fn unfinished(&self) -> Option<Unused> {
         let records = self.records - self.settled + self.waiting;
-        match records {
-            0 => None,
-            1 => Some(
-                "ended before the newest record was worked through: it is not in the numbers"
-                    .into(),
-            ),
-            _ => Some(format!(
-                "ended before the newest {records} records were worked through: they are not in the numbers"
-            )),
-        }
+        (records > 0).then_some(Unused::Unfinished { records })
     }
 
     fn room(&self, experiment: &Experiment) -> Room {

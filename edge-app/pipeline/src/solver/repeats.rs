@@ -7,6 +7,7 @@
 use std::collections::VecDeque;
 use std::hash::Hasher;
 
+use flexid_wire::warning::Warning;
 use fnv::FnvHasher;
 use serde::{Deserialize, Serialize};
 
@@ -89,16 +90,10 @@ impl Taken {
         self.records.retain(|(own, _)| *own != number);
     }
 
-    /// Returns in words which records came again.
-    pub(super) fn repeats(&self) -> Option<String> {
+    /// Returns the warning about records that came again.
+    pub(super) fn repeated(&self) -> Option<Warning> {
         let (again, original) = self.first?;
-        Some(match self.repeats {
-            1 => format!("record {again} is record {original} again: left out"),
-            repeats => format!(
-                "{repeats} records came again and are left out: record {again} is record {original}, \
-                 and so on"
-            ),
-        })
+        Some(Warning::Repeated { records: self.repeats, again, original })
     }
 }
 
@@ -131,14 +126,14 @@ mod tests {
             assert!(!taken.has(number, &fingerprint), "record {number} is none of the others");
             taken.add(number, fingerprint);
         }
-        assert_eq!(taken.repeats(), None);
+        assert_eq!(taken.repeated(), None);
         for (again, from) in [(4, 0), (5, 1), (6, 64), (7, 700)] {
             assert!(taken.has(20 + again, &fingerprint(again, from)), "from {from}");
         }
         // The stretch that follows is no copy.
         assert!(!taken.has(30, &fingerprint(8, LENGTH)));
-        let words = "4 records came again and are left out: record 24 is record 4, and so on";
-        assert_eq!(taken.repeats().as_deref(), Some(words));
+        let repeated = Warning::Repeated { records: 4, again: 24, original: 4 };
+        assert_eq!(taken.repeated(), Some(repeated));
     }
 
     #[test]
@@ -150,7 +145,8 @@ mod tests {
         assert!(!taken.has(2, &fingerprint));
         taken.add(2, fingerprint.clone());
         assert!(taken.has(4, &fingerprint));
-        assert_eq!(taken.repeats().as_deref(), Some("record 4 is record 2 again: left out"));
+        let repeated = Warning::Repeated { records: 1, again: 4, original: 2 };
+        assert_eq!(taken.repeated(), Some(repeated));
     }
 
     #[test]

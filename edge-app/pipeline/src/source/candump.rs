@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use embedded_can::{ExtendedId, Frame as _, Id};
+use flexid_wire::text::clipped;
+use flexid_wire::trouble::{LineFault, Trouble};
 use socketcan::CanAnyFrame;
 use socketcan::dump::{CanDumpRecord, ParseError, Reader};
 
@@ -29,7 +31,7 @@ pub struct CandumpLog<R> {
     reader: Reader<BufReader<Unpadded<R>>>,
     line: u64,
     garbage: u64,
-    first_garbage: Option<(u64, String)>,
+    first_garbage: Option<(u64, LineFault)>,
     /// Bus whose frames are taken. `None` takes the frames of all buses.
     bus: Option<String>,
     /// Number of frames of other buses that were left out.
@@ -117,7 +119,7 @@ impl<R: Read> CandumpLog<R> {
                 Err(error) => error,
             };
             self.garbage += 1;
-            self.first_garbage.get_or_insert_with(|| (self.line, garbage.to_string()));
+            self.first_garbage.get_or_insert_with(|| (self.line, line_fault(&garbage)));
         }
     }
 }
@@ -137,19 +139,15 @@ impl<R: Read + Send> FrameSource for CandumpLog<R> {
     }
 
     fn health(&self) -> SourceHealth {
-        let file = self.file.display();
+        let file = || clipped(self.file.display());
         let mut troubles = Vec::new();
-        if let Some((line, error)) = &self.first_garbage {
-            troubles.push(format!(
-                "{file}:{line}: no line of candump -L ({error}), {} such in all, left out",
-                self.garbage
-            ));
+        if let Some((line, fault)) = self.first_garbage {
+            troubles.push(Trouble::Garbage { file: file(), line, fault, lines: self.garbage });
         }
-        if let (Some(bus), 1..) = (&self.bus, self.strays) {
-            troubles
-                .push(format!("{file}: took the frames of {bus}, left out {} others", self.strays));
+        if let (Some(bus), frames @ 1..) = (&self.bus, self.strays) {
+            troubles.push(Trouble::OtherBuses { file: file(), bus: clipped(bus), frames });
         }
-        SourceHealth { trouble: troubles.join("; "), ..SourceHealth::default() }
+        SourceHealth { troubles, ..SourceHealth::default() }
     }
 }
 
@@ -159,7 +157,7 @@ pub struct Logs<I, R> {
     waiting: I,
     open: Option<CandumpLog<R>>,
     /// Troubles of the logs that have been read.
-    troubles: Vec<String>,
+    troubles: Vec<Trouble>,
     /// Error of the first log that could not be read to its end.
     broken: Option<io::Error>,
 }
@@ -176,7 +174,7 @@ impl<I, R> Logs<I, R> {
     fn note(&mut self, error: io::Error) {
         match self.broken {
             None => self.broken = Some(error),
-            Some(_) => self.troubles.push(error.to_string()),
+            Some(_) => self.troubles.push(Trouble::Unreadable(clipped(error))),
         }
     }
 }
@@ -200,10 +198,7 @@ where
         if matches!(flow, Ok(Flow::Open)) {
             return Ok(Flow::Open);
         }
-        let trouble = log.health().trouble;
-        if !trouble.is_empty() {
-            self.troubles.push(trouble);
-        }
+        self.troubles.extend(log.health().troubles);
         self.open = None;
         if let Err(error) = flow {
             self.note(error);
@@ -212,7 +207,7 @@ where
     }
 
     fn health(&self) -> SourceHealth {
-        SourceHealth { trouble: self.troubles.join("; "), ..SourceHealth::default() }
+        SourceHealth { troubles: self.troubles.clone(), ..SourceHealth::default() }
     }
 }
 
@@ -222,6 +217,18 @@ fn enumerate(buses: &BTreeSet<&str>) -> String {
     match buses.len().saturating_sub(NAMED) {
         0 => named,
         more => format!("{named} and {more} more"),
+    }
+}
+
+/// Converts the fault of a line for the wire. The only reading error is that of bytes which are not text.
+fn line_fault(error: &ParseError) -> LineFault {
+    match error {
+        ParseError::Io(_) => LineFault::NotText,
+        ParseError::UnexpectedEndOfLine => LineFault::EndsEarly,
+        ParseError::InvalidTimestamp => LineFault::Timestamp,
+        ParseError::InvalidDeviceName => LineFault::DeviceName,
+        ParseError::InvalidCanFrame | ParseError::ConstructionError(_) => LineFault::Frame,
+        ParseError::InvalidFrameDirection => LineFault::Direction,
     }
 }
 
@@ -249,6 +256,10 @@ mod tests {
         let mut batch = Vec::new();
         while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
         (batch, source.health())
+    }
+
+    fn lines(health: &SourceHealth) -> Vec<String> {
+        health.troubles.iter().map(ToString::to_string).collect()
     }
 
     #[test]
@@ -291,8 +302,8 @@ mod tests {
         let (frames, health) = read(&log);
         assert_eq!(frames.len(), 2);
         assert_eq!(
-            health.trouble,
-            "a.log:2: no line of candump -L (Invalid timestamp), 5 such in all, left out"
+            lines(&health),
+            ["a.log:2: no line of candump -L (Invalid timestamp), 5 such in all, left out"]
         );
     }
 
@@ -307,8 +318,8 @@ mod tests {
         while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
         assert_eq!(batch.len(), 1);
         assert_eq!(
-            source.health().trouble,
-            "a.log:2: no line of candump -L (Invalid device name), 2 such in all, left out"
+            lines(&source.health()),
+            ["a.log:2: no line of candump -L (Invalid device name), 2 such in all, left out"]
         );
     }
 
@@ -354,7 +365,7 @@ mod tests {
         };
         assert_eq!(batch.len(), 2);
         assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out");
-        assert_eq!(logs.health().trouble, "b.log:2: cannot be read: worn out");
+        assert_eq!(lines(&logs.health()), ["b.log:2: cannot be read: worn out"]);
         assert_eq!(logs.read(&mut batch, Duration::ZERO).unwrap(), Flow::Ended);
     }
 
@@ -367,7 +378,7 @@ mod tests {
         while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
         assert_eq!(batch.len(), 1);
         assert_eq!(batch[0].frame.id, StandardId::new(0x102).unwrap().into());
-        assert_eq!(source.health().trouble, "a.log: took the frames of can0, left out 2 others");
+        assert_eq!(lines(&source.health()), ["a.log: took the frames of can0, left out 2 others"]);
 
         let refused = CandumpLog::new(Path::new("a.log"), &log[..]).on_bus("vcan0").err().unwrap();
         assert_eq!(

@@ -11,8 +11,10 @@
 //! | the interface is set up and running              | up                                       |
 //! | the interface does not exist                     | gone                                     |
 //!
-//! [`Link::trouble`] describes what is wrong now, and is empty when it is over. [`Link::errors`] counts the errors since the
+//! [`Link::fault`] is what is wrong now, and is `None` when it is over. [`Link::errors`] counts the errors since the
 //! start. [`Link::losses`] counts how often the link was lost.
+
+use flexid_wire::trouble::BusFaultKind;
 
 use super::{Frame, LinkState};
 
@@ -149,24 +151,15 @@ impl Link {
         self.state = state;
     }
 
-    /// Returns what is wrong with the link of `interface` now, and the correction. Returns an empty text if nothing is wrong.
-    pub(super) fn trouble(&self, interface: &str) -> String {
+    /// Returns what is wrong with the link now.
+    pub(super) fn fault(&self) -> Option<BusFaultKind> {
         match (self.state, self.controller) {
-            (LinkState::Up, Controller::Active) => String::new(),
-            (LinkState::Up, Controller::Warning) => format!(
-                "the controller of {interface} sees many errors: check bit rate, wires and termination"
-            ),
-            (LinkState::Up, Controller::Passive) => format!(
-                "the controller of {interface} is error-passive: check bit rate, wires and termination"
-            ),
-            (LinkState::Down, _) => {
-                format!("the link of {interface} is down: `ip link set {interface} up`")
-            }
-            (LinkState::BusOff, _) => format!(
-                "{interface} is bus-off: check wires and bit rate, then `ip link set {interface} type can restart`, \
-                 or let `restart-ms 100` do it"
-            ),
-            (LinkState::Gone, _) => format!("interface {interface} was removed"),
+            (LinkState::Up, Controller::Active) => None,
+            (LinkState::Up, Controller::Warning) => Some(BusFaultKind::ManyErrors),
+            (LinkState::Up, Controller::Passive) => Some(BusFaultKind::ErrorPassive),
+            (LinkState::Down, _) => Some(BusFaultKind::Down),
+            (LinkState::BusOff, _) => Some(BusFaultKind::BusOff),
+            (LinkState::Gone, _) => Some(BusFaultKind::Gone),
         }
     }
 }
@@ -226,7 +219,7 @@ mod tests {
                 see(&mut link, seen);
                 assert_eq!(link.state, then.unwrap_or(before), "{before:?}, {seen:?}");
                 assert_eq!(
-                    link.trouble("can0").is_empty(),
+                    link.fault().is_none(),
                     link.state == Up && !matches!(seen, Seen::Error(CONTROLLER, PASSIVE)),
                     "{before:?}, {seen:?}"
                 );
@@ -258,32 +251,23 @@ mod tests {
     }
 
     #[test]
-    fn trouble_ends_and_its_count_stays() {
+    fn a_fault_ends_and_its_count_stays() {
         let mut link = Link::default();
         let course = [
-            (Seen::Error(CONTROLLER, 0x08), "the controller of can0 sees many errors"),
-            (Seen::Error(CONTROLLER | PROTOCOL, 0x20), "the controller of can0 is error-passive"),
-            (
-                Seen::Error(BUS_OFF, 0),
-                "can0 is bus-off: check wires and bit rate, then `ip link set can0 type can restart`",
-            ),
-            (Seen::Error(RESTARTED, 0), ""),
-            (Seen::NetDown, "the link of can0 is down: `ip link set can0 up`"),
-            (Seen::Look(Interface::Running), ""),
-            (Seen::Error(CONTROLLER, 0x10), "the controller of can0 is error-passive"),
-            (Seen::Error(CONTROLLER, ACTIVE), ""),
-            (Seen::Look(Interface::Missing), "interface can0 was removed"),
-            (Seen::Frame, ""),
+            (Seen::Error(CONTROLLER, 0x08), Some(BusFaultKind::ManyErrors)),
+            (Seen::Error(CONTROLLER | PROTOCOL, 0x20), Some(BusFaultKind::ErrorPassive)),
+            (Seen::Error(BUS_OFF, 0), Some(BusFaultKind::BusOff)),
+            (Seen::Error(RESTARTED, 0), None),
+            (Seen::NetDown, Some(BusFaultKind::Down)),
+            (Seen::Look(Interface::Running), None),
+            (Seen::Error(CONTROLLER, 0x10), Some(BusFaultKind::ErrorPassive)),
+            (Seen::Error(CONTROLLER, ACTIVE), None),
+            (Seen::Look(Interface::Missing), Some(BusFaultKind::Gone)),
+            (Seen::Frame, None),
         ];
-        for (seen, trouble) in course {
+        for (seen, fault) in course {
             see(&mut link, seen);
-            assert!(
-                link.trouble("can0").starts_with(trouble),
-                "{seen:?}: {}",
-                link.trouble("can0")
-            );
-            assert_eq!(link.trouble("can0").is_empty(), trouble.is_empty(), "{seen:?}");
-            assert!(link.trouble("can0").len() <= 160, "does not fit a message");
+            assert_eq!(link.fault(), fault, "{seen:?}");
         }
         let expected = ErrorCounts {
             bus_off: 1,

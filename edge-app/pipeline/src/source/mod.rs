@@ -10,6 +10,8 @@ mod socket;
 use std::io;
 use std::time::Duration;
 
+use flexid_wire::trouble::{BusFault, Trouble};
+
 pub use candump::{CandumpLog, Logs};
 pub use frame::{Arrival, Frame, FrameKind};
 pub use link::ErrorCounts;
@@ -65,6 +67,16 @@ pub struct SourceHealth {
     pub kernel_dropped: u64,
     /// Receive buffer that the kernel granted, bytes. 0 for a recording.
     pub receive_buffer_bytes: u64,
-    /// What is wrong now with a bus, or was wrong with a recording, in one line for users. Empty if nothing is wrong.
-    pub trouble: String,
+    /// Present fault of the bus.
+    pub fault: Option<BusFault>,
+    /// Troubles of recordings.
+    pub troubles: Vec<Trouble>,
+}
+
+impl SourceHealth {
+    /// Returns the fault of the bus, and the troubles of recordings.
+    pub fn troubles(&self) -> Vec<Trouble> {
+        let fault = self.fault.iter().cloned().map(Trouble::Bus);
+        fault.chain(self.troubles.iter().cloned()).collect()
+    }
 }

@@ -5,6 +5,8 @@ use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use std::time::{Duration, Instant};
 
 use embedded_can::{ExtendedId, Id, StandardId};
+use flexid_wire::text::clipped;
+use flexid_wire::trouble::BusFault;
 use nix::cmsg_space;
 use nix::errno::Errno;
 use nix::ifaddrs::getifaddrs;
@@ -206,13 +208,15 @@ impl FrameSource for CanSocket {
 
     fn health(&self) -> SourceHealth {
         let name = self.interface.as_ref().map_or("the bus", |(name, _)| name);
+        let fault = |kind| BusFault { interface: clipped(name), kind };
         SourceHealth {
             link: self.link.state,
             link_losses: self.link.losses,
             errors: self.link.errors,
             kernel_dropped: self.dropped_before + self.dropped,
             receive_buffer_bytes: self.receive_buffer_bytes,
-            trouble: self.link.trouble(name),
+            fault: self.link.fault().map(fault),
+            troubles: Vec::new(),
         }
     }
 }
@@ -302,6 +306,7 @@ fn state_of(interface: &str) -> Option<Interface> {
 #[cfg(test)]
 mod tests {
     use embedded_can::Frame as _;
+    use flexid_wire::trouble::BusFaultKind;
     use nix::sys::socket::{AddressFamily, SockFlag, SockType, send, socketpair};
 
     use super::super::LinkState;
@@ -365,7 +370,7 @@ mod tests {
         assert_eq!(kinds, [FrameKind::Remote, FrameKind::Error, FrameKind::Fd]);
     }
 
-    /// Errors do not set the link up. A trouble that is over is no longer reported.
+    /// Errors do not set the link up. A fault that is over is no longer reported.
     #[test]
     fn error_frames_tell_the_state_of_the_link() {
         let (mut source, bus) = pair();
@@ -377,20 +382,21 @@ mod tests {
             source.read(&mut Vec::new(), Duration::from_secs(10)).unwrap();
             source.health()
         };
+        let fault = |health: SourceHealth| health.fault.map(|fault| fault.kind);
         error(0x040, 0);
         let off = health();
         assert_eq!((off.link, off.errors.bus_off), (LinkState::BusOff, 1));
-        assert!(off.trouble.contains("`ip link set the bus type can restart`"), "{}", off.trouble);
+        assert_eq!(fault(off), Some(BusFaultKind::BusOff));
         error(0x088, 0);
         let off = health();
         assert_eq!((off.link, off.errors.protocol), (LinkState::BusOff, 1));
         error(0x100, 0);
         let up = health();
-        assert_eq!((up.link, up.trouble.as_str(), up.errors.bus_off), (LinkState::Up, "", 1));
+        assert_eq!((up.link, up.errors.bus_off, fault(up)), (LinkState::Up, 1, None));
         error(0x004, 0x10);
-        assert!(health().trouble.contains("error-passive"));
+        assert_eq!(fault(health()), Some(BusFaultKind::ErrorPassive));
         error(0x004, 0x40);
-        assert_eq!(health().trouble, "");
+        assert_eq!(fault(health()), None);
     }
 
     #[test]

@@ -3,12 +3,12 @@
 use std::f64::consts::{PI, TAU};
 
 use flexid_core::MAX_JOINTS;
+use flexid_wire::implausible::BeyondLimits;
+use flexid_wire::text::clipped;
 
 use crate::SAMPLES;
 use crate::config::Config;
 use crate::model::{Kind, Model, ModelJoint};
-use crate::names::clipped_name;
-use crate::text::count;
 
 /// Margin beyond the limits of a joint, rad (m). Limits are published in whole degrees and millimetres.
 const MARGIN: [f64; 2] = [PI / 180.0, 1e-3];
@@ -90,31 +90,30 @@ fn limits(joint: &ModelJoint) -> [f64; 2] {
     [known(lower, -TAU), known(upper, TAU)]
 }
 
-/// Returns a warning about the joint that is farthest beyond its limits, with the correction and the number of other joints
-/// beyond theirs.
-pub(super) fn warning(joints: &[Option<Excess>; MAX_JOINTS], config: &Config) -> Option<String> {
+/// Returns the joint that is farthest beyond its limits, with the number of other joints beyond theirs.
+pub(super) fn warning(
+    joints: &[Option<Excess>; MAX_JOINTS],
+    config: &Config,
+) -> Option<BeyondLimits> {
     let all = config.signals.joints.iter().zip(&config.model.joints).zip(joints);
     let beyond = || all.clone().filter_map(|(joint, excess)| Some((joint, (*excess)?)));
     let ((signal, joint), Excess { value, .. }) =
         beyond().max_by(|(_, one), (_, other)| one.by.total_cmp(&other.by))?;
     let [lower, upper] = limits(joint);
-    // A value beyond `far` cannot come from a limit that is a little too narrow: it is more than a turn, or twice the stroke.
-    let (unit, other, size, far) = match joint.kind {
-        Kind::Revolute => ("rad", "degrees", PI / 180.0, TAU),
-        Kind::Prismatic => ("m", "mm", 1e-3, 2.0 * upper.abs().max(lower.abs())),
-    };
-    let mend = if (lower..=upper).contains(&(size * value)) && value.abs() > far {
-        format!("in {other}? give its unit in [bus] dbc")
-    } else {
-        format!("check its unit ({other}?) and offset, or mend the limits in [model] file")
-    };
-    let others = match beyond().count() - 1 {
-        0 => String::new(),
-        others => format!(" (and {} beyond theirs)", count(others as u64, "other joint")),
-    };
-    let [signal, joint] = [signal, &joint.name].map(|name| clipped_name(name));
-    let ends = format!("{lower:.4} to {upper:.4} {unit}");
-    Some(format!("{signal} reads {value:.4}, beyond {joint}'s limits, {ends}{others}: {mend}"))
+    let slides = joint.kind == Kind::Prismatic;
+    // Size of a degree, or of a millimetre. A value beyond `far` cannot come from a limit that is a little too narrow: it is more
+    // than a turn, or twice the stroke.
+    let (size, far) =
+        if slides { (1e-3, 2.0 * upper.abs().max(lower.abs())) } else { (PI / 180.0, TAU) };
+    Some(BeyondLimits {
+        signal: clipped(signal),
+        joint: clipped(&joint.name),
+        slides,
+        value,
+        limits: [lower, upper],
+        in_other_unit: (lower..=upper).contains(&(size * value)) && value.abs() > far,
+        others: (beyond().count() - 1) as u8,
+    })
 }
 
 #[cfg(test)]
@@ -137,7 +136,7 @@ mod tests {
                 worst[joint] = Some(excess.worse(worst[joint]));
             }
         }
-        warning(&worst, config)
+        warning(&worst, config).map(|joint| joint.to_string())
     }
 
     #[test]
@@ -161,7 +160,7 @@ mod tests {
         let excess = |value| Some(Excess { value, by: value });
         let mut all = [None; MAX_JOINTS];
         (all[0], all[1], all[2]) = (excess(70.0), excess(90.0), excess(80.0));
-        let told = warning(&all, &config).unwrap();
+        let told = warning(&all, &config).unwrap().to_string();
         assert!(told.starts_with("q2 reads 90.0000, beyond joint_2's limits"), "{told}");
         assert!(told.contains(" rad (and 2 other joints beyond theirs): in degrees?"), "{told}");
     }

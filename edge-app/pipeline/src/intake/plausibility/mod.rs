@@ -11,18 +11,16 @@ mod scale;
 
 use flexid_core::MAX_JOINTS;
 use flexid_core::stream::Reading;
+use flexid_wire::implausible::{self, SignalFrames, Signals};
+use flexid_wire::text::clipped;
 
 use crate::config::Config;
-use crate::names::{clipped_name, enumerate};
 use crate::record::{MAX_EXPERIMENTS, Record, SAMPLES};
-use crate::text::count;
 use channel::{Channel, Ends, WINDOW, Window, end_piece};
 pub use joints::Excess;
 use joints::Joints;
 pub(crate) use scale::Scale;
 
-/// Room for the names of signals in a line, bytes.
-const ROOM: usize = 120;
 /// Least force of a cut, N. Milling takes tens of newtons and more. The acceleration of a robot's link by one newton (1 N on
 /// some 10 kg) is hidden by the noise. A force in kN that is taken for N stays below this limit up to 1000 N.
 const LEAST_CUT_N: f32 = 1.0;
@@ -197,44 +195,41 @@ impl Plausibility {
     }
 }
 
-/// Returns the warnings about implausible readings with their corrections, the gravest first: wrong units, then broken
-/// channels. `at_limit` counts the samples at the limit of each signal, which have a warning of their own.
+/// Returns the kinds of implausible readings, the gravest first: wrong units, then broken channels. `at_limit` counts the samples
+/// at the limit of each signal, which have a warning of their own.
 pub(crate) fn warnings(
-    implausible: &Implausible,
+    odd: &Implausible,
     at_limit: &[u64; 6],
     config: &Config,
-) -> Vec<String> {
-    let mut warnings: Vec<String> =
-        joints::warning(&implausible.joints, config).into_iter().collect();
-    warnings.extend(implausible.rest.and_then(|mean| rest::warning(mean, config)));
-    let mut channels = |samples: [u64; 6], what: &str, mend: &str| {
-        let axes = config.signals.axes.iter().zip(samples).filter(|(_, samples)| *samples > 0);
-        let axes: Vec<String> = axes
-            .map(|(name, samples)| format!("{} in {}", clipped_name(name), count(samples, "frame")))
-            .collect();
-        if !axes.is_empty() {
-            warnings.push(format!("{what}: {}: {mend}", enumerate(&axes, ROOM)));
-        }
-    };
-    channels(implausible.stuck, "stuck while others move", "check the sensor and its wiring");
-    let flat =
-        std::array::from_fn(|axis| if at_limit[axis] == 0 { implausible.flat[axis] } else { 0 });
-    channels(flat, "flat at its largest value", "the sensor is overdriven: widen its range");
+) -> Vec<implausible::Implausible> {
+    use implausible::Implausible::{BeyondLimits, Flat, Spikes, Stuck};
+    let flat = std::array::from_fn(|axis| if at_limit[axis] == 0 { odd.flat[axis] } else { 0 });
     // In a signal that is cut off, each sample that is not stands out like a spike.
-    let whole = |axis: usize| implausible.flat[axis] == 0 && at_limit[axis] == 0;
-    let spikes = std::array::from_fn(|axis| if whole(axis) { implausible.spikes[axis] } else { 0 });
-    channels(spikes, "spikes of single samples", "check wiring, shield and supply");
-    warnings
+    let whole = |axis: usize| odd.flat[axis] == 0 && at_limit[axis] == 0;
+    let spikes = std::array::from_fn(|axis| if whole(axis) { odd.spikes[axis] } else { 0 });
+    let warnings = [
+        joints::warning(&odd.joints, config).map(BeyondLimits),
+        odd.rest.and_then(|mean| rest::warning(mean, config)),
+        signals(&odd.stuck, config).map(Stuck),
+        signals(&flat, config).map(Flat),
+        signals(&spikes, config).map(Spikes),
+    ];
+    warnings.into_iter().flatten().collect()
 }
 
-/// Returns a remark if the force so far is smaller than that of a cut, else an empty text.
-pub(crate) fn faint_force(implausible: &Implausible) -> String {
-    let largest = implausible.largest_force;
-    if largest > 0.0 && largest < LEAST_CUT_N {
-        format!("; no force above {largest:.2} N so far: in kN?")
-    } else {
-        String::new()
-    }
+/// Returns the signals of the sensors of which `frames` counts any. Returns `None` if there is none.
+pub(crate) fn signals(frames: &[u64; 6], config: &Config) -> Option<Signals> {
+    let concerned = config.signals.axes.iter().zip(frames).filter(|(_, frames)| **frames > 0);
+    let signals: Signals = concerned
+        .map(|(signal, frames)| SignalFrames { signal: clipped(signal), frames: *frames })
+        .collect();
+    (!signals.is_empty()).then_some(signals)
+}
+
+/// Returns the largest force so far, N, if it is smaller than that of a cut.
+pub(crate) fn faint_force(odd: &Implausible) -> Option<f32> {
+    let largest = odd.largest_force;
+    (largest > 0.0 && largest < LEAST_CUT_N).then_some(largest)
 }
 
 #[cfg(test)]
@@ -252,7 +247,12 @@ mod tests {
     fn told(config: &Config, readings: impl Iterator<Item = Reading>) -> Vec<String> {
         let mut plausibility = Plausibility::new(config);
         readings.for_each(|reading| plausibility.note(&reading));
-        warnings(&plausibility.implausible(), &[0; 6], config)
+        lines(&plausibility, config)
+    }
+
+    fn lines(plausibility: &Plausibility, config: &Config) -> Vec<String> {
+        let warnings = warnings(&plausibility.implausible(), &[0; 6], config);
+        warnings.iter().map(ToString::to_string).collect()
     }
 
     /// Returns the readings of a cut of 100 N, changed by `spoil`.
@@ -335,8 +335,7 @@ mod tests {
         let config = config();
         let mut plausibility = Plausibility::new(&config);
         let joint = |index, value| Reading::Joint { index, value };
-        let told =
-            |plausibility: &Plausibility| warnings(&plausibility.implausible(), &[0; 6], &config);
+        let told = |plausibility: &Plausibility| lines(plausibility, &config);
         let spoil = |frame: u64, values: &mut [f32; 6]| {
             values[0] = values[0].min(70.0);
             values[2] = 1.5;
@@ -382,7 +381,6 @@ mod tests {
     fn a_force_that_no_cut_makes_is_asked_for_its_unit() {
         let faint =
             |largest_force| faint_force(&Implausible { largest_force, ..Implausible::default() });
-        assert_eq!(faint(0.2), "; no force above 0.20 N so far: in kN?");
-        assert_eq!([faint(0.0), faint(2.0)], ["", ""]);
+        assert_eq!([faint(0.0), faint(0.2), faint(2.0)], [None, Some(0.2), None]);
     }
 }

@@ -1,6 +1,7 @@
 //! Checks the reading of an accelerometer at rest: its mean over a record, in which the robot stays where it is.
 
 use flexid_core::sensors::Accelerometer;
+use flexid_wire::implausible::{AccelerationUnit, GravityDenial, Implausible};
 
 use crate::config::Config;
 use crate::{Record, SAMPLES};
@@ -12,9 +13,12 @@ const OFF: f64 = 0.05;
 /// Shortest record whose mean is the reading at rest, s. A tool that vibrates at 0.02 m/s changes the mean over T by
 /// 0.04 m/s / T. This is less than `OFF` of the smallest reading of gravity that is recognised, 1.
 const SHORTEST_S: f64 = 1.0;
-/// Readings of gravity in other units than m/s², each with the name of its unit.
-const UNITS: [(f64, &str); 3] =
-    [(1.0, "g"), (1000.0, "mg or cm/s^2"), (1000.0 * GRAVITY, "mm/s^2")];
+/// Readings of gravity in other units than m/s².
+const UNITS: [(f64, AccelerationUnit); 3] = [
+    (1.0, AccelerationUnit::G),
+    (1000.0, AccelerationUnit::MilliG),
+    (1000.0 * GRAVITY, AccelerationUnit::MillimetrePerS2),
+];
 
 /// Returns the mean acceleration along each axis, m/s². Returns `None` for a record that is too short.
 pub(super) fn mean(record: &Record) -> Option<[f64; 3]> {
@@ -28,22 +32,16 @@ pub(super) fn mean(record: &Record) -> Option<[f64; 3]> {
 
 /// Returns a warning if the reading at rest contradicts the unit of the acceleration, or the configuration of gravity and
 /// accelerometer. A sensor that does not feel gravity, or whose reading at rest is removed, gives no warning.
-pub(super) fn warning(mean: [f64; 3], config: &Config) -> Option<String> {
-    let size = mean.iter().map(|value| value * value).sum::<f64>().sqrt();
-    let reads = |gravity: f64| (size / gravity - 1.0).abs() <= OFF;
+pub(super) fn warning(mean: [f64; 3], config: &Config) -> Option<Implausible> {
+    let reading = mean.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let reads = |gravity: f64| (reading / gravity - 1.0).abs() <= OFF;
     let weightless = config.gravity == [0.0; 3];
     if reads(GRAVITY) && (weightless || config.accelerometer == Accelerometer::Inertial) {
-        let line =
-            if weightless { "gravity_m_per_s2 is zero" } else { "accelerometer is \"inertial\"" };
-        return Some(format!(
-            "the accelerometer reads {size:.2} m/s^2 at rest: it feels gravity, but {line} in {}: delete that line",
-            config.file_name()
-        ));
+        let by = if weightless { GravityDenial::NoGravity } else { GravityDenial::Inertial };
+        return Some(Implausible::GravityDenied { reading, by, file: config.file_name() });
     }
-    let (_, unit) = UNITS.iter().find(|(gravity, _)| reads(*gravity))?;
-    Some(format!(
-        "the accelerometer reads {size:.2} m/s^2 at rest, gravity is 9.81: is it in {unit}? give its unit in [bus] dbc"
-    ))
+    let (_, unit) = UNITS.into_iter().find(|(gravity, _)| reads(*gravity))?;
+    Some(Implausible::GravityInUnit { reading, unit })
 }
 
 #[cfg(test)]
@@ -72,7 +70,7 @@ mod tests {
             ([0.0, 0.0, 990.0], "in mg or cm/s^2?"),
             ([0.0, 9700.0, 0.0], "in mm/s^2?"),
         ] {
-            let told = warning(mean, &config).unwrap();
+            let told = warning(mean, &config).unwrap().to_string();
             assert!(told.contains(unit), "{told}");
         }
     }
@@ -82,13 +80,13 @@ mod tests {
         let mut config = config();
         config.accelerometer = Accelerometer::Inertial;
         let felt = [0.0, 9.7, 1.0];
-        let told = warning(felt, &config).unwrap();
+        let told = warning(felt, &config).unwrap().to_string();
         assert!(
             told.ends_with("accelerometer is \"inertial\" in mill3-edge.toml: delete that line"),
             "{told}"
         );
         config.gravity = [0.0; 3];
-        let told = warning(felt, &config).unwrap();
+        let told = warning(felt, &config).unwrap().to_string();
         assert!(told.contains("but gravity_m_per_s2 is zero in mill3-edge.toml"), "{told}");
         assert_eq!(warning([0.0; 3], &config), None);
     }

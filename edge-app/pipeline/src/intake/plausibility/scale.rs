@@ -10,6 +10,7 @@ use std::collections::VecDeque;
 use fearless_simd::Level;
 use flexid_core::loss::spectral;
 use flexid_core::parameters::{Bounds, Bushings};
+use flexid_wire::warning::{Warning, WrongUnit};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -69,28 +70,25 @@ impl Scale {
     }
 
     /// Returns a warning about the units or the masses, if the median ratio of the records is implausible.
-    pub(crate) fn warning(&self) -> Option<String> {
+    pub(crate) fn warning(&self) -> Option<Warning> {
         let mut sorted: Vec<f64> = self.ratios.iter().copied().collect();
         sorted.sort_by(f64::total_cmp);
-        sorted.get(sorted.len() / 2).and_then(|median| Self::line(*median))
+        sorted.get(sorted.len() / 2).and_then(|median| disproportion(*median))
     }
+}
 
-    /// Returns the warning for a median ratio that no robot within the bounds explains.
-    pub(crate) fn line(median: f64) -> Option<String> {
-        let unit = if median < NOT_G {
-            "is the force in mN?"
-        } else if median < TOO_SMALL {
-            "is the acceleration in g?"
-        } else if median > TOO_LARGE {
-            "is the force in kN, or the acceleration in mm/s^2?"
-        } else {
-            return None;
-        };
-        Some(format!(
-            "the acceleration is {median:.1e} times what the force makes of the model's masses within [bounds]: {unit} give \
-             units in [bus] dbc; or mend masses or [bounds]"
-        ))
-    }
+/// Returns the warning for a median ratio that no robot within the bounds explains.
+fn disproportion(ratio: f64) -> Option<Warning> {
+    let suspect = if ratio < NOT_G {
+        WrongUnit::ForceInMilli
+    } else if ratio < TOO_SMALL {
+        WrongUnit::AccelerationInG
+    } else if ratio > TOO_LARGE {
+        WrongUnit::ForceInKiloOrAccelerationInMilli
+    } else {
+        return None;
+    };
+    Some(Warning::Disproportion { ratio, suspect })
 }
 
 #[cfg(test)]
@@ -101,7 +99,7 @@ mod tests {
         let bounds = Bounds::new([1e7, 2e8], [1e6, 1e8], [1e3, 1e5], [1e2, 5e4]).unwrap();
         let mut scale = Scale::new(&bounds, 3, Level::new());
         scale.ratios.extend(ratios);
-        scale.warning()
+        scale.warning().map(|warning| warning.to_string())
     }
 
     #[test]

@@ -1,0 +1,178 @@
+//! Readings that the robot and its sensors cannot have.
+
+use core::fmt;
+
+use heapless::Vec;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+use crate::text::{FileName, Name};
+use crate::words::{Count, Enumeration};
+
+/// Number of axes of the sensors: force x, y, z, acceleration x, y, z.
+pub const AXES: usize = 6;
+
+/// Signals of the sensors, each with the number of the frames concerned.
+pub type Signals = Vec<SignalFrames, AXES>;
+
+/// A kind of readings that the robot and its sensors cannot have, with its likely cause.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[serde(rename_all = "snake_case")]
+pub enum Implausible {
+    /// A joint is beyond its limits.
+    BeyondLimits(BeyondLimits),
+    /// The accelerometer reads gravity at rest, but the configuration denies it.
+    GravityDenied {
+        /// Size of the acceleration at rest, m/s².
+        reading: f64,
+        /// Line of the configuration that denies gravity.
+        by: GravityDenial,
+        /// Name of the configuration file.
+        file: FileName,
+    },
+    /// The accelerometer reads gravity at rest in another unit than m/s².
+    GravityInUnit {
+        /// Size of the acceleration at rest, taken for m/s².
+        reading: f64,
+        /// Likely unit.
+        unit: AccelerationUnit,
+    },
+    /// Signals that never change while others do.
+    Stuck(Signals),
+    /// Signals that reach a largest value again and again, and never exceed it.
+    Flat(Signals),
+    /// Signals with single samples far beyond their neighbours.
+    Spikes(Signals),
+}
+
+/// A joint beyond its limits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct BeyondLimits {
+    /// Name of the joint's signal.
+    pub signal: Name,
+    /// Name of the joint.
+    pub joint: Name,
+    /// Whether the joint slides. Else it turns.
+    pub slides: bool,
+    /// Reading, rad (m).
+    pub value: f64,
+    /// Lower and upper limit, rad (m); infinite where a sliding joint has none.
+    pub limits: [f64; 2],
+    /// Whether the reading lies within the limits if it is in degrees (mm).
+    pub in_other_unit: bool,
+    /// Number of other joints beyond their limits. This joint is the farthest.
+    pub others: u8,
+}
+
+/// Line of the configuration that denies gravity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[serde(rename_all = "snake_case")]
+pub enum GravityDenial {
+    /// `gravity_m_per_s2` is zero.
+    NoGravity,
+    /// `accelerometer` is "inertial".
+    Inertial,
+}
+
+/// Unit of an acceleration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[serde(rename_all = "snake_case")]
+pub enum AccelerationUnit {
+    /// Standard gravity.
+    G,
+    /// mg or cm/s², which are almost equal.
+    MilliG,
+    /// mm/s².
+    MillimetrePerS2,
+}
+
+/// A signal, and the number of its frames that are concerned.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct SignalFrames {
+    /// Name of the signal.
+    pub signal: Name,
+    /// Number of frames.
+    pub frames: u64,
+}
+
+impl fmt::Display for Implausible {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BeyondLimits(joint) => joint.fmt(f),
+            Self::GravityDenied { reading, by, file } => write!(
+                f,
+                "the accelerometer reads {reading:.2} m/s^2 at rest: it feels gravity, but {by} in {file}: \
+                 delete that line"
+            ),
+            Self::GravityInUnit { reading, unit } => write!(
+                f,
+                "the accelerometer reads {reading:.2} m/s^2 at rest, gravity is 9.81: is it in {unit}? \
+                 give its unit in [bus] dbc"
+            ),
+            Self::Stuck(signals) => write!(
+                f,
+                "stuck while others move: {}: check the sensor and its wiring",
+                enumerate(signals)
+            ),
+            Self::Flat(signals) => write!(
+                f,
+                "flat at its largest value: {}: the sensor is overdriven: widen its range",
+                enumerate(signals)
+            ),
+            Self::Spikes(signals) => write!(
+                f,
+                "spikes of single samples: {}: check wiring, shield and supply",
+                enumerate(signals)
+            ),
+        }
+    }
+}
+
+impl fmt::Display for BeyondLimits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { signal, joint, value, limits: [lower, upper], .. } = self;
+        let (unit, other) = if self.slides { ("m", "mm") } else { ("rad", "degrees") };
+        write!(
+            f,
+            "{signal} reads {value:.4}, beyond {joint}'s limits, {lower:.4} to {upper:.4} {unit}"
+        )?;
+        if self.others > 0 {
+            write!(f, " (and {} beyond theirs)", Count(self.others.into(), "other joint"))?;
+        }
+        if self.in_other_unit {
+            write!(f, ": in {other}? give its unit in [bus] dbc")
+        } else {
+            write!(f, ": check its unit ({other}?) and offset, or mend the limits in [model] file")
+        }
+    }
+}
+
+impl fmt::Display for GravityDenial {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoGravity => "gravity_m_per_s2 is zero",
+            Self::Inertial => "accelerometer is \"inertial\"",
+        })
+    }
+}
+
+impl fmt::Display for AccelerationUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::G => "g",
+            Self::MilliG => "mg or cm/s^2",
+            Self::MillimetrePerS2 => "mm/s^2",
+        })
+    }
+}
+
+impl fmt::Display for SignalFrames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} in {}", self.signal, Count(self.frames, "frame"))
+    }
+}
+
+/// Returns the enumeration of all `signals`.
+pub(crate) fn enumerate(signals: &Signals) -> impl fmt::Display {
+    Enumeration { named: signals, more: 0 }
+}

@@ -1,0 +1,177 @@
+//! Residuals between model and measurement: what they mean, and what to do.
+
+use core::fmt;
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Residuals between model and measurement: whether noise explains their size and their structure.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Residuals {
+    /// χ² per degree of freedom, as in [`Fit::consistency`](crate::report::Fit::consistency).
+    pub consistency: f64,
+    /// Structure of the residuals along the band beyond that of noise, in standard deviations of the structure of noise:
+    /// about N(0, 1) if the model is right.
+    pub whiteness: f64,
+    /// Whether the residuals are larger than noise explains.
+    pub size_objects: bool,
+    /// Whether the residuals have more structure than noise explains.
+    pub whiteness_objects: bool,
+    /// Meaning of size and structure.
+    pub meaning: Meaning,
+}
+
+/// Meaning of the size and the structure of residuals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[serde(rename_all = "snake_case")]
+pub enum Meaning {
+    /// Noise explains the residuals of the records.
+    Noise,
+    /// There are no records, and noise explains the residuals of the static tests.
+    StaticNoise,
+    /// There are no records, and the static tests do not fit.
+    StaticMisfit,
+    /// The residuals are smaller than the noise: it is taken for louder than it is.
+    LoudNoise,
+    /// The static tests alone object.
+    StaticTests,
+    /// The minimum may be a wrong one.
+    WrongMinimum,
+    /// The model is wrong.
+    WrongModel,
+    /// The sensors have more noise in the cut than at rest.
+    NoisierCut,
+    /// The model is wrong by a little, or the noise is coloured.
+    SmallError,
+}
+
+/// Objection of the residuals, with the numbers that it rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[serde(rename_all = "snake_case")]
+pub enum Objection {
+    /// There are no records, and the static tests fit badly.
+    StaticMisfit {
+        /// χ² per degree of freedom.
+        consistency: f64,
+    },
+    /// The noise is taken for louder than it is.
+    LoudNoise {
+        /// χ² per degree of freedom.
+        consistency: f64,
+    },
+    /// The residuals are those of a minimum that may be a wrong one.
+    WrongMinimum {
+        /// χ² per degree of freedom.
+        consistency: f64,
+        /// Structure, as [`Residuals::whiteness`].
+        whiteness: f64,
+    },
+    /// The model is wrong.
+    WrongModel {
+        /// χ² per degree of freedom.
+        consistency: f64,
+    },
+    /// The model is wrong by a little.
+    SlightlyWrongModel {
+        /// χ² per degree of freedom.
+        consistency: f64,
+    },
+    /// The sensors have more noise in the cut than at rest.
+    NoisierCut {
+        /// χ² per degree of freedom.
+        consistency: f64,
+    },
+    /// The residuals are small, but not random.
+    Structure {
+        /// Structure, as [`Residuals::whiteness`].
+        whiteness: f64,
+    },
+}
+
+impl fmt::Display for Residuals {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (size, whiteness) = (Size(self.consistency), Whiteness(self.whiteness));
+        let meaning = match self.meaning {
+            Meaning::Noise => return write!(f, "noise explains them ({size}, {whiteness})"),
+            Meaning::StaticNoise => {
+                return write!(f, "noise explains those of the static tests ({size})");
+            }
+            Meaning::StaticMisfit => {
+                return write!(f, "{size} objects: the static tests do not fit");
+            }
+            Meaning::LoudNoise => {
+                return write!(f, "{size} objects: the noise is taken for louder than it is");
+            }
+            Meaning::StaticTests => {
+                return write!(f, "static tests object ({size}, {whiteness})");
+            }
+            Meaning::WrongMinimum => "the minimum may be a wrong one",
+            Meaning::WrongModel => "the model is wrong",
+            Meaning::NoisierCut => "more noise than at rest",
+            Meaning::SmallError => "a small error of the model, or coloured noise",
+        };
+        match (self.size_objects, self.whiteness_objects) {
+            (true, false) => write!(f, "{size} objects, {whiteness} does not: {meaning}"),
+            (false, true) => write!(f, "{whiteness} objects, {size} does not: {meaning}"),
+            _ => write!(f, "{size} and {whiteness} object: {meaning}"),
+        }
+    }
+}
+
+struct Size(f64);
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "χ²/dof {:.2}", self.0)
+    }
+}
+
+struct Whiteness(f64);
+
+impl fmt::Display for Whiteness {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "whiteness {:.1}", self.0)
+    }
+}
+
+impl fmt::Display for Objection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StaticMisfit { consistency } => write!(
+                f,
+                "static tests fit badly (chi^2/dof {consistency:.1}): check poses, loads, signs and standard \
+                 deviations in [static] file, and [bounds]"
+            ),
+            Self::LoudNoise { consistency } => write!(
+                f,
+                "the noise is taken for louder than it is (chi^2/dof {consistency:.2}): no quiet stretch in the records: \
+                 let each begin 1 s before the cut"
+            ),
+            Self::WrongMinimum { consistency, whiteness } => write!(
+                f,
+                "residuals of that minimum object (chi^2/dof {consistency:.1}, whiteness {whiteness:.0}): if other records do not \
+                 help, check masses, TCP, [mounting], gravity, axes and units of the signals"
+            ),
+            Self::WrongModel { consistency } => write!(
+                f,
+                "the model is wrong (chi^2/dof {consistency:.0}): check masses, TCP, [mounting], joint angles, axes and \
+                 units of the signals, then gravity, delay, gains"
+            ),
+            Self::SlightlyWrongModel { consistency } => write!(
+                f,
+                "the model is wrong by a little (chi^2/dof {consistency:.1}): let [calibration] find delay, \
+                 gains, misalignment, masses; or check gravity, TCP, [mounting]"
+            ),
+            Self::NoisierCut { consistency } => write!(
+                f,
+                "residuals are larger than the noise, but random (chi^2/dof {consistency:.1}): the sensors are \
+                 noisier in the cut than at rest"
+            ),
+            Self::Structure { whiteness } => write!(
+                f,
+                "residuals are small, but not random (whiteness {whiteness:.0}): let [calibration] find delay, \
+                 gains, misalignment; or check gravity, filters, [mounting]"
+            ),
+        }
+    }
+}

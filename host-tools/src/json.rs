@@ -1,0 +1,242 @@
+//! Results and states as JSON: the file of `identify --json`, and the lines of `watch --json`.
+//!
+//! Lines of text are for people. Beside each stands what it names and counts, for scripts. A kind without numbers or names is a
+//! string, `"imposed_parameters"`; any other kind is an object with one entry, `{"bus_errors": {"errors": 3}}`.
+
+use flexid_wire::confidence::{Confidence, Correlations, HeldOut, JointIntervals, Nuisance};
+use flexid_wire::directions::WeakDirection;
+use flexid_wire::finding::Finding;
+use flexid_wire::messages::Status;
+use flexid_wire::report::{Fit, JointReport, Report};
+use flexid_wire::residuals::Residuals;
+use flexid_wire::state::State;
+use flexid_wire::warning::Warning;
+use serde::{Deserialize, Serialize};
+
+/// Version of the result. An entry that is added does not change it. An entry that is renamed or removed, or whose meaning
+/// changes, does.
+pub(crate) const SCHEMA: u32 = 1;
+
+/// A finding as JSON.
+#[derive(Serialize)]
+pub(crate) struct ResultJson<'a> {
+    schema: u32,
+    joints: &'a [JointReport],
+    fit: &'a Fit,
+    warnings: Vec<String>,
+    warning_kinds: &'a [Warning],
+    confidence: ConfidenceJson<'a>,
+}
+
+#[derive(Serialize)]
+struct ConfidenceJson<'a> {
+    joints: &'a [JointIntervals],
+    nuisances: &'a [Nuisance],
+    correlations: &'a Correlations,
+    weak_directions: Vec<WithText<'a, WeakDirection>>,
+    residuals: WithText<'a, Residuals>,
+    held_out: &'a [HeldOut],
+    retired: u64,
+    left_out: u64,
+}
+
+/// Entries of a value, and `text`, its line for people.
+#[derive(Serialize)]
+struct WithText<'a, T> {
+    #[serde(flatten)]
+    value: &'a T,
+    text: String,
+}
+
+/// A status as JSON.
+#[derive(Serialize)]
+pub(crate) struct StatusJson<'a> {
+    uptime_s: f64,
+    model: &'a str,
+    joints: u8,
+    interface: &'a str,
+    state: String,
+    state_kind: &'a State,
+    record_fraction: f32,
+}
+
+/// The entries of a result that a later command needs.
+#[derive(Deserialize)]
+pub(crate) struct FoundJson {
+    /// Version of the result.
+    #[serde(default = "first_schema")]
+    pub(crate) schema: u32,
+    /// Parameters of each joint, base first.
+    pub(crate) joints: Vec<JointReport>,
+    /// Quality of the fit.
+    pub(crate) fit: Fit,
+}
+
+/// Version of results without this entry, which older programs have written.
+fn first_schema() -> u32 {
+    1
+}
+
+impl<'a> From<&'a Finding> for ResultJson<'a> {
+    fn from(finding: &'a Finding) -> Self {
+        let Finding { report: Report { joints, fit, warnings }, confidence } = finding;
+        Self {
+            schema: SCHEMA,
+            joints,
+            fit,
+            warnings: warnings.iter().map(ToString::to_string).collect(),
+            warning_kinds: warnings,
+            confidence: confidence.into(),
+        }
+    }
+}
+
+impl<'a> From<&'a Confidence> for ConfidenceJson<'a> {
+    fn from(confidence: &'a Confidence) -> Self {
+        let Confidence {
+            joints,
+            nuisances,
+            correlations,
+            weak_directions,
+            residuals,
+            held_out,
+            retired,
+            left_out,
+        } = confidence;
+        Self {
+            joints,
+            nuisances,
+            correlations,
+            weak_directions: weak_directions.iter().map(WithText::from).collect(),
+            residuals: residuals.into(),
+            held_out,
+            retired: *retired,
+            left_out: *left_out,
+        }
+    }
+}
+
+impl<'a, T: ToString> From<&'a T> for WithText<'a, T> {
+    fn from(value: &'a T) -> Self {
+        Self { value, text: value.to_string() }
+    }
+}
+
+impl<'a> From<&'a Status> for StatusJson<'a> {
+    fn from(status: &'a Status) -> Self {
+        let Status { uptime_s, model, joints, interface, state, record_fraction } = status;
+        Self {
+            uptime_s: *uptime_s,
+            model,
+            joints: *joints,
+            interface,
+            state: state.to_string(),
+            state_kind: state,
+            record_fraction: *record_fraction,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_wire::directions::Share;
+    use flexid_wire::text::clipped;
+    use serde_json::json;
+
+    use super::*;
+    use crate::show::page::tests::finding;
+
+    #[test]
+    fn a_result_has_the_contracted_names() {
+        let mut finding = finding(1);
+        finding.report.warnings =
+            [Warning::ImposedParameters, Warning::BusErrors { errors: 3 }].into_iter().collect();
+        let share = Share { name: clipped("joint_1 tx stiffness"), weight: 0.75 };
+        finding.confidence.weak_directions = [WeakDirection {
+            relative_std: Some(0.5),
+            shares: [share].into_iter().collect(),
+            of_nuisance: false,
+        }]
+        .into_iter()
+        .collect();
+        let json = serde_json::to_value(ResultJson::from(&finding)).unwrap();
+        let expected = json!({
+            "schema": 1,
+            "joints": [{
+                "name": "joint_1",
+                "stiffness": [6e7, 6e7, 6e7, 6e7, 6e7, 6e7],
+                "stiffness_std": [5e5, 5e5, 5e5, 5e5, 5e5, 5e5],
+                "stiffness_verdict":
+                    ["identified", "identified", "identified", "identified", "identified", "identified"],
+                "damping": [2e4, 2e4, 2e4, 2e4, 2e4, 2e4],
+                "damping_std": [1e3, 1e3, 1e3, 1e3, 1e3, 1e3],
+                "damping_verdict": ["weak", "weak", "weak", "weak", "weak", "weak"],
+            }],
+            "fit": {
+                "records": 3, "frames": 49152, "frames_lost": 0, "ssp": 0.001, "ssp_max": 0.02, "consistency": 1.0,
+                "search_evaluations": 2000, "refine_iterations": 12, "starts": 1, "bridged": 0, "seconds": 1.2,
+                "acceptance": "consistent", "found_by": "descent", "random_searches": 0, "branches": 1,
+            },
+            "warnings": [
+                "what [parameters] fixes or ties may not be so: see without it",
+                "the bus reported 3 errors",
+            ],
+            "warning_kinds": ["imposed_parameters", { "bus_errors": { "errors": 3 } }],
+            "confidence": {
+                "joints": [{
+                    "name": "joint_1",
+                    "stiffness_interval":
+                        [[5.9e7, 6.1e7], [5.9e7, 6.1e7], [5.9e7, 6.1e7], [5.9e7, 6.1e7], [5.9e7, 6.1e7], [5.9e7, 6.1e7]],
+                    "damping_interval":
+                        [[1.8e4, 2.2e4], [1.8e4, 2.2e4], [1.8e4, 2.2e4], [1.8e4, 2.2e4], [1.8e4, 2.2e4], [1.8e4, 2.2e4]],
+                }],
+                "nuisances": [],
+                "correlations": { "unknowns": [], "percent": [] },
+                "weak_directions": [{
+                    "relative_std": 0.5,
+                    "shares": [{ "name": "joint_1 tx stiffness", "weight": 0.75 }],
+                    "of_nuisance": false,
+                    "text": "joint_1 tx stiffness is hardly told by these poses (50 %)",
+                }],
+                "residuals": {
+                    "consistency": 1.0, "whiteness": 0.0, "size_objects": false, "whiteness_objects": false,
+                    "meaning": "noise", "text": "noise explains them (χ²/dof 1.00, whiteness 0.0)",
+                },
+                "held_out": [],
+                "retired": 0,
+                "left_out": 0,
+            },
+        });
+        assert_eq!(json, expected);
+    }
+
+    #[test]
+    fn a_result_of_an_older_program_is_read() {
+        let mut json = serde_json::to_value(ResultJson::from(&finding(2))).unwrap();
+        for schema in [Some(1), None] {
+            if schema.is_none() {
+                json.as_object_mut().unwrap().remove("schema");
+            }
+            let found: FoundJson = serde_json::from_value(json.clone()).unwrap();
+            assert_eq!((found.schema, found.joints.len(), found.fit.records), (1, 2, 3));
+        }
+    }
+
+    #[test]
+    fn a_status_has_its_state_in_words_and_as_a_kind() {
+        let status = Status {
+            uptime_s: 1.5,
+            model: clipped("mill3"),
+            joints: 3,
+            interface: clipped("vcan0"),
+            state: State::NoAngles([clipped("q2")].into_iter().collect()),
+            record_fraction: 0.5,
+        };
+        let expected = json!({
+            "uptime_s": 1.5, "model": "mill3", "joints": 3, "interface": "vcan0",
+            "state": "waiting for joint angles: q2 not seen", "state_kind": { "no_angles": ["q2"] },
+            "record_fraction": 0.5,
+        });
+        assert_eq!(serde_json::to_value(StatusJson::from(&status)).unwrap(), expected);
+    }
+}
