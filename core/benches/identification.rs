@@ -75,7 +75,7 @@ impl Recorded {
             Level::new(),
             generator,
         ));
-        let estimate = settle(&mut identifier, &mut experiments);
+        let estimate = settle(&mut identifier, &experiments);
         assert_eq!(identifier.progress().effort.starts, 1, "the first search misses the basin");
         estimate
     }

@@ -17,7 +17,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result, ensure};
-use common::fits::{parameters, problem};
+use common::fits::{parameters, problem, targets};
 use common::milling::experiments;
 use common::{MEASUREMENT, Random, bounds, mill3, nominal};
 use flexid_core::loss::spectral;
@@ -129,15 +129,18 @@ fn cases() -> Vec<Case> {
 
     let searched = milled();
     let guess = Random::new(2).bushings(3);
-    cases.push(Box::new(move || kept(spectral::losses(black_box(&searched), &guess, level))));
-    let (chain, bounds, mut refined) = (mill3(), bounds(), milled());
+    let targets = targets(&mill3(), &MEASUREMENT, &searched);
+    cases.push(Box::new(move || {
+        kept(spectral::losses(&targets, black_box(&searched), &guess, level));
+    }));
+    let (chain, bounds, refined) = (mill3(), bounds(), milled());
     let mut guess = nominal();
     guess.iter_mut().flat_map(|bushing| &mut bushing.stiffness).for_each(|k| *k *= 1.1);
     let sought = parameters(3);
     let mut refinement = Box::new(Refinement::new(&sought, &guess));
     cases.push(Box::new(move || {
         let problem = Problem { level, ..problem(&chain, &MEASUREMENT, &bounds, &sought) };
-        kept(refinement.step(&problem, &mut refined));
+        kept(refinement.step(&problem, &refined));
     }));
     cases
 }
@@ -190,7 +193,7 @@ fn ratios<'a>(counts: &BTreeMap<&'static str, f64>) -> Vec<Held<'a>> {
     let gradient = counts["receptance f64 and its gradient"];
     let joints = |from: &str, to: &str| counts[to] - counts[from];
     let milled = milled();
-    let searched: usize = milled.iter().map(|one| one.search.omega.len()).sum();
+    let searched: usize = milled.iter().map(|one| one.thinned.omega.len()).sum();
     let refined: usize = milled.iter().map(Experiment::bins).sum();
     // AVX2 takes eight numbers at once.
     let needed = operations(Values(&Bins::new(3)));

@@ -8,8 +8,9 @@ mod kernels;
 
 use std::hint::black_box;
 
+use common::fits::targets;
 use common::milling::experiments;
-use common::{Random, nominal};
+use common::{MEASUREMENT, Random, mill3, nominal};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fearless_simd::Level;
 use flexid_core::loss::spectral;
@@ -40,9 +41,10 @@ fn by_joints(criterion: &mut Criterion) {
 
 fn sample(criterion: &mut Criterion) {
     let experiments = experiments(&nominal(), &mut Random::new(1));
+    let targets = targets(&mill3(), &MEASUREMENT, &experiments);
     let guess = Random::new(2).bushings(3);
     criterion.bench_function("sample of the search, three experiments", |bencher| {
-        bencher.iter(|| spectral::losses(black_box(&experiments), &guess, Level::new()));
+        bencher.iter(|| spectral::losses(&targets, black_box(&experiments), &guess, Level::new()));
     });
 }
 

@@ -26,7 +26,7 @@ fn identify(
     chain: &Chain,
     measurement: Measurement,
     bounds: Bounds,
-    experiments: &mut [Experiment<BINS>],
+    experiments: &[Experiment<BINS>],
 ) -> (Estimate, Vec<(Coordinate, Verdict)>) {
     let generator = Random::new(7).0;
     let mut identifier =
@@ -84,9 +84,9 @@ fn spoilt(spoil: impl FnOnce(&mut Record<SAMPLES>)) -> Result<Experiment<BINS>, 
 fn fewer_data_than_unknowns_identify_nothing() {
     // Bins of 0.244 Hz: 48 real numbers, of which the seam takes 42.
     let measurement = Measurement { band_hz: [20.0, 21.8], ..MEASUREMENT };
-    let mut experiments = [spectra(&one_record(), &measurement).expect("8 bins are enough")];
+    let experiments = [spectra(&one_record(), &measurement).expect("8 bins are enough")];
     assert_eq!(experiments[0].bins(), 8);
-    let (estimate, verdicts) = identify(&mill3(), measurement, bounds(), &mut experiments);
+    let (estimate, verdicts) = identify(&mill3(), measurement, bounds(), &experiments);
     assert_eq!(identified(&verdicts), [], "χ²/dof {}", estimate.consistency);
     assert!(!estimate.weak_directions.is_empty());
 
@@ -130,7 +130,7 @@ fn a_singular_pose_names_what_it_does_not_tell() {
     let chain = Chain::new(&joints, tcp).expect("physical");
     let mut random = Random::new(11);
     let truth: Bushings = nominal().into_iter().take(2).collect();
-    let mut experiments: Vec<Experiment<BINS>> = (0..3)
+    let experiments: Vec<Experiment<BINS>> = (0..3)
         .map(|feed| {
             let force = cut(&mut random, [600.0, 4200.0], feed);
             let conditions = Conditions::default();
@@ -138,7 +138,7 @@ fn a_singular_pose_names_what_it_does_not_tell() {
             Experiment::new(&chain, &MEASUREMENT, &record, &mut [0.0; SAMPLES]).expect("good")
         })
         .collect();
-    let (estimate, verdicts) = identify(&chain, MEASUREMENT, bounds(), &mut experiments);
+    let (estimate, verdicts) = identify(&chain, MEASUREMENT, bounds(), &experiments);
     let about_the_axis = |who: &Coordinate| {
         let (Coordinate::Stiffness { dof, .. } | Coordinate::Damping { dof, .. }) = who else {
             return false;
@@ -191,14 +191,14 @@ fn the_same_pose_again_and_again_makes_nothing_up() {
     let force = cut(&mut random, [600.0, 900.0], 2);
     // All axes in one plane, the arm stretched out.
     let pose = [0.0; 3];
-    let mut experiments: Vec<Experiment<BINS>> = (0..3)
+    let experiments: Vec<Experiment<BINS>> = (0..3)
         .map(|_| {
             let conditions = Conditions { noise: 30.0, ..Conditions::default() };
             let record = record(&mill3(), &pose, &truth, &force, &conditions, &mut random);
             spectra(&record, &MEASUREMENT).expect("a good record")
         })
         .collect();
-    let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &mut experiments);
+    let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &experiments);
     assert!(!estimate.weak_directions.is_empty());
     assert!(identified(&verdicts).len() < 36, "{verdicts:?}");
     assert_true(&estimate, &truth, &verdicts);
@@ -210,8 +210,8 @@ fn bounds_too_soft_for_gravity_identify_nothing() {
     let measurement = Measurement { gravity: [0.0, 0.0, -9.80665], ..MEASUREMENT };
     let (soft, damping) = ([1e2, 1e3], [1e3, 1e5]);
     let limp = Bounds::new(soft, soft, damping, damping).expect("in order");
-    let mut experiments = [spectra(&one_record(), &measurement).expect("a good record")];
-    let (estimate, verdicts) = identify(&mill3(), measurement, limp, &mut experiments);
+    let experiments = [spectra(&one_record(), &measurement).expect("a good record")];
+    let (estimate, verdicts) = identify(&mill3(), measurement, limp, &experiments);
     assert_eq!(estimate.acceptance, Acceptance::Unsettled);
     assert!(verdicts.iter().all(|(_, told)| *told == Verdict::NotObservable), "{verdicts:?}");
 }
@@ -239,8 +239,8 @@ fn noise_of_zero_gives_no_confident_number() {
             silence(&mut record, 0.0);
             spectra(&record, &MEASUREMENT).expect("a record with force")
         });
-        let mut experiments: Vec<Experiment<BINS>> = made.collect();
-        let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &mut experiments);
+        let experiments: Vec<Experiment<BINS>> = made.collect();
+        let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &experiments);
         assert_eq!(identified(&verdicts).len(), expected, "{case}: {}", estimate.consistency);
         assert_true(&estimate, &truth, &verdicts);
     }
@@ -259,8 +259,8 @@ fn noise_that_is_too_loud_gives_no_confident_number() {
         noise.for_each(|noise| *noise *= 3.0);
         spectra(&record, &MEASUREMENT).expect("a good record")
     });
-    let mut experiments: Vec<Experiment<BINS>> = made.collect();
-    let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &mut experiments);
+    let experiments: Vec<Experiment<BINS>> = made.collect();
+    let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &experiments);
     assert!((0.1..0.12).contains(&estimate.consistency), "{}", estimate.consistency);
     assert!(estimate.noise_too_loud);
     assert_eq!(estimate.acceptance, Acceptance::Unsettled);
@@ -316,9 +316,9 @@ fn bounds_without_width_are_refused() {
     }
     // Who makes them by hand gets values that lie on them, and no deviation.
     let mut random = Random::new(19);
-    let mut experiments = experiments(&nominal(), &mut random);
+    let experiments = experiments(&nominal(), &mut random);
     let none = Bounds::alike(Ranges { stiffness: [[5e7; 2]; 6], damping: [[1e4; 2]; 6] });
-    let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, none, &mut experiments);
+    let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, none, &experiments);
     assert_eq!(identified(&verdicts), [], "χ²/dof {}", estimate.consistency);
 }
 

@@ -143,10 +143,10 @@ fn held_out(noise: f64, band_hz: [f64; 2]) -> [Lacking; 3] {
     let problem = problem(&chain, &measurement, &bounds, &sought);
     let mut random = Random::new(111);
     let truth = random.bushings(3);
-    let mut all = records(&truth, &measurement, noise, &mut random);
-    let (mut refinement, _) = refine(&problem, &truth, &mut all);
+    let all = records(&truth, &measurement, noise, &mut random);
+    let (mut refinement, _) = refine(&problem, &truth, &all);
     std::array::from_fn(|own| {
-        let short = refinement.hold_out(&problem, &mut all[own]);
+        let short = refinement.hold_out(&problem, &all[own]);
         let within = agreement(&refinement.bushings(&sought), &all[own]);
         let mut others = all.clone();
         others.remove(own);

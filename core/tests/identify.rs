@@ -4,9 +4,9 @@ use flexid_core::identify::Acceptance;
 use flexid_core::loss::spectral;
 use flexid_core::search::{Search, Sensitivities, Strategy, Weighing};
 
-use crate::common::fits::{identifier, parameters, settle};
+use crate::common::fits::{identifier, parameters, settle, targets};
 use crate::common::milling::{Conditions, cut, displacement_error, experiments, motion};
-use crate::common::{Random, bounds, mill3, parameter_deviation};
+use crate::common::{MEASUREMENT, Random, bounds, mill3, parameter_deviation};
 use fearless_simd::Level;
 
 #[test]
@@ -19,11 +19,12 @@ fn search_alone_beats_the_papers_deviation() {
         let truth = random.bushings(3);
         let experiments = experiments(&truth, &mut random);
         let mut search = Search::new(strategy, 36);
-        let jacobians = experiments.iter().map(|experiment| &experiment.search.jacobian);
+        let targets = targets(&mill3(), &MEASUREMENT, &experiments);
+        let jacobians = targets.iter().map(|target| &target.jacobian);
         search.renew(Weighing::Sensitivities(Sensitivities::jacobian(jacobians, 3)));
         while !search.finished() {
             let guess = bounds.bushings(search.ask(&mut random.0)).unwrap();
-            search.tell(&spectral::losses(&experiments, &guess, Level::new()));
+            search.tell(&spectral::losses(&targets, &experiments, &guess, Level::new()));
         }
         deviations.push(parameter_deviation(&bounds.bushings(search.centre()).unwrap(), &truth));
     }
@@ -43,9 +44,9 @@ fn identifies_ten_robots_to_the_noise_limit() {
     for seed in 100..110 {
         let mut random = Random::new(seed);
         let truth = random.bushings(3);
-        let mut experiments = experiments(&truth, &mut random);
+        let experiments = experiments(&truth, &mut random);
         let mut identifier = identifier(parameters(3));
-        let estimate = settle(&mut identifier, &mut experiments);
+        let estimate = settle(&mut identifier, &experiments);
         assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}");
         let deviation = parameter_deviation(&estimate.bushings, &truth);
         let mut errors = Vec::new();
@@ -80,7 +81,7 @@ fn goes_on_from_record_to_record_deterministically() {
         let mut starts = Vec::new();
         for experiment in all {
             known.push(experiment);
-            settle(&mut identifier, &mut known);
+            settle(&mut identifier, &known);
             starts.push(identifier.progress().effort.starts);
         }
         let estimate = identifier.estimate().expect("settled").clone();

@@ -23,13 +23,13 @@ fn deviations(count: usize) -> [Vec<f64>; 3] {
         let mut record = record(&chain, pose, &bushings, &force, &conditions, &mut random);
         done.push(Experiment::new(&chain, &MEASUREMENT, &record, &mut buffer).unwrap());
         record.acceleration.iter_mut().for_each(|axis| axis.fill(0.0));
-        let mut planned: Experiment<BINS> =
+        let planned: Experiment<BINS> =
             Experiment::new(&chain, &MEASUREMENT, &record, &mut buffer).unwrap();
-        foretold.add(&refinement.information(&problem, &mut planned).unwrap());
+        foretold.add(&refinement.information_planned(&problem, &planned).unwrap());
     }
-    let fitted = refinement.fit(&problem, &mut done).covariance;
+    let fitted = refinement.fit(&problem, &done).covariance;
     let mut told = Information::none(sought.unknowns());
-    for experiment in &mut done {
+    for experiment in &done {
         told.add(&refinement.information(&problem, experiment).unwrap());
     }
     let covariances = [foretold.covariance(), told.covariance(), fitted];

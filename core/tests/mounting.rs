@@ -5,6 +5,7 @@ use flexid_core::chain::Chain;
 use flexid_core::chain::linearise::LinearChain;
 use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::loss::spectral;
+use flexid_core::loss::target::Target;
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::{Complex, PerDof, Terms, accelerance};
@@ -295,8 +296,9 @@ fn the_searchs_loss_equals_a_dense_one() {
     let experiments = experiments(&records(&mill3(), &truth, mounting, 82), mounting);
     for bushings in [truth, nominal(), random.bushings(3)] {
         for experiment in &experiments {
-            let spectra = &experiment.search;
-            let found = spectral::ssp(spectra, &bushings, Level::new());
+            let spectra = &experiment.thinned;
+            let target = Target::new(&mill3(), &measurement(mounting), &experiment.pose).unwrap();
+            let found = spectral::ssp(&target, spectra, &bushings, Level::new());
             let dense = Dense::new(&mill3(), &experiment.pose, EARTH, &[[0.0; 6]; 3]);
             let mut sums = [0.0; 3];
             for bin in 0..spectra.bins {
@@ -343,10 +345,10 @@ fn identify(
     mounting: Mounting,
     nuisances: &Nuisances,
 ) -> Estimate {
-    let mut experiments = experiments(records, mounting);
+    let experiments = experiments(records, mounting);
     settle(
         &mut identifier_of(measurement(mounting), Sought::new(3, nuisances).unwrap()),
-        &mut experiments,
+        &experiments,
     )
 }
 

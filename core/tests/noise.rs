@@ -114,8 +114,8 @@ fn assert_honest(robots: &[Robot], what: &str, spoil: impl Fn(&mut Signals, &mut
             let record = record(pose, &signals);
             Experiment::<BINS>::new(&mill3(), &MEASUREMENT, &record, &mut buffer).expect("good")
         });
-        let mut experiments: Vec<_> = experiments.collect();
-        let estimate = settle(&mut identifier(parameters(3)), &mut experiments);
+        let experiments: Vec<_> = experiments.collect();
+        let estimate = settle(&mut identifier(parameters(3)), &experiments);
         let Estimate { consistency, whiteness, acceptance, .. } = estimate;
         let deviations = relative(&estimate);
         let scores = scores(&estimate.bushings, truth, &deviations);

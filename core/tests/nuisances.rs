@@ -35,7 +35,7 @@ fn spoilt(
         .collect()
 }
 
-fn identify(nuisances: &Nuisances, experiments: &mut [Experiment<BINS>]) -> Estimate {
+fn identify(nuisances: &Nuisances, experiments: &[Experiment<BINS>]) -> Estimate {
     settle(&mut identifier(Sought::new(3, nuisances).unwrap()), experiments)
 }
 
@@ -185,14 +185,14 @@ fn masses() {
 fn fixed_and_tied_parameters() {
     let mut truth = Random::new(69).bushings(3);
     truth[1].stiffness[1] = truth[1].stiffness[0];
-    let mut records = experiments(&truth, &mut Random::new(70));
+    let records = experiments(&truth, &mut Random::new(70));
     let mut sought = Sought::new(3, &Nuisances::default()).unwrap();
     sought.fix(Coordinate::Damping { joint: 0, dof: 3 }, truth[0].damping[3]).unwrap();
     sought
         .tie(Coordinate::Stiffness { joint: 1, dof: 1 }, Coordinate::Stiffness { joint: 1, dof: 0 })
         .unwrap();
     assert_eq!(sought.unknowns(), 34);
-    let estimate = settle(&mut identifier(sought), &mut records);
+    let estimate = settle(&mut identifier(sought), &records);
     assert_eq!(estimate.acceptance, Acceptance::Consistent);
     let [first, second, ..] = estimate.bushings[1].stiffness;
     assert_eq!(first, second);
@@ -208,17 +208,17 @@ fn retired_records_lose_nothing() {
     let truth = Random::new(71).bushings(3);
     let mut random = Random::new(72);
     let rounds: Vec<_> = (0..4).map(|_| experiments(&truth, &mut random)).collect();
-    let mut all: Vec<_> = rounds.iter().flatten().cloned().collect();
-    let whole = settle(&mut identifier(parameters(3)), &mut all);
+    let all: Vec<_> = rounds.iter().flatten().cloned().collect();
+    let whole = settle(&mut identifier(parameters(3)), &all);
     let mut folding = identifier(parameters(3));
     let mut kept: Vec<Experiment<BINS>> = Vec::new();
     for experiment in rounds.iter().flatten() {
         if kept.len() == 3 {
-            assert!(folding.retire(&mut kept[0]));
+            assert!(folding.retire(&kept[0]));
             kept.remove(0);
         }
         kept.push(experiment.clone());
-        settle(&mut folding, &mut kept);
+        settle(&mut folding, &kept);
     }
     let folded = folding.estimate().unwrap();
     assert_eq!((folded.retired, folded.forgotten), (9, 0));
@@ -266,12 +266,12 @@ fn changes(times: usize, factor: f64) {
     let mut random = Random::new(74);
     let mut identifier = identifier(parameters(3));
     let mut kept = experiments(&before, &mut random);
-    settle(&mut identifier, &mut kept);
+    settle(&mut identifier, &kept);
     for _ in 0..times {
-        assert!(kept.iter_mut().all(|experiment| identifier.retire(experiment)));
+        assert!(kept.iter().all(|experiment| identifier.retire(experiment)));
     }
     kept = experiments(&after, &mut random);
-    let estimate = settle(&mut identifier, &mut kept);
+    let estimate = settle(&mut identifier, &kept);
     let forgotten = 3 * times as u64;
     assert_eq!((estimate.acceptance, estimate.forgotten), (Acceptance::Consistent, forgotten));
     let off = estimate.bushings[1].stiffness[4] / after[1].stiffness[4] - 1.0;

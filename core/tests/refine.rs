@@ -27,7 +27,7 @@ fn nearby(truth: &Bushings, random: &mut Random) -> Bushings {
 fn refine(
     guess: &Bushings,
     measurement: &Measurement,
-    experiments: &mut [Experiment<BINS>],
+    experiments: &[Experiment<BINS>],
 ) -> (Bushings, Fit, u32) {
     refine_chain(&mill3(), guess, measurement, experiments)
 }
@@ -36,7 +36,7 @@ fn refine_chain(
     chain: &Chain,
     guess: &Bushings,
     measurement: &Measurement,
-    experiments: &mut [Experiment<BINS>],
+    experiments: &[Experiment<BINS>],
 ) -> (Bushings, Fit, u32) {
     let (bounds, sought) = (bounds(), parameters(guess.len()));
     let problem = problem(chain, measurement, &bounds, &sought);
@@ -54,9 +54,9 @@ fn assert_at_the_noise_limit(found: &Bushings, truth: &Bushings, fit: &Fit) {
 fn reaches_the_noise_limit_from_rest() {
     let mut random = Random::new(1);
     let truth = random.bushings(3);
-    let mut experiments = experiments(&truth, &mut random);
+    let experiments = experiments(&truth, &mut random);
     let guess = nearby(&truth, &mut random);
-    let (found, fit, iterations) = refine(&guess, &MEASUREMENT, &mut experiments);
+    let (found, fit, iterations) = refine(&guess, &MEASUREMENT, &experiments);
     assert!(iterations <= 10, "{iterations}");
     assert_at_the_noise_limit(&found, &truth, &fit);
 }
@@ -69,7 +69,7 @@ fn the_seam_mends_records_cut_out_of_the_milling() {
     for seed in 20..25 {
         let mut random = Random::new(seed);
         let truth = random.bushings(3);
-        let mut experiments: Vec<Experiment<BINS>> = EXPERIMENTS
+        let experiments: Vec<Experiment<BINS>> = EXPERIMENTS
             .iter()
             .map(|(pose, rpm, feed)| {
                 let mut force = cut(&mut random, *rpm, *feed);
@@ -80,7 +80,7 @@ fn the_seam_mends_records_cut_out_of_the_milling() {
             })
             .collect();
         let guess = nearby(&truth, &mut random);
-        let (found, fit, _) = refine(&guess, &MEASUREMENT, &mut experiments);
+        let (found, fit, _) = refine(&guess, &MEASUREMENT, &experiments);
         assert_at_the_noise_limit(&found, &truth, &fit);
     }
 }
@@ -92,7 +92,7 @@ fn reaches_the_noise_limit_with_any_number_of_joints() {
     for joints in 1..=7 {
         let mut random = Random::new(joints as u64);
         let (chain, truth) = (random.chain(joints), random.bushings(joints));
-        let mut experiments: Vec<Experiment<BINS>> = (0..joints + 2)
+        let experiments: Vec<Experiment<BINS>> = (0..joints + 2)
             .map(|index| {
                 let pose = random.pose(joints);
                 let rpm = [600.0, 3000.0 + 200.0 * index as f64];
@@ -102,7 +102,7 @@ fn reaches_the_noise_limit_with_any_number_of_joints() {
                 Experiment::new(&chain, &MEASUREMENT, &record, &mut buffer).expect("a good record")
             })
             .collect();
-        let (found, fit, iterations) = refine_chain(&chain, &truth, &MEASUREMENT, &mut experiments);
+        let (found, fit, iterations) = refine_chain(&chain, &truth, &MEASUREMENT, &experiments);
         assert!(iterations <= 12, "{joints} joints: {iterations} iterations");
         let consistency = fit.sum_of_squares / fit.degrees_of_freedom;
         assert!((consistency - 1.0).abs() < 0.05, "{joints} joints: {consistency}");
@@ -125,7 +125,7 @@ fn gravity_leaves_no_bias() {
     let mut random = Random::new(31);
     let truth = nominal();
     let mut buffer = [0.0; SAMPLES];
-    let mut experiments: Vec<Experiment<BINS>> = EXPERIMENTS
+    let experiments: Vec<Experiment<BINS>> = EXPERIMENTS
         .iter()
         .map(|(pose, rpm, feed)| {
             let force = cut(&mut random, *rpm, *feed);
@@ -135,11 +135,11 @@ fn gravity_leaves_no_bias() {
         })
         .collect();
     let guess = nearby(&truth, &mut random);
-    let (found, fit, _) = refine(&guess, &measurement, &mut experiments);
+    let (found, fit, _) = refine(&guess, &measurement, &experiments);
     assert_at_the_noise_limit(&found, &truth, &fit);
     // The proof can fail: without gravity in the model many parameters are far off.
     let ignorant = Measurement { accelerometer: Accelerometer::Inertial, ..MEASUREMENT };
-    let (found, fit, _) = refine(&guess, &ignorant, &mut experiments);
+    let (found, fit, _) = refine(&guess, &ignorant, &experiments);
     let scores = scores(&found, &truth, &fit.deviations);
     assert!(scores.iter().filter(|z| z.abs() > 2.0).count() >= 8, "{scores:.1?}");
 }
@@ -160,7 +160,7 @@ fn the_seam_takes_the_jump_of_the_tilt() {
         bushing.damping = bushing.damping.map(|damping| 0.1 * damping);
     }
     let mut buffer = [0.0; SAMPLES];
-    let mut experiments: Vec<Experiment<BINS>> = EXPERIMENTS
+    let experiments: Vec<Experiment<BINS>> = EXPERIMENTS
         .iter()
         .map(|(pose, rpm, feed)| {
             let mut force = cut(&mut random, *rpm, *feed);
@@ -180,7 +180,7 @@ fn the_seam_takes_the_jump_of_the_tilt() {
     let (bounds, sought) = (Bounds::of(&chain), parameters(3));
     let problem = problem(&chain, &measurement, &bounds, &sought);
     let mut refinement = Refinement::new(&sought, &truth);
-    let fit = refinement.fit(&problem, &mut experiments);
+    let fit = refinement.fit(&problem, &experiments);
     let consistency = fit.sum_of_squares / fit.degrees_of_freedom;
     assert!((consistency - 1.0).abs() < 0.05, "{consistency}");
 }
@@ -226,7 +226,7 @@ fn noise_in_the_force_does_not_bias() {
     for seed in 0..runs {
         let mut random = Random::new(7000 + seed);
         let truth = random.bushings(3);
-        let mut experiments: Vec<Experiment<BINS>> = EXPERIMENTS
+        let experiments: Vec<Experiment<BINS>> = EXPERIMENTS
             .iter()
             .map(|(pose, rpm, feed)| {
                 let force = cut(&mut random, *rpm, *feed);
@@ -243,7 +243,7 @@ fn noise_in_the_force_does_not_bias() {
                     .expect("a good record")
             })
             .collect();
-        let (found, fit, _) = refine(&truth, &MEASUREMENT, &mut experiments);
+        let (found, fit, _) = refine(&truth, &MEASUREMENT, &experiments);
         for (sum, score) in sums.iter_mut().zip(scores(&found, &truth, &fit.deviations)) {
             *sum += if score.is_finite() { score } else { 0.0 };
         }

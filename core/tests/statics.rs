@@ -115,7 +115,7 @@ proptest! {
 fn refine(
     guess: &Bushings,
     statics: &[StaticTest],
-    experiments: &mut [Experiment<BINS>],
+    experiments: &[Experiment<BINS>],
 ) -> (Bushings, Fit) {
     let (chain, bounds) = (mill3(), bounds());
     let sought = parameters(guess.len());
@@ -149,7 +149,7 @@ fn static_tests_identify_what_records_hardly_excite() {
         let records = [faint(&truth, &mut random)];
         let tests = measure(&truth, 60, Vector3::zeros(), &mut random);
         let told = |statics: &[StaticTest]| {
-            let (found, fit) = refine(&truth, statics, &mut records.clone());
+            let (found, fit) = refine(&truth, statics, &records);
             let consistency = fit.sum_of_squares / fit.degrees_of_freedom;
             assert!((consistency - 1.0).abs() < 0.06, "robot {seed}: {consistency}");
             stiffness_scores(&found, &truth, &fit.deviations)
@@ -174,7 +174,9 @@ fn identifier(tests: &[StaticTest]) -> Box<Identifier<Generator>> {
 fn identifier_of(tests: &[StaticTest], measurement: Measurement) -> Box<Identifier<Generator>> {
     let generator = Random::new(5).0;
     let identifier = Identifier::new(mill3(), bounds(), measurement, Level::new(), generator);
-    Box::new(identifier.with_statics(tests).expect("good tests"))
+    let mut identifier = Box::new(identifier);
+    identifier.add_statics(tests).expect("good tests");
+    identifier
 }
 
 /// Without a record the stiffnesses are found where the tests tell them, in gravity and without, and no damping passes for found.
@@ -221,7 +223,8 @@ fn a_start_that_gravity_leaves_no_equilibrium_is_stiffened() {
         assert!(matches!(sagging, Some(LinearisationError::NoEquilibrium(_))), "{sagging:?}");
         let generator = Random::new(5).0;
         let identifier = Identifier::new(mill3(), wide(), measurement, Level::new(), generator);
-        let mut identifier = Box::new(identifier.with_statics(&tests).expect("good tests"));
+        let mut identifier = Box::new(identifier);
+        identifier.add_statics(&tests).expect("good tests");
         let estimate = settle(&mut identifier, &mut []);
         assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}");
         scores.extend(stiffness_scores(&estimate.bushings, &truth, &relative(&estimate)));
@@ -244,14 +247,14 @@ fn a_soft_guess_is_stiffened_for_records_too() {
     let force = cut(&mut random, rpm, feed);
     let record = record(&chain, &pose, &truth, &force, &conditions, &mut random);
     let experiment = Experiment::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
-    let mut experiments = [experiment.expect("a good record")];
+    let experiments = [experiment.expect("a good record")];
     let problem = problem(&chain, &measurement, &bounds, &sought);
     // Its stiffnesses alone are too soft; its dampings are the truth's.
     let mut guess = truth.clone();
     for (bushing, soft) in guess.iter_mut().zip(wide().middle(sought.joints())) {
         bushing.stiffness = soft.stiffness;
     }
-    let (refinement, fit) = fits::refine(&problem, &guess, &mut experiments);
+    let (refinement, fit) = fits::refine(&problem, &guess, &experiments);
     let found = refinement.bushings(&sought);
     assert!(fit.objective.is_finite() && fit.sum_of_squares.is_finite());
     assert!(chain.linearise(&pose, EARTH, &found).is_ok());
@@ -265,7 +268,8 @@ fn bounds_without_an_equilibrium_are_given_up() {
     let measurement = Measurement { gravity: EARTH.into(), ..MEASUREMENT };
     let soft = Bounds::new([1e4, 1e10], [1.0, 1e3], [1e3, 1e5], [1e2, 5e4]).expect("ranges");
     let identifier = Identifier::new(mill3(), soft, measurement, Level::new(), Random::new(5).0);
-    let mut identifier = Box::new(identifier.with_statics(&tests).expect("good tests"));
+    let mut identifier = Box::new(identifier);
+    identifier.add_statics(&tests).expect("good tests");
     let estimate = settle(&mut identifier, &mut []);
     assert_eq!(estimate.acceptance, Acceptance::Unsettled);
     assert!(identifier.progress().effort.refine_iterations < 20);
@@ -335,7 +339,8 @@ fn a_fit_on_its_bounds_is_the_optimum_and_settled() {
             .collect();
         let identifier =
             Identifier::new(chain.clone(), bounds(), MEASUREMENT, Level::new(), Random::new(5).0);
-        let mut identifier = Box::new(identifier.with_statics(&tests).expect("good tests"));
+        let mut identifier = Box::new(identifier);
+        identifier.add_statics(&tests).expect("good tests");
         let estimate = settle(&mut identifier, &mut []);
         let readings = 3.0 * count as f64;
         let least = bounded_optimum(&chain, &bounds(), &tests);
@@ -391,11 +396,11 @@ fn one_dial_gauge_tells_next_to_nothing() {
 fn records_join_and_contradiction_is_seen() {
     let mut random = Random::new(103);
     let truth = random.bushings(3);
-    let mut records = experiments(&truth, &mut random);
+    let records = experiments(&truth, &mut random);
     let mut own = identifier(&measure(&truth, 20, Vector3::zeros(), &mut random));
     settle(&mut own, &mut []);
     assert_eq!(own.progress().effort.starts, 0);
-    let estimate = settle(&mut own, &mut records);
+    let estimate = settle(&mut own, &records);
     assert!(own.progress().effort.starts > 0);
     assert_eq!(estimate.acceptance, Acceptance::Consistent);
     assert!(estimate.standard_deviations[0].damping[0].is_finite());
@@ -406,7 +411,7 @@ fn records_join_and_contradiction_is_seen() {
     let mut other = truth.clone();
     other[1].stiffness.iter_mut().for_each(|stiffness| *stiffness *= 1.2);
     let estimate =
-        settle(&mut identifier(&measure(&other, 4, Vector3::zeros(), &mut random)), &mut records);
+        settle(&mut identifier(&measure(&other, 4, Vector3::zeros(), &mut random)), &records);
     assert!(estimate.consistency < 1.3, "outvoted: {}", estimate.consistency);
     assert_eq!(estimate.acceptance, Acceptance::ModelSuspect, "{:?}", estimate.static_consistency);
     assert!(estimate.statics_object && !estimate.size_objects);
@@ -445,8 +450,8 @@ fn tests_that_no_fit_can_take_are_refused() {
     for (mistake, error) in table {
         let mut tests = good.clone();
         mistake(&mut tests);
-        let identifier =
+        let mut identifier =
             Identifier::new(mill3(), bounds(), MEASUREMENT, Level::new(), Random::new(5).0);
-        assert_eq!(identifier.with_statics(&tests).err(), Some(error));
+        assert_eq!(identifier.add_statics(&tests).err(), Some(error));
     }
 }

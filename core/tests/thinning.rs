@@ -3,11 +3,11 @@
 use flexid_core::loss::spectral;
 use flexid_core::parameters::Bushings;
 use flexid_core::search::{Search, Sensitivities, Strategy, Weighing};
-use flexid_core::spectrum::search::SearchSpectra;
+use flexid_core::spectrum::thinned::ThinnedSpectra;
 use flexid_core::spectrum::{Experiment, Measurement};
 use flexid_core::stream::Record;
 
-use crate::common::fits::{parameters, problem, refine};
+use crate::common::fits::{parameters, problem, refine, targets};
 use crate::common::milling::{Conditions, RATE, SAMPLES, cut, record};
 use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, parameter_deviation};
 use fearless_simd::Level;
@@ -31,10 +31,10 @@ fn thinned_and_whole(record: &Record<SAMPLES>) -> [Experiment<BINS>; 2] {
     let thinned = shifted.next().expect("the first");
     let mut whole = thinned.clone();
     for mut other in shifted {
-        append(&mut whole.search, &mut other.search);
+        append(&mut whole.thinned, &mut other.thinned);
     }
-    assert_eq!(whole.search.bins, thinned.bins());
-    for series in series(&mut whole.search) {
+    assert_eq!(whole.thinned.bins, thinned.bins());
+    for series in series(&mut whole.thinned) {
         // Silence up to the widest vector.
         while !series.len().is_multiple_of(16) {
             series.push(0.0).expect("there is room");
@@ -44,7 +44,7 @@ fn thinned_and_whole(record: &Record<SAMPLES>) -> [Experiment<BINS>; 2] {
 }
 
 /// Adds another's bins; the filling of both goes.
-fn append(spectra: &mut SearchSpectra<BINS>, other: &mut SearchSpectra<BINS>) {
+fn append(spectra: &mut ThinnedSpectra<BINS>, other: &mut ThinnedSpectra<BINS>) {
     let (own, others) = (spectra.bins, other.bins);
     for (series, other) in series(spectra).zip(series(other)) {
         series.truncate(own);
@@ -55,9 +55,9 @@ fn append(spectra: &mut SearchSpectra<BINS>, other: &mut SearchSpectra<BINS>) {
 
 /// All that has a value per bin.
 fn series(
-    spectra: &mut SearchSpectra<BINS>,
+    spectra: &mut ThinnedSpectra<BINS>,
 ) -> impl Iterator<Item = &mut heapless::Vec<f32, BINS>> {
-    let SearchSpectra { omega, force, acceleration, .. } = spectra;
+    let ThinnedSpectra { omega, force, acceleration, .. } = spectra;
     let spectra = [force, acceleration].into_iter();
     std::iter::once(omega).chain(spectra.flat_map(|own| own.re.iter_mut().chain(&mut own.im)))
 }
@@ -66,11 +66,12 @@ fn series(
 fn search(experiments: &[Experiment<BINS>], seed: u64) -> Bushings {
     let mut generator = Random::new(seed).0;
     let mut search = Search::new(Strategy::default(), 36);
-    let jacobians = experiments.iter().map(|experiment| &experiment.search.jacobian);
+    let targets = targets(&mill3(), &MEASUREMENT, experiments);
+    let jacobians = targets.iter().map(|target| &target.jacobian);
     search.renew(Weighing::Sensitivities(Sensitivities::jacobian(jacobians, 3)));
     while !search.finished() {
         let guess = bounds().bushings(search.ask(&mut generator)).unwrap();
-        search.tell(&spectral::losses(experiments, &guess, Level::new()));
+        search.tell(&spectral::losses(&targets, experiments, &guess, Level::new()));
     }
     bounds().bushings(search.centre()).unwrap()
 }
@@ -101,12 +102,12 @@ fn thinning_loses_nothing() {
             both[0].push(thinned);
             both[1].push(whole);
         }
-        for (way, mut experiments) in both.into_iter().enumerate() {
+        for (way, experiments) in both.into_iter().enumerate() {
             let mut sum = 0.0;
             for start in 0..SEARCHES {
                 let centre = search(&experiments, 1000 * seed + start);
                 sum += parameter_deviation(&centre, &truth);
-                let (_, fit) = refine(&problem, &centre, &mut experiments);
+                let (_, fit) = refine(&problem, &centre, &experiments);
                 // The nearest wrong basin of this robot lies at 2.
                 found[way] += u64::from(fit.sum_of_squares < 1.3 * fit.degrees_of_freedom);
             }

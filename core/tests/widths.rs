@@ -6,7 +6,7 @@ use flexid_core::parameters::Bushings;
 use flexid_core::refine::{Problem, Refinement};
 use flexid_core::spectrum::Experiment;
 
-use crate::common::fits::{parameters, problem, values};
+use crate::common::fits::{parameters, problem, targets, values};
 use crate::common::milling::{Conditions, SAMPLES, cut, record};
 use crate::common::{BINS, MEASUREMENT, Random, bounds};
 use fearless_simd::Level;
@@ -54,7 +54,8 @@ impl Robot {
     }
 
     fn losses(&self, level: Level) -> Vec<f64> {
-        let losses = spectral::losses(&self.experiments, &self.guess, level);
+        let targets = targets(&self.chain, &MEASUREMENT, &self.experiments);
+        let losses = spectral::losses(&targets, &self.experiments, &self.guess, level);
         losses.into_iter().map(f64::from).collect()
     }
 
@@ -62,10 +63,9 @@ impl Robot {
     fn fit(&self, level: Level) -> [Vec<f64>; 3] {
         let (bounds, sought) = (bounds(), parameters(self.guess.len()));
         let problem = Problem { level, ..problem(&self.chain, &MEASUREMENT, &bounds, &sought) };
-        let mut experiments = self.experiments.clone();
         let mut refinement = Box::new(Refinement::new(&sought, &self.guess));
-        let fit = refinement.fit(&problem, &mut experiments);
-        let _ = refinement.step(&problem, &mut experiments);
+        let fit = refinement.fit(&problem, &self.experiments);
+        let _ = refinement.step(&problem, &self.experiments);
         let deviations = fit.deviations[..12 * self.guess.len()].to_vec();
         [vec![fit.sum_of_squares], deviations, values(&refinement.bushings(&sought))]
     }
@@ -86,7 +86,7 @@ fn every_width_gives_the_same() {
         let robot = Robot::new(joints);
         for experiment in &robot.experiments {
             // The last vector is not full, however wide.
-            assert!(experiment.bins() % 2 == 1 && experiment.search.bins % 2 == 1);
+            assert!(experiment.bins() % 2 == 1 && experiment.thinned.bins % 2 == 1);
         }
         let one_lane = Level::baseline();
         let (losses, fit) = (robot.losses(one_lane), robot.fit(one_lane));

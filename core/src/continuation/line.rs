@@ -45,17 +45,17 @@ pub(super) fn add<const B: usize>(
     sought: &Sought,
     level: Level,
 ) -> usize {
-    let search = &experiment.search;
-    let bins = search.omega[..search.bins].partition_point(|&omega| omega <= weighing.highest);
+    let spectra = &experiment.thinned;
+    let bins = spectra.omega[..spectra.bins].partition_point(|&omega| omega <= weighing.highest);
     let line = Line {
         terms,
-        alpha: search.alpha,
-        omega: &search.omega,
+        alpha: spectra.alpha,
+        omega: &spectra.omega,
         bins,
-        force: search.force.parts(),
-        acceleration: search.acceleration.parts(),
+        force: spectra.force.parts(),
+        acceleration: spectra.acceleration.parts(),
         noise: core::array::from_fn(|axis| &experiment.acceleration_noise[axis][..]),
-        noise_left: search.noise_left(experiment.spacing),
+        noise_left: spectra.noise_left(experiment.spacing),
         relative: weighing.relative * weighing.relative,
         sought,
         normal,
@@ -139,7 +139,7 @@ impl Kernel<f32> for Line<'_> {
 
 /// Mean square of the noise in a bin of the line, from that at the same frequency in the record's spectrum.
 fn noise_of(noise: &[f32], bin: usize) -> f64 {
-    noise.get(bin * crate::spectrum::search::THINNING).copied().unwrap_or_default().into()
+    noise.get(bin * crate::spectrum::thinned::THINNING).copied().unwrap_or_default().into()
 }
 
 /// Residual A − Â along one axis, and the parts of its variance.

@@ -19,6 +19,7 @@ mod line;
 mod priors;
 
 use crate::calibration::Calibration;
+use crate::loss::target::Target;
 use crate::parameters::Bushings;
 use crate::receptance::Terms;
 use crate::refine::compliance;
@@ -199,9 +200,8 @@ impl Continuation {
         let relative = if self.level < LAST { RELATIVE } else { LAST_RELATIVE };
         self.rows = 0;
         for experiment in experiments {
-            let search = &experiment.search;
-            let terms = sagged(problem, experiment, &bushings);
-            let highest = part * search.omega.last().copied().unwrap_or_default();
+            let Some(terms) = sagged(problem, &experiment.pose, &bushings) else { continue };
+            let highest = part * experiment.thinned.omega.last().copied().unwrap_or_default();
             let weighing = line::Weighing { highest, relative };
             self.rows += line::add(normal, &terms, experiment, weighing, sought, level);
         }
@@ -209,22 +209,17 @@ impl Continuation {
     }
 }
 
-/// Terms of the chain at a record's pose with its sag. Without an equilibrium under gravity they are those before it sags.
-fn sagged<const B: usize>(
-    problem: &Problem<'_>,
-    experiment: &Experiment<B>,
-    bushings: &Bushings,
-) -> Terms<f32> {
-    let Problem { measurement, .. } = *problem;
+/// Terms of the chain at a pose with its sag. Without an equilibrium under gravity they are those before it sags; `None` for a pose
+/// of another chain.
+fn sagged(problem: &Problem<'_>, pose: &[f64], bushings: &Bushings) -> Option<Terms<f32>> {
+    let Problem { chain, measurement, .. } = *problem;
     let calibration = Calibration::default();
-    problem
-        .linearise(&experiment.pose, bushings, &calibration)
-        .and_then(|linear| Terms::new(&linear, bushings, &measurement.sensors(&calibration)))
-        .unwrap_or_else(|_| {
-            let mut terms = experiment.search.terms.clone();
-            terms.set_bushings(bushings);
-            terms
-        })
+    let sensors = measurement.sensors(&calibration);
+    let sagged = problem
+        .linearise(pose, bushings, &calibration)
+        .and_then(|linear| Terms::new(&linear, bushings, &sensors));
+    let unsagged = || Some(Target::new(chain, measurement, pose).ok()?.terms(bushings));
+    sagged.ok().or_else(unsagged)
 }
 
 #[cfg(test)]

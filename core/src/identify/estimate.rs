@@ -93,7 +93,7 @@ impl Estimate {
         forgotten: u64,
         refinement: &mut Refinement,
         problem: &Problem<'_>,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) -> Self {
         // Static tests tell of dampings in no pose.
         let moves = !experiments.is_empty() || refinement.retired() > 0;
@@ -103,7 +103,7 @@ impl Estimate {
         let weak_directions = refinement.weak_directions(|unknown| moves || !is_damping(unknown));
         let mut held_out = Vec::new();
         if experiments.len() > 1 {
-            for experiment in experiments.iter_mut().take(MAX_EXPERIMENTS) {
+            for experiment in experiments.iter().take(MAX_EXPERIMENTS) {
                 let _ = held_out.push(refinement.hold_out(problem, experiment));
             }
         }

@@ -33,9 +33,10 @@ use rand_core::Rng;
 use crate::DOF;
 use crate::chain::Chain;
 use crate::loss::spectral;
+use crate::loss::target::Target;
 use crate::parameters::Bounds;
 use crate::refine::{Outcome, Problem, Refinement};
-use crate::search::{Search, Sensitivities, Strategy, Weighing};
+use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
 use crate::sought::{Sought, SoughtError};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
@@ -104,6 +105,8 @@ pub struct Identifier<R> {
     method: Method,
     descent: Descent,
     search: Search,
+    /// Targets of the random search, one for each experiment.
+    targets: Vec<Target, MAX_EXPERIMENTS>,
     refinement: Refinement,
     /// How often the present refinement has been continued.
     prolongations: u32,
@@ -148,6 +151,7 @@ impl<R: Rng> Identifier<R> {
             sought,
             statics: Vec::new(),
             search,
+            targets: Vec::new(),
             refinement,
             prolongations: 0,
             starts: 0,
@@ -180,10 +184,10 @@ impl<R: Rng> Identifier<R> {
     ///
     /// # Errors
     /// The first test that no fit can take.
-    pub fn with_statics(mut self, tests: &[StaticTest]) -> Result<Self, StaticTestError> {
+    pub fn add_statics(&mut self, tests: &[StaticTest]) -> Result<(), StaticTestError> {
         statics::check(tests, self.chain.joints().len())?;
         self.statics = tests.iter().cloned().collect();
-        Ok(self)
+        Ok(())
     }
 
     /// The unknowns.
@@ -220,7 +224,7 @@ impl<R: Rng> Identifier<R> {
             (Phase::Waiting, _) | (Phase::Settled, None) => self.start_search(experiments),
             (Phase::Searching, _) if branched.is_none() => match self.method {
                 Method::Descent => self.descent.renew(),
-                Method::RandomSearch => self.search.renew(self.weighing(experiments)),
+                Method::RandomSearch => self.aim(experiments),
             },
             (Phase::Refining | Phase::Searching, _) => {
                 let mut standing = *self.refinement.coordinates();
@@ -240,7 +244,7 @@ impl<R: Rng> Identifier<R> {
 
     /// Adds the information of an experiment that will not be kept to that of the retired ones, if the present estimate is
     /// consistent; returns whether it has. Call it before the [`Identifier::renew`] without that experiment.
-    pub fn retire<const B: usize>(&mut self, experiment: &mut Experiment<B>) -> bool {
+    pub fn retire<const B: usize>(&mut self, experiment: &Experiment<B>) -> bool {
         let believed = |estimate: &&Estimate| estimate.acceptance == Acceptance::Consistent;
         let settled = self.phase == Phase::Settled;
         let Self { chain, measurement, bounds, sought, statics, refinement, estimate, .. } = self;
@@ -252,9 +256,8 @@ impl<R: Rng> Identifier<R> {
         refinement.retire(&problem, experiment).is_ok()
     }
 
-    /// Does one sample of the search or one step of the refinement, with the experiments of the last [`Identifier::renew`]. It
-    /// changes only their seams.
-    pub fn step<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> Phase {
+    /// Does one sample of the search or one step of the refinement, with the experiments of the last [`Identifier::renew`].
+    pub fn step<const B: usize>(&mut self, experiments: &[Experiment<B>]) -> Phase {
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
             Phase::Searching => {
@@ -321,7 +324,7 @@ impl<R: Rng> Identifier<R> {
     pub fn resume<const B: usize>(
         &mut self,
         standing: &Standing,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) -> Result<(), StandingError> {
         let coordinates = standing.coordinates(&self.sought, &self.bounds)?;
         self.refinement
@@ -379,7 +382,7 @@ impl<R: Rng> Identifier<R> {
             }
             Method::RandomSearch => {
                 self.search = Search::new(Strategy::default(), 2 * DOF * self.chain.joints().len());
-                self.search.renew(self.weighing(experiments));
+                self.aim(experiments);
             }
         }
         self.starts += 1;
@@ -403,7 +406,7 @@ impl<R: Rng> Identifier<R> {
     fn sample<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let mut guess = self.bounds.within(self.search.ask(&mut self.generator));
         self.sought.impose(&mut guess);
-        self.search.tell(&spectral::losses(experiments, &guess, self.level));
+        self.search.tell(&spectral::losses(&self.targets, experiments, &guess, self.level));
         if self.search.finished() {
             let found = self.bounds.within(self.search.centre());
             self.refinement.restart(&self.sought, &found);
@@ -412,13 +415,21 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
-    fn weighing<const B: usize>(&self, experiments: &[Experiment<B>]) -> Weighing {
-        let jacobians = experiments.iter().map(|experiment| &experiment.search.jacobian);
-        Weighing::Sensitivities(Sensitivities::jacobian(jacobians, self.chain.joints().len()))
+    /// Continues the random search with these experiments.
+    fn aim<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        let Self { chain, measurement, targets, search, .. } = self;
+        // Each has one, since it is of this chain.
+        let target =
+            |experiment: &Experiment<B>| Target::new(chain, measurement, &experiment.pose).ok();
+        targets.clear();
+        targets.extend(experiments.iter().map_while(target).take(MAX_EXPERIMENTS));
+        let jacobians = targets.iter().map(|target| &target.jacobian);
+        let sensitivities = Sensitivities::jacobian(jacobians, chain.joints().len());
+        search.renew(Weighing::Sensitivities(sensitivities));
     }
 
     /// Accepts the minimum where a refinement has ended, or goes on.
-    fn judge<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) {
+    fn judge<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let Some(mut found) = self.come_to(experiments) else { return };
         let tried_alone = matches!(self.purpose, Purpose::Alone(_));
         if tried_alone {
@@ -454,7 +465,7 @@ impl<R: Rng> Identifier<R> {
     /// Accepts the better of `found` and the best minimum so far, or searches again.
     // A minimum is large: inlined, those here would take room on the stack of the caller.
     #[inline(never)]
-    fn compare<const B: usize>(&mut self, found: Minimum, experiments: &mut [Experiment<B>]) {
+    fn compare<const B: usize>(&mut self, found: Minimum, experiments: &[Experiment<B>]) {
         let mut best = match self.best.take() {
             Some(mut best) => {
                 let distance = self.refinement.distance(&self.sought, &best.coordinates);

@@ -12,7 +12,7 @@ impl<R> Identifier<R> {
     #[inline(never)]
     pub(super) fn minimum_here<const B: usize>(
         &mut self,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) -> Minimum {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
@@ -26,7 +26,7 @@ impl<R> Identifier<R> {
     pub(super) fn stand_at<const B: usize>(
         &mut self,
         minimum: &Minimum,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
@@ -40,7 +40,7 @@ impl<R> Identifier<R> {
         &mut self,
         minimum: &mut Minimum,
         acceptance: Acceptance,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) {
         self.look_at_typical_dampings(minimum, experiments);
         self.stand_at(minimum, experiments);
@@ -63,7 +63,7 @@ impl<R> Identifier<R> {
     fn look_at_typical_dampings<const B: usize>(
         &mut self,
         minimum: &mut Minimum,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };

@@ -2,6 +2,7 @@
 //! from spectra.
 
 pub mod spectral;
+pub mod target;
 
 /// Mean absolute error of two series of the same length; in their unit.
 pub fn mean_absolute_error(measured: &[f32], model: &[f32]) -> f32 {

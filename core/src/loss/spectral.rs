@@ -1,39 +1,39 @@
-//! The SSP of the measured and the modelled acceleration, from the spectra of the search. It needs no series in time, and bins can
-//! be left out.
+//! The SSP of the measured and the modelled acceleration, from thinned spectra. It needs no series in time, and bins can be left out.
 
 use core::f64::consts::TAU;
 
 use fearless_simd::Level;
 use heapless::Vec;
 
+use super::target::Target;
 use crate::parameters::Bushings;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Terms, accelerance, receptance};
 use crate::search::{MAX_EXPERIMENTS, MAX_LOSSES};
 use crate::spectrum::Experiment;
-use crate::spectrum::search::SearchSpectra;
+use crate::spectrum::thinned::ThinnedSpectra;
 
-/// [`ssp`] of every experiment, one after the other; experiments beyond [`MAX_EXPERIMENTS`] do not count.
+/// [`ssp`] of every experiment with its target, one after the other; experiments beyond [`MAX_EXPERIMENTS`] do not count.
 pub fn losses<const B: usize>(
+    targets: &[Target],
     experiments: &[Experiment<B>],
     bushings: &Bushings,
     level: Level,
 ) -> Vec<f32, MAX_LOSSES> {
-    let experiments = experiments.iter().take(MAX_EXPERIMENTS);
-    experiments.flat_map(|experiment| ssp(&experiment.search, bushings, level)).collect()
+    let pairs = targets.iter().zip(experiments).take(MAX_EXPERIMENTS);
+    pairs.flat_map(|(target, one)| ssp(target, &one.thinned, bushings, level)).collect()
 }
 
 /// Surface similarity parameter of measured and modelled motion along each of the accelerometer's axes, mean over the bins. It is
 /// the same for displacement and acceleration, since `s²` cancels.
 pub fn ssp<const B: usize>(
-    spectra: &SearchSpectra<B>,
+    target: &Target,
+    spectra: &ThinnedSpectra<B>,
     bushings: &Bushings,
     level: Level,
 ) -> [f32; 3] {
-    let mut terms = spectra.terms.clone();
-    terms.set_bushings(bushings);
     Ssp {
-        terms: &terms,
+        terms: &target.terms(bushings),
         alpha: spectra.alpha,
         omega: &spectra.omega,
         bins: spectra.bins,
@@ -57,16 +57,15 @@ const ENERGY_DECAY: f64 = 7.0;
 /// Number of lanes of the widest vector.
 const GROUP: usize = 16;
 
-/// [`Energies`] of one experiment. They show whether force and acceleration agree with the model's masses at all. They are those of
+/// [`Energies`] of one experiment with its target. They show whether force and acceleration agree with the model's masses at all. They are those of
 /// the whole record, and not of the search's damped line: where a cut begins slowly, its first tenth depends more on stiffnesses
 /// than on masses.
 pub fn energies<const B: usize>(
+    target: &Target,
     experiment: &Experiment<B>,
     bushings: &Bushings,
     level: Level,
 ) -> Energies {
-    let mut terms = experiment.search.terms.clone();
-    terms.set_bushings(bushings);
     // Whole groups; the last one is filled with zeros where there is room.
     let bins = experiment.bins().next_multiple_of(GROUP).min(B / GROUP * GROUP);
     let filled = |part: &Vec<f32, B>| {
@@ -78,7 +77,7 @@ pub fn energies<const B: usize>(
     let [re, im] = [&force.re, &force.im].map(|parts| parts.each_ref().map(filled));
     let omega: Vec<f32, B> = (0..bins).map(|bin| experiment.omega(bin) as f32).collect();
     let modelled = Modelled {
-        terms: &terms,
+        terms: &target.terms(bushings),
         alpha: (ENERGY_DECAY * experiment.spacing / TAU) as f32,
         omega: &omega,
         force: core::array::from_fn(|axis| [&re[axis][..], &im[axis][..]]),

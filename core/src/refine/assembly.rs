@@ -16,33 +16,41 @@ use crate::spectrum::Experiment;
 const SMALL_SEAM: f64 = 1e-11;
 
 impl Refinement {
-    /// The seams that fit best at the parameters; returns the sum of squares that remains, infinite where gravity leaves the
-    /// robot no equilibrium.
+    /// Finds the seams that fit best at the parameters. Returns the sum of squares that remains, infinite where gravity leaves
+    /// the robot no equilibrium.
     pub(super) fn fit_seams<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) -> f64 {
-        experiments.iter_mut().map(|experiment| self.fit_seam(problem, experiment)).sum()
+        self.seams.clear();
+        let mut sum_of_squares = 0.0;
+        for experiment in experiments {
+            let Ok((seam, remaining)) = self.fit_seam(problem, experiment) else {
+                return f64::INFINITY;
+            };
+            // A record for which there is no place is fitted again.
+            let _ = self.seams.push(seam);
+            sum_of_squares += remaining;
+        }
+        sum_of_squares
     }
 
+    /// The seam that fits a record best at the parameters, and the sum of squares that remains.
     pub(super) fn fit_seam<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiment: &mut Experiment<B>,
-    ) -> f64 {
+        experiment: &Experiment<B>,
+    ) -> Result<(Seam, f64), LinearisationError> {
         let joints = problem.chain.joints().len();
-        if self.run(problem, experiment, Unknowns::Seam).is_err() {
-            return f64::INFINITY;
-        }
+        self.run(problem, experiment, &Seam::default(), Unknowns::Seam)?;
         let seam = problem.seam_unknowns();
         let normal = &mut self.record;
         normal.prefer_small(&[0.0; MAX_SEAM][..seam], SMALL_SEAM);
         normal.eliminate(seam);
         let mut solution = [0.0; MAX_SEAM];
         normal.substitute(seam, &mut solution);
-        experiment.seam = Seam::from_solution(&solution[..seam], joints);
-        normal.sum_of_squares()
+        Ok((Seam::from_solution(&solution[..seam], joints), normal.sum_of_squares()))
     }
 
     /// Sum of squares of what is known beside the records that are kept: priors, static tests and retired records.
@@ -58,17 +66,21 @@ impl Refinement {
         Statics { problem, bushings: self.bushings(sought), calibration: self.calibration(sought) }
     }
 
-    /// The normal equations of all unknowns.
+    /// The normal equations of all unknowns, with the seams that [`Refinement::fit_seams`] has found at the same parameters.
     pub(super) fn assemble<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) -> Result<Summary, LinearisationError> {
         let mut total = self.normal.clone();
         total.reset(problem.sought.unknowns());
         let mut summary = Summary::default();
-        for experiment in experiments {
-            summary.push(&self.assemble_record(problem, experiment, Unknowns::All)?);
+        for (index, experiment) in experiments.iter().enumerate() {
+            let seam = match self.seams.get(index) {
+                Some(seam) => *seam,
+                None => self.fit_seam(problem, experiment)?.0,
+            };
+            summary.push(&self.assemble_record(problem, experiment, &seam, Unknowns::All)?);
             total.add_complement(&self.record, problem.seam_unknowns());
         }
         for (unknown, value) in problem.sought.priors(&self.coordinates) {
@@ -81,27 +93,38 @@ impl Refinement {
         Ok(summary)
     }
 
-    /// The normal equations of one record, the seam eliminated.
+    /// The normal equations of one record at this seam, which is eliminated.
     pub(super) fn assemble_record<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiment: &mut Experiment<B>,
+        experiment: &Experiment<B>,
+        seam: &Seam,
         wanted: Unknowns,
     ) -> Result<Residuals, LinearisationError> {
         let joints = problem.chain.joints().len();
-        let standing = experiment.seam;
-        let residuals = self.run(problem, experiment, wanted)?;
-        let seam = problem.seam_unknowns();
-        self.record.prefer_small(&standing.to_solution(joints)[..seam], SMALL_SEAM);
-        self.record.eliminate(seam);
+        let residuals = self.run(problem, experiment, seam, wanted)?;
+        let unknowns = problem.seam_unknowns();
+        self.record.prefer_small(&seam.to_solution(joints)[..unknowns], SMALL_SEAM);
+        self.record.eliminate(unknowns);
         Ok(residuals)
+    }
+
+    /// The normal equations of one record at its best seam, which is eliminated.
+    pub(super) fn assemble_fitted<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &Experiment<B>,
+    ) -> Result<Residuals, LinearisationError> {
+        let (seam, _) = self.fit_seam(problem, experiment)?;
+        self.assemble_record(problem, experiment, &seam, Unknowns::All)
     }
 
     /// Fills the record's normal equations.
     fn run<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiment: &mut Experiment<B>,
+        experiment: &Experiment<B>,
+        seam: &Seam,
         unknowns: Unknowns,
     ) -> Result<Residuals, LinearisationError> {
         let Problem { measurement, sought, .. } = *problem;
@@ -115,6 +138,7 @@ impl Refinement {
         let assembly = Assembly {
             terms: &terms,
             record: Bins::of(experiment),
+            seam,
             sought,
             calibration: &calibration,
             unknowns,

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::seam::{MAX_SEAM, ORDERS, Seam, powers};
+use super::seam::{MAX_SEAM, ORDERS, powers};
 use crate::MAX_UNKNOWNS;
 use crate::linear::gram::{WIDEST, padded};
 use crate::receptance::Complex;
@@ -22,7 +22,6 @@ pub(super) struct Bins<'a> {
     /// Per axis mean squares.
     force_noise: [&'a [f32]; 3],
     acceleration_noise: [&'a [f32]; 3],
-    pub(super) seam: Seam,
 }
 
 impl<'a> Bins<'a> {
@@ -34,7 +33,6 @@ impl<'a> Bins<'a> {
             acceleration: experiment.acceleration.parts(),
             force_noise: experiment.force_noise.each_ref().map(Vec::as_slice),
             acceleration_noise: experiment.acceleration_noise.each_ref().map(Vec::as_slice),
-            seam: experiment.seam,
         }
     }
 

@@ -43,6 +43,8 @@ pub(super) enum Unknowns {
 pub(super) struct Assembly<'a> {
     pub(super) terms: &'a Terms<f64>,
     pub(super) record: Bins<'a>,
+    /// Where the derivatives are taken. The equations of the seam alone are linear, and have its zero.
+    pub(super) seam: &'a Seam,
     pub(super) sought: &'a Sought,
     /// The nuisances as they stand.
     pub(super) calibration: &'a Calibration,
@@ -53,8 +55,7 @@ pub(super) struct Assembly<'a> {
 }
 
 impl Assembly<'_> {
-    /// Fills `normal` (not yet eliminated). Returns what is left with all unknowns, at the seam as it stands; of the seam alone
-    /// nothing.
+    /// Fills `normal` (not yet eliminated). Returns the residuals of all unknowns; of the seam alone there are none.
     pub(super) fn run(self) -> Residuals {
         f64::dispatch(self.level, self)
     }
@@ -65,7 +66,8 @@ impl Kernel<f64> for Assembly<'_> {
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f64>>(self, like: V) -> Residuals {
-        let Self { terms, record, sought, calibration, unknowns: wanted, normal, level } = self;
+        let Self { terms, record, seam, sought, calibration, unknowns: wanted, normal, level } =
+            self;
         let joints = terms.joints.len();
         let seam_columns = unknowns(joints, terms.feels_gravity());
         let all = wanted != Unknowns::Seam;
@@ -73,8 +75,6 @@ impl Kernel<f64> for Assembly<'_> {
         let derivatives = Derivatives::new(sought, calibration, seam_columns);
         normal.reset(columns);
         let bins = record.bins();
-        // The seam is linear: alone it is found from zero, with the parameters q must contain it.
-        let seam = if all { record.seam } else { Seam::default() };
         let mut residuals = Residuals::new(bins);
         let gain = &calibration.force_gain;
         let mut rows = V::each([[0.0; COLUMNS]; 6]);
@@ -85,7 +85,7 @@ impl Kernel<f64> for Assembly<'_> {
             let lanes = V::WIDTH.min(bins - first);
             let mut batch = Batch::new(like, &record, gain, first);
             if all {
-                seam_loads(&seam, batch.inverse_s, joints, &mut loads);
+                seam_loads(seam, batch.inverse_s, joints, &mut loads);
             }
             response.read(terms, batch.s, &batch.force, all.then_some(&loads));
 

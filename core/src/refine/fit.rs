@@ -2,7 +2,6 @@
 
 use core::f64::consts::TAU;
 
-use super::equations::Unknowns;
 use super::residuals::Agreement;
 use super::summary::Summary;
 use super::{ParameterNormal, Problem, Refinement};
@@ -66,7 +65,7 @@ impl Refinement {
     pub fn fit<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) -> Fit {
         let static_sum_of_squares = self.statics(problem).sum_of_squares();
         self.fit_seams(problem, experiments);
@@ -124,22 +123,19 @@ impl Refinement {
     pub fn hold_out<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiment: &mut Experiment<B>,
+        experiment: &Experiment<B>,
     ) -> Agreement {
         let standing = self.coordinates;
-        if self.assemble_record(problem, experiment, Unknowns::All).is_err() {
+        if self.assemble_fitted(problem, experiment).is_err() {
             return Agreement::default();
         }
         let mut others = self.normal.clone();
         others.subtract_complement(&self.record, problem.seam_unknowns());
         let (step, _) = self.propose(problem, &others, 0.0);
         self.advance(problem, &step);
-        self.fit_seam(problem, experiment);
-        let foretold = self.assemble_record(problem, experiment, Unknowns::All);
-        let agreement = foretold.map_or_else(|_| Agreement::default(), |it| it.agreement());
+        let foretold = self.assemble_fitted(problem, experiment);
         self.coordinates = standing;
-        self.fit_seam(problem, experiment);
-        agreement
+        foretold.map_or_else(|_| Agreement::default(), |it| it.agreement())
     }
 }
 

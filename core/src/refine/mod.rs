@@ -20,6 +20,7 @@ mod summary;
 mod whitening;
 
 use fearless_simd::Level;
+use heapless::Vec;
 
 use crate::calibration::Calibration;
 use crate::chain::Chain;
@@ -27,6 +28,7 @@ use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 use crate::parameters::{Bounds, Bushings};
+use crate::search::MAX_EXPERIMENTS;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::StaticTest;
@@ -38,6 +40,7 @@ pub use information::Information;
 pub use residuals::Agreement;
 pub(crate) use retired::Retired;
 use retired::RetiredInformation;
+use seam::Seam;
 
 /// Predicted gain in the sum of squares (whose expectation is its degrees of freedom) that ends the refinement.
 const NEGLIGIBLE: f64 = 1e-4;
@@ -118,6 +121,8 @@ pub struct Refinement {
     /// Normal equations at `coordinates`, the seams projected out.
     normal: ParameterNormal,
     record: RecordNormal,
+    /// Seams of the records at the parameters that were tried last; of the first records, as many as there is room for.
+    seams: Vec<Seam, MAX_EXPERIMENTS>,
     /// Information of the retired records.
     retired: RetiredInformation,
     /// Information of retired records, put aside while the kept records are fitted without it.
@@ -136,6 +141,7 @@ impl Refinement {
             coordinates: sought.coordinates(guess),
             normal: Normal::new(),
             record: Normal::new(),
+            seams: Vec::new(),
             retired: RetiredInformation::none(sought.unknowns()),
             shelf: None,
             assembled: false,
@@ -194,7 +200,7 @@ impl Refinement {
     pub(crate) fn weak_directions(
         &self,
         asked: impl Fn(usize) -> bool,
-    ) -> heapless::Vec<Direction, MAX_DIRECTIONS> {
+    ) -> Vec<Direction, MAX_DIRECTIONS> {
         verdict::weak_directions(&self.normal, asked)
     }
 
@@ -202,7 +208,7 @@ impl Refinement {
     pub fn step<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) -> Outcome {
         if !self.assembled {
             self.fit_seams(problem, experiments);
@@ -308,10 +314,9 @@ impl Refinement {
     pub fn retire<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiment: &mut Experiment<B>,
+        experiment: &Experiment<B>,
     ) -> Result<(), LinearisationError> {
-        self.fit_seam(problem, experiment);
-        self.assemble_record(problem, experiment, Unknowns::All)?;
+        self.assemble_fitted(problem, experiment)?;
         let values = problem.sought.values(&self.coordinates);
         let seam = problem.seam_unknowns();
         self.retired.take(&self.record, seam, &values);
@@ -361,10 +366,8 @@ impl Refinement {
         self.retired.records()
     }
 
-    /// Fisher information of one experiment at the present parameters, its seam projected out.
-    ///
-    /// It does not depend on the measured acceleration. An experiment that is only planned can be a record of the force alone, with
-    /// zero acceleration.
+    /// Fisher information of a measured experiment at the present parameters, its seam projected out. The measured acceleration
+    /// enters by the seam alone.
     ///
     /// # Errors
     ///
@@ -372,9 +375,33 @@ impl Refinement {
     pub fn information<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiment: &mut Experiment<B>,
+        experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        self.assemble_record(problem, experiment, Unknowns::Foretold)?;
+        let (seam, _) = self.fit_seam(problem, experiment)?;
+        self.information_at(problem, experiment, &seam)
+    }
+
+    /// Fisher information of a planned experiment at the present parameters, its seam projected out: of a record of the force
+    /// alone, with zero acceleration. The motion is taken to be periodic, without a seam.
+    ///
+    /// # Errors
+    ///
+    /// If the robot has no equilibrium there.
+    pub fn information_planned<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &Experiment<B>,
+    ) -> Result<Information, LinearisationError> {
+        self.information_at(problem, experiment, &Seam::default())
+    }
+
+    fn information_at<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &Experiment<B>,
+        seam: &Seam,
+    ) -> Result<Information, LinearisationError> {
+        self.assemble_record(problem, experiment, seam, Unknowns::Foretold)?;
         let seam = problem.seam_unknowns();
         Ok(Information::of_complement(&self.record, seam, problem.sought))
     }

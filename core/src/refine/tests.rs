@@ -123,27 +123,27 @@ proptest! {
         let mut buffer = [0.0; SAMPLES];
         let record = record(&mut random);
         let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut buffer);
-        let mut experiments = [experiment.unwrap()];
+        let experiments = [experiment.unwrap()];
         let (bounds, sought) = (bounds(), sought());
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let mut refinement = Refinement::new(&sought, &bushings());
         let start = *refinement.coordinates();
-        let mut at = |unknown: usize, by: f64, experiments: &mut [Experiment<BINS>]| {
+        let mut at = |unknown: usize, by: f64| {
             let mut step = [0.0; MAX_UNKNOWNS];
             step[unknown] = by;
             let mut moved = start;
             sought.advance(&mut moved, &step);
             refinement.restart_at(&moved);
-            let sum_of_squares = refinement.fit_seams(&problem, experiments) + refinement.beside(&problem);
-            refinement.assemble(&problem, experiments).unwrap();
+            let sum_of_squares = refinement.fit_seams(&problem, &experiments) + refinement.beside(&problem);
+            refinement.assemble(&problem, &experiments).unwrap();
             (sum_of_squares, refinement.normal.clone())
         };
-        let (standing, normal) = at(0, 0.0, &mut experiments);
+        let (standing, normal) = at(0, 0.0);
         // The normal equations know the sum of squares that they are the expansion of.
         prop_assert!((normal.sum_of_squares() / standing - 1.0).abs() < 1e-9);
         for unknown in 0..sought.unknowns() {
-            let (up, _) = at(unknown, STEP, &mut experiments);
-            let (down, _) = at(unknown, -STEP, &mut experiments);
+            let (up, _) = at(unknown, STEP);
+            let (down, _) = at(unknown, -STEP);
             let numeric = (up - down) / (2.0 * STEP);
             let ours = -2.0 * normal.right()[unknown];
             // The size of a gradient that is not small. Seams that hardly differ leave rounding in both.
@@ -182,7 +182,7 @@ fn a_damped_step_that_gains_nothing_is_no_end() {
         assert!(damped < NEGLIGIBLE, "{damped}");
         let left = refinement.remaining(&problem).gain;
         assert!((left - 2.0 * way * way).abs() < 1e-6, "{left}");
-        let none: &mut [Experiment<BINS>] = &mut [];
+        let none: &[Experiment<BINS>] = &[];
         (refinement.step(&problem, none), refinement.damping)
     };
     assert_eq!(outcome(0.18, false), (Outcome::Improving, 0.1 * FIRST_DAMPING));
@@ -190,4 +190,31 @@ fn a_damped_step_that_gains_nothing_is_no_end() {
     assert_eq!(outcome(0.18, true).0, Outcome::Exhausted);
     assert_eq!(outcome(0.006, false).0, Outcome::Converged);
     assert_eq!(outcome(0.006, true).0, Outcome::Converged);
+}
+
+/// More records than there is room for seams: each tells as much as the first, which has room.
+#[test]
+fn every_record_counts_with_its_seam() {
+    const MANY: usize = MAX_EXPERIMENTS + 2;
+    let (chain, bounds) = (chain(), bounds());
+    let sought = Sought::new(2, &Nuisances::default()).unwrap();
+    let measurement = Measurement {
+        band_hz: [5.0, 60.0],
+        gravity: [0.0; 3],
+        accelerometer: Accelerometer::Inertial,
+        mounting: Mounting::AT_TCP,
+    };
+    let record = record(&mut Xoshiro256PlusPlus::seed_from_u64(1));
+    let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
+    let experiment = experiment.unwrap();
+    let problem = problem(&chain, &measurement, &bounds, &sought);
+    let mut refinement = Refinement::new(&sought, &bushings());
+    let mut covariance =
+        |experiments: &[Experiment<BINS>]| refinement.fit(&problem, experiments).covariance;
+    let one = covariance(core::slice::from_ref(&experiment));
+    let all = covariance(&std::vec![experiment; MANY]);
+    for unknown in 0..sought.unknowns() {
+        let ratio = one.deviation(unknown) / all.deviation(unknown);
+        assert!((ratio / libm::sqrt(MANY as f64) - 1.0).abs() < 1e-6, "{unknown}: {ratio}");
+    }
 }

@@ -1,16 +1,16 @@
-//! From a record to the spectra of the search and the refinement.
+//! From a record to its spectra, the data of the search and the refinement.
 //!
 //! The end of a record is the central problem. Low modes ring on for seconds, so that on the plain DFT of a record
 //! `X(ω) = H(ω) F(ω)` is wrong by more than everything that is sought. There are two remedies:
 //!
-//! - [`search`]: signals weighted by `e^(−αt)` make it true on the line `s = α + iω`, up to `e^(−αT)`, for a record that starts at
-//!   rest. A Hann window does well enough for other records.
+//! - [`thinned`]: signals weighted by `e^(−αt)` make it true on the line `s = α + iω`, up to `e^(−αT)`, for a record that starts at
+//!   rest. A Hann window does well enough for other records. The search fits these spectra.
 //! - [`Experiment`]'s own spectra are the plain DFT over exactly the record. One record is one period of a periodic motion. Unknown
 //!   loads on the bushings mend its seam, and the refinement estimates them beside the parameters ([`crate::refine`]).
 
 #[doc(hidden)] // Public for the tests.
 pub mod fft;
-pub mod search;
+pub mod thinned;
 
 use core::error::Error;
 use core::f64::consts::TAU;
@@ -23,11 +23,10 @@ use crate::calibration::Calibration;
 use crate::chain::Chain;
 use crate::mounting::Mounting;
 use crate::noise::NoiseShape;
-use crate::refine::seam::Seam;
 use crate::sensors::{Accelerometer, Sensors};
 use crate::stream::Record;
 use nalgebra::Vector3;
-use search::SearchSpectra;
+use thinned::ThinnedSpectra;
 
 /// Fitted band, gravity and sensors of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,14 +134,12 @@ pub struct Experiment<const B: usize> {
     pub force_noise: [Vec<f32, B>; 3],
     /// Mean square of the noise in each bin of the acceleration, per axis, (m/s)².
     pub acceleration_noise: [Vec<f32, B>; 3],
-    /// Spectra for the search.
-    pub search: SearchSpectra<B>,
-    /// Unknowns of the seam, as last estimated.
-    pub(crate) seam: Seam,
+    /// Spectra that the search fits.
+    pub thinned: ThinnedSpectra<B>,
 }
 
 impl<const B: usize> Experiment<B> {
-    /// Spectra of `record` in the measured band. `buffer` holds one signal at a time and is overwritten.
+    /// Spectra of a `record` of `chain` in the measured band. `buffer` holds one signal at a time and is overwritten.
     ///
     /// # Errors
     ///
@@ -222,7 +219,7 @@ impl<const B: usize> Experiment<B> {
         if force.power() <= LEAST_FORCE * noise {
             return Err(SpectrumError::NoForce);
         }
-        let search = SearchSpectra::new(chain, measurement, record, band, buffer)?;
+        let thinned = ThinnedSpectra::new(record, band, buffer)?;
         Ok(Self {
             pose: record.pose.clone(),
             spacing,
@@ -231,8 +228,7 @@ impl<const B: usize> Experiment<B> {
             acceleration,
             force_noise,
             acceleration_noise,
-            search,
-            seam: Seam::default(),
+            thinned,
         })
     }
 

@@ -4,6 +4,7 @@ use fearless_simd::Level;
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Estimate, Identifier, Phase};
+use flexid_core::loss::target::Target;
 use flexid_core::parameters::{Bounds, Bushings};
 use flexid_core::refine::{Fit, Outcome, Problem, Refinement};
 use flexid_core::sought::Sought;
@@ -36,10 +37,20 @@ pub(crate) fn parameters(joints: usize) -> Sought {
     Sought::new(joints, &Nuisances::default()).unwrap()
 }
 
+/// The search's targets of some chain's experiments.
+pub(crate) fn targets(
+    chain: &Chain,
+    measurement: &Measurement,
+    experiments: &[Experiment<BINS>],
+) -> Vec<Target> {
+    let target = |one: &Experiment<BINS>| Target::new(chain, measurement, &one.pose).unwrap();
+    experiments.iter().map(target).collect()
+}
+
 /// Tells of these experiments and works until there is nothing left to do.
 pub(crate) fn settle(
     identifier: &mut Identifier<Generator>,
-    experiments: &mut [Experiment<BINS>],
+    experiments: &[Experiment<BINS>],
 ) -> Estimate {
     identifier.renew(experiments);
     while identifier.step(experiments) != Phase::Settled {}
@@ -60,7 +71,7 @@ pub(crate) fn problem<'a>(
 pub(crate) fn refine(
     problem: &Problem<'_>,
     guess: &Bushings,
-    experiments: &mut [Experiment<BINS>],
+    experiments: &[Experiment<BINS>],
 ) -> (Box<Refinement>, Fit) {
     let mut refinement = Box::new(Refinement::new(problem.sought, guess));
     while refinement.step(problem, experiments) == Outcome::Improving {}

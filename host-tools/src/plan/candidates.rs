@@ -72,12 +72,13 @@ impl Candidates<'_> {
                 let spectra =
                     spectrum::Experiment::<BINS>::new(self.chain, &measurement, &record, buffer);
                 done();
-                let mut spectra = match spectra {
+                let spectra = match spectra {
                     Ok(spectra) => Box::new(spectra),
                     Err(SpectrumError::NoForce) => return None,
                     Err(error) => return Some(Err(error)),
                 };
-                let information = refinement.information(&self.problem(&measurement), &mut spectra);
+                let problem = self.problem(&measurement);
+                let information = refinement.information_planned(&problem, &spectra);
                 let experiment = Experiment { pose: pose.to_vec(), ..cut.clone() };
                 Some(Ok(Candidate { experiment, information: information.ok()? }))
             };
@@ -113,11 +114,10 @@ impl Candidates<'_> {
         let mut buffer = Box::new([0.0; SAMPLES]);
         let spectra =
             spectrum::Experiment::<BINS>::new(self.chain, &measurement, &record, &mut buffer);
-        let mut spectra = Box::new(spectra.ok()?);
+        let spectra = spectra.ok()?;
         let mut refinement = Box::new(Refinement::new(self.sought, self.bushings));
         let problem = self.problem(&measurement);
-        refinement.fit(&problem, std::slice::from_mut(&mut *spectra));
-        refinement.information(&problem, &mut spectra).ok()
+        refinement.information(&problem, &spectra).ok()
     }
 
     /// Information of the configuration's static tests; none where the robot has no equilibrium under gravity.

@@ -115,7 +115,7 @@ impl<R: Rng> Identifier<R> {
         &mut self,
         minimum: &mut Minimum,
         acceptance: Acceptance,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) {
         if !self.branch_off(minimum, Some(acceptance), experiments) {
             if self.tried.any {
@@ -233,7 +233,7 @@ impl<R: Rng> Identifier<R> {
     #[inline(never)]
     pub(super) fn come_to<const B: usize>(
         &mut self,
-        experiments: &mut [Experiment<B>],
+        experiments: &[Experiment<B>],
     ) -> Option<Minimum> {
         let mut branch = self.minimum_here(experiments);
         let mut acceptance = match &self.purpose {

@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Acceptance, Identifier, Phase};
+use flexid_core::loss::target::Target;
 use flexid_core::parameters::Bushings;
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
-use flexid_core::sought::Sought;
 use flexid_wire::finding::Finding;
 use flexid_wire::messages::{self, Progress};
 use flexid_wire::trouble::Trouble;
@@ -105,8 +105,7 @@ impl Solver {
         let mut solver = Self::begin(config, Xoshiro256PlusPlus::seed_from_u64(config.seed))?;
         let identifier = &mut solver.identifier;
         identifier.renew(&solver.experiments);
-        while !matches!(identifier.step(&mut solver.experiments), Phase::Settled | Phase::Waiting) {
-        }
+        while !matches!(identifier.step(&solver.experiments), Phase::Settled | Phase::Waiting) {}
         solver.work.advance(&identifier.progress());
         Ok(solver)
     }
@@ -172,7 +171,7 @@ impl Solver {
             self.came += 1;
             match self.experiment(record) {
                 Ok(experiment) => {
-                    self.scale.note(&experiment);
+                    self.note_scale(&experiment);
                     self.experiments.push(experiment);
                     self.sources.push(Arc::clone(record));
                     self.numbers.push(self.came);
@@ -191,10 +190,9 @@ impl Solver {
         let sought = config.sought.clone();
         let level = Level::new();
         let scale = Scale::new(&config.bounds, config.model.joints.len(), level);
-        let identifier = Identifier::new(chain.clone(), config.bounds, measurement, level, rng)
-            .with_statics(&config.statics)
-            .map_err(unchecked)?;
+        let identifier = Identifier::new(chain.clone(), config.bounds, measurement, level, rng);
         let mut identifier = Box::new(identifier);
+        identifier.add_statics(&config.statics).map_err(unchecked)?;
         identifier.seek(sought.clone()).map_err(unchecked)?;
         let stiffest = config.bounds.stiffest(sought.joints());
         Ok(Self {
@@ -237,7 +235,7 @@ impl Solver {
         }
         match self.experiment(record) {
             Ok(experiment) => {
-                self.scale.note(&experiment);
+                self.note_scale(&experiment);
                 if matches!(self.room(&experiment), Room::Instead(_)) {
                     self.work(stop, || false, on_progress);
                 }
@@ -274,7 +272,7 @@ impl Solver {
             self.work = Work::default();
         }
         while self.is_in_time(stop) {
-            let phase = self.identifier.step(&mut self.experiments);
+            let phase = self.identifier.step(&self.experiments);
             self.work.advance(&self.identifier.progress());
             on_progress(&self.progress());
             if matches!(phase, Phase::Settled | Phase::Waiting) {
@@ -415,6 +413,14 @@ impl Solver {
             .map_err(report::without_spectrum)
     }
 
+    /// Notes how the acceleration of a record agrees with the model's masses.
+    fn note_scale(&mut self, experiment: &Experiment) {
+        // An experiment of this chain has a target.
+        if let Ok(target) = Target::new(&self.chain, &self.measurement, &experiment.pose) {
+            self.scale.note(&target, experiment);
+        }
+    }
+
     fn unfinished(&self) -> Option<Unused> {
         let records = self.records - self.settled + self.waiting;
         (records > 0).then_some(Unused::Unfinished { records })
@@ -449,12 +455,12 @@ impl Solver {
 
     /// Removes an experiment. Its information stays, if the estimate is consistent and the rate of the record is not doubtful.
     fn give_up(&mut self, index: usize) {
-        let mut retiring = self.experiments.remove(index);
+        let retiring = self.experiments.remove(index);
         let source = self.sources.remove(index);
         let number = self.numbers.remove(index);
         let shares_pose = |other: &Experiment| same_pose(&other.pose, &retiring.pose);
         let last = !self.experiments.iter().any(shares_pose);
-        let retired = !source.has_doubtful_rate && self.identifier.retire(&mut retiring);
+        let retired = !source.has_doubtful_rate && self.identifier.retire(&retiring);
         if !retired {
             self.taken.forget(number);
         }

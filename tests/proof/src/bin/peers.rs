@@ -20,6 +20,7 @@ use fearless_simd::Level;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Identifier, Phase};
 use flexid_core::loss::spectral;
+use flexid_core::loss::target::Target;
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushings;
 use flexid_core::sensors::Accelerometer;
@@ -87,25 +88,28 @@ impl Reference {
     }
 
     fn evaluate(&self, records: &[Record<SAMPLES>]) -> Result<()> {
-        let [lowest, highest] = self.scenario.measurement.band_hz;
+        let band_hz = self.scenario.measurement.band_hz;
+        let [lowest, highest] = band_hz;
         let mut parts = Vec::new();
         for record in records {
             let hz_per_bin = record.rate_hz / record.force[0].len() as f64;
             let first = (lowest / hz_per_bin).ceil();
             for shift in 0..THINNING {
                 let lowest = (first + shift as f64) * hz_per_bin;
-                parts.push(self.experiment(record, [lowest, highest])?);
+                let part = self.experiment(record, [lowest, highest])?;
+                let target = Target::new(&self.chain, &measurement(band_hz), &part.pose)?;
+                parts.push((part, target));
             }
         }
-        let bins: usize = parts.iter().map(|part| part.search.bins).sum();
+        let bins: usize = parts.iter().map(|(part, _)| part.thinned.bins).sum();
         let mut guess: Bushings = self.scenario.truth.iter().copied().collect();
         for bushing in &mut guess {
             bushing.stiffness = bushing.stiffness.map(|k| GUESS * k);
         }
         let loss = |level| {
-            let sum = |part: &Experiment<BINS>| {
-                let ssp = spectral::ssp(&part.search, black_box(&guess), level);
-                ssp.iter().sum::<f32>() * part.search.bins as f32
+            let sum = |(part, target): &(Experiment<BINS>, Target)| {
+                let ssp = spectral::ssp(target, &part.thinned, black_box(&guess), level);
+                ssp.iter().sum::<f32>() * part.thinned.bins as f32
             };
             parts.iter().map(sum).sum::<f32>() / (3 * bins) as f32
         };
@@ -127,7 +131,7 @@ impl Reference {
     fn identify(&self, records: &[Record<SAMPLES>]) -> Result<()> {
         let start = Instant::now();
         let band_hz = self.scenario.measurement.band_hz;
-        let mut experiments: Vec<_> =
+        let experiments: Vec<_> =
             records.iter().map(|one| self.experiment(one, band_hz)).collect::<Result<_>>()?;
         let mut identifier = Box::new(Identifier::new(
             self.chain.clone(),
@@ -137,7 +141,7 @@ impl Reference {
             Xoshiro256PlusPlus::seed_from_u64(1),
         ));
         identifier.renew(&experiments);
-        while identifier.step(&mut experiments) != Phase::Settled {}
+        while identifier.step(&experiments) != Phase::Settled {}
         let seconds = start.elapsed().as_secs_f64();
         let (estimate, progress) = (identifier.estimate(), identifier.progress());
         let estimate = estimate.context("the identification came to no estimate")?;

@@ -9,6 +9,7 @@ use std::collections::VecDeque;
 
 use fearless_simd::Level;
 use flexid_core::loss::spectral;
+use flexid_core::loss::target::Target;
 use flexid_core::parameters::{Bounds, Bushings};
 use flexid_wire::warning::{Warning, WrongUnit};
 use rand_core::{Rng, SeedableRng};
@@ -53,12 +54,12 @@ impl Scale {
         Self { robots, level, ratios: VecDeque::new() }
     }
 
-    /// Adds the ratio of a record.
-    pub(crate) fn note(&mut self, experiment: &Experiment) {
+    /// Adds the ratio of a record. `target` is the chain at its pose.
+    pub(crate) fn note(&mut self, target: &Target, experiment: &Experiment) {
         let mut model = [f64::INFINITY, 0.0];
         let mut measured = 0.0;
         for robot in &self.robots {
-            let energies = spectral::energies(experiment, robot, self.level);
+            let energies = spectral::energies(target, experiment, robot, self.level);
             measured = f64::from(energies.measured);
             let modelled = f64::from(energies.modelled);
             model = [model[0].min(modelled), model[1].max(modelled)];

@@ -50,10 +50,10 @@ impl Task<'_> {
 /// Identifies a robot from records to the end, as the daemon does.
 pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) -> Result<Found> {
     let experiments = records.iter().map(|one| experiment(task.chain, &task.measurement, one));
-    let mut experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let experiments = experiments.collect::<Result<Vec<_>>>()?;
     let mut identifier = task.identifier(random)?;
     identifier.renew(&experiments);
-    while identifier.step(&mut experiments) != Phase::Settled {}
+    while identifier.step(&experiments) != Phase::Settled {}
     let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
     Ok(Found::new(estimate, identifier.progress().effort.starts))
 }

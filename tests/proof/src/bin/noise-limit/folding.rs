@@ -192,12 +192,12 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
             if day == 0 {
                 kept.push(newest);
             } else {
-                lost += usize::from(!identifier.retire(&mut kept[pose]));
+                lost += usize::from(!identifier.retire(&kept[pose]));
                 kept[pose] = newest;
             }
             if kept.len() == poses {
                 identifier.renew(&kept);
-                while identifier.step(&mut kept) != Phase::Settled {}
+                while identifier.step(&kept) != Phase::Settled {}
             }
         }
     }
@@ -207,7 +207,7 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
     let found = Found::new(estimate, identifier.progress().effort.starts);
     let (errors, bound) = (found.errors(&truth), deviations(&information)?);
     let over = |errors: &[f64]| errors.iter().zip(&bound).map(|(e, bound)| e / bound).collect();
-    let (whole, own) = keep_all(&task, &found.estimate.bushings, &mut all)?;
+    let (whole, own) = keep_all(&task, &found.estimate.bushings, &all)?;
     let whole_errors: Vec<f64> = logarithms(&whole)
         .iter()
         .zip(logarithms(&truth))
@@ -229,7 +229,7 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
 fn keep_all(
     task: &Task,
     guess: &Bushings,
-    records: &mut [Experiment<BINS>],
+    records: &[Experiment<BINS>],
 ) -> Result<(Bushings, Vec<f64>)> {
     let sought = &Sought::new(guess.len(), &task.nuisances)?;
     let Task { chain, bounds, measurement, .. } = task;

@@ -1,16 +1,11 @@
-//! Spectra for the search, which the end of a record does not affect: thinned, in single precision.
+//! Thinned spectra of a record, which its end hardly affects: the data of the search, in single precision.
 
 use core::f64::consts::TAU;
 use core::ops::Range;
 
 use heapless::Vec;
 
-use super::{Measurement, Spectrum, SpectrumError, fft};
-use crate::calibration::Calibration;
-use crate::chain::Chain;
-use crate::chain::Jacobian;
-use crate::parameters::{Bushing, Bushings};
-use crate::receptance::Terms;
+use super::{Spectrum, SpectrumError, fft};
 use crate::stream::Record;
 
 /// αT: the damping of a record's end. Every resonance is then as wide as the distance of the bins that are kept, 8π/T, or hardly
@@ -20,12 +15,10 @@ const DECAY: f64 = 20.0;
 pub(crate) const THINNING: usize = 4;
 /// Bins come in groups of this many, the widest vector; the last group is filled with zeros.
 const GROUP: usize = 16;
-/// Stiffness of bushings that do not give way to the weight of any robot, N/m and Nm/rad.
-const RIGID: f64 = 1e15;
 
-/// Thinned spectra of one record, and the chain at its pose.
+/// Every fourth bin of one record, weighted so that its end hardly matters.
 #[derive(Clone, Debug)]
-pub struct SearchSpectra<const B: usize> {
+pub struct ThinnedSpectra<const B: usize> {
     /// Real part of the complex frequencies, 1/s: 20/T of a record of length T that starts at rest, else 0.
     pub alpha: f32,
     /// Imaginary parts of the complex frequencies, rad/s.
@@ -36,16 +29,10 @@ pub struct SearchSpectra<const B: usize> {
     pub acceleration: Spectrum<B>,
     /// Number of bins without the filling.
     pub bins: usize,
-    /// The chain at the record's pose, under gravity, before it sags. The random search uses it, since it has no stiffnesses yet.
-    pub(crate) terms: Terms<f32>,
-    /// Maps elongations at the record's pose to the translation of the accelerometer's place along its axes.
-    pub jacobian: Jacobian,
 }
 
-impl<const B: usize> SearchSpectra<B> {
+impl<const B: usize> ThinnedSpectra<B> {
     pub(super) fn new<const N: usize>(
-        chain: &Chain,
-        measurement: &Measurement,
         record: &Record<N>,
         band: Range<usize>,
         buffer: &mut [f32; N],
@@ -90,23 +77,7 @@ impl<const B: usize> SearchSpectra<B> {
         while omega.len() % GROUP != 0 {
             let _ = omega.push(last);
         }
-        let rigid = Bushing { stiffness: [RIGID; 6], damping: [RIGID; 6] };
-        let bushings: Bushings = chain.joints().iter().map(|_| rigid).collect();
-        // A rigid chain does not sag: only the number of angles can be wrong.
-        let wrong_pose = |_| SpectrumError::Pose(record.pose.len());
-        let linear =
-            chain.linearise(&record.pose, measurement.gravity(), &bushings).map_err(wrong_pose)?;
-        let sensors = measurement.sensors(&Calibration::default());
-        let terms = Terms::new(&linear, &bushings, &sensors);
-        Ok(Self {
-            alpha: alpha as f32,
-            omega,
-            force,
-            acceleration,
-            bins: thinned,
-            terms: terms.map_err(wrong_pose)?,
-            jacobian: linear.jacobian_of(measurement.mounting.readings(&linear)),
-        })
+        Ok(Self { alpha: alpha as f32, omega, force, acceleration, bins: thinned })
     }
 
     /// Part of a record's noise power that is left on the line: `(1 − e^(−2αT)) / (2αT)` under the weight `e^(−αt)`, 3/8 under

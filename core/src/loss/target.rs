@@ -1,0 +1,48 @@
+//! The chain at the pose of a record, which the loss of a sample is evaluated with.
+
+use crate::calibration::Calibration;
+use crate::chain::linearise::LinearisationError;
+use crate::chain::{Chain, Jacobian};
+use crate::parameters::{Bushing, Bushings};
+use crate::receptance::Terms;
+use crate::spectrum::Measurement;
+
+/// Stiffness of bushings that do not give way to the weight of any robot, N/m and Nm/rad.
+const RIGID: f64 = 1e15;
+
+/// Target of the search in one experiment: the chain at its pose, under gravity, before it sags. The random search has no
+/// stiffnesses by which the chain could sag.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// The chain with rigid bushings.
+    terms: Terms<f32>,
+    /// Maps elongations to the translation of the accelerometer's place along its axes.
+    pub jacobian: Jacobian,
+}
+
+impl Target {
+    /// Target of an experiment at joint angles `pose`, rad (m).
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if there is not one angle per joint.
+    pub fn new(
+        chain: &Chain,
+        measurement: &Measurement,
+        pose: &[f64],
+    ) -> Result<Self, LinearisationError> {
+        let rigid = Bushing { stiffness: [RIGID; 6], damping: [RIGID; 6] };
+        let bushings: Bushings = chain.joints().iter().map(|_| rigid).collect();
+        let linear = chain.linearise(pose, measurement.gravity(), &bushings)?;
+        let sensors = measurement.sensors(&Calibration::default());
+        let terms = Terms::new(&linear, &bushings, &sensors)?;
+        Ok(Self { terms, jacobian: linear.jacobian_of(measurement.mounting.readings(&linear)) })
+    }
+
+    /// The chain with these bushings, one per joint.
+    pub(crate) fn terms(&self, bushings: &[Bushing]) -> Terms<f32> {
+        let mut terms = self.terms.clone();
+        terms.set_bushings(bushings);
+        terms
+    }
+}
