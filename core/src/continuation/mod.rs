@@ -11,7 +11,10 @@
 //! The chain sags under gravity with its present bushings. A soft wrist sags by some degrees, and a chain without this sag is
 //! a wrong model of it.
 //!
-//! On every level the descent takes steps of Levenberg and Marquardt along compliances ([`crate::refine::compliance`]).
+//! On every level the descent takes steps of Levenberg and Marquardt along compliances ([`crate::refine::compliance`]). The loop is
+//! not the refinement's: a trial is linearised at once, a level ends by relative gains, and no unknown needs a floor of information,
+//! since priors determine all of them.
+//!
 //! Priors hold the parameters that a level does not determine near the start of the descent ([`priors`]). They end with the
 //! descent.
 
@@ -23,6 +26,7 @@ use crate::loss::target::Target;
 use crate::parameters::Bushings;
 use crate::receptance::Terms;
 use crate::refine::compliance;
+use crate::refine::damping::Damping;
 use crate::refine::proposal::least_within;
 use crate::refine::{ParameterNormal, Problem};
 use crate::sought::Coordinates;
@@ -47,11 +51,9 @@ const MAX_STEPS: u32 = 40;
 const NEGLIGIBLE: f64 = 1e-3;
 /// Largest change of a parameter's logarithm in a step.
 const LONGEST_STEP: f64 = 1.5;
-/// First damping of the steps, relative to the information of each unknown.
-const FIRST_DAMPING: f64 = 1e-2;
-/// Least damping of the steps.
+/// Least damping of the steps. Chosen: four rejected steps raise it to the first one.
 const LEAST_DAMPING: f64 = 1e-6;
-/// Damping above which a level ends, since the steps no longer move any unknown.
+/// Damping above which a level ends. Chosen: a step then moves no unknown by more than 1e-4 of the way to its own minimum.
 const LAST_DAMPING: f64 = 1e4;
 
 /// State of a descent.
@@ -64,7 +66,7 @@ pub(crate) struct Continuation {
     level: u32,
     /// Number of steps on this level.
     steps: u32,
-    damping: f64,
+    damping: Damping,
     /// Whether the normal equations are those at `coordinates`.
     assembled: bool,
     /// Number of rows of the records in the normal equations.
@@ -86,7 +88,7 @@ impl Continuation {
             coordinates: start,
             level,
             steps: 0,
-            damping: FIRST_DAMPING,
+            damping: Damping::first(LEAST_DAMPING),
             assembled: false,
             rows: 0,
             misfits: [f64::INFINITY; LEVELS],
@@ -117,7 +119,7 @@ impl Continuation {
     fn begin(&mut self, level: u32) {
         self.level = level;
         self.steps = 0;
-        self.damping = FIRST_DAMPING;
+        self.damping = Damping::first(LEAST_DAMPING);
         self.assembled = false;
     }
 
@@ -146,7 +148,7 @@ impl Continuation {
         let room = compliance::room(problem.sought, &ranges, LONGEST_STEP);
         let mut damped = normal.clone();
         for i in 0..damped.unknowns() {
-            *damped.entry(i, i) *= 1.0 + self.damping;
+            *damped.entry(i, i) *= 1.0 + self.damping.value();
         }
         let step = least_within(&damped, &room);
         let predicted = normal.gain(&step);
@@ -159,21 +161,15 @@ impl Continuation {
         self.assemble(problem, experiments, trial);
         let gain = standing - trial.sum_of_squares();
         if gain > 0.0 {
-            // The damping follows the ratio of the gain to its prediction (Marquardt).
-            let factor = match gain / predicted {
-                agreement if agreement > 0.75 => 0.1,
-                agreement if agreement > 0.25 => 1.0,
-                _ => 4.0,
-            };
-            self.damping = (factor * self.damping).max(LEAST_DAMPING);
+            self.damping.follow(gain / predicted);
             normal.clone_from(trial);
         } else {
             self.coordinates = before;
-            self.damping *= 10.0;
+            self.damping.rise();
         }
         self.note(normal.sum_of_squares());
         let settled = gain > 0.0 && gain < NEGLIGIBLE * standing;
-        if settled || self.steps >= MAX_STEPS || self.damping > LAST_DAMPING {
+        if settled || self.steps >= MAX_STEPS || self.damping.value() > LAST_DAMPING {
             self.begin(self.level + 1);
         }
     }

@@ -395,7 +395,7 @@ impl<R: Rng> Identifier<R> {
         let Self { chain, measurement, bounds, sought, statics, descent, generator, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let next = || start::elsewhere(bounds, sought, generator);
-        if let Some(found) = descent.step(&problem, experiments, self.refinement.room(), next) {
+        if let Some(found) = descent.step(&problem, experiments, self.refinement.memory(), next) {
             self.refinement.restart_at(&found);
             self.found_by = FoundBy::Descent;
             self.phase = Phase::Refining;

@@ -1,150 +1,90 @@
-//! The normal equations of all that a fit rests on: records, static tests, priors, and what is retired.
+//! The objective of a refinement: the sum of squares of records, static tests, priors, and what is retired.
 
-use super::batch::Bins;
-use super::equations::{Assembly, Unknowns};
-use super::residuals::Residuals;
-use super::seam::{MAX_SEAM, Seam};
+use super::equations::Unknowns;
+use super::objective::Objective;
+use super::record::Workspace;
+use super::retired::RetiredInformation;
 use super::statics::Statics;
 use super::summary::Summary;
-use super::{Problem, Refinement};
+use super::{PARAMETERS, ParameterNormal, Problem};
 use crate::chain::linearise::LinearisationError;
-use crate::receptance::Terms;
+use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 
-/// What a seam's unknowns cost, as a part of what they explain: with many joints some hardly differ in the band,
-/// and would grow without bound against each other.
-const SMALL_SEAM: f64 = 1e-11;
+/// All that a fit rests on. The seams of the records are fitted at every point.
+pub(super) struct RecordsObjective<'a, const B: usize> {
+    pub(super) problem: &'a Problem<'a>,
+    pub(super) experiments: &'a [Experiment<B>],
+    pub(super) retired: &'a RetiredInformation,
+    pub(super) workspace: &'a mut Workspace,
+}
 
-impl Refinement {
-    /// Finds the seams that fit best at the parameters. Returns the sum of squares that remains, infinite where gravity leaves
-    /// the robot no equilibrium.
-    pub(super) fn fit_seams<const B: usize>(
+impl<const B: usize> Objective<Coordinates, PARAMETERS> for RecordsObjective<'_, B> {
+    type Error = LinearisationError;
+
+    fn cost(&mut self, coordinates: &Coordinates) -> f64 {
+        self.fit_seams(coordinates) + self.beside(coordinates)
+    }
+
+    fn linearise(
         &mut self,
-        problem: &Problem<'_>,
-        experiments: &[Experiment<B>],
-    ) -> f64 {
-        self.seams.clear();
+        coordinates: &Coordinates,
+        normal: &mut ParameterNormal,
+    ) -> Result<(), LinearisationError> {
+        self.assemble(coordinates, normal).map(drop)
+    }
+}
+
+impl<const B: usize> RecordsObjective<'_, B> {
+    /// Finds the seams that fit best. Returns the sum of squares that remains, infinite where gravity leaves the robot no
+    /// equilibrium.
+    pub(super) fn fit_seams(&mut self, coordinates: &Coordinates) -> f64 {
+        self.workspace.seams.clear();
         let mut sum_of_squares = 0.0;
-        for experiment in experiments {
-            let Ok((seam, remaining)) = self.fit_seam(problem, experiment) else {
-                return f64::INFINITY;
-            };
-            // A record for which there is no place is fitted again.
-            let _ = self.seams.push(seam);
+        for experiment in self.experiments {
+            let fitted = self.workspace.fit_seam(self.problem, coordinates, experiment);
+            let Ok((seam, remaining)) = fitted else { return f64::INFINITY };
+            // A seam for which there is no room is fitted again.
+            let _ = self.workspace.seams.push(seam);
             sum_of_squares += remaining;
         }
         sum_of_squares
     }
 
-    /// The seam that fits a record best at the parameters, and the sum of squares that remains.
-    pub(super) fn fit_seam<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiment: &Experiment<B>,
-    ) -> Result<(Seam, f64), LinearisationError> {
-        let joints = problem.chain.joints().len();
-        self.run(problem, experiment, &Seam::default(), Unknowns::Seam)?;
-        let seam = problem.seam_unknowns();
-        let normal = &mut self.record;
-        normal.prefer_small(&[0.0; MAX_SEAM][..seam], SMALL_SEAM);
-        normal.eliminate(seam);
-        let mut solution = [0.0; MAX_SEAM];
-        normal.substitute(seam, &mut solution);
-        Ok((Seam::from_solution(&solution[..seam], joints), normal.sum_of_squares()))
-    }
-
     /// Sum of squares of what is known beside the records that are kept: priors, static tests and retired records.
-    pub(super) fn beside(&self, problem: &Problem<'_>) -> f64 {
-        let priors = problem.sought.priors(&self.coordinates).map(|(_, value)| value * value);
+    fn beside(&self, coordinates: &Coordinates) -> f64 {
+        let sought = self.problem.sought;
+        let priors = sought.priors(coordinates).map(|(_, value)| value * value);
         priors.sum::<f64>()
-            + self.statics(problem).sum_of_squares()
-            + self.retired.sum_of_squares(&problem.sought.values(&self.coordinates))
+            + Statics::at(self.problem, coordinates).sum_of_squares()
+            + self.retired.sum_of_squares(&sought.values(coordinates))
     }
 
-    pub(super) fn statics<'a>(&self, problem: &'a Problem<'a>) -> Statics<'a> {
-        let sought = problem.sought;
-        Statics { problem, bushings: self.bushings(sought), calibration: self.calibration(sought) }
-    }
-
-    /// The normal equations of all unknowns, with the seams that [`Refinement::fit_seams`] has found at the same parameters.
-    pub(super) fn assemble<const B: usize>(
+    /// The normal equations of all unknowns, with the seams that [`RecordsObjective::fit_seams`] has found at the same
+    /// coordinates.
+    pub(super) fn assemble(
         &mut self,
-        problem: &Problem<'_>,
-        experiments: &[Experiment<B>],
+        coordinates: &Coordinates,
+        normal: &mut ParameterNormal,
     ) -> Result<Summary, LinearisationError> {
-        let mut total = self.normal.clone();
-        total.reset(problem.sought.unknowns());
+        let Self { problem, experiments, retired, workspace } = self;
+        normal.reset(problem.sought.unknowns());
         let mut summary = Summary::default();
         for (index, experiment) in experiments.iter().enumerate() {
-            let seam = match self.seams.get(index) {
+            let seam = match workspace.seams.get(index) {
                 Some(seam) => *seam,
-                None => self.fit_seam(problem, experiment)?.0,
+                None => workspace.fit_seam(problem, coordinates, experiment)?.0,
             };
-            summary.push(&self.assemble_record(problem, experiment, &seam, Unknowns::All)?);
-            total.add_complement(&self.record, problem.seam_unknowns());
+            let residuals =
+                workspace.assemble(problem, coordinates, experiment, &seam, Unknowns::All)?;
+            summary.push(&residuals);
+            normal.add_complement(&workspace.record, problem.seam_unknowns());
         }
-        for (unknown, value) in problem.sought.priors(&self.coordinates) {
-            total.add_prior(unknown, value);
+        for (unknown, value) in problem.sought.priors(coordinates) {
+            normal.add_prior(unknown, value);
         }
-        self.statics(problem).add_to(&mut total)?;
-        self.retired.add_to(&mut total, &problem.sought.values(&self.coordinates));
-        self.normal = total;
-        self.assembled = true;
+        Statics::at(problem, coordinates).add_to(normal)?;
+        retired.add_to(normal, &problem.sought.values(coordinates));
         Ok(summary)
-    }
-
-    /// The normal equations of one record at this seam, which is eliminated.
-    pub(super) fn assemble_record<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiment: &Experiment<B>,
-        seam: &Seam,
-        wanted: Unknowns,
-    ) -> Result<Residuals, LinearisationError> {
-        let joints = problem.chain.joints().len();
-        let residuals = self.run(problem, experiment, seam, wanted)?;
-        let unknowns = problem.seam_unknowns();
-        self.record.prefer_small(&seam.to_solution(joints)[..unknowns], SMALL_SEAM);
-        self.record.eliminate(unknowns);
-        Ok(residuals)
-    }
-
-    /// The normal equations of one record at its best seam, which is eliminated.
-    pub(super) fn assemble_fitted<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiment: &Experiment<B>,
-    ) -> Result<Residuals, LinearisationError> {
-        let (seam, _) = self.fit_seam(problem, experiment)?;
-        self.assemble_record(problem, experiment, &seam, Unknowns::All)
-    }
-
-    /// Fills the record's normal equations.
-    fn run<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiment: &Experiment<B>,
-        seam: &Seam,
-        unknowns: Unknowns,
-    ) -> Result<Residuals, LinearisationError> {
-        let Problem { measurement, sought, .. } = *problem;
-        let bushings = self.bushings(sought);
-        let calibration = self.calibration(sought);
-        let linear = problem.linearise(&experiment.pose, &bushings, &calibration)?;
-        let mut terms = Terms::new(&linear, &bushings, &measurement.sensors(&calibration))?;
-        if sought.seeks_masses() {
-            terms = terms.with_masses();
-        }
-        let assembly = Assembly {
-            terms: &terms,
-            record: Bins::of(experiment),
-            seam,
-            sought,
-            calibration: &calibration,
-            unknowns,
-            normal: &mut self.record,
-            level: problem.level,
-        };
-        Ok(assembly.run())
     }
 }

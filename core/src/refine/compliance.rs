@@ -8,15 +8,13 @@
 //! c ← c (1 − a)     b ← b (1 + a_d − 2 a)     Δln k = −ln(1 − a)     Δln d = ln(1 + a_d − 2 a) + 2 Δln k
 //! ```
 
+use super::proposal::{Room, Step};
 use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
 /// Least that a step leaves of a compliance: what is linear ends somewhere.
 const LEAST_COMPLIANCE: f64 = 0.2;
 /// How much of b a step leaves, and to how much it raises it.
 const LOSS: [f64; 2] = [0.2, 5.0];
-
-/// How far each unknown may go, `[least, most]`, 0 between them.
-pub(crate) type Room = [[f64; 2]; MAX_UNKNOWNS];
 
 /// How far each unknown may go: a stiffness by the relative fall of its compliance, the others by their logarithms or
 /// nuisances by themselves. `ranges` are those of [`Sought::ranges`].
@@ -33,11 +31,7 @@ pub(crate) fn room(sought: &Sought, ranges: &[[f64; 3]; MAX_UNKNOWNS], longest: 
 }
 
 /// The step of the logarithms that a step of the linearised problem is, within `ranges`.
-pub(crate) fn logarithms(
-    sought: &Sought,
-    ranges: &[[f64; 3]; MAX_UNKNOWNS],
-    step: &[f64; MAX_UNKNOWNS],
-) -> [f64; MAX_UNKNOWNS] {
+pub(crate) fn logarithms(sought: &Sought, ranges: &[[f64; 3]; MAX_UNKNOWNS], step: &Step) -> Step {
     let mut moved = *step;
     for unknown in 0..sought.unknowns() {
         let [value, lower, upper] = ranges[unknown];

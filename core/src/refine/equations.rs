@@ -8,12 +8,16 @@
 //!
 //! and the sum of squares that is left of both sensors is `rᴴ C⁻¹ r`, whose derivatives are those of `H F̂`. With those of `H F`
 //! the estimate would be biased: the noise in F is in r as well.
+//!
+//! As many bins as a vector has lanes pass through five steps: read, whiten, correct, rows, accumulate.
+
+use core::ops::Range;
 
 use fearless_simd::Level;
 
 use super::batch::{Batch, Bins, COLUMNS, spill};
 use super::residuals::Residuals;
-use super::rows::{Derivatives, write_seam};
+use super::rows::{Derivatives, Rows, write_seam};
 use super::seam::{MAX_SEAM, Seam, unknowns};
 use super::whitening::Whitening;
 use crate::calibration::Calibration;
@@ -27,6 +31,11 @@ use crate::{DOF, MAX_JOINTS};
 
 /// Normal equations of one record.
 pub(super) type RecordNormal = Normal<{ packed(MAX_SEAM + MAX_UNKNOWNS + 1) }>;
+
+/// Real and imaginary part along each axis of the accelerometer.
+type Reading = [[f64; 2]; 3];
+/// Reading `[row]` per force `[column]`.
+type Accelerance = [[Complex<f64>; 3]; 3];
 
 /// What an assembly is to find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,112 +74,183 @@ impl Kernel<f64> for Assembly<'_> {
     type Output = Residuals;
 
     #[inline(always)]
-    fn run<V: Lanes<Scalar = f64>>(self, like: V) -> Residuals {
-        let Self { terms, record, seam, sought, calibration, unknowns: wanted, normal, level } =
-            self;
-        let joints = terms.joints.len();
-        let seam_columns = unknowns(joints, terms.feels_gravity());
-        let all = wanted != Unknowns::Seam;
-        let columns = seam_columns + if all { sought.unknowns() } else { 0 };
-        let derivatives = Derivatives::new(sought, calibration, seam_columns);
-        normal.reset(columns);
-        let bins = record.bins();
+    fn run<V: Lanes<Scalar = f64>>(mut self, like: V) -> Residuals {
+        let bins = self.record.bins();
+        let columns = self.columns();
+        let derivatives = Derivatives::new(self.sought, self.calibration, self.seam_columns());
+        self.normal.reset(columns);
         let mut residuals = Residuals::new(bins);
-        let gain = &calibration.force_gain;
+        let mut response = Response::new(like);
         let mut rows = V::each([[0.0; COLUMNS]; 6]);
         let rows = rows.as_mut();
-        let mut loads = [[Complex::zero(like); DOF]; MAX_JOINTS];
-        let mut response = Response::new(like);
         for first in (0..bins).step_by(V::WIDTH) {
-            let lanes = V::WIDTH.min(bins - first);
-            let mut batch = Batch::new(like, &record, gain, first);
-            if all {
-                seam_loads(seam, batch.inverse_s, joints, &mut loads);
-            }
-            response.read(terms, batch.s, &batch.force, all.then_some(&loads));
-
-            let mut unexplained = [[[0.0; 2]; 3]; WIDEST];
-            let mut weights = [Whitening::default(); WIDEST];
-            let mut force_error = [[[0.0; WIDEST]; 2]; 3];
-            let reading = response.observed.map(spill);
-            let mut accelerance = [[[[0.0; WIDEST]; 2]; 3]; 3];
-            for (spilled, row) in accelerance.iter_mut().zip(&response.per_force) {
-                *spilled = row.map(spill);
-            }
-            for lane in 0..lanes {
-                let measured = record.measured(first + lane);
-                for axis in 0..3 {
-                    let jump = seam.jump(axis, &batch.powers[lane]);
-                    for part in 0..2 {
-                        unexplained[lane][axis][part] =
-                            measured[axis][part] - reading[axis][part][lane] - jump[part];
-                    }
-                }
-                let at = |z: &[[f64; WIDEST]; 2]| Complex { re: z[0][lane], im: z[1][lane] };
-                let accelerance = accelerance.each_ref().map(|row| row.each_ref().map(at));
-                let [force_noise, acceleration_noise] = record.noise(gain, first + lane);
-                weights[lane] = Whitening::new(&acceleration_noise, &force_noise, &accelerance);
-                if wanted == Unknowns::All {
-                    let errors =
-                        weights[lane].force_error(&force_noise, &accelerance, &unexplained[lane]);
-                    for (axis, error) in errors.into_iter().enumerate() {
-                        force_error[axis][0][lane] = error.re;
-                        force_error[axis][1][lane] = error.im;
-                    }
-                }
-            }
-
-            let mut better = [Complex::zero(like); 3];
-            for axis in 0..3 {
-                let [re, im] = &force_error[axis];
-                better[axis] = Complex::new(like.load(re), like.load(im));
-                batch.force[axis] = batch.force[axis] + better[axis];
-            }
-            response.elongate(terms, batch.s, all.then_some(&better));
-            write_seam(rows, &response, &batch, joints);
-            if all {
-                derivatives.write(rows, &response, terms, &batch);
-            }
-            for lane in 0..lanes {
-                let rows = &mut rows[lane];
-                for axis in 0..3 {
-                    for part in 0..2 {
-                        rows[2 * axis + part][columns] = unexplained[lane][axis][part];
-                    }
-                }
-                weights[lane].apply(rows, columns + 1);
-                if !all {
-                    continue;
-                }
-                let white = [0, 2, 4].map(|row| [rows[row][columns], rows[row + 1][columns]]);
-                let measured = record.measured(first + lane);
-                let mut model = measured;
-                for axis in 0..3 {
-                    for part in 0..2 {
-                        model[axis][part] -= unexplained[lane][axis][part];
-                    }
-                }
-                residuals.take(&measured, &model, &white);
-            }
-            normal.add_all(level, rows[..lanes].as_flattened());
+            let lanes = first..bins.min(first + V::WIDTH);
+            let mut batch = Batch::new(like, &self.record, &self.calibration.force_gain, first);
+            let unexplained = self.read(&mut response, &batch, lanes.clone());
+            let accelerance = by_lane(&response.per_force);
+            let weights = self.whiten(&accelerance, lanes.clone());
+            let error = self.correct(like, &weights, &accelerance, &unexplained, lanes.clone());
+            self.rows(rows, &mut response, &derivatives, &mut batch, &error);
+            self.accumulate(rows, &weights, &unexplained, lanes, &mut residuals);
         }
         residuals
     }
 }
 
-/// What the seam loads every bushing with: impulses, and steps by `1/s`.
-#[inline(always)]
-fn seam_loads<V: Lanes<Scalar = f64>>(
-    seam: &Seam,
-    inverse_s: Complex<V>,
-    joints: usize,
-    loads: &mut PerDof<V>,
-) {
-    let like = inverse_s.im;
-    for joint in 0..joints {
-        for dof in 0..DOF {
-            let step = inverse_s.im * like.fill(seam.step[joint][dof]);
-            loads[joint][dof] = Complex::new(like.fill(seam.impulse[joint][dof]), step);
+impl Assembly<'_> {
+    fn seam_columns(&self) -> usize {
+        unknowns(self.terms.joints.len(), self.terms.feels_gravity())
+    }
+
+    /// Unknowns, and the column of the residual behind theirs.
+    fn columns(&self) -> usize {
+        self.seam_columns() + if self.has_all() { self.sought.unknowns() } else { 0 }
+    }
+
+    fn has_all(&self) -> bool {
+        self.unknowns != Unknowns::Seam
+    }
+
+    /// Evaluates the model, and returns what it leaves of the measured acceleration: `r = A − H F − …`.
+    #[inline(always)]
+    fn read<V: Lanes<Scalar = f64>>(
+        &self,
+        response: &mut Response<V>,
+        batch: &Batch<V>,
+        lanes: Range<usize>,
+    ) -> [Reading; WIDEST] {
+        // The seam alone is found from zero. For the other unknowns, q must contain it.
+        let loads = self.has_all().then(|| seam_loads(self.seam, batch.inverse_s));
+        response.read(self.terms, batch.s, &batch.force, loads.as_ref());
+        let modelled = response.observed.map(spill);
+        let mut unexplained = [[[0.0; 2]; 3]; WIDEST];
+        for (lane, bin) in lanes.enumerate() {
+            let measured = self.record.measured(bin);
+            for axis in 0..3 {
+                let jump = self.seam.jump(axis, &batch.powers[lane]);
+                for part in 0..2 {
+                    unexplained[lane][axis][part] =
+                        measured[axis][part] - modelled[axis][part][lane] - jump[part];
+                }
+            }
+        }
+        unexplained
+    }
+
+    /// What makes the residual of each bin white: `C^(−1/2)`.
+    #[inline(always)]
+    fn whiten(
+        &self,
+        accelerance: &[Accelerance; WIDEST],
+        lanes: Range<usize>,
+    ) -> [Whitening; WIDEST] {
+        let mut weights = [Whitening::default(); WIDEST];
+        for (lane, bin) in lanes.enumerate() {
+            let [force, acceleration] = self.record.noise(&self.calibration.force_gain, bin);
+            weights[lane] = Whitening::new(&acceleration, &force, &accelerance[lane]);
+        }
+        weights
+    }
+
+    /// Most likely error of the force, `F̂ − F`. It counts as zero for the seam alone, and where no acceleration was measured.
+    #[inline(always)]
+    fn correct<V: Lanes<Scalar = f64>>(
+        &self,
+        like: V,
+        weights: &[Whitening; WIDEST],
+        accelerance: &[Accelerance; WIDEST],
+        unexplained: &[Reading; WIDEST],
+        lanes: Range<usize>,
+    ) -> [Complex<V>; 3] {
+        if self.unknowns != Unknowns::All {
+            return [Complex::zero(like); 3];
+        }
+        let mut errors = [[[0.0; WIDEST]; 2]; 3];
+        for (lane, bin) in lanes.enumerate() {
+            let [force, _] = self.record.noise(&self.calibration.force_gain, bin);
+            let error = weights[lane].force_error(&force, &accelerance[lane], &unexplained[lane]);
+            for (axis, error) in error.into_iter().enumerate() {
+                errors[axis][0][lane] = error.re;
+                errors[axis][1][lane] = error.im;
+            }
+        }
+        errors.map(|[re, im]| Complex::new(like.load(&re), like.load(&im)))
+    }
+
+    /// Writes the derivatives of the reading at the corrected force.
+    #[inline(always)]
+    fn rows<V: Lanes<Scalar = f64>>(
+        &self,
+        rows: &mut [Rows],
+        response: &mut Response<V>,
+        derivatives: &Derivatives<'_>,
+        batch: &mut Batch<V>,
+        error: &[Complex<V>; 3],
+    ) {
+        for axis in 0..3 {
+            batch.force[axis] = batch.force[axis] + error[axis];
+        }
+        response.elongate(self.terms, batch.s, self.has_all().then_some(error));
+        write_seam(rows, response, batch, self.terms.joints.len());
+        if self.has_all() {
+            derivatives.write(rows, response, self.terms, batch);
         }
     }
+
+    /// Adds the whitened rows, the residual in their last column, to the normal equations.
+    #[inline(always)]
+    fn accumulate(
+        &mut self,
+        rows: &mut [Rows],
+        weights: &[Whitening; WIDEST],
+        unexplained: &[Reading; WIDEST],
+        lanes: Range<usize>,
+        residuals: &mut Residuals,
+    ) {
+        let columns = self.columns();
+        let rows = &mut rows[..lanes.len()];
+        for (lane, bin) in lanes.enumerate() {
+            let (rows, unexplained) = (&mut rows[lane], &unexplained[lane]);
+            for (row, value) in rows.iter_mut().zip(unexplained.as_flattened()) {
+                row[columns] = *value;
+            }
+            weights[lane].apply(rows, columns + 1);
+            if self.has_all() {
+                let white = [0, 2, 4].map(|row| [rows[row][columns], rows[row + 1][columns]]);
+                let measured = self.record.measured(bin);
+                let mut model = measured;
+                for axis in 0..3 {
+                    for part in 0..2 {
+                        model[axis][part] -= unexplained[axis][part];
+                    }
+                }
+                residuals.take(&measured, &model, &white);
+            }
+        }
+        self.normal.add_all(self.level, rows.as_flattened());
+    }
+}
+
+/// Accelerances, lane by lane.
+#[inline(always)]
+fn by_lane<V: Lanes<Scalar = f64>>(accelerance: &[[Complex<V>; 3]; 3]) -> [Accelerance; WIDEST] {
+    let spilled = accelerance.map(|row| row.map(spill));
+    core::array::from_fn(|lane| {
+        let at = |[re, im]: &[[f64; WIDEST]; 2]| Complex { re: re[lane], im: im[lane] };
+        spilled.each_ref().map(|row| row.each_ref().map(at))
+    })
+}
+
+/// Loads of the seam on every bushing: impulses, and steps by `1/s`.
+#[inline(always)]
+fn seam_loads<V: Lanes<Scalar = f64>>(seam: &Seam, inverse_s: Complex<V>) -> PerDof<V> {
+    let like = inverse_s.im;
+    let mut loads = [[Complex::zero(like); DOF]; MAX_JOINTS];
+    for (joint, loads) in loads.iter_mut().enumerate() {
+        for (dof, load) in loads.iter_mut().enumerate() {
+            let step = inverse_s.im * like.fill(seam.step[joint][dof]);
+            *load = Complex::new(like.fill(seam.impulse[joint][dof]), step);
+        }
+    }
+    loads
 }

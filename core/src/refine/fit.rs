@@ -2,7 +2,11 @@
 
 use core::f64::consts::TAU;
 
+use super::assembly::RecordsObjective;
+use super::objective::Domain as _;
+use super::proposal::propose;
 use super::residuals::Agreement;
+use super::statics::Statics;
 use super::summary::Summary;
 use super::{ParameterNormal, Problem, Refinement};
 use crate::parameters::{Bounds, End, MAX_PARAMETERS};
@@ -67,16 +71,21 @@ impl Refinement {
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
     ) -> Fit {
-        let static_sum_of_squares = self.statics(problem).sum_of_squares();
-        self.fit_seams(problem, experiments);
-        let (summary, objective) = match self.assemble(problem, experiments) {
-            Ok(summary) => (summary, self.normal.sum_of_squares()),
+        let static_sum_of_squares = Statics::at(problem, &self.coordinates).sum_of_squares();
+        let Self { coordinates, minimiser, workspace, retired, .. } = self;
+        let normal = &mut minimiser.normal;
+        let mut records = RecordsObjective { problem, experiments, retired, workspace };
+        records.fit_seams(coordinates);
+        let assembled = records.assemble(coordinates, normal);
+        minimiser.linearised = assembled.is_ok();
+        let (summary, objective) = match assembled {
+            Ok(summary) => (summary, normal.sum_of_squares()),
             Err(_) => {
-                self.normal.reset(problem.sought.unknowns());
+                normal.reset(problem.sought.unknowns());
                 (Summary::default(), f64::INFINITY)
             }
         };
-        let covariance = Covariance::of(&self.normal);
+        let covariance = Covariance::of(normal);
         let static_residuals = problem.statics.iter().map(|test| test.readings().count()).sum();
         let residuals = experiments.iter().map(|e| 6 * e.bins()).sum::<usize>();
         let priors = problem.sought.priors(&self.coordinates).count();
@@ -92,11 +101,15 @@ impl Refinement {
             static_residuals,
             degrees_of_freedom: residuals.saturating_sub(seams + determined) as f64,
             deviations: deviations(problem.sought, &covariance),
-            log_information: log_information(&self.normal, problem.sought, problem.bounds),
+            log_information: log_information(
+                &self.minimiser.normal,
+                problem.sought,
+                problem.bounds,
+            ),
             covariance,
             whiteness: summary.whiteness(),
             ssp: summary.similarities.median_and_largest(),
-            contradiction: self.retired.contradiction(&self.normal, &values),
+            contradiction: self.retired.contradiction(&self.minimiser.normal, &values),
         }
     }
 
@@ -107,7 +120,7 @@ impl Refinement {
     fn determined(&self, problem: &Problem<'_>) -> usize {
         let unknowns = problem.sought.unknowns();
         let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
-        let mut free = self.normal.clone();
+        let mut free = self.minimiser.normal.clone();
         for unknown in (0..unknowns).filter(|&unknown| lies_on_bound(&ranges[unknown])) {
             for other in 0..unknowns {
                 *free.entry(unknown.max(other), unknown.min(other)) = 0.0;
@@ -125,16 +138,15 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Agreement {
-        let standing = self.coordinates;
-        if self.assemble_fitted(problem, experiment).is_err() {
+        let Self { coordinates, minimiser, workspace, .. } = self;
+        if workspace.assemble_fitted(problem, coordinates, experiment).is_err() {
             return Agreement::default();
         }
-        let mut others = self.normal.clone();
-        others.subtract_complement(&self.record, problem.seam_unknowns());
-        let (step, _) = self.propose(problem, &others, 0.0);
-        self.advance(problem, &step);
-        let foretold = self.assemble_fitted(problem, experiment);
-        self.coordinates = standing;
+        let mut others = minimiser.normal.clone();
+        others.subtract_complement(&workspace.record, problem.seam_unknowns());
+        let (step, _) = propose(&others, &problem.room(coordinates), 0.0);
+        let without = problem.advance(coordinates, &step);
+        let foretold = workspace.assemble_fitted(problem, &without, experiment);
         foretold.map_or_else(|_| Agreement::default(), |it| it.agreement())
     }
 }

@@ -54,9 +54,7 @@ impl Information {
     ) -> Result<Self, LinearisationError> {
         let mut information = Self::none(problem.sought.unknowns());
         let coordinates = problem.sought.coordinates(bushings);
-        let calibration = problem.sought.calibration(&coordinates);
-        let bushings = problem.sought.bushings(&coordinates);
-        Statics { problem, bushings, calibration }.add_to(&mut information.normal)?;
+        Statics::at(problem, &coordinates).add_to(&mut information.normal)?;
         Ok(information)
     }
 

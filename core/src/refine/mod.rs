@@ -1,16 +1,29 @@
 //! Refinement: damped Gauss-Newton (Levenberg-Marquardt) in the logarithms of the parameters, with the exact
 //! gradient, every bin weighted by its noise, and the seam of every record projected out.
 //!
+//! | file                                                           | what                                                    |
+//! | -------------------------------------------------------------- | ------------------------------------------------------- |
+//! | `objective`, `levenberg_marquardt`, `damping`, `proposal`      | a minimisation within bounds; it knows of no robot      |
+//! | `compliance`                                                   | the steps of the logarithms                             |
+//! | `assembly`, `statics`, `retired`                               | the objective: all that a fit rests on                  |
+//! | `record`, `seam`                                               | one record, its seam projected out                      |
+//! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
+//! | `fit`, `summary`, `information`                                | what a fit tells                                        |
+//!
 //! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
 //! would lower the sum of squares by less than 1e-4: a hundredth of a standard deviation in all parameters together.
 
 mod assembly;
 mod batch;
 pub(crate) mod compliance;
+pub(crate) mod damping;
 mod equations;
 mod fit;
 mod information;
+mod levenberg_marquardt;
+mod objective;
 pub(crate) mod proposal;
+mod record;
 pub(crate) mod residuals;
 mod retired;
 mod rows;
@@ -28,30 +41,30 @@ use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 use crate::parameters::{Bounds, Bushings};
-use crate::search::MAX_EXPERIMENTS;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::StaticTest;
 use crate::verdict::{self, Direction, MAX_DIRECTIONS};
-use equations::{RecordNormal, Unknowns};
+use assembly::RecordsObjective;
+use equations::Unknowns;
 pub use fit::Fit;
 pub(crate) use fit::lies_on_bound;
 pub use information::Information;
+use levenberg_marquardt::LevenbergMarquardt;
+pub use levenberg_marquardt::Outcome;
+pub(crate) use levenberg_marquardt::Remaining;
+use objective::Domain;
+use proposal::{Room, Step};
+use record::Workspace;
 pub use residuals::Agreement;
 pub(crate) use retired::Retired;
 use retired::RetiredInformation;
 use seam::Seam;
 
-/// Predicted gain in the sum of squares (whose expectation is its degrees of freedom) that ends the refinement.
-const NEGLIGIBLE: f64 = 1e-4;
-/// First damping, relative to the information of each parameter.
-const FIRST_DAMPING: f64 = 1e-2;
-/// The damping at which nothing moves any more.
-const LAST_DAMPING: f64 = 1e8;
-/// How often a start without an equilibrium goes half the way to the stiffest robot: ten times leave a hundredth of six decades.
+/// Largest change of a parameter's logarithm in a step. Chosen: the linearisation hardly holds for a factor of e.
+const LONGEST_STEP: f64 = 1.0;
+/// How often a start without an equilibrium goes half the way to the stiffest robot. Chosen: ten times leave a hundredth of six decades.
 const MAX_STIFFENINGS: u32 = 10;
-/// Steps after which a refinement ends wherever it is.
-const MAX_ITERATIONS: u32 = 100;
 
 /// The inputs of a refinement.
 #[derive(Clone, Copy, Debug)]
@@ -92,46 +105,38 @@ impl Problem<'_> {
     }
 }
 
-/// How a refinement stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// Another step is worth while.
-    Improving,
-    /// No step would gain anything, however little it is damped.
-    Converged,
-    /// It has had its steps, or those that promise a gain are no good: it may not be at a minimum.
-    Exhausted,
-}
+/// Length of the normal equations of the unknowns.
+const PARAMETERS: usize = packed(MAX_UNKNOWNS + 1);
+pub(crate) type ParameterNormal = Normal<PARAMETERS>;
 
-/// The way to the minimum of the quadratic that the normal equations describe.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Remaining {
-    /// Of the unknowns.
-    pub(crate) step: [f64; MAX_UNKNOWNS],
-    /// By how much it would lower the sum of squares.
-    pub(crate) gain: f64,
-}
+/// Coordinates within the bounds, and steps along compliances.
+impl Domain for Problem<'_> {
+    type Point = Coordinates;
 
-pub(crate) type ParameterNormal = Normal<{ packed(MAX_UNKNOWNS + 1) }>;
+    fn room(&self, coordinates: &Coordinates) -> Room {
+        let ranges = self.sought.ranges(coordinates, self.bounds);
+        compliance::room(self.sought, &ranges, LONGEST_STEP)
+    }
+
+    fn advance(&self, coordinates: &Coordinates, step: &Step) -> Coordinates {
+        let ranges = self.sought.ranges(coordinates, self.bounds);
+        let moved = compliance::logarithms(self.sought, &ranges, step);
+        let mut advanced = *coordinates;
+        self.sought.advance(&mut advanced, &moved);
+        advanced
+    }
+}
 
 /// State of a refinement, in double precision.
 #[derive(Clone, Debug)]
 pub struct Refinement {
     coordinates: Coordinates,
-    /// Normal equations at `coordinates`, the seams projected out.
-    normal: ParameterNormal,
-    record: RecordNormal,
-    /// Seams of the records at the parameters that were tried last; of the first records, as many as there is room for.
-    seams: Vec<Seam, MAX_EXPERIMENTS>,
+    minimiser: LevenbergMarquardt<PARAMETERS>,
+    workspace: Workspace,
     /// Information of the retired records.
     retired: RetiredInformation,
     /// Information of retired records, put aside while the kept records are fitted without it.
     shelf: Option<RetiredInformation>,
-    assembled: bool,
-    damping: f64,
-    /// The last trial step was rejected; a less damped one goes further, and would be as well.
-    refused: bool,
-    iterations: u32,
 }
 
 impl Refinement {
@@ -139,15 +144,10 @@ impl Refinement {
     pub fn new(sought: &Sought, guess: &Bushings) -> Self {
         Self {
             coordinates: sought.coordinates(guess),
-            normal: Normal::new(),
-            record: Normal::new(),
-            seams: Vec::new(),
+            minimiser: LevenbergMarquardt::new(),
+            workspace: Workspace::new(),
             retired: RetiredInformation::none(sought.unknowns()),
             shelf: None,
-            assembled: false,
-            damping: FIRST_DAMPING,
-            refused: false,
-            iterations: 0,
         }
     }
 
@@ -159,15 +159,12 @@ impl Refinement {
     /// Starts anew from some coordinates.
     pub(crate) fn restart_at(&mut self, coordinates: &Coordinates) {
         self.coordinates = *coordinates;
-        self.assembled = false;
-        self.damping = FIRST_DAMPING;
-        self.refused = false;
-        self.iterations = 0;
+        self.minimiser.restart();
     }
 
     /// Steps tried since the start.
     pub fn iterations(&self) -> u32 {
-        self.iterations
+        self.minimiser.iterations
     }
 
     /// The parameters as they stand.
@@ -182,7 +179,7 @@ impl Refinement {
 
     /// The objective after the last step: sum of squares of residuals and priors. NaN before the first.
     pub(crate) fn objective(&self) -> f64 {
-        if self.assembled { self.normal.sum_of_squares() } else { f64::NAN }
+        if self.minimiser.linearised { self.minimiser.normal.sum_of_squares() } else { f64::NAN }
     }
 
     pub(crate) fn coordinates(&self) -> &Coordinates {
@@ -190,9 +187,9 @@ impl Refinement {
     }
 
     /// Lends the memory of the normal equations. The next step assembles its own anew.
-    pub(crate) fn room(&mut self) -> &mut ParameterNormal {
-        self.assembled = false;
-        &mut self.normal
+    pub(crate) fn memory(&mut self) -> &mut ParameterNormal {
+        self.minimiser.linearised = false;
+        &mut self.minimiser.normal
     }
 
     /// Combinations of the unknowns that the data determine badly, at the last [`Refinement::fit`]. A single undetermined unknown
@@ -201,7 +198,7 @@ impl Refinement {
         &self,
         asked: impl Fn(usize) -> bool,
     ) -> Vec<Direction, MAX_DIRECTIONS> {
-        verdict::weak_directions(&self.normal, asked)
+        verdict::weak_directions(&self.minimiser.normal, asked)
     }
 
     /// Tries one step, and keeps it if the sum of squares falls. A start that is too soft for gravity is made stiffer.
@@ -210,68 +207,23 @@ impl Refinement {
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
     ) -> Outcome {
-        if !self.assembled {
-            self.fit_seams(problem, experiments);
-            match self.assemble(problem, experiments) {
-                Ok(_) => {}
-                Err(LinearisationError::NoEquilibrium(_) | LinearisationError::QuarterTurn(_)) => {
-                    return self.stiffen(problem);
-                }
-                Err(_) => return Outcome::Exhausted,
+        let Self { coordinates, minimiser, workspace, retired, .. } = self;
+        let mut objective = RecordsObjective { problem, experiments, retired, workspace };
+        match minimiser.step(problem, &mut objective, coordinates) {
+            Ok(outcome) => outcome,
+            Err(LinearisationError::NoEquilibrium(_) | LinearisationError::QuarterTurn(_)) => {
+                self.stiffen(problem)
             }
+            Err(_) => Outcome::Exhausted,
         }
-        self.iterations += 1;
-        let before = self.coordinates;
-        let standing = self.normal.sum_of_squares();
-        let (step, predicted) = self.propose(problem, &self.normal, self.damping);
-        if predicted < NEGLIGIBLE {
-            // A damped step that gains nothing says little: what counts is the step without damping.
-            if self.remaining(problem).gain < NEGLIGIBLE {
-                return Outcome::Converged;
-            }
-            if self.refused {
-                return Outcome::Exhausted;
-            }
-            self.damping *= 0.1;
-            return self.unless_exhausted();
-        }
-        self.advance(problem, &step);
-        let reached = self.fit_seams(problem, experiments) + self.beside(problem);
-        if reached < standing {
-            let agreement = (standing - reached) / predicted;
-            self.damping *= if agreement > 0.75 {
-                0.1
-            } else if agreement > 0.25 {
-                1.0
-            } else {
-                4.0
-            };
-            self.damping = self.damping.max(1e-9);
-            self.refused = false;
-            if self.assemble(problem, experiments).is_err() {
-                return Outcome::Exhausted;
-            }
-        } else {
-            self.coordinates = before;
-            self.refused = true;
-            self.damping *= 10.0;
-        }
-        self.unless_exhausted()
-    }
-
-    /// Takes a step of the linearised problem.
-    fn advance(&mut self, problem: &Problem<'_>, step: &[f64; MAX_UNKNOWNS]) {
-        let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
-        let moved = compliance::logarithms(problem.sought, &ranges, step);
-        problem.sought.advance(&mut self.coordinates, &moved);
     }
 
     /// Moves half the way to the stiffest robot, by the logarithms: the step where gravity leaves no equilibrium.
     fn stiffen(&mut self, problem: &Problem<'_>) -> Outcome {
-        if self.iterations >= MAX_STIFFENINGS {
+        if self.minimiser.iterations >= MAX_STIFFENINGS {
             return Outcome::Exhausted;
         }
-        self.iterations += 1;
+        self.minimiser.iterations += 1;
         let sought = problem.sought;
         let ranges = sought.ranges(&self.coordinates, problem.bounds);
         let mut step = [0.0; MAX_UNKNOWNS];
@@ -286,8 +238,7 @@ impl Refinement {
 
     /// What a step without damping, within the bounds, would gain from where the last assembly was.
     pub(crate) fn remaining(&self, problem: &Problem<'_>) -> Remaining {
-        let (step, gain) = self.propose(problem, &self.normal, 0.0);
-        Remaining { step, gain }
+        self.minimiser.remaining(problem, &self.coordinates)
     }
 
     /// How far other coordinates lie from these: `Δθᵀ N Δθ`, the information N that of the last assembly. The square of a
@@ -295,15 +246,7 @@ impl Refinement {
     pub(crate) fn distance(&self, sought: &Sought, other: &Coordinates) -> f64 {
         let (own, other) = (sought.values(&self.coordinates), sought.values(other));
         let apart: [f64; MAX_UNKNOWNS] = core::array::from_fn(|i| own[i] - other[i]);
-        self.normal.quadratic(&apart)
-    }
-
-    fn unless_exhausted(&self) -> Outcome {
-        if self.damping > LAST_DAMPING || self.iterations >= MAX_ITERATIONS {
-            Outcome::Exhausted
-        } else {
-            Outcome::Improving
-        }
+        self.minimiser.normal.quadratic(&apart)
     }
 
     /// Adds the information of a record that will not be kept to that of the retired ones, linearised at the present parameters.
@@ -316,11 +259,10 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<(), LinearisationError> {
-        self.assemble_fitted(problem, experiment)?;
+        self.workspace.assemble_fitted(problem, &self.coordinates, experiment)?;
         let values = problem.sought.values(&self.coordinates);
-        let seam = problem.seam_unknowns();
-        self.retired.take(&self.record, seam, &values);
-        self.assembled = false;
+        self.retired.take(&self.workspace.record, problem.seam_unknowns(), &values);
+        self.minimiser.linearised = false;
         Ok(())
     }
 
@@ -346,7 +288,7 @@ impl Refinement {
     pub(crate) fn shelve(&mut self, sought: &Sought) {
         let none = RetiredInformation::none(sought.unknowns());
         self.shelf = Some(core::mem::replace(&mut self.retired, none));
-        self.assembled = false;
+        self.minimiser.linearised = false;
     }
 
     /// Takes back the retired records that were put aside, or drops them; returns how many were dropped.
@@ -354,7 +296,7 @@ impl Refinement {
         match self.shelf.take() {
             Some(shelved) if take_back => {
                 self.retired = shelved;
-                self.assembled = false;
+                self.minimiser.linearised = false;
                 0
             }
             shelved => shelved.map_or(0, |shelved| shelved.records()),
@@ -377,7 +319,7 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        let (seam, _) = self.fit_seam(problem, experiment)?;
+        let (seam, _) = self.workspace.fit_seam(problem, &self.coordinates, experiment)?;
         self.information_at(problem, experiment, &seam)
     }
 
@@ -401,9 +343,9 @@ impl Refinement {
         experiment: &Experiment<B>,
         seam: &Seam,
     ) -> Result<Information, LinearisationError> {
-        self.assemble_record(problem, experiment, seam, Unknowns::Foretold)?;
-        let seam = problem.seam_unknowns();
-        Ok(Information::of_complement(&self.record, seam, problem.sought))
+        let Self { coordinates, workspace, .. } = self;
+        workspace.assemble(problem, coordinates, experiment, seam, Unknowns::Foretold)?;
+        Ok(Information::of_complement(&workspace.record, problem.seam_unknowns(), problem.sought))
     }
 }
 

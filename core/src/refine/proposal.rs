@@ -1,48 +1,46 @@
-//! A step: damped, within the bounds, and not too far.
+//! A step: damped, and within a box.
 //!
-//! The damped sum of squares is a strictly convex quadratic of the step, and the step is its least point in the box that
-//! the bounds and the longest step make. An active-set method finds it, from the standing point on (Stark and Parker,
-//! "Bounded-variable least-squares: an algorithm and applications", 1995): unknowns that meet an end of the box are held
-//! there, and released when the gradient points back inside. Every round lowers the quadratic, so that the gain it
-//! promises is never negative.
+//! The damped sum of squares is a strictly convex quadratic of the step, and the step is its least point in the box. An active-set
+//! method finds it, from the standing point on (Stark and Parker, "Bounded-variable least-squares: an algorithm and applications",
+//! 1995): unknowns that meet an end of the box are held there, and released when the gradient points back inside. Every round lowers
+//! the quadratic, so that the gain it promises is never negative.
 
-use super::compliance::{self, Room};
-use super::{ParameterNormal, Problem, Refinement};
 use crate::linear::normal::Normal;
 use crate::sought::MAX_UNKNOWNS;
 
-/// A step may not change a parameter by more than this factor's logarithm.
-const LONGEST_STEP: f64 = 1.0;
-/// Information per parameter that damping starts from, so that an unobserved one stays put.
+/// Change of each unknown.
+pub(crate) type Step = [f64; MAX_UNKNOWNS];
+/// Box of a step: how far each unknown may go, `[least, most]`, 0 between them.
+pub(crate) type Room = [[f64; 2]; MAX_UNKNOWNS];
+
+/// Information that each unknown is given beside that of the data, so that an undetermined one stays put. Chosen: that of a
+/// standard deviation of 1000, which no determined logarithm nears.
 const FLOOR: f64 = 1e-6;
-/// An unknown is released from its end of the box only for more gain than this: a hundred unknowns that stay held
-/// cost less than a hundredth of the gain that ends a refinement.
+/// Gain for which an unknown is released from its end of the box. Chosen: a hundred unknowns that stay held cost less than a
+/// hundredth of the gain that ends a refinement.
 const WORTH_RELEASING: f64 = 1e-8;
-/// Rounds after which the search of the box ends wherever it is. Most unknowns are held once and never released.
+/// Rounds after which the search of the box ends wherever it is. Chosen: most unknowns are held once and never released.
 const MAX_ROUNDS: usize = 4 * MAX_UNKNOWNS;
 
-impl Refinement {
-    /// The damped step within the bounds, and the gain it promises: at least 0.
-    pub(super) fn propose(
-        &self,
-        problem: &Problem<'_>,
-        normal: &ParameterNormal,
-        damping: f64,
-    ) -> ([f64; MAX_UNKNOWNS], f64) {
-        let mut damped = normal.clone();
-        for i in 0..normal.unknowns() {
-            let diagonal = damped.entry(i, i);
-            *diagonal += damping * (*diagonal + FLOOR) + FLOOR;
-        }
-        let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
-        let room = compliance::room(problem.sought, &ranges, LONGEST_STEP);
-        let step = least_within(&damped, &room);
-        (step, normal.gain(&step))
+/// The damped step in the box, and the gain it promises: at least 0.
+// A copy of normal equations is large: inlined, it would take room on the stack of the caller.
+#[inline(never)]
+pub(super) fn propose<const L: usize>(
+    normal: &Normal<L>,
+    room: &Room,
+    damping: f64,
+) -> (Step, f64) {
+    let mut damped = normal.clone();
+    for i in 0..normal.unknowns() {
+        let diagonal = damped.entry(i, i);
+        *diagonal += damping * (*diagonal + FLOOR) + FLOOR;
     }
+    let step = least_within(&damped, room);
+    (step, normal.gain(&step))
 }
 
 /// The step in the box that gains most.
-pub(crate) fn least_within<const L: usize>(normal: &Normal<L>, room: &Room) -> [f64; MAX_UNKNOWNS] {
+pub(crate) fn least_within<const L: usize>(normal: &Normal<L>, room: &Room) -> Step {
     let unknowns = normal.unknowns();
     let mut step = [0.0; MAX_UNKNOWNS];
     let mut held: [bool; MAX_UNKNOWNS] =
@@ -91,9 +89,9 @@ fn has_way(slope: f64, step: f64, [least, most]: [f64; 2]) -> bool {
 /// The step that gains most while the unknowns that are `held` stay where they are.
 fn solve_beside<const L: usize>(
     normal: &Normal<L>,
-    step: &[f64; MAX_UNKNOWNS],
+    step: &Step,
     held: &[bool; MAX_UNKNOWNS],
-) -> [f64; MAX_UNKNOWNS] {
+) -> Step {
     let unknowns = normal.unknowns();
     let put: [Option<f64>; MAX_UNKNOWNS] = core::array::from_fn(|i| held[i].then_some(step[i]));
     let mut pinned = normal.clone();

@@ -11,8 +11,8 @@ use crate::receptance::lanes::Lanes;
 use crate::receptance::{Complex, Response, Terms};
 use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
-/// Of one lane.
-type Rows = [[f64; COLUMNS]; 6];
+/// Rows of one lane.
+pub(super) type Rows = [[f64; COLUMNS]; 6];
 
 #[inline(always)]
 pub(super) fn write_seam<V: Lanes<Scalar = f64>>(

@@ -5,7 +5,7 @@ use crate::DOF;
 use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;
 use crate::parameters::Bushings;
-use crate::sought::{Coordinate, MAX_UNKNOWNS};
+use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS};
 use crate::statics::{Deflection, StaticTest};
 
 /// Unknowns and residual.
@@ -13,12 +13,20 @@ const COLUMNS: usize = MAX_UNKNOWNS + 1;
 
 /// The static tests of a problem, where the parameters stand.
 pub(super) struct Statics<'a> {
-    pub(super) problem: &'a Problem<'a>,
-    pub(super) bushings: Bushings,
-    pub(super) calibration: Calibration,
+    problem: &'a Problem<'a>,
+    bushings: Bushings,
+    calibration: Calibration,
 }
 
-impl Statics<'_> {
+impl<'a> Statics<'a> {
+    /// Of a problem, at these coordinates.
+    pub(super) fn at(problem: &'a Problem<'a>, coordinates: &Coordinates) -> Self {
+        let sought = problem.sought;
+        let (bushings, calibration) =
+            (sought.bushings(coordinates), sought.calibration(coordinates));
+        Self { problem, bushings, calibration }
+    }
+
     /// Sum of squares of the residuals, each in its standard deviations; infinite where the robot has no equilibrium.
     pub(super) fn sum_of_squares(&self) -> f64 {
         let squares = |test: &StaticTest| {

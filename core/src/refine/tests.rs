@@ -9,11 +9,13 @@ use proptest::test_runner::RngSeed;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng as _;
 
+use super::objective::Objective as _;
 use super::*;
 use crate::calibration::Nuisances;
 use crate::chain::{Joint, JointKind, Link};
 use crate::mounting::Mounting;
 use crate::parameters::Bushing;
+use crate::search::MAX_EXPERIMENTS;
 use crate::sensors::Accelerometer;
 use crate::sought::Coordinate;
 use crate::stream::Record;
@@ -126,17 +128,23 @@ proptest! {
         let experiments = [experiment.unwrap()];
         let (bounds, sought) = (bounds(), sought());
         let problem = problem(&chain, &measurement, &bounds, &sought);
-        let mut refinement = Refinement::new(&sought, &bushings());
-        let start = *refinement.coordinates();
+        let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
+        let mut objective = RecordsObjective {
+            problem: &problem,
+            experiments: &experiments,
+            retired: &retired,
+            workspace: &mut workspace,
+        };
+        let start = sought.coordinates(&bushings());
         let mut at = |unknown: usize, by: f64| {
             let mut step = [0.0; MAX_UNKNOWNS];
             step[unknown] = by;
             let mut moved = start;
             sought.advance(&mut moved, &step);
-            refinement.restart_at(&moved);
-            let sum_of_squares = refinement.fit_seams(&problem, &experiments) + refinement.beside(&problem);
-            refinement.assemble(&problem, &experiments).unwrap();
-            (sum_of_squares, refinement.normal.clone())
+            let sum_of_squares = objective.cost(&moved);
+            let mut normal = Normal::new();
+            objective.linearise(&moved, &mut normal).unwrap();
+            (sum_of_squares, normal)
         };
         let (standing, normal) = at(0, 0.0);
         // The normal equations know the sum of squares that they are the expansion of.
@@ -152,44 +160,6 @@ proptest! {
             prop_assert!((ours - numeric).abs() < 1e-4 * size, "{name:?}: {ours} {numeric}, of {size}");
         }
     }
-}
-
-/// Two unknowns that the data hardly tell apart: a damped step along their difference gains next to nothing, and yet a
-/// quarter of a standard deviation is left to the minimum.
-#[test]
-fn a_damped_step_that_gains_nothing_is_no_end() {
-    let (chain, sought) = (chain(), sought());
-    let measurement = Measurement {
-        band_hz: [5.0, 60.0],
-        gravity: [0.0; 3],
-        accelerometer: Accelerometer::Inertial,
-        mounting: Mounting::AT_TCP,
-    };
-    let bounds = bounds();
-    let problem = problem(&chain, &measurement, &bounds, &sought);
-    let outcome = |way: f64, refused: bool| {
-        let mut refinement = Refinement::new(&sought, &bushings());
-        refinement.normal.reset(sought.unknowns());
-        let last = sought.unknowns();
-        // N = [[1e8, 1e8 - 1], [1e8 - 1, 1e8]], and g = N x with x along the difference.
-        for (i, j, entry) in
-            [(0, 0, 1e8), (1, 0, 1e8 - 1.0), (1, 1, 1e8), (last, 0, way), (last, 1, -way)]
-        {
-            *refinement.normal.entry(i, j) = entry;
-        }
-        (refinement.assembled, refinement.refused) = (true, refused);
-        let (_, damped) = refinement.propose(&problem, &refinement.normal, refinement.damping);
-        assert!(damped < NEGLIGIBLE, "{damped}");
-        let left = refinement.remaining(&problem).gain;
-        assert!((left - 2.0 * way * way).abs() < 1e-6, "{left}");
-        let none: &[Experiment<BINS>] = &[];
-        (refinement.step(&problem, none), refinement.damping)
-    };
-    assert_eq!(outcome(0.18, false), (Outcome::Improving, 0.1 * FIRST_DAMPING));
-    // Steps that go further have been tried, and were no good.
-    assert_eq!(outcome(0.18, true).0, Outcome::Exhausted);
-    assert_eq!(outcome(0.006, false).0, Outcome::Converged);
-    assert_eq!(outcome(0.006, true).0, Outcome::Converged);
 }
 
 /// More records than there is room for seams: each tells as much as the first, which has room.

@@ -18,7 +18,7 @@ use crate::spectrum::Experiment;
 /// along the one axis then has at least four fifths of its size along the other.
 const PARALLEL: f64 = 0.8;
 /// Least difference of the logarithms of two stiffnesses for which they are changed. One step of a refinement may be twice as long
-/// (`LONGEST_STEP` of its proposals).
+/// (its `LONGEST_STEP`).
 const DIFFERENT: f64 = 0.5;
 /// A branch is worth a step while its sum of squares is at most so many times the minimum's. With 100, no more of a hundred drawn
 /// six-joint arms are found, and a branch takes half as many steps again.

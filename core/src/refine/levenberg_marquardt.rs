@@ -1,0 +1,150 @@
+//! Damped steps of Gauss and Newton to the minimum of a sum of squares, within bounds.
+//!
+//! A step h from x minimises the linearised sum of squares, to which a multiple λ of its diagonal is added:
+//!
+//! ```text
+//! F(x + h) ≈ F(x) − 2 gᵀh + hᵀN h          (N + λ diag N) h = g,   h in the box
+//! ```
+//!
+//! It is kept if F falls. λ follows the ratio of the gain to `2 gᵀh − hᵀN h` ([`Damping`]).
+//!
+//! Sources: Levenberg, "A method for the solution of certain non-linear problems in least squares", Quarterly of Applied Mathematics
+//! 2, 1944; Marquardt, "An algorithm for least-squares estimation of nonlinear parameters", J. SIAM 11, 1963; Nocedal and Wright,
+//! _Numerical Optimization_, 2006, chapters 4 and 10; Madsen, Nielsen and Tingleff, _Methods for Non-Linear Least Squares Problems_,
+//! 2004, section 3.2.
+
+use super::damping::Damping;
+use super::objective::{Domain, Objective};
+use super::proposal::{Step, propose};
+use crate::linear::normal::Normal;
+
+/// Gain of a step in the sum of squares below which it is not worth while. Chosen: where residuals have unit variance, all unknowns
+/// together are then within a hundredth of a standard deviation of the minimum.
+const NEGLIGIBLE: f64 = 1e-4;
+/// Least damping. Chosen: it changes a predicted gain by no more than this part, and seven rejected steps raise it to the first one.
+const LEAST_DAMPING: f64 = 1e-9;
+/// Damping above which a minimisation ends. Chosen: a step then moves no unknown by more than 1e-8 of the way to its own minimum.
+const LAST_DAMPING: f64 = 1e8;
+/// Steps after which a minimisation ends wherever it is. Chosen: eight times as many as it typically takes.
+const MAX_ITERATIONS: u32 = 100;
+
+/// How a refinement stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Another step is worth while.
+    Improving,
+    /// No step would gain anything, however little it is damped.
+    Converged,
+    /// It has had its steps, or those that promise a gain are no good: it may not be at a minimum.
+    Exhausted,
+}
+
+/// The way to the minimum of the quadratic that the normal equations describe.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Remaining {
+    /// Change of each unknown.
+    pub(crate) step: Step,
+    /// By how much it would lower the sum of squares.
+    pub(crate) gain: f64,
+}
+
+/// State of a minimisation beside its point.
+#[derive(Clone, Debug)]
+pub(crate) struct LevenbergMarquardt<const L: usize> {
+    /// Normal equations at the point, if it is `linearised`.
+    pub(super) normal: Normal<L>,
+    pub(super) linearised: bool,
+    damping: Damping,
+    /// The last trial step was rejected; a less damped one goes further, and would be as well.
+    refused: bool,
+    /// Steps tried since the start.
+    pub(super) iterations: u32,
+}
+
+impl<const L: usize> LevenbergMarquardt<L> {
+    pub(crate) const fn new() -> Self {
+        Self {
+            normal: Normal::new(),
+            linearised: false,
+            damping: Damping::first(LEAST_DAMPING),
+            refused: false,
+            iterations: 0,
+        }
+    }
+
+    /// Starts anew from another point.
+    pub(crate) fn restart(&mut self) {
+        self.linearised = false;
+        self.damping = Damping::first(LEAST_DAMPING);
+        self.refused = false;
+        self.iterations = 0;
+    }
+
+    /// Tries one step from `point`, and keeps it if the cost falls.
+    ///
+    /// # Errors
+    ///
+    /// The objective has no derivatives at `point`, which is then unchanged.
+    pub(crate) fn step<D: Domain, O: Objective<D::Point, L>>(
+        &mut self,
+        domain: &D,
+        objective: &mut O,
+        point: &mut D::Point,
+    ) -> Result<Outcome, O::Error> {
+        if !self.linearised {
+            objective.cost(point);
+            objective.linearise(point, &mut self.normal)?;
+            self.linearised = true;
+        }
+        self.iterations += 1;
+        let standing = self.normal.sum_of_squares();
+        let (step, predicted) = propose(&self.normal, &domain.room(point), self.damping.value());
+        if predicted < NEGLIGIBLE {
+            return Ok(self.look_further(domain, point));
+        }
+        let trial = domain.advance(point, &step);
+        let reached = objective.cost(&trial);
+        if reached < standing {
+            *point = trial;
+            self.damping.follow((standing - reached) / predicted);
+            self.refused = false;
+            self.linearised = objective.linearise(point, &mut self.normal).is_ok();
+            if !self.linearised {
+                return Ok(Outcome::Exhausted);
+            }
+        } else {
+            self.damping.rise();
+            self.refused = true;
+        }
+        Ok(self.unless_exhausted())
+    }
+
+    /// What follows from a damped step that gains nothing. It says little: what counts is the step without damping.
+    fn look_further<D: Domain>(&mut self, domain: &D, point: &D::Point) -> Outcome {
+        if self.remaining(domain, point).gain < NEGLIGIBLE {
+            return Outcome::Converged;
+        }
+        if self.refused {
+            return Outcome::Exhausted;
+        }
+        self.damping.fall();
+        self.unless_exhausted()
+    }
+
+    fn unless_exhausted(&self) -> Outcome {
+        if self.damping.value() > LAST_DAMPING || self.iterations >= MAX_ITERATIONS {
+            Outcome::Exhausted
+        } else {
+            Outcome::Improving
+        }
+    }
+
+    /// The step without damping from `point`, where the normal equations were linearised.
+    pub(crate) fn remaining<D: Domain>(&self, domain: &D, point: &D::Point) -> Remaining {
+        let (step, gain) = propose(&self.normal, &domain.room(point), 0.0);
+        Remaining { step, gain }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,32 @@
+//! What a minimisation needs to know of its problem: where its points lie, and the sum of squares there.
+
+use super::proposal::{Room, Step};
+use crate::linear::normal::Normal;
+
+/// Points among which a minimum is sought, and the steps between them.
+pub(crate) trait Domain {
+    /// A point.
+    type Point: Copy;
+
+    /// How far a step from `point` may go.
+    fn room(&self, point: &Self::Point) -> Room;
+
+    /// The point to which a step from `point` leads. It may be bent, but its derivative at zero is the identity.
+    fn advance(&self, point: &Self::Point, step: &Step) -> Self::Point;
+}
+
+/// A sum of squares of residuals, which depends on a point. `L` is the length of its [normal equations](Normal).
+pub(crate) trait Objective<Point, const L: usize> {
+    /// Why the residuals have no derivatives at a point.
+    type Error;
+
+    /// Sum of squares at `point`; infinite where there is none.
+    fn cost(&mut self, point: &Point) -> f64;
+
+    /// Normal equations of a step from `point`, where [`Objective::cost`] was evaluated last.
+    ///
+    /// # Errors
+    ///
+    /// There are no derivatives at `point`, where the cost then is infinite.
+    fn linearise(&mut self, point: &Point, normal: &mut Normal<L>) -> Result<(), Self::Error>;
+}

@@ -1,0 +1,110 @@
+//! The normal equations of one record, its seam projected out.
+
+use heapless::Vec;
+
+use super::Problem;
+use super::batch::Bins;
+use super::equations::{Assembly, RecordNormal, Unknowns};
+use super::residuals::Residuals;
+use super::seam::{MAX_SEAM, Seam};
+use crate::chain::linearise::LinearisationError;
+use crate::linear::normal::Normal;
+use crate::receptance::Terms;
+use crate::search::MAX_EXPERIMENTS;
+use crate::spectrum::Experiment;
+use crate::sought::Coordinates;
+
+/// Cost of a seam's unknowns, as a part of what they explain: with many joints some hardly differ in the band, and would grow
+/// without bound against each other.
+const SMALL_SEAM: f64 = 1e-11;
+
+/// Memory of an assembly.
+#[derive(Clone, Debug)]
+pub(super) struct Workspace {
+    /// Normal equations of the record that was assembled last.
+    pub(super) record: RecordNormal,
+    /// Seams of the records where the cost was evaluated last; of the first records, as many as there is room for.
+    pub(super) seams: Vec<Seam, MAX_EXPERIMENTS>,
+}
+
+impl Workspace {
+    pub(super) const fn new() -> Self {
+        Self { record: Normal::new(), seams: Vec::new() }
+    }
+
+    /// The seam that fits a record best, and the sum of squares that remains.
+    pub(super) fn fit_seam<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        coordinates: &Coordinates,
+        experiment: &Experiment<B>,
+    ) -> Result<(Seam, f64), LinearisationError> {
+        self.run(problem, coordinates, experiment, &Seam::default(), Unknowns::Seam)?;
+        let unknowns = problem.seam_unknowns();
+        let normal = &mut self.record;
+        normal.prefer_small(&[0.0; MAX_SEAM][..unknowns], SMALL_SEAM);
+        normal.eliminate(unknowns);
+        let mut solution = [0.0; MAX_SEAM];
+        normal.substitute(unknowns, &mut solution);
+        let seam = Seam::from_solution(&solution[..unknowns], problem.chain.joints().len());
+        Ok((seam, normal.sum_of_squares()))
+    }
+
+    /// The normal equations of one record at this seam, which is eliminated.
+    pub(super) fn assemble<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        coordinates: &Coordinates,
+        experiment: &Experiment<B>,
+        seam: &Seam,
+        wanted: Unknowns,
+    ) -> Result<Residuals, LinearisationError> {
+        let residuals = self.run(problem, coordinates, experiment, seam, wanted)?;
+        let unknowns = problem.seam_unknowns();
+        let standing = seam.to_solution(problem.chain.joints().len());
+        self.record.prefer_small(&standing[..unknowns], SMALL_SEAM);
+        self.record.eliminate(unknowns);
+        Ok(residuals)
+    }
+
+    /// The normal equations of one record at its best seam, which is eliminated.
+    pub(super) fn assemble_fitted<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        coordinates: &Coordinates,
+        experiment: &Experiment<B>,
+    ) -> Result<Residuals, LinearisationError> {
+        let (seam, _) = self.fit_seam(problem, coordinates, experiment)?;
+        self.assemble(problem, coordinates, experiment, &seam, Unknowns::All)
+    }
+
+    /// Fills the record's normal equations.
+    fn run<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        coordinates: &Coordinates,
+        experiment: &Experiment<B>,
+        seam: &Seam,
+        unknowns: Unknowns,
+    ) -> Result<Residuals, LinearisationError> {
+        let Problem { measurement, sought, .. } = *problem;
+        let bushings = sought.bushings(coordinates);
+        let calibration = sought.calibration(coordinates);
+        let linear = problem.linearise(&experiment.pose, &bushings, &calibration)?;
+        let mut terms = Terms::new(&linear, &bushings, &measurement.sensors(&calibration))?;
+        if sought.seeks_masses() {
+            terms = terms.with_masses();
+        }
+        let assembly = Assembly {
+            terms: &terms,
+            record: Bins::of(experiment),
+            seam,
+            sought,
+            calibration: &calibration,
+            unknowns,
+            normal: &mut self.record,
+            level: problem.level,
+        };
+        Ok(assembly.run())
+    }
+}
