@@ -158,7 +158,7 @@ impl<'a> Solving<'a> {
         let finding = self.solver.finding(counts, &[]);
         *lock(self.unused) = if finding.is_none() { self.solver.unused() } else { None };
         if let Some(finding) = finding {
-            self.log.log(&finding.report);
+            self.reports.log(&finding.report);
             self.latest.publish(FromEdge::Finding(finding));
         }
     }

@@ -15,7 +15,6 @@ use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
 use flexid_core::statics::StaticTest;
 use flexid_core::stream::StreamConfig;
-use flexid_core::sought::Sought;
 use flexid_wire::text::{FileName, clipped};
 
 use crate::input::{self, BadInput};
