@@ -13,6 +13,8 @@ pub struct Report {
     pub fit: Fit,
     /// Warnings for people.
     pub warnings: Vec<String>,
+    /// What each warning names and counts.
+    pub warning_kinds: Vec<Value>,
     /// Confidence in the report.
     pub confidence: Confidence,
 }
