@@ -150,7 +150,7 @@ fn held_out(noise: f64, band_hz: [f64; 2]) -> [Lacking; 3] {
         let within = agreement(&refinement.bushings(&sought), &all[own]);
         let mut others = all.clone();
         others.remove(own);
-        let (refitted, _) = refine(&problem, &truth, &mut others);
+        let (refitted, _) = refine(&problem, &truth, &others);
         let refitted = agreement(&refitted.bushings(&sought), &all[own]);
         let [short, refitted, within] = [short, refitted, within].map(|own| lacking(&own));
         Lacking { short, refitted, within }

@@ -46,7 +46,7 @@ fn found_and_seen(
     make: impl Fn() -> Vec<Experiment<BINS>>,
     truth: &Bushings,
 ) -> Estimate {
-    let estimate = identify(nuisances, &mut make());
+    let estimate = identify(nuisances, &make());
     assert_eq!(estimate.acceptance, Acceptance::Consistent);
     for (coordinate, value) in wanted {
         let nuisance = estimate.nuisances.iter().find(|n| n.coordinate == *coordinate).unwrap();
@@ -58,7 +58,7 @@ fn found_and_seen(
     }
     let mean_square = mean_square(&scores(&estimate.bushings, truth, &relative(&estimate)));
     assert!((0.3..2.0).contains(&mean_square), "mean square of the scores {mean_square}");
-    let ignorant = identify(&Nuisances::default(), &mut make());
+    let ignorant = identify(&Nuisances::default(), &make());
     println!("ignored: chi^2/dof {:.2}, whiteness {:.0}", ignorant.consistency, ignorant.whiteness);
     assert_ne!(ignorant.acceptance, Acceptance::Consistent);
     assert!(ignorant.consistency > 3.0 && ignorant.whiteness > 20.0);

@@ -211,7 +211,7 @@ fn what_no_force_excites_has_no_confident_deviation() {
     let sought = parameters(1);
     let problem = problem(&chain, &MEASUREMENT, &bounds, &sought);
     let mut refinement = Box::new(Refinement::new(&sought, &truth));
-    let fit = refinement.fit(&problem, &mut [experiment]);
+    let fit = refinement.fit(&problem, &[experiment]);
     let (stiffness, damping) = fit.deviations[..12].split_at(6);
     assert!(stiffness[..5].iter().all(|deviation| *deviation < 0.01), "{stiffness:?}");
     assert!(stiffness[5] > 10.0 && damping[5] > 10.0, "{stiffness:?} {damping:?}");

@@ -189,7 +189,7 @@ fn static_tests_alone() {
         let gravity = if seed % 2 == 0 { Vector3::zeros() } else { EARTH };
         let tests = measure(&truth, 60, gravity, &mut random);
         let measurement = Measurement { gravity: gravity.into(), ..MEASUREMENT };
-        let estimate = settle(&mut identifier_of(&tests, measurement), &mut []);
+        let estimate = settle(&mut identifier_of(&tests, measurement), &[]);
         assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}");
         for deviation in &estimate.standard_deviations {
             assert!(deviation.damping.iter().all(|deviation| deviation.is_infinite()));
@@ -225,7 +225,7 @@ fn a_start_that_gravity_leaves_no_equilibrium_is_stiffened() {
         let identifier = Identifier::new(mill3(), wide(), measurement, Level::new(), generator);
         let mut identifier = Box::new(identifier);
         identifier.add_statics(&tests).expect("good tests");
-        let estimate = settle(&mut identifier, &mut []);
+        let estimate = settle(&mut identifier, &[]);
         assert_eq!(estimate.acceptance, Acceptance::Consistent, "robot {seed}");
         scores.extend(stiffness_scores(&estimate.bushings, &truth, &relative(&estimate)));
     }
@@ -270,7 +270,7 @@ fn bounds_without_an_equilibrium_are_given_up() {
     let identifier = Identifier::new(mill3(), soft, measurement, Level::new(), Random::new(5).0);
     let mut identifier = Box::new(identifier);
     identifier.add_statics(&tests).expect("good tests");
-    let estimate = settle(&mut identifier, &mut []);
+    let estimate = settle(&mut identifier, &[]);
     assert_eq!(estimate.acceptance, Acceptance::Unsettled);
     assert!(identifier.progress().effort.refine_iterations < 20);
 }
@@ -341,7 +341,7 @@ fn a_fit_on_its_bounds_is_the_optimum_and_settled() {
             Identifier::new(chain.clone(), bounds(), MEASUREMENT, Level::new(), Random::new(5).0);
         let mut identifier = Box::new(identifier);
         identifier.add_statics(&tests).expect("good tests");
-        let estimate = settle(&mut identifier, &mut []);
+        let estimate = settle(&mut identifier, &[]);
         let readings = 3.0 * count as f64;
         let least = bounded_optimum(&chain, &bounds(), &tests);
         let found = estimate.static_consistency.expect("there are tests") * readings;
@@ -384,7 +384,7 @@ fn one_dial_gauge_tells_next_to_nothing() {
     let mut tests = measure(&truth, 1, Vector3::zeros(), &mut random);
     tests[0].displacement[0] = None;
     tests[0].displacement[2] = None;
-    let estimate = settle(&mut identifier(&tests), &mut []);
+    let estimate = settle(&mut identifier(&tests), &[]);
     assert_eq!(estimate.acceptance, Acceptance::Unsettled);
     for deviation in &estimate.standard_deviations {
         assert!(deviation.stiffness.iter().chain(&deviation.damping).all(|d| d.is_infinite()));
@@ -398,7 +398,7 @@ fn records_join_and_contradiction_is_seen() {
     let truth = random.bushings(3);
     let records = experiments(&truth, &mut random);
     let mut own = identifier(&measure(&truth, 20, Vector3::zeros(), &mut random));
-    settle(&mut own, &mut []);
+    settle(&mut own, &[]);
     assert_eq!(own.progress().effort.starts, 0);
     let estimate = settle(&mut own, &records);
     assert!(own.progress().effort.starts > 0);

@@ -106,7 +106,12 @@ impl<V: Lanes> Response<V> {
             half: &mut self.seam_half,
             link: &mut self.load,
         });
-        outward(terms, s, &mut self.eliminations, &mut self.tip, seam);
+        let (eliminations, tip) = (&mut self.eliminations, &mut self.tip);
+        if terms.gravity {
+            outward::<V, MAX_JOINTS, true>(terms, s, eliminations, tip, seam);
+        } else {
+            outward::<V, MAX_JOINTS, false>(terms, s, eliminations, tip, seam);
+        }
         self.add_force(terms, force);
         terms.observation.loads(s, &mut self.observations);
         if let Some(tool) = &terms.tool {

@@ -62,8 +62,16 @@ const LOWER: [[usize; 2]; 6] = [[0, 0], [1, 0], [1, 1], [2, 0], [2, 1], [2, 2]];
 /// Dynamic stiffness of the last link, factorised.
 #[inline(always)]
 pub(super) fn tip_stiffness<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> Factor<V> {
+    // Each case has storage of its own, so that the compiler keeps that without gravity in registers.
+    if terms.gravity { tip_only::<V, true>(terms, s) } else { tip_only::<V, false>(terms, s) }
+}
+
+#[inline(always)]
+fn tip_only<V: Lanes, const GRAVITY: bool>(terms: &Terms<V::Scalar>, s: Complex<V>) -> Factor<V> {
     let mut tip = Factor::zero(s.re);
-    outward(terms, s, &mut [Elimination::new(s.re)], &mut tip, None);
+    let mut elimination = Elimination::new(s.re);
+    let eliminations = core::array::from_mut(&mut elimination);
+    outward::<V, 1, GRAVITY>(terms, s, eliminations, &mut tip, None);
     tip
 }
 
@@ -82,22 +90,7 @@ pub(super) struct SeamLoads<'a, V> {
 /// j of `eliminations`; where there is a single entry, each elimination replaces the one before. A `seam` ends as a load on the
 /// last link.
 #[inline(always)]
-pub(super) fn outward<V: Lanes, const KEPT: usize>(
-    terms: &Terms<V::Scalar>,
-    s: Complex<V>,
-    eliminations: &mut [Elimination<V>; KEPT],
-    tip: &mut Factor<V>,
-    seam: Option<SeamLoads<'_, V>>,
-) {
-    if terms.gravity {
-        recurse::<V, KEPT, true>(terms, s, eliminations, tip, seam);
-    } else {
-        recurse::<V, KEPT, false>(terms, s, eliminations, tip, seam);
-    }
-}
-
-#[inline(always)]
-fn recurse<V: Lanes, const KEPT: usize, const GRAVITY: bool>(
+pub(super) fn outward<V: Lanes, const KEPT: usize, const GRAVITY: bool>(
     terms: &Terms<V::Scalar>,
     s: Complex<V>,
     eliminations: &mut [Elimination<V>; KEPT],
@@ -108,7 +101,7 @@ fn recurse<V: Lanes, const KEPT: usize, const GRAVITY: bool>(
     let stiffness = tip.matrix();
     for (index, joint) in terms.joints.iter().enumerate() {
         if index > 0 {
-            let elimination = &mut eliminations[index.min(KEPT - 1)];
+            let elimination = &mut eliminations[if KEPT == 1 { 0 } else { index }];
             elimination.eliminate::<GRAVITY>(joint, s, s2, stiffness);
             if let Some(seam) = &mut seam {
                 seam.pass::<GRAVITY>(index, joint, elimination);

@@ -11,8 +11,8 @@ use crate::chain::linearise::LinearisationError;
 use crate::linear::normal::Normal;
 use crate::receptance::Terms;
 use crate::search::MAX_EXPERIMENTS;
-use crate::spectrum::Experiment;
 use crate::sought::Coordinates;
+use crate::spectrum::Experiment;
 
 /// Cost of a seam's unknowns, as a part of what they explain: with many joints some hardly differ in the band, and would grow
 /// without bound against each other.

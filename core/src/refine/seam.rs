@@ -69,7 +69,7 @@ impl Seam {
     }
 
     /// The inverse of [`Seam::from_solution`].
-    pub(crate) fn to_solution(&self, joints: usize) -> [f64; MAX_SEAM] {
+    pub(crate) fn to_solution(self, joints: usize) -> [f64; MAX_SEAM] {
         let mut solution = [0.0; MAX_SEAM];
         for joint in 0..joints {
             let own = &mut solution[PER_JOINT * joint..PER_JOINT * (joint + 1)];

@@ -1,8 +1,8 @@
 //! What a fit seeks: the parameters of the joints, of which some may be fixed or tied to each other, and nuisances.
 //!
-//! There are [`MAX_UNKNOWNS`] coordinates. The first [`MAX_PARAMETERS`](crate::parameters::MAX_PARAMETERS) are the logarithms of
-//! the parameters: joint by joint six stiffnesses and six dampings. The others are the nuisances, in units of their prior's
-//! standard deviation. A fit has one unknown per sought coordinate; tied coordinates share one unknown.
+//! There are [`MAX_UNKNOWNS`] coordinates. The first [`MAX_PARAMETERS`] are the logarithms of the parameters: joint by joint
+//! six stiffnesses and six dampings. The others are the nuisances, in units of their prior's standard deviation. A fit has
+//! one unknown per sought coordinate; tied coordinates share one unknown.
 
 mod coordinate;
 mod error;

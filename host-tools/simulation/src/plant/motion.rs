@@ -1,7 +1,7 @@
 //! One cut by a robot that is not as modelled: motion in time, then the readings of both sensors.
 
-use flexid_core::chain::{Chain, Jacobian};
 use flexid_core::chain::linearise::{LinearChain, LinearJoint};
+use flexid_core::chain::{Chain, Jacobian};
 use flexid_core::motion::radau::Radau;
 use flexid_core::motion::sensors::Reading;
 use flexid_core::motion::{Coordinates, EquationOfMotion, Loads, State};
