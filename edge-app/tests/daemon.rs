@@ -254,9 +254,7 @@ fn says_why_records_tell_nothing() {
     with_daemon(|bus, connect, _| {
         let mut client = connect();
         bus.cut(|counter, _| [3.0 * (0.3 * std::f32::consts::PI * counter as f32).sin(); 3]);
-        client.state(
-            "refused, the first because the record's force in the band is hardly above its noise",
-        );
+        client.state("refused, the first because its force in the band is hardly above its noise");
     });
 }
 

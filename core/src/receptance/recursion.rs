@@ -62,7 +62,7 @@ const LOWER: [[usize; 2]; 6] = [[0, 0], [1, 0], [1, 1], [2, 0], [2, 1], [2, 2]];
 /// Dynamic stiffness of the last link, factorised.
 #[inline(always)]
 pub(super) fn tip_stiffness<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> Factor<V> {
-    // Each case has storage of its own, so that the compiler keeps that without gravity in registers.
+    // Each case has storage of its own. The compiler would copy a common one.
     if terms.gravity { tip_only::<V, true>(terms, s) } else { tip_only::<V, false>(terms, s) }
 }
 

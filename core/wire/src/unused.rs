@@ -79,10 +79,16 @@ impl fmt::Display for RecordFault {
                 f.write_str("): raise [bounds] or check masses")
             }
             Self::Pose(angles) => write!(f, "its pose has {angles} angles"),
-            Self::Samples(samples) => write!(f, "{samples} samples are too few"),
-            Self::Bins(bins) => write!(f, "its band holds {bins} bins"),
+            Self::Samples(samples) => {
+                write!(f, "its {samples} samples are too few: record for longer")
+            }
+            Self::Bins(bins) => {
+                write!(f, "its band holds {bins} bins: widen [measurement] band_hz")
+            }
             Self::NotFinite => f.write_str("it has values that are not finite"),
-            Self::NoForce => f.write_str("in the band it has hardly more force than noise"),
+            Self::NoForce => {
+                f.write_str("its force in the band is hardly above its noise: cut harder")
+            }
         }
     }
 }
