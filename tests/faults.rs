@@ -77,8 +77,8 @@ fn can_fd_frames_are_named() -> Result<()> {
     let edge = bench.edge()?;
     bus::send("101##01122334455667788")?;
     let watch = bench.flexid("watch", ["watch", ADDRESS, "--timeout", "10"])?;
-    let told = "frames 0x101 are CAN FD: set the sender to classical CAN";
-    until(told, Duration::from_secs(10), || Ok(watch.output()?.contains(told)))?;
+    let line = "frames 0x101 are CAN FD: set the sender to classical CAN";
+    until(line, Duration::from_secs(10), || Ok(watch.output()?.contains(line)))?;
     bench.stop(edge)?;
     Ok(())
 }
@@ -116,8 +116,8 @@ fn frames_of_wrong_length() -> Result<()> {
         }
         Ok(())
     })?;
-    let told = report.warning_kinds.iter().any(|kind| kind["wrong_length"]["frames"] == 3);
-    ensure!(told, "the report does not warn of wrong lengths: {:?}", report.warnings);
+    let warned = report.warning_kinds.iter().any(|kind| kind["wrong_length"]["frames"] == 3);
+    ensure!(warned, "the report does not warn of wrong lengths: {:?}", report.warnings);
     Ok(())
 }
 

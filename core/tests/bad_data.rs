@@ -1,4 +1,4 @@
-//! Data that no parameter can be told from: a clear error, or a verdict that says so; never a confident number, never a
+//! Data that determine no parameter: a clear error, or a verdict that says so; never a confident number, never a
 //! panic.
 
 use std::error::Error;
@@ -55,7 +55,11 @@ fn verdicts(estimate: &Estimate) -> Vec<(Coordinate, Verdict)> {
 }
 
 fn identified(verdicts: &[(Coordinate, Verdict)]) -> Vec<Coordinate> {
-    verdicts.iter().filter(|(_, told)| *told == Verdict::Identified).map(|(who, _)| *who).collect()
+    verdicts
+        .iter()
+        .filter(|(_, verdict)| *verdict == Verdict::Identified)
+        .map(|(who, _)| *who)
+        .collect()
 }
 
 /// The scenario's first record, before it is looked at.
@@ -145,11 +149,11 @@ fn a_singular_pose_names_what_it_does_not_tell() {
         };
         *dof == 5
     };
-    for (who, told) in &verdicts {
+    for (who, verdict) in &verdicts {
         let expected = about_the_axis(who).then_some(Verdict::NotObservable);
-        assert!(expected.is_none_or(|expected| *told == expected), "{who:?} is {told:?}");
+        assert!(expected.is_none_or(|expected| *verdict == expected), "{who:?} is {verdict:?}");
     }
-    assert!(identified(&verdicts).len() >= 12, "the rest is told: {verdicts:?}");
+    assert!(identified(&verdicts).len() >= 12, "the rest is determined: {verdicts:?}");
     assert_true(&estimate, &truth, &verdicts);
     let named: Vec<usize> = estimate
         .weak_directions
@@ -213,7 +217,7 @@ fn bounds_too_soft_for_gravity_identify_nothing() {
     let experiments = [spectra(&one_record(), &measurement).expect("a good record")];
     let (estimate, verdicts) = identify(&mill3(), measurement, limp, &experiments);
     assert_eq!(estimate.acceptance, Acceptance::Unsettled);
-    assert!(verdicts.iter().all(|(_, told)| *told == Verdict::NotObservable), "{verdicts:?}");
+    assert!(verdicts.iter().all(|(_, verdict)| *verdict == Verdict::NotObservable), "{verdicts:?}");
 }
 
 /// No sensor is free of noise: who says so is not believed where it matters.

@@ -65,7 +65,7 @@ fn found_and_seen(
     estimate
 }
 
-/// The records have told all nuisances: what is left of the prior's deviation is a fifth at most. Whoever reports the
+/// The records determine all nuisances: what is left of the prior's deviation is a fifth at most. Whoever reports the
 /// prior has all of it left.
 fn assert_told(estimate: &Estimate, nuisances: &Nuisances) {
     let sought = Sought::new(3, nuisances).unwrap();
@@ -87,7 +87,7 @@ fn delay() {
 }
 
 /// Both sensors twice as sensitive read the same robot: the mean of all logarithms stays what was believed beforehand,
-/// and only the ratios are told.
+/// and only the ratios are determined.
 #[test]
 fn gains() {
     let truth = Random::new(63).bushings(3);

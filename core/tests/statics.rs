@@ -124,11 +124,11 @@ fn refine(
     (refinement.bushings(&sought), fit)
 }
 
-/// [`scores`] of the stiffnesses that are told to 5 %: by logarithms, for what is found is not normal at 5 %.
+/// [`scores`] of the stiffnesses that are known to 5 %: by logarithms, for what is found is not normal at 5 %.
 fn stiffness_scores(found: &Bushings, truth: &Bushings, deviations: &[f64]) -> Vec<f64> {
     let scores = scores(found, truth, deviations).into_iter().zip(deviations).enumerate();
-    let told = scores.filter(|(index, (_, deviation))| index % 12 < 6 && **deviation <= 0.05);
-    told.map(|(_, (score, _))| score).collect()
+    let known = scores.filter(|(index, (_, deviation))| index % 12 < 6 && **deviation <= 0.05);
+    known.map(|(_, (score, _))| score).collect()
 }
 
 /// One record with thirty times the noise: a cut that hardly moves the robot.
@@ -148,13 +148,13 @@ fn static_tests_identify_what_records_hardly_excite() {
         let truth = random.bushings(3);
         let records = [faint(&truth, &mut random)];
         let tests = measure(&truth, 60, Vector3::zeros(), &mut random);
-        let told = |statics: &[StaticTest]| {
+        let known = |statics: &[StaticTest]| {
             let (found, fit) = refine(&truth, statics, &records);
             let consistency = fit.sum_of_squares / fit.degrees_of_freedom;
             assert!((consistency - 1.0).abs() < 0.06, "robot {seed}: {consistency}");
             stiffness_scores(&found, &truth, &fit.deviations)
         };
-        let (before, after) = (told(&[]), told(&tests));
+        let (before, after) = (known(&[]), known(&tests));
         println!(
             "robot {seed}: {} of 18 stiffnesses to 5 %, with tests {}",
             before.len(),
@@ -196,11 +196,11 @@ fn static_tests_alone() {
         }
         scores.extend(stiffness_scores(&estimate.bushings, &truth, &relative(&estimate)));
     }
-    let (told, mean_square) = (scores.len(), mean_square(&scores));
+    let (known, mean_square) = (scores.len(), mean_square(&scores));
     println!(
-        "ten robots: {told} of 180 stiffnesses told to 5 %, mean square score {mean_square:.2}"
+        "ten robots: {known} of 180 stiffnesses known to 5 %, mean square score {mean_square:.2}"
     );
-    assert!(told >= 20, "{told}");
+    assert!(known >= 20, "{known}");
     assert!((0.7..1.4).contains(&mean_square), "{mean_square}: {scores:.1?}");
 }
 
@@ -230,7 +230,7 @@ fn a_start_that_gravity_leaves_no_equilibrium_is_stiffened() {
         scores.extend(stiffness_scores(&estimate.bushings, &truth, &relative(&estimate)));
     }
     let mean_square = mean_square(&scores);
-    println!("{} stiffnesses told to 5 %, mean square score {mean_square:.2}", scores.len());
+    println!("{} stiffnesses known to 5 %, mean square score {mean_square:.2}", scores.len());
     assert!(scores.len() >= 6, "{}", scores.len());
     assert!(mean_square < 2.0, "{mean_square}: {scores:.1?}");
 }
@@ -422,11 +422,11 @@ fn records_join_and_contradiction_is_seen() {
 fn identified(estimate: &Estimate) -> usize {
     let trust = estimate.trust();
     let joints = estimate.bushings.iter().zip(&estimate.standard_deviations);
-    let told = joints.flat_map(|(value, deviation)| {
+    let known = joints.flat_map(|(value, deviation)| {
         let pairs = value.stiffness.into_iter().zip(deviation.stiffness);
         pairs.map(|(value, deviation)| trust.verdict(value, deviation).0)
     });
-    told.filter(|told| *told == Verdict::Identified).count()
+    known.filter(|known| *known == Verdict::Identified).count()
 }
 
 #[test]

@@ -150,15 +150,15 @@ mod tests {
     #[test]
     fn what_cannot_be_written_is_told_at_once_with_the_mend() {
         let folder = tempfile::tempdir().unwrap();
-        let told = |file: &Path| Output::create(file).unwrap_err().to_string();
-        let error = told(&folder.path().join("gone/out.json"));
+        let refusal = |file: &Path| Output::create(file).unwrap_err().to_string();
+        let error = refusal(&folder.path().join("gone/out.json"));
         assert!(
             error.ends_with(
                 "gone/out.json: cannot be written: its folder is not there: make it first"
             ),
             "{error}"
         );
-        let error = told(folder.path());
+        let error = refusal(folder.path());
         assert!(error.ends_with("is a folder: name a file in it"), "{error}");
     }
 }

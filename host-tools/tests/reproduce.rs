@@ -17,8 +17,11 @@ fn the_same_seed_gives_the_same_bytes() {
             .output()
             .unwrap();
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let told = String::from_utf8(done.stdout).unwrap();
-        assert!(told.contains(" are written, ") && told.ends_with(" s\n"), "{told}");
+        let expected_line = String::from_utf8(done.stdout).unwrap();
+        assert!(
+            expected_line.contains(" are written, ") && expected_line.ends_with(" s\n"),
+            "{expected_line}"
+        );
         let json = std::fs::read_to_string(folder.path().join("tables.json")).unwrap();
         let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
         let lines = json.lines().filter(|line| !line.contains("\"seconds\""));
@@ -70,7 +73,7 @@ fn bad_input_is_told_in_one_line_with_status_2() {
             "mill3-model.toml:1: key `joint` is missing",
         ),
     ];
-    for (arguments, change, told) in cases {
+    for (arguments, change, expected_line) in cases {
         let folder = common::folder();
         if let Some([file, from, to]) = change {
             common::edit(&folder.path().join(file), from, to);
@@ -83,7 +86,7 @@ fn bad_input_is_told_in_one_line_with_status_2() {
             .unwrap();
         let error = String::from_utf8(done.stderr).unwrap();
         assert_eq!(done.status.code(), Some(2), "{arguments}: {error}");
-        assert!(error.contains(told) && error.trim_end().lines().count() == 1, "{error}");
+        assert!(error.contains(expected_line) && error.trim_end().lines().count() == 1, "{error}");
         assert!(!folder.path().join("tables.json").exists());
     }
 }

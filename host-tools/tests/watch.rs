@@ -97,7 +97,7 @@ fn confidence() -> Confidence {
     }
 }
 
-/// A report in which nothing is told.
+/// A report in which nothing is determined.
 fn unobserved() -> FromEdge {
     let mut unobserved = finding(Acceptance::Consistent, 3);
     for joint in &mut unobserved.report.joints {

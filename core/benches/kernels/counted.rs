@@ -1,7 +1,7 @@
 //! One lane that counts what is computed in it: the operations that a kernel needs, whatever becomes of them.
 //!
 //! A multiplication counts one, alone or fused with an addition; so does a division, of which there are six a joint. Lone
-//! additions are told apart: some processors have units of their own for them. A change of sign counts nothing: it
+//! additions are counted apart: some processors have units of their own for them. A change of sign counts nothing: it
 //! becomes part of the next operation. So a complex multiply-add counts four.
 
 use std::cell::Cell;

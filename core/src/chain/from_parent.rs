@@ -2,14 +2,14 @@
 
 use nalgebra::{Matrix3, SMatrix};
 
-/// `X` transforms a displacement of the link before (the parent) to the frame of this joint: Featherstone's Plücker transform
-/// `ⁱX_λ(i)` (_Rigid Body Dynamics Algorithms_, 2008, section 2.8), on (translation, turns of the bushing):
+/// `X` transforms a displacement of the link before (the parent) to the frame of this joint, as Featherstone's `ⁱX_λ(i)` (_Rigid
+/// Body Dynamics Algorithms_, 2008, section 2.8), but translation first, and rotations as turns of the bushings:
 ///
 /// ```text
 /// X = [[rotation, lever], [0, turns]]
 /// ```
 ///
-/// The receptance recursion needs its inverse, which has a type of its own.
+/// `ToParent` of the receptance is its inverse, in the precision of the recursion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FromParent {
     /// Translation here by the parent's translation.

@@ -196,7 +196,10 @@ impl Continuation {
         let relative = if self.level < LAST { RELATIVE } else { LAST_RELATIVE };
         self.rows = 0;
         for experiment in experiments {
-            let Some(terms) = sagged(problem, &experiment.pose, &bushings) else { continue };
+            let Some(terms) = sagged(problem, &experiment.pose, &bushings) else {
+                debug_assert!(false, "an experiment of another chain");
+                continue;
+            };
             let highest = part * experiment.thinned.omega.last().copied().unwrap_or_default();
             let weighing = line::Weighing { highest, relative };
             self.rows += line::add(normal, &terms, experiment, weighing, sought, level);

@@ -105,7 +105,7 @@ pub struct Identifier<R> {
     method: Method,
     descent: Descent,
     search: Search,
-    /// Targets of the random search, one for each experiment.
+    /// Targets of the present random search, in the order of the experiments.
     targets: Vec<Target, MAX_EXPERIMENTS>,
     refinement: Refinement,
     /// How often the present refinement has been continued.
@@ -418,11 +418,11 @@ impl<R: Rng> Identifier<R> {
     /// Continues the random search with these experiments.
     fn aim<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let Self { chain, measurement, targets, search, .. } = self;
-        // Each has one, since it is of this chain.
         let target =
             |experiment: &Experiment<B>| Target::new(chain, measurement, &experiment.pose).ok();
         targets.clear();
         targets.extend(experiments.iter().map_while(target).take(MAX_EXPERIMENTS));
+        debug_assert_eq!(targets.len(), experiments.len().min(MAX_EXPERIMENTS), "of another chain");
         let jacobians = targets.iter().map(|target| &target.jacobian);
         let sensitivities = Sensitivities::jacobian(jacobians, chain.joints().len());
         search.renew(Weighing::Sensitivities(sensitivities));

@@ -35,7 +35,7 @@ const STALE_AFTER: usize = 5;
 /// turn `rx` and `rz` by half a turn within a step.
 const MOST_TURN: f64 = 1.55;
 
-/// The step failed: its corrections have not converged after 40 rounds, a bushing has turned to `ry = ±89°`, or a number has left
+/// The step failed: its corrections have not converged, a bushing has turned to `ry = ±89°`, or a number has left
 /// the range of floating point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotConverged;

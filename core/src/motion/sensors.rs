@@ -27,9 +27,9 @@ impl EquationOfMotion {
         self.reading(state, force, accelerometer, &Mounting::AT_TCP).acceleration
     }
 
-    /// Readings of the sensors under `loads`; a force alone is that on the TCP (N, TCP axes at rest). An inertial accelerometer keeps its axes at
-    /// rest; a strapdown accelerometer turns with the tool. The force sensor measures the cut along its axes at rest, and the
-    /// inertia and weight of the tool along its turned axes.
+    /// Readings of the sensors under `loads`. An inertial accelerometer keeps its axes at rest; a strapdown accelerometer turns
+    /// with the tool. The force sensor measures the cut along its axes at rest, and the inertia and weight of the tool along
+    /// its turned axes.
     pub fn reading(
         &self,
         state: &State,

@@ -75,7 +75,7 @@ fn tip_only<V: Lanes, const GRAVITY: bool>(terms: &Terms<V::Scalar>, s: Complex<
     tip
 }
 
-/// Loads of a seam on their way to the tip.
+/// Loads of a seam, as the recursion passes them.
 #[derive(Debug)]
 pub(super) struct SeamLoads<'a, V> {
     /// γ: load on each bushing.

@@ -10,8 +10,7 @@ use super::symmetric::{Symmetric, at};
 use crate::DOF;
 use crate::chain::from_parent::FromParent;
 
-/// `Y` transforms a displacement in the frame of a joint to the link before (the parent): the inverse of [`FromParent`],
-/// Featherstone's `λ(i)X_i`.
+/// `Y` transforms a displacement in the frame of a joint to the link before (the parent): the inverse of [`FromParent`].
 ///
 /// ```text
 /// Y = [[rotation, lever], [0, turns]]

@@ -11,12 +11,12 @@ use crate::chain::linearise::LinearisationError;
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 
-/// All that a fit rests on. The seams of the records are fitted at every point.
+/// The sum of squares of a fit. The seams of the records are fitted at every point.
 pub(super) struct RecordsObjective<'a, const B: usize> {
-    pub(super) problem: &'a Problem<'a>,
-    pub(super) experiments: &'a [Experiment<B>],
-    pub(super) retired: &'a RetiredInformation,
-    pub(super) workspace: &'a mut Workspace,
+    problem: &'a Problem<'a>,
+    experiments: &'a [Experiment<B>],
+    retired: &'a RetiredInformation,
+    workspace: &'a mut Workspace,
 }
 
 impl<const B: usize> Objective<Coordinates, PARAMETERS> for RecordsObjective<'_, B> {
@@ -35,7 +35,18 @@ impl<const B: usize> Objective<Coordinates, PARAMETERS> for RecordsObjective<'_,
     }
 }
 
-impl<const B: usize> RecordsObjective<'_, B> {
+impl<'a, const B: usize> RecordsObjective<'a, B> {
+    /// The objective of these experiments. Seams of others are forgotten.
+    pub(super) fn new(
+        problem: &'a Problem<'a>,
+        experiments: &'a [Experiment<B>],
+        retired: &'a RetiredInformation,
+        workspace: &'a mut Workspace,
+    ) -> Self {
+        workspace.seams.clear();
+        Self { problem, experiments, retired, workspace }
+    }
+
     /// Finds the seams that fit best. Returns the sum of squares that remains, infinite where gravity leaves the robot no
     /// equilibrium.
     pub(super) fn fit_seams(&mut self, coordinates: &Coordinates) -> f64 {
@@ -51,7 +62,7 @@ impl<const B: usize> RecordsObjective<'_, B> {
         sum_of_squares
     }
 
-    /// Sum of squares of what is known beside the records that are kept: priors, static tests and retired records.
+    /// Sum of squares of priors, static tests and retired records.
     fn beside(&self, coordinates: &Coordinates) -> f64 {
         let sought = self.problem.sought;
         let priors = sought.priors(coordinates).map(|(_, value)| value * value);

@@ -1,8 +1,8 @@
 //! Damping of the steps, relative to the information of each unknown.
 //!
 //! The gain of a step is compared with the gain that the normal equations predict, as in a trust region (Nocedal and Wright,
-//! _Numerical Optimization_, 2006, section 4.1). At a large damping λ steps are as long as `1/λ`, so that λ times 4 is a radius
-//! divided by 4.
+//! _Numerical Optimization_, 2006, section 4.1). At a large damping λ the length of a step is proportional to `1/λ`: four times λ is
+//! a quarter of the radius.
 
 /// First damping (Marquardt, "An algorithm for least-squares estimation of nonlinear parameters", J. SIAM 11, 1963).
 const FIRST: f64 = 1e-2;

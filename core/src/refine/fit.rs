@@ -1,4 +1,4 @@
-//! How well the parameters explain the records, and each record what the others say of it.
+//! How well the parameters explain the records, and how well the other records predict each.
 
 use core::f64::consts::TAU;
 
@@ -28,7 +28,7 @@ pub struct Fit {
     pub static_sum_of_squares: f64,
     /// Displacements that the static tests have measured.
     pub static_residuals: usize,
-    /// Standard deviation of the logarithm of each parameter; infinite where the data do not tell, zero where it is fixed.
+    /// Standard deviation of the logarithm of each parameter; infinite where the data do not determine it, zero where it is fixed.
     pub deviations: [f64; MAX_PARAMETERS],
     /// `ln det(N + P)`: minus twice the logarithm of the volume of the unknowns that explain the data, but for a constant. N is the
     /// information of the data about the unknowns, with the seams at their best values; P is `2π/w²`, w the width of an unknown's
@@ -74,7 +74,7 @@ impl Refinement {
         let static_sum_of_squares = Statics::at(problem, &self.coordinates).sum_of_squares();
         let Self { coordinates, minimiser, workspace, retired, .. } = self;
         let normal = &mut minimiser.normal;
-        let mut records = RecordsObjective { problem, experiments, retired, workspace };
+        let mut records = RecordsObjective::new(problem, experiments, retired, workspace);
         records.fit_seams(coordinates);
         let assembled = records.assemble(coordinates, normal);
         minimiser.linearised = assembled.is_ok();
@@ -129,9 +129,9 @@ impl Refinement {
         Covariance::of(&free).rank()
     }
 
-    /// How well all other records, and what is known, foretell this one, after [`Refinement::fit`]: one step of
-    /// Gauss and Newton takes its share out of the estimate. Where the others hardly tell some parameter, that step goes too far,
-    /// and what comes of it looks worse than a fit to the others would. No agreement where the step ends at a robot that
+    /// How well all other records and the priors predict this one, after [`Refinement::fit`]: one step of
+    /// Gauss and Newton takes its share out of the estimate. Where the others hardly determine some parameter, that step goes too
+    /// far, and the agreement looks worse than that of a fit to the others. No agreement where the step ends at a robot that
     /// gravity leaves no equilibrium.
     pub fn hold_out<const B: usize>(
         &mut self,

@@ -93,8 +93,8 @@ impl Information {
         }
     }
 
-    /// Logarithm of the determinant of what is told of the first `count` unknowns, whatever the others are: less that of
-    /// their covariance. Minus infinity where some combination of them is not told; no number, or minus infinity, of
+    /// Logarithm of the determinant of the information about the first `count` unknowns, the others unknown: minus that of
+    /// their covariance. Minus infinity where some combination of them is undetermined; no number, or minus infinity, of
     /// entries that are not finite.
     pub fn log_determinant(&self, count: usize) -> f64 {
         let unknowns = self.normal.unknowns();

@@ -1,9 +1,9 @@
 //! Damped steps of Gauss and Newton to the minimum of a sum of squares, within bounds.
 //!
-//! A step h from x minimises the linearised sum of squares, to which a multiple λ of its diagonal is added:
+//! A step h from x minimises the linearised sum of squares, to which a multiple λ of its diagonal and a small floor ε are added:
 //!
 //! ```text
-//! F(x + h) ≈ F(x) − 2 gᵀh + hᵀN h          (N + λ diag N) h = g,   h in the box
+//! F(x + h) ≈ F(x) − 2 gᵀh + hᵀN h          (N + λ (diag N + ε) + ε) h = g,   h in the box
 //! ```
 //!
 //! It is kept if F falls. λ follows the ratio of the gain to `2 gᵀh − hᵀN h` ([`Damping`]).
@@ -21,7 +21,7 @@ use crate::linear::normal::Normal;
 /// Gain of a step in the sum of squares below which it is not worth while. Chosen: where residuals have unit variance, all unknowns
 /// together are then within a hundredth of a standard deviation of the minimum.
 const NEGLIGIBLE: f64 = 1e-4;
-/// Least damping. Chosen: it changes a predicted gain by no more than this part, and seven rejected steps raise it to the first one.
+/// Least damping. Chosen: seven rejected steps raise it to the first one.
 const LEAST_DAMPING: f64 = 1e-9;
 /// Damping above which a minimisation ends. Chosen: a step then moves no unknown by more than 1e-8 of the way to its own minimum.
 const LAST_DAMPING: f64 = 1e8;

@@ -3,12 +3,12 @@
 //!
 //! | file                                                           | what                                                    |
 //! | -------------------------------------------------------------- | ------------------------------------------------------- |
-//! | `objective`, `levenberg_marquardt`, `damping`, `proposal`      | a minimisation within bounds; it knows of no robot      |
+//! | `objective`, `levenberg_marquardt`, `damping`, `proposal`      | a minimisation within bounds, independent of the robot  |
 //! | `compliance`                                                   | the steps of the logarithms                             |
-//! | `assembly`, `statics`, `retired`                               | the objective: all that a fit rests on                  |
+//! | `assembly`, `statics`, `retired`                               | the objective: records, static tests, priors, retired   |
 //! | `record`, `seam`                                               | one record, its seam projected out                      |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
-//! | `fit`, `summary`, `information`                                | what a fit tells                                        |
+//! | `fit`, `summary`, `information`                                | the results of a fit                                    |
 //!
 //! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
 //! would lower the sum of squares by less than 1e-4: a hundredth of a standard deviation in all parameters together.
@@ -208,7 +208,7 @@ impl Refinement {
         experiments: &[Experiment<B>],
     ) -> Outcome {
         let Self { coordinates, minimiser, workspace, retired, .. } = self;
-        let mut objective = RecordsObjective { problem, experiments, retired, workspace };
+        let mut objective = RecordsObjective::new(problem, experiments, retired, workspace);
         match minimiser.step(problem, &mut objective, coordinates) {
             Ok(outcome) => outcome,
             Err(LinearisationError::NoEquilibrium(_) | LinearisationError::QuarterTurn(_)) => {
@@ -309,11 +309,11 @@ impl Refinement {
     }
 
     /// Fisher information of a measured experiment at the present parameters, its seam projected out. The measured acceleration
-    /// enters by the seam alone.
+    /// has an effect only through the fitted seam.
     ///
     /// # Errors
     ///
-    /// If the robot has no equilibrium there.
+    /// Returns an error if the pose is that of another chain, or if the robot has no equilibrium there.
     pub fn information<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -323,12 +323,12 @@ impl Refinement {
         self.information_at(problem, experiment, &seam)
     }
 
-    /// Fisher information of a planned experiment at the present parameters, its seam projected out: of a record of the force
-    /// alone, with zero acceleration. The motion is taken to be periodic, without a seam.
+    /// Fisher information of a planned experiment at the present parameters. The unknowns of the seam are projected out, at a
+    /// seam of zero. Only the force of `experiment` is used.
     ///
     /// # Errors
     ///
-    /// If the robot has no equilibrium there.
+    /// Returns an error if the pose is that of another chain, or if the robot has no equilibrium there.
     pub fn information_planned<const B: usize>(
         &mut self,
         problem: &Problem<'_>,

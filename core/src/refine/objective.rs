@@ -1,4 +1,4 @@
-//! What a minimisation needs to know of its problem: where its points lie, and the sum of squares there.
+//! Interface of a minimisation: the domain of its points, and the sum of squares.
 
 use super::proposal::{Room, Step};
 use crate::linear::normal::Normal;

@@ -23,7 +23,7 @@ const SMALL_SEAM: f64 = 1e-11;
 pub(super) struct Workspace {
     /// Normal equations of the record that was assembled last.
     pub(super) record: RecordNormal,
-    /// Seams of the records where the cost was evaluated last; of the first records, as many as there is room for.
+    /// Seams of the first records, each at its best, at the point where the cost was evaluated last.
     pub(super) seams: Vec<Seam, MAX_EXPERIMENTS>,
 }
 

@@ -129,12 +129,8 @@ proptest! {
         let (bounds, sought) = (bounds(), sought());
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
-        let mut objective = RecordsObjective {
-            problem: &problem,
-            experiments: &experiments,
-            retired: &retired,
-            workspace: &mut workspace,
-        };
+        let mut objective =
+            RecordsObjective::new(&problem, &experiments, &retired, &mut workspace);
         let start = sought.coordinates(&bushings());
         let mut at = |unknown: usize, by: f64| {
             let mut step = [0.0; MAX_UNKNOWNS];

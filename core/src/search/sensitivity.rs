@@ -6,7 +6,7 @@ use crate::DOF;
 use crate::chain::Jacobian;
 use crate::parameters::MAX_PARAMETERS;
 
-/// Largest number of experiments that the search weighs; each has 3 losses.
+/// Largest number of experiments that a search weighs, 3 losses each, and whose seams and agreements are kept.
 pub const MAX_EXPERIMENTS: usize = 16;
 /// Largest number of losses of one sample: C·E.
 pub const MAX_LOSSES: usize = 3 * MAX_EXPERIMENTS;

@@ -365,10 +365,10 @@ mod tests {
             for (excess, instants) in
                 [(0.0, 10_000), (2e-3, 10_000), (-0.05, 9000), (54e-6, 40_000)]
             {
-                let told = measure(instants, excess, held_up(seed)).measured().unwrap();
-                let error = (told.excess - excess).abs();
+                let found = measure(instants, excess, held_up(seed)).measured().unwrap();
+                let error = (found.excess - excess).abs();
                 worst = worst.max(error);
-                beyond += u32::from(error > 3.0 * told.deviation);
+                beyond += u32::from(error > 3.0 * found.deviation);
                 runs += 1;
             }
         }
@@ -379,8 +379,8 @@ mod tests {
     #[test]
     fn jitter_alone_leaves_a_ppm() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-        let told = measure(9000, 1e-4, |_| 1e-4 * uniform(&mut rng)).measured().unwrap();
-        assert!((told.excess - 1e-4).abs() < 1e-6 && told.deviation < 2e-6, "{told:?}");
+        let found = measure(9000, 1e-4, |_| 1e-4 * uniform(&mut rng)).measured().unwrap();
+        assert!((found.excess - 1e-4).abs() < 1e-6 && found.deviation < 2e-6, "{found:?}");
     }
 
     /// Arrivals that wait for a poll of 1 ms or a tick of 4 ms, with jitter before or after it. In 4.5 s the sensor drifts by two
@@ -405,12 +405,12 @@ mod tests {
                     let ready_s = at_s + phase_s + before_s * uniform(&mut rng);
                     (ready_s / poll_s).ceil() * poll_s + behind_s * uniform(&mut rng) - at_s
                 });
-                let told = clock.measured().unwrap();
-                worst = worst.max((told.excess - excess).abs() / told.deviation);
+                let found = clock.measured().unwrap();
+                worst = worst.max((found.excess - excess).abs() / found.deviation);
                 let rate = clock.rate();
                 let error = (rate.rate_hz * (1.0 + excess) / RATE_HZ - 1.0).abs();
                 let sure = rate.is_wrong && !rate.is_doubtful;
-                assert!(!sure || error < CRYSTAL, "{poll_s} {seed}: {excess:e} {told:?} {rate:?}");
+                assert!(!sure || error < CRYSTAL, "{poll_s} {seed}: {excess:e} {found:?} {rate:?}");
             }
             assert!(
                 worst < CONTRADICTS,
@@ -451,11 +451,11 @@ mod tests {
             let at_s = f64::from(instant) * 1.003 / RATE_HZ;
             clock.arrive(start_s + at_s + delay_s(at_s));
         }
-        let told = clock.measured().unwrap();
-        assert!((told.excess - 3e-3).abs() < 10e-6, "{told:?}");
+        let found = clock.measured().unwrap();
+        assert!((found.excess - 3e-3).abs() < 10e-6, "{found:?}");
         // Without a restart: the whole run disagrees with itself, its newest part does not.
-        let told = measure(30_000, 0.0, |at_s| (at_s - 5.0).max(0.0) * 3e-3).measured().unwrap();
-        assert!((told.excess - 3e-3).abs() < 10e-6 && told.deviation < CRYSTAL, "{told:?}");
+        let found = measure(30_000, 0.0, |at_s| (at_s - 5.0).max(0.0) * 3e-3).measured().unwrap();
+        assert!((found.excess - 3e-3).abs() < 10e-6 && found.deviation < CRYSTAL, "{found:?}");
     }
 
     #[test]

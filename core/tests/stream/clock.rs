@@ -76,9 +76,9 @@ fn a_record_has_the_rate_at_which_its_samples_arrive() {
             error * 1e6
         );
         assert!(error.abs() < 10e-6 && !record.has_doubtful_rate, "{off}: {:.1} ppm", error * 1e6);
-        let told = if off.abs() > 2e-4 { records.len() as u64 } else { 0 };
-        assert_eq!((health.wrong_rate, health.doubtful_rate, health.too_fast), (told, 0, 0));
-        if told > 0 {
+        let expected = if off.abs() > 2e-4 { records.len() as u64 } else { 0 };
+        assert_eq!((health.wrong_rate, health.doubtful_rate, health.too_fast), (expected, 0, 0));
+        if expected > 0 {
             assert!((f64::from(health.measured_rate_hz) / rate_hz - 1.0).abs() < 10e-6);
         }
     }

@@ -412,9 +412,9 @@ fn another_rate_than_configured_is_told() {
         }
         let health = stream.health();
         assert_eq!(records, kept, "{rate_hz}");
-        let told = (2, 2000.0, 2 - kept);
+        let expected = (2, 2000.0, 2 - kept);
         let health = (health.wrong_rate, health.measured_rate_hz.round(), health.too_fast);
-        assert_eq!(health, told, "{rate_hz}");
+        assert_eq!(health, expected, "{rate_hz}");
     }
 }
 

@@ -55,12 +55,12 @@ impl fmt::Display for WeakDirection {
         let alone = names.len() == 1;
         Enumeration { named: &names, more: 0 }.fmt(f)?;
         if alone && self.relative_std.is_none() {
-            return f.write_str(" is not told at all");
+            return f.write_str(" is not determined at all");
         }
-        let what = if alone { "is hardly told by" } else { "trade off in" };
+        let what = if alone { "is hardly determined by" } else { "trade off in" };
         write!(f, " {what} these poses (")?;
         match self.relative_std {
-            None => f.write_str("not told at all")?,
+            None => f.write_str("not determined at all")?,
             // The deviation is in units of the prior's, so that a percentage would have no meaning.
             Some(_) if self.of_nuisance => f.write_str("hardly better than [calibration]")?,
             Some(deviation) if deviation > LARGEST => {
@@ -94,22 +94,22 @@ mod tests {
                 &[(c, 0.99), (a, 0.1)],
                 Some(0.42),
                 false,
-                "joint_2 rz damping is hardly told by these poses (42 %)",
+                "joint_2 rz damping is hardly determined by these poses (42 %)",
             ),
             (
                 &[(a, 0.6), (b, 0.6), (c, 0.5)],
                 None,
                 false,
                 "joint_1 tx stiffness, joint_2 tx stiffness and joint_2 rz damping trade off in \
-                 these poses (not told at all)",
+                 these poses (not determined at all)",
             ),
             (
                 &[(a, 1.0)],
                 Some(50.0),
                 false,
-                "joint_1 tx stiffness is hardly told by these poses (over 1000 %)",
+                "joint_1 tx stiffness is hardly determined by these poses (over 1000 %)",
             ),
-            (&[(a, 1.0)], None, false, "joint_1 tx stiffness is not told at all"),
+            (&[(a, 1.0)], None, false, "joint_1 tx stiffness is not determined at all"),
             (
                 &[("force gain x", 0.7), ("acceleration gain x", -0.7)],
                 Some(1.0),

@@ -7,7 +7,7 @@ pub const SAMPLES: usize = 32_768;
 /// Most bins of a band.
 pub const BINS: usize = 4096;
 /// Most records that are kept. The newest records are kept.
-pub const MAX_EXPERIMENTS: usize = 16;
+pub use flexid_core::search::MAX_EXPERIMENTS;
 /// Most records of one pose that are kept.
 pub const MAX_PER_POSE: usize = 4;
 

@@ -172,17 +172,17 @@ fn assert_agree(one: &Finding, other: &Finding) {
         (fit.records, fit.frames, fit.frames_lost, fit.bridged, fit.acceptance)
     };
     assert_eq!(counts(one), counts(other));
-    let mut told = 0;
+    let mut intervals = 0;
     for (one, other) in one.report.joints.iter().zip(&other.report.joints) {
         let stiffness = one.stiffness.iter().zip(&one.stiffness_std).zip(&other.stiffness);
         let damping = one.damping.iter().zip(&one.damping_std).zip(&other.damping);
         for ((own, deviation), other) in stiffness.chain(damping) {
             let Some(deviation) = deviation else { continue };
             assert!((own - other).abs() < 0.1 * deviation, "{own} ± {deviation} is not {other}");
-            told += 1;
+            intervals += 1;
         }
     }
-    assert!(told >= 5, "{told} of 36 parameters are told");
+    assert!(intervals >= 5, "{intervals} of 36 parameters are determined");
 }
 
 /// The warnings of a report, as people read them.
@@ -207,7 +207,7 @@ fn the_daemon_and_the_offline_tool_say_the_same() {
         phases.dedup();
     });
     let offline = timeless(offline.unwrap());
-    assert!(phases.lock().unwrap().len() >= 3, "search, refinement and end should be told");
+    assert!(phases.lock().unwrap().len() >= 3, "search, refinement and end should be reported");
     assert!(offline.report.fit.records >= 2);
     assert_eq!(offline.report.fit.frames_lost, 12);
     assert_eq!(offline.report.joints.len(), 3);
@@ -238,42 +238,42 @@ fn the_work_on_a_record_goes_forward_only() {
     assert_eq!(steps.last(), Some(&(records, 1.0)));
 }
 
-/// Of a robot something is told; a block of a ton is none, and of what moves it so there are no intervals.
+/// A robot has intervals; a block of a ton, which is no robot, has none.
 #[test]
 fn a_confidence_goes_with_its_report() {
     let config = config();
-    let told = |frames: Vec<Arrival>| {
+    let intervals = |frames: Vec<Arrival>| {
         let mut source = Replay { frames: frames.into_iter(), breaks: false };
-        intervals_told(&timeless(run_offline(&config, &mut source, |_| {}).unwrap()))
+        counted_intervals(&timeless(run_offline(&config, &mut source, |_| {}).unwrap()))
     };
-    assert_eq!(told(frames(&config, &POSES, block)), 0);
-    let of_robot = told(frames(&config, &POSES, |pose| robot(&config, pose)));
-    assert!(of_robot > 0, "nothing is told of a robot");
+    assert_eq!(intervals(frames(&config, &POSES, block)), 0);
+    let of_robot = intervals(frames(&config, &POSES, |pose| robot(&config, pose)));
+    assert!(of_robot > 0, "a robot has no interval");
 }
 
 /// What is asked of the shape of a confidence, whatever it says; counts the intervals.
-fn intervals_told(Finding { report, confidence }: &Finding) -> usize {
-    let mut told = 0;
-    for (joint, intervals) in report.joints.iter().zip(&confidence.joints) {
-        assert_eq!(joint.name, intervals.name);
+fn counted_intervals(Finding { report, confidence }: &Finding) -> usize {
+    let mut intervals = 0;
+    for (joint, own) in report.joints.iter().zip(&confidence.joints) {
+        assert_eq!(joint.name, own.name);
         let stiffness = joint.stiffness.iter().zip(&joint.stiffness_std);
         let damping = joint.damping.iter().zip(&joint.damping_std);
-        let ends = intervals.stiffness_interval.iter().chain(&intervals.damping_interval);
+        let ends = own.stiffness_interval.iter().chain(&own.damping_interval);
         for ((value, std), ends) in stiffness.chain(damping).zip(ends) {
             let Some([lower, upper]) = ends else { continue };
             let relative = std.expect("an interval without a standard deviation") / value;
             assert!(lower < value && value < upper, "{value} is not in {lower} to {upper}");
             assert!(((upper / lower).ln() / (2.0 * 1.959_964 * relative) - 1.0).abs() < 1e-9);
-            told += 1;
+            intervals += 1;
         }
     }
-    println!("{told} intervals of 36, χ²/dof {}", report.fit.consistency);
+    println!("{intervals} intervals of 36, χ²/dof {}", report.fit.consistency);
     let verdicts = report
         .joints
         .iter()
         .flat_map(|joint| joint.stiffness_verdict.iter().chain(&joint.damping_verdict).copied());
     let observable = verdicts.filter(|verdict| *verdict != Verdict::NotObservable).count();
-    assert_eq!(told, if report.fit.consistency <= 10.0 { observable } else { 0 });
+    assert_eq!(intervals, if report.fit.consistency <= 10.0 { observable } else { 0 });
 
     let correlations = &confidence.correlations;
     assert_eq!((correlations.unknowns.len(), correlations.percent.len()), (36, 36 * 35 / 2));
@@ -295,7 +295,7 @@ fn intervals_told(Finding { report, confidence }: &Finding) -> usize {
         assert!(POSES.iter().any(near), "{held_out:?}");
     }
     assert!(confidence.nuisances.is_empty(), "none is asked for");
-    told
+    intervals
 }
 
 /// Seven records at one pose, of which four are kept, and a model so wrong that none of the others is folded in.

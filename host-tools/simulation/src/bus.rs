@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use flexid_pipeline::source::{self, Frame, OpenError};
 use socketcan::{CanFrame, CanSocket, EmbeddedFrame as _, Socket as _, SocketOptions as _};
 
-use super::sensor::{TimedFrame, Transmission};
+use super::transmission::{TimedFrame, Transmission};
 
 /// Longest time for which a full transmit queue may drain.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -96,7 +96,7 @@ mod tests {
     use nix::sys::socket::{AddressFamily, SockFlag, SockType, socketpair};
 
     use super::*;
-    use crate::sensor::PAUSE_S;
+    use crate::transmission::PAUSE_S;
 
     #[test]
     fn the_daemon_reads_from_a_pair_what_was_sent_at_its_time() {

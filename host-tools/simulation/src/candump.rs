@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use socketcan::dump::CanDumpRecord;
 use socketcan::{CanDataFrame, CanFrame, EmbeddedFrame as _};
 
-use super::sensor::TimedFrame;
+use super::transmission::TimedFrame;
 
 /// Start of simulated logs, 2025-12-29, 09:20 UTC, in seconds since the Unix epoch.
 pub const EPOCH_S: f64 = 1_767_000_000.0;

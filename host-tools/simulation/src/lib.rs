@@ -7,7 +7,7 @@
 //! | [`force`]      | the milling cutter                                           |
 //! | [`experiment`] | one cut: force, displacement and acceleration at the samples |
 //! | [`plant`]      | what a real plant has beside the model                       |
-//! | [`sensor`]     | noise, counters, and the frames on the bus                   |
+//! | [`transmission`] | noise, counters, and the frames on the bus                 |
 //! | [`simulator`]  | the simulator, which does one experiment after the other     |
 //! | [`candump`]    | frames into a log                                            |
 //! | [`bus`]        | frames onto a CAN interface                                  |
@@ -28,7 +28,7 @@ pub mod plant;
 #[cfg(test)]
 mod reference;
 pub mod scenario;
-pub mod sensor;
 pub mod simulator;
+pub mod transmission;
 pub mod truth;
 pub mod validation;

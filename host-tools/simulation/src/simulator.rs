@@ -1,6 +1,6 @@
 //! The simulator, which does one experiment after the other like a robot.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use flexid_core::chain::Chain;
@@ -9,6 +9,7 @@ use flexid_core::parameters::Bushing;
 use flexid_core::sensors::Accelerometer;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
+use flexid_pipeline::model::Model;
 use flexid_pipeline::signals::SignalTable;
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
@@ -19,7 +20,7 @@ use super::force;
 use super::plant::Plant;
 use super::plant::motion::{Surroundings, Work};
 use super::scenario::{Experiment, Scenario};
-use super::sensor::{self, Quality, Transmission};
+use super::transmission::{self, Quality, Transmission};
 
 /// Which robot is simulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,9 +99,15 @@ impl Simulator {
         })
     }
 
-    /// The same robot with everything off that `plant` holds.
-    pub fn with_plant(self, plant: Plant) -> Self {
-        Self { plant: Some(plant), ..self }
+    /// The same robot with everything off that the plant file holds.
+    ///
+    /// # Errors
+    /// The file is wrong, or the robot cannot have this plant. The error is one line that names the file, the place, and the right
+    /// input.
+    pub fn with_plant(self, file: &Path, model: &Model) -> Result<Self, BadInput> {
+        let plant = Plant::load(file, model)?;
+        plant.check_bushings(&self.truth).map_err(|error| BadInput::new(file, error))?;
+        Ok(Self { plant: Some(plant), ..self })
     }
 
     /// Does one experiment.
@@ -117,8 +124,9 @@ impl Simulator {
         };
         let gives_way = || {
             let name = &experiment.name;
-            let message =
-                format!("the robot gives way in {name:?}: make [[truth]], or [bounds], stiffer");
+            let message = format!(
+                "the robot gives way in {name:?}: make [[truth]], or [bounds], stiffer, or the plant milder"
+            );
             BadInput::new(&self.file, message)
         };
         let (rng, mut quality) = (&mut self.rng, self.quality);
@@ -143,7 +151,7 @@ impl Simulator {
             let rates = feed.iter().chain(std::iter::repeat(&0.0));
             cut.pose.iter().zip(rates).map(|(angle, rate)| angle + seconds * rate).collect()
         };
-        sensor::transmit(&response, pose, measurement, quality, &self.signals, rng)
+        transmission::transmit(&response, pose, measurement, quality, &self.signals, rng)
             .map_err(|error| BadInput::new(&self.file, format!("cannot be sent: {error}")))
     }
 

@@ -11,10 +11,9 @@ use flexid_pipeline::config::Config;
 use flexid_pipeline::source::OpenError;
 use flexid_pipeline::text::count;
 use flexid_simulation::bus::BusSender;
-use flexid_simulation::plant::Plant;
 use flexid_simulation::scenario::Experiment;
-use flexid_simulation::sensor::{PAUSE_S, Quality, Transmission};
 use flexid_simulation::simulator::{Simulator, Truth};
+use flexid_simulation::transmission::{PAUSE_S, Quality, Transmission};
 use flexid_simulation::truth::{TrueExperiment, TruthFile};
 use flexid_simulation::{candump, interface};
 use indicatif::ProgressBar;
@@ -74,7 +73,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let config = Config::load(&args.config)?;
     let mut simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
     if let Some(file) = &args.plant {
-        simulator = simulator.with_plant(Plant::load(file, &config.model)?);
+        simulator = simulator.with_plant(file, &config.model)?;
     }
     let experiments = experiments(args, &config, &simulator);
     let truth_json = args.truth_json.as_deref().map(Output::create).transpose()?;

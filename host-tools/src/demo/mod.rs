@@ -17,8 +17,8 @@ use flexid_edge::server::Listener;
 use flexid_pipeline::config::{Config, Listen};
 use flexid_pipeline::stop::Stop;
 use flexid_simulation::bus::BusSender;
-use flexid_simulation::sensor::Quality;
 use flexid_simulation::simulator::{Simulator, Truth};
+use flexid_simulation::transmission::Quality;
 use flexid_simulation::validation;
 
 use crate::client::Client;

@@ -52,7 +52,7 @@ fn prediction(held_out: &[HeldOut]) -> Option<String> {
 /// Number of older records that are no longer kept, if there are any.
 fn retirement(records: u64) -> Option<String> {
     let records = (records > 0).then(|| count(records, "older record"))?;
-    Some(format!("{records}, no longer kept: what they told is in the numbers"))
+    Some(format!("{records}, no longer kept: their information is in the numbers"))
 }
 
 /// The strongest correlations, if they are strong.
@@ -73,7 +73,7 @@ fn strongest(correlations: &Correlations) -> Vec<String> {
 }
 
 fn calibration(nuisance: &Nuisance) -> String {
-    let Nuisance { name, unit, value, interval, verdict: told, .. } = nuisance;
+    let Nuisance { name, unit, value, interval, verdict: own, .. } = nuisance;
     let number = |value: f64| {
         if unit.is_empty() { format!("{value:.4}") } else { format!("{value:.2e} {unit}") }
     };
@@ -81,7 +81,7 @@ fn calibration(nuisance: &Nuisance) -> String {
         Some([lower, upper]) => format!(" ({} to {})", number(*lower), number(*upper)),
         None => String::new(),
     };
-    format!("{name} {}{interval}, {}", number(*value), verdict(*told))
+    format!("{name} {}{interval}, {}", number(*value), verdict(*own))
 }
 
 #[cfg(test)]
@@ -148,9 +148,9 @@ mod tests {
         let expected = "\
 residuals    noise explains them (χ²/dof 1.00, whiteness 0.5)
 held out     each of 2 records predicted from the others: FRAC 99.00 % (worst 50.00 %), VAF 97.00 % (worst -60.00 %)
-retired      24 older records, no longer kept: what they told is in the numbers
-weak         a and b trade off in these poses (not told at all)
-             c is not told at all
+retired      24 older records, no longer kept: their information is in the numbers
+weak         a and b trade off in these poses (not determined at all)
+             c is not determined at all
 correlated   +0.99  f and g
              -0.97  c and d
              +0.95  b and c

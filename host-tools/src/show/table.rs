@@ -98,11 +98,11 @@ fn caveat(report: &Report, confidence: &Confidence) -> String {
 }
 
 /// Value, interval and verdict, and with a `truth` also the truth and the error in per cent.
-fn cells(value: f64, interval: Option<Interval>, told: Verdict, truth: Option<f64>) -> Vec<String> {
+fn cells(value: f64, interval: Option<Interval>, own: Verdict, truth: Option<f64>) -> Vec<String> {
     let mut cells = vec![
         format!("{value:.4e}"),
         interval.map_or_else(|| "-".to_owned(), |interval| relative(value, interval)),
-        verdict(told).to_owned(),
+        verdict(own).to_owned(),
     ];
     if let Some(truth) = truth {
         cells.extend([format!("{truth:.4e}"), format!("{:.2} %", 100.0 * (value / truth - 1.0))]);

@@ -50,14 +50,14 @@ impl View {
     /// Whether the work on at least `records` records has ended with an identified parameter, and noise explains the
     /// residuals.
     pub(crate) fn identified(&self, records: u64) -> bool {
-        let told = |joint: &JointReport| {
+        let is_identified = |joint: &JointReport| {
             let verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
             verdicts.into_iter().any(|verdict| *verdict == Verdict::Identified)
         };
         self.settled().is_some_and(|Report { joints, fit, .. }| {
             fit.records >= records
                 && fit.acceptance == Acceptance::Consistent
-                && joints.iter().any(told)
+                && joints.iter().any(is_identified)
         })
     }
 

@@ -111,7 +111,7 @@ fn what_a_single_pose_does_not_tell_is_named() {
     assert_eq!(confidence["held_out"].as_array().unwrap().len(), 0);
     assert!(!table.contains("held out"), "{table}");
     let weak = confidence["weak_directions"].as_array().unwrap();
-    assert!(!weak.is_empty(), "all is told:\n{table}");
+    assert!(!weak.is_empty(), "all is determined:\n{table}");
     for direction in weak {
         let text = direction["text"].as_str().unwrap();
         assert!(text.contains(direction["shares"][0]["name"].as_str().unwrap()), "{text}");

@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::setup::{add_static_test, edit, flexid, folder, identified, json, stderr};
 use crate::statics::motions;
 
-/// A plan, told as a table and as JSON.
+/// A plan, as a table and as JSON.
 fn planned(folder: &Path, arguments: &str) -> (String, Value) {
     let output = flexid(folder, &format!("plan --config edge.toml --json p.json {arguments}"));
     assert!(output.status.success(), "{}", stderr(&output));

@@ -95,7 +95,7 @@ fn static_tests_alone_find_what_their_information_allows() {
     let path = folder.path();
     let truth = truth(path);
     let (csv, jacobian) = measured(&truth);
-    // What is not told at all has the inverse of a wide prior.
+    // What is not determined at all has the inverse of a wide prior.
     let prior = DMatrix::identity(STIFFNESSES, STIFFNESSES) * WIDE.powi(-2);
     let covariance = (jacobian.transpose() * &jacobian + prior).try_inverse().unwrap();
     fs::write(path.join("static.csv"), csv).unwrap();
@@ -111,7 +111,7 @@ fn static_tests_alone_find_what_their_information_allows() {
     let intervals = report["confidence"]["joints"].as_array().unwrap().iter();
     let intervals = intervals.flat_map(|joint| joint["stiffness_interval"].as_array().unwrap());
     let found = zip(all("stiffness"), all("stiffness_verdict")).zip(intervals);
-    let (mut covered, mut told, mut errors) = (0, Vec::new(), Vec::new());
+    let (mut covered, mut determined_springs, mut errors) = (0, Vec::new(), Vec::new());
     for (spring, ((value, verdict), interval)) in found.enumerate() {
         let bound = covariance[(spring, spring)].sqrt();
         let expected = match bound {
@@ -127,12 +127,16 @@ fn static_tests_alone_find_what_their_information_allows() {
         let ratio = (upper / lower).ln() / (2.0 * 1.959_964 * bound);
         assert!((0.95..1.05).contains(&ratio), "spring {spring}: {ratio} of the bound");
         covered += u32::from((lower..=upper).contains(&truth[spring]));
-        told.push(spring);
+        determined_springs.push(spring);
         errors.push((value.as_f64().unwrap() / truth[spring]).ln());
     }
     // Turns: what gives way along y, and evenly along x and z, does so wherever in the chain it is.
-    assert_eq!(told, [3, 4, 5, 9, 10, 11, 15, 16, 17]);
-    let among = covariance.select_rows(&told).select_columns(&told).try_inverse().unwrap();
+    assert_eq!(determined_springs, [3, 4, 5, 9, 10, 11, 15, 16, 17]);
+    let among = covariance
+        .select_rows(&determined_springs)
+        .select_columns(&determined_springs)
+        .try_inverse()
+        .unwrap();
     let errors = DVector::from(errors);
     let chi_square = errors.dot(&(among * &errors));
     println!("{covered} of 9 intervals cover, chi^2 of their errors is {chi_square:.1}");

@@ -1,6 +1,6 @@
 //! Bytes that call themselves a log of `candump -L`.
 //!
-//! They never stop the reader, and what is no frame is told, in one line.
+//! They never stop the reader, and what is no frame is reported, in one line.
 #![no_main]
 
 use std::path::Path;

@@ -276,7 +276,7 @@ fn few_residuals_may_be_larger_than_many() {
         (f64::INFINITY, 10.0, false),
         (-1.0, 10.0, false),
     ] {
-        let told = noise_explains(sum_of_squares, degrees_of_freedom);
-        assert_eq!(told, explained, "{sum_of_squares} of {degrees_of_freedom}");
+        let found = noise_explains(sum_of_squares, degrees_of_freedom);
+        assert_eq!(found, explained, "{sum_of_squares} of {degrees_of_freedom}");
     }
 }

@@ -75,7 +75,7 @@ impl fmt::Display for Warning {
                     write!(f, " (and {})", Count(*poses, "pose"))?;
                 }
                 f.write_str(
-                    " lost to make room: what they told is kept only where noise explains the residuals",
+                    " lost to make room: their information is kept only where noise explains the residuals",
                 )
             }
             Self::TooShort { records } => write!(

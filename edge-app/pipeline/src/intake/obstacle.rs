@@ -46,8 +46,8 @@ pub(super) fn obstacle(counts: &Counts, config: &Config) -> Option<Obstacle> {
     let [force, acceleration] = counts.standing_still;
     let not_finite = counts.not_finite;
     // Core counts standing counters and readings that are not finite among these.
-    let odd = stream.restarts + stream.repeated + stream.refused;
-    let apart = odd.saturating_sub(force + acceleration + not_finite);
+    let jumps = stream.restarts + stream.repeated + stream.refused;
+    let apart = jumps.saturating_sub(force + acceleration + not_finite);
     let still = |sensor, frames| (frames, Obstacle::CounterStandsStill { sensor, frames });
     let obstacles = [
         Some(still(Sensor::Force, force)),

@@ -22,8 +22,8 @@ pub(crate) fn report(
         if sought.unknown(coordinate).is_none() {
             return (Verdict::Fixed, None);
         }
-        let (told, deviation) = trust.verdict(value, deviation);
-        (verdict(told), deviation)
+        let (own, deviation) = trust.verdict(value, deviation);
+        (verdict(own), deviation)
     };
     let bushings = estimate.bushings.iter().zip(&estimate.standard_deviations);
     let joints = config.model.joints.iter().zip(bushings).enumerate();

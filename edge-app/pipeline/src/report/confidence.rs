@@ -75,7 +75,7 @@ fn log_normal(value: f64, standard_deviation: f64) -> Interval {
 /// depend on the verdict, since the prior is known in any case.
 fn nuisance(found: &sought::Nuisance, width: f64, trust: Trust, residuals: Residuals) -> Nuisance {
     let value = found.value;
-    let (told, _) = trust.verdict(1.0, found.deviation / width);
+    let (own, _) = trust.verdict(1.0, found.deviation / width);
     let deviation = residuals.inflate(found.deviation);
     let (unit, std, interval): (_, _, fn(f64, f64) -> Interval) = match found.coordinate {
         Coordinate::Delay => ("s", deviation, normal),
@@ -89,7 +89,7 @@ fn nuisance(found: &sought::Nuisance, width: f64, trust: Trust, residuals: Resid
         value,
         std,
         interval: std.filter(|_| residuals.allow_intervals()).map(|std| interval(value, std)),
-        verdict: verdict(told),
+        verdict: verdict(own),
     }
 }
 

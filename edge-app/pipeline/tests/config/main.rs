@@ -270,8 +270,8 @@ fn who_may_connect_is_said_in_octal() {
         ("socket_mode = 0o060", "socket_mode is 0o60: write three octal digits"),
         ("socket_group = \"\"", "socket_group is no name of a group"),
     ] {
-        let told: String = access(line).unwrap_err();
-        assert!(told.contains(&format!("edge.toml: [server] {error}")), "{told}");
+        let line_of_error: String = access(line).unwrap_err();
+        assert!(line_of_error.contains(&format!("edge.toml: [server] {error}")), "{line_of_error}");
     }
     let config = load("edge.toml", "[server]", "[state]\nfile = \"a.state\"\n[server]").unwrap();
     assert!(config.state.unwrap().ends_with("a.state"));

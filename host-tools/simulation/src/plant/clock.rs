@@ -1,4 +1,4 @@
-//! The instants at which a sensor samples, and the values of a fine series there.
+//! The instants at which a sensor samples.
 
 use rand_core::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -6,19 +6,17 @@ use serde::Deserialize;
 
 use super::between;
 
-/// Errors of a sensor's clock. Sample n is taken at `n/rate (1 + ppm 1e-6) + delay + drift · n/rate + jitter` of the robot's time, so that a
-/// positive delay is a late sample: the reading runs ahead of its number.
+/// Errors of a sensor's clock. The sample of number n is taken at `n/rate · (1 + 1e-6 ppm) − late + jitter` of the robot's time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Clock {
-    /// Lateness of every sample, s. Typical: 20e-6 to 250e-6: a filter's group delay (second order at 1 kHz: 225 µs), or half a
-    /// cycle of a field bus of 2 to 4 kHz.
+    /// Time by which the readings lag, s, as `[calibration] delay_s` means it for the acceleration. Typical: 20e-6 to 250e-6: a filter's
+    /// group delay (second order at 1 kHz: 225 µs), or half a cycle of a field bus of 2 to 4 kHz.
     pub late_s: f64,
-    /// Standard deviation of a further lateness, drawn for each cut, s. Typical: 10e-6, a start without hardware trigger.
+    /// Standard deviation of a further lag, drawn for each cut, s. Typical: 10e-6, a start without hardware trigger.
     pub late_spread_s: f64,
-    /// Growth of the lateness in a cut, s per s. Typical: 10e-6, the difference of two quartzes.
-    pub drift: f64,
-    /// Slowness of the sensor's quartz, parts in a million. Typical: 20 to 50, the tolerance of crystals in data sheets.
+    /// Slowness of the sensor's quartz, parts in a million: the lag drifts. Typical: 20 to 50, the tolerance of crystals in data
+    /// sheets.
     pub ppm: f64,
     /// Standard deviation of a sample's instant, s. Typical: 1e-6, an interrupt; 20e-6, a task of an operating system.
     pub jitter_s: f64,
@@ -29,7 +27,6 @@ impl Clock {
         let limit = [-0.1, 0.1];
         between(&format!("[{place}] late_s"), self.late_s, limit)?;
         between(&format!("[{place}] late_spread_s"), self.late_spread_s, [0.0, 0.1])?;
-        between(&format!("[{place}] drift"), self.drift, [-0.01, 0.01])?;
         between(&format!("[{place}] ppm"), self.ppm, [-10_000.0, 10_000.0])?;
         between(&format!("[{place}] jitter_s"), self.jitter_s, [0.0, 0.1])
     }
@@ -38,57 +35,25 @@ impl Clock {
     pub fn instants(&self, samples: usize, rate_hz: f64, rng: &mut impl Rng) -> Vec<f64> {
         let mut normal = || -> f64 { StandardNormal.sample(rng) };
         let late = rate_hz * (self.late_s + self.late_spread_s * normal());
-        let pace = 1.0 + self.ppm * 1e-6 + self.drift;
-        (0..samples).map(|n| n as f64 * pace + late + self.jitter_s * rate_hz * normal()).collect()
+        let pace = 1.0 + self.ppm * 1e-6;
+        (0..samples).map(|n| n as f64 * pace - late + self.jitter_s * rate_hz * normal()).collect()
     }
-}
-
-/// Number of points of [`at`]'s polynomial.
-const POINTS: usize = 8;
-
-/// Value of a `series` at `time`, in samples: Lagrange's polynomial through the eight nearest samples. It misses a sine with twenty
-/// samples a period by 1e-8. The first and the last sample hold beyond the ends.
-pub fn at(series: &[f64], time: f64) -> f64 {
-    let first = time.floor() as isize - (POINTS as isize / 2 - 1);
-    let last = series.len() as isize - 1;
-    (0..POINTS)
-        .map(|i| {
-            let others = (0..POINTS).filter(|&j| j != i);
-            let weight: f64 = others
-                .map(|j| (time - (first + j as isize) as f64) / (i as f64 - j as f64))
-                .product();
-            series[(first + i as isize).clamp(0, last) as usize] * weight
-        })
-        .sum()
 }
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::TAU;
-
     use rand_core::SeedableRng as _;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
 
     #[test]
-    fn a_sine_is_met_between_its_samples() {
-        let sine = |time: f64| (TAU * time / 20.0).sin();
-        let series: Vec<_> = (0..200).map(|n| sine(n as f64)).collect();
-        for k in 0..1000 {
-            let time = 10.0 + 0.17 * f64::from(k);
-            assert!((at(&series, time) - sine(time)).abs() < 1e-7, "{time}");
-        }
-        assert_eq!(at(&series, 7.0), series[7]);
-    }
-
-    #[test]
     fn the_lateness_grows_as_the_clock_says() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
-        let clock = Clock { late_s: 1e-3, drift: 1e-4, ppm: 50.0, ..Clock::default() };
+        let clock = Clock { late_s: 1e-3, ppm: 150.0, ..Clock::default() };
         let instants = clock.instants(2001, 2000.0, &mut rng);
-        assert!((instants[0] - 2.0).abs() < 1e-12);
-        assert!((instants[2000] - 2002.0 - 2000.0 * 1.5e-4).abs() < 1e-9);
+        assert!((instants[0] + 2.0).abs() < 1e-12);
+        assert!((instants[2000] - 1998.0 - 2000.0 * 1.5e-4).abs() < 1e-9);
         let clock = Clock { jitter_s: 1e-4, ..Clock::default() };
         let off: Vec<_> = clock
             .instants(4000, 2000.0, &mut rng)

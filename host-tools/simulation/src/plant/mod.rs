@@ -6,15 +6,19 @@
 //! | module         | holds                                                              |
 //! | -------------- | ------------------------------------------------------------------ |
 //! | [`robot`]      | geometry and masses that differ from the model; further bushings   |
+//! | [`elements`]   | the laws of these loads, and their past                            |
 //! | [`joints`]     | loads of joints that no linear bushing has                         |
 //! | [`motion`]     | a cut by such a robot                                              |
 //! | [`sensors`]    | errors of a sensor, from the motion to the reading                 |
 //! | [`filter`]     | linear filters of a sensor, applied to a spectrum                  |
 //! | [`clock`]      | the instants at which a sensor samples                             |
+//! | [`interpolation`] | a signal at these instants                                      |
 //! | [`noise`]      | disturbances of a sensor: coloured noise, hum, lines, spikes       |
 
 pub mod clock;
+pub mod elements;
 pub mod filter;
+pub mod interpolation;
 pub mod joints;
 pub mod motion;
 pub mod noise;
@@ -23,6 +27,8 @@ pub mod sensors;
 
 use std::path::Path;
 
+use flexid_core::MAX_JOINTS;
+use flexid_core::parameters::Bushing;
 use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::model::Model;
 use serde::Deserialize;
@@ -72,6 +78,14 @@ impl Plant {
         Ok(plant)
     }
 
+    /// Checks that a robot with these bushings can have this plant.
+    ///
+    /// # Errors
+    /// The error is one line that names the place and the right input.
+    pub fn check_bushings(&self, bushings: &[Bushing]) -> Result<(), String> {
+        self.joints.check_bushings(bushings)
+    }
+
     fn check(&self, model: &Model) -> Result<(), String> {
         self.force_sensor.check("force_sensor")?;
         self.accelerometer.check("accelerometer")?;
@@ -82,7 +96,14 @@ impl Plant {
         }
         self.tool.check()?;
         self.robot.check(model)?;
-        self.joints.check(model)?;
+        self.joints.check()?;
+        let further = [self.pedestal.is_some(), self.bending.is_some()];
+        let bushings = model.joints.len() + further.into_iter().filter(|one| *one).count();
+        if bushings > MAX_JOINTS {
+            return Err(format!(
+                "[pedestal] and [bending] make {bushings} bushings: at most {MAX_JOINTS}: leave one out"
+            ));
+        }
         for part in
             [self.pedestal.as_ref().map(Pedestal::check), self.hose.as_ref().map(Hose::check)]
         {

@@ -11,7 +11,7 @@ use flexid_core::sensors::Accelerometer;
 use nalgebra::{Vector3, Vector6};
 use rand_core::Rng;
 
-use super::joints::{self, Element};
+use super::elements::{self, Element};
 use super::robot::TrueChain;
 use super::{Hose, Plant, Sensor};
 use crate::experiment::{Cut, Response, STEPS};
@@ -75,12 +75,12 @@ impl Plant {
         })
     }
 
-    /// True force and acceleration along the true axes of the sensors, less those at the begin, [`STEPS`] values per sample.
+    /// True force and acceleration along the true axes of the sensors, less those at the start, [`STEPS`] values per sample.
     fn signals(&self, work: Work<'_>) -> Option<[Vec<Vector3<f64>>; 2]> {
         let cut = work.cut;
         let creeps = self.robot.feed_rad_per_s.iter().any(|rate| *rate != 0.0);
         let mut machine = Machine::new(self, work)?;
-        let at_begin = machine.gravity_at_tip;
+        let at_start = machine.gravity_at_tip;
         let steps = cut.force.len().div_ceil(OVERSAMPLING) * STEPS;
         let mut signals = [Vec::with_capacity(steps), Vec::with_capacity(steps)];
         for step in 0..steps {
@@ -89,11 +89,13 @@ impl Plant {
             }
             let time = step as f64 / STEPS as f64;
             let force = force::between(&cut.force, time);
-            let Reading { force, mut acceleration } = machine.reading(force, cut.accelerometer);
+            let reading = machine.reading(force, cut.accelerometer);
+            let Reading { mut force, mut acceleration } = reading;
             // The reading at rest is that before the cut. A tool that turns with the feed turns in gravity.
+            let (mounting, turned) = (&machine.mounting, at_start - machine.gravity_at_tip);
+            force -= mounting.force_axes.inverse() * (mounting.tool_mass * turned);
             if cut.accelerometer == Accelerometer::Strapdown {
-                let turned = at_begin - machine.gravity_at_tip;
-                acceleration += machine.mounting.accelerometer_axes.inverse() * turned;
+                acceleration += mounting.accelerometer_axes.inverse() * turned;
             }
             signals[0].push(force);
             signals[1].push(acceleration);
@@ -106,7 +108,7 @@ impl Plant {
 impl Machine {
     fn new(plant: &Plant, work: Work<'_>) -> Option<Self> {
         let step_s = 1.0 / (work.cut.rate_hz * STEPS as f64);
-        let (true_chain, linear) = still(plant, work, 0.0)?;
+        let Still { true_chain, linear, bushings } = still(plant, work, 0.0)?;
         let rest = sag(&linear);
         let start = State { elongation: rest, rate: Coordinates::default() };
         let robot = Radau::new(equation(&true_chain, work.cut, rest)?, start, step_s);
@@ -114,7 +116,7 @@ impl Machine {
             robot,
             step_s,
             rest,
-            elements: plant.joints.elements(work.model, work.bushings, &true_chain.index),
+            elements: plant.joints.elements(work.model, &bushings, &true_chain.index, &rest),
             hose: plant.hose.map(|hose| (hose, linear.jacobian())),
             mounting: true_chain.mounting,
             gravity_at_tip: linear.gravity_at_tip,
@@ -123,7 +125,7 @@ impl Machine {
 
     /// Moves the drives to where the feed has led them after `seconds`. The bushings keep their elongations and rates.
     fn creep(&mut self, plant: &Plant, work: Work<'_>, seconds: f64) -> Option<()> {
-        let (true_chain, linear) = still(plant, work, seconds)?;
+        let Still { true_chain, linear, .. } = still(plant, work, seconds)?;
         self.rest = sag(&linear);
         let equation = equation(&true_chain, work.cut, self.rest)?;
         self.robot = Radau::new(equation, *self.robot.state(), self.step_s);
@@ -146,7 +148,7 @@ impl Machine {
         let resistance =
             |part: f64, state: &State| resistance(elements, hose, rest, state, part * *step_s);
         robot.step_against(force, resistance).ok()?;
-        joints::advance(elements, rest, robot.state(), *step_s);
+        elements::advance(elements, rest, robot.state(), *step_s);
         Some(())
     }
 }
@@ -160,7 +162,7 @@ fn resistance(
     seconds: f64,
 ) -> Coordinates {
     let mut loads = Coordinates::default();
-    joints::add_loads(elements, rest, state, seconds, &mut loads);
+    elements::add_loads(elements, rest, state, seconds, &mut loads);
     if let Some((hose, jacobian)) = hose {
         let columns = || {
             let joints = jacobian.iter().enumerate();
@@ -181,8 +183,16 @@ fn resistance(
     loads
 }
 
-/// The robot that moves, `seconds` after the begin of the cut, and its equilibrium.
-fn still(plant: &Plant, work: Work<'_>, seconds: f64) -> Option<(TrueChain, LinearChain)> {
+/// A robot at rest.
+struct Still {
+    true_chain: TrueChain,
+    linear: LinearChain,
+    /// Its bushings, one per joint of the model, all dampers viscous.
+    bushings: Vec<Bushing>,
+}
+
+/// The robot that moves, `seconds` after the start of the cut.
+fn still(plant: &Plant, work: Work<'_>, seconds: f64) -> Option<Still> {
     let Work { cut, model, bushings, number } = work;
     let pose = plant.true_pose(&cut.pose, seconds);
     let modelled = model.linearise(&pose, cut.gravity, bushings).ok()?;
@@ -191,10 +201,11 @@ fn still(plant: &Plant, work: Work<'_>, seconds: f64) -> Option<(TrueChain, Line
     };
     let loads: Vec<_> = modelled.joints.iter().zip(bushings).map(load).collect();
     let bushings = plant.joints.bushings(model, bushings, &loads, number);
-    let robot = plant.robot(model, &pose, &bushings, &cut.mounting).ok()?;
-    let none = vec![0.0; robot.bushings.len()];
-    let linear = robot.chain.linearise(&none, cut.gravity, &robot.bushings).ok()?;
-    Some((robot, linear))
+    let viscous: Vec<_> = bushings.iter().map(|one| plant.joints.viscous(one)).collect();
+    let true_chain = plant.robot(model, &pose, &viscous, &cut.mounting).ok()?;
+    let none = vec![0.0; true_chain.bushings.len()];
+    let linear = true_chain.chain.linearise(&none, cut.gravity, &true_chain.bushings).ok()?;
+    Some(Still { true_chain, linear, bushings })
 }
 
 fn equation(robot: &TrueChain, cut: &Cut, rest: Coordinates) -> Option<EquationOfMotion> {

@@ -8,11 +8,14 @@ use serde::Deserialize;
 
 use super::{all_between, between};
 
+/// Largest number of spindle lines.
+const MOST_ORDERS: usize = 32;
+
 /// Disturbances of every axis of a sensor, in its unit: N or m/s².
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Disturbance {
-    /// Frequency below which the noise is pink, Hz: its density grows as `√(1 + corner/f)`. Typical: 1 to 10, the corner of amplifiers
+    /// Frequency below which the noise is pink, Hz: its amplitude density grows as `√(1 + corner/f)`. Typical: 1 to 10, the corner of amplifiers
     /// and piezoelectric sensors in data sheets.
     pub pink_below_hz: f64,
     /// Frequency of the mains, Hz. Typical: 50 or 60.
@@ -22,7 +25,7 @@ pub struct Disturbance {
     /// Frequencies of lines per turn of the spindle. Typical: 1 (imbalance); 3.57 and 5.43 (outer and inner race of a bearing of nine balls;
     /// Randall and Antoni, Mechanical Systems and Signal Processing 25, 2011).
     pub spindle_orders: Vec<f64>,
-    /// Amplitude of each of these lines. Typical: 0.2 m/s² on the accelerometer (0.71 mm/s at 50 Hz, zone A of class I in ISO 10816-1).
+    /// Amplitude of each of these lines. Typical: 0.3 m/s² on the accelerometer (0.71 mm/s rms at 50 Hz, zone A of class I in ISO 10816-1).
     pub spindle: f64,
     /// Mean number of spikes a second on each axis. Typical: 0.1, loose contacts and sparks.
     pub spikes_per_s: f64,
@@ -41,6 +44,13 @@ impl Disturbance {
             ("spike", self.spike, 1e9),
         ] {
             between(&format!("[{place}] {key}"), value, [0.0, most])?;
+        }
+        if self.hum > 0.0 && self.hum_hz == 0.0 {
+            return Err(format!("[{place}] hum_hz is 0: give the frequency of the hum, 50 or 60"));
+        }
+        if self.spindle_orders.len() > MOST_ORDERS {
+            let given = self.spindle_orders.len();
+            return Err(format!("[{place}] spindle_orders has {given}: at most {MOST_ORDERS}"));
         }
         all_between(&format!("[{place}] spindle_orders"), &self.spindle_orders, [0.0, 1e3])
     }
@@ -72,13 +82,13 @@ impl Disturbance {
         series
     }
 
-    /// White noise, and pink noise of the same density at the corner: a sum of first-order processes, one an octave (Kasdin, Proceedings of the
-    /// IEEE 83, 1995).
+    /// White noise, and pink noise of the same density at the corner: a sum of first-order processes, one an octave (van der Ziel,
+    /// Physica 16, 1950).
     fn coloured(&self, white: f64, rate_hz: f64, samples: usize, rng: &mut impl Rng) -> Vec<f64> {
         let mut normal = || -> f64 { StandardNormal.sample(rng) };
         let mut octaves = Vec::new();
         let mut corner = if self.pink_below_hz > 0.0 { rate_hz / 8.0 } else { 0.0 };
-        // Below 0.01 Hz a drift is no noise.
+        // Processes slower than 0.01 Hz do not change during a cut.
         while corner > 0.01 {
             let keep = (-TAU * corner / rate_hz).exp();
             // One process of corner c and variance v has the one-sided density 2v c / (π (c² + f²)). One an octave they add up to

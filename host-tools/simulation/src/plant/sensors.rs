@@ -8,8 +8,9 @@ use nalgebra::{Matrix3, Vector3};
 use rand_core::Rng;
 use serde::Deserialize;
 
-use super::clock::{Clock, at};
+use super::clock::Clock;
 use super::filter::{Filter, filtered};
+use super::interpolation::interpolated;
 use super::noise::Disturbance;
 use super::{all_between, between};
 
@@ -56,7 +57,7 @@ pub struct Sensor {
 pub struct Stuck {
     /// The axis: 0, 1, 2 for x, y, z.
     pub axis: usize,
-    /// Begin, s from the first sample of each cut.
+    /// Start, s from the first sample of each cut.
     pub from_s: f64,
     /// Duration, s. Typical: 0.05, a converter that restarts; a whole cut, a broken wire.
     pub for_s: f64,
@@ -91,16 +92,18 @@ impl Sensor {
         all_between(&key("gain"), &self.gain, [-100.0, 100.0])?;
         between(&key("crosstalk"), self.crosstalk, [-1.0, 1.0])?;
         between(&key("low_pass_order"), f64::from(self.low_pass_order), [1.0, 8.0])?;
-        between(&key("resonance_damping"), self.resonance_damping, [1e-4, 10.0])?;
-        for (name, value) in [
-            ("low_pass_hz", self.low_pass_hz),
-            ("high_pass_hz", self.high_pass_hz),
-            ("resonance_hz", self.resonance_hz),
+        between(&key("resonance_damping"), self.resonance_damping, [1e-3, 10.0])?;
+        for (name, value, least) in [
+            ("low_pass_hz", self.low_pass_hz, 1.0),
+            ("high_pass_hz", self.high_pass_hz, 0.01),
+            ("resonance_hz", self.resonance_hz, 10.0),
+            ("quantum", self.quantum, 1e-9),
         ] {
-            between(&key(name), value, [0.0, 1e6])?;
+            if value != 0.0 {
+                between(&key(name), value, [least, 1e6])?;
+            }
         }
         between(&key("limit"), self.limit, [0.0, 1e9])?;
-        between(&key("quantum"), self.quantum, [0.0, 1e6])?;
         if let Some(Stuck { axis, from_s, for_s }) = self.stuck {
             between(&format!("[{place}.stuck] axis"), axis as f64, [0.0, 2.0])?;
             all_between(
@@ -136,7 +139,8 @@ impl Sensor {
         for (axis, series) in axes.iter().enumerate() {
             let noise = self.noise.draw(white, rate_hz, turned, rng);
             for ((reading, &instant), noise) in readings.iter_mut().zip(&instants).zip(noise) {
-                reading[axis] = self.convert(at(series, instant * fineness as f64) + noise);
+                reading[axis] =
+                    self.convert(interpolated(series, instant * fineness as f64) + noise);
             }
         }
         if let Some(stuck) = self.stuck {

@@ -128,7 +128,7 @@ mod tests {
         Config::load(&file).unwrap()
     }
 
-    fn told(config: &Config, joint: usize, values: &[f64]) -> Option<String> {
+    fn line(config: &Config, joint: usize, values: &[f64]) -> Option<String> {
         let mut joints = Joints::new(&config.model);
         let mut worst = [None; MAX_JOINTS];
         for value in values {
@@ -144,34 +144,35 @@ mod tests {
         let mut config = config();
         config.model.joints[1].limits = [-2.1, 2.1];
         assert_eq!(
-            told(&config, 1, &[2.1, -2.11, 0.0, f64::NAN, f64::INFINITY, f64::INFINITY]),
+            line(&config, 1, &[2.1, -2.11, 0.0, f64::NAN, f64::INFINITY, f64::INFINITY]),
             None
         );
         assert_eq!(
-            told(&config, 1, &[0.3, 57.3, 40.0]).unwrap(),
+            line(&config, 1, &[0.3, 57.3, 40.0]).unwrap(),
             "q2 reads 57.3000, beyond joint_2's limits, -2.1000 to 2.1000 rad: in degrees? give its unit in [bus] dbc"
         );
-        let near = told(&config, 1, &[-2.3; 2]).unwrap();
+        let near = line(&config, 1, &[-2.3; 2]).unwrap();
         assert!(near.ends_with("or mend the limits in [model] file"), "{near}");
         // A joint without limits may turn once.
         config.model.joints[2].limits = [f64::NEG_INFINITY, f64::INFINITY];
-        assert_eq!(told(&config, 2, &[6.0; 2]), None);
-        assert!(told(&config, 2, &[-90.0; 2]).unwrap().contains("in degrees?"));
+        assert_eq!(line(&config, 2, &[6.0; 2]), None);
+        assert!(line(&config, 2, &[-90.0; 2]).unwrap().contains("in degrees?"));
         let excess = |value| Some(Excess { value, by: value });
         let mut all = [None; MAX_JOINTS];
         (all[0], all[1], all[2]) = (excess(70.0), excess(90.0), excess(80.0));
-        let told = warning(&all, &config).unwrap().to_string();
-        assert!(told.starts_with("q2 reads 90.0000, beyond joint_2's limits"), "{told}");
-        assert!(told.contains(" rad (and 2 other joints beyond theirs): in degrees?"), "{told}");
+        let line = warning(&all, &config).unwrap().to_string();
+        assert!(line.starts_with("q2 reads 90.0000, beyond joint_2's limits"), "{line}");
+        assert!(line.contains(" rad (and 2 other joints beyond theirs): in degrees?"), "{line}");
     }
 
     #[test]
     fn a_single_odd_angle_is_odd_only_if_it_holds() {
         let config = config();
-        assert_eq!(told(&config, 1, &[0.3, 6.5535e4, 0.3, 6.5535e4, f64::NAN, 0.3]), None);
-        assert!(told(&config, 1, &[0.3, 90.0, f64::NAN, 90.0, 0.3]).is_some());
+        assert_eq!(line(&config, 1, &[0.3, 6.5535e4, 0.3, 6.5535e4, f64::NAN, 0.3]), None);
+        assert!(line(&config, 1, &[0.3, 90.0, f64::NAN, 90.0, 0.3]).is_some());
         let mut joints = Joints::new(&config.model);
-        let standing = |joints: &Joints, frames| joints.standing(frames)[1].map(|odd| odd.value);
+        let standing =
+            |joints: &Joints, frames| joints.standing(frames)[1].map(|excess| excess.value);
         assert_eq!(joints.note(1, 90.0, 5000), None);
         assert_eq!(standing(&joints, 5000 + HOLDS - 1), None);
         assert_eq!(standing(&joints, 5000 + HOLDS), Some(90.0));
@@ -184,8 +185,8 @@ mod tests {
         let mut config = config();
         config.model.joints[0].kind = Kind::Prismatic;
         config.model.joints[0].limits = [0.0, 1.5];
-        assert_eq!(told(&config, 0, &[1.5; 2]), None);
-        let told = told(&config, 0, &[740.0; 2]).unwrap();
-        assert!(told.ends_with("0.0000 to 1.5000 m: in mm? give its unit in [bus] dbc"), "{told}");
+        assert_eq!(line(&config, 0, &[1.5; 2]), None);
+        let line = line(&config, 0, &[740.0; 2]).unwrap();
+        assert!(line.ends_with("0.0000 to 1.5000 m: in mm? give its unit in [bus] dbc"), "{line}");
     }
 }

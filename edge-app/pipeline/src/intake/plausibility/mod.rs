@@ -198,19 +198,23 @@ impl Plausibility {
 /// Returns the kinds of implausible readings, the gravest first: wrong units, then broken channels. `at_limit` counts the samples
 /// at the limit of each signal, which have a warning of their own.
 pub(crate) fn warnings(
-    odd: &Implausible,
+    implausible_readings: &Implausible,
     at_limit: &[u64; 6],
     config: &Config,
 ) -> Vec<implausible::Implausible> {
     use implausible::Implausible::{BeyondLimits, Flat, Spikes, Stuck};
-    let flat = std::array::from_fn(|axis| if at_limit[axis] == 0 { odd.flat[axis] } else { 0 });
+    let flat =
+        std::array::from_fn(
+            |axis| if at_limit[axis] == 0 { implausible_readings.flat[axis] } else { 0 },
+        );
     // In a signal that is cut off, each sample that is not stands out like a spike.
-    let whole = |axis: usize| odd.flat[axis] == 0 && at_limit[axis] == 0;
-    let spikes = std::array::from_fn(|axis| if whole(axis) { odd.spikes[axis] } else { 0 });
+    let whole = |axis: usize| implausible_readings.flat[axis] == 0 && at_limit[axis] == 0;
+    let spikes =
+        std::array::from_fn(|axis| if whole(axis) { implausible_readings.spikes[axis] } else { 0 });
     let warnings = [
-        joints::warning(&odd.joints, config).map(BeyondLimits),
-        odd.rest.and_then(|mean| rest::warning(mean, config)),
-        signals(&odd.stuck, config).map(Stuck),
+        joints::warning(&implausible_readings.joints, config).map(BeyondLimits),
+        implausible_readings.rest.and_then(|mean| rest::warning(mean, config)),
+        signals(&implausible_readings.stuck, config).map(Stuck),
         signals(&flat, config).map(Flat),
         signals(&spikes, config).map(Spikes),
     ];
@@ -227,8 +231,8 @@ pub(crate) fn signals(frames: &[u64; 6], config: &Config) -> Option<Signals> {
 }
 
 /// Returns the largest force so far, N, if it is smaller than that of a cut.
-pub(crate) fn faint_force(odd: &Implausible) -> Option<f32> {
-    let largest = odd.largest_force;
+pub(crate) fn faint_force(implausible_readings: &Implausible) -> Option<f32> {
+    let largest = implausible_readings.largest_force;
     (largest > 0.0 && largest < LEAST_CUT_N).then_some(largest)
 }
 
@@ -244,7 +248,7 @@ mod tests {
         Config::load(&file).unwrap()
     }
 
-    fn told(config: &Config, readings: impl Iterator<Item = Reading>) -> Vec<String> {
+    fn line(config: &Config, readings: impl Iterator<Item = Reading>) -> Vec<String> {
         let mut plausibility = Plausibility::new(config);
         readings.for_each(|reading| plausibility.note(&reading));
         lines(&plausibility, config)
@@ -273,13 +277,13 @@ mod tests {
     #[test]
     fn broken_channels_are_named_with_their_count() {
         let config = config();
-        assert_eq!(told(&config, cut(|_, _| {})), Vec::<String>::new());
-        let stuck = told(&config, cut(|_, values| values[2] = 1.5));
+        assert_eq!(line(&config, cut(|_, _| {})), Vec::<String>::new());
+        let stuck = line(&config, cut(|_, values| values[2] = 1.5));
         assert_eq!(
             stuck,
             ["stuck while others move: Fz in 8192 frames: check the sensor and its wiring"]
         );
-        let spiked = told(
+        let spiked = line(
             &config,
             cut(|counter, values| {
                 if counter % 1000 == 999 {
@@ -294,25 +298,25 @@ mod tests {
                 "spikes of single samples: Fy in 1 frame and ax in 9 frames: check wiring, shield and supply"
             ]
         );
-        let clipped = told(&config, cut(|_, values| values[0] = values[0].min(70.0)));
+        let clipped = line(&config, cut(|_, values| values[0] = values[0].min(70.0)));
         assert!(clipped[0].starts_with("flat at its largest value: Fx in "), "{clipped:?}");
         assert_eq!(clipped.len(), 1, "{clipped:?}");
         // A jump across missing frames is no jump of the signal.
         let rests = |counter: u32, values: &mut [f32; 6]| {
             values[0] = 0.01 * values[0] + if counter == 5003 { 300.0 } else { 0.0 };
         };
-        let whole = told(&config, cut(rests));
+        let whole = line(&config, cut(rests));
         let spike = "spikes of single samples: Fx in 1 frame: check wiring, shield and supply";
         assert_eq!(whole, [spike]);
         let missing =
             |reading: &Reading| !matches!(reading, Reading::Force { counter: 5001 | 5002, .. });
-        assert_eq!(told(&config, cut(rests).filter(missing)), Vec::<String>::new());
+        assert_eq!(line(&config, cut(rests).filter(missing)), Vec::<String>::new());
         // The short impact of a tooth shows on all axes.
         let tooth = |counter: u32, values: &mut [f32; 6]| {
             let force = if counter.is_multiple_of(50) { 900.0 } else { 0.0 };
             values[..3].copy_from_slice(&[force, 0.5 * force, -0.3 * force]);
         };
-        assert_eq!(told(&config, cut(tooth)), Vec::<String>::new());
+        assert_eq!(line(&config, cut(tooth)), Vec::<String>::new());
     }
 
     /// Reads a cut of `frames` frames, changed by `spoil`.
@@ -335,7 +339,7 @@ mod tests {
         let config = config();
         let mut plausibility = Plausibility::new(&config);
         let joint = |index, value| Reading::Joint { index, value };
-        let told = |plausibility: &Plausibility| lines(plausibility, &config);
+        let line = |plausibility: &Plausibility| lines(plausibility, &config);
         let spoil = |frame: u64, values: &mut [f32; 6]| {
             values[0] = values[0].min(70.0);
             values[2] = 1.5;
@@ -347,7 +351,7 @@ mod tests {
         [90.0, 90.0, 0.0].iter().for_each(|angle| plausibility.note(&joint(1, *angle)));
         plausibility.note(&joint(2, 90.0));
         go_on(&mut plausibility, 20_000, spoil);
-        let all = told(&plausibility);
+        let all = line(&plausibility);
         let starts = [
             "q2 reads 90",
             "stuck while",
@@ -357,7 +361,7 @@ mod tests {
         assert_eq!(all.len(), starts.len(), "{all:?}");
         assert!(all.iter().zip(starts).all(|(line, start)| line.starts_with(start)), "{all:?}");
         go_on(&mut plausibility, STRETCH - 20_000, |_, _| {});
-        let [still] = &told(&plausibility)[..] else { panic!("{:?}", told(&plausibility)) };
+        let [still] = &line(&plausibility)[..] else { panic!("{:?}", line(&plausibility)) };
         assert!(still.starts_with("q3 reads 90.0000"), "it holds: {still}");
     }
 
@@ -372,8 +376,8 @@ mod tests {
         };
         for (every, named) in [(RARE, true), (4 * RARE, false)] {
             go_on(&mut plausibility, STRETCH, spikes(every));
-            let told = plausibility.implausible().spikes;
-            assert_eq!(told[1] > 0, named, "{every}: {told:?}");
+            let line = plausibility.implausible().spikes;
+            assert_eq!(line[1] > 0, named, "{every}: {line:?}");
         }
     }
 

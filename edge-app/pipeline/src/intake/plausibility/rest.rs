@@ -70,8 +70,8 @@ mod tests {
             ([0.0, 0.0, 990.0], "in mg or cm/s^2?"),
             ([0.0, 9700.0, 0.0], "in mm/s^2?"),
         ] {
-            let told = warning(mean, &config).unwrap().to_string();
-            assert!(told.contains(unit), "{told}");
+            let line = warning(mean, &config).unwrap().to_string();
+            assert!(line.contains(unit), "{line}");
         }
     }
 
@@ -80,14 +80,14 @@ mod tests {
         let mut config = config();
         config.accelerometer = Accelerometer::Inertial;
         let felt = [0.0, 9.7, 1.0];
-        let told = warning(felt, &config).unwrap().to_string();
+        let line = warning(felt, &config).unwrap().to_string();
         assert!(
-            told.ends_with("accelerometer is \"inertial\" in mill3-edge.toml: delete that line"),
-            "{told}"
+            line.ends_with("accelerometer is \"inertial\" in mill3-edge.toml: delete that line"),
+            "{line}"
         );
         config.gravity = [0.0; 3];
-        let told = warning(felt, &config).unwrap().to_string();
-        assert!(told.contains("but gravity_m_per_s2 is zero in mill3-edge.toml"), "{told}");
+        let line = warning(felt, &config).unwrap().to_string();
+        assert!(line.contains("but gravity_m_per_s2 is zero in mill3-edge.toml"), "{line}");
         assert_eq!(warning([0.0; 3], &config), None);
     }
 }

@@ -96,7 +96,7 @@ fn disproportion(ratio: f64) -> Option<Warning> {
 mod tests {
     use super::*;
 
-    fn told(ratios: &[f64]) -> Option<String> {
+    fn line(ratios: &[f64]) -> Option<String> {
         let bounds = Bounds::new([1e7, 2e8], [1e6, 1e8], [1e3, 1e5], [1e2, 5e4]).unwrap();
         let mut scale = Scale::new(&bounds, 3, Level::new());
         scale.ratios.extend(ratios);
@@ -106,16 +106,16 @@ mod tests {
     #[test]
     fn the_unit_that_is_likely_is_asked_for() {
         assert_eq!(
-            [told(&[]), told(&[1.0, 0.1, 1.0]), told(&[4.0]), told(&[0.6])],
+            [line(&[]), line(&[1.0, 0.1, 1.0]), line(&[4.0]), line(&[0.6])],
             [const { None }; 4]
         );
-        let g = told(&[0.1, 0.1, 1.0]).unwrap();
+        let g = line(&[0.1, 0.1, 1.0]).unwrap();
         assert!(
             g.starts_with("the acceleration is 1.0e-1 times what") && g.contains("in g?"),
             "{g}"
         );
-        assert!(told(&[900.0]).unwrap().contains("in kN, or the acceleration in mm/s^2?"));
-        assert!(told(&[0.001]).unwrap().contains("is the force in mN?"));
+        assert!(line(&[900.0]).unwrap().contains("in kN, or the acceleration in mm/s^2?"));
+        assert!(line(&[0.001]).unwrap().contains("is the force in mN?"));
     }
 
     #[test]

@@ -99,7 +99,7 @@ fn project_out(rows: &DMatrix<f64>, ends: usize) -> Result<DMatrix<f64>> {
     let sought = rows.columns(ends, rows.ncols() - ends);
     let cross = own.tr_mul(&sought);
     let explained = own.tr_mul(&own) + DMatrix::identity(ends, ends) * RIDGE;
-    let factor = explained.cholesky().context("the ends of a record cannot be told apart")?;
+    let factor = explained.cholesky().context("the ends of a record cannot be distinguished")?;
     Ok(sought.tr_mul(&sought) - cross.tr_mul(&factor.solve(&cross)))
 }
 
@@ -221,8 +221,8 @@ mod tests {
         let scaled = DMatrix::from_diagonal(&scale) * gram * DMatrix::from_diagonal(&scale);
         let inverse = scaled.cholesky().unwrap().inverse();
         let motion = motion(&study.chain, &truth, &cut);
-        let told = information(&study, &study.chain, &truth, &cut, &motion, WINDOW).unwrap();
-        for (index, deviation) in deviations(&told).unwrap().into_iter().enumerate() {
+        let gathered = information(&study, &study.chain, &truth, &cut, &motion, WINDOW).unwrap();
+        for (index, deviation) in deviations(&gathered).unwrap().into_iter().enumerate() {
             let ours = scale[index] * inverse[(index, index)].sqrt();
             assert!((deviation / ours - 1.0).abs() < 1e-3, "{index}: {deviation:e}, not {ours:e}");
         }

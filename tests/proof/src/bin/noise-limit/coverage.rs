@@ -73,8 +73,8 @@ fn judge(runs: &[(Run, Vec<f64>)], parameters: &[Parameter]) -> Vec<Figure> {
         Figure::unexplained("all robots", runs.len(), unexplained),
         intervals(runs, Verdict::Identified).cover("identified parameters", OFF, false),
     ];
-    let told = parameters.iter().filter(|parameter| !parameter.reported.is_empty());
-    let (often, seldom): (Vec<_>, Vec<_>) = told.partition(|p| p.reported.len() >= ENOUGH);
+    let determined = parameters.iter().filter(|parameter| !parameter.reported.is_empty());
+    let (often, seldom): (Vec<_>, Vec<_>) = determined.partition(|p| p.reported.len() >= ENOUGH);
     figures.extend(each_of_many(&often));
     figures.extend(nearest_of_few(&seldom));
     let together: Vec<f64> = consistent(runs).map(Run::distance).collect();

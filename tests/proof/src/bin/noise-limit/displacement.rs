@@ -106,7 +106,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
         let largest = medians.iter().copied().fold(0.0, f64::max);
         let predicted = all.iter().map(|errors| 100.0 * median(errors.drawn.clone())).collect();
         let middle = median(medians);
-        let told = format!("of the worst {largest:.3} %; predicted {:.3} %", median(predicted));
+        let remark = format!("of the worst {largest:.3} %; predicted {:.3} %", median(predicted));
         let runs = format!("{robots} robots × {REPEATS} noises");
         let ratios: Vec<f64> = all.iter().map(Errors::over_prediction).collect();
         let worst = ratios.iter().copied().fold(0.0, f64::max);
@@ -125,7 +125,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
         let what = format!("{name}: displacement error, median of the robots");
         let limit = MEDIAN * beyond(robots, AMONG_ROBOTS);
         figures
-            .push(Figure::at_most(what, robots, limit, middle, " %").remark(told).made_of(&runs));
+            .push(Figure::at_most(what, robots, limit, middle, " %").remark(remark).made_of(&runs));
     }
     Ok(figures)
 }

@@ -69,8 +69,8 @@ impl Found {
                 values.zip(deviation.stiffness.into_iter().chain(deviation.damping))
             })
             .map(|(value, deviation)| {
-                let (verdict, told) = trust.verdict(value, deviation);
-                (verdict, told.map_or(f64::INFINITY, |deviation| deviation / value))
+                let (verdict, reported) = trust.verdict(value, deviation);
+                (verdict, reported.map_or(f64::INFINITY, |deviation| deviation / value))
             })
             .unzip();
         Self { estimate: Box::new(estimate.clone()), deviations, verdicts, starts }

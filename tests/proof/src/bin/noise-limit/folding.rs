@@ -168,13 +168,13 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
     let poses = study.scenario.experiments.len();
     let moves = |cut: &Cut| motion(&study.chain, &truth, cut);
     let motions: Vec<Vec<_>> = cuts.iter().map(|day| day.iter().map(moves).collect()).collect();
-    let mut told = Vec::new();
+    let mut informations = Vec::new();
     for (day, motions) in cuts.iter().zip(&motions) {
         let mut sum = DMatrix::zeros(12 * truth.len(), 12 * truth.len());
         for (cut, motion) in day.iter().zip(motions) {
             sum += information(study, &study.chain, &truth, cut, motion, 0..SAMPLES)?;
         }
-        told.push(sum);
+        informations.push(sum);
     }
     let task = study.task();
     let mut identifier = task.identifier(random(Purpose::Search, robot).0)?;
@@ -184,7 +184,7 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
     let mut information: DMatrix<f64> = DMatrix::zeros(12 * truth.len(), 12 * truth.len());
     for day in 0..DAYS {
         let draw = (robot as usize + day) % cuts.len();
-        information += &told[draw];
+        information += &informations[draw];
         for (pose, (cut, motion)) in cuts[draw].iter().zip(&motions[draw]).enumerate() {
             let record = sensors.measure(&Signals::new(&cut.pose, motion))?;
             let newest = experiment(&study.chain, &study.measurement, &record)?;

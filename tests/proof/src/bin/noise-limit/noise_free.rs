@@ -15,9 +15,9 @@ use crate::study::{Purpose, Study, name, random};
 const LIMIT: f64 = 0.1;
 
 /// Relative standard deviation at the bound, up to which a parameter must be called identified: half the limit.
-const TOLD: f64 = 0.025;
+const DETERMINED: f64 = 0.025;
 /// Relative standard deviation at the bound, from which a parameter must not be called identified: twice the limit.
-const NOT_TOLD: f64 = 0.1;
+const UNDETERMINED: f64 = 0.1;
 
 /// One robot, and its parameter with the largest error, in standard deviations.
 struct Worst {
@@ -35,20 +35,20 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
     let one = |robot: u64| -> Result<Worst> {
         let truth = study.robot(robot);
         let mut records = Vec::new();
-        let mut told = Vec::new();
+        let mut informations = Vec::new();
         for cut in &cuts[robot as usize % cuts.len()] {
             let motion = motion(&study.chain, &truth, cut);
             records.push(Signals::new(&cut.pose, &motion).exact(study));
-            told.push(information(study, &study.chain, &truth, cut, &motion, 0..SAMPLES)?);
+            informations.push(information(study, &study.chain, &truth, cut, &motion, 0..SAMPLES)?);
         }
-        let deviations = deviations(&told.into_iter().sum())?;
+        let deviations = deviations(&informations.into_iter().sum())?;
         let found = find(&study.task(), &records, random(Purpose::Search, robot).0)?;
         let trust = Trust::new(1.0, true);
         let identifies = |deviation: f64| trust.verdict(1.0, deviation).0 == Verdict::Identified;
         let right = found.estimate.noise_too_loud
             && found.deviations.iter().zip(&deviations).all(|(own, deviation)| match *deviation {
-                told if told <= TOLD => identifies(*own),
-                told if told >= NOT_TOLD => !identifies(*own),
+                deviation if deviation <= DETERMINED => identifies(*own),
+                deviation if deviation >= UNDETERMINED => !identifies(*own),
                 _ => true,
             });
         let scores = found.errors(&truth).into_iter().zip(deviations).map(|(e, d)| (e / d).abs());

@@ -26,16 +26,16 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
     let measurement = Measurement { gravity: GRAVITY, accelerometer, ..study.measurement };
     let one = |robot: u64| -> Result<Vec<f64>> {
         let truth = study.robot(robot);
-        let (mut records, mut told) = (Vec::new(), Vec::new());
+        let (mut records, mut informations) = (Vec::new(), Vec::new());
         for cut in &cuts[robot as usize % cuts.len()] {
             let cut = Cut { gravity: Vector3::from(GRAVITY), accelerometer, ..cut.clone() };
             let response = cut.response(&study.chain, &truth);
             let (force, acceleration) = (&response.force, &response.acceleration);
             records.push(Signals { pose: &cut.pose, force, acceleration }.exact(study));
             let motion = motion(&study.chain, &truth, &cut);
-            told.push(information(study, &study.chain, &truth, &cut, &motion, 0..SAMPLES)?);
+            informations.push(information(study, &study.chain, &truth, &cut, &motion, 0..SAMPLES)?);
         }
-        let deviations = deviations(&told.into_iter().sum())?;
+        let deviations = deviations(&informations.into_iter().sum())?;
         let task = Task { measurement, ..study.task() };
         let found = find(&task, &records, random(Purpose::Search, robot).0)?;
         let scores: Vec<f64> =

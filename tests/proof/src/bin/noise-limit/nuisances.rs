@@ -158,9 +158,10 @@ fn outcome(
         print(number, "sought", &found);
         print(number, "not sought", &ignorant);
     }
-    let told = |index: &usize| found.verdicts[*index] != Verdict::NotObservable;
+    let determined = |index: &usize| found.verdicts[*index] != Verdict::NotObservable;
     let errors = found.errors(&truth);
-    let own = (0..errors.len()).filter(told).map(|index| errors[index] / found.deviations[index]);
+    let own =
+        (0..errors.len()).filter(determined).map(|index| errors[index] / found.deviations[index]);
     let own: Vec<f64> = own.collect();
     let wrong_errors = ignorant.errors(&truth);
     let claims = (0..errors.len()).filter(|index| ignorant.identifies(*index));

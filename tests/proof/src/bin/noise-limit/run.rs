@@ -24,14 +24,18 @@ impl Run {
     pub(crate) fn new(study: &Study, task: &Task, cuts: &[Vec<Cut>], number: u64) -> Result<Self> {
         let truth = study.robot(number);
         let mut sensors = Sensors::new(study, random(Purpose::Noise, number))?;
-        let (mut records, mut told) = (Vec::new(), Vec::new());
+        let (mut records, mut informations) = (Vec::new(), Vec::new());
         for cut in &cuts[number as usize % cuts.len()] {
             let motion = motion(&study.chain, &truth, cut);
             records.push(sensors.measure(&Signals::new(&cut.pose, &motion))?);
-            told.push(information(study, &study.chain, &truth, cut, &motion, 0..SAMPLES)?);
+            informations.push(information(study, &study.chain, &truth, cut, &motion, 0..SAMPLES)?);
         }
         let found = find(task, &records, random(Purpose::Search, number).0)?;
-        Ok(Self { errors: found.errors(&truth), found, information: told.into_iter().sum() })
+        Ok(Self {
+            errors: found.errors(&truth),
+            found,
+            information: informations.into_iter().sum(),
+        })
     }
 
     /// Error of all parameters together, over that of the bound; its mean square is 1.
