@@ -9,26 +9,26 @@
 //! | [`report`], [`warning`]       | the identified parameters, and warnings about them                   |
 //! | [`confidence`], [`residuals`], [`directions`] | how far to trust them                                |
 //! | [`state`]                     | what the daemon waits for                                            |
-//! | [`implausible`], [`frames`], [`rate`], [`trouble`], [`unused`] | what warnings and states name       |
+//! | [`implausible`], [`misfits`], [`rate`], [`trouble`], [`unused`] | what warnings and states name       |
 //! | [`framing`]                   | messages on a byte stream, length first, bounded                     |
-//! | [`signal`]                    | integers and their scaling in CAN payloads, as DBC files define them |
+//! | [`bits`]                      | integers and their scaling in CAN payloads, as DBC files define them |
 //! | [`text`], [`words`]           | text of bounded length; parts of lines                               |
 //!
 //! Warnings, states, residuals and weak directions are numbers and names. Each has one [`Display`](core::fmt::Display), a line for
 //! people, which the daemon and the tools share.
 #![no_std]
 
+pub mod bits;
 pub mod confidence;
 pub mod directions;
 pub mod finding;
-pub mod frames;
 pub mod framing;
 pub mod implausible;
 pub mod messages;
+pub mod misfits;
 pub mod rate;
 pub mod report;
 pub mod residuals;
-pub mod signal;
 pub mod state;
 pub mod text;
 pub mod trouble;

@@ -6,8 +6,8 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::frames::{Misfit, UnknownFrames};
 use crate::implausible::Implausible;
+use crate::misfits::{Misfit, UnknownFrames};
 use crate::rate::WrongRate;
 use crate::report::MAX_JOINTS;
 use crate::text::Name;

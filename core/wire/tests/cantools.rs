@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use flexid_wire::signal::{ByteOrder, Signal};
+use flexid_wire::bits::{ByteOrder, Signal};
 use serde::Deserialize;
 
 #[derive(Deserialize)]

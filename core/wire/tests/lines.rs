@@ -5,8 +5,8 @@
 use std::fmt::{Debug, Display};
 use std::str::Lines;
 
-use flexid_wire::frames::*;
 use flexid_wire::implausible::*;
+use flexid_wire::misfits::*;
 use flexid_wire::rate::*;
 use flexid_wire::residuals::*;
 use flexid_wire::state::*;

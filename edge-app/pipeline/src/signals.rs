@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use embedded_can::Id;
 use flexid_core::stream::Reading;
-use flexid_wire::signal::{Signal, SignalError};
+use flexid_wire::bits::{Signal, SignalError};
 
 use crate::source::{Frame, FrameKind};
 

@@ -3,7 +3,7 @@
 use flexid_core::stream::Reading;
 use flexid_pipeline::signals::SignalTable;
 use flexid_pipeline::source::Frame;
-use flexid_wire::signal::SignalError;
+use flexid_wire::bits::SignalError;
 use nalgebra::Vector3;
 use rand_core::Rng;
 use rand_distr::{Distribution, StandardNormal};

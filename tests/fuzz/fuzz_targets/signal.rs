@@ -4,7 +4,7 @@
 //! keeps the bits of its neighbours, and brings a physical value back to half a step.
 #![no_main]
 
-use flexid_wire::signal::{ByteOrder, Signal, SignalError};
+use flexid_wire::bits::{ByteOrder, Signal, SignalError};
 use libfuzzer_sys::fuzz_target;
 
 /// Start bit, length, Intel's byte order, signed, scale, offset, a physical value, a payload.

@@ -6,8 +6,8 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::frames::Misfit;
 use crate::implausible::{Implausible, Signals};
+use crate::misfits::Misfit;
 use crate::rate::{RateUsed, WrongRate};
 use crate::residuals::Objection;
 use crate::state::State;

@@ -1,7 +1,7 @@
 //! Counts of what has come in.
 
 use flexid_core::stream::StreamHealth;
-use flexid_wire::frames::Misfit;
+use flexid_wire::misfits::Misfit;
 
 use super::plausibility::Implausible;
 

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use embedded_can::Id;
-use flexid_wire::frames::{FrameId, Misfit, MisfitKind};
+use flexid_wire::misfits::{FrameId, Misfit, MisfitKind};
 
 use crate::source::Frame;
 

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use flexid_core::MAX_JOINTS;
 use flexid_core::stream::{Reading, Stream};
-use flexid_wire::frames::{self, MisfitKind};
+use flexid_wire::misfits::{self, MisfitKind};
 use flexid_wire::state::State;
 use flexid_wire::text::clipped;
 
@@ -154,7 +154,7 @@ impl<'a> Intake<'a> {
     }
 
     /// Returns the unknown identifiers beside the expected ones, if no frame has a known identifier.
-    fn unknown(&self) -> Option<frames::UnknownFrames> {
+    fn unknown(&self) -> Option<misfits::UnknownFrames> {
         let known = self.counts.all - self.counts.unknown - self.counts.bus_errors;
         (known == 0).then(|| self.unknown.beside(&self.table.identifiers())).flatten()
     }

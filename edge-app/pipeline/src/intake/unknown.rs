@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use embedded_can::Id;
-use flexid_wire::frames::{self, FrameId, IdFrames, MAX_IDS};
+use flexid_wire::misfits::{self, FrameId, IdFrames, MAX_IDS};
 
 use super::misfit::frame_id;
 use crate::source::Frame;
@@ -29,7 +29,7 @@ impl UnknownFrames {
 
     /// Returns the first unknown identifiers beside the first of the `expected` ones. Returns `None` if no unknown identifier
     /// came.
-    pub(super) fn beside(&self, expected: &[Id]) -> Option<frames::UnknownFrames> {
+    pub(super) fn beside(&self, expected: &[Id]) -> Option<misfits::UnknownFrames> {
         if self.frames.is_empty() {
             return None;
         }
@@ -39,7 +39,7 @@ impl UnknownFrames {
         // the same.
         came.sort_by_key(|IdFrames { id, frames }| (u64::MAX - frames, *id));
         let more = |all: usize| all.saturating_sub(MAX_IDS) as u32;
-        Some(frames::UnknownFrames {
+        Some(misfits::UnknownFrames {
             expected: expected.iter().take(MAX_IDS).map(|id| frame_id(*id)).collect(),
             more_expected: more(expected.len()),
             came: came.iter().take(MAX_IDS).copied().collect(),

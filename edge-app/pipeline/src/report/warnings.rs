@@ -4,7 +4,7 @@ use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::parameters::{self, Bounds, Bushings};
 use flexid_core::sought::{Coordinate, Sought};
 use flexid_core::verdict::MAX_DIRECTIONS;
-use flexid_wire::frames::MisfitKind;
+use flexid_wire::misfits::MisfitKind;
 use flexid_wire::warning::{BoundsAdvice, End, OnBound, OnBounds, UnsureCause, Warning};
 
 use super::basis::Basis;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use can_dbc::{Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
 use embedded_can::{ExtendedId, Id, StandardId};
-use flexid_wire::signal::{ByteOrder, Signal};
+use flexid_wire::bits::{ByteOrder, Signal};
 
 use super::{Content, Message, SignalTable};
 use crate::config::SignalsSection;
