@@ -11,7 +11,7 @@
 //! When an unknown of T moves, the unknowns of S can move by `−N_SS⁻¹ N_ST` and leave the residuals as they are: those that do have
 //! no finite variance. For the others `N_SS⁻¹` is the covariance.
 
-use super::{RANK, determined_of};
+use super::rank::{RANK, determined_of};
 use crate::MAX_UNKNOWNS;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;

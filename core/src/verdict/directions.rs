@@ -4,8 +4,8 @@ use core::ops::Range;
 
 use heapless::Vec;
 
-use super::trust::WEAK;
-use super::{RANK, determined_of};
+use super::WEAK;
+use super::rank::{RANK, determined_of};
 use crate::MAX_UNKNOWNS;
 use crate::linear::jacobi::Eigen;
 use crate::linear::normal::Normal;

@@ -1,4 +1,4 @@
-//! How far an estimate can be trusted, from the information matrix of its fit.
+//! How far an estimate can be trusted, from the information matrix of its fit: covariance, and a verdict on each parameter.
 //!
 //! The information matrix `N` is the inverse covariance of the unknowns, which are all dimensionless: logarithms of
 //! parameters, nuisances in units of their prior. [`Covariance`] is its inverse where it has one, [`Direction`]s are
@@ -6,64 +6,95 @@
 
 mod covariance;
 mod directions;
-mod trust;
+mod rank;
 
 pub use covariance::Covariance;
 pub(crate) use directions::weak_directions;
 pub use directions::{Direction, MAX_DIRECTIONS};
-pub(crate) use trust::WEAK;
-pub use trust::{Trust, Verdict};
+#[cfg(test)]
+pub(crate) use rank::testing;
 
-use crate::MAX_UNKNOWNS;
-use crate::linear::normal::Normal;
+/// Up to this relative standard deviation a parameter is identified.
+const IDENTIFIED: f64 = 0.05;
+/// Above this χ² per degree of freedom nothing is identified: noise explains less than half of the residuals. The cause of the
+/// rest may have moved the parameters, or the minimum may be a wrong one.
+const SUSPECT: f64 = 2.0;
+/// Up to this one it is weak; beyond, the data do not determine it.
+pub(crate) const WEAK: f64 = 0.30;
 
-/// Part of its diagonal's information below which a combination of unknowns has none.
-///
-/// Rounding leaves some 1e-14 of an exact dependence among a hundred unknowns; the limit stays a hundredfold above. A combination
-/// below it is determined a million times worse than if the other unknowns were known. Few are then known better than to 1e-5, so
-/// that no determined combination is lost.
-const RANK: f64 = 1e-12;
+/// How far a parameter can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The data determine it: its standard deviation is at most 5 % of its value.
+    Identified,
+    /// The data determine it roughly: to at most 30 %, or in a fit that may have missed the right minimum.
+    Weak,
+    /// The data do not determine it.
+    NotObservable,
+}
 
-/// Information up to which an unknown is undetermined, and takes no part in the covariance of the others.
-///
-/// If its logarithm moves by 10, a factor of 22,000, the residuals then move by a thousandth of their noise. Its column may be
-/// rounding errors, whose correlation with other columns means nothing.
-const NOTHING: f64 = 1e-8;
+/// How far the fit as a whole can be trusted: the same for all its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trust {
+    /// Factor on the standard deviations that follow from the noise: √(χ²/dof), at least 1; NaN if χ² is not a number.
+    inflation: f64,
+    /// The minimum is the right one, and χ²/dof is not suspect.
+    sound: bool,
+}
 
-/// The unknowns that the data determine at all; none if the matrix has an entry that is not finite.
-fn determined_of<const L: usize>(information: &Normal<L>) -> [bool; MAX_UNKNOWNS] {
-    let unknowns = information.unknowns();
-    let sound = (0..unknowns).all(|i| information.row(i).iter().all(|entry| entry.is_finite()));
-    core::array::from_fn(|i| sound && i < unknowns && information.row(i)[i] > NOTHING)
+impl Trust {
+    /// From χ² per degree of freedom of the fit, and whether the fit is sound: its minimum is known to be the right one, and no
+    /// static test contradicts it.
+    ///
+    /// Residuals that are larger than the noise have another cause, which moves the parameters as well. Standard deviations grow
+    /// as if the noise were of the residuals' size.
+    pub fn new(consistency: f64, sound: bool) -> Self {
+        let sane = consistency.is_finite() && consistency >= 0.0;
+        let inflation = if sane { libm::sqrt(consistency.max(1.0)) } else { f64::NAN };
+        Self { inflation, sound: sound && consistency <= SUSPECT }
+    }
+
+    /// The verdict on a parameter, and its standard deviation, in the unit of the value; none for a parameter that is not observable.
+    pub fn verdict(&self, value: f64, standard_deviation: f64) -> (Verdict, Option<f64>) {
+        let standard_deviation = self.inflation * standard_deviation;
+        let relative = standard_deviation / value;
+        if !value.is_finite() || !(0.0..=WEAK).contains(&relative) {
+            (Verdict::NotObservable, None)
+        } else if relative <= IDENTIFIED && self.sound {
+            (Verdict::Identified, Some(standard_deviation))
+        } else {
+            (Verdict::Weak, Some(standard_deviation))
+        }
+    }
 }
 
 #[cfg(test)]
-pub(crate) mod testing {
-    use nalgebra::DMatrix;
-
+mod tests {
     use super::*;
-    use crate::linear::packed::packed;
 
-    pub(super) type Information = Normal<{ packed(MAX_UNKNOWNS + 1) }>;
-
-    /// The information matrix of a fit.
-    pub(super) fn information(matrix: &DMatrix<f64>) -> Information {
-        let mut information = Normal::new();
-        information.reset(matrix.nrows());
-        for i in 0..matrix.nrows() {
-            for j in 0..=i {
-                *information.entry(i, j) = matrix[(i, j)];
-            }
+    #[test]
+    fn no_confident_number_without_data() {
+        let sound = Trust::new(1.0, true);
+        assert_eq!(sound.verdict(1e7, 5e5), (Verdict::Identified, Some(5e5)));
+        assert_eq!(sound.verdict(1e7, 5.1e5), (Verdict::Weak, Some(5.1e5)));
+        assert_eq!(sound.verdict(1e7, 3.1e6), (Verdict::NotObservable, None));
+        for nothing in [f64::INFINITY, f64::NAN, -1.0] {
+            assert_eq!(sound.verdict(1e7, nothing), (Verdict::NotObservable, None));
+            assert_eq!(sound.verdict(nothing, 1.0), (Verdict::NotObservable, None));
         }
-        information
     }
 
-    /// Rows of `columns` values, column `i` scaled by `10^magnitudes[i]`.
-    pub(crate) fn jacobian(columns: usize, values: &[f64], magnitudes: &[f64]) -> DMatrix<f64> {
-        let mut jacobian = DMatrix::from_row_slice(values.len() / columns, columns, values);
-        for (mut column, magnitude) in jacobian.column_iter_mut().zip(magnitudes) {
-            column *= 10_f64.powf(*magnitude);
+    #[test]
+    fn no_confident_number_from_a_bad_fit() {
+        let verdict = |consistency, sound| Trust::new(consistency, sound).verdict(1e7, 1e5);
+        assert_eq!(verdict(0.5, true), (Verdict::Identified, Some(1e5)));
+        assert_eq!(verdict(1.96, true), (Verdict::Identified, Some(1.4e5)));
+        assert_eq!(verdict(2.01, true).0, Verdict::Weak);
+        assert_eq!(verdict(100.0, true), (Verdict::Weak, Some(1e6)));
+        assert_eq!(verdict(1e4, true), (Verdict::NotObservable, None));
+        assert_eq!(verdict(1.0, false), (Verdict::Weak, Some(1e5)));
+        for broken in [f64::NAN, f64::INFINITY, -1.0] {
+            assert_eq!(verdict(broken, true), (Verdict::NotObservable, None));
         }
-        jacobian
     }
 }
