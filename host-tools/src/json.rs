@@ -60,12 +60,17 @@ pub(crate) struct StatusJson<'a> {
     record_fraction: f32,
 }
 
-/// The entries of a result that a later command needs.
+/// The version of a result. It is read first: the other entries of another version may be unreadable.
 #[derive(Deserialize)]
-pub(crate) struct FoundJson {
+pub(crate) struct VersionJson {
     /// Version of the result.
     #[serde(default = "first_schema")]
     pub(crate) schema: u32,
+}
+
+/// The entries of a result that a later command needs.
+#[derive(Deserialize)]
+pub(crate) struct FoundJson {
     /// Parameters of each joint, base first.
     pub(crate) joints: Vec<JointReport>,
     /// Quality of the fit.
@@ -217,8 +222,9 @@ mod tests {
             if schema.is_none() {
                 json.as_object_mut().unwrap().remove("schema");
             }
+            let version: VersionJson = serde_json::from_value(json.clone()).unwrap();
             let found: FoundJson = serde_json::from_value(json.clone()).unwrap();
-            assert_eq!((found.schema, found.joints.len(), found.fit.records), (1, 2, 3));
+            assert_eq!((version.schema, found.joints.len(), found.fit.records), (1, 2, 3));
         }
     }
 

@@ -56,8 +56,8 @@ pub struct BeyondLimits {
     pub slides: bool,
     /// Reading, rad (m).
     pub value: f64,
-    /// Lower and upper limit, rad (m); infinite where a sliding joint has none.
-    pub limits: [f64; 2],
+    /// Lower and upper limit, rad (m). A sliding joint may lack one.
+    pub limits: [Option<f64>; 2],
     /// Whether the reading lies within the limits if it is in degrees (mm).
     pub in_other_unit: bool,
     /// Number of other joints beyond their limits. This joint is the farthest.
@@ -130,12 +130,17 @@ impl fmt::Display for Implausible {
 
 impl fmt::Display for BeyondLimits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { signal, joint, value, limits: [lower, upper], .. } = self;
+        let Self { signal, joint, value, limits, .. } = self;
         let (unit, other) = if self.slides { ("m", "mm") } else { ("rad", "degrees") };
-        write!(
-            f,
-            "{signal} reads {value:.4}, beyond {joint}'s limits, {lower:.4} to {upper:.4} {unit}"
-        )?;
+        write!(f, "{signal} reads {value:.4}, ")?;
+        match limits {
+            [Some(lower), Some(upper)] => {
+                write!(f, "beyond {joint}'s limits, {lower:.4} to {upper:.4} {unit}")
+            }
+            [Some(lower), None] => write!(f, "below {joint}'s limit, {lower:.4} {unit}"),
+            [None, Some(upper)] => write!(f, "above {joint}'s limit, {upper:.4} {unit}"),
+            [None, None] => write!(f, "beyond {joint}'s limits"),
+        }?;
         if self.others > 0 {
             write!(f, " (and {} beyond theirs)", Count(self.others.into(), "other joint"))?;
         }

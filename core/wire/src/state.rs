@@ -41,7 +41,7 @@ pub enum State {
     /// No angle of these joints has come.
     NoAngles(Vec<Name, MAX_JOINTS>),
     /// All signals come. The first record is awaited.
-    NoRecord {
+    AwaitingRecord {
         /// Length of a record, s.
         seconds: f64,
         /// Largest force so far, N, if a cut has a larger one.
@@ -123,7 +123,7 @@ impl fmt::Display for State {
                 }
                 f.write_str(" not seen")
             }
-            Self::NoRecord { seconds, faint_force_n, implausible } => {
+            Self::AwaitingRecord { seconds, faint_force_n, implausible } => {
                 write!(f, "waiting for the first record: {seconds:.1} s of milling at one pose")?;
                 if let Some(largest) = faint_force_n {
                     write!(f, "; no force above {largest:.2} N so far: in kN?")?;

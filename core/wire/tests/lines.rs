@@ -68,7 +68,7 @@ fn implausible() -> [Implausible; 6] {
         joint: clipped("joint_2"),
         slides: false,
         value: 57.3,
-        limits: [-2.1, 2.1],
+        limits: [Some(-2.1), Some(2.1)],
         in_other_unit: true,
         others: 2,
     };
@@ -164,7 +164,7 @@ fn states() -> Vec<State> {
         State::NoForce,
         State::NoAcceleration,
         State::NoAngles(["joint_1", "joint_3"].map(clipped).into_iter().collect()),
-        State::NoRecord { seconds: 4.096, faint_force_n: Some(0.25), implausible: None },
+        State::AwaitingRecord { seconds: 4.096, faint_force_n: Some(0.25), implausible: None },
         State::AngleStopped { joint: clipped("joint_3"), implausible: None },
         State::Measuring { implausible },
         State::Unused(Unused::Refused { records: 1, first: RecordFault::NoForce }),
@@ -177,6 +177,18 @@ fn every_kind_is_frozen() {
     frozen.all("Warning", &warnings());
     frozen.all("State", &states());
     frozen.all("Implausible", &implausible());
+    for (value, limits) in [(-0.25, [Some(0.0), None]), (0.75, [None, Some(0.5)])] {
+        let slide = BeyondLimits {
+            signal: clipped("z"),
+            joint: clipped("lift"),
+            slides: true,
+            value,
+            limits,
+            in_other_unit: false,
+            others: 0,
+        };
+        frozen.one("BeyondLimits", &slide);
+    }
     for kind in [MisfitKind::Length { got: 7, expected: 8 }, MisfitKind::Remote, MisfitKind::Fd] {
         frozen.one("Misfit", &misfit(kind));
     }

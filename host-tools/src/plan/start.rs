@@ -10,10 +10,11 @@ use flexid_pipeline::config::Config;
 use flexid_pipeline::input::{self, BadInput};
 use flexid_wire::report::{Acceptance, JointReport};
 use flexid_wire::text::{Name, clipped};
+use serde::de::DeserializeOwned;
 use serde_json::Deserializer;
 
 use super::file_name;
-use crate::json::{FoundJson, SCHEMA};
+use crate::json::{FoundJson, SCHEMA, VersionJson};
 
 /// Smallest standard deviation, relative to the value, and relative margin of the bounds.
 const LEAST: f64 = 1e-9;
@@ -55,16 +56,13 @@ impl Start {
         let mend = |fault: &dyn Display| {
             bad(format!("{fault}: give a file as `flexid identify --json` writes it"))
         };
-        // `flexid watch --json` writes one report after the other, the newest last.
-        let reports = Deserializer::from_str(text).into_iter::<FoundJson>();
-        let newest = reports.last().ok_or_else(|| mend(&"is empty"))?;
-        let report = newest.map_err(|error| mend(&error))?;
-        if report.schema > SCHEMA {
+        let VersionJson { schema } = newest(text).map_err(|fault| mend(&fault))?;
+        if schema > SCHEMA {
             return Err(bad(format!(
-                "is of schema {}, this flexid reads {SCHEMA}: install the newer flexid",
-                report.schema
+                "is of schema {schema}, this flexid reads {SCHEMA}: install the newer flexid"
             )));
         }
+        let report: FoundJson = newest(text).map_err(|fault| mend(&fault))?;
         let found: Vec<Name> = report.joints.iter().map(|joint| joint.name.clone()).collect();
         // The names are as in a report, which clips very long ones.
         let wanted: Vec<Name> =
@@ -145,6 +143,12 @@ impl Start {
         sought.impose(&mut start.bushings);
         Ok(start)
     }
+}
+
+/// Reads the last of the reports that stand in `text` one after the other, as `flexid watch --json` writes them.
+fn newest<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    let reports = Deserializer::from_str(text).into_iter();
+    reports.last().ok_or("is empty")?.map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
@@ -239,13 +243,17 @@ mod tests {
         let unsettled = refused(Acceptance::Unsettled);
         assert!(unsettled.starts_with("found.json: its fit is \"unsettled\""), "{unsettled}");
     }
+
+    /// A later schema may lack each of the present entries.
     #[test]
     fn a_file_of_a_later_schema_is_refused() {
-        let text = found(Acceptance::Consistent).replacen('{', "{\"schema\": 2,", 1);
-        let error = Start::parse(Path::new("found.json"), &text, &config(), &sought()).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "found.json: is of schema 2, this flexid reads 1: install the newer flexid"
-        );
+        let whole = found(Acceptance::Consistent).replacen('{', "{\"schema\": 2,", 1);
+        for text in [&whole, "{\"schema\": 2}"] {
+            let refused = Start::parse(Path::new("found.json"), text, &config(), &sought());
+            assert_eq!(
+                refused.unwrap_err().to_string(),
+                "found.json: is of schema 2, this flexid reads 1: install the newer flexid"
+            );
+        }
     }
 }

@@ -194,7 +194,7 @@ impl<'a> Intake<'a> {
         if !recording {
             let seconds = config.record_samples as f64 / config.rate_hz;
             let faint_force_n = plausibility::faint_force(readings);
-            State::NoRecord { seconds, faint_force_n, implausible }
+            State::AwaitingRecord { seconds, faint_force_n, implausible }
         } else if let Some(joint) = self.stream.missing_joint() {
             State::AngleStopped { joint: joint_name(&config.model, joint), implausible }
         } else {

@@ -110,7 +110,7 @@ pub(super) fn warning(
         joint: clipped(&joint.name),
         slides,
         value,
-        limits: [lower, upper],
+        limits: [lower, upper].map(|limit| limit.is_finite().then_some(limit)),
         in_other_unit: (lower..=upper).contains(&(size * value)) && value.abs() > far,
         others: (beyond().count() - 1) as u8,
     })
