@@ -13,13 +13,13 @@ use nalgebra::{Matrix3, SMatrix};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FromParent {
     /// Translation here by the parent's translation.
-    pub rotation: Matrix3<f64>,
+    pub(crate) rotation: Matrix3<f64>,
     /// Translation here by the parent's turns, m.
-    pub lever: Matrix3<f64>,
+    pub(crate) lever: Matrix3<f64>,
     /// Turns here by the parent's turns.
-    pub turns: Matrix3<f64>,
+    pub(crate) turns: Matrix3<f64>,
     /// Inverse of `turns`.
-    pub turns_inverse: Matrix3<f64>,
+    pub(crate) turns_inverse: Matrix3<f64>,
 }
 
 impl FromParent {

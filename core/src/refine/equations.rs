@@ -36,28 +36,43 @@ pub(super) type RecordNormal = Normal<{ packed(MAX_SEAM + MAX_UNKNOWNS + 1) }>;
 type Reading = [[f64; 2]; 3];
 /// Reading `[row]` per force `[column]`.
 type Accelerance = [[Complex<f64>; 3]; 3];
+/// Mean squares along each axis: of the force's noise, of the acceleration's.
+type Noise = [[f64; 3]; 2];
 
-/// What an assembly is to find.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unknowns {
-    /// The seam, all else fixed.
+/// The normal equations of a record, and the seam at which they are taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Equations<'a> {
+    /// Of the seam alone. They are linear, and taken at zero.
     Seam,
-    /// The seam and, behind it, all unknowns that are sought.
-    All,
-    /// The same of a record whose acceleration nobody has measured: the force is taken as it is.
-    Foretold,
+    /// Of the seam and, behind it, of all unknowns.
+    All(&'a Seam),
+    /// The same of a record whose acceleration nobody has measured: the force has no error.
+    Planned(&'a Seam),
+}
+
+impl<'a> Equations<'a> {
+    /// The seam at which the equations are taken.
+    pub(super) fn seam(self) -> &'a Seam {
+        match self {
+            Self::Seam => &Seam::ZERO,
+            Self::All(seam) | Self::Planned(seam) => seam,
+        }
+    }
+
+    /// Whether the unknowns are among those of the equations.
+    fn has_unknowns(self) -> bool {
+        !matches!(self, Self::Seam)
+    }
 }
 
 /// Assembles the normal equations of one record.
 pub(super) struct Assembly<'a> {
     pub(super) terms: &'a Terms<f64>,
     pub(super) record: Bins<'a>,
-    /// Where the derivatives are taken. The equations of the seam alone are linear, and have its zero.
-    pub(super) seam: &'a Seam,
+    pub(super) equations: Equations<'a>,
     pub(super) sought: &'a Sought,
     /// The nuisances as they stand.
     pub(super) calibration: &'a Calibration,
-    pub(super) unknowns: Unknowns,
     pub(super) normal: &'a mut RecordNormal,
     /// Instruction set.
     pub(super) level: Level,
@@ -88,8 +103,10 @@ impl Kernel<f64> for Assembly<'_> {
             let mut batch = Batch::new(like, &self.record, &self.calibration.force_gain, first);
             let unexplained = self.read(&mut response, &batch, lanes.clone());
             let accelerance = by_lane(&response.per_force);
-            let weights = self.whiten(&accelerance, lanes.clone());
-            let error = self.correct(like, &weights, &accelerance, &unexplained, lanes.clone());
+            let noise = self.noise(lanes.clone());
+            let weights = whiten(&noise, &accelerance, lanes.len());
+            let error =
+                self.correct(like, &weights, &noise, &accelerance, &unexplained, lanes.len());
             self.rows(rows, &mut response, &derivatives, &mut batch, &error);
             self.accumulate(rows, &weights, &unexplained, lanes, &mut residuals);
         }
@@ -104,11 +121,7 @@ impl Assembly<'_> {
 
     /// Unknowns, and the column of the residual behind theirs.
     fn columns(&self) -> usize {
-        self.seam_columns() + if self.has_all() { self.sought.unknowns() } else { 0 }
-    }
-
-    fn has_all(&self) -> bool {
-        self.unknowns != Unknowns::Seam
+        self.seam_columns() + if self.equations.has_unknowns() { self.sought.unknowns() } else { 0 }
     }
 
     /// Evaluates the model, and returns what it leaves of the measured acceleration: `r = A − H F − …`.
@@ -120,14 +133,15 @@ impl Assembly<'_> {
         lanes: Range<usize>,
     ) -> [Reading; WIDEST] {
         // The seam alone is found from zero. For the other unknowns, q must contain it.
-        let loads = self.has_all().then(|| seam_loads(self.seam, batch.inverse_s));
+        let seam = self.equations.seam();
+        let loads = self.equations.has_unknowns().then(|| seam_loads(seam, batch.inverse_s));
         response.read(self.terms, batch.s, &batch.force, loads.as_ref());
         let modelled = response.observed.map(spill);
         let mut unexplained = [[[0.0; 2]; 3]; WIDEST];
         for (lane, bin) in lanes.enumerate() {
             let measured = self.record.measured(bin);
             for axis in 0..3 {
-                let jump = self.seam.jump(axis, &batch.powers[lane]);
+                let jump = seam.jump(axis, &batch.powers[lane]);
                 for part in 0..2 {
                     unexplained[lane][axis][part] =
                         measured[axis][part] - modelled[axis][part][lane] - jump[part];
@@ -137,19 +151,13 @@ impl Assembly<'_> {
         unexplained
     }
 
-    /// What makes the residual of each bin white: `C^(−1/2)`.
     #[inline(always)]
-    fn whiten(
-        &self,
-        accelerance: &[Accelerance; WIDEST],
-        lanes: Range<usize>,
-    ) -> [Whitening; WIDEST] {
-        let mut weights = [Whitening::default(); WIDEST];
+    fn noise(&self, lanes: Range<usize>) -> [Noise; WIDEST] {
+        let mut noise = [[[0.0; 3]; 2]; WIDEST];
         for (lane, bin) in lanes.enumerate() {
-            let [force, acceleration] = self.record.noise(&self.calibration.force_gain, bin);
-            weights[lane] = Whitening::new(&acceleration, &force, &accelerance[lane]);
+            noise[lane] = self.record.noise(&self.calibration.force_gain, bin);
         }
-        weights
+        noise
     }
 
     /// Most likely error of the force, `F̂ − F`. It counts as zero for the seam alone, and where no acceleration was measured.
@@ -158,17 +166,18 @@ impl Assembly<'_> {
         &self,
         like: V,
         weights: &[Whitening; WIDEST],
+        noise: &[Noise; WIDEST],
         accelerance: &[Accelerance; WIDEST],
         unexplained: &[Reading; WIDEST],
-        lanes: Range<usize>,
+        lanes: usize,
     ) -> [Complex<V>; 3] {
-        if self.unknowns != Unknowns::All {
+        if !matches!(self.equations, Equations::All(_)) {
             return [Complex::zero(like); 3];
         }
         let mut errors = [[[0.0; WIDEST]; 2]; 3];
-        for (lane, bin) in lanes.enumerate() {
-            let [force, _] = self.record.noise(&self.calibration.force_gain, bin);
-            let error = weights[lane].force_error(&force, &accelerance[lane], &unexplained[lane]);
+        for lane in 0..lanes {
+            let [force, _] = &noise[lane];
+            let error = weights[lane].force_error(force, &accelerance[lane], &unexplained[lane]);
             for (axis, error) in error.into_iter().enumerate() {
                 errors[axis][0][lane] = error.re;
                 errors[axis][1][lane] = error.im;
@@ -190,9 +199,9 @@ impl Assembly<'_> {
         for axis in 0..3 {
             batch.force[axis] = batch.force[axis] + error[axis];
         }
-        response.elongate(self.terms, batch.s, self.has_all().then_some(error));
+        response.elongate(self.terms, batch.s, self.equations.has_unknowns().then_some(error));
         write_seam(rows, response, batch, self.terms.joints.len());
-        if self.has_all() {
+        if self.equations.has_unknowns() {
             derivatives.write(rows, response, self.terms, batch);
         }
     }
@@ -215,7 +224,7 @@ impl Assembly<'_> {
                 row[columns] = *value;
             }
             weights[lane].apply(rows, columns + 1);
-            if self.has_all() {
+            if self.equations.has_unknowns() {
                 let white = [0, 2, 4].map(|row| [rows[row][columns], rows[row + 1][columns]]);
                 let measured = self.record.measured(bin);
                 let mut model = measured;
@@ -229,6 +238,21 @@ impl Assembly<'_> {
         }
         self.normal.add_all(self.level, rows.as_flattened());
     }
+}
+
+/// What makes the residual of each bin white: `C^(−1/2)`.
+#[inline(always)]
+fn whiten(
+    noise: &[Noise; WIDEST],
+    accelerance: &[Accelerance; WIDEST],
+    lanes: usize,
+) -> [Whitening; WIDEST] {
+    let mut weights = [Whitening::default(); WIDEST];
+    for lane in 0..lanes {
+        let [force, acceleration] = &noise[lane];
+        weights[lane] = Whitening::new(acceleration, force, &accelerance[lane]);
+    }
+    weights
 }
 
 /// Accelerances, lane by lane.

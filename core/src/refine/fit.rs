@@ -2,11 +2,11 @@
 
 use core::f64::consts::TAU;
 
-use super::assembly::RecordsObjective;
 use super::objective::Domain as _;
 use super::proposal::propose;
 use super::residuals::Agreement;
 use super::statics::Statics;
+use super::sum_of_squares::SumOfSquares;
 use super::summary::Summary;
 use super::{ParameterNormal, Problem, Refinement};
 use crate::parameters::{Bounds, End, MAX_PARAMETERS};
@@ -74,7 +74,7 @@ impl Refinement {
         let static_sum_of_squares = Statics::at(problem, &self.coordinates).sum_of_squares();
         let Self { coordinates, minimiser, workspace, retired, .. } = self;
         let normal = &mut minimiser.normal;
-        let mut records = RecordsObjective::new(problem, experiments, retired, workspace);
+        let mut records = SumOfSquares::new(problem, experiments, retired, workspace);
         records.fit_seams(coordinates);
         let assembled = records.assemble(coordinates, normal);
         minimiser.linearised = assembled.is_ok();

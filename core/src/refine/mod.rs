@@ -5,7 +5,8 @@
 //! | -------------------------------------------------------------- | ------------------------------------------------------- |
 //! | `objective`, `levenberg_marquardt`, `damping`, `proposal`      | a minimisation within bounds, independent of the robot  |
 //! | `compliance`                                                   | the steps of the logarithms                             |
-//! | `assembly`, `statics`, `retired`                               | the objective: records, static tests, priors, retired   |
+//! | `problem`                                                      | the robot, the unknowns and their domain                |
+//! | `sum_of_squares`, `statics`, `retired`                         | the objective: records, static tests, priors, retired   |
 //! | `record`, `seam`                                               | one record, its seam projected out                      |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `fit`, `summary`, `information`                                | the results of a fit                                    |
@@ -13,7 +14,6 @@
 //! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
 //! would lower the sum of squares by less than 1e-4: a hundredth of a standard deviation in all parameters together.
 
-mod assembly;
 mod batch;
 pub(crate) mod compliance;
 pub(crate) mod damping;
@@ -22,6 +22,7 @@ mod fit;
 mod information;
 mod levenberg_marquardt;
 mod objective;
+mod problem;
 pub(crate) mod proposal;
 mod record;
 pub(crate) mod residuals;
@@ -29,109 +30,47 @@ mod retired;
 mod rows;
 pub(crate) mod seam;
 mod statics;
+mod sum_of_squares;
 mod summary;
 mod whitening;
 
-use fearless_simd::Level;
 use heapless::Vec;
 
 use crate::calibration::Calibration;
-use crate::chain::Chain;
-use crate::chain::linearise::{LinearChain, LinearisationError};
+use crate::chain::linearise::LinearisationError;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
-use crate::parameters::{Bounds, Bushings};
+use crate::parameters::Bushings;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
-use crate::spectrum::{Experiment, Measurement};
-use crate::statics::StaticTest;
+use crate::spectrum::Experiment;
 use crate::verdict::{self, Direction, MAX_DIRECTIONS};
-use assembly::RecordsObjective;
-use equations::Unknowns;
+use equations::Equations;
 pub use fit::Fit;
 pub(crate) use fit::lies_on_bound;
 pub use information::Information;
 use levenberg_marquardt::LevenbergMarquardt;
 pub use levenberg_marquardt::Outcome;
 pub(crate) use levenberg_marquardt::Remaining;
-use objective::Domain;
-use proposal::{Room, Step};
+pub use problem::Problem;
 use record::Workspace;
 pub use residuals::Agreement;
 pub(crate) use retired::Retired;
 use retired::RetiredInformation;
 use seam::Seam;
+use sum_of_squares::SumOfSquares;
 
-/// Largest change of a parameter's logarithm in a step. Chosen: the linearisation hardly holds for a factor of e.
-const LONGEST_STEP: f64 = 1.0;
 /// How often a start without an equilibrium goes half the way to the stiffest robot. Chosen: ten times leave a hundredth of six decades.
 const MAX_STIFFENINGS: u32 = 10;
 
-/// The inputs of a refinement.
-#[derive(Clone, Copy, Debug)]
-pub struct Problem<'a> {
-    /// The robot.
-    pub chain: &'a Chain,
-    /// What was measured.
-    pub measurement: &'a Measurement,
-    /// Where the parameters may lie.
-    pub bounds: &'a Bounds,
-    /// The unknowns.
-    pub sought: &'a Sought,
-    /// Static tests, [checked](crate::statics::check), which are fitted with the records.
-    pub statics: &'a [StaticTest],
-    /// Instruction set.
-    pub level: Level,
-}
-
-impl Problem<'_> {
-    /// Real unknowns of the seam of each record.
-    pub(crate) fn seam_unknowns(&self) -> usize {
-        seam::unknowns(self.chain.joints().len(), self.measurement.feels_gravity())
-    }
-
-    /// The chain at a pose, with the masses that it is taken to have.
-    pub(crate) fn linearise(
-        &self,
-        pose: &[f64],
-        bushings: &Bushings,
-        calibration: &Calibration,
-    ) -> Result<LinearChain, LinearisationError> {
-        let gravity = self.measurement.gravity();
-        if self.sought.seeks_masses() {
-            self.chain.weighing(&calibration.mass).linearise(pose, gravity, bushings)
-        } else {
-            self.chain.linearise(pose, gravity, bushings)
-        }
-    }
-}
-
 /// Length of the normal equations of the unknowns.
-const PARAMETERS: usize = packed(MAX_UNKNOWNS + 1);
-pub(crate) type ParameterNormal = Normal<PARAMETERS>;
-
-/// Coordinates within the bounds, and steps along compliances.
-impl Domain for Problem<'_> {
-    type Point = Coordinates;
-
-    fn room(&self, coordinates: &Coordinates) -> Room {
-        let ranges = self.sought.ranges(coordinates, self.bounds);
-        compliance::room(self.sought, &ranges, LONGEST_STEP)
-    }
-
-    fn advance(&self, coordinates: &Coordinates, step: &Step) -> Coordinates {
-        let ranges = self.sought.ranges(coordinates, self.bounds);
-        let moved = compliance::logarithms(self.sought, &ranges, step);
-        let mut advanced = *coordinates;
-        self.sought.advance(&mut advanced, &moved);
-        advanced
-    }
-}
+const PACKED: usize = packed(MAX_UNKNOWNS + 1);
+pub(crate) type ParameterNormal = Normal<PACKED>;
 
 /// State of a refinement, in double precision.
 #[derive(Clone, Debug)]
 pub struct Refinement {
     coordinates: Coordinates,
-    minimiser: LevenbergMarquardt<PARAMETERS>,
+    minimiser: LevenbergMarquardt<PACKED>,
     workspace: Workspace,
     /// Information of the retired records.
     retired: RetiredInformation,
@@ -208,7 +147,7 @@ impl Refinement {
         experiments: &[Experiment<B>],
     ) -> Outcome {
         let Self { coordinates, minimiser, workspace, retired, .. } = self;
-        let mut objective = RecordsObjective::new(problem, experiments, retired, workspace);
+        let mut objective = SumOfSquares::new(problem, experiments, retired, workspace);
         match minimiser.step(problem, &mut objective, coordinates) {
             Ok(outcome) => outcome,
             Err(LinearisationError::NoEquilibrium(_) | LinearisationError::QuarterTurn(_)) => {
@@ -334,7 +273,7 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        self.information_at(problem, experiment, &Seam::default())
+        self.information_at(problem, experiment, &Seam::ZERO)
     }
 
     fn information_at<const B: usize>(
@@ -344,7 +283,7 @@ impl Refinement {
         seam: &Seam,
     ) -> Result<Information, LinearisationError> {
         let Self { coordinates, workspace, .. } = self;
-        workspace.assemble(problem, coordinates, experiment, seam, Unknowns::Foretold)?;
+        workspace.assemble(problem, coordinates, experiment, Equations::Planned(seam))?;
         Ok(Information::of_complement(&workspace.record, problem.seam_unknowns(), problem.sought))
     }
 }

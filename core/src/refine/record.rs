@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use super::Problem;
 use super::batch::Bins;
-use super::equations::{Assembly, RecordNormal, Unknowns};
+use super::equations::{Assembly, Equations, RecordNormal};
 use super::residuals::Residuals;
 use super::seam::{MAX_SEAM, Seam};
 use crate::chain::linearise::LinearisationError;
@@ -39,7 +39,7 @@ impl Workspace {
         coordinates: &Coordinates,
         experiment: &Experiment<B>,
     ) -> Result<(Seam, f64), LinearisationError> {
-        self.run(problem, coordinates, experiment, &Seam::default(), Unknowns::Seam)?;
+        self.run(problem, coordinates, experiment, Equations::Seam)?;
         let unknowns = problem.seam_unknowns();
         let normal = &mut self.record;
         normal.prefer_small(&[0.0; MAX_SEAM][..unknowns], SMALL_SEAM);
@@ -50,18 +50,17 @@ impl Workspace {
         Ok((seam, normal.sum_of_squares()))
     }
 
-    /// The normal equations of one record at this seam, which is eliminated.
+    /// These normal equations of one record, its seam eliminated.
     pub(super) fn assemble<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         coordinates: &Coordinates,
         experiment: &Experiment<B>,
-        seam: &Seam,
-        wanted: Unknowns,
+        equations: Equations<'_>,
     ) -> Result<Residuals, LinearisationError> {
-        let residuals = self.run(problem, coordinates, experiment, seam, wanted)?;
+        let residuals = self.run(problem, coordinates, experiment, equations)?;
         let unknowns = problem.seam_unknowns();
-        let standing = seam.to_solution(problem.chain.joints().len());
+        let standing = equations.seam().to_solution(problem.chain.joints().len());
         self.record.prefer_small(&standing[..unknowns], SMALL_SEAM);
         self.record.eliminate(unknowns);
         Ok(residuals)
@@ -75,7 +74,7 @@ impl Workspace {
         experiment: &Experiment<B>,
     ) -> Result<Residuals, LinearisationError> {
         let (seam, _) = self.fit_seam(problem, coordinates, experiment)?;
-        self.assemble(problem, coordinates, experiment, &seam, Unknowns::All)
+        self.assemble(problem, coordinates, experiment, Equations::All(&seam))
     }
 
     /// Fills the record's normal equations.
@@ -84,8 +83,7 @@ impl Workspace {
         problem: &Problem<'_>,
         coordinates: &Coordinates,
         experiment: &Experiment<B>,
-        seam: &Seam,
-        unknowns: Unknowns,
+        equations: Equations<'_>,
     ) -> Result<Residuals, LinearisationError> {
         let Problem { measurement, sought, .. } = *problem;
         let bushings = sought.bushings(coordinates);
@@ -98,10 +96,9 @@ impl Workspace {
         let assembly = Assembly {
             terms: &terms,
             record: Bins::of(experiment),
-            seam,
+            equations,
             sought,
             calibration: &calibration,
-            unknowns,
             normal: &mut self.record,
             level: problem.level,
         };

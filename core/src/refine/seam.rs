@@ -23,7 +23,7 @@ const PER_JOINT: usize = 2 * DOF;
 pub(crate) const MAX_SEAM: usize = unknowns(MAX_JOINTS, true);
 
 /// The unknowns of one record's seam.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Seam {
     /// g: impulse on each bushing, Ns and Nms.
     pub(crate) impulse: [[f64; DOF]; MAX_JOINTS],
@@ -45,6 +45,13 @@ pub(crate) fn powers(ratio: f64) -> [f64; ORDERS] {
 }
 
 impl Seam {
+    /// No impulse, no step, no jump.
+    pub(crate) const ZERO: Self = Self {
+        impulse: [[0.0; DOF]; MAX_JOINTS],
+        step: [[0.0; DOF]; MAX_JOINTS],
+        jumps: [[0.0; 3]; ORDERS],
+    };
+
     /// What the jump adds to the reading of an axis, from [`powers`]: real and imaginary part.
     #[inline(always)]
     pub(crate) fn jump(&self, axis: usize, powers: &[f64; ORDERS]) -> [f64; 2] {
@@ -57,7 +64,7 @@ impl Seam {
 
     /// From the solution of the normal equations: per joint g then h, then the jumps, order by order.
     pub(crate) fn from_solution(solution: &[f64], joints: usize) -> Self {
-        let mut seam = Self::default();
+        let mut seam = Self::ZERO;
         for joint in 0..joints {
             let own = &solution[PER_JOINT * joint..PER_JOINT * (joint + 1)];
             seam.impulse[joint].copy_from_slice(&own[..DOF]);

@@ -130,7 +130,7 @@ proptest! {
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
         let mut objective =
-            RecordsObjective::new(&problem, &experiments, &retired, &mut workspace);
+            SumOfSquares::new(&problem, &experiments, &retired, &mut workspace);
         let start = sought.coordinates(&bushings());
         let mut at = |unknown: usize, by: f64| {
             let mut step = [0.0; MAX_UNKNOWNS];

@@ -1,29 +1,29 @@
 //! The objective of a refinement: the sum of squares of records, static tests, priors, and what is retired.
 
-use super::equations::Unknowns;
+use super::equations::Equations;
 use super::objective::Objective;
 use super::record::Workspace;
 use super::retired::RetiredInformation;
 use super::statics::Statics;
 use super::summary::Summary;
-use super::{PARAMETERS, ParameterNormal, Problem};
+use super::{PACKED, ParameterNormal, Problem};
 use crate::chain::linearise::LinearisationError;
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 
 /// The sum of squares of a fit. The seams of the records are fitted at every point.
-pub(super) struct RecordsObjective<'a, const B: usize> {
+pub(super) struct SumOfSquares<'a, const B: usize> {
     problem: &'a Problem<'a>,
     experiments: &'a [Experiment<B>],
     retired: &'a RetiredInformation,
     workspace: &'a mut Workspace,
 }
 
-impl<const B: usize> Objective<Coordinates, PARAMETERS> for RecordsObjective<'_, B> {
+impl<const B: usize> Objective<Coordinates, PACKED> for SumOfSquares<'_, B> {
     type Error = LinearisationError;
 
     fn cost(&mut self, coordinates: &Coordinates) -> f64 {
-        self.fit_seams(coordinates) + self.beside(coordinates)
+        self.fit_seams(coordinates) + self.without_records(coordinates)
     }
 
     fn linearise(
@@ -35,7 +35,7 @@ impl<const B: usize> Objective<Coordinates, PARAMETERS> for RecordsObjective<'_,
     }
 }
 
-impl<'a, const B: usize> RecordsObjective<'a, B> {
+impl<'a, const B: usize> SumOfSquares<'a, B> {
     /// The objective of these experiments. Seams of others are forgotten.
     pub(super) fn new(
         problem: &'a Problem<'a>,
@@ -63,7 +63,7 @@ impl<'a, const B: usize> RecordsObjective<'a, B> {
     }
 
     /// Sum of squares of priors, static tests and retired records.
-    fn beside(&self, coordinates: &Coordinates) -> f64 {
+    fn without_records(&self, coordinates: &Coordinates) -> f64 {
         let sought = self.problem.sought;
         let priors = sought.priors(coordinates).map(|(_, value)| value * value);
         priors.sum::<f64>()
@@ -71,7 +71,7 @@ impl<'a, const B: usize> RecordsObjective<'a, B> {
             + self.retired.sum_of_squares(&sought.values(coordinates))
     }
 
-    /// The normal equations of all unknowns, with the seams that [`RecordsObjective::fit_seams`] has found at the same
+    /// The normal equations of all unknowns, with the seams that [`SumOfSquares::fit_seams`] has found at the same
     /// coordinates.
     pub(super) fn assemble(
         &mut self,
@@ -87,7 +87,7 @@ impl<'a, const B: usize> RecordsObjective<'a, B> {
                 None => workspace.fit_seam(problem, coordinates, experiment)?.0,
             };
             let residuals =
-                workspace.assemble(problem, coordinates, experiment, &seam, Unknowns::All)?;
+                workspace.assemble(problem, coordinates, experiment, Equations::All(&seam))?;
             summary.push(&residuals);
             normal.add_complement(&workspace.record, problem.seam_unknowns());
         }

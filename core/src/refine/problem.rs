@@ -1,0 +1,75 @@
+//! The inputs of a refinement, and the domain of its coordinates.
+
+use fearless_simd::Level;
+
+use super::compliance;
+use super::objective::Domain;
+use super::proposal::{Room, Step};
+use super::seam;
+use crate::calibration::Calibration;
+use crate::chain::Chain;
+use crate::chain::linearise::{LinearChain, LinearisationError};
+use crate::parameters::{Bounds, Bushings};
+use crate::sought::{Coordinates, Sought};
+use crate::spectrum::Measurement;
+use crate::statics::StaticTest;
+
+/// Largest change of a parameter's logarithm in a step. Chosen: the linearisation hardly holds for a factor of e.
+const LONGEST_STEP: f64 = 1.0;
+
+/// The inputs of a refinement.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem<'a> {
+    /// The robot.
+    pub chain: &'a Chain,
+    /// What was measured.
+    pub measurement: &'a Measurement,
+    /// Where the parameters may lie.
+    pub bounds: &'a Bounds,
+    /// The unknowns.
+    pub sought: &'a Sought,
+    /// Static tests, [checked](crate::statics::check), which are fitted with the records.
+    pub statics: &'a [StaticTest],
+    /// Instruction set.
+    pub level: Level,
+}
+
+impl Problem<'_> {
+    /// Real unknowns of the seam of each record.
+    pub(crate) fn seam_unknowns(&self) -> usize {
+        seam::unknowns(self.chain.joints().len(), self.measurement.feels_gravity())
+    }
+
+    /// The chain at a pose, with the masses that it is taken to have.
+    pub(crate) fn linearise(
+        &self,
+        pose: &[f64],
+        bushings: &Bushings,
+        calibration: &Calibration,
+    ) -> Result<LinearChain, LinearisationError> {
+        let gravity = self.measurement.gravity();
+        if self.sought.seeks_masses() {
+            self.chain.weighing(&calibration.mass).linearise(pose, gravity, bushings)
+        } else {
+            self.chain.linearise(pose, gravity, bushings)
+        }
+    }
+}
+
+/// Coordinates within the bounds, and steps along compliances.
+impl Domain for Problem<'_> {
+    type Point = Coordinates;
+
+    fn room(&self, coordinates: &Coordinates) -> Room {
+        let ranges = self.sought.ranges(coordinates, self.bounds);
+        compliance::room(self.sought, &ranges, LONGEST_STEP)
+    }
+
+    fn advance(&self, coordinates: &Coordinates, step: &Step) -> Coordinates {
+        let ranges = self.sought.ranges(coordinates, self.bounds);
+        let moved = compliance::logarithms(self.sought, &ranges, step);
+        let mut advanced = *coordinates;
+        self.sought.advance(&mut advanced, &moved);
+        advanced
+    }
+}
