@@ -3,6 +3,7 @@
 //! It is checked where it is hardest: far from a minimum, so that the residuals are large; with as much noise in the force as
 //! in the acceleration, so that the weights move with the parameters; and with the seam found anew at every point.
 
+use fearless_simd::Level;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -12,12 +13,13 @@ use rand_xoshiro::rand_core::SeedableRng as _;
 use super::objective::Objective as _;
 use super::*;
 use crate::calibration::Nuisances;
-use crate::chain::{Joint, JointKind, Link};
+use crate::chain::{Chain, Joint, JointKind, Link};
 use crate::mounting::Mounting;
-use crate::parameters::Bushing;
+use crate::parameters::{Bounds, Bushing};
 use crate::search::MAX_EXPERIMENTS;
 use crate::sensors::Accelerometer;
 use crate::sought::Coordinate;
+use crate::spectrum::Measurement;
 use crate::stream::Record;
 
 pub(crate) const SAMPLES: usize = 1024;
