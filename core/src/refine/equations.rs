@@ -45,7 +45,7 @@ pub(super) enum Unknowns {
     /// The seam and, behind it, all unknowns that are sought.
     All,
     /// The same of a record whose acceleration nobody has measured: the force is taken as it is.
-    Foretold,
+    Planned,
 }
 
 /// Assembles the normal equations of one record.

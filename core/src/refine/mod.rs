@@ -344,7 +344,7 @@ impl Refinement {
         seam: &Seam,
     ) -> Result<Information, LinearisationError> {
         let Self { coordinates, workspace, .. } = self;
-        workspace.assemble(problem, coordinates, experiment, seam, Unknowns::Foretold)?;
+        workspace.assemble(problem, coordinates, experiment, seam, Unknowns::Planned)?;
         Ok(Information::of_complement(&workspace.record, problem.seam_unknowns(), problem.sought))
     }
 }
