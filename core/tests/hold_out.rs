@@ -165,7 +165,7 @@ fn gap(ours: &[f64; 6], exact: &[f64; 6]) -> f64 {
 /// The short way is one step of Gauss and Newton, and leaves a small part of what the record has done to the fit.
 #[test]
 fn equals_a_fit_that_has_not_seen_the_record() {
-    // From 2 to 60 Hz two records tell much less than three.
+    // From 2 to 60 Hz two records determine much less than three.
     for (noise, band_hz, least) in
         [(1.0, [2.0, 200.0], 0.005), (0.1, [2.0, 200.0], 0.005), (0.01, [2.0, 60.0], 0.1)]
     {
@@ -183,9 +183,9 @@ fn equals_a_fit_that_has_not_seen_the_record() {
     }
 }
 
-/// What is mostly noise is not foretold, and not said to be.
+/// What is mostly noise is not predicted, and not said to be.
 #[test]
-fn noise_is_not_foretold() {
+fn noise_is_not_predicted() {
     for Lacking { short, refitted, .. } in held_out(30.0, [2.0, 200.0]) {
         println!("lacking to FRAC and VAF of 1: {short:.3?}, refitted {refitted:.3?}");
         assert!(gap(&short, &refitted) < 0.02, "{short:?} {refitted:?}");

@@ -1,4 +1,4 @@
-//! What an experiment will tell, predicted without its acceleration, against what the fit of the simulated one says.
+//! The information of an experiment, predicted without its acceleration, against that of a fit to the simulated one.
 
 use flexid_core::refine::{Information, Refinement};
 use flexid_core::spectrum::Experiment;
@@ -40,7 +40,7 @@ fn deviations(count: usize) -> [Vec<f64>; 3] {
 const RINGING: [usize; 2] = [5, 11];
 
 #[test]
-fn foretells_the_deviations_of_a_fit() {
+fn predicts_the_deviations_of_a_fit() {
     for count in [1, 3] {
         let [predicted, of_records, fitted] = deviations(count);
         for unknown in 0..fitted.len() {

@@ -67,7 +67,7 @@ fn found_and_seen(
 
 /// The records determine all nuisances: what is left of the prior's deviation is a fifth at most. Whoever reports the
 /// prior has all of it left.
-fn assert_told(estimate: &Estimate, nuisances: &Nuisances) {
+fn assert_determined(estimate: &Estimate, nuisances: &Nuisances) {
     let sought = Sought::new(3, nuisances).unwrap();
     for nuisance in &estimate.nuisances {
         let prior = sought.width(nuisance.coordinate);
@@ -83,7 +83,7 @@ fn delay() {
     let make = || spoilt(&mill3(), &truth, 62, &conditions, |_| {});
     let nuisances = Nuisances { delay: Some(1e-3), ..Nuisances::default() };
     let estimate = found_and_seen(&nuisances, &[(Coordinate::Delay, 0.3e-3)], make, &truth);
-    assert_told(&estimate, &nuisances);
+    assert_determined(&estimate, &nuisances);
 }
 
 /// Both sensors twice as sensitive read the same robot: the mean of all logarithms stays what was believed beforehand,
@@ -159,7 +159,7 @@ fn misalignment() {
     let nuisances = Nuisances { misalignment: Some(0.03), ..Nuisances::default() };
     let wanted = [0, 1, 2].map(|axis| (Coordinate::Misalignment(axis), turn[axis]));
     let estimate = found_and_seen(&nuisances, &wanted, make, &truth);
-    assert_told(&estimate, &nuisances);
+    assert_determined(&estimate, &nuisances);
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn masses() {
     let wanted = scales.into_iter().enumerate();
     let wanted: Vec<_> = wanted.map(|(link, mass)| (Coordinate::Mass(link), mass)).collect();
     let estimate = found_and_seen(&nuisances, &wanted, make, &truth);
-    assert_told(&estimate, &nuisances);
+    assert_determined(&estimate, &nuisances);
 }
 
 #[test]
@@ -254,7 +254,7 @@ fn a_robot_that_changes_is_not_averaged() {
 
 /// However much is known of it as it was: 120 records against three.
 #[test]
-fn a_small_change_is_seen_beside_much_knowledge() {
+fn a_small_change_is_seen_beside_much_information() {
     changes(40, 0.97);
 }
 

@@ -179,7 +179,8 @@ fn identifier_of(tests: &[StaticTest], measurement: Measurement) -> Box<Identifi
     identifier
 }
 
-/// Without a record the stiffnesses are found where the tests tell them, in gravity and without, and no damping passes for found.
+/// Without a record the stiffnesses are found where the tests determine them, in gravity and without, and no damping
+/// passes for found.
 #[test]
 fn static_tests_alone() {
     let mut scores = Vec::new();
@@ -311,8 +312,8 @@ fn bounded_optimum(chain: &Chain, bounds: &Bounds, tests: &[StaticTest]) -> f64 
     residual.norm_squared()
 }
 
-/// Fewer displacements than would tell every stiffness, so that many lie on a bound: the optimum is that of a dense solve, it
-/// is settled, and only what the readings determine is taken off the degrees of freedom.
+/// Fewer displacements than would determine every stiffness, so that many lie on a bound: the optimum is that of a
+/// dense solve, it is settled, and only what the readings determine is taken off the degrees of freedom.
 #[test]
 fn a_fit_on_its_bounds_is_the_optimum_and_settled() {
     let six_joints = Random::new(3).chain(6);
@@ -378,7 +379,7 @@ fn a_fit_on_its_bounds_is_the_optimum_and_settled() {
 
 /// Fewer displacements than stiffnesses: an estimate, and nothing in it that is sure without reason.
 #[test]
-fn one_dial_gauge_tells_next_to_nothing() {
+fn one_dial_gauge_determines_next_to_nothing() {
     let mut random = Random::new(101);
     let truth = random.bushings(3);
     let mut tests = measure(&truth, 1, Vector3::zeros(), &mut random);

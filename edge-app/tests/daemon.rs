@@ -233,7 +233,7 @@ fn a_bus_that_falls_silent_ends_the_record() {
                 *force
             })
         });
-        // No joint angle follows that would tell that the robot stood still to the end.
+        // No joint angle follows that would show that the robot stood still to the end.
         let mut client = connect();
         let Finding { report, confidence } = loop {
             match client.receive().expect("the daemon ended") {
@@ -248,9 +248,9 @@ fn a_bus_that_falls_silent_ends_the_record() {
     assert!(outcome.finding.is_some());
 }
 
-/// Who mills above the band must hear that no record tells anything, or wait for ever.
+/// Who mills above the band must hear that no record is good enough, or wait for ever.
 #[test]
-fn says_why_records_tell_nothing() {
+fn says_why_records_are_refused() {
     with_daemon(|bus, connect, _| {
         let mut client = connect();
         bus.cut(|counter, _| [3.0 * (0.3 * std::f32::consts::PI * counter as f32).sin(); 3]);
@@ -259,7 +259,7 @@ fn says_why_records_tell_nothing() {
 }
 
 #[test]
-fn ends_with_its_bus_and_tells_its_clients() {
+fn ends_with_its_bus_and_disconnects_its_clients() {
     let outcome = with_daemon(|bus, connect, _| {
         let mut client = connect();
         client.state("waiting for frames");

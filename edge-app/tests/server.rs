@@ -118,7 +118,7 @@ fn a_client_gets_the_latest_and_then_what_changes() {
 }
 
 #[test]
-fn a_client_of_another_version_is_told_why() {
+fn a_client_of_another_version_gets_the_reason() {
     with_server(|_, mut stream, _, _| {
         say_hello(&mut stream, Hello { protocol_version: 999, ..Hello::new("test") });
         let reason = refusal(&mut stream);
@@ -127,7 +127,7 @@ fn a_client_of_another_version_is_told_why() {
 }
 
 #[test]
-fn a_client_that_sends_rubbish_is_told_so_and_others_are_served() {
+fn a_client_that_sends_rubbish_gets_the_reason_and_others_are_served() {
     with_server(|latest, mut stream, _, connect| {
         stream.write_all(b"GET / HTTP/1.1\r\nHost: flexid\r\n\r\n").unwrap();
         let reason = refusal(&mut stream);

@@ -63,7 +63,7 @@ pub enum ClientError {
     )]
     Silent(Listen),
     /// The daemon closed the connection.
-    #[error("{0}: the daemon hung up: it was stopped, or has failed; its log tells")]
+    #[error("{0}: the daemon hung up: it was stopped, or has failed; see its log")]
     HungUp(Listen),
 }
 

@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_written_is_told_at_once_with_the_mend() {
+    fn what_cannot_be_written_is_reported_at_once_with_the_mend() {
         let folder = tempfile::tempdir().unwrap();
         let refusal = |file: &Path| Output::create(file).unwrap_err().to_string();
         let error = refusal(&folder.path().join("gone/out.json"));

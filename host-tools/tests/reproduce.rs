@@ -44,7 +44,7 @@ fn without_seconds(html: &str) -> String {
 }
 
 #[test]
-fn bad_input_is_told_in_one_line_with_status_2() {
+fn bad_input_is_reported_in_one_line_with_status_2() {
     let model = std::fs::read_to_string(
         Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-model.toml"),
     )

@@ -20,7 +20,7 @@ const COMPARED: u32 = 3;
 const LEFT_OUT: [u32; 6] = [2, 3, 4, 5, 6, 7];
 /// From this level on, a quarter of the band, the mean square distinguishes basins: below a third in descents that came to fit, above
 /// a half in most others.
-const TELLING: usize = 10;
+const FIRST_DISTINGUISHING: usize = 10;
 
 /// The descents of one start.
 #[derive(Clone, Debug)]
@@ -112,7 +112,7 @@ impl Descent {
     /// best one.
     fn is_worse(&self, misfits: &[f64]) -> bool {
         let best = self.best.iter().flat_map(|best| &best.misfits);
-        misfits.iter().zip(best).skip(TELLING).any(|(own, best)| *own > best.max(FITS))
+        misfits.iter().zip(best).skip(FIRST_DISTINGUISHING).any(|(own, best)| *own > best.max(FITS))
     }
 }
 
@@ -140,7 +140,7 @@ mod tests {
         }
     }
 
-    /// Hopeless is what has ended a telling level worse than the best one did, if noise does not let it.
+    /// Hopeless is what has ended a level that distinguishes worse than the best one did, if noise does not let it.
     #[test]
     fn what_does_worse_than_the_best_is_abandoned() {
         let worse = |misfit: f64, level: usize, best: Option<f64>| {
@@ -150,11 +150,11 @@ mod tests {
             descents.best = best.map(end);
             descents.is_worse(&misfits[..=level])
         };
-        assert!(worse(0.7, TELLING, Some(0.3)));
-        assert!(worse(3.0, TELLING, Some(2.0)));
-        assert!(!worse(0.5, TELLING, Some(0.3)));
-        assert!(!worse(1.0, TELLING, Some(2.0)));
-        assert!(!worse(0.7, TELLING - 1, Some(0.3)));
-        assert!(!worse(0.7, TELLING, None));
+        assert!(worse(0.7, FIRST_DISTINGUISHING, Some(0.3)));
+        assert!(worse(3.0, FIRST_DISTINGUISHING, Some(2.0)));
+        assert!(!worse(0.5, FIRST_DISTINGUISHING, Some(0.3)));
+        assert!(!worse(1.0, FIRST_DISTINGUISHING, Some(2.0)));
+        assert!(!worse(0.7, FIRST_DISTINGUISHING - 1, Some(0.3)));
+        assert!(!worse(0.7, FIRST_DISTINGUISHING, None));
     }
 }

@@ -95,7 +95,7 @@ impl Estimate {
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
     ) -> Self {
-        // Static tests tell of dampings in no pose.
+        // Static tests determine dampings in no pose.
         let moves = !experiments.is_empty() || refinement.retired() > 0;
         let is_damping = |unknown| {
             matches!(problem.sought.coordinate(unknown), Some(Coordinate::Damping { .. }))

@@ -19,7 +19,10 @@ mod decision;
 mod descent;
 mod effort;
 mod estimate;
+mod judge;
 mod minimum;
+mod progress;
+mod searching;
 mod settle;
 mod standing;
 mod start;
@@ -32,37 +35,21 @@ use rand_core::Rng;
 
 use crate::DOF;
 use crate::chain::Chain;
-use crate::loss::spectral;
 use crate::loss::target::Target;
 use crate::parameters::Bounds;
 use crate::refine::{Outcome, Problem, Refinement};
-use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
+use crate::search::{MAX_EXPERIMENTS, Search, Strategy};
 use crate::sought::{Sought, SoughtError};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use branch::{Branch, Tried};
-use decision::{Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
 use descent::Descent;
 pub use effort::{Effort, FoundBy};
 pub use estimate::{Acceptance, Estimate};
 use minimum::Minimum;
+pub use progress::{Phase, Progress};
 pub use standing::{Standing, StandingError};
 use start::Method;
-
-/// Typical number of steps of a refinement that starts in the right basin.
-const TYPICAL_ITERATIONS: f32 = 12.0;
-/// What an [`Identifier`] is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// Needs a record.
-    Waiting,
-    /// A descent into the basin, or a random search for it.
-    Searching,
-    /// Gauss-Newton refinement.
-    Refining,
-    /// Nothing to do until the next record.
-    Settled,
-}
 
 /// What the present refinement is for.
 #[derive(Clone, Debug, Default)]
@@ -75,19 +62,6 @@ enum Purpose {
     Branch(Branch),
     /// The kept records without the retired ones; the minimum is that of both.
     Alone(Minimum),
-}
-
-/// How the work stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// What is going on.
-    pub phase: Phase,
-    /// Of the present search or refinement, 0 to 1.
-    pub fraction: f32,
-    /// Total cost so far.
-    pub effort: Effort,
-    /// Smallest loss of the present search (SSP).
-    pub search_loss: f32,
 }
 
 /// Identifies the bushings of one robot from its experiments, which the caller keeps.
@@ -219,7 +193,7 @@ impl<R: Rng> Identifier<R> {
             return;
         }
         match (self.phase, &self.estimate) {
-            // What static tests tell alone is no basin of the records.
+            // What static tests alone determine is no basin of the records.
             _ if self.effort.starts == 0 => self.start_search(experiments),
             (Phase::Waiting, _) | (Phase::Settled, None) => self.start_search(experiments),
             (Phase::Searching, _) if branched.is_none() => match self.method {
@@ -290,22 +264,6 @@ impl<R: Rng> Identifier<R> {
         self.phase
     }
 
-    /// Where it stands; `None` unless it has settled on an estimate of records.
-    pub fn standing(&self) -> Option<Standing> {
-        let estimate = self.estimate.as_ref().filter(|_| self.phase == Phase::Settled)?;
-        Some(Standing {
-            coordinates: estimate.coordinates.iter().copied().collect(),
-            apart: estimate.apart.clone(),
-            deviations_elsewhere: estimate.deviations_elsewhere.clone(),
-            exclusions: self.exclusions,
-            acceptance: estimate.acceptance,
-            retired: self.refinement.retired_records(),
-            forgotten: self.forgotten,
-            effort: self.effort,
-            found_by: estimate.found_by,
-        })
-    }
-
     /// Whether a minimum has been accepted, and only its branches and rivals are searched before it is settled on.
     pub fn has_accepted(&self) -> bool {
         matches!(&self.purpose, Purpose::Branch(branch) if branch.is_of_accepted())
@@ -316,206 +274,8 @@ impl<R: Rng> Identifier<R> {
         &self.generator
     }
 
-    /// Continues from the state of another identifier of the same problem, which had settled on these `experiments`. Give a new
-    /// identifier the other's generator, too. It costs one fit and no search.
-    ///
-    /// # Errors
-    /// The state is that of another problem. Then nothing has changed.
-    pub fn resume<const B: usize>(
-        &mut self,
-        standing: &Standing,
-        experiments: &[Experiment<B>],
-    ) -> Result<(), StandingError> {
-        let coordinates = standing.coordinates(&self.sought, &self.bounds)?;
-        self.refinement
-            .resume(&self.sought, &coordinates, &standing.retired)
-            .ok_or(StandingError::Retired)?;
-        self.forgotten = standing.forgotten;
-        self.exclusions = standing.exclusions;
-        self.effort = standing.effort;
-        self.found_by = standing.found_by;
-        let mut minimum = self.minimum_here(experiments);
-        minimum.apart = standing.apart.clone();
-        minimum.deviations_elsewhere = standing.deviations_elsewhere.clone();
-        self.settle(&mut minimum, standing.acceptance, experiments);
-        Ok(())
-    }
-
     /// The last settled estimate; none before the first.
     pub fn estimate(&self) -> Option<&Estimate> {
         self.estimate.as_ref()
-    }
-
-    /// How the work stands.
-    pub fn progress(&self) -> Progress {
-        let (done, of) = self.search.iterations();
-        Progress {
-            phase: self.phase,
-            fraction: match self.phase {
-                Phase::Waiting => 0.0,
-                Phase::Searching => match self.method {
-                    Method::Descent => self.descent.fraction(),
-                    Method::RandomSearch => done as f32 / of as f32,
-                },
-                Phase::Refining => self.refinement.iterations() as f32 / TYPICAL_ITERATIONS,
-                Phase::Settled => 1.0,
-            }
-            .min(1.0),
-            effort: self.effort,
-            search_loss: self.search.loss(),
-        }
-    }
-
-    fn start_search<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
-        self.phase = Phase::Searching;
-        self.prolongations = 0;
-        self.tried = Tried::default();
-        self.exclusions = 0;
-        self.method = Method::after(self.starts);
-        match self.method {
-            Method::Descent if self.starts == 0 => {
-                self.descent = Descent::first(start::middle(&self.bounds, &self.sought));
-            }
-            Method::Descent => {
-                let from = start::elsewhere(&self.bounds, &self.sought, &mut self.generator);
-                self.descent = Descent::elsewhere(from);
-            }
-            Method::RandomSearch => {
-                self.search = Search::new(Strategy::default(), 2 * DOF * self.chain.joints().len());
-                self.aim(experiments);
-            }
-        }
-        self.starts += 1;
-        self.effort.starts += 1;
-        self.effort.random_searches += u32::from(self.method == Method::RandomSearch);
-    }
-
-    /// One step of a descent; its end is where the refinement begins.
-    fn descend<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
-        let Self { chain, measurement, bounds, sought, statics, descent, generator, .. } = self;
-        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let next = || start::elsewhere(bounds, sought, generator);
-        if let Some(found) = descent.step(&problem, experiments, self.refinement.memory(), next) {
-            self.refinement.restart_at(&found);
-            self.found_by = FoundBy::Descent;
-            self.phase = Phase::Refining;
-        }
-    }
-
-    /// One sample of a random search; its end is where the refinement begins.
-    fn sample<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
-        let mut guess = self.bounds.within(self.search.ask(&mut self.generator));
-        self.sought.impose(&mut guess);
-        self.search.tell(&spectral::losses(&self.targets, experiments, &guess, self.level));
-        if self.search.finished() {
-            let found = self.bounds.within(self.search.centre());
-            self.refinement.restart(&self.sought, &found);
-            self.found_by = FoundBy::RandomSearch;
-            self.phase = Phase::Refining;
-        }
-    }
-
-    /// Continues the random search with these experiments.
-    fn aim<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
-        let Self { chain, measurement, targets, search, .. } = self;
-        let target =
-            |experiment: &Experiment<B>| Target::new(chain, measurement, &experiment.pose).ok();
-        targets.clear();
-        targets.extend(experiments.iter().map_while(target).take(MAX_EXPERIMENTS));
-        debug_assert_eq!(targets.len(), experiments.len().min(MAX_EXPERIMENTS), "of another chain");
-        let jacobians = targets.iter().map(|target| &target.jacobian);
-        let sensitivities = Sensitivities::jacobian(jacobians, chain.joints().len());
-        search.renew(Weighing::Sensitivities(sensitivities));
-    }
-
-    /// Accepts the minimum where a refinement has ended, or goes on.
-    fn judge<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
-        let Some(mut found) = self.come_to(experiments) else { return };
-        let tried_alone = matches!(self.purpose, Purpose::Alone(_));
-        if tried_alone {
-            self.reconcile(&mut found);
-            self.stand_at(&found, experiments);
-        }
-        let best = self.best.as_ref();
-        let circumstances = Circumstances {
-            has_records: !experiments.is_empty(),
-            tried_alone,
-            best_agrees: best.is_some_and(Minimum::agrees),
-            has_best: best.is_some(),
-            is_outdone: best.is_some_and(|best| best.is_clearly_better_than(&found)),
-            leaves_stiffness_undetermined: self.leaves_stiffness_undetermined(&found),
-            prolongations: self.prolongations,
-        };
-        match decision::of_found(&found, &circumstances) {
-            OfFound::Settle(acceptance) => self.settle(&mut found, acceptance, experiments),
-            OfFound::Conclude(acceptance) => self.conclude(&mut found, acceptance, experiments),
-            OfFound::TryAlone => self.try_alone(found),
-            OfFound::Prolong => {
-                self.prolongations += 1;
-                self.refinement.restart_at(&found.coordinates);
-            }
-            OfFound::Compare { branch } => {
-                if !(branch && self.branch_off(&found, None, experiments)) {
-                    self.compare(found, experiments);
-                }
-            }
-        }
-    }
-
-    /// Accepts the better of `found` and the best minimum so far, or searches again.
-    // A minimum is large: inlined, those here would take room on the stack of the caller.
-    #[inline(never)]
-    fn compare<const B: usize>(&mut self, found: Minimum, experiments: &[Experiment<B>]) {
-        let mut best = match self.best.take() {
-            Some(mut best) => {
-                let distance = self.refinement.distance(&self.sought, &best.coordinates);
-                best.compete(found, distance);
-                best
-            }
-            None => found,
-        };
-        match decision::of_best(&best, self.starts) {
-            OfBest::Conclude(acceptance) => self.conclude(&mut best, acceptance, experiments),
-            OfBest::TryAlone => self.try_alone(best),
-            OfBest::GoOn { branch, search } => {
-                if branch && self.branch_off(&best, None, experiments) {
-                    return;
-                }
-                if !search {
-                    return self.settle(&mut best, Acceptance::Unsettled, experiments);
-                }
-                best.is_branched |= branch && !self.excludes_branches();
-                self.best = Some(best);
-                self.start_search(experiments);
-            }
-        }
-    }
-
-    /// Refines the kept records alone, where they contradict the retired ones.
-    #[inline(never)]
-    fn try_alone(&mut self, together: Minimum) {
-        self.refinement.shelve(&self.sought);
-        self.refinement.restart_at(&together.coordinates);
-        self.purpose = Purpose::Alone(together);
-        self.phase = Phase::Refining;
-    }
-
-    /// Drops the retired records if the kept ones are consistent alone, in `found`, and their noise cannot hide a wrong minimum; else
-    /// returns to the minimum of both.
-    #[inline(never)]
-    fn reconcile(&mut self, found: &mut Minimum) {
-        let Purpose::Alone(mut together) = mem::take(&mut self.purpose) else { return };
-        if found.is_reached() {
-            together.contradicted = together.is_contradicted_beyond(found);
-        }
-        let sure = found.stands_clear() || together.times >= TIMES_CONSISTENT;
-        let forget = together.contradicted && found.is_reached() && found.is_consistent() && sure;
-        self.forgotten += self.refinement.unshelve(!forget);
-        if forget {
-            // It was found with the records that are forgotten.
-            self.best = None;
-        } else {
-            *found = together;
-        }
     }
 }

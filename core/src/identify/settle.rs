@@ -70,7 +70,7 @@ impl<R> Identifier<R> {
         // Of the fit alone: what is remembered would change it when an identifier resumes.
         let deviation = |unknown| minimum.fit.covariance.deviation(unknown);
         let typical = typically_damped(sought, bounds, &minimum.coordinates, deviation);
-        // Static tests tell of dampings in no pose.
+        // Static tests determine dampings in no pose.
         let Some(typical) = typical.filter(|_| !experiments.is_empty()) else { return };
         refinement.restart_at(&typical);
         let there = refinement.fit(&problem, experiments);

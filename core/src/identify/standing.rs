@@ -4,19 +4,21 @@ use core::error::Error;
 use core::fmt;
 
 use heapless::Vec;
+use rand_core::Rng;
 
 use super::minimum::Rival;
-use super::{Acceptance, Effort, FoundBy};
+use super::{Acceptance, Effort, FoundBy, Identifier, Phase};
 use crate::parameters::Bounds;
 use crate::refine::Retired;
 use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
+use crate::spectrum::Experiment;
 
 /// How far beyond its bounds rounding may put a parameter's logarithm.
 const ROUNDING: f64 = 1e-9;
 
 /// A settled identifier, without its experiments and its generator of random numbers.
 ///
-/// [`Identifier::resume`](super::Identifier::resume) with the same experiments gives the same estimate, to the bit at the
+/// [`Identifier::resume`] with the same experiments gives the same estimate, to the bit at the
 /// same instruction set. The robot, measurement, bounds, static tests and unknowns must be the same; the caller ensures that.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -84,6 +86,49 @@ impl Standing {
         let positive = self.deviations_elsewhere.iter().all(|deviation| *deviation >= 0.0);
         let sane = within && rivals && finite && possible && positive;
         if sane { Ok(coordinates) } else { Err(StandingError::Coordinates) }
+    }
+}
+
+impl<R: Rng> Identifier<R> {
+    /// Where it stands; `None` unless it has settled on an estimate of records.
+    pub fn standing(&self) -> Option<Standing> {
+        let estimate = self.estimate.as_ref().filter(|_| self.phase == Phase::Settled)?;
+        Some(Standing {
+            coordinates: estimate.coordinates.iter().copied().collect(),
+            apart: estimate.apart.clone(),
+            deviations_elsewhere: estimate.deviations_elsewhere.clone(),
+            exclusions: self.exclusions,
+            acceptance: estimate.acceptance,
+            retired: self.refinement.retired_records(),
+            forgotten: self.forgotten,
+            effort: self.effort,
+            found_by: estimate.found_by,
+        })
+    }
+
+    /// Continues from the state of another identifier of the same problem, which had settled on these `experiments`. Give a new
+    /// identifier the other's generator, too. It costs one fit and no search.
+    ///
+    /// # Errors
+    /// The state is that of another problem. Then nothing has changed.
+    pub fn resume<const B: usize>(
+        &mut self,
+        standing: &Standing,
+        experiments: &[Experiment<B>],
+    ) -> Result<(), StandingError> {
+        let coordinates = standing.coordinates(&self.sought, &self.bounds)?;
+        self.refinement
+            .resume(&self.sought, &coordinates, &standing.retired)
+            .ok_or(StandingError::Retired)?;
+        self.forgotten = standing.forgotten;
+        self.exclusions = standing.exclusions;
+        self.effort = standing.effort;
+        self.found_by = standing.found_by;
+        let mut minimum = self.minimum_here(experiments);
+        minimum.apart = standing.apart.clone();
+        minimum.deviations_elsewhere = standing.deviations_elsewhere.clone();
+        self.settle(&mut minimum, standing.acceptance, experiments);
+        Ok(())
     }
 }
 

@@ -146,8 +146,8 @@ impl Refinement {
         others.subtract_complement(&workspace.record, problem.seam_unknowns());
         let (step, _) = propose(&others, &problem.room(coordinates), 0.0);
         let without = problem.advance(coordinates, &step);
-        let foretold = workspace.assemble_fitted(problem, &without, experiment);
-        foretold.map_or_else(|_| Agreement::default(), |it| it.agreement())
+        let predicted = workspace.assemble_fitted(problem, &without, experiment);
+        predicted.map_or_else(|_| Agreement::default(), |it| it.agreement())
     }
 }
 

@@ -1,4 +1,4 @@
-//! Fisher information of the unknowns: what experiments tell of them, whether done or only thought of.
+//! Fisher information of the unknowns in experiments, whether done or only planned.
 
 use super::statics::Statics;
 use super::{ParameterNormal, Problem};
@@ -43,7 +43,7 @@ impl Information {
         information
     }
 
-    /// What static tests of a problem tell where the parameters are thought to be.
+    /// Information of the static tests of a problem, where the parameters are thought to be.
     ///
     /// # Errors
     ///
@@ -69,11 +69,11 @@ impl Information {
         information
     }
 
-    /// Adds what independent experiments tell.
+    /// Adds the information of independent experiments.
     ///
     /// # Panics
     ///
-    /// If they tell of another number of unknowns.
+    /// If it is of another number of unknowns.
     pub fn add(&mut self, other: &Self) {
         assert_eq!(self.normal.unknowns(), other.normal.unknowns());
         self.normal.add_complement(&other.normal, 0);
@@ -136,7 +136,7 @@ mod tests {
         }
         let expected = -2.0 * libm::log(0.5 * 0.1 * 2.0);
         assert!((information.log_determinant(3) - expected).abs() < 1e-12);
-        // A second experiment that tells the difference of the first two: [[20, -16], [-16, 116]].
+        // A second experiment that determines the difference of the first two: [[20, -16], [-16, 116]].
         let mut difference = Information::none(3);
         for (i, j, value) in [(0, 0, 16.0), (1, 0, -16.0), (1, 1, 16.0)] {
             *difference.normal.entry(i, j) = value;

@@ -160,7 +160,7 @@ proptest! {
     }
 }
 
-/// More records than there is room for seams: each tells as much as the first, which has room.
+/// More records than there is room for seams: each determines as much as the first, which has room.
 #[test]
 fn every_record_counts_with_its_seam() {
     const MANY: usize = MAX_EXPERIMENTS + 2;

@@ -421,7 +421,7 @@ mod tests {
 
     /// The sender falls behind, or the clock is set. Neither is a measurement, nor a reason to doubt the configured rate.
     #[test]
-    fn a_sender_that_falls_behind_tells_no_rate() {
+    fn a_sender_that_falls_behind_determines_no_rate() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
         let mut behind_s = 0.0;
         let falls = measure(10_000, 0.0, |_| {

@@ -245,7 +245,7 @@ mod tests {
         /// Columns 2, 5 and 7 depend on each other, 3 and 4 nearly do, 0 is empty: the others have the covariance that
         /// they have without 0 and 7, and without 4 if its difference from 3 is nearly lost in rounding.
         #[test]
-        fn dependent_unknowns_are_not_told(
+        fn dependent_unknowns_are_not_determined(
             values in vec(-1.0_f64..1.0, 24 * COLUMNS),
             magnitudes in vec(-3.0_f64..5.0, COLUMNS),
             [a, b] in [0.3_f64..3.0, -3.0_f64..-0.3],
@@ -343,9 +343,10 @@ mod tests {
         agrees(&covariance, &own, &expected, 1e-8)
     }
 
-    /// An unknown that only rounding tells of is not determined, and leaves the one alone that it seems to depend on.
+    /// An unknown of which only rounding has information is not determined, and leaves the one alone that it seems to
+    /// depend on.
     #[test]
-    fn rounding_tells_nothing() {
+    fn rounding_determines_nothing() {
         let matrix = DMatrix::from_row_slice(2, 2, &[1e6, 1e-10, 1e-10, 1e-26]);
         let covariance = covariance(&matrix);
         assert_eq!([covariance.deviation(0), covariance.deviation(1)], [1e-3, f64::INFINITY]);

@@ -165,7 +165,7 @@ mod tests {
 
         /// Known eigenvectors, repeated eigenvalues among them: the weak ones, weakest first, and no other.
         #[test]
-        fn are_the_eigenvectors_told_badly(entries in vec(-1.0_f64..1.0, 9 * 9)) {
+        fn are_the_eigenvectors_of_large_deviation(entries in vec(-1.0_f64..1.0, 9 * 9)) {
             let basis = DMatrix::from_row_slice(9, 9, &entries).qr().q();
             let deviations = [40.0, 3.0, 0.5, 0.5, 0.31, 0.29, 0.1, 0.01, 1e-3_f64];
             let values = DVector::from_iterator(9, deviations.iter().map(|x| x.powi(-2)));
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_told_without_information() {
+    fn nothing_is_determined_without_information() {
         for broken in [0.0, f64::NAN, f64::INFINITY] {
             let directions = weak(&DMatrix::from_element(3, 3, broken));
             assert_eq!(directions.len(), 3);

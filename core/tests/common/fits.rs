@@ -47,7 +47,7 @@ pub(crate) fn targets(
     experiments.iter().map(target).collect()
 }
 
-/// Tells of these experiments and works until there is nothing left to do.
+/// Takes these experiments and works until there is nothing left to do.
 pub(crate) fn settle(
     identifier: &mut Identifier<Generator>,
     experiments: &[Experiment<BINS>],

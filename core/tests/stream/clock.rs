@@ -84,9 +84,9 @@ fn a_record_has_the_rate_at_which_its_samples_arrive() {
     }
 }
 
-/// An eighth of a second with a jitter of 0.3 ms tells a rate to a per mille: enough to see that 2000 Hz is wrong.
+/// An eighth of a second with a jitter of 0.3 ms determines a rate to a per mille: enough to see that 2000 Hz is wrong.
 #[test]
-fn a_rate_that_is_off_and_not_told_is_doubtful() {
+fn a_rate_that_is_off_and_uncertain_is_doubtful() {
     for off in [0.0, 0.01] {
         let mut random = Random::new(5);
         let mut arrival =
@@ -201,7 +201,7 @@ fn forgotten_angles_do_not_come_back() {
     assert!(bench.records[before..].iter().all(|record| record.pose.as_slice() == [0.5, 0.3]));
 }
 
-/// After a long silence one joint moves: that tells nothing of the others.
+/// After a long silence one joint moves: that shows nothing of the others.
 #[test]
 fn a_joint_that_moves_brings_no_forgotten_angle_back() {
     let mut bench = on_change();

@@ -51,7 +51,7 @@ impl Bench {
         self.stream.push(time_s, reading, |record| records.push(record.clone()));
     }
 
-    /// One instant of cutting (or quiet), of which `lost` tells what does not arrive; joint angles at 10 Hz.
+    /// One instant of cutting (or quiet), of which `lost` says what does not arrive; joint angles at 10 Hz.
     fn instant(&mut self, cutting: bool, lost: [bool; 2]) {
         let counter = self.counter & 0xffff;
         let phase = f64::from(self.sent);
@@ -155,7 +155,7 @@ fn a_record_that_fills_says_how_full_it_is() {
     assert!(bench.stream.record_fraction() < 0.3, "the next has begun");
 }
 
-/// Angles come every 0.1 s: the one that tells of a record's end comes when the stretch has been full for long.
+/// Angles come every 0.1 s: the one that shows a record's end comes when the stretch has been full for long.
 #[test]
 fn a_record_may_be_as_long_as_the_capacity() {
     let mut bench = Bench::new();
@@ -170,7 +170,7 @@ fn a_record_may_be_as_long_as_the_capacity() {
     let whole: usize = lengths(&records).iter().sum();
     assert_eq!(whole as u64 + health.samples_discarded, 300 + 3 * CAPACITY as u64);
 
-    // Angles that stop in mid-record cost what they do not tell of.
+    // Angles that stop in mid-record cost the samples after the last angle.
     let mut bench = Bench::new();
     *bench.stream = Stream::new(config).expect("a good configuration");
     bench.run(1700, true);
@@ -381,7 +381,7 @@ fn angles_that_stop_coming_make_no_record_at_a_wrong_pose() {
 }
 
 #[test]
-fn without_joint_angles_there_is_no_record_and_the_reason_is_told() {
+fn without_joint_angles_there_is_no_record_and_the_missing_joint_is_named() {
     let mut bench = Bench::new();
     bench.sent = 1;
     bench.run(150, true);
@@ -397,7 +397,7 @@ fn without_joint_angles_there_is_no_record_and_the_reason_is_told() {
 
 /// Readings at 2 kHz: much faster than configured is refused.
 #[test]
-fn another_rate_than_configured_is_told() {
+fn another_rate_than_configured_is_counted() {
     for (rate_hz, kept) in [(1000.0, 0), (2050.0, 2), (4000.0, 2)] {
         let config = StreamConfig { rate_hz, ..CONFIG };
         let mut stream = Box::new(Stream::<CAPACITY>::new(config).expect("good"));

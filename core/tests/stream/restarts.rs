@@ -8,8 +8,8 @@ use super::{Bench, CAPACITY, PERIOD, lengths};
 /// with which they do. Each counter lies less than half a turn ahead of where the one before it ended.
 const DESCENDING: [(f64, u32); 3] = [(1200.0, 0xb08c), (1100.0, 0x141c), (1000.0, 0x89d2)];
 
-/// Feeds them, each at its pose; before the angles of one come, so many of its instants do. `angles` tells which recordings
-/// have any.
+/// Feeds them, each at its pose; before the angles of one come, so many of its instants do. `angles` says which
+/// recordings have any.
 fn descending(
     poses: [f64; 3],
     angles: [bool; 3],

@@ -81,7 +81,7 @@ mod tests {
     use crate::text::clipped;
 
     #[test]
-    fn a_direction_is_told_by_those_who_matter() {
+    fn a_direction_is_described_by_its_large_shares() {
         let (a, b, c) = ("joint_1 tx stiffness", "joint_2 tx stiffness", "joint_2 rz damping");
         let cases: [(&[(&str, f32)], _, _, _); 6] = [
             (

@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_of_another_version_is_told_which() {
+    fn a_client_of_another_version_gets_both_versions() {
         let client = Hello { protocol_version: 2, ..Hello::new("flexid 0.2.0") };
         assert_eq!(
             client.refusal().unwrap().reason,
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_built_between_two_versions_is_told_so_in_full() {
+    fn a_client_built_between_two_versions_gets_the_whole_reason() {
         let client = Hello { schema_key: [0xAB; 8], ..Hello::new("flexid 0.1.0") };
         let reason = client.refusal().unwrap().reason;
         assert!(reason.starts_with("client has schema abababababababab of flexid protocol 5"));

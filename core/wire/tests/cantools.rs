@@ -1,6 +1,6 @@
 //! The signal codec against cantools, an independent implementation of DBC.
 //!
-//! `cantools_vectors.py` wrote the vectors and tells how to write them again.
+//! `cantools_vectors.py` wrote the vectors and says how to write them again.
 
 use std::collections::BTreeSet;
 

@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn values_at_the_limit_of_their_signal_are_told() {
+    fn values_at_the_limit_of_their_signal_are_marked() {
         let table = mill3();
         assert_eq!(table.axes, ["Fx", "Fy", "Fz", "ax", "ay", "az"]);
         let limits = |reading| {

@@ -177,7 +177,7 @@ fn static_tests_alone_make_a_report() {
     let said = report.warnings.iter().any(|warning| matches!(warning, Warning::NoRecord(_)));
     assert!(!said, "{:?}", report.warnings);
     let confidence = finding.confidence;
-    // Nor for dampings, which no static test tells; and nothing along a band was measured.
+    // Nor for dampings, which no static test determines; and nothing along a band was measured.
     for direction in &confidence.weak_directions {
         assert!(!direction.to_string().contains("damping"), "{direction}");
     }
@@ -189,9 +189,9 @@ fn static_tests_alone_make_a_report() {
     }
 }
 
-/// A log of another bus: that it brought no record must not be lost behind what the static tests tell.
+/// A log of another bus: that it brought no record must not be lost behind what the static tests determine.
 #[test]
-fn a_log_without_a_record_is_told_of() {
+fn a_log_without_a_record_is_reported() {
     let config = config(Some(GAUGE)).unwrap();
     let log = CandumpLog::new(Path::new("other.log"), "(1.0) vcan0 7FF#00\n".as_bytes());
     let outcome = run_offline(&config, &mut Logs::new([Ok(log)]), |_| {}).unwrap();

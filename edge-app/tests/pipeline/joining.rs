@@ -1,9 +1,11 @@
 //! Records that come while those before them are not settled.
 
-use flexid_pipeline::{Counts, Record};
+use flexid_pipeline::config::Config;
+use flexid_pipeline::stop::Stop;
+use flexid_pipeline::{Counts, Record, Solver};
 
+use super::frames::{POSES, block, frames_with};
 use super::state::{config, on_a_large_stack, records, visits};
-use super::*;
 
 /// Of a block of a ton, which no start explains.
 fn unexplained(config: &Config, poses: &[[f64; 3]]) -> Vec<Record> {
@@ -33,7 +35,7 @@ fn a_record_joins_another_that_the_first_start_does_not_settle() {
     });
 }
 
-/// A record that makes room for another is settled on first, so that what it tells may stay.
+/// A record that makes room for another is settled on first, so that its information may stay.
 #[test]
 fn records_settle_before_one_makes_room() {
     on_a_large_stack(|| {

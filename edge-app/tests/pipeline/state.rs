@@ -1,19 +1,24 @@
 //! Numbers outlive the daemon, and a change of its config.
 
-use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+use std::{fs, io, thread};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use flexid_edge::daemon::Daemon;
+use flexid_edge::daemon::{self, Daemon};
 use flexid_edge::reload::Reload;
 use flexid_edge::store::{self, StateError, Store};
-use flexid_pipeline::config::Validity;
-use flexid_pipeline::{Counts, Record, State};
+use flexid_pipeline::config::{Config, Validity};
+use flexid_pipeline::source::{Arrival, Flow, FrameSource, SourceHealth};
+use flexid_pipeline::stop::Stop;
+use flexid_pipeline::{Counts, Intake, Outcome, Record, Solver, State};
+use flexid_wire::finding::Finding;
+use flexid_wire::report::Verdict;
 
-use super::*;
+use super::frames::{POSES, Replay, frames_with, robot};
+use super::{assert_agree, timeless};
 
 /// Nothing here takes nearly as long.
 const PATIENCE: Duration = Duration::from_secs(60);

@@ -1,6 +1,12 @@
 //! The gravest warning comes first.
 
-use super::*;
+use flexid_pipeline::config::Config;
+use flexid_pipeline::run_offline;
+use flexid_pipeline::source::Arrival;
+use flexid_wire::report::Acceptance;
+
+use super::frames::{POSES, Replay, frames, robot};
+use super::{config, config_with, lines};
 
 /// What comes of these frames: the acceptance, the warnings, and how the intake stands at their end.
 fn found(config: &Config, frames: Vec<Arrival>) -> (Acceptance, Vec<String>, String) {

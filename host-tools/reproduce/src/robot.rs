@@ -188,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_robot_that_gives_way_is_told() {
+    fn a_robot_that_gives_way_is_an_error() {
         let (mut scenario, chain) = mill3();
         scenario.bounds = Bounds::new([1e7, 2e8], [1.0, 2.0], [1e3, 1e5], [1.0, 2.0]).unwrap();
         scenario.cutting.peak_tangential_n = 1e5;

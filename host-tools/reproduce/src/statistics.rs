@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn differences_that_are_all_the_same_are_told_honestly() {
+    fn differences_that_are_all_the_same_have_an_interval_of_no_width() {
         let same = paired(&[1.0, 2.0, 3.0], &[1.0, 2.0, 3.0]).unwrap();
         assert_eq!((same.p, same.difference.interval), (1.0, [0.0, 0.0]));
         let shifted = paired(&[1.5, 2.5, 3.5], &[1.0, 2.0, 3.0]).unwrap();

@@ -16,7 +16,7 @@ const STRIDE: usize = 4;
 const GROUP: usize = 16;
 /// Largest error with which the cubic through its neighbours, twice as far apart, may predict a node, in parts of its
 /// size. The error at the bins between the nodes is then a hundredth of that.
-const FORETOLD: f32 = 7e-3;
+const PREDICTED: f32 = 7e-3;
 /// Number of nodes to each side of the predicted one.
 const REACH: usize = 3;
 /// Packed entries of the receptance in each of its rows.
@@ -88,7 +88,9 @@ impl Line {
         f32::dispatch(level, Follow { line: self, misses: &mut misses, entries });
         // A node's followers lie between it and the next.
         let is_sharp = |node: usize| {
-            !misses[node..(node + 2).min(followed)].iter().all(|&miss| miss <= FORETOLD * FORETOLD)
+            !misses[node..(node + 2).min(followed)]
+                .iter()
+                .all(|&miss| miss <= PREDICTED * PREDICTED)
         };
         let sharp = (0..followed).filter(|&node| is_sharp(node));
         places.clear();
@@ -164,9 +166,9 @@ impl Kernel<f32> for Follow<'_> {
                     let at = |place: usize| like.load(&values[place..]);
                     let near = at(node - 1) + at(node + 1);
                     let far = at(node - 3) + at(node + 3);
-                    let foretold =
+                    let predicted =
                         near.mul_add(like.fill(9.0 / 16.0), far * like.fill(-1.0 / 16.0));
-                    let miss = foretold - at(node);
+                    let miss = predicted - at(node);
                     [miss * miss, at(node) * at(node)]
                 })
             });

@@ -222,7 +222,7 @@ mod tests {
     /// The spectrum of the sensor's samples is that of the continuous force, the cubics between the steps of the fine
     /// grid, to 1e-5 in the band.
     #[test]
-    fn the_samples_tell_what_was_applied() {
+    fn the_samples_have_the_spectrum_of_what_was_applied() {
         let (force, sampling) = reference();
         // The times lie away from the steps of the grid.
         const DENSE: usize = 2 * OVERSAMPLING;

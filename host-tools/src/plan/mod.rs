@@ -195,7 +195,7 @@ mod tests {
                 assert!(after.uncertainty < 0.01 * plan.now.uncertainty);
                 best
             });
-            assert_ne!(best[0], best[1], "the candidates do not tell the criteria apart");
+            assert_ne!(best[0], best[1], "the candidates do not distinguish the criteria");
         });
     }
 

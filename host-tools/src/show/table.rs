@@ -127,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_row_tells_value_interval_verdict_and_truth() {
+    fn a_row_has_value_interval_verdict_and_truth() {
         let row = cells(2.02e6, Some([2.0e6, 2.04e6]), Verdict::Weak, Some(2.0e6));
         assert_eq!(row, ["2.0200e6", "±0.99 %", "weak", "2.0000e6", "1.00 %"]);
         let row = cells(3.0e6, None, Verdict::NotObservable, None);

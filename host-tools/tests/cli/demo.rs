@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use crate::setup::{DEMO, stderr};
 
 #[test]
-fn the_demo_tells_wrong_usage_in_one_line() {
+fn the_demo_reports_wrong_usage_in_one_line() {
     let output = Command::new(DEMO).args(["--truth", "me"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     let errors = stderr(&output);

@@ -102,9 +102,9 @@ fn static_tests_need_no_log() {
     assert!(wrong.contains("warning: no record: waiting for frames"), "{wrong}");
 }
 
-/// One pose and ten times the noise tell little, and say so.
+/// One pose and ten times the noise determine little, and the report says so.
 #[test]
-fn what_a_single_pose_does_not_tell_is_named() {
+fn what_a_single_pose_does_not_determine_is_named() {
     let folder = folder();
     let (table, report) = identified(folder.path(), "--experiments 1 --noise 10", || ());
     let confidence = &report["confidence"];
@@ -121,7 +121,7 @@ fn what_a_single_pose_does_not_tell_is_named() {
 
 /// A link that weighs a fifth less than it should: the advice is to look at the model, not for more data.
 #[test]
-fn a_wrong_model_is_told_as_one() {
+fn a_wrong_model_is_reported_as_one() {
     let folder = folder();
     let model = folder.path().join("mill3-model.toml");
     let lighter = || edit(&model, "mass_kg = 485.0", "mass_kg = 388.0");
@@ -143,7 +143,7 @@ fn a_wrong_model_is_told_as_one() {
 
 /// The simulated sensors are in time, and joint 1 is as stiff as it is said to be.
 #[test]
-fn what_is_sought_beside_the_joints_and_what_is_fixed_is_told() {
+fn what_is_sought_beside_the_joints_and_what_is_fixed_is_reported() {
     let folder = folder();
     let sections = "\n[calibration]\ndelay_s = 5e-4\n\n[parameters]\n\
                     fixed = { \"joint_1.stiffness.tx\" = 6.0e7 }\n";

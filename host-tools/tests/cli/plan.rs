@@ -16,7 +16,7 @@ fn planned(folder: &Path, arguments: &str) -> (String, Value) {
     (String::from_utf8(output.stdout).unwrap(), json(folder, "p.json"))
 }
 
-/// What a report says of its parameters' relative standard deviations, all of which it tells.
+/// What a report says of its parameters' relative standard deviations, all of which are determined.
 struct Found {
     /// In the order of the report's correlations.
     deviations: Vec<f64>,
@@ -101,15 +101,15 @@ fn carried_out(folder: &Path, plan: &Value, before: &str) -> Found {
 }
 
 /// Cuts of another roughness, and a noise that was measured in a fifth of a second: that is good for a few per cent.
-fn is_as_foretold(what: &str, found: f64, foretold: &Value) {
-    let ratio = found / foretold.as_f64().unwrap();
-    println!("{what}: {ratio:.3} of what was foretold");
-    assert!((0.85..1.15).contains(&ratio), "{what}: {found} is {ratio} of {foretold}");
+fn is_as_predicted(what: &str, found: f64, predicted: &Value) {
+    let ratio = found / predicted.as_f64().unwrap();
+    println!("{what}: {ratio:.3} of what was predicted");
+    assert!((0.85..1.15).contains(&ratio), "{what}: {found} is {ratio} of {predicted}");
 }
 
 /// The robot is the one that the plan assumes.
 #[test]
-fn an_experiment_tells_what_the_plan_foretold() {
+fn an_experiment_determines_what_the_plan_predicts() {
     let middle = |lower: f64, upper: f64| format!("{:e}", (lower * upper).sqrt());
     let six = |of: [String; 2]| of.map(|one| [(); 3].map(|()| one.clone()).join(", ")).join(", ");
     let stiffness = six([middle(1e7, 2e8), middle(1e6, 1e8)]);
@@ -125,14 +125,14 @@ fn an_experiment_tells_what_the_plan_foretold() {
         let arguments = format!("--poses 8 --experiments 3 --criterion {criterion}");
         let (_, plan) = planned(folder.path(), &arguments);
         let found = carried_out(folder.path(), &plan, "");
-        let foretold = &plan["steps"][2]["after"];
-        is_as_foretold("worst", found.worst(), &foretold["worst"]);
-        is_as_foretold("median", found.median(), &foretold["median"]);
+        let predicted = &plan["steps"][2]["after"];
+        is_as_predicted("worst", found.worst(), &predicted["worst"]);
+        is_as_predicted("median", found.median(), &predicted["median"]);
         let uncertainty = match criterion {
             "d" => found.geometric_mean(),
             _ => found.root_mean_square(),
         };
-        is_as_foretold(criterion, uncertainty, &foretold["uncertainty"]);
+        is_as_predicted(criterion, uncertainty, &predicted["uncertainty"]);
     }
 }
 
@@ -165,10 +165,10 @@ fn what_was_found_is_what_a_plan_starts_from() {
     let last = table.lines().last().unwrap();
     assert!(last.starts_with("2 experiments planned, ") && last.ends_with(" s"), "{last}");
 
-    // That the first three's correlations are left aside costs some of what they tell.
+    // That the first three's correlations are left aside costs some of their information.
     let both = carried_out(folder.path(), &plan, "o.log");
-    is_as_foretold("worst", both.worst(), &steps[1]["after"]["worst"]);
-    is_as_foretold("median", both.median(), &steps[1]["after"]["median"]);
+    is_as_predicted("worst", both.worst(), &steps[1]["after"]["worst"]);
+    is_as_predicted("median", both.median(), &steps[1]["after"]["median"]);
 
     // Its standard deviations say nothing if the fit does not hold.
     edit(&folder.path().join("o.json"), "\"consistent\"", "\"model_suspect\"");
@@ -180,7 +180,7 @@ fn what_was_found_is_what_a_plan_starts_from() {
 
 /// With so little force some of the spindle's runs are lost in the force sensor's noise, and others are not.
 #[test]
-fn a_plan_goes_without_the_cuts_that_tell_nothing() {
+fn a_plan_goes_without_the_cuts_that_are_lost_in_noise() {
     let folder = folder();
     let command = "plan --config edge.toml --poses 2 --experiments 1 --force 1.1 --json p.json";
     let output = flexid(folder.path(), command);
@@ -192,8 +192,8 @@ fn a_plan_goes_without_the_cuts_that_tell_nothing() {
     assert_eq!(plan["candidates"], 12);
 }
 
-/// Before any cut a dial gauge tells one combination of the stiffnesses, each of which lies between its bounds: the determinant of
-/// what is known of all parameters grows as that of one reading does.
+/// Before any cut a dial gauge determines one combination of the stiffnesses, each of which lies between its bounds:
+/// the determinant of what is known of all parameters grows as that of one reading does.
 #[test]
 fn a_plan_counts_the_static_tests() {
     let folder = folder();

@@ -135,7 +135,7 @@ impl<R: Rng> Identifier<R> {
         acceptance: Option<Acceptance>,
         experiments: &[Experiment<B>],
     ) -> bool {
-        // Static tests tell nothing of dampings, and in the compliances they are linear.
+        // Static tests do not determine dampings, and in the compliances they are linear.
         if self.excludes_branches() || experiments.is_empty() {
             return false;
         }

@@ -105,7 +105,7 @@ impl Objective<[f64; 2], L> for Quadratic {
     }
 }
 
-/// Two unknowns that the data hardly tell apart: a damped step along their difference gains next to nothing, and yet a
+/// Two unknowns that the data hardly separate: a damped step along their difference gains next to nothing, and yet a
 /// quarter of a standard deviation is left to the minimum.
 #[test]
 fn a_damped_step_that_gains_nothing_is_no_end() {

@@ -20,7 +20,7 @@ impl fmt::Display for Warning {
                 "the search is not sure of the minimum: the numbers may be those of a wrong one{cause}"
             ),
             Self::FewStaticTests => f.write_str(
-                "static tests alone tell too little to be tested: add tests, or records",
+                "static tests alone are too few to be tested: add tests, or records",
             ),
             Self::UnsettledStaticTests => f.write_str(
                 "the fit to the static tests comes to no end: check their poses, loads and signs, and [bounds]",
@@ -118,7 +118,7 @@ impl fmt::Display for UnsureCause {
                 let directions = Count((*directions).into(), "combination");
                 write!(
                     f,
-                    "; these poses hardly tell {least}{directions} of parameters: record more poses"
+                    "; these poses hardly determine {least}{directions} of parameters: record more poses"
                 )
             }
             Self::Noise { ssp } => {

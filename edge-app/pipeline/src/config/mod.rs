@@ -1,10 +1,10 @@
 //! Reads `EDGE.toml`, checks it, and converts it into the form that the other modules use.
 
 mod bounds;
-mod file;
 mod fingerprint;
 mod listen;
 mod mounting;
+mod sections;
 mod sought;
 
 use std::path::{Path, PathBuf};
@@ -29,9 +29,9 @@ pub use flexid_core::sensors::Accelerometer;
 
 pub use bounds::BoundsSection;
 use bounds::CONCEIVABLE;
-pub use file::SignalsSection;
 pub use fingerprint::{Fingerprint, Validity};
 pub use listen::{Listen, ListenError, SocketAccess};
+pub use sections::SignalsSection;
 
 /// Shortest and longest record, samples.
 const RECORD_SAMPLES: [usize; 2] = [256, SAMPLES];
@@ -97,7 +97,7 @@ impl Config {
     /// # Errors
     /// The errors are those of [`Config::load`].
     pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
-        let raw: file::File = input::parse_toml(file, text)?;
+        let raw: sections::File = input::parse_toml(file, text)?;
         let base = file.parent().unwrap_or(Path::new(""));
         let bad = |message: String| BadInput::new(file, message);
 
@@ -199,7 +199,7 @@ fn positive(place: &str, value: f64) -> Result<(), String> {
     }
 }
 
-fn check_band(measurement: &file::MeasurementSection) -> Result<(), String> {
+fn check_band(measurement: &sections::MeasurementSection) -> Result<(), String> {
     let [lower, upper] = measurement.band_hz;
     positive("[measurement] band_hz[0]", lower)?;
     positive("[measurement] band_hz[1]", upper)?;
@@ -241,7 +241,7 @@ fn listen(addresses: &[String], base: &Path) -> Result<Vec<Listen>, String> {
     Ok(listen)
 }
 
-fn record_samples(measurement: &file::MeasurementSection) -> Result<usize, String> {
+fn record_samples(measurement: &sections::MeasurementSection) -> Result<usize, String> {
     let [least, most] = RECORD_SAMPLES;
     let samples = measurement.record_samples.unwrap_or_else(|| {
         let exponent = (RECORD_SECONDS * measurement.rate_hz).log2().round();

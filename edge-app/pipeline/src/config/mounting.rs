@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use flexid_core::mounting::Mounting;
 use nalgebra::{Rotation3, Vector3};
 
-use super::file::MountingSection;
+use super::sections::MountingSection;
 use crate::model::Model;
 
 /// Largest distance from the TCP that is accepted for a sensor or a tool, along each axis, m.

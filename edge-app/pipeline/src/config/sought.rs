@@ -4,7 +4,7 @@ use flexid_core::calibration::Nuisances;
 use flexid_core::sought::{Coordinate, Sought};
 
 use super::CONCEIVABLE;
-use super::file::{CalibrationSection, ParametersSection};
+use super::sections::{CalibrationSection, ParametersSection};
 use crate::model::Model;
 use crate::names::DOF_NAMES;
 

@@ -49,7 +49,7 @@ mod tests {
 
     /// The data never separate a gain of the force from one of the acceleration. The prior alone keeps them, to 5 % each.
     #[test]
-    fn of_nuisances_no_percentage_is_told() {
+    fn of_nuisances_no_percentage_is_reported() {
         let nuisances = Nuisances {
             acceleration_gain: Some(0.05),
             force_gain: Some(0.05),

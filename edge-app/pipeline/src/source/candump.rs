@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_of_frame_is_told() {
+    fn every_kind_of_frame_is_recognised() {
         let log = b"(1767000000.000060) can0 101#03000000FEFFFE0E\n\
             (1767000000.000070) can0 12345678#01\n\
             (1767000000.000080) can0 101#R\n\

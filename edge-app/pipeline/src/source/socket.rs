@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_without_data_are_told_apart() {
+    fn frames_without_data_are_distinguished() {
         let (mut source, bus) = pair();
         write(&bus, socketcan::CanRemoteFrame::new_remote(StandardId::MAX, 4).unwrap());
         write(&bus, socketcan::CanErrorFrame::new_error(0x0004, &[0; 8]).unwrap());
@@ -372,7 +372,7 @@ mod tests {
 
     /// Errors do not set the link up. A fault that is over is no longer reported.
     #[test]
-    fn error_frames_tell_the_state_of_the_link() {
+    fn error_frames_give_the_state_of_the_link() {
         let (mut source, bus) = pair();
         let error = |class: u32, says: u8| {
             let data = [0, says, 0, 0, 0, 0, 0, 0];

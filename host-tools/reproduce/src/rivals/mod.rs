@@ -178,7 +178,7 @@ mod tests {
 
     /// The loss is NaN in half of the cube, NaN in all of it, or the same in all of it.
     #[test]
-    fn losses_that_tell_nothing_do_not_stop_a_run() {
+    fn losses_without_information_do_not_stop_a_run() {
         for (name, minimise) in RIVALS {
             let mut half = |x: &[f32]| if x[0] > 0.5 { f64::NAN } else { sphere(x) };
             let progress = minimise(6, 3_000, 0, 1, &mut half);

@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_tells_what_moves_from_what_is_stuck() {
+    fn a_window_distinguishes_what_moves_from_what_is_stuck() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
         let mut window = |size: f32, samples: u32| {
             let mut channel = Channel::new(STEP);

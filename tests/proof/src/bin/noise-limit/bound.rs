@@ -109,7 +109,7 @@ pub(crate) fn covariance(information: &DMatrix<f64>) -> Result<DMatrix<f64>> {
     let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
         information[(i, j)] * scale[i] * scale[j]
     });
-    let inverse = scaled.cholesky().context("a parameter that nothing tells of")?.inverse();
+    let inverse = scaled.cholesky().context("a parameter that nothing determines")?.inverse();
     Ok(DMatrix::from_fn(scale.len(), scale.len(), |i, j| inverse[(i, j)] * scale[i] * scale[j]))
 }
 
@@ -155,7 +155,7 @@ mod tests {
     /// unknowns of the same least-squares problem are the free motion from every state at the start of the window,
     /// and each axis's jump.
     #[test]
-    fn is_what_the_motion_tells() {
+    fn equals_that_of_differences_of_the_motion() {
         let study = Study::load().unwrap();
         let mut cut = study.unseen(1).swap_remove(0);
         cut.force.truncate(WINDOW.end * OVERSAMPLING);

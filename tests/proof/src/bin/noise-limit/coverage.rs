@@ -80,7 +80,7 @@ fn judge(runs: &[(Run, Vec<f64>)], parameters: &[Parameter]) -> Vec<Figure> {
     let together: Vec<f64> = consistent(runs).map(Run::distance).collect();
     let errors = DIRECTIONS * (together.len() * parameters.len()) as f64;
     let limits = spread::root_mean_squares_beyond(errors as usize, ALL_OVER_BOUND);
-    let what = "root-mean-square error over the bound, all parameters together, weighted by what the records tell of them";
+    let what = "root-mean-square error over the bound, all parameters together, weighted by the records' information";
     figures.push(Figure::within(what, together.len(), limits, root_mean_square(&together), ""));
     // A few robots may have no weak parameter.
     let weak = intervals(runs, Verdict::Weak);

@@ -101,7 +101,7 @@ fn judge(study: &Study, all: &[Month]) -> Vec<Figure> {
             root_mean_square(&together),
             "",
         )
-        .remark("all parameters, weighted by what the records tell of them"),
+        .remark("all parameters, weighted by the records' information"),
         // Both have the same noise, so that their ratio hardly scatters.
         Figure::at_most(
             "the same, over that of a fit that keeps all records",

@@ -1,0 +1,103 @@
+//! Carries out the decision on the minimum where a refinement has ended.
+
+use core::mem;
+
+use rand_core::Rng;
+
+use super::decision::{self, Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
+use super::minimum::Minimum;
+use super::{Acceptance, Identifier, Phase, Purpose};
+use crate::spectrum::Experiment;
+
+impl<R: Rng> Identifier<R> {
+    /// Accepts the minimum where a refinement has ended, or goes on.
+    pub(super) fn judge<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        let Some(mut found) = self.come_to(experiments) else { return };
+        let tried_alone = matches!(self.purpose, Purpose::Alone(_));
+        if tried_alone {
+            self.reconcile(&mut found);
+            self.stand_at(&found, experiments);
+        }
+        let best = self.best.as_ref();
+        let circumstances = Circumstances {
+            has_records: !experiments.is_empty(),
+            tried_alone,
+            best_agrees: best.is_some_and(Minimum::agrees),
+            has_best: best.is_some(),
+            is_outdone: best.is_some_and(|best| best.is_clearly_better_than(&found)),
+            leaves_stiffness_undetermined: self.leaves_stiffness_undetermined(&found),
+            prolongations: self.prolongations,
+        };
+        match decision::of_found(&found, &circumstances) {
+            OfFound::Settle(acceptance) => self.settle(&mut found, acceptance, experiments),
+            OfFound::Conclude(acceptance) => self.conclude(&mut found, acceptance, experiments),
+            OfFound::TryAlone => self.try_alone(found),
+            OfFound::Prolong => {
+                self.prolongations += 1;
+                self.refinement.restart_at(&found.coordinates);
+            }
+            OfFound::Compare { branch } => {
+                if !(branch && self.branch_off(&found, None, experiments)) {
+                    self.compare(found, experiments);
+                }
+            }
+        }
+    }
+
+    /// Accepts the better of `found` and the best minimum so far, or searches again.
+    // A minimum is large: inlined, those here would take room on the stack of the caller.
+    #[inline(never)]
+    fn compare<const B: usize>(&mut self, found: Minimum, experiments: &[Experiment<B>]) {
+        let mut best = match self.best.take() {
+            Some(mut best) => {
+                let distance = self.refinement.distance(&self.sought, &best.coordinates);
+                best.compete(found, distance);
+                best
+            }
+            None => found,
+        };
+        match decision::of_best(&best, self.starts) {
+            OfBest::Conclude(acceptance) => self.conclude(&mut best, acceptance, experiments),
+            OfBest::TryAlone => self.try_alone(best),
+            OfBest::GoOn { branch, search } => {
+                if branch && self.branch_off(&best, None, experiments) {
+                    return;
+                }
+                if !search {
+                    return self.settle(&mut best, Acceptance::Unsettled, experiments);
+                }
+                best.is_branched |= branch && !self.excludes_branches();
+                self.best = Some(best);
+                self.start_search(experiments);
+            }
+        }
+    }
+
+    /// Refines the kept records alone, where they contradict the retired ones.
+    #[inline(never)]
+    fn try_alone(&mut self, together: Minimum) {
+        self.refinement.shelve(&self.sought);
+        self.refinement.restart_at(&together.coordinates);
+        self.purpose = Purpose::Alone(together);
+        self.phase = Phase::Refining;
+    }
+
+    /// Drops the retired records if the kept ones are consistent alone, in `found`, and their noise cannot hide a wrong minimum; else
+    /// returns to the minimum of both.
+    #[inline(never)]
+    fn reconcile(&mut self, found: &mut Minimum) {
+        let Purpose::Alone(mut together) = mem::take(&mut self.purpose) else { return };
+        if found.is_reached() {
+            together.contradicted = together.is_contradicted_beyond(found);
+        }
+        let sure = found.stands_clear() || together.times >= TIMES_CONSISTENT;
+        let forget = together.contradicted && found.is_reached() && found.is_consistent() && sure;
+        self.forgotten += self.refinement.unshelve(!forget);
+        if forget {
+            // It was found with the records that are forgotten.
+            self.best = None;
+        } else {
+            *found = together;
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! What an identifier is doing, and how far it has come.
+
+use super::start::Method;
+use super::{Effort, Identifier};
+
+/// Typical number of steps of a refinement that starts in the right basin.
+const TYPICAL_ITERATIONS: f32 = 12.0;
+/// What an [`Identifier`] is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Needs a record.
+    Waiting,
+    /// A descent into the basin, or a random search for it.
+    Searching,
+    /// Gauss-Newton refinement.
+    Refining,
+    /// Nothing to do until the next record.
+    Settled,
+}
+
+/// How the work stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// What is going on.
+    pub phase: Phase,
+    /// Of the present search or refinement, 0 to 1.
+    pub fraction: f32,
+    /// Total cost so far.
+    pub effort: Effort,
+    /// Smallest loss of the present search (SSP).
+    pub search_loss: f32,
+}
+
+impl<R> Identifier<R> {
+    /// How the work stands.
+    pub fn progress(&self) -> Progress {
+        let (done, of) = self.search.iterations();
+        Progress {
+            phase: self.phase,
+            fraction: match self.phase {
+                Phase::Waiting => 0.0,
+                Phase::Searching => match self.method {
+                    Method::Descent => self.descent.fraction(),
+                    Method::RandomSearch => done as f32 / of as f32,
+                },
+                Phase::Refining => self.refinement.iterations() as f32 / TYPICAL_ITERATIONS,
+                Phase::Settled => 1.0,
+            }
+            .min(1.0),
+            effort: self.effort,
+            search_loss: self.search.loss(),
+        }
+    }
+}

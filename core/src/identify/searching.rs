@@ -1,0 +1,78 @@
+//! A start: a descent or a random search, up to where the refinement begins.
+
+use rand_core::Rng;
+
+use super::branch::Tried;
+use super::descent::Descent;
+use super::start::{self, Method};
+use super::{FoundBy, Identifier, Phase};
+use crate::DOF;
+use crate::loss::spectral;
+use crate::loss::target::Target;
+use crate::refine::Problem;
+use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
+use crate::spectrum::Experiment;
+
+impl<R: Rng> Identifier<R> {
+    pub(super) fn start_search<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        self.phase = Phase::Searching;
+        self.prolongations = 0;
+        self.tried = Tried::default();
+        self.exclusions = 0;
+        self.method = Method::after(self.starts);
+        match self.method {
+            Method::Descent if self.starts == 0 => {
+                self.descent = Descent::first(start::middle(&self.bounds, &self.sought));
+            }
+            Method::Descent => {
+                let from = start::elsewhere(&self.bounds, &self.sought, &mut self.generator);
+                self.descent = Descent::elsewhere(from);
+            }
+            Method::RandomSearch => {
+                self.search = Search::new(Strategy::default(), 2 * DOF * self.chain.joints().len());
+                self.aim(experiments);
+            }
+        }
+        self.starts += 1;
+        self.effort.starts += 1;
+        self.effort.random_searches += u32::from(self.method == Method::RandomSearch);
+    }
+
+    /// One step of a descent; its end is where the refinement begins.
+    pub(super) fn descend<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        let Self { chain, measurement, bounds, sought, statics, descent, generator, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let next = || start::elsewhere(bounds, sought, generator);
+        if let Some(found) = descent.step(&problem, experiments, self.refinement.memory(), next) {
+            self.refinement.restart_at(&found);
+            self.found_by = FoundBy::Descent;
+            self.phase = Phase::Refining;
+        }
+    }
+
+    /// One sample of a random search; its end is where the refinement begins.
+    pub(super) fn sample<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        let mut guess = self.bounds.within(self.search.ask(&mut self.generator));
+        self.sought.impose(&mut guess);
+        self.search.tell(&spectral::losses(&self.targets, experiments, &guess, self.level));
+        if self.search.finished() {
+            let found = self.bounds.within(self.search.centre());
+            self.refinement.restart(&self.sought, &found);
+            self.found_by = FoundBy::RandomSearch;
+            self.phase = Phase::Refining;
+        }
+    }
+
+    /// Continues the random search with these experiments.
+    pub(super) fn aim<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        let Self { chain, measurement, targets, search, .. } = self;
+        let target =
+            |experiment: &Experiment<B>| Target::new(chain, measurement, &experiment.pose).ok();
+        targets.clear();
+        targets.extend(experiments.iter().map_while(target).take(MAX_EXPERIMENTS));
+        debug_assert_eq!(targets.len(), experiments.len().min(MAX_EXPERIMENTS), "of another chain");
+        let jacobians = targets.iter().map(|target| &target.jacobian);
+        let sensitivities = Sensitivities::jacobian(jacobians, chain.joints().len());
+        search.renew(Weighing::Sensitivities(sensitivities));
+    }
+}

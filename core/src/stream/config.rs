@@ -1,0 +1,78 @@
+//! Properties of the signals that a stream reads, and their ranges.
+
+use core::error::Error;
+use core::fmt;
+
+use crate::MAX_JOINTS;
+use crate::spectrum::fft::MIN_SAMPLES;
+
+/// Properties of the signals that a stream reads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StreamConfig {
+    /// Sampling rate of force and acceleration, Hz.
+    pub rate_hz: f64,
+    /// Samples of a full record: a power of two up to the stream's capacity.
+    pub record_samples: usize,
+    /// Number of joint angles that a pose needs.
+    pub joints: usize,
+    /// Width of the counters, bits (8 to 32).
+    pub counter_bits: u32,
+    /// Smallest step of the force signal, N.
+    pub force_resolution: f32,
+    /// Smallest step of the acceleration signal, m/s².
+    pub acceleration_resolution: f32,
+}
+
+/// Why a stream refuses its configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StreamError {
+    /// `rate_hz` is not positive and finite.
+    Rate,
+    /// `record_samples` is not a power of two from 256 to the capacity.
+    RecordSamples,
+    /// `joints` is not 1 to [`MAX_JOINTS`].
+    Joints,
+    /// `counter_bits` is not 8 to 32.
+    CounterBits,
+    /// A resolution is not positive and finite.
+    Resolution,
+}
+
+impl StreamConfig {
+    pub(super) fn check(&self, capacity: usize) -> Result<(), StreamError> {
+        let samples = self.record_samples;
+        if !(self.rate_hz.is_finite() && self.rate_hz > 0.0) {
+            Err(StreamError::Rate)
+        } else if !samples.is_power_of_two() || !(MIN_SAMPLES..=capacity).contains(&samples) {
+            Err(StreamError::RecordSamples)
+        } else if !(1..=MAX_JOINTS).contains(&self.joints) {
+            Err(StreamError::Joints)
+        } else if !(8..=32).contains(&self.counter_bits) {
+            Err(StreamError::CounterBits)
+        } else if ![self.force_resolution, self.acceleration_resolution]
+            .iter()
+            .all(|step| step.is_finite() && *step > 0.0)
+        {
+            Err(StreamError::Resolution)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+impl fmt::Display for StreamError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rate => f.write_str("sampling rate: must be positive and finite"),
+            Self::RecordSamples => write!(
+                f,
+                "samples of a record: must be a power of two from {MIN_SAMPLES} to the stream's capacity"
+            ),
+            Self::Joints => write!(f, "joints: must be 1 to {MAX_JOINTS}"),
+            Self::CounterBits => f.write_str("width of the counters: must be 8 to 32 bits"),
+            Self::Resolution => f.write_str("resolutions: must be positive and finite"),
+        }
+    }
+}
+
+impl Error for StreamError {}

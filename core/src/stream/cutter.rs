@@ -1,0 +1,170 @@
+//! From aligned instants to records: where the stretch is cut, and what a record gets from it.
+
+use super::align::{Aligned, Instant};
+use super::clock::Clock;
+use super::stretch::Stretch;
+use super::{Record, StreamConfig, StreamHealth, bridge, noise};
+use crate::spectrum::fft::MIN_SAMPLES;
+
+/// A record is no shorter than a full one divided by this.
+const SHORTEST: usize = 8;
+
+/// Cuts records out of the stretch.
+pub(super) struct Cutter<'a, const N: usize> {
+    pub(super) config: &'a StreamConfig,
+    pub(super) clock: &'a mut Clock,
+    pub(super) stretch: &'a mut Stretch<N>,
+    pub(super) record: &'a mut Record<N>,
+    pub(super) quiet: &'a mut Option<noise::Noise>,
+}
+
+impl<const N: usize> Cutter<'_, N> {
+    pub(super) fn take(
+        &mut self,
+        event: Aligned,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(&Record<N>),
+    ) {
+        match event {
+            Aligned::Instant(instant) => {
+                if instant.force.is_some() || instant.acceleration.is_some() {
+                    self.clock.arrive(instant.time_s);
+                } else {
+                    self.clock.miss(1);
+                }
+                let full = self.config.record_samples;
+                let let_go = self.stretch.push(&instant, self.config);
+                health.samples_discarded += let_go as u64;
+                if self.stretch.newest_missing() > bridge::MAX_GAP {
+                    let standing = self.stretch.len() - self.stretch.newest_missing();
+                    self.end(standing, health, sink);
+                    return self.stretch.clear_samples();
+                }
+                // The end of a record may lie in a movement that only the next angle shows.
+                let standing = self.stretch.standing(self.config);
+                if !self.stretch.overflows() {
+                    if standing >= full {
+                        self.emit(full, health, sink);
+                    }
+                } else if standing >= full || self.stretch.is_overdue() {
+                    // The samples that came since it was full are lost, so that the next ones do not follow on.
+                    self.end(standing, health, sink);
+                    self.stretch.clear_samples();
+                }
+            }
+            Aligned::Gap(missing) => {
+                self.end(self.stretch.len(), health, sink);
+                self.stretch.clear_samples();
+                match missing {
+                    Some(instants) => self.clock.miss(instants),
+                    None => self.clock.end_run(),
+                }
+            }
+            Aligned::Restart => {
+                self.end(self.stretch.len(), health, sink);
+                self.stretch.clear();
+                self.clock.end_run();
+            }
+        }
+    }
+
+    /// Makes records of the first `standing` samples and discards the rest.
+    pub(super) fn end(
+        &mut self,
+        standing: usize,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(&Record<N>),
+    ) {
+        let full = self.config.record_samples;
+        let (mut standing, mut rest) = (standing, self.stretch.len() - standing);
+        // The pose is not known, or nothing was cut.
+        if self.stretch.pose.unknown(self.config.joints).is_some() || !self.stretch.cutting {
+            (standing, rest) = (0, self.stretch.len());
+        }
+        // One or two samples that were lost at the very end can be bridged too.
+        let short = full - standing.min(full);
+        let open = self.stretch.newest_missing() + short;
+        if rest == 0 && short > 0 && open <= bridge::MAX_GAP {
+            for _ in 0..short {
+                self.stretch.push(&Instant::default(), self.config);
+            }
+            standing = full;
+        }
+        while standing >= (full / SHORTEST).max(MIN_SAMPLES) && self.stretch.cutting {
+            let samples = full.min(1 << standing.ilog2());
+            self.emit(samples, health, sink);
+            standing -= samples;
+        }
+        health.samples_discarded += (standing + rest) as u64;
+    }
+
+    /// Makes a record of the oldest `samples`, bridged, with its noise.
+    fn emit(
+        &mut self,
+        samples: usize,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(&Record<N>),
+    ) {
+        let Self { config, clock, stretch, record, quiet } = self;
+        let rate = clock.rate();
+        if rate.is_wrong || rate.is_doubtful || rate.is_refused {
+            health.measured_rate_hz = rate.measured_hz as f32;
+            health.measured_rate_std_hz = rate.deviation_hz as f32;
+        }
+        health.wrong_rate += u64::from(rate.is_wrong || rate.is_refused);
+        health.doubtful_rate += u64::from(rate.is_doubtful && !rate.is_refused);
+        if rate.is_refused {
+            health.too_fast += 1;
+            health.samples_discarded += samples as u64;
+            stretch.discard(samples, config.rate_hz);
+            return stretch.look_for_cut(config);
+        }
+        record.rate_hz = rate.rate_hz;
+        record.has_doubtful_rate = rate.is_doubtful;
+        record.start_s = stretch.start_s;
+        record.pose = stretch.pose.mean(config.joints);
+        let mut bridged = [bridge::Bridged::default(); 6];
+        let signals = stretch.force.iter().chain(&stretch.acceleration);
+        let copies = record.force.iter_mut().chain(&mut record.acceleration);
+        let mut bridgeable = true;
+        for ((signal, copy), bridged) in signals.zip(copies).zip(&mut bridged) {
+            copy.clear();
+            let _ = copy.extend_from_slice(&signal[..samples]);
+            match bridge::bridge(copy) {
+                Ok(done) => *bridged = done,
+                Err(bridge::Unbridgeable) => bridgeable = false,
+            }
+        }
+        stretch.discard(samples, config.rate_hz);
+        stretch.look_for_cut(config);
+        if !bridgeable {
+            health.samples_discarded += samples as u64;
+            return;
+        }
+        let force = record.force.each_ref().map(|signal| signal.as_slice());
+        let acceleration = record.acceleration.each_ref().map(|signal| signal.as_slice());
+        let own = noise::estimate(force, acceleration, config.force_resolution);
+        let noise = own.or_else(quiet.as_ref());
+        if own.quiet {
+            **quiet = Some(noise.clone());
+        }
+        for axis in 0..3 {
+            let added = |bridged: &bridge::Bridged| {
+                bridged.samples as f32 / samples as f32 * bridged.mean_square_error
+            };
+            let rounding = |step: f32| step * step / 12.0;
+            let least = rounding(config.force_resolution);
+            let force = noise.force[axis].raised(least, added(&bridged[axis]));
+            record.force_noise[axis] = libm::sqrtf(force.power);
+            record.force_noise_shape[axis] = force.shape;
+            let least = rounding(config.acceleration_resolution);
+            let acceleration = noise.acceleration[axis].raised(least, added(&bridged[3 + axis]));
+            record.acceleration_noise[axis] = libm::sqrtf(acceleration.power);
+            record.acceleration_noise_shape[axis] = acceleration.shape;
+        }
+        record.starts_at_rest = noise.starts_at_rest;
+        health.bridged += (bridged[0].samples + bridged[3].samples) as u64;
+        health.records += 1;
+        sink(record);
+    }
+}

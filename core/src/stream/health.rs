@@ -1,0 +1,44 @@
+//! Counts and measurements of a stream.
+
+use super::clock;
+
+/// Counts and measurements of a stream since it was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StreamHealth {
+    /// Force and acceleration readings taken.
+    pub frames: u64,
+    /// Force and acceleration readings that are missing by their counters.
+    pub frames_lost: u64,
+    /// Bridged samples of emitted records; force and acceleration count separately.
+    pub bridged: u64,
+    /// Restarts: a counter disagreed with the time that passed, since the sensor started anew or was silent.
+    pub restarts: u64,
+    /// Readings whose counter had come before.
+    pub repeated: u64,
+    /// Records emitted.
+    pub records: u64,
+    /// Samples discarded, as when the pose moved, the gap was too long or the stretch too short.
+    pub samples_discarded: u64,
+    /// Readings refused: a value that is not finite, a joint that the robot does not have, a single counter out of sequence.
+    pub refused: u64,
+    /// Records whose measured rate differs from the configured one: by more than 200 ppm and three standard deviations where the
+    /// sensor kept time, by more than 10 % where its sender was held up. A record whose samples came more than 10 % faster is
+    /// refused.
+    pub wrong_rate: u64,
+    /// Records of `wrong_rate` that were refused.
+    pub too_fast: u64,
+    /// Records whose measured rate contradicts the configured one, but is too uncertain to replace it. They have the configured
+    /// rate.
+    pub doubtful_rate: u64,
+    /// Measured rate of the newest record that one of these three counts, Hz; 0 before the first.
+    pub measured_rate_hz: f32,
+    /// Standard deviation of `measured_rate_hz`, Hz.
+    pub measured_rate_std_hz: f32,
+}
+
+impl StreamHealth {
+    /// Whether `measured_rate_hz` is certain enough to be the rate of the records.
+    pub fn measured_rate_is_used(&self) -> bool {
+        f64::from(self.measured_rate_std_hz) <= clock::CRYSTAL * f64::from(self.measured_rate_hz)
+    }
+}

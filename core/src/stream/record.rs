@@ -1,0 +1,36 @@
+//! One stretch of force and acceleration at one static pose.
+
+use heapless::Vec;
+
+use crate::MAX_JOINTS;
+use crate::noise::NoiseShape;
+
+/// One stretch of force and acceleration at one static pose, without holes.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Record<const N: usize> {
+    /// Time of the first sample, on the clock of the readings, s.
+    pub start_s: f64,
+    /// Joint angles, rad (m).
+    pub pose: Vec<f64, MAX_JOINTS>,
+    /// Sampling rate, Hz. It is the mean of the measured and the configured rate, weighted by their variances, where the two agree.
+    /// Where they do not, it is the measured rate if that is known to 50 ppm, else the configured rate.
+    pub rate_hz: f64,
+    /// Whether the measured rate contradicts the configured one, but is too uncertain to replace it. A fit to the record is then
+    /// wrong by an unknown factor.
+    pub has_doubtful_rate: bool,
+    /// Force that the tool exerts on the robot, N, along each of the force sensor's axes.
+    pub force: [Vec<f32, N>; 3],
+    /// Acceleration, m/s², along each of the accelerometer's axes.
+    pub acceleration: [Vec<f32, N>; 3],
+    /// Standard deviation of the noise of one force sample, per axis, bridging errors included, N.
+    pub force_noise: [f32; 3],
+    /// Standard deviation of the noise of one acceleration sample, per axis, bridging errors included, m/s².
+    pub acceleration_noise: [f32; 3],
+    /// Spectrum of the force's noise, per axis.
+    pub force_noise_shape: [NoiseShape; 3],
+    /// Spectrum of the acceleration's noise, per axis.
+    pub acceleration_noise_shape: [NoiseShape; 3],
+    /// Whether the robot rests when the record starts.
+    pub starts_at_rest: bool,
+}

@@ -1,0 +1,112 @@
+//! What a finding says of its parameters and of its records.
+
+use flexid_pipeline::run_offline;
+use flexid_pipeline::source::Arrival;
+use flexid_wire::finding::Finding;
+use flexid_wire::report::Verdict;
+use flexid_wire::warning::Warning;
+
+use super::frames::{POSES, Replay, block, frames, robot};
+use super::{config, timeless};
+
+/// A robot has intervals; a block of a ton, which is no robot, has none.
+#[test]
+fn a_confidence_goes_with_its_report() {
+    let config = config();
+    let intervals = |frames: Vec<Arrival>| {
+        let mut source = Replay { frames: frames.into_iter(), breaks: false };
+        counted_intervals(&timeless(run_offline(&config, &mut source, |_| {}).unwrap()))
+    };
+    assert_eq!(intervals(frames(&config, &POSES, block)), 0);
+    let of_robot = intervals(frames(&config, &POSES, |pose| robot(&config, pose)));
+    assert!(of_robot > 0, "a robot has no interval");
+}
+
+/// What is asked of the shape of a confidence, whatever it says; counts the intervals.
+fn counted_intervals(Finding { report, confidence }: &Finding) -> usize {
+    let mut intervals = 0;
+    for (joint, own) in report.joints.iter().zip(&confidence.joints) {
+        assert_eq!(joint.name, own.name);
+        let stiffness = joint.stiffness.iter().zip(&joint.stiffness_std);
+        let damping = joint.damping.iter().zip(&joint.damping_std);
+        let ends = own.stiffness_interval.iter().chain(&own.damping_interval);
+        for ((value, std), ends) in stiffness.chain(damping).zip(ends) {
+            let Some([lower, upper]) = ends else { continue };
+            let relative = std.expect("an interval without a standard deviation") / value;
+            assert!(lower < value && value < upper, "{value} is not in {lower} to {upper}");
+            assert!(((upper / lower).ln() / (2.0 * 1.959_964 * relative) - 1.0).abs() < 1e-9);
+            intervals += 1;
+        }
+    }
+    println!("{intervals} intervals of 36, χ²/dof {}", report.fit.consistency);
+    let verdicts = report
+        .joints
+        .iter()
+        .flat_map(|joint| joint.stiffness_verdict.iter().chain(&joint.damping_verdict).copied());
+    let observable = verdicts.filter(|verdict| *verdict != Verdict::NotObservable).count();
+    assert_eq!(intervals, if report.fit.consistency <= 10.0 { observable } else { 0 });
+
+    let correlations = &confidence.correlations;
+    assert_eq!((correlations.unknowns.len(), correlations.percent.len()), (36, 36 * 35 / 2));
+    assert_eq!(correlations.unknowns[0], "joint_1 tx stiffness");
+    assert_eq!(correlations.unknowns[35], "joint_3 rz damping");
+    assert!(correlations.percent.iter().all(|percent| (-100..=100).contains(percent)));
+    assert!(
+        !confidence.weak_directions.is_empty(),
+        "an eighth of a second determines a whole robot"
+    );
+    for direction in &confidence.weak_directions {
+        assert!(direction.relative_std.is_none_or(|std| std > 0.3), "{direction:?}");
+        assert!(direction.to_string().contains(direction.shares[0].name.as_str()), "{direction:?}");
+        for share in &direction.shares {
+            assert!(correlations.unknowns.contains(&share.name), "{direction:?}");
+        }
+    }
+    assert_eq!(confidence.held_out.len() as u64, report.fit.records);
+    for held_out in &confidence.held_out {
+        let near =
+            |pose: &[f64; 3]| pose.iter().zip(&held_out.pose).all(|(a, b)| (a - b).abs() < 1e-3);
+        assert!(POSES.iter().any(near), "{held_out:?}");
+    }
+    assert!(confidence.nuisances.is_empty(), "none is asked for");
+    intervals
+}
+
+/// Seven records at one pose, of which four are kept, and a model so wrong that none of the others is folded in.
+#[test]
+fn records_that_are_lost_are_counted() {
+    let config = config();
+    let frames = frames(&config, &[[0.0, -0.45, 0.95]; 7], block);
+    let mut source = Replay { frames: frames.into_iter(), breaks: false };
+    let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
+    let taken = outcome.counts.stream.records;
+    let Finding { report, confidence } = outcome.finding.expect("a finding");
+    assert!(taken >= 7 && !report.warnings.is_empty(), "{taken} records");
+    assert_eq!((report.fit.records, confidence.retired, confidence.left_out), (4, 0, taken - 4));
+    let lost = |warning: &Warning| matches!(warning, Warning::MadeRoom { .. });
+    assert!(report.warnings.iter().any(lost), "{:?}", report.warnings);
+}
+
+/// The frames of one log twice: the numbers and their deviations are those of once, and a warning says why.
+#[test]
+fn a_log_that_is_given_twice_counts_once() {
+    let config = config();
+    let run = |frames: Vec<Arrival>| {
+        let mut source = Replay { frames: frames.into_iter(), breaks: false };
+        let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
+        let records = outcome.counts.stream.records;
+        (timeless(outcome), records)
+    };
+    let log = frames(&config, &POSES, |pose| robot(&config, pose));
+    let (once, records) = run(log.clone());
+    let (twice, all) = run([log.clone(), log].concat());
+    assert!(records >= 2 && all == 2 * records, "{records} and {all} records");
+    assert_eq!(twice.report.fit.records, once.report.fit.records);
+    assert_eq!(twice.report.joints, once.report.joints);
+    let again = |finding: &Finding| {
+        let repeated = |warning: &&Warning| matches!(warning, Warning::Repeated { .. });
+        finding.report.warnings.iter().find(repeated).cloned()
+    };
+    assert_eq!(again(&twice), Some(Warning::Repeated { records, again: records + 1, original: 1 }));
+    assert_eq!(again(&once), None);
+}

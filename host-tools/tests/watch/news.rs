@@ -1,0 +1,128 @@
+//! What the daemon publishes.
+
+use flexid_wire::confidence::{Confidence, JointIntervals};
+use flexid_wire::finding::Finding;
+use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Phase, Progress, Status};
+use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report, Verdict};
+use flexid_wire::residuals::{Meaning, Residuals};
+use flexid_wire::state::State;
+use flexid_wire::text::clipped;
+use flexid_wire::trouble::BusFault;
+
+pub(crate) fn progress(phase: Phase, records: u64) -> FromEdge {
+    FromEdge::Progress(Progress {
+        phase,
+        fraction: 0.5,
+        starts: 2,
+        search_evaluations: 2000,
+        refine_iterations: 8,
+        search_loss: 0.1,
+        records,
+    })
+}
+
+pub(crate) fn finding(acceptance: Acceptance, records: u64) -> Finding {
+    let joint = JointReport {
+        name: clipped("joint_1"),
+        stiffness: [6.0e7; 6],
+        stiffness_std: [Some(1.0e4), None, Some(1.0e4), Some(1.0e4), Some(1.0e4), Some(1.0e4)],
+        stiffness_verdict: [Verdict::Identified; 6],
+        damping: [2.0e4; 6],
+        damping_std: [Some(1.0e2); 6],
+        damping_verdict: [Verdict::Weak; 6],
+    };
+    let fit = Fit {
+        records,
+        frames: 16_384 * records,
+        frames_lost: 3,
+        ssp: 1e-3,
+        ssp_max: 2e-3,
+        consistency: 1.01,
+        search_evaluations: 2000,
+        refine_iterations: 8,
+        starts: 2,
+        bridged: 3,
+        seconds: 1.5,
+        acceptance,
+        found_by: FoundBy::Descent,
+        random_searches: 0,
+        branches: 1,
+    };
+    let joints = [joint].into_iter().collect();
+    let report = Report { joints, fit, warnings: Default::default() };
+    Finding { report, confidence: confidence() }
+}
+
+pub(crate) fn report(acceptance: Acceptance, records: u64) -> FromEdge {
+    FromEdge::Finding(finding(acceptance, records))
+}
+
+fn confidence() -> Confidence {
+    let joint = JointIntervals {
+        name: clipped("joint_1"),
+        stiffness_interval: [Some([5.9e7, 6.1e7]); 6],
+        damping_interval: [None; 6],
+    };
+    Confidence {
+        joints: [joint].into_iter().collect(),
+        nuisances: Default::default(),
+        correlations: serde_json::from_str(r#"{"unknowns": ["a", "b"], "percent": [97]}"#).unwrap(),
+        weak_directions: Default::default(),
+        residuals: Residuals {
+            consistency: 1.01,
+            whiteness: 0.5,
+            size_objects: false,
+            whiteness_objects: false,
+            meaning: Meaning::Noise,
+        },
+        held_out: Default::default(),
+        retired: 24,
+        left_out: 0,
+    }
+}
+
+/// A report in which nothing is determined.
+pub(crate) fn unobserved() -> FromEdge {
+    let mut unobserved = finding(Acceptance::Consistent, 3);
+    for joint in &mut unobserved.report.joints {
+        joint.stiffness_verdict = [Verdict::NotObservable; 6];
+    }
+    FromEdge::Finding(unobserved)
+}
+
+pub(crate) fn bus(state: BusState, fault: Option<BusFault>) -> FromEdge {
+    FromEdge::BusHealth(BusHealth {
+        state,
+        frames: 1000,
+        frames_lost: 3,
+        bridged: 2,
+        restarts: 1,
+        repeated: 0,
+        frames_wrong_length: 812,
+        frames_unknown: 0,
+        frames_not_data: 0,
+        frames_clipped: 0,
+        kernel_dropped: 0,
+        receive_buffer_bytes: 0,
+        samples_discarded: 77,
+        refused: 0,
+        wrong_rate: 0,
+        measured_rate_hz: 0.0,
+        frames_per_second: 0.0,
+        fault,
+        errors: BusErrors::default(),
+        doubtful_rate: 0,
+        measured_rate_std_hz: 0.0,
+    })
+}
+
+pub(crate) fn status(state: State) -> FromEdge {
+    FromEdge::Status(Status {
+        uptime_s: 1.0,
+        model: clipped("mill3"),
+        joints: 3,
+        interface: clipped("vcan0"),
+        state,
+        record_fraction: 0.25,
+    })
+}
