@@ -42,6 +42,8 @@ fn warns_of(warning: &Warning, state: &State) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use core::slice;
+
     use heapless::Vec;
 
     use super::*;
@@ -116,12 +118,13 @@ mod tests {
             ),
         ];
         for (warning, state) in pairs {
-            assert_eq!(explained(0, &[warning.clone()], &state), [warning.clone()]);
+            let given = slice::from_ref(&warning);
+            assert_eq!(explained(0, given, &state), given);
             let added = Warning::NoRecord(state.clone());
             assert_eq!(explained(0, &[], &state), [added]);
             assert_eq!(explained(1, &[], &state), []);
             let other = Warning::NoRecord(State::NoForce);
-            assert_eq!(explained(0, &[warning.clone()], &State::NoForce), [warning, other]);
+            assert_eq!(explained(0, given, &State::NoForce), [warning.clone(), other]);
         }
     }
 }
