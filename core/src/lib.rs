@@ -142,6 +142,7 @@ pub mod calibration;
 pub mod chain;
 pub(crate) mod continuation;
 pub mod identify;
+pub mod imperfection;
 pub(crate) mod linear;
 pub mod loss;
 pub mod motion;

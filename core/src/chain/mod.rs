@@ -87,8 +87,8 @@ impl Error for ChainError {}
 /// A serial chain from the base to the TCP.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    joints: Vec<Joint, MAX_JOINTS>,
-    tcp: Isometry3<f64>,
+    pub(crate) joints: Vec<Joint, MAX_JOINTS>,
+    pub(crate) tcp: Isometry3<f64>,
 }
 
 impl Chain {

@@ -8,7 +8,6 @@ use crate::parameters::Bushings;
 use crate::refine::{Agreement, Problem, Refinement, lies_on_bound};
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::{Coordinate, Coordinates, MAX_NUISANCES, MAX_UNKNOWNS, Nuisance};
-use crate::spectrum::Experiment;
 use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 
 /// How far a settled estimate can be believed.
@@ -86,27 +85,22 @@ impl Estimate {
         structure_is_beyond_noise(self.whiteness)
     }
 
-    /// Of a minimum, where `refinement` stands and has been [fitted](Refinement::fit).
-    pub(super) fn of<const B: usize>(
+    /// Of a minimum, where `refinement` stands and has been [fitted](Refinement::fit) to so many `experiments`. The prediction of the
+    /// experiments held out is the caller's.
+    pub(super) fn of(
         minimum: &Minimum,
         acceptance: Acceptance,
         forgotten: u64,
-        refinement: &mut Refinement,
+        refinement: &Refinement,
         problem: &Problem<'_>,
-        experiments: &[Experiment<B>],
+        experiments: usize,
     ) -> Self {
         // Static tests determine dampings in no pose.
-        let moves = !experiments.is_empty() || refinement.retired() > 0;
+        let moves = experiments > 0 || refinement.retired() > 0;
         let is_damping = |unknown| {
             matches!(problem.sought.coordinate(unknown), Some(Coordinate::Damping { .. }))
         };
         let weak_directions = refinement.weak_directions(|unknown| moves || !is_damping(unknown));
-        let mut held_out = Vec::new();
-        if experiments.len() > 1 {
-            for experiment in experiments.iter().take(MAX_EXPERIMENTS) {
-                let _ = held_out.push(refinement.hold_out(problem, experiment));
-            }
-        }
         let bushings = refinement.bushings(problem.sought);
         let fit = &minimum.fit;
         Self {
@@ -127,8 +121,8 @@ impl Estimate {
             statics_object: minimum.statics_object(),
             stands_clear: minimum.stands_clear(),
             weak_directions,
-            held_out,
-            experiments: experiments.len(),
+            held_out: Vec::new(),
+            experiments,
             nuisances: problem.sought.found(&minimum.coordinates, &fit.covariance),
             retired: refinement.retired(),
             forgotten,

@@ -4,6 +4,7 @@ use super::branch::typically_damped;
 use super::minimum::Minimum;
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::refine::Problem;
+use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::Experiment;
 
 // A fit is large: inlined, each of these would take room on the stack of a caller that makes another one.
@@ -48,8 +49,14 @@ impl<R> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let forgotten = self.forgotten;
         minimum.spread(sought);
-        let estimate =
-            Estimate::of(minimum, acceptance, forgotten, refinement, &problem, experiments);
+        let count = experiments.len();
+        let mut estimate =
+            Estimate::of(minimum, acceptance, forgotten, refinement, &problem, count);
+        if count > 1 {
+            let held_out = experiments.iter().take(MAX_EXPERIMENTS);
+            estimate.held_out =
+                held_out.map(|experiment| refinement.hold_out(&problem, experiment)).collect();
+        }
         self.estimate = Some(estimate);
         self.best = None;
         self.phase = Phase::Settled;

@@ -138,9 +138,17 @@ impl<const L: usize> Normal<L> {
 
     /// Values of the first `count` unknowns after [`Normal::eliminate`] of these, with the later unknowns at zero.
     pub(crate) fn substitute(&self, count: usize, solution: &mut [f64]) {
+        self.substitute_at(count, &[], solution);
+    }
+
+    /// [`Normal::substitute`] with the later unknowns at `later`.
+    pub(crate) fn substitute_at(&self, count: usize, later: &[f64], solution: &mut [f64]) {
         let right = packed(self.size - 1);
         for k in (0..count).rev() {
             let mut sum = self.entries[right + k];
+            for (i, value) in later.iter().enumerate() {
+                sum -= self.entries[packed(count + i) + k] * value;
+            }
             for i in k + 1..count {
                 sum -= self.entries[packed(i) + k] * solution[i];
             }

@@ -15,7 +15,8 @@ use core::ops::Range;
 
 use fearless_simd::Level;
 
-use super::batch::{Batch, Bins, COLUMNS, spill};
+use super::batch::{Batch, Bins, spill};
+use super::further::Further;
 use super::residuals::Residuals;
 use super::rows::{Derivatives, Rows, write_seam};
 use super::seam::{MAX_SEAM, Seam, unknowns};
@@ -66,62 +67,81 @@ impl<'a> Equations<'a> {
 }
 
 /// Assembles the normal equations of one record.
-pub(super) struct Assembly<'a> {
+///
+/// `F` holds further columns, between those of the seam and those of the unknowns. A row has `W` columns, and `L` is the length of the
+/// normal equations.
+pub(super) struct Assembly<'a, F, const W: usize, const L: usize> {
     pub(super) terms: &'a Terms<f64>,
     pub(super) record: Bins<'a>,
     pub(super) equations: Equations<'a>,
     pub(super) sought: &'a Sought,
     /// The nuisances as they stand.
     pub(super) calibration: &'a Calibration,
-    pub(super) normal: &'a mut RecordNormal,
+    pub(super) further: F,
+    pub(super) normal: &'a mut Normal<L>,
     /// Instruction set.
     pub(super) level: Level,
 }
 
-impl Assembly<'_> {
+impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
     /// Fills `normal` (not yet eliminated). Returns the residuals of all unknowns; of the seam alone there are none.
     pub(super) fn run(self) -> Residuals {
         f64::dispatch(self.level, self)
     }
 }
 
-impl Kernel<f64> for Assembly<'_> {
+impl<F: Further, const W: usize, const L: usize> Kernel<f64> for Assembly<'_, F, W, L> {
     type Output = Residuals;
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f64>>(mut self, like: V) -> Residuals {
         let bins = self.record.bins();
         let columns = self.columns();
-        let derivatives = Derivatives::new(self.sought, self.calibration, self.seam_columns());
+        let derivatives = Derivatives::new(self.sought, self.calibration, self.first());
         self.normal.reset(columns);
         let mut residuals = Residuals::new(bins);
         let mut response = Response::new(like);
-        let mut rows = V::each([[0.0; COLUMNS]; 6]);
+        let mut rows = V::each([[0.0; W]; 6]);
         let rows = rows.as_mut();
         for first in (0..bins).step_by(V::WIDTH) {
             let lanes = first..bins.min(first + V::WIDTH);
             let mut batch = Batch::new(like, &self.record, &self.calibration.force_gain, first);
-            let unexplained = self.read(&mut response, &batch, lanes.clone());
+            let mut unexplained = self.read(&mut response, &batch, lanes.clone());
             let accelerance = by_lane(&response.per_force);
             let noise = self.noise(lanes.clone());
             let weights = whiten(&noise, &accelerance, lanes.len());
             let error =
                 self.correct(like, &weights, &noise, &accelerance, &unexplained, lanes.len());
             self.rows(rows, &mut response, &derivatives, &mut batch, &error);
+            if self.equations.has_unknowns() {
+                let (seam, first) = (self.equations.seam(), self.seam_columns());
+                let loads = seam_loads(seam, batch.inverse_s);
+                self.further.write(rows, first, &response, &batch, &loads);
+                self.further.explain(&rows[..lanes.len()], first, &mut unexplained);
+            }
             self.accumulate(rows, &weights, &unexplained, lanes, &mut residuals);
         }
         residuals
     }
 }
 
-impl Assembly<'_> {
+impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
     fn seam_columns(&self) -> usize {
         unknowns(self.terms.joints.len(), self.terms.feels_gravity())
     }
 
     /// Unknowns, and the column of the residual behind theirs.
     fn columns(&self) -> usize {
-        self.seam_columns() + if self.equations.has_unknowns() { self.sought.unknowns() } else { 0 }
+        if self.equations.has_unknowns() {
+            self.first() + self.sought.unknowns()
+        } else {
+            self.seam_columns()
+        }
+    }
+
+    /// Column of the first unknown.
+    fn first(&self) -> usize {
+        self.seam_columns() + self.further.count()
     }
 
     /// Evaluates the model, and returns what it leaves of the measured acceleration: `r = A − H F − …`.
@@ -190,7 +210,7 @@ impl Assembly<'_> {
     #[inline(always)]
     fn rows<V: Lanes<Scalar = f64>>(
         &self,
-        rows: &mut [Rows],
+        rows: &mut [Rows<W>],
         response: &mut Response<V>,
         derivatives: &Derivatives<'_>,
         batch: &mut Batch<V>,
@@ -210,7 +230,7 @@ impl Assembly<'_> {
     #[inline(always)]
     fn accumulate(
         &mut self,
-        rows: &mut [Rows],
+        rows: &mut [Rows<W>],
         weights: &[Whitening; WIDEST],
         unexplained: &[Reading; WIDEST],
         lanes: Range<usize>,

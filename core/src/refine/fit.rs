@@ -9,6 +9,7 @@ use super::statics::Statics;
 use super::sum_of_squares::SumOfSquares;
 use super::summary::Summary;
 use super::{ParameterNormal, Problem, Refinement};
+use crate::chain::linearise::LinearisationError;
 use crate::parameters::{Bounds, End, MAX_PARAMETERS};
 use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
@@ -71,12 +72,23 @@ impl Refinement {
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
     ) -> Fit {
-        let static_sum_of_squares = Statics::at(problem, &self.coordinates).sum_of_squares();
         let Self { coordinates, minimiser, workspace, retired, .. } = self;
-        let normal = &mut minimiser.normal;
         let mut records = SumOfSquares::new(problem, experiments, retired, workspace);
         records.fit_seams(coordinates);
-        let assembled = records.assemble(coordinates, normal);
+        let assembled = records.assemble(coordinates, &mut minimiser.normal);
+        self.fit_of(problem, experiments, assembled)
+    }
+
+    /// The fit of the normal equations as they have been assembled at the present coordinates.
+    pub(super) fn fit_of<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+        assembled: Result<Summary, LinearisationError>,
+    ) -> Fit {
+        let static_sum_of_squares = Statics::at(problem, &self.coordinates).sum_of_squares();
+        let Self { minimiser, .. } = self;
+        let normal = &mut minimiser.normal;
         minimiser.linearised = assembled.is_ok();
         let (summary, objective) = match assembled {
             Ok(summary) => (summary, normal.sum_of_squares()),

@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use super::Problem;
-use super::batch::Bins;
+use super::batch::{Bins, COLUMNS};
 use super::equations::{Assembly, Equations, RecordNormal};
 use super::residuals::Residuals;
 use super::seam::{MAX_SEAM, Seam};
@@ -16,7 +16,7 @@ use crate::spectrum::Experiment;
 
 /// Cost of a seam's unknowns, as a part of what they explain: with many joints some hardly differ in the band, and would grow
 /// without bound against each other.
-const SMALL_SEAM: f64 = 1e-11;
+pub(super) const SMALL_SEAM: f64 = 1e-11;
 
 /// Memory of an assembly.
 #[derive(Clone, Debug)]
@@ -93,12 +93,13 @@ impl Workspace {
         if sought.seeks_masses() {
             terms = terms.with_masses();
         }
-        let assembly = Assembly {
+        let assembly = Assembly::<_, COLUMNS, _> {
             terms: &terms,
             record: Bins::of(experiment),
             equations,
             sought,
             calibration: &calibration,
+            further: (),
             normal: &mut self.record,
             level: problem.level,
         };

@@ -11,12 +11,12 @@ use crate::receptance::lanes::Lanes;
 use crate::receptance::{Complex, Response, Terms};
 use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
-/// Rows of one lane.
-pub(super) type Rows = [[f64; COLUMNS]; 6];
+/// Rows of one lane, `W` columns wide.
+pub(super) type Rows<const W: usize = COLUMNS> = [[f64; W]; 6];
 
 #[inline(always)]
-pub(super) fn write_seam<V: Lanes<Scalar = f64>>(
-    rows: &mut [Rows],
+pub(super) fn write_seam<V: Lanes<Scalar = f64>, const W: usize>(
+    rows: &mut [Rows<W>],
     response: &Response<V>,
     batch: &Batch<V>,
     joints: usize,
@@ -64,9 +64,9 @@ impl<'a> Derivatives<'a> {
     }
 
     #[inline(always)]
-    pub(super) fn write<V: Lanes<Scalar = f64>>(
+    pub(super) fn write<V: Lanes<Scalar = f64>, const W: usize>(
         &self,
-        rows: &mut [Rows],
+        rows: &mut [Rows<W>],
         response: &Response<V>,
         terms: &Terms<f64>,
         batch: &Batch<V>,
@@ -120,9 +120,9 @@ impl<'a> Derivatives<'a> {
     }
 
     #[inline(always)]
-    fn put<V: Lanes<Scalar = f64>>(
+    fn put<V: Lanes<Scalar = f64>, const W: usize>(
         &self,
-        rows: &mut [Rows],
+        rows: &mut [Rows<W>],
         axis: usize,
         index: usize,
         value: Complex<V>,
@@ -142,7 +142,12 @@ impl<'a> Derivatives<'a> {
 }
 
 #[inline(always)]
-fn write<V: Lanes<Scalar = f64>>(rows: &mut [Rows], axis: usize, column: usize, value: Complex<V>) {
+pub(super) fn write<V: Lanes<Scalar = f64>, const W: usize>(
+    rows: &mut [Rows<W>],
+    axis: usize,
+    column: usize,
+    value: Complex<V>,
+) {
     let [re, im] = spill(value);
     for (lane, rows) in rows.iter_mut().enumerate() {
         rows[2 * axis][column] = re[lane];

@@ -1,5 +1,6 @@
 //! The command line as its users meet it: what it says, where it says it, and its exit status.
 
+mod accuracy;
 mod bad_input;
 #[path = "../common/mod.rs"]
 mod common;

@@ -17,8 +17,13 @@ const MEASURED: [&str; 6] = [
     "[mounting]",
 ];
 /// Parts of a config that describe how the records are fitted. After a change of one of them the records are fitted anew.
-const FITTED: [&str; 5] =
-    ["[measurement] band_hz", "[bounds]", "[calibration] or [parameters]", "[static]", "[search]"];
+const FITTED: [&str; 5] = [
+    "[measurement] band_hz",
+    "[bounds]",
+    "[calibration], [parameters] or [accuracy]",
+    "[static]",
+    "[search]",
+];
 
 /// Checksums of the parts of a config that records and fit depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,7 +58,7 @@ impl Fingerprint {
             fitted: [
                 checksum(&config.band_hz),
                 checksum(&config.bounds),
-                checksum(&config.sought),
+                checksum(&(&config.sought, &config.accuracies)),
                 checksum(&config.statics),
                 checksum(&config.seed),
             ],

@@ -1,5 +1,6 @@
 //! Reads `EDGE.toml`, checks it, and converts it into the form that the other modules use.
 
+mod accuracy;
 mod bounds;
 mod fingerprint;
 mod listen;
@@ -9,6 +10,7 @@ mod sought;
 
 use std::path::{Path, PathBuf};
 
+use flexid_core::imperfection::Accuracies;
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bounds;
 use flexid_core::sought::Sought;
@@ -55,6 +57,8 @@ pub struct Config {
     pub bounds: Bounds,
     /// What is sought: parameters that are not fixed, and nuisances.
     pub sought: Sought,
+    /// Standard deviations of what may be off.
+    pub accuracies: Accuracies,
     /// Name of the CAN interface.
     pub interface: String,
     /// Table that converts frames to readings and back.
@@ -132,6 +136,7 @@ impl Config {
         }
         let bounds = raw.bounds.check(&model).map_err(bad)?;
         let sought = sought::sought(&raw.calibration, &raw.parameters, &model).map_err(bad)?;
+        let accuracies = accuracy::accuracies(&raw.accuracy, &raw.calibration).map_err(bad)?;
         let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
         let signals = SignalTable::load(file, &base.join(&raw.bus.dbc), &raw.signals, &model)?;
 
@@ -146,6 +151,7 @@ impl Config {
             gravity,
             bounds,
             sought,
+            accuracies,
             interface,
             signals,
             rate_hz: measurement.rate_hz,

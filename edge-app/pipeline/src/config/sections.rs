@@ -21,6 +21,8 @@ pub(super) struct File {
     #[serde(rename = "static")]
     pub(super) statics: Option<StaticSection>,
     #[serde(default)]
+    pub(super) accuracy: AccuracySection,
+    #[serde(default)]
     pub(super) calibration: CalibrationSection,
     #[serde(default)]
     pub(super) parameters: ParametersSection,
@@ -104,6 +106,42 @@ pub(super) struct CalibrationSection {
     pub(super) force_gain: Option<f64>,
     pub(super) misalignment_rad: Option<f64>,
     pub(super) link_mass: Option<f64>,
+}
+
+/// Accuracies that are assumed where the section does not state them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Assumed {
+    /// Those of a careful integrator.
+    Typical,
+    /// Nothing is off.
+    #[default]
+    Perfect,
+}
+
+/// Standard deviations of what may be off.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct AccuracySection {
+    pub(super) assume: Assumed,
+    pub(super) delay_s: Option<f64>,
+    pub(super) force_gain: Option<f64>,
+    pub(super) force_crosstalk: Option<f64>,
+    pub(super) force_angle_rad: Option<f64>,
+    pub(super) force_resonance_hz: Option<f64>,
+    pub(super) force_high_pass_hz: Option<f64>,
+    pub(super) acceleration_gain: Option<f64>,
+    pub(super) acceleration_crosstalk: Option<f64>,
+    pub(super) accelerometer_angle_rad: Option<f64>,
+    pub(super) accelerometer_resonance_hz: Option<f64>,
+    pub(super) accelerometer_high_pass_hz: Option<f64>,
+    pub(super) accelerometer_place_m: Option<f64>,
+    pub(super) tool_angle_rad: Option<f64>,
+    pub(super) tcp_m: Option<f64>,
+    pub(super) link_mass: Option<f64>,
+    pub(super) centre_of_mass_m: Option<f64>,
+    pub(super) joint_angle_rad: Option<f64>,
+    pub(super) elastic_centre_m: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]

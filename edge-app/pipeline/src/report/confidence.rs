@@ -1,15 +1,17 @@
 //! The confidence of a report.
 
 use flexid_core::identify::Estimate;
+use flexid_core::refine::FoundImperfection;
 use flexid_core::sought::{self, Coordinate, Sought};
 use flexid_core::verdict::{Covariance, Trust};
 use flexid_wire::confidence::{
-    Confidence, Correlations, HeldOut, Interval, JointIntervals, Nuisance,
+    Confidence, Correlations, HeldOut, Interval, JointIntervals, MAX_NUISANCES, Nuisance,
 };
 use flexid_wire::report::Report;
 use flexid_wire::text::{Label, clipped};
 
 use super::directions::weak_direction;
+use super::imperfections::conspicuous;
 use super::residuals::Residuals;
 use super::verdict::verdict;
 use crate::config::Config;
@@ -25,6 +27,7 @@ pub(crate) fn confidence(
     config: &Config,
     sought: &Sought,
     estimate: &Estimate,
+    imperfections: &[FoundImperfection],
     report: &Report,
     poses: &[Pose],
     left_out: u64,
@@ -46,6 +49,7 @@ pub(crate) fn confidence(
         name: name(&config.model, found.coordinate),
         ..nuisance(found, sought.width(found.coordinate), trust, residuals)
     });
+    let imperfections = conspicuous(imperfections, &config.model, trust, residuals);
     let names = names(&config.model, sought);
     let direction = |direction| weak_direction(direction, sought, &names, residuals);
     let held_out = poses.iter().zip(&estimate.held_out).map(|(pose, agreement)| HeldOut {
@@ -55,7 +59,7 @@ pub(crate) fn confidence(
     });
     Confidence {
         joints: joints.collect(),
-        nuisances: nuisances.collect(),
+        nuisances: nuisances.chain(imperfections).take(MAX_NUISANCES).collect(),
         correlations: correlations(&estimate.covariance, &names),
         weak_directions: estimate.weak_directions.iter().map(direction).collect(),
         residuals: residuals.message(),
@@ -66,7 +70,7 @@ pub(crate) fn confidence(
 }
 
 /// Returns the interval of a value whose logarithm is normally distributed.
-fn log_normal(value: f64, standard_deviation: f64) -> Interval {
+pub(super) fn log_normal(value: f64, standard_deviation: f64) -> Interval {
     let factor = (WITHIN * standard_deviation / value).exp();
     [value / factor, value * factor]
 }
@@ -93,7 +97,7 @@ fn nuisance(found: &sought::Nuisance, width: f64, trust: Trust, residuals: Resid
     }
 }
 
-fn normal(value: f64, standard_deviation: f64) -> Interval {
+pub(super) fn normal(value: f64, standard_deviation: f64) -> Interval {
     [value - WITHIN * standard_deviation, value + WITHIN * standard_deviation]
 }
 

@@ -5,6 +5,7 @@ mod basis;
 mod confidence;
 mod directions;
 mod fault;
+mod imperfections;
 mod residuals;
 mod summary;
 mod verdict;

@@ -11,9 +11,10 @@ use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
-use flexid_core::identify::{Acceptance, Identifier, Phase};
+use flexid_core::identify::{Acceptance, Identifier, Phase, PlantEstimate};
 use flexid_core::loss::target::Target;
 use flexid_core::parameters::Bushings;
+use flexid_core::refine::Plant;
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
 use flexid_wire::finding::Finding;
@@ -64,6 +65,10 @@ pub struct Solver {
     /// Number of records that came.
     came: u64,
     taken: Taken,
+    /// Imperfections that the configuration allows, and the fit to them.
+    plant: Box<Plant>,
+    /// Estimate that holds whatever these imperfections are. `None` for a perfect plant.
+    of_plant: Option<Box<PlantEstimate>>,
     /// Robot at the upper ends of the bounds. A record is refused if this robot has no equilibrium at its pose.
     stiffest: Bushings,
     /// State when the solver last settled.
@@ -139,6 +144,7 @@ impl Solver {
                 solver.numbers.clone_from(&settled.numbers);
                 solver.taken = settled.taken.clone();
                 solver.poses = solver.poses_of_experiments();
+                solver.consider_plant(stop);
                 solver.state = State { waiting: Vec::new(), ..state };
                 Ok(solver)
             }
@@ -206,6 +212,8 @@ impl Solver {
             numbers: Vec::with_capacity(MAX_EXPERIMENTS),
             came: 0,
             taken: Taken::default(),
+            plant: Box::new(Plant::new(&config.accuracies, config.model.joints.len())),
+            of_plant: None,
             stiffest,
             state: State::new(config),
             unsettled: Vec::new(),
@@ -271,7 +279,7 @@ impl Solver {
             self.identifier.renew(&self.experiments);
             self.work = Work::default();
         }
-        while self.is_in_time(stop) {
+        while is_in_time(stop, &mut self.deadline) {
             let phase = self.identifier.step(&self.experiments);
             self.work.advance(&self.identifier.progress());
             on_progress(&self.progress());
@@ -279,6 +287,7 @@ impl Solver {
                 self.settled = self.records;
                 self.poses = self.poses_of_experiments();
                 self.unsettled.clear();
+                self.consider_plant(stop);
                 break;
             }
             let is_nearly_settled =
@@ -292,9 +301,12 @@ impl Solver {
         self.unsettled.is_empty()
     }
 
-    fn is_in_time(&mut self, stop: &Stop) -> bool {
-        let now = Instant::now();
-        !stop.requested() || now < *self.deadline.get_or_insert(now + GRACE)
+    /// Refines the settled estimate together with the imperfections of the plant. Without the time for that, the estimate stays that of
+    /// a perfect plant.
+    fn consider_plant(&mut self, stop: &Stop) {
+        let Self { identifier, experiments, plant, deadline, .. } = self;
+        let go_on = || is_in_time(stop, deadline);
+        self.of_plant = identifier.estimate_of_plant(experiments, plant, go_on).map(Box::new);
     }
 
     fn poses_of_experiments(&self) -> Vec<Pose> {
@@ -365,7 +377,10 @@ impl Solver {
     pub fn finding(&self, counts: &Counts, troubles: &[Trouble]) -> Option<Finding> {
         let Self { config, sought, .. } = self;
         let counts = self.state.earlier.added_to(*counts);
-        let mut estimate = self.identifier.estimate()?.clone();
+        let mut estimate = match &self.of_plant {
+            Some(of_plant) => of_plant.estimate.clone(),
+            None => self.identifier.estimate()?.clone(),
+        };
         let doubtful_rate = self.sources.iter().any(|record| record.has_doubtful_rate);
         if doubtful_rate {
             // A wrong rate makes every parameter wrong by a factor, which the residuals do not show.
@@ -389,7 +404,10 @@ impl Solver {
             troubles,
         };
         let report = report(config, sought, &estimate, &basis);
-        let confidence = confidence(config, sought, &estimate, &report, &self.poses, left_out);
+        let imperfections =
+            self.of_plant.as_ref().map_or(&[][..], |of_plant| &of_plant.imperfections);
+        let confidence =
+            confidence(config, sought, &estimate, imperfections, &report, &self.poses, left_out);
         Some(Finding { report, confidence })
     }
 
@@ -466,4 +484,10 @@ impl Solver {
         }
         self.dropped_poses += u64::from(last && !retired);
     }
+}
+
+/// Whether the work may go on. Once `stop` requests the end, it may for the time of [`GRACE`].
+fn is_in_time(stop: &Stop, deadline: &mut Option<Instant>) -> bool {
+    let now = Instant::now();
+    !stop.requested() || now < *deadline.get_or_insert(now + GRACE)
 }

@@ -6,6 +6,7 @@ mod dbc;
 use std::fs;
 use std::path::Path;
 
+use flexid_core::imperfection::Accuracies;
 use flexid_core::mounting::Mounting;
 use flexid_core::sought::Coordinate;
 use flexid_pipeline::config::{Accelerometer, Config, Listen};
@@ -164,6 +165,51 @@ fn mistakes_in_the_mounting_name_place_and_mend() {
         error,
         "edge.toml:31: [mounting] tool_mass: unknown key `tool_mass`: did you mean `tool_mass_kg` (in kg)?"
     );
+}
+
+#[test]
+fn mistakes_in_accuracies_name_place_and_mend() {
+    let table = [
+        ("tcp_m = 10.0", "[accuracy] tcp_m is 10: must be 0 to 0.5 (in m), one standard deviation"),
+        (
+            "joint_angle_rad = -0.1",
+            "[accuracy] joint_angle_rad is -0.1: must be 0 to 0.5 (in rad), one standard deviation",
+        ),
+        (
+            "link_mass = nan",
+            "[accuracy] link_mass is NaN: must be 0 to 0.5 (0.01 is 1 %), one standard deviation",
+        ),
+        (
+            "force_resonance_hz = 2.0",
+            "[accuracy] force_resonance_hz is 2: must be 100 to 1000000 (in Hz)",
+        ),
+        (
+            "delay_s = 1e-5\n[calibration]\ndelay_s = 1e-3",
+            "[accuracy] delay_s and [calibration] delay_s state the same: leave one out",
+        ),
+    ];
+    for (lines, message) in table {
+        let section = format!("[accuracy]\n{lines}\n\n[search]");
+        let error = load("edge.toml", "[search]", &section).unwrap_err();
+        assert_eq!(error, format!("edge.toml: {message}"));
+    }
+}
+
+#[test]
+fn accuracies_are_those_stated_or_assumed() {
+    let accuracies = |lines: &str| {
+        load("edge.toml", "[search]", &format!("{lines}\n[search]")).unwrap().accuracies
+    };
+    assert_eq!(accuracies(""), Accuracies::default());
+    assert_eq!(accuracies("[accuracy]\nassume = \"perfect\"\n"), Accuracies::default());
+    let typical = Accuracies::typical();
+    assert_eq!(accuracies("[accuracy]\nassume = \"typical\"\n"), typical);
+    let own =
+        accuracies("[accuracy]\nassume = \"typical\"\nlink_mass = 0.1\nforce_high_pass_hz = 0.0\n");
+    assert_eq!((own.mass, own.force.high_pass, own.delay), (0.1, 0.0, typical.delay));
+    // What is sought with a prior of its own has no second one.
+    let sought = accuracies("[calibration]\ndelay_s = 1e-3\n[accuracy]\nassume = \"typical\"\n");
+    assert_eq!((sought.delay, sought.mass), (0.0, typical.mass));
 }
 
 #[test]

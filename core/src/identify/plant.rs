@@ -1,0 +1,64 @@
+//! The estimate of a plant that is not quite the one that the model describes.
+
+use heapless::Vec;
+
+use super::minimum::Minimum;
+use super::{Acceptance, Estimate, Identifier, Phase};
+use crate::imperfection::MAX_IMPERFECTIONS;
+use crate::refine::{FoundImperfection, Plant, Problem};
+use crate::spectrum::Experiment;
+
+/// An estimate that holds whatever the imperfections of the plant are, within their accuracies.
+#[derive(Clone, Debug)]
+pub struct PlantEstimate {
+    /// The parameters and how far they can be believed.
+    pub estimate: Estimate,
+    /// The most likely imperfections.
+    pub imperfections: Vec<FoundImperfection, MAX_IMPERFECTIONS>,
+}
+
+impl<R> Identifier<R> {
+    /// Refines the settled estimate together with the imperfections of `plant`. The identifier keeps its own estimate. `None` if there
+    /// is no settled estimate of experiments, if there is no imperfection, or once `go_on`, which is asked before each step, says no.
+    // Two fits are large: inlined, they would take room on the stack of the caller.
+    #[inline(never)]
+    pub fn estimate_of_plant<const B: usize>(
+        &mut self,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+        go_on: impl FnMut() -> bool,
+    ) -> Option<PlantEstimate> {
+        let perfect = self.estimate.clone().filter(|_| self.phase == Phase::Settled)?;
+        if experiments.is_empty() || plant.is_perfect() {
+            return None;
+        }
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        plant.restart();
+        refinement.restart_at(&perfect.coordinates);
+        let Some(fit) = refinement.fit_plant(&problem, experiments, plant, go_on) else {
+            refinement.restart_at(&perfect.coordinates);
+            return None;
+        };
+        let remaining = refinement.remaining(&problem);
+        let imperfections = plant.found(&fit.covariance);
+        let coordinates = *refinement.coordinates();
+        let mut minimum = Minimum::new(coordinates, perfect.found_by, fit, &remaining, sought);
+        minimum.apart.clone_from(&perfect.apart);
+        minimum.deviations_elsewhere.clone_from(&perfect.deviations_elsewhere);
+        minimum.spread(sought);
+        let acceptance = match perfect.acceptance {
+            Acceptance::Unsettled => Acceptance::Unsettled,
+            _ if !minimum.is_reached() => Acceptance::Unsettled,
+            _ if minimum.is_consistent() => Acceptance::Consistent,
+            _ => Acceptance::ModelSuspect,
+        };
+        let forgotten = self.forgotten;
+        let count = perfect.experiments;
+        let mut estimate =
+            Estimate::of(&minimum, acceptance, forgotten, refinement, &problem, count);
+        estimate.held_out = perfect.held_out;
+        refinement.restart_at(&perfect.coordinates);
+        Some(PlantEstimate { estimate, imperfections })
+    }
+}

@@ -1,0 +1,144 @@
+//! Imperfections: what is off by a little in every plant, beside the nuisances that a fit seeks.
+//!
+//! A plant is never quite the one that the configuration describes: a mass, a mounting angle or a joint angle differs by a little.
+//! Each [`Imperfection`] has a value p, whose prior is a normal distribution about zero; [`Accuracies`] give its standard deviation.
+//! A fit projects the imperfections out with their priors, as it projects out the seams. Where the data determine an imperfection,
+//! it is thereby sought; where they do not, it widens the intervals of the parameters that it affects (a _considered_ parameter:
+//! Schmidt, "Application of state-space methods to navigation problems", 1966; Bierman, _Factorization Methods for Discrete
+//! Sequential Estimation_, 1977, chapter 8).
+
+mod accuracies;
+
+use heapless::Vec;
+
+pub use accuracies::Accuracies;
+
+use crate::MAX_JOINTS;
+
+/// Largest number of imperfections of a chain.
+pub const MAX_IMPERFECTIONS: usize = OF_SENSORS + OF_JOINTS * MAX_JOINTS;
+/// Imperfections of the sensors and of the tool.
+const OF_SENSORS: usize = 1 + 6 + 12 + 9 + 6 + 4;
+/// Imperfections of each joint and its link.
+const OF_JOINTS: usize = 1 + 3 + 1 + 3;
+
+/// A sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sensor {
+    /// The force sensor.
+    Force,
+    /// The accelerometer.
+    Accelerometer,
+}
+
+/// What is off. Axes are numbered 0 to 2, joints and links from 0, base first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Imperfection {
+    /// Delay of the acceleration after the force, s.
+    Delay,
+    /// Logarithm of the gain of an axis of a sensor.
+    Gain(Sensor, usize),
+    /// Part of the signal along the second axis in the reading along the first.
+    Crosstalk(Sensor, usize, usize),
+    /// Rotation vector from the configured axes of a sensor to the true ones, along the configured axes, rad.
+    Turn(Sensor, usize),
+    /// Rotation vector from the configured axes of the tool, both sensors included, to the true ones, along the TCP's axes, rad.
+    ToolTurn(usize),
+    /// True place of the TCP less the configured one, along the TCP's axes, m. The sensors keep their places.
+    ToolCentrePoint(usize),
+    /// True place of the accelerometer less the configured one, along the TCP's axes, m.
+    AccelerometerPlace(usize),
+    /// `1/ω²`, s²: the sensor has a natural frequency ω far above the band, so that its reading is `1 − s²/ω²` times the signal.
+    Resonance(Sensor),
+    /// ω, rad/s: the sensor has a high-pass of this corner frequency far below the band, so that its reading is `1 − ω/s` times the
+    /// signal.
+    HighPass(Sensor),
+    /// Logarithm of the mass and inertia of a link.
+    Mass(usize),
+    /// True centre of mass of a link less the modelled one, along an axis of its joint, m.
+    CentreOfMass(usize, usize),
+    /// True joint angle less the reported one, rad (or m).
+    JointAngle(usize),
+    /// Place of a bushing less that of its joint's origin, along an axis of the link, m.
+    ElasticCentre(usize, usize),
+}
+
+/// All imperfections that have an accuracy, each with its standard deviation.
+pub(crate) fn all(
+    accuracies: &Accuracies,
+    joints: usize,
+) -> Vec<(Imperfection, f64), MAX_IMPERFECTIONS> {
+    use Imperfection as I;
+    use Sensor::{Accelerometer, Force};
+    let axes = || 0..3_usize;
+    let links = || 0..joints.min(MAX_JOINTS);
+    let Accuracies { force, accelerometer, .. } = accuracies;
+    let sensors = || [(Force, force), (Accelerometer, accelerometer)].into_iter();
+    let pairs =
+        || axes().flat_map(move |of| axes().filter(move |&by| by != of).map(move |by| (of, by)));
+    let of_sensors = sensors().flat_map(|(sensor, own)| {
+        let gains = axes().map(move |axis| (I::Gain(sensor, axis), own.gain));
+        let crosstalk = pairs().map(move |(of, by)| (I::Crosstalk(sensor, of, by), own.crosstalk));
+        let turns = axes().map(move |axis| (I::Turn(sensor, axis), own.angle));
+        let filters = [(I::Resonance(sensor), own.resonance), (I::HighPass(sensor), own.high_pass)];
+        gains.chain(crosstalk).chain(turns).chain(filters)
+    });
+    let of_tool = axes().flat_map(|axis| {
+        [
+            (I::ToolTurn(axis), accuracies.tool_angle),
+            (I::ToolCentrePoint(axis), accuracies.tool_centre_point),
+            (I::AccelerometerPlace(axis), accuracies.accelerometer_place),
+        ]
+    });
+    let of_links = links().flat_map(|link| {
+        let of_axes = axes().flat_map(move |axis| {
+            [
+                (I::CentreOfMass(link, axis), accuracies.centre_of_mass),
+                (I::ElasticCentre(link, axis), accuracies.elastic_centre),
+            ]
+        });
+        [(I::Mass(link), accuracies.mass), (I::JointAngle(link), accuracies.joint_angle)]
+            .into_iter()
+            .chain(of_axes)
+    });
+    core::iter::once((I::Delay, accuracies.delay))
+        .chain(of_sensors)
+        .chain(of_tool)
+        .chain(of_links)
+        .filter(|(_, deviation)| *deviation > 0.0)
+        .collect()
+}
+
+impl Imperfection {
+    /// Whether the terms of a model hold it: it then acts as it is, not as a linear change of the reading.
+    pub(crate) fn is_in_terms(self) -> bool {
+        self.is_of_model() || matches!(self, Self::Delay | Self::Gain(..))
+    }
+
+    /// Whether it changes the model at a pose: its derivative is then that of the model. Else its derivative is one of the reading.
+    pub(crate) fn is_of_model(self) -> bool {
+        matches!(
+            self,
+            Self::Turn(..)
+                | Self::ToolTurn(_)
+                | Self::ToolCentrePoint(_)
+                | Self::AccelerometerPlace(_)
+                | Self::Mass(_)
+                | Self::CentreOfMass(..)
+                | Self::JointAngle(_)
+                | Self::ElasticCentre(..)
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_is_room_for_all() {
+        let all = all(&Accuracies::typical(), MAX_JOINTS);
+        assert_eq!(all.len(), MAX_IMPERFECTIONS);
+        assert!(super::all(&Accuracies::default(), MAX_JOINTS).is_empty());
+    }
+}

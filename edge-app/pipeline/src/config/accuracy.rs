@@ -1,0 +1,123 @@
+//! Section `[accuracy]`: how far what the configuration states may be off.
+
+use std::f64::consts::TAU;
+
+use flexid_core::imperfection::Accuracies;
+
+use super::sections::{AccuracySection, Assumed, CalibrationSection};
+
+/// Returns the accuracies, those that the section does not state as assumed. What `calibration` seeks has a prior there, and none
+/// here.
+pub(super) fn accuracies(
+    section: &AccuracySection,
+    calibration: &CalibrationSection,
+) -> Result<Accuracies, String> {
+    let mut accuracies = match section.assume {
+        Assumed::Typical => Accuracies::typical(),
+        Assumed::Perfect => Accuracies::default(),
+    };
+    let Accuracies {
+        force,
+        accelerometer,
+        delay,
+        tool_angle,
+        tool_centre_point,
+        accelerometer_place,
+        mass,
+        centre_of_mass,
+        joint_angle,
+        elastic_centre,
+    } = &mut accuracies;
+    let part = "0.01 is 1 %";
+    // The fit is linear about the stated value. Beyond these limits the stated value must be corrected.
+    for (key, stated, target, most, unit) in [
+        ("delay_s", section.delay_s, &mut *delay, 0.1, "in s"),
+        ("force_gain", section.force_gain, &mut force.gain, 0.5, part),
+        ("force_crosstalk", section.force_crosstalk, &mut force.crosstalk, 0.5, part),
+        ("force_angle_rad", section.force_angle_rad, &mut force.angle, 0.5, "in rad"),
+        ("acceleration_gain", section.acceleration_gain, &mut accelerometer.gain, 0.5, part),
+        (
+            "acceleration_crosstalk",
+            section.acceleration_crosstalk,
+            &mut accelerometer.crosstalk,
+            0.5,
+            part,
+        ),
+        (
+            "accelerometer_angle_rad",
+            section.accelerometer_angle_rad,
+            &mut accelerometer.angle,
+            0.5,
+            "in rad",
+        ),
+        ("accelerometer_place_m", section.accelerometer_place_m, accelerometer_place, 0.5, "in m"),
+        ("tool_angle_rad", section.tool_angle_rad, tool_angle, 0.5, "in rad"),
+        ("tcp_m", section.tcp_m, tool_centre_point, 0.5, "in m"),
+        ("link_mass", section.link_mass, &mut *mass, 0.5, part),
+        ("centre_of_mass_m", section.centre_of_mass_m, centre_of_mass, 0.5, "in m"),
+        ("joint_angle_rad", section.joint_angle_rad, joint_angle, 0.5, "in rad"),
+        ("elastic_centre_m", section.elastic_centre_m, elastic_centre, 0.5, "in m"),
+    ] {
+        let Some(stated) = stated else { continue };
+        if !(0.0..=most).contains(&stated) {
+            return Err(format!(
+                "[accuracy] {key} is {stated}: must be 0 to {most} ({unit}), one standard deviation"
+            ));
+        }
+        *target = stated;
+    }
+    for (key, stated, other, sought, target) in [
+        ("delay_s", section.delay_s, "delay_s", calibration.delay_s, delay),
+        ("force_gain", section.force_gain, "force_gain", calibration.force_gain, &mut force.gain),
+        (
+            "acceleration_gain",
+            section.acceleration_gain,
+            "acceleration_gain",
+            calibration.acceleration_gain,
+            &mut accelerometer.gain,
+        ),
+        (
+            "accelerometer_angle_rad",
+            section.accelerometer_angle_rad,
+            "misalignment_rad",
+            calibration.misalignment_rad,
+            &mut accelerometer.angle,
+        ),
+        ("link_mass", section.link_mass, "link_mass", calibration.link_mass, mass),
+    ] {
+        match (stated, sought) {
+            (Some(_), Some(_)) => {
+                return Err(format!(
+                    "[accuracy] {key} and [calibration] {other} state the same: leave one out"
+                ));
+            }
+            (None, Some(_)) => *target = 0.0,
+            _ => {}
+        }
+    }
+    for (key, stated, target, limits) in [
+        ("force_resonance_hz", section.force_resonance_hz, &mut force.resonance, [100.0, 1e6]),
+        (
+            "accelerometer_resonance_hz",
+            section.accelerometer_resonance_hz,
+            &mut accelerometer.resonance,
+            [100.0, 1e6],
+        ),
+        ("force_high_pass_hz", section.force_high_pass_hz, &mut force.high_pass, [0.0, 5.0]),
+        (
+            "accelerometer_high_pass_hz",
+            section.accelerometer_high_pass_hz,
+            &mut accelerometer.high_pass,
+            [0.0, 5.0],
+        ),
+    ] {
+        let Some(stated) = stated else { continue };
+        let [least, most] = limits;
+        if !(least..=most).contains(&stated) {
+            return Err(format!("[accuracy] {key} is {stated}: must be {least} to {most} (in Hz)"));
+        }
+        let omega = TAU * stated;
+        *target = if key.ends_with("resonance_hz") { 1.0 / (omega * omega) } else { omega };
+    }
+    Ok(accuracies)
+}

@@ -1,0 +1,108 @@
+//! The imperfections that the data show.
+
+use flexid_core::imperfection::{Imperfection, Sensor};
+use flexid_core::refine::FoundImperfection;
+use flexid_core::verdict::Trust;
+use flexid_wire::confidence::Nuisance;
+use flexid_wire::text::{Label, clipped};
+
+use super::confidence::{log_normal, normal};
+use super::residuals::Residuals;
+use super::verdict::verdict;
+use crate::model::Model;
+use crate::names::joint_name;
+
+/// Part of its prior's standard deviation below which the data determine an imperfection. Chosen: they then say more than the prior.
+const DETERMINED: f64 = 0.5;
+/// Standard deviations of its prior beyond which an imperfection is worth a look: a normal distribution exceeds it once in twenty.
+const CONSPICUOUS: f64 = 2.0;
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Returns the imperfections that the data determine or that are larger than their accuracies promise, the most conspicuous first.
+pub(super) fn conspicuous(
+    found: &[FoundImperfection],
+    model: &Model,
+    trust: Trust,
+    residuals: Residuals,
+) -> impl Iterator<Item = Nuisance> {
+    let size = |found: &FoundImperfection| (found.value / found.prior).abs();
+    let mut all: Vec<&FoundImperfection> = found
+        .iter()
+        .filter(|found| found.deviation < DETERMINED * found.prior || size(found) > CONSPICUOUS)
+        .collect();
+    all.sort_by(|one, other| size(other).total_cmp(&size(one)));
+    all.into_iter().map(move |found| nuisance(found, model, trust, residuals))
+}
+
+fn nuisance(
+    found: &FoundImperfection,
+    model: &Model,
+    trust: Trust,
+    residuals: Residuals,
+) -> Nuisance {
+    let FoundImperfection { imperfection, prior, value, deviation } = *found;
+    let (own, _) = trust.verdict(1.0, deviation / prior);
+    let is_factor = matches!(imperfection, Imperfection::Gain(..) | Imperfection::Mass(_));
+    let value = if is_factor { value.exp() } else { value };
+    let std = residuals.inflate(deviation).map(|std| if is_factor { std * value } else { std });
+    let interval = if is_factor { log_normal } else { normal };
+    Nuisance {
+        name: name(imperfection, model),
+        unit: clipped(unit(imperfection)),
+        value,
+        std,
+        interval: std.filter(|_| residuals.allow_intervals()).map(|std| interval(value, std)),
+        verdict: verdict(own),
+    }
+}
+
+/// Returns the name of an imperfection, for example `force sensor turned about x`.
+fn name(imperfection: Imperfection, model: &Model) -> Label {
+    let sensor = |sensor| match sensor {
+        Sensor::Force => "force sensor",
+        Sensor::Accelerometer => "accelerometer",
+    };
+    let joint = |joint| joint_name(model, joint);
+    match imperfection {
+        Imperfection::Delay => clipped("delay"),
+        Imperfection::Gain(of, axis) => clipped(format_args!("{} gain {}", sensor(of), AXES[axis])),
+        Imperfection::Crosstalk(of, into, from) => clipped(format_args!(
+            "{} crosstalk from {} into {}",
+            sensor(of),
+            AXES[from],
+            AXES[into]
+        )),
+        Imperfection::Turn(of, axis) => {
+            clipped(format_args!("{} turned about {}", sensor(of), AXES[axis]))
+        }
+        Imperfection::ToolTurn(axis) => clipped(format_args!("tool turned about {}", AXES[axis])),
+        Imperfection::ToolCentrePoint(axis) => clipped(format_args!("TCP {}", AXES[axis])),
+        Imperfection::AccelerometerPlace(axis) => {
+            clipped(format_args!("accelerometer place {}", AXES[axis]))
+        }
+        Imperfection::Resonance(of) => clipped(format_args!("{} 1/omega^2", sensor(of))),
+        Imperfection::HighPass(of) => clipped(format_args!("{} high-pass", sensor(of))),
+        Imperfection::Mass(link) => clipped(format_args!("mass of {}'s link", joint(link))),
+        Imperfection::CentreOfMass(link, axis) => {
+            clipped(format_args!("centre of mass of {}'s link {}", joint(link), AXES[axis]))
+        }
+        Imperfection::JointAngle(of) => clipped(format_args!("angle of {}", joint(of))),
+        Imperfection::ElasticCentre(of, axis) => {
+            clipped(format_args!("elastic centre of {} {}", joint(of), AXES[axis]))
+        }
+    }
+}
+
+fn unit(imperfection: Imperfection) -> &'static str {
+    match imperfection {
+        Imperfection::Delay => "s",
+        Imperfection::Gain(..) | Imperfection::Crosstalk(..) | Imperfection::Mass(_) => "",
+        Imperfection::Turn(..) | Imperfection::ToolTurn(_) | Imperfection::JointAngle(_) => "rad",
+        Imperfection::ToolCentrePoint(_)
+        | Imperfection::AccelerometerPlace(_)
+        | Imperfection::CentreOfMass(..)
+        | Imperfection::ElasticCentre(..) => "m",
+        Imperfection::Resonance(_) => "s^2",
+        Imperfection::HighPass(_) => "rad/s",
+    }
+}
