@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::minimum::Minimum;
+use super::minimum::{Minimum, structure_is_beyond_noise};
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::MAX_IMPERFECTIONS;
 use crate::refine::{FoundImperfection, Plant, Problem};
@@ -19,7 +19,7 @@ pub struct PlantEstimate {
 
 impl<R> Identifier<R> {
     /// Refines the settled estimate together with the imperfections of `plant`. The identifier keeps its own estimate. `None` if there
-    /// is no settled estimate of experiments, if there is no imperfection, or once `go_on`, which is asked before each step, says no.
+    /// is no settled estimate of experiments, if there is no imperfection or one of another chain, or once `go_on`, which is asked before each step, says no.
     // Two fits are large: inlined, they would take room on the stack of the caller.
     #[inline(never)]
     pub fn estimate_of_plant<const B: usize>(
@@ -29,19 +29,20 @@ impl<R> Identifier<R> {
         go_on: impl FnMut() -> bool,
     ) -> Option<PlantEstimate> {
         let perfect = self.estimate.clone().filter(|_| self.phase == Phase::Settled)?;
-        if experiments.is_empty() || plant.is_perfect() {
+        let fits = plant.joints() == self.chain.joints().len();
+        if experiments.is_empty() || plant.is_perfect() || !fits {
             return None;
         }
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         plant.restart();
         refinement.restart_at(&perfect.coordinates);
-        let Some(fit) = refinement.fit_plant(&problem, experiments, plant, go_on) else {
+        let Some((fit, remaining)) = refinement.fit_plant(&problem, experiments, plant, go_on)
+        else {
             refinement.restart_at(&perfect.coordinates);
             return None;
         };
-        let remaining = refinement.remaining(&problem);
-        let imperfections = plant.found(&fit.covariance);
+        let imperfections = plant.found();
         let coordinates = *refinement.coordinates();
         let mut minimum = Minimum::new(coordinates, perfect.found_by, fit, &remaining, sought);
         minimum.apart.clone_from(&perfect.apart);
@@ -50,7 +51,9 @@ impl<R> Identifier<R> {
         let acceptance = match perfect.acceptance {
             Acceptance::Unsettled => Acceptance::Unsettled,
             _ if !minimum.is_reached() => Acceptance::Unsettled,
-            _ if minimum.is_consistent() => Acceptance::Consistent,
+            _ if minimum.agrees() && !structure_is_beyond_noise(minimum.fit.whiteness) => {
+                Acceptance::Consistent
+            }
             _ => Acceptance::ModelSuspect,
         };
         let forgotten = self.forgotten;

@@ -105,7 +105,7 @@ pub(crate) fn all(
         .chain(of_sensors)
         .chain(of_tool)
         .chain(of_links)
-        .filter(|(_, deviation)| *deviation > 0.0)
+        .filter(|(_, deviation)| *deviation > 0.0 && deviation.is_finite())
         .collect()
 }
 

@@ -106,18 +106,6 @@ impl Covariance {
         }
     }
 
-    /// `wᵀ C w`: variance of a combination of unknowns. Unknowns of weight zero do not count.
-    pub(crate) fn quadratic(&self, w: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        for i in (0..self.unknowns).filter(|&i| w[i] != 0.0) {
-            for j in (0..i).filter(|&j| w[j] != 0.0) {
-                sum += 2.0 * w[i] * w[j] * self.get(i, j);
-            }
-            sum += w[i] * w[i] * self.get(i, i);
-        }
-        sum
-    }
-
     /// Adds the mean square of a shift that all errors have in common; infinite variances stay infinite.
     pub(crate) fn widen(&mut self, shift: &[f64]) {
         let determined: [bool; MAX_UNKNOWNS] =

@@ -31,7 +31,7 @@ pub type Interval = [f64; 2];
 pub struct Confidence {
     /// Intervals of each joint's parameters, base first.
     pub joints: Vec<JointIntervals, MAX_JOINTS>,
-    /// Nuisances that were sought.
+    /// Nuisances that were sought, then imperfections that the data show, as many as fit.
     pub nuisances: Vec<Nuisance, MAX_NUISANCES>,
     /// Correlations between the unknowns.
     pub correlations: Correlations,

@@ -1,6 +1,7 @@
 //! The minimum over unknowns and imperfections, by Levenberg and Marquardt's method.
 
 use super::super::damping::Damping;
+use super::super::levenberg_marquardt::Remaining;
 use super::super::objective::Domain as _;
 use super::super::proposal::{Room, Step, propose};
 use super::super::statics::Statics;
@@ -30,49 +31,69 @@ struct Linearised {
 
 impl Refinement {
     /// Goes to the minimum over unknowns and imperfections, by damped steps of Gauss and Newton, and evaluates the fit there. Fisher
-    /// information and covariance are those that hold whatever the imperfections are. `None` once `go_on` says no.
+    /// information and covariance are those that hold whatever the imperfections are. Returns also what is left to the minimum. `None` once
+    /// `go_on` says no.
     pub(crate) fn fit_plant<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
         mut go_on: impl FnMut() -> bool,
-    ) -> Option<Fit> {
+    ) -> Option<(Fit, Remaining)> {
+        if !go_on() {
+            return None;
+        }
         let mut here = self.linearise_plant(problem, experiments, plant);
         // The first assembly has no seams: the second has them at their best.
         here = here.and_then(|_| self.linearise_plant(problem, experiments, plant));
         let mut damping = Damping::first(LEAST_DAMPING);
+        let mut refused = false;
         for _ in 0..MAX_STEPS {
             let Ok(Linearised { cost, .. }) = here else { break };
-            let (step, change, predicted) = plant.propose(
-                &self.minimiser.normal,
-                &problem.room(&self.coordinates),
-                damping.value(),
-            );
-            if predicted < NEGLIGIBLE || damping.value() > LAST_DAMPING {
-                break;
-            }
             if !go_on() {
                 return None;
             }
-            let standing = (self.coordinates, plant.imperfections.values);
+            let room = problem.room(&self.coordinates);
+            let normal = &self.minimiser.normal;
+            let (step, change, predicted) = plant.propose(normal, &room, damping.value());
+            if predicted < NEGLIGIBLE {
+                // A damped step says little: what counts is the step without damping.
+                let (_, _, left) = plant.propose(normal, &room, 0.0);
+                if left < NEGLIGIBLE || refused {
+                    break;
+                }
+                damping.fall();
+                continue;
+            }
+            if damping.value() > LAST_DAMPING {
+                break;
+            }
+            let standing = (self.coordinates, plant.imperfections.values, plant.seams.clone());
             self.coordinates = problem.advance(&standing.0, &step);
             plant.imperfections.values = core::array::from_fn(|i| standing.1[i] + change[i]);
             match self.linearise_plant(problem, experiments, plant) {
                 Ok(there) if there.cost < cost => {
                     damping.follow((cost - there.cost) / predicted);
+                    refused = false;
                     here = Ok(there);
                 }
                 _ => {
-                    (self.coordinates, plant.imperfections.values) = standing;
+                    (self.coordinates, plant.imperfections.values, plant.seams) = standing;
                     damping.rise();
+                    refused = true;
                     here = self.linearise_plant(problem, experiments, plant);
                 }
             }
         }
+        // The seams of the last assembly were those of the point before.
+        here = here.and_then(|_| self.linearise_plant(problem, experiments, plant));
+        let room = problem.room(&self.coordinates);
+        let (step, _, gain) = plant.propose(&self.minimiser.normal, &room, 0.0);
+        plant.determine(&self.minimiser.normal);
         plant.eliminate();
         self.minimiser.normal.add_complement(&plant.eliminated, plant.imperfections.all.len());
-        Some(self.fit_of(problem, experiments, here.map(|here| here.summary)))
+        let fit = self.fit_of(problem, experiments, here.map(|here| here.summary));
+        Some((fit, Remaining { step, gain }))
     }
 
     /// Assembles the normal equations where coordinates and imperfections stand.

@@ -12,13 +12,13 @@ mod model;
 
 use heapless::Vec;
 
-use super::Problem;
 use super::batch::Bins;
 use super::equations::{Assembly, Equations};
 use super::record::SMALL_SEAM;
 use super::residuals::Residuals;
 use super::seam::{MAX_SEAM, Seam};
 use super::summary::Summary;
+use super::{ParameterNormal, Problem};
 use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;
 use crate::imperfection::{self, Accuracies, Imperfection, MAX_IMPERFECTIONS};
@@ -29,7 +29,6 @@ use crate::receptance::Terms;
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::Experiment;
-use crate::verdict::Covariance;
 use columns::{Imperfections, STEP};
 use model::Imperfect;
 
@@ -39,6 +38,10 @@ const WIDE: usize = padded(MAX_SEAM + MAX_IMPERFECTIONS + MAX_UNKNOWNS + 1);
 const OF_RECORD: usize = packed(MAX_SEAM + MAX_IMPERFECTIONS + MAX_UNKNOWNS + 1);
 /// Length of the normal equations of all records.
 const OF_ALL: usize = packed(MAX_IMPERFECTIONS + MAX_UNKNOWNS + 1);
+
+/// Information that each unknown is given beside that of the data, so that an undetermined one has a deviation. Chosen: that of a
+/// standard deviation of 1000, which no determined logarithm nears.
+const FLOOR: f64 = 1e-6;
 
 /// Imperfections of a plant and memory for a fit to it. It is large: a program that never makes one holds none of it.
 #[derive(Clone, Debug)]
@@ -52,6 +55,9 @@ pub struct Plant {
     all: Normal<OF_ALL>,
     /// The same, the imperfections eliminated.
     eliminated: Normal<OF_ALL>,
+    /// Standard deviation of each imperfection where the last fit has ended, in that of its prior.
+    deviations: [f64; MAX_IMPERFECTIONS],
+    joints: usize,
 }
 
 /// An imperfection that a fit has found.
@@ -80,12 +86,19 @@ impl Plant {
             record: Normal::new(),
             all: Normal::new(),
             eliminated: Normal::new(),
+            deviations: [1.0; MAX_IMPERFECTIONS],
+            joints,
         }
     }
 
     /// Whether there is no imperfection.
     pub fn is_perfect(&self) -> bool {
         self.imperfections.all.is_empty()
+    }
+
+    /// Number of joints of the robot.
+    pub(crate) fn joints(&self) -> usize {
+        self.joints
     }
 
     /// Returns to the plant without imperfections.
@@ -203,39 +216,39 @@ impl Plant {
         Ok(summary)
     }
 
-    /// Standard deviation of an imperfection, in that of its prior, where the unknowns have this covariance:
-    /// `|u|² + w C wᵀ` with `L u = e`, `w = uᵀ L_θp`, and the factor L of the imperfections.
-    fn deviation(&self, index: usize, of_unknowns: &Covariance) -> f64 {
-        let count = self.imperfections.all.len();
-        let mut u = [0.0; MAX_IMPERFECTIONS];
-        for i in index..count {
-            let row = self.eliminated.row(i);
-            let known: f64 = row[index..i].iter().zip(&u[index..i]).map(|(l, u)| l * u).sum();
-            let own = if i == index { 1.0 } else { 0.0 };
-            u[i] = if row[i] > 0.0 { (own - known) / row[i] } else { 0.0 };
-        }
-        let mut w = [0.0; MAX_UNKNOWNS];
-        for (unknown, w) in w.iter_mut().enumerate().take(self.all.unknowns() - count) {
-            if of_unknowns.deviation(unknown).is_finite() {
-                let row = self.eliminated.row(count + unknown);
-                *w = row[..count].iter().zip(&u).map(|(l, u)| l * u).sum();
+    /// Computes the standard deviation of each imperfection, in that of its prior: `|u|` with `L u = e`, and the factor L of the
+    /// information of imperfections and unknowns. `others` are the normal equations of the unknowns apart from the records.
+    fn determine(&mut self, others: &ParameterNormal) {
+        let Self { all, eliminated, imperfections, deviations, .. } = self;
+        let (count, total) = (imperfections.all.len(), all.unknowns());
+        eliminated.clone_from(all);
+        for i in count..total {
+            for j in count..=i {
+                *eliminated.entry(i, j) += others.row(i - count)[j - count];
             }
+            *eliminated.entry(i, i) += FLOOR;
         }
-        let squares: f64 = u.iter().map(|u| u * u).sum();
-        libm::sqrt(squares + of_unknowns.quadratic(&w))
+        eliminated.eliminate(total);
+        for (index, deviation) in deviations.iter_mut().enumerate().take(count) {
+            let mut u = [0.0; MAX_IMPERFECTIONS + MAX_UNKNOWNS];
+            for i in index..total {
+                let row = eliminated.row(i);
+                let known: f64 = row[index..i].iter().zip(&u[index..i]).map(|(l, u)| l * u).sum();
+                let own = if i == index { 1.0 } else { 0.0 };
+                u[i] = if row[i] > 0.0 { (own - known) / row[i] } else { 0.0 };
+            }
+            *deviation = libm::sqrt(u.iter().map(|u| u * u).sum());
+        }
     }
 
-    /// The imperfections at their present values. `of_unknowns` is the covariance of the unknowns.
-    pub(crate) fn found(
-        &self,
-        of_unknowns: &Covariance,
-    ) -> Vec<FoundImperfection, MAX_IMPERFECTIONS> {
+    /// The imperfections where the last fit has ended.
+    pub(crate) fn found(&self) -> Vec<FoundImperfection, MAX_IMPERFECTIONS> {
         let found =
             |(index, &(imperfection, prior)): (usize, &(Imperfection, f64))| FoundImperfection {
                 imperfection,
                 prior,
                 value: prior * self.imperfections.values[index],
-                deviation: prior * self.deviation(index, of_unknowns),
+                deviation: prior * self.deviations[index],
             };
         self.imperfections.all.iter().enumerate().map(found).collect()
     }

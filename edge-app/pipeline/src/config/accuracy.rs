@@ -7,10 +7,11 @@ use flexid_core::imperfection::Accuracies;
 use super::sections::{AccuracySection, Assumed, CalibrationSection};
 
 /// Returns the accuracies, those that the section does not state as assumed. What `calibration` seeks has a prior there, and none
-/// here.
+/// here. `band_hz` is the band that is fitted.
 pub(super) fn accuracies(
     section: &AccuracySection,
     calibration: &CalibrationSection,
+    band_hz: [f64; 2],
 ) -> Result<Accuracies, String> {
     let mut accuracies = match section.assume {
         Assumed::Typical => Accuracies::typical(),
@@ -31,7 +32,7 @@ pub(super) fn accuracies(
     let part = "0.01 is 1 %";
     // The fit is linear about the stated value. Beyond these limits the stated value must be corrected.
     for (key, stated, target, most, unit) in [
-        ("delay_s", section.delay_s, &mut *delay, 0.1, "in s"),
+        ("delay_s", section.delay_s, &mut *delay, 1e-3, "in s"),
         ("force_gain", section.force_gain, &mut force.gain, 0.5, part),
         ("force_crosstalk", section.force_crosstalk, &mut force.crosstalk, 0.5, part),
         ("force_angle_rad", section.force_angle_rad, &mut force.angle, 0.5, "in rad"),
@@ -95,20 +96,23 @@ pub(super) fn accuracies(
             _ => {}
         }
     }
+    // A filter beyond these limits is no small change of the band. A reading is then wrong by a ninth, or turned by a third of a radian.
+    let resonances = [3.0 * band_hz[1], 1e6];
+    let corners = [0.0, band_hz[0] / 3.0];
     for (key, stated, target, limits) in [
-        ("force_resonance_hz", section.force_resonance_hz, &mut force.resonance, [100.0, 1e6]),
+        ("force_resonance_hz", section.force_resonance_hz, &mut force.resonance, resonances),
         (
             "accelerometer_resonance_hz",
             section.accelerometer_resonance_hz,
             &mut accelerometer.resonance,
-            [100.0, 1e6],
+            resonances,
         ),
-        ("force_high_pass_hz", section.force_high_pass_hz, &mut force.high_pass, [0.0, 5.0]),
+        ("force_high_pass_hz", section.force_high_pass_hz, &mut force.high_pass, corners),
         (
             "accelerometer_high_pass_hz",
             section.accelerometer_high_pass_hz,
             &mut accelerometer.high_pass,
-            [0.0, 5.0],
+            corners,
         ),
     ] {
         let Some(stated) = stated else { continue };

@@ -136,7 +136,8 @@ impl Config {
         }
         let bounds = raw.bounds.check(&model).map_err(bad)?;
         let sought = sought::sought(&raw.calibration, &raw.parameters, &model).map_err(bad)?;
-        let accuracies = accuracy::accuracies(&raw.accuracy, &raw.calibration).map_err(bad)?;
+        let accuracies = accuracy::accuracies(&raw.accuracy, &raw.calibration, measurement.band_hz)
+            .map_err(bad)?;
         let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
         let signals = SignalTable::load(file, &base.join(&raw.bus.dbc), &raw.signals, &model)?;
 

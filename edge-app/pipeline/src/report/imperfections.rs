@@ -9,7 +9,7 @@ use flexid_wire::text::{Label, clipped};
 use super::confidence::{log_normal, normal};
 use super::residuals::Residuals;
 use super::verdict::verdict;
-use crate::model::Model;
+use crate::model::{Kind, Model};
 use crate::names::joint_name;
 
 /// Part of its prior's standard deviation below which the data determine an imperfection. Chosen: they then say more than the prior.
@@ -48,7 +48,7 @@ fn nuisance(
     let interval = if is_factor { log_normal } else { normal };
     Nuisance {
         name: name(imperfection, model),
-        unit: clipped(unit(imperfection)),
+        unit: clipped(unit(imperfection, model)),
         value,
         std,
         interval: std.filter(|_| residuals.allow_intervals()).map(|std| interval(value, std)),
@@ -84,17 +84,19 @@ fn name(imperfection: Imperfection, model: &Model) -> Label {
         Imperfection::HighPass(of) => clipped(format_args!("{} high-pass", sensor(of))),
         Imperfection::Mass(link) => clipped(format_args!("mass of {}'s link", joint(link))),
         Imperfection::CentreOfMass(link, axis) => {
-            clipped(format_args!("centre of mass of {}'s link {}", joint(link), AXES[axis]))
+            clipped(format_args!("centre of mass {} of {}", AXES[axis], joint(link)))
         }
         Imperfection::JointAngle(of) => clipped(format_args!("angle of {}", joint(of))),
         Imperfection::ElasticCentre(of, axis) => {
-            clipped(format_args!("elastic centre of {} {}", joint(of), AXES[axis]))
+            clipped(format_args!("elastic centre {} of {}", AXES[axis], joint(of)))
         }
     }
 }
 
-fn unit(imperfection: Imperfection) -> &'static str {
+fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
+    let slides = |joint: usize| model.joints[joint].kind == Kind::Prismatic;
     match imperfection {
+        Imperfection::JointAngle(joint) if slides(joint) => "m",
         Imperfection::Delay => "s",
         Imperfection::Gain(..) | Imperfection::Crosstalk(..) | Imperfection::Mass(_) => "",
         Imperfection::Turn(..) | Imperfection::ToolTurn(_) | Imperfection::JointAngle(_) => "rad",

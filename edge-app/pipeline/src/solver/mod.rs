@@ -66,8 +66,9 @@ pub struct Solver {
     came: u64,
     taken: Taken,
     /// Imperfections that the configuration allows, and the fit to them.
-    plant: Box<Plant>,
-    /// Estimate that holds whatever these imperfections are. `None` for a perfect plant.
+    /// `None` for a perfect plant.
+    plant: Option<Box<Plant>>,
+    /// Estimate that holds whatever these imperfections are. `None` until it is made of the settled estimate.
     of_plant: Option<Box<PlantEstimate>>,
     /// Robot at the upper ends of the bounds. A record is refused if this robot has no equilibrium at its pose.
     stiffest: Bushings,
@@ -212,7 +213,8 @@ impl Solver {
             numbers: Vec::with_capacity(MAX_EXPERIMENTS),
             came: 0,
             taken: Taken::default(),
-            plant: Box::new(Plant::new(&config.accuracies, config.model.joints.len())),
+            plant: Some(Box::new(Plant::new(&config.accuracies, config.model.joints.len())))
+                .filter(|plant| !plant.is_perfect()),
             of_plant: None,
             stiffest,
             state: State::new(config),
@@ -272,6 +274,7 @@ impl Solver {
         mut on_progress: impl FnMut(&Progress),
     ) -> bool {
         if self.unsettled.is_empty() {
+            self.consider_plant(stop);
             return true;
         }
         let begun = Instant::now();
@@ -287,7 +290,7 @@ impl Solver {
                 self.settled = self.records;
                 self.poses = self.poses_of_experiments();
                 self.unsettled.clear();
-                self.consider_plant(stop);
+                self.of_plant = None;
                 break;
             }
             let is_nearly_settled =
@@ -296,17 +299,21 @@ impl Solver {
                 break;
             }
         }
-        self.spent += begun.elapsed();
         self.note_settled();
+        if self.unsettled.is_empty() && !more() {
+            self.consider_plant(stop);
+        }
+        self.spent += begun.elapsed();
         self.unsettled.is_empty()
     }
 
-    /// Refines the settled estimate together with the imperfections of the plant. Without the time for that, the estimate stays that of
-    /// a perfect plant.
+    /// Refines the settled estimate together with the imperfections of the plant, if that has not been done.
     fn consider_plant(&mut self, stop: &Stop) {
-        let Self { identifier, experiments, plant, deadline, .. } = self;
-        let go_on = || is_in_time(stop, deadline);
-        self.of_plant = identifier.estimate_of_plant(experiments, plant, go_on).map(Box::new);
+        let Self { identifier, experiments, plant, of_plant, deadline, .. } = self;
+        if let (Some(plant), None) = (plant, &of_plant) {
+            let go_on = || is_in_time(stop, deadline);
+            *of_plant = identifier.estimate_of_plant(experiments, plant, go_on).map(Box::new);
+        }
     }
 
     fn poses_of_experiments(&self) -> Vec<Pose> {
@@ -384,6 +391,10 @@ impl Solver {
         let doubtful_rate = self.sources.iter().any(|record| record.has_doubtful_rate);
         if doubtful_rate {
             // A wrong rate makes every parameter wrong by a factor, which the residuals do not show.
+            estimate.acceptance = Acceptance::Unsettled;
+        }
+        if self.plant.is_some() && self.of_plant.is_none() && estimate.experiments > 0 {
+            // The intervals are those of a perfect plant.
             estimate.acceptance = Acceptance::Unsettled;
         }
         let records = self.poses.len() as u64 + estimate.retired;
@@ -478,7 +489,9 @@ impl Solver {
         let number = self.numbers.remove(index);
         let shares_pose = |other: &Experiment| same_pose(&other.pose, &retiring.pose);
         let last = !self.experiments.iter().any(shares_pose);
-        let retired = !source.has_doubtful_rate && self.identifier.retire(&retiring);
+        // The information that retires is that of a perfect plant.
+        let retired =
+            !source.has_doubtful_rate && self.plant.is_none() && self.identifier.retire(&retiring);
         if !retired {
             self.taken.forget(number);
         }

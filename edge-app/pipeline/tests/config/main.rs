@@ -181,7 +181,7 @@ fn mistakes_in_accuracies_name_place_and_mend() {
         ),
         (
             "force_resonance_hz = 2.0",
-            "[accuracy] force_resonance_hz is 2: must be 100 to 1000000 (in Hz)",
+            "[accuracy] force_resonance_hz is 2: must be 600 to 1000000 (in Hz)",
         ),
         (
             "delay_s = 1e-5\n[calibration]\ndelay_s = 1e-3",
