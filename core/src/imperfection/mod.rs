@@ -1,4 +1,4 @@
-//! Imperfections: what is off by a little in every plant, beside the nuisances that a fit seeks.
+//! Imperfections: what is off by a little in every plant, beside the nuisances that a fit seeks. `refine::plant` fits them.
 //!
 //! A plant is never quite the one that the configuration describes: a mass, a mounting angle or a joint angle differs by a little.
 //! Each [`Imperfection`] has a value p, whose prior is a normal distribution about zero; [`Accuracies`] give its standard deviation.

@@ -1,4 +1,5 @@
-//! How far an estimate can be trusted, from the information matrix of its fit: covariance, and a verdict on each parameter.
+//! How far an estimate can be trusted, from the information matrix of its fit: covariance, and a verdict on each parameter. The verdict
+//! on the whole fit, its acceptance, is made in `identify::decision`.
 //!
 //! The information matrix `N` is the inverse covariance of the unknowns, which are all dimensionless: logarithms of
 //! parameters, nuisances in units of their prior. [`Covariance`] is its inverse where it has one, [`Direction`]s are

@@ -1,4 +1,4 @@
-//! Frames of a bus, from any source.
+//! Frames of a bus, from any source. `signals` decodes them.
 
 use embedded_can::Id;
 
