@@ -30,8 +30,10 @@ use crate::receptance::{Complex, PerDof, Response, Terms};
 use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::{DOF, MAX_JOINTS};
 
+/// Length of the normal equations of one record.
+pub(super) const OF_RECORD: usize = packed(MAX_SEAM + MAX_UNKNOWNS + 1);
 /// Normal equations of one record.
-pub(super) type RecordNormal = Normal<{ packed(MAX_SEAM + MAX_UNKNOWNS + 1) }>;
+pub(super) type RecordNormal = Normal<OF_RECORD>;
 
 /// Real and imaginary part along each axis of the accelerometer.
 type Reading = [[f64; 2]; 3];

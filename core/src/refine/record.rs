@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use super::Problem;
 use super::batch::{Bins, COLUMNS};
-use super::equations::{Assembly, Equations, RecordNormal};
+use super::equations::{Assembly, Equations, OF_RECORD, RecordNormal};
 use super::residuals::Residuals;
 use super::seam::{MAX_SEAM, Seam};
 use crate::chain::linearise::LinearisationError;
@@ -103,6 +103,12 @@ impl Workspace {
             normal: &mut self.record,
             level: problem.level,
         };
-        Ok(assembly.run())
+        Ok(run(assembly))
     }
+}
+
+/// [`Assembly::run`], compiled once: not again for each number of bins, in each crate.
+#[inline(never)]
+fn run(assembly: Assembly<'_, (), COLUMNS, OF_RECORD>) -> Residuals {
+    assembly.run()
 }

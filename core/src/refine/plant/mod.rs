@@ -172,7 +172,7 @@ impl Plant {
             normal: &mut self.record,
             level: problem.level,
         };
-        let residuals = assembly.run();
+        let residuals = run(assembly);
         let standing = seam.to_solution(problem.chain.joints().len());
         self.record.prefer_small(&standing[..unknowns], SMALL_SEAM);
         self.record.eliminate(unknowns);
@@ -252,6 +252,12 @@ impl Plant {
             };
         self.imperfections.all.iter().enumerate().map(found).collect()
     }
+}
+
+/// [`Assembly::run`], compiled once: not again for each number of bins, in each crate.
+#[inline(never)]
+fn run(assembly: Assembly<'_, &mut Imperfections, WIDE, OF_RECORD>) -> Residuals {
+    assembly.run()
 }
 
 #[cfg(test)]
