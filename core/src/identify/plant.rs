@@ -18,9 +18,10 @@ pub struct PlantEstimate {
 }
 
 impl<R> Identifier<R> {
-    /// Refines the settled estimate together with the imperfections of `plant`. The identifier keeps its own estimate. `None` if there
-    /// is no settled estimate of experiments, if there is no imperfection or one of another chain, or once `go_on`, which is asked before each step, says no.
-    // Two fits are large: inlined, they would take room on the stack of the caller.
+    /// Refines the settled estimate together with the imperfections of `plant`. The identifier keeps its own estimate.
+    /// Returns `None` without a settled estimate of experiments, and for a plant without imperfections or of another number of joints.
+    /// `go_on` is asked before each step; once it says no, `None` is returned.
+    // A fit is large: inlined, it would take room on the stack of the caller.
     #[inline(never)]
     pub fn estimate_of_plant<const B: usize>(
         &mut self,

@@ -22,9 +22,9 @@ use crate::linear::normal::Normal;
 /// together are then within a hundredth of a standard deviation of the minimum.
 const NEGLIGIBLE: f64 = 1e-4;
 /// Least damping. Chosen: seven rejected steps raise it to the first one.
-const LEAST_DAMPING: f64 = 1e-9;
+pub(super) const LEAST_DAMPING: f64 = 1e-9;
 /// Damping above which a minimisation ends. Chosen: a step then moves no unknown by more than 1e-8 of the way to its own minimum.
-const LAST_DAMPING: f64 = 1e8;
+pub(super) const LAST_DAMPING: f64 = 1e8;
 /// Steps after which a minimisation ends wherever it is. Chosen: eight times as many as it typically takes.
 const MAX_ITERATIONS: u32 = 100;
 

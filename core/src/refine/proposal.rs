@@ -15,7 +15,7 @@ pub(crate) type Room = [[f64; 2]; MAX_UNKNOWNS];
 
 /// Information that each unknown is given beside that of the data, so that an undetermined one stays put. Chosen: that of a
 /// standard deviation of 1000, which no determined logarithm nears.
-const FLOOR: f64 = 1e-6;
+pub(super) const FLOOR: f64 = 1e-6;
 /// Gain for which an unknown is released from its end of the box. Chosen: a hundred unknowns that stay held cost less than a
 /// hundredth of the gain that ends a refinement.
 const WORTH_RELEASING: f64 = 1e-8;

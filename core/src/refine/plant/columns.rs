@@ -8,6 +8,8 @@
 //!                   gain of F  −H_a F_a     crosstalk of F  −H_a F_b   resonance of F  s² H F       high-pass of F  H F/s
 //! ```
 
+use heapless::Vec;
+
 use super::super::batch::Batch;
 use super::super::further::Further;
 use super::super::rows::{Rows, write};
@@ -15,11 +17,11 @@ use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS, Sensor};
 use crate::linear::gram::WIDEST;
 use crate::receptance::lanes::Lanes;
 use crate::receptance::{Complex, PerDof, Response, Terms};
-use heapless::Vec;
 
 /// Step of a difference, in standard deviations of the imperfection. Chosen: rounding changes a derivative by less than 1e-6 of it, and
 /// curvature by a thousandth of what it changes over a standard deviation.
 pub(super) const STEP: f64 = 1e-3;
+
 /// Columns of the imperfections of a record.
 #[derive(Clone, Debug)]
 pub(super) struct Imperfections {

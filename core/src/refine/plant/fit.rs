@@ -1,7 +1,7 @@
 //! The minimum over unknowns and imperfections, by Levenberg and Marquardt's method.
 
 use super::super::damping::Damping;
-use super::super::levenberg_marquardt::Remaining;
+use super::super::levenberg_marquardt::{LAST_DAMPING, LEAST_DAMPING, Remaining};
 use super::super::objective::Domain as _;
 use super::super::proposal::{Room, Step, propose};
 use super::super::statics::Statics;
@@ -17,10 +17,6 @@ use crate::spectrum::Experiment;
 const NEGLIGIBLE: f64 = 1e-2;
 /// Steps after which a fit ends wherever it is. Chosen: three times as many as it typically takes.
 const MAX_STEPS: usize = 30;
-/// Least damping, and damping above which a fit ends. Chosen: those of a refinement.
-const LEAST_DAMPING: f64 = 1e-9;
-/// See [`LEAST_DAMPING`].
-const LAST_DAMPING: f64 = 1e8;
 
 /// A point of a fit to a plant, and the normal equations there.
 struct Linearised {
@@ -31,8 +27,8 @@ struct Linearised {
 
 impl Refinement {
     /// Goes to the minimum over unknowns and imperfections, by damped steps of Gauss and Newton, and evaluates the fit there. Fisher
-    /// information and covariance are those that hold whatever the imperfections are. Returns also what is left to the minimum. `None` once
-    /// `go_on` says no.
+    /// information and covariance are those that hold whatever the imperfections are. Returns also the way that is left to the minimum.
+    /// Returns `None` once `go_on` says no.
     pub(crate) fn fit_plant<const B: usize>(
         &mut self,
         problem: &Problem<'_>,

@@ -1,7 +1,7 @@
 //! The sum of squares of a fit to an imperfect plant: at every point the imperfections are at their best, within their priors.
 //!
 //! The imperfections p are columns of the normal equations behind the seams, which are those of each record, and before the unknowns,
-//! which they share with all records. With their priors, of which each is `p² = 0 ± 1`, they are eliminated as the seams are (variable
+//! which they share with all records. With their priors, of which each is `p = 0 ± 1`, they are eliminated as the seams are (variable
 //! projection: Golub and Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares problems whose variables
 //! separate", SIAM Journal on Numerical Analysis 10, 1973). What is left is the information about the unknowns that holds whatever the
 //! imperfections are.
@@ -14,6 +14,7 @@ use heapless::Vec;
 
 use super::batch::Bins;
 use super::equations::{Assembly, Equations};
+use super::proposal::FLOOR;
 use super::record::SMALL_SEAM;
 use super::residuals::Residuals;
 use super::seam::{MAX_SEAM, Seam};
@@ -39,10 +40,6 @@ const OF_RECORD: usize = packed(MAX_SEAM + MAX_IMPERFECTIONS + MAX_UNKNOWNS + 1)
 /// Length of the normal equations of all records.
 const OF_ALL: usize = packed(MAX_IMPERFECTIONS + MAX_UNKNOWNS + 1);
 
-/// Information that each unknown is given beside that of the data, so that an undetermined one has a deviation. Chosen: that of a
-/// standard deviation of 1000, which no determined logarithm nears.
-const FLOOR: f64 = 1e-6;
-
 /// Imperfections of a plant and memory for a fit to it. It is large: a program that never makes one holds none of it.
 #[derive(Clone, Debug)]
 pub struct Plant {
@@ -65,11 +62,11 @@ pub struct Plant {
 pub struct FoundImperfection {
     /// What is off.
     pub imperfection: Imperfection,
-    /// Standard deviation of its prior.
+    /// Standard deviation of its prior, in the unit of the [`Imperfection`].
     pub prior: f64,
-    /// Most likely value.
+    /// Most likely value, in the same unit.
     pub value: f64,
-    /// Standard deviation of that value.
+    /// Standard deviation of that value, in the same unit.
     pub deviation: f64,
 }
 
@@ -217,7 +214,7 @@ impl Plant {
     }
 
     /// Computes the standard deviation of each imperfection, in that of its prior: `|u|` with `L u = e`, and the factor L of the
-    /// information of imperfections and unknowns. `others` are the normal equations of the unknowns apart from the records.
+    /// information of imperfections and unknowns, to which an undetermined unknown adds a floor. `others` are the normal equations of the unknowns apart from the records.
     fn determine(&mut self, others: &ParameterNormal) {
         let Self { all, eliminated, imperfections, deviations, .. } = self;
         let (count, total) = (imperfections.all.len(), all.unknowns());

@@ -99,29 +99,37 @@ pub(super) fn accuracies(
     // A filter beyond these limits is no small change of the band. A reading is then wrong by a ninth, or turned by a third of a radian.
     let resonances = [3.0 * band_hz[1], 1e6];
     let corners = [0.0, band_hz[0] / 3.0];
-    for (key, stated, target, limits) in [
-        ("force_resonance_hz", section.force_resonance_hz, &mut force.resonance, resonances),
+    let squared_period: fn(f64) -> f64 = |omega| 1.0 / (omega * omega);
+    let itself: fn(f64) -> f64 = |omega| omega;
+    for (key, stated, target, [least, most], of_omega) in [
+        (
+            "force_resonance_hz",
+            section.force_resonance_hz,
+            &mut force.resonance,
+            resonances,
+            squared_period,
+        ),
         (
             "accelerometer_resonance_hz",
             section.accelerometer_resonance_hz,
             &mut accelerometer.resonance,
             resonances,
+            squared_period,
         ),
-        ("force_high_pass_hz", section.force_high_pass_hz, &mut force.high_pass, corners),
+        ("force_high_pass_hz", section.force_high_pass_hz, &mut force.high_pass, corners, itself),
         (
             "accelerometer_high_pass_hz",
             section.accelerometer_high_pass_hz,
             &mut accelerometer.high_pass,
             corners,
+            itself,
         ),
     ] {
         let Some(stated) = stated else { continue };
-        let [least, most] = limits;
         if !(least..=most).contains(&stated) {
             return Err(format!("[accuracy] {key} is {stated}: must be {least} to {most} (in Hz)"));
         }
-        let omega = TAU * stated;
-        *target = if key.ends_with("resonance_hz") { 1.0 / (omega * omega) } else { omega };
+        *target = of_omega(TAU * stated);
     }
     Ok(accuracies)
 }
