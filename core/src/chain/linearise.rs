@@ -117,7 +117,17 @@ impl Chain {
             return Err(LinearisationError::Bushings(bushings.len()));
         }
         let sag = self.sag(pose, gravity, bushings)?;
-        Ok(Sagged::new(self, pose, gravity, &sag).linearise(self, &sag))
+        Ok(self.linearise_at(pose, gravity, &sag))
+    }
+
+    /// Linearises the chain about these elongations of its bushings, m and rad. There is one angle of `pose` per joint.
+    pub(crate) fn linearise_at(
+        &self,
+        pose: &[f64],
+        gravity: Vector3<f64>,
+        sag: &[Vector6<f64>; MAX_JOINTS],
+    ) -> LinearChain {
+        Sagged::new(self, pose, gravity, sag).linearise(self, sag)
     }
 
     /// Elongations of the bushings at rest under gravity, m and rad.

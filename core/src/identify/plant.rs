@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::minimum::{Minimum, structure_is_beyond_noise};
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::MAX_IMPERFECTIONS;
-use crate::refine::{FoundImperfection, Plant, Problem};
+use crate::refine::{FoundImperfection, Outcome, Plant, Problem};
 use crate::spectrum::Experiment;
 
 /// An estimate that holds whatever the imperfections of the plant are, within their accuracies.
@@ -27,7 +27,7 @@ impl<R> Identifier<R> {
         &mut self,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
-        go_on: impl FnMut() -> bool,
+        mut go_on: impl FnMut() -> bool,
     ) -> Option<PlantEstimate> {
         let perfect = self.estimate.clone().filter(|_| self.phase == Phase::Settled)?;
         let fits = plant.joints() == self.chain.joints().len();
@@ -36,13 +36,17 @@ impl<R> Identifier<R> {
         }
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        plant.restart();
         refinement.restart_at(&perfect.coordinates);
-        let Some((fit, remaining)) = refinement.fit_plant(&problem, experiments, plant, go_on)
-        else {
-            refinement.restart_at(&perfect.coordinates);
-            return None;
-        };
+        refinement.restart_plant(plant);
+        loop {
+            if !go_on() {
+                return None;
+            }
+            if refinement.step_plant(&problem, experiments, plant) != Outcome::Improving {
+                break;
+            }
+        }
+        let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
         let imperfections = plant.found();
         let coordinates = *refinement.coordinates();
         let mut minimum = Minimum::new(coordinates, perfect.found_by, fit, &remaining, sought);

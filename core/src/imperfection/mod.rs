@@ -110,16 +110,12 @@ pub(crate) fn all(
 }
 
 impl Imperfection {
-    /// Whether the terms of a model hold it: it then acts as it is, not as a linear change of the reading.
-    pub(crate) fn is_in_terms(self) -> bool {
-        self.is_of_model() || matches!(self, Self::Delay | Self::Gain(..))
-    }
-
-    /// Whether it changes the model at a pose: its derivative is then that of the model. Else its derivative is one of the reading.
+    /// Whether its derivative is that of the model's matrices. Else its derivative is a multiple of readings or forces.
     pub(crate) fn is_of_model(self) -> bool {
         matches!(
             self,
-            Self::Turn(..)
+            Self::Crosstalk(..)
+                | Self::Turn(..)
                 | Self::ToolTurn(_)
                 | Self::ToolCentrePoint(_)
                 | Self::AccelerometerPlace(_)

@@ -14,6 +14,7 @@
 mod accelerance;
 mod complex;
 mod elimination;
+mod filter;
 mod gradient;
 pub mod lanes;
 mod observation;
@@ -25,6 +26,9 @@ mod tool;
 
 pub use accelerance::accelerance;
 pub use complex::Complex;
+pub(crate) use filter::Filter;
 pub use gradient::{PerDof, Response};
+pub(crate) use observation::{Loads, Observation};
 pub use recursion::receptance;
 pub use terms::Terms;
+pub(crate) use tool::ToolTerms;

@@ -1,6 +1,7 @@
 //! What is observed of the last link: the reading of an accelerometer, or a displacement.
 
 use super::complex::{Column, Complex};
+use super::filter::Filter;
 use super::lanes::{Lanes, Scalar};
 use crate::DOF;
 
@@ -10,7 +11,7 @@ pub(crate) type Loads<T> = [[T; DOF]; 3];
 /// What a response observes along three axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Observation<T> {
-    /// Reading of an accelerometer, m/s²: `s²` times a translation plus what gravity adds, later by the delay.
+    /// Reading of an accelerometer, m/s²: `s²` times a translation plus what gravity adds, filtered, and later by the delay.
     Acceleration {
         /// Loads whose displacements are the translations of the accelerometer along its axes.
         translation: Loads<T>,
@@ -18,6 +19,8 @@ pub(crate) enum Observation<T> {
         gravity: Option<Loads<T>>,
         /// Delay of the reading after the force, s.
         delay: T,
+        /// Filter of the reading.
+        filter: Filter<T>,
     },
     /// Displacement, m. The loads are those whose displacements it is.
     Displacement(Loads<T>),
@@ -26,14 +29,18 @@ pub(crate) enum Observation<T> {
 impl<T: Scalar> Observation<T> {
     /// Loads whose displacements are the observation at the complex frequency `s`, one column per axis.
     #[inline(always)]
-    pub(super) fn loads<V: Lanes<Scalar = T>>(&self, s: Complex<V>, loads: &mut [Column<V>; 3]) {
+    pub(crate) fn loads<V: Lanes<Scalar = T>>(&self, s: Complex<V>, loads: &mut [Column<V>; 3]) {
         match self {
-            Self::Acceleration { translation, gravity, delay } => {
+            Self::Acceleration { translation, gravity, delay, filter } => {
                 let s2 = s * s;
-                let delayed = delay.to_f64() != 0.0;
-                let mut lag = s;
-                if delayed {
-                    lag = (-s.scale(s.re.fill(*delay))).exponential();
+                let is_delayed = delay.to_f64() != 0.0;
+                let is_filtered = !filter.is_none();
+                let mut transfer = s;
+                if is_delayed || is_filtered {
+                    transfer = (-s.scale(s.re.fill(*delay))).exponential();
+                }
+                if is_filtered {
+                    transfer = transfer * filter.inverse(s).reciprocal();
                 }
                 for axis in 0..3 {
                     for i in 0..DOF {
@@ -41,8 +48,8 @@ impl<T: Scalar> Observation<T> {
                         if let Some(gravity) = gravity {
                             load.re = load.re + s.re.fill(gravity[axis][i]);
                         }
-                        if delayed {
-                            load = load * lag;
+                        if is_delayed || is_filtered {
+                            load = load * transfer;
                         }
                         loads[axis][i] = load;
                     }

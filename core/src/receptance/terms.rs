@@ -3,6 +3,7 @@
 use heapless::Vec;
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
+use super::filter::Filter;
 use super::lanes::Scalar;
 use super::observation::{Loads, Observation};
 use super::symmetric::{PACKED, at};
@@ -71,6 +72,7 @@ impl<T: Scalar> Terms<T> {
             translation: columns(&reading),
             gravity: feels_gravity.then(tilt),
             delay: T::from_f64(calibration.delay),
+            filter: Filter::default(),
         };
         let tool = (mounting.tool_mass > 0.0).then(|| ToolTerms {
             inertia: columns(&(mounting.centres(chain) * mounting.tool_mass)),
@@ -134,6 +136,30 @@ impl<T: Scalar> Terms<T> {
         Self { masses: true, ..self }
     }
 
+    /// The same terms, of an accelerometer with this filter, which reads `M a`, and a force sensor which reads `N F`.
+    pub(crate) fn with_sensor_errors(
+        mut self,
+        filter: Filter<T>,
+        [m, n]: [&Matrix3<f64>; 2],
+    ) -> Self {
+        self.collocated = false;
+        if let Observation::Acceleration { translation, gravity, filter: own, .. } =
+            &mut self.observation
+        {
+            *own = filter;
+            *translation = combined(translation, &m.transpose());
+            *gravity = gravity.map(|gravity| combined(&gravity, &m.transpose()));
+        }
+        // P F = (P N⁻¹) (N F). The identity where N is singular.
+        let inverse = n.try_inverse().unwrap_or_else(Matrix3::identity);
+        self.force_loads = combined(&self.force_loads, &inverse);
+        self.tool = self.tool.map(|ToolTerms { inertia, weight }| ToolTerms {
+            inertia: combined(&inertia, &n.transpose()),
+            weight: combined(&weight, &n.transpose()),
+        });
+        self
+    }
+
     /// Replaces the bushings, one per joint; the sag stays that of the bushings of the linearisation. Joints without an entry
     /// keep their bushing.
     pub fn set_bushings(&mut self, bushings: &[Bushing]) {
@@ -161,6 +187,15 @@ impl<T: Scalar> JointTerms<T> {
             damping: bushing.damping.map(T::from_f64),
         }
     }
+}
+
+/// `L m` of loads L, by columns.
+fn combined<T: Scalar>(loads: &Loads<T>, m: &Matrix3<f64>) -> Loads<T> {
+    core::array::from_fn(|j| {
+        core::array::from_fn(|i| {
+            T::from_f64((0..3).map(|k| loads[k][i].to_f64() * m[(k, j)]).sum())
+        })
+    })
 }
 
 fn columns<T: Scalar>(matrix: &SMatrix<f64, 6, 3>) -> Loads<T> {

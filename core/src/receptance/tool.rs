@@ -22,9 +22,9 @@ pub(super) type Square<V> = [[Complex<V>; 3]; 3];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ToolTerms<T> {
     /// Mass of the tool times the loads whose displacements are those of its centre of mass, kg.
-    pub(super) inertia: [[T; DOF]; 3],
+    pub(crate) inertia: [[T; DOF]; 3],
     /// Mass of the tool times the loads whose displacements are the changes of gravity along each axis, N.
-    pub(super) weight: [[T; DOF]; 3],
+    pub(crate) weight: [[T; DOF]; 3],
 }
 
 /// Reaction of a tool in one bin.

@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::model::Model;
 use super::seam::{MAX_SEAM, ORDERS, powers};
 use crate::MAX_UNKNOWNS;
 use crate::linear::gram::{WIDEST, padded};
@@ -52,13 +53,19 @@ impl<'a> Bins<'a> {
         measured
     }
 
-    /// Mean squares of the noise of the force, as a sensor of no gain would have it, and of the acceleration.
+    /// Mean squares of the noise of the force, as a sensor of no gain and no filter would have it, and of the acceleration.
     #[inline(always)]
-    pub(super) fn noise(&self, force_gain: &[f64; 3], bin: usize) -> [[f64; 3]; 2] {
+    pub(super) fn noise(&self, model: &Model, bin: usize) -> [[f64; 3]; 2] {
+        let Model { calibration, force_filter, .. } = model;
+        let filtered = if force_filter.is_none() {
+            1.0
+        } else {
+            force_filter.inverse(Complex::new(0.0, self.omega(bin))).square()
+        };
         let mut noise = [[0.0; 3]; 2];
         for axis in 0..3 {
-            let gain = force_gain[axis];
-            noise[0][axis] = f64::from(self.force_noise[axis][bin]) / (gain * gain);
+            let gain = calibration.force_gain[axis];
+            noise[0][axis] = filtered * f64::from(self.force_noise[axis][bin]) / (gain * gain);
             noise[1][axis] = f64::from(self.acceleration_noise[axis][bin]);
         }
         noise
@@ -81,7 +88,8 @@ pub(super) struct Batch<V> {
 
 impl<V: Lanes<Scalar = f64>> Batch<V> {
     #[inline(always)]
-    pub(super) fn new(like: V, record: &Bins<'_>, force_gain: &[f64; 3], first: usize) -> Self {
+    pub(super) fn new(like: V, record: &Bins<'_>, model: &Model, first: usize) -> Self {
+        let force_gain = &model.calibration.force_gain;
         let last = record.bins() - 1;
         let gather = |value: &dyn Fn(usize) -> f64| {
             let mut lanes = [0.0; WIDEST];
@@ -93,7 +101,7 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
         let zero = like.fill(0.0);
         let omega = gather(&|bin| record.omega(bin));
         let inverse = gather(&|bin| -1.0 / record.omega(bin));
-        let force = core::array::from_fn(|axis| Complex {
+        let mut force = core::array::from_fn(|axis| Complex {
             re: gather(&|bin| f64::from(record.force[axis][0][bin]) / force_gain[axis]),
             im: gather(&|bin| f64::from(record.force[axis][1][bin]) / force_gain[axis]),
         });
@@ -102,6 +110,10 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
             *of_ratio = powers(record.omega((first + lane).min(last)) / record.omega(0));
         }
         let (s, inverse_s) = (Complex::new(zero, omega), Complex::new(zero, inverse));
+        if !model.force_filter.is_none() {
+            let inverse = model.force_filter.inverse(s);
+            force = force.map(|force: Complex<V>| force * inverse);
+        }
         Self { s, inverse_s, force, powers: of_ratio }
     }
 }

@@ -17,16 +17,16 @@ use fearless_simd::Level;
 
 use super::batch::{Batch, Bins, spill};
 use super::further::Further;
+use super::model::Model;
 use super::residuals::Residuals;
 use super::rows::{Derivatives, Rows, write_seam};
 use super::seam::{MAX_SEAM, Seam, unknowns};
 use super::whitening::Whitening;
-use crate::calibration::Calibration;
 use crate::linear::gram::WIDEST;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
-use crate::receptance::{Complex, PerDof, Response, Terms};
+use crate::receptance::{Complex, PerDof, Response};
 use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::{DOF, MAX_JOINTS};
 
@@ -73,12 +73,10 @@ impl<'a> Equations<'a> {
 /// `F` holds further columns, between those of the seam and those of the unknowns. A row has `W` columns, and `L` is the length of the
 /// normal equations.
 pub(super) struct Assembly<'a, F, const W: usize, const L: usize> {
-    pub(super) terms: &'a Terms<f64>,
+    pub(super) model: &'a Model,
     pub(super) record: Bins<'a>,
     pub(super) equations: Equations<'a>,
     pub(super) sought: &'a Sought,
-    /// The nuisances as they stand.
-    pub(super) calibration: &'a Calibration,
     pub(super) further: F,
     pub(super) normal: &'a mut Normal<L>,
     /// Instruction set.
@@ -99,7 +97,7 @@ impl<F: Further, const W: usize, const L: usize> Kernel<f64> for Assembly<'_, F,
     fn run<V: Lanes<Scalar = f64>>(mut self, like: V) -> Residuals {
         let bins = self.record.bins();
         let columns = self.columns();
-        let derivatives = Derivatives::new(self.sought, self.calibration, self.first());
+        let derivatives = Derivatives::new(self.sought, &self.model.calibration, self.first());
         self.normal.reset(columns);
         let mut residuals = Residuals::new(bins);
         let mut response = Response::new(like);
@@ -107,8 +105,8 @@ impl<F: Further, const W: usize, const L: usize> Kernel<f64> for Assembly<'_, F,
         let rows = rows.as_mut();
         for first in (0..bins).step_by(V::WIDTH) {
             let lanes = first..bins.min(first + V::WIDTH);
-            let mut batch = Batch::new(like, &self.record, &self.calibration.force_gain, first);
-            let mut unexplained = self.read(&mut response, &batch, lanes.clone());
+            let mut batch = Batch::new(like, &self.record, self.model, first);
+            let unexplained = self.read(&mut response, &batch, lanes.clone());
             let accelerance = by_lane(&response.per_force);
             let noise = self.noise(lanes.clone());
             let weights = whiten(&noise, &accelerance, lanes.len());
@@ -118,8 +116,7 @@ impl<F: Further, const W: usize, const L: usize> Kernel<f64> for Assembly<'_, F,
             if self.equations.has_unknowns() {
                 let (seam, first) = (self.equations.seam(), self.seam_columns());
                 let loads = seam_loads(seam, batch.inverse_s);
-                self.further.write(rows, first, &response, &batch, &loads);
-                self.further.explain(&rows[..lanes.len()], first, &mut unexplained);
+                self.further.write(rows, first, &response, self.model, &batch, &loads);
             }
             self.accumulate(rows, &weights, &unexplained, lanes, &mut residuals);
         }
@@ -129,7 +126,7 @@ impl<F: Further, const W: usize, const L: usize> Kernel<f64> for Assembly<'_, F,
 
 impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
     fn seam_columns(&self) -> usize {
-        unknowns(self.terms.joints.len(), self.terms.feels_gravity())
+        unknowns(self.model.terms.joints.len(), self.model.terms.feels_gravity())
     }
 
     /// Unknowns, and the column of the residual behind theirs.
@@ -157,7 +154,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
         // The seam alone is found from zero. For the other unknowns, q must contain it.
         let seam = self.equations.seam();
         let loads = self.equations.has_unknowns().then(|| seam_loads(seam, batch.inverse_s));
-        response.read(self.terms, batch.s, &batch.force, loads.as_ref());
+        response.read(&self.model.terms, batch.s, &batch.force, loads.as_ref());
         let modelled = response.observed.map(spill);
         let mut unexplained = [[[0.0; 2]; 3]; WIDEST];
         for (lane, bin) in lanes.enumerate() {
@@ -177,7 +174,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
     fn noise(&self, lanes: Range<usize>) -> [Noise; WIDEST] {
         let mut noise = [[[0.0; 3]; 2]; WIDEST];
         for (lane, bin) in lanes.enumerate() {
-            noise[lane] = self.record.noise(&self.calibration.force_gain, bin);
+            noise[lane] = self.record.noise(self.model, bin);
         }
         noise
     }
@@ -221,10 +218,14 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
         for axis in 0..3 {
             batch.force[axis] = batch.force[axis] + error[axis];
         }
-        response.elongate(self.terms, batch.s, self.equations.has_unknowns().then_some(error));
-        write_seam(rows, response, batch, self.terms.joints.len());
+        response.elongate(
+            &self.model.terms,
+            batch.s,
+            self.equations.has_unknowns().then_some(error),
+        );
+        write_seam(rows, response, batch, self.model.terms.joints.len());
         if self.equations.has_unknowns() {
-            derivatives.write(rows, response, self.terms, batch);
+            derivatives.write(rows, response, &self.model.terms, batch);
         }
     }
 

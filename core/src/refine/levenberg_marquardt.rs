@@ -17,16 +17,26 @@ use super::damping::Damping;
 use super::objective::{Domain, Objective};
 use super::proposal::{Step, propose};
 use crate::linear::normal::Normal;
+use crate::sought::MAX_UNKNOWNS;
 
-/// Gain of a step in the sum of squares below which it is not worth while. Chosen: where residuals have unit variance, all unknowns
-/// together are then within a hundredth of a standard deviation of the minimum.
-const NEGLIGIBLE: f64 = 1e-4;
 /// Least damping. Chosen: seven rejected steps raise it to the first one.
-pub(super) const LEAST_DAMPING: f64 = 1e-9;
+const LEAST_DAMPING: f64 = 1e-9;
 /// Damping above which a minimisation ends. Chosen: a step then moves no unknown by more than 1e-8 of the way to its own minimum.
-pub(super) const LAST_DAMPING: f64 = 1e8;
-/// Steps after which a minimisation ends wherever it is. Chosen: eight times as many as it typically takes.
-const MAX_ITERATIONS: u32 = 100;
+const LAST_DAMPING: f64 = 1e8;
+/// When a minimisation ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    /// Gain of a step in the sum of squares below which it is not worth while.
+    pub(super) negligible: f64,
+    /// Steps after which it ends wherever it is.
+    pub(super) iterations: u32,
+}
+
+impl Limits {
+    /// Limits of a refinement. Chosen: where residuals have unit variance, all unknowns together end within a hundredth of a standard
+    /// deviation of the minimum; a refinement typically takes an eighth of these steps.
+    pub(super) const OF_REFINEMENT: Self = Self { negligible: 1e-4, iterations: 100 };
+}
 
 /// How a refinement stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,9 +51,9 @@ pub enum Outcome {
 
 /// The way to the minimum of the quadratic that the normal equations describe.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Remaining {
+pub(crate) struct Remaining<const N: usize = MAX_UNKNOWNS> {
     /// Change of each unknown.
-    pub(crate) step: Step,
+    pub(crate) step: Step<N>,
     /// By how much it would lower the sum of squares.
     pub(crate) gain: f64,
 }
@@ -59,16 +69,18 @@ pub(crate) struct LevenbergMarquardt<const L: usize> {
     refused: bool,
     /// Steps tried since the start.
     pub(super) iterations: u32,
+    limits: Limits,
 }
 
 impl<const L: usize> LevenbergMarquardt<L> {
-    pub(crate) const fn new() -> Self {
+    pub(crate) const fn new(limits: Limits) -> Self {
         Self {
             normal: Normal::new(),
             linearised: false,
             damping: Damping::first(LEAST_DAMPING),
             refused: false,
             iterations: 0,
+            limits,
         }
     }
 
@@ -85,7 +97,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
     /// # Errors
     ///
     /// The objective has no derivatives at `point`, which is then unchanged.
-    pub(crate) fn step<D: Domain, O: Objective<D::Point, L>>(
+    pub(crate) fn step<const N: usize, D: Domain<N>, O: Objective<D::Point, L>>(
         &mut self,
         domain: &D,
         objective: &mut O,
@@ -99,7 +111,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
         self.iterations += 1;
         let standing = self.normal.sum_of_squares();
         let (step, predicted) = propose(&self.normal, &domain.room(point), self.damping.value());
-        if predicted < NEGLIGIBLE {
+        if predicted < self.limits.negligible {
             return Ok(self.look_further(domain, point));
         }
         let trial = domain.advance(point, &step);
@@ -120,8 +132,12 @@ impl<const L: usize> LevenbergMarquardt<L> {
     }
 
     /// What follows from a damped step that gains nothing. It says little: what counts is the step without damping.
-    fn look_further<D: Domain>(&mut self, domain: &D, point: &D::Point) -> Outcome {
-        if self.remaining(domain, point).gain < NEGLIGIBLE {
+    fn look_further<const N: usize, D: Domain<N>>(
+        &mut self,
+        domain: &D,
+        point: &D::Point,
+    ) -> Outcome {
+        if self.remaining(domain, point).gain < self.limits.negligible {
             return Outcome::Converged;
         }
         if self.refused {
@@ -132,7 +148,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
     }
 
     fn unless_exhausted(&self) -> Outcome {
-        if self.damping.value() > LAST_DAMPING || self.iterations >= MAX_ITERATIONS {
+        if self.damping.value() > LAST_DAMPING || self.iterations >= self.limits.iterations {
             Outcome::Exhausted
         } else {
             Outcome::Improving
@@ -140,7 +156,11 @@ impl<const L: usize> LevenbergMarquardt<L> {
     }
 
     /// The step without damping from `point`, where the normal equations were linearised.
-    pub(crate) fn remaining<D: Domain>(&self, domain: &D, point: &D::Point) -> Remaining {
+    pub(crate) fn remaining<const N: usize, D: Domain<N>>(
+        &self,
+        domain: &D,
+        point: &D::Point,
+    ) -> Remaining<N> {
         let (step, gain) = propose(&self.normal, &domain.room(point), 0.0);
         Remaining { step, gain }
     }

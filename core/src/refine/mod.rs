@@ -7,7 +7,7 @@
 //! | `compliance`                                                   | the steps of the logarithms                             |
 //! | `problem`                                                      | the robot, the unknowns and their domain                |
 //! | `sum_of_squares`, `statics`, `retired`                         | the objective: records, static tests, priors, retired   |
-//! | `record`, `seam`                                               | one record, its seam projected out                      |
+//! | `record`, `model`, `seam`                                      | one record, its seam projected out                      |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `fit`, `summary`, `information`                                | the results of a fit                                    |
 //!
@@ -22,6 +22,7 @@ mod fit;
 mod further;
 mod information;
 mod levenberg_marquardt;
+mod model;
 mod objective;
 mod plant;
 mod problem;
@@ -50,9 +51,10 @@ use equations::Equations;
 pub use fit::Fit;
 pub(crate) use fit::lies_on_bound;
 pub use information::Information;
-use levenberg_marquardt::LevenbergMarquardt;
 pub use levenberg_marquardt::Outcome;
 pub(crate) use levenberg_marquardt::Remaining;
+use levenberg_marquardt::{LevenbergMarquardt, Limits};
+use model::Model;
 pub use plant::{FoundImperfection, Plant};
 pub use problem::Problem;
 use record::Workspace;
@@ -86,7 +88,7 @@ impl Refinement {
     pub fn new(sought: &Sought, guess: &Bushings) -> Self {
         Self {
             coordinates: sought.coordinates(guess),
-            minimiser: LevenbergMarquardt::new(),
+            minimiser: LevenbergMarquardt::new(Limits::OF_REFINEMENT),
             workspace: Workspace::new(),
             retired: RetiredInformation::none(sought.unknowns()),
             shelf: None,
@@ -261,8 +263,9 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        let (seam, _) = self.workspace.fit_seam(problem, &self.coordinates, experiment)?;
-        self.information_at(problem, experiment, &seam)
+        let model = Model::perfect(problem, &self.coordinates, &experiment.pose)?;
+        let (seam, _) = self.workspace.fit_seam(problem, &model, experiment);
+        Ok(self.information_at(problem, &model, experiment, &seam))
     }
 
     /// Fisher information of a planned experiment at the present parameters. The unknowns of the seam are projected out, at a
@@ -276,18 +279,20 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        self.information_at(problem, experiment, &Seam::ZERO)
+        let model = Model::perfect(problem, &self.coordinates, &experiment.pose)?;
+        Ok(self.information_at(problem, &model, experiment, &Seam::ZERO))
     }
 
     fn information_at<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
+        model: &Model,
         experiment: &Experiment<B>,
         seam: &Seam,
-    ) -> Result<Information, LinearisationError> {
-        let Self { coordinates, workspace, .. } = self;
-        workspace.assemble(problem, coordinates, experiment, Equations::Planned(seam))?;
-        Ok(Information::of_complement(&workspace.record, problem.seam_unknowns(), problem.sought))
+    ) -> Information {
+        self.workspace.assemble(problem, model, experiment, Equations::Planned(seam));
+        let Self { workspace, .. } = self;
+        Information::of_complement(&workspace.record, problem.seam_unknowns(), problem.sought)
     }
 }
 

@@ -2,17 +2,18 @@
 
 use super::proposal::{Room, Step};
 use crate::linear::normal::Normal;
+use crate::sought::MAX_UNKNOWNS;
 
-/// Points among which a minimum is sought, and the steps between them.
-pub(crate) trait Domain {
+/// Points among which a minimum is sought, and the steps between them, of at most `N` unknowns.
+pub(crate) trait Domain<const N: usize = MAX_UNKNOWNS> {
     /// A point.
     type Point: Copy;
 
     /// How far a step from `point` may go.
-    fn room(&self, point: &Self::Point) -> Room;
+    fn room(&self, point: &Self::Point) -> Room<N>;
 
     /// The point to which a step from `point` leads. It may be bent, but its derivative at zero is the identity.
-    fn advance(&self, point: &Self::Point, step: &Step) -> Self::Point;
+    fn advance(&self, point: &Self::Point, step: &Step<N>) -> Self::Point;
 }
 
 /// A sum of squares of residuals, which depends on a point. `L` is the length of its [normal equations](Normal).

@@ -9,9 +9,9 @@ use crate::linear::normal::Normal;
 use crate::sought::MAX_UNKNOWNS;
 
 /// Change of each unknown.
-pub(crate) type Step = [f64; MAX_UNKNOWNS];
+pub(crate) type Step<const N: usize = MAX_UNKNOWNS> = [f64; N];
 /// Box of a step: how far each unknown may go, `[least, most]`, 0 between them.
-pub(crate) type Room = [[f64; 2]; MAX_UNKNOWNS];
+pub(crate) type Room<const N: usize = MAX_UNKNOWNS> = [[f64; 2]; N];
 
 /// Information that each unknown is given beside that of the data, so that an undetermined one stays put. Chosen: that of a
 /// standard deviation of 1000, which no determined logarithm nears.
@@ -19,17 +19,18 @@ pub(super) const FLOOR: f64 = 1e-6;
 /// Gain for which an unknown is released from its end of the box. Chosen: a hundred unknowns that stay held cost less than a
 /// hundredth of the gain that ends a refinement.
 const WORTH_RELEASING: f64 = 1e-8;
-/// Rounds after which the search of the box ends wherever it is. Chosen: most unknowns are held once and never released.
-const MAX_ROUNDS: usize = 4 * MAX_UNKNOWNS;
+/// Rounds for each unknown after which the search of the box ends wherever it is. Chosen: most unknowns are held once and never
+/// released.
+const MAX_ROUNDS: usize = 4;
 
 /// The damped step in the box, and the gain it promises: at least 0.
 // A copy of normal equations is large: inlined, it would take room on the stack of the caller.
 #[inline(never)]
-pub(super) fn propose<const L: usize>(
+pub(super) fn propose<const L: usize, const N: usize>(
     normal: &Normal<L>,
-    room: &Room,
+    room: &Room<N>,
     damping: f64,
-) -> (Step, f64) {
+) -> (Step<N>, f64) {
     let mut damped = normal.clone();
     for i in 0..normal.unknowns() {
         let diagonal = damped.entry(i, i);
@@ -40,12 +41,15 @@ pub(super) fn propose<const L: usize>(
 }
 
 /// The step in the box that gains most.
-pub(crate) fn least_within<const L: usize>(normal: &Normal<L>, room: &Room) -> Step {
+pub(crate) fn least_within<const L: usize, const N: usize>(
+    normal: &Normal<L>,
+    room: &Room<N>,
+) -> Step<N> {
     let unknowns = normal.unknowns();
-    let mut step = [0.0; MAX_UNKNOWNS];
-    let mut held: [bool; MAX_UNKNOWNS] =
+    let mut step = [0.0; N];
+    let mut held: [bool; N] =
         core::array::from_fn(|i| i < unknowns && !has_way(normal.right()[i], 0.0, room[i]));
-    for _ in 0..MAX_ROUNDS {
+    for _ in 0..MAX_ROUNDS * N {
         let aim = solve_beside(normal, &step, &held);
         // The part of the way to the aim that stays in the box, and the unknown that meets its end first.
         let (mut part, mut meets) = (1.0, None);
@@ -87,17 +91,17 @@ fn has_way(slope: f64, step: f64, [least, most]: [f64; 2]) -> bool {
 }
 
 /// The step that gains most while the unknowns that are `held` stay where they are.
-fn solve_beside<const L: usize>(
+fn solve_beside<const L: usize, const N: usize>(
     normal: &Normal<L>,
-    step: &Step,
-    held: &[bool; MAX_UNKNOWNS],
-) -> Step {
+    step: &Step<N>,
+    held: &[bool; N],
+) -> Step<N> {
     let unknowns = normal.unknowns();
-    let put: [Option<f64>; MAX_UNKNOWNS] = core::array::from_fn(|i| held[i].then_some(step[i]));
+    let put: [Option<f64>; N] = core::array::from_fn(|i| held[i].then_some(step[i]));
     let mut pinned = normal.clone();
     pinned.fix(&put[..unknowns]);
     pinned.eliminate(unknowns);
-    let mut aim = [0.0; MAX_UNKNOWNS];
+    let mut aim = [0.0; N];
     pinned.substitute(unknowns, &mut aim);
     aim
 }

@@ -5,11 +5,11 @@ use heapless::Vec;
 use super::Problem;
 use super::batch::{Bins, COLUMNS};
 use super::equations::{Assembly, Equations, OF_RECORD, RecordNormal};
+use super::model::Model;
 use super::residuals::Residuals;
 use super::seam::{MAX_SEAM, Seam};
 use crate::chain::linearise::LinearisationError;
 use crate::linear::normal::Normal;
-use crate::receptance::Terms;
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
@@ -36,10 +36,10 @@ impl Workspace {
     pub(super) fn fit_seam<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        coordinates: &Coordinates,
+        model: &Model,
         experiment: &Experiment<B>,
-    ) -> Result<(Seam, f64), LinearisationError> {
-        self.run(problem, coordinates, experiment, Equations::Seam)?;
+    ) -> (Seam, f64) {
+        self.run(problem, model, experiment, Equations::Seam);
         let unknowns = problem.seam_unknowns();
         let normal = &mut self.record;
         normal.prefer_small(&[0.0; MAX_SEAM][..unknowns], SMALL_SEAM);
@@ -47,63 +47,54 @@ impl Workspace {
         let mut solution = [0.0; MAX_SEAM];
         normal.substitute(unknowns, &mut solution);
         let seam = Seam::from_solution(&solution[..unknowns], problem.chain.joints().len());
-        Ok((seam, normal.sum_of_squares()))
+        (seam, normal.sum_of_squares())
     }
 
     /// These normal equations of one record, its seam eliminated.
     pub(super) fn assemble<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        coordinates: &Coordinates,
+        model: &Model,
         experiment: &Experiment<B>,
         equations: Equations<'_>,
-    ) -> Result<Residuals, LinearisationError> {
-        let residuals = self.run(problem, coordinates, experiment, equations)?;
+    ) -> Residuals {
+        let residuals = self.run(problem, model, experiment, equations);
         let unknowns = problem.seam_unknowns();
         let standing = equations.seam().to_solution(problem.chain.joints().len());
         self.record.prefer_small(&standing[..unknowns], SMALL_SEAM);
         self.record.eliminate(unknowns);
-        Ok(residuals)
+        residuals
     }
 
-    /// The normal equations of one record at its best seam, which is eliminated.
+    /// The normal equations of one record in the perfect model at its best seam, which is eliminated.
     pub(super) fn assemble_fitted<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         coordinates: &Coordinates,
         experiment: &Experiment<B>,
     ) -> Result<Residuals, LinearisationError> {
-        let (seam, _) = self.fit_seam(problem, coordinates, experiment)?;
-        self.assemble(problem, coordinates, experiment, Equations::All(&seam))
+        let model = Model::perfect(problem, coordinates, &experiment.pose)?;
+        let (seam, _) = self.fit_seam(problem, &model, experiment);
+        Ok(self.assemble(problem, &model, experiment, Equations::All(&seam)))
     }
 
     /// Fills the record's normal equations.
     fn run<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        coordinates: &Coordinates,
+        model: &Model,
         experiment: &Experiment<B>,
         equations: Equations<'_>,
-    ) -> Result<Residuals, LinearisationError> {
-        let Problem { measurement, sought, .. } = *problem;
-        let bushings = sought.bushings(coordinates);
-        let calibration = sought.calibration(coordinates);
-        let linear = problem.linearise(&experiment.pose, &bushings, &calibration)?;
-        let mut terms = Terms::new(&linear, &bushings, &measurement.sensors(&calibration))?;
-        if sought.seeks_masses() {
-            terms = terms.with_masses();
-        }
-        let assembly = Assembly::<_, COLUMNS, _> {
-            terms: &terms,
+    ) -> Residuals {
+        run(Assembly::<_, COLUMNS, _> {
+            model,
             record: Bins::of(experiment),
             equations,
-            sought,
-            calibration: &calibration,
+            sought: problem.sought,
             further: (),
             normal: &mut self.record,
             level: problem.level,
-        };
-        Ok(run(assembly))
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! The objective of a refinement: the sum of squares of records, static tests, priors, and what is retired.
 
 use super::equations::Equations;
+use super::model::Model;
 use super::objective::Objective;
 use super::record::Workspace;
 use super::retired::RetiredInformation;
@@ -23,7 +24,7 @@ impl<const B: usize> Objective<Coordinates, PACKED> for SumOfSquares<'_, B> {
     type Error = LinearisationError;
 
     fn cost(&mut self, coordinates: &Coordinates) -> f64 {
-        self.fit_seams(coordinates) + self.without_records(coordinates)
+        self.fit_seams(coordinates) + other_than_records(self.problem, self.retired, coordinates)
     }
 
     fn linearise(
@@ -53,22 +54,14 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
         self.workspace.seams.clear();
         let mut sum_of_squares = 0.0;
         for experiment in self.experiments {
-            let fitted = self.workspace.fit_seam(self.problem, coordinates, experiment);
-            let Ok((seam, remaining)) = fitted else { return f64::INFINITY };
+            let model = Model::perfect(self.problem, coordinates, &experiment.pose);
+            let Ok(model) = model else { return f64::INFINITY };
+            let (seam, remaining) = self.workspace.fit_seam(self.problem, &model, experiment);
             // A seam for which there is no room is fitted again.
             let _ = self.workspace.seams.push(seam);
             sum_of_squares += remaining;
         }
         sum_of_squares
-    }
-
-    /// Sum of squares of priors, static tests and retired records.
-    fn without_records(&self, coordinates: &Coordinates) -> f64 {
-        let sought = self.problem.sought;
-        let priors = sought.priors(coordinates).map(|(_, value)| value * value);
-        priors.sum::<f64>()
-            + Statics::at(self.problem, coordinates).sum_of_squares()
-            + self.retired.sum_of_squares(&sought.values(coordinates))
     }
 
     /// The normal equations of all unknowns, with the seams that [`SumOfSquares::fit_seams`] has found at the same
@@ -82,20 +75,43 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
         normal.reset(problem.sought.unknowns());
         let mut summary = Summary::default();
         for (index, experiment) in experiments.iter().enumerate() {
+            let model = Model::perfect(problem, coordinates, &experiment.pose)?;
             let seam = match workspace.seams.get(index) {
                 Some(seam) => *seam,
-                None => workspace.fit_seam(problem, coordinates, experiment)?.0,
+                None => workspace.fit_seam(problem, &model, experiment).0,
             };
-            let residuals =
-                workspace.assemble(problem, coordinates, experiment, Equations::All(&seam))?;
+            let residuals = workspace.assemble(problem, &model, experiment, Equations::All(&seam));
             summary.push(&residuals);
             normal.add_complement(&workspace.record, problem.seam_unknowns());
         }
-        for (unknown, value) in problem.sought.priors(coordinates) {
-            normal.add_prior(unknown, value);
-        }
-        Statics::at(problem, coordinates).add_to(normal)?;
-        retired.add_to(normal, &problem.sought.values(coordinates));
+        add_other_than_records(problem, retired, coordinates, normal)?;
         Ok(summary)
     }
+}
+
+/// Sum of squares of priors, static tests and retired records.
+pub(super) fn other_than_records(
+    problem: &Problem<'_>,
+    retired: &RetiredInformation,
+    coordinates: &Coordinates,
+) -> f64 {
+    let priors = problem.sought.priors(coordinates).map(|(_, value)| value * value);
+    priors.sum::<f64>()
+        + Statics::at(problem, coordinates).sum_of_squares()
+        + retired.sum_of_squares(&problem.sought.values(coordinates))
+}
+
+/// Adds the normal equations of priors, static tests and retired records.
+pub(super) fn add_other_than_records(
+    problem: &Problem<'_>,
+    retired: &RetiredInformation,
+    coordinates: &Coordinates,
+    normal: &mut ParameterNormal,
+) -> Result<(), LinearisationError> {
+    for (unknown, value) in problem.sought.priors(coordinates) {
+        normal.add_prior(unknown, value);
+    }
+    Statics::at(problem, coordinates).add_to(normal)?;
+    retired.add_to(normal, &problem.sought.values(coordinates));
+    Ok(())
 }

@@ -3,7 +3,7 @@
 use super::residuals::Residuals;
 
 /// Sums over records.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Summary {
     pub(super) similarities: Similarities,
     /// Box and Pierce's statistic, and its expectation.
@@ -27,7 +27,7 @@ impl Summary {
 }
 
 /// SSP per direction and experiment, of as many experiments as fit; the rest count only to the largest.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Similarities {
     values: heapless::Vec<f64, { 3 * 64 }>,
     largest: f64,

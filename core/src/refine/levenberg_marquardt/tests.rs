@@ -66,7 +66,7 @@ fn rosenbrocks_minimum_is_found_within_bounds() {
         ([2.5, 0.0], [[1.5, 3.0], [-3.0, 2.0]], [1.5, 2.0]),
     ] {
         let domain = Rectangle(bounds);
-        let mut minimiser = LevenbergMarquardt::<L>::new();
+        let mut minimiser = LevenbergMarquardt::<L>::new(Limits::OF_REFINEMENT);
         let mut point = start;
         let mut cost = Rosenbrock.cost(&point);
         let outcome = loop {
@@ -120,10 +120,11 @@ fn a_damped_step_that_gains_nothing_is_no_end() {
             *normal.entry(i, j) = entry;
         }
         let mut point = [0.0; 2];
-        let mut minimiser = LevenbergMarquardt { refused, ..LevenbergMarquardt::new() };
+        let mut minimiser =
+            LevenbergMarquardt { refused, ..LevenbergMarquardt::new(Limits::OF_REFINEMENT) };
         let first = minimiser.damping;
         let (_, damped) = propose(&normal, &domain.room(&point), first.value());
-        assert!(damped < NEGLIGIBLE, "{damped}");
+        assert!(damped < Limits::OF_REFINEMENT.negligible, "{damped}");
         let outcome = minimiser.step(&domain, &mut Quadratic { normal }, &mut point).unwrap();
         let left = minimiser.remaining(&domain, &point).gain;
         assert!((left - 2.0 * way * way).abs() < 1e-6, "{left}");

@@ -1,16 +1,17 @@
 //! The model of an imperfect plant at one pose.
 
 use heapless::Vec;
-use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use super::super::Problem;
+use super::super::model::Model;
 use crate::MAX_JOINTS;
 use crate::calibration::Calibration;
-use crate::chain::linearise::LinearisationError;
+use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::chain::{Chain, Joint, JointKind};
 use crate::imperfection::{Imperfection, Sensor};
 use crate::parameters::Bushings;
-use crate::receptance::Terms;
+use crate::receptance::{Filter, Terms};
 use crate::sensors::Sensors;
 
 /// A model that imperfections change.
@@ -19,6 +20,11 @@ pub(super) struct Imperfect {
     chain: Chain,
     sensors: Sensors,
     pose: Vec<f64, MAX_JOINTS>,
+    accelerometer_filter: Filter<f64>,
+    force_filter: Filter<f64>,
+    /// Reading of each sensor's axes per signal along them, apart from the gains.
+    accelerometer_crosstalk: Matrix3<f64>,
+    force_crosstalk: Matrix3<f64>,
 }
 
 impl Imperfect {
@@ -33,14 +39,17 @@ impl Imperfect {
             chain,
             sensors: problem.measurement.sensors(calibration),
             pose: pose.iter().copied().take(MAX_JOINTS).collect(),
+            accelerometer_filter: Filter::default(),
+            force_filter: Filter::default(),
+            accelerometer_crosstalk: Matrix3::identity(),
+            force_crosstalk: Matrix3::identity(),
         }
     }
 
-    /// Adds an imperfection of this value. One that is not [of the model](Imperfection::is_of_model) changes nothing, but for delay
-    /// and gains.
+    /// Adds an imperfection of this value.
     pub(super) fn add(&mut self, imperfection: Imperfection, value: f64) {
         let along = |axis: usize| Vector3::ith(axis, value);
-        let Self { chain, sensors, pose } = self;
+        let Self { chain, sensors, pose, .. } = self;
         let Sensors { mounting, calibration, .. } = sensors;
         match imperfection {
             Imperfection::Delay => calibration.delay += value,
@@ -77,25 +86,67 @@ impl Imperfect {
             Imperfection::ElasticCentre(joint, axis) => {
                 move_bushing(chain, joint, pose[joint], &along(axis));
             }
-            Imperfection::Crosstalk(..)
-            | Imperfection::Resonance(_)
-            | Imperfection::HighPass(_) => {}
+            Imperfection::Crosstalk(Sensor::Accelerometer, of, by) => {
+                self.accelerometer_crosstalk[(of, by)] += value;
+            }
+            Imperfection::Crosstalk(Sensor::Force, of, by) => {
+                self.force_crosstalk[(of, by)] += value;
+            }
+            Imperfection::Resonance(Sensor::Accelerometer) => {
+                self.accelerometer_filter.resonance += value;
+            }
+            Imperfection::Resonance(Sensor::Force) => self.force_filter.resonance += value,
+            Imperfection::HighPass(Sensor::Accelerometer) => {
+                self.accelerometer_filter.high_pass += value;
+            }
+            Imperfection::HighPass(Sensor::Force) => self.force_filter.high_pass += value,
         }
     }
 
-    /// Nuisances of the sensors.
-    pub(super) fn calibration(&self) -> &Calibration {
-        &self.sensors.calibration
+    /// Filter of the accelerometer.
+    pub(super) fn accelerometer_filter(&self) -> Filter<f64> {
+        self.accelerometer_filter
     }
 
-    /// Its terms with these bushings.
-    pub(super) fn terms(
+    /// The chain about its static equilibrium with these bushings.
+    pub(super) fn linearise(
         &self,
         problem: &Problem<'_>,
         bushings: &Bushings,
-    ) -> Result<Terms<f64>, LinearisationError> {
-        let gravity = problem.measurement.gravity();
-        Terms::new(&self.chain.linearise(&self.pose, gravity, bushings)?, bushings, &self.sensors)
+    ) -> Result<LinearChain, LinearisationError> {
+        self.chain.linearise(&self.pose, problem.measurement.gravity(), bushings)
+    }
+
+    /// The chain about these elongations of its bushings, m and rad.
+    pub(super) fn linearise_at(
+        &self,
+        problem: &Problem<'_>,
+        sag: &[Vector6<f64>; MAX_JOINTS],
+    ) -> LinearChain {
+        self.chain.linearise_at(&self.pose, problem.measurement.gravity(), sag)
+    }
+
+    /// What the rows of a record need of the model, whose chain is linearised as `linear`.
+    pub(super) fn model(
+        &self,
+        problem: &Problem<'_>,
+        linear: &LinearChain,
+        bushings: &Bushings,
+    ) -> Result<Model, LinearisationError> {
+        // The gains act behind the crosstalk; the terms have them in front.
+        let gains = self.sensors.calibration.acceleration_gain;
+        let gain = Matrix3::from_diagonal(&gains.into());
+        let inverse = Matrix3::from_diagonal(&gains.map(|gain| 1.0 / gain).into());
+        let of_accelerometer = gain * self.accelerometer_crosstalk * inverse;
+        let terms = Terms::new(linear, bushings, &self.sensors)?.with_sensor_errors(
+            self.accelerometer_filter,
+            [&of_accelerometer, &self.force_crosstalk],
+        );
+        Ok(Model {
+            terms: if problem.sought.seeks_masses() { terms.with_masses() } else { terms },
+            calibration: self.sensors.calibration,
+            force_filter: self.force_filter,
+        })
     }
 }
 

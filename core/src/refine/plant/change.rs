@@ -1,0 +1,119 @@
+//! Derivative of the linearised model by one imperfection.
+//!
+//! The sag is held: its change is of second order. The change of the stiffness due to gravity is left out, as in the derivatives by
+//! the links' masses ([`Response::per_mass`](crate::receptance::Response::per_mass)).
+
+use heapless::Vec;
+use nalgebra::Matrix3;
+
+use crate::DOF;
+use crate::chain::from_parent::FromParent;
+use crate::chain::linearise::LinearChain;
+use crate::receptance::{Loads, Observation, Terms, ToolTerms};
+
+/// Rows of a 3×3 matrix.
+pub(super) type Block = [[f64; 3]; 3];
+
+/// Derivatives of the parts of a model by one imperfection.
+#[derive(Clone, Debug)]
+pub(super) struct Change {
+    /// Of the inertia of a link: the number of its joint, and rows.
+    pub(super) inertia: Option<(usize, [[f64; DOF]; DOF])>,
+    /// Of the transformations X from a link to the next: the number of the joint between them, and blocks.
+    pub(super) from_parent: Vec<(usize, FromParentChange), 2>,
+    /// Of the loads on the last link.
+    pub(super) tip: Option<Tip>,
+}
+
+/// Derivatives of the blocks of X.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FromParentChange {
+    pub(super) rotation: Block,
+    pub(super) lever: Block,
+    pub(super) turns: Block,
+}
+
+/// Derivatives of the loads on the last link.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tip {
+    pub(super) force: Loads<f64>,
+    /// Its delay and filter are those of the model.
+    pub(super) observation: Observation<f64>,
+    pub(super) tool: Option<ToolTerms<f64>>,
+}
+
+impl Change {
+    /// Difference of two models, which an imperfection differs in by `step`. An imperfection changes the inertia of one link and the
+    /// transformations at its two ends at most.
+    pub(super) fn between(
+        [from, to]: [&LinearChain; 2],
+        [from_terms, to_terms]: [&Terms<f64>; 2],
+        step: f64,
+    ) -> Self {
+        let mut change = Self { inertia: None, from_parent: Vec::new(), tip: None };
+        for (joint, (from, to)) in from.joints.iter().zip(&to.joints).enumerate() {
+            if from.inertia != to.inertia {
+                let rate = (to.inertia - from.inertia) / step;
+                let rows = core::array::from_fn(|i| core::array::from_fn(|j| rate[(i, j)]));
+                change.inertia = Some((joint, rows));
+            }
+            // The base, which carries the first joint, does not move.
+            if joint > 0 && from.from_parent != to.from_parent {
+                let rate = FromParentChange::between(&from.from_parent, &to.from_parent, step);
+                // There is room for both.
+                let _ = change.from_parent.push((joint, rate));
+            }
+        }
+        let loads = |terms: &Terms<f64>| (terms.force_loads, terms.observation, terms.tool);
+        if loads(from_terms) != loads(to_terms) {
+            change.tip = Some(Tip::between(from_terms, to_terms, step));
+        }
+        change
+    }
+}
+
+impl FromParentChange {
+    fn between(from: &FromParent, to: &FromParent, step: f64) -> Self {
+        let rate = |from: &Matrix3<f64>, to: &Matrix3<f64>| {
+            core::array::from_fn(|i| core::array::from_fn(|j| (to[(i, j)] - from[(i, j)]) / step))
+        };
+        Self {
+            rotation: rate(&from.rotation, &to.rotation),
+            lever: rate(&from.lever, &to.lever),
+            turns: rate(&from.turns, &to.turns),
+        }
+    }
+}
+
+impl Tip {
+    fn between(from: &Terms<f64>, to: &Terms<f64>, step: f64) -> Self {
+        Self {
+            force: rate(&from.force_loads, &to.force_loads, step),
+            observation: match (&from.observation, &to.observation) {
+                (
+                    Observation::Acceleration { translation, gravity, delay, filter },
+                    Observation::Acceleration {
+                        translation: to_translation,
+                        gravity: to_gravity,
+                        ..
+                    },
+                ) => Observation::Acceleration {
+                    translation: rate(translation, to_translation, step),
+                    gravity: gravity.zip(*to_gravity).map(|(from, to)| rate(&from, &to, step)),
+                    delay: *delay,
+                    filter: *filter,
+                },
+                // Records hold no displacements.
+                (observation, _) => *observation,
+            },
+            tool: from.tool.zip(to.tool).map(|(from, to)| ToolTerms {
+                inertia: rate(&from.inertia, &to.inertia, step),
+                weight: rate(&from.weight, &to.weight, step),
+            }),
+        }
+    }
+}
+
+fn rate(from: &Loads<f64>, to: &Loads<f64>, step: f64) -> Loads<f64> {
+    core::array::from_fn(|j| core::array::from_fn(|i| (to[j][i] - from[j][i]) / step))
+}

@@ -1,0 +1,222 @@
+//! The sum of squares over unknowns and imperfections, and the domain of both.
+
+use super::super::batch::Bins;
+use super::super::equations::{Assembly, Equations};
+use super::super::model::Model;
+use super::super::objective::{Domain, Objective};
+use super::super::proposal::{Room, Step};
+use super::super::record::{SMALL_SEAM, Workspace};
+use super::super::residuals::Residuals;
+use super::super::retired::RetiredInformation;
+use super::super::sum_of_squares::{add_other_than_records, other_than_records};
+use super::super::summary::Summary;
+use super::super::{ParameterNormal, Problem};
+use super::change::Change;
+use super::columns::{Imperfections, STEP};
+use super::imperfect::Imperfect;
+use super::{ALL, OF_ALL, OF_RECORD, WIDE};
+use nalgebra::Vector6;
+
+use crate::MAX_JOINTS;
+use crate::chain::linearise::LinearisationError;
+use crate::imperfection::MAX_IMPERFECTIONS;
+use crate::linear::normal::Normal;
+use crate::sought::{Coordinates, MAX_UNKNOWNS};
+use crate::spectrum::Experiment;
+
+/// Values of unknowns and imperfections.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    pub(super) coordinates: Coordinates,
+    /// In standard deviations.
+    pub(super) imperfections: [f64; MAX_IMPERFECTIONS],
+}
+
+/// Imperfections without bounds, and behind them the unknowns of a problem.
+pub(super) struct PlantDomain<'a> {
+    pub(super) problem: &'a Problem<'a>,
+    /// Number of imperfections.
+    pub(super) imperfections: usize,
+}
+
+impl Domain<ALL> for PlantDomain<'_> {
+    type Point = Point;
+
+    fn room(&self, point: &Point) -> Room<ALL> {
+        let mut room = [[f64::NEG_INFINITY, f64::INFINITY]; ALL];
+        let of_unknowns = self.problem.room(&point.coordinates);
+        room[self.imperfections..][..MAX_UNKNOWNS].copy_from_slice(&of_unknowns);
+        room
+    }
+
+    fn advance(&self, point: &Point, step: &Step<ALL>) -> Point {
+        let (of_imperfections, of_unknowns) = step.split_at(self.imperfections);
+        let mut advanced = *point;
+        for (value, change) in advanced.imperfections.iter_mut().zip(of_imperfections) {
+            *value += change;
+        }
+        let mut step = [0.0; MAX_UNKNOWNS];
+        step.copy_from_slice(&of_unknowns[..MAX_UNKNOWNS]);
+        advanced.coordinates = self.problem.advance(&point.coordinates, &step);
+        advanced
+    }
+}
+
+/// Sum of squares of records, imperfections, static tests, priors and retired records.
+pub(super) struct PlantSumOfSquares<'a, const B: usize> {
+    pub(super) problem: &'a Problem<'a>,
+    pub(super) experiments: &'a [Experiment<B>],
+    pub(super) retired: &'a RetiredInformation,
+    pub(super) workspace: &'a mut Workspace,
+    pub(super) imperfections: &'a mut Imperfections,
+    /// Normal equations of the record that was assembled last.
+    pub(super) record: &'a mut Normal<OF_RECORD>,
+    /// Normal equations of the unknowns apart from the records.
+    pub(super) others: &'a mut ParameterNormal,
+    /// Of the residuals at the last [`Objective::linearise`].
+    pub(super) summary: &'a mut Summary,
+}
+
+impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
+    type Error = LinearisationError;
+
+    fn cost(&mut self, point: &Point) -> f64 {
+        let Self { problem, experiments, workspace, .. } = self;
+        workspace.seams.clear();
+        let bushings = problem.sought.bushings(&point.coordinates);
+        let mut sum_of_squares = 0.0;
+        for experiment in *experiments {
+            let imperfect = self.imperfections.at(problem, point, &experiment.pose, None);
+            let model = imperfect
+                .linearise(problem, &bushings)
+                .and_then(|linear| imperfect.model(problem, &linear, &bushings));
+            let Ok(model) = model else { return f64::INFINITY };
+            let (seam, remaining) = workspace.fit_seam(problem, &model, experiment);
+            // A seam for which there is no room is fitted again.
+            let _ = workspace.seams.push(seam);
+            sum_of_squares += remaining;
+        }
+        let count = self.imperfections.all.len();
+        sum_of_squares
+            + point.imperfections[..count].iter().map(|value| value * value).sum::<f64>()
+            + other_than_records(problem, self.retired, &point.coordinates)
+    }
+
+    fn linearise(
+        &mut self,
+        point: &Point,
+        normal: &mut Normal<OF_ALL>,
+    ) -> Result<(), LinearisationError> {
+        let count = self.imperfections.all.len();
+        let unknowns = self.problem.sought.unknowns();
+        normal.reset(count + unknowns);
+        *self.summary = Summary::default();
+        for (index, experiment) in self.experiments.iter().enumerate() {
+            let residuals = self.assemble(point, index, experiment)?;
+            self.summary.push(&residuals);
+            normal.add_complement(self.record, self.problem.seam_unknowns());
+        }
+        for (index, value) in point.imperfections[..count].iter().enumerate() {
+            normal.add_prior(index, *value);
+        }
+        self.others.reset(unknowns);
+        add_other_than_records(self.problem, self.retired, &point.coordinates, self.others)?;
+        // The row behind the unknowns is the right-hand side.
+        for i in 0..=unknowns {
+            for (j, value) in self.others.row(i).iter().enumerate() {
+                *normal.entry(count + i, count + j) += value;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<const B: usize> PlantSumOfSquares<'_, B> {
+    /// Assembles the normal equations of a record, its seam eliminated.
+    fn assemble(
+        &mut self,
+        point: &Point,
+        index: usize,
+        experiment: &Experiment<B>,
+    ) -> Result<Residuals, LinearisationError> {
+        let Self { problem, workspace, imperfections, record, .. } = self;
+        let model = prepare(problem, point, imperfections, &experiment.pose)?;
+        let seam = match workspace.seams.get(index) {
+            Some(seam) => *seam,
+            None => workspace.fit_seam(problem, &model, experiment).0,
+        };
+        let residuals = run(Assembly {
+            model: &model,
+            record: Bins::of(experiment),
+            equations: Equations::All(&seam),
+            sought: problem.sought,
+            further: &mut **imperfections,
+            normal: record,
+            level: problem.level,
+        });
+        let seam_unknowns = problem.seam_unknowns();
+        let standing = seam.to_solution(problem.chain.joints().len());
+        record.prefer_small(&standing[..seam_unknowns], SMALL_SEAM);
+        record.eliminate(seam_unknowns);
+        Ok(residuals)
+    }
+}
+
+/// The model at a point and a pose. Prepares the columns of the imperfections.
+pub(super) fn prepare(
+    problem: &Problem<'_>,
+    point: &Point,
+    imperfections: &mut Imperfections,
+    pose: &[f64],
+) -> Result<Model, LinearisationError> {
+    let bushings = problem.sought.bushings(&point.coordinates);
+    let imperfect = imperfections.at(problem, point, pose, None);
+    let linear = imperfect.linearise(problem, &bushings)?;
+    let model = imperfect.model(problem, &linear, &bushings)?;
+    let mut sag = [Vector6::zeros(); MAX_JOINTS];
+    for (sag, joint) in sag.iter_mut().zip(&linear.joints) {
+        *sag = joint.sag;
+    }
+    imperfections.accelerometer_filter = imperfect.accelerometer_filter();
+    imperfections.from_parent = linear.joints.iter().map(|joint| joint.from_parent).collect();
+    imperfections.changes.clear();
+    for index in 0..imperfections.all.len() {
+        if imperfections.all[index].0.is_of_model() {
+            let moved = imperfections.at(problem, point, pose, Some(index));
+            let there = moved.linearise_at(problem, &sag);
+            let terms = moved.model(problem, &there, &bushings)?.terms;
+            let change = Change::between([&linear, &there], [&model.terms, &terms], STEP);
+            // There is room for all of them.
+            let _ = imperfections.changes.push(change);
+        }
+    }
+    Ok(model)
+}
+
+impl Imperfections {
+    /// The model at a pose with the imperfections of a point, one of them [`STEP`] larger.
+    fn at(
+        &self,
+        problem: &Problem<'_>,
+        point: &Point,
+        pose: &[f64],
+        larger: Option<usize>,
+    ) -> Imperfect {
+        let calibration = problem.sought.calibration(&point.coordinates);
+        let mut imperfect = Imperfect::new(problem, &calibration, pose);
+        for (index, &(imperfection, deviation)) in self.all.iter().enumerate() {
+            let more = if larger == Some(index) { STEP } else { 0.0 };
+            let value = point.imperfections[index] + more;
+            if value != 0.0 {
+                imperfect.add(imperfection, value * deviation);
+            }
+        }
+        imperfect
+    }
+}
+
+/// [`Assembly::run`], compiled once: not again for each number of bins, in each crate.
+#[inline(never)]
+fn run(assembly: Assembly<'_, &mut Imperfections, WIDE, OF_RECORD>) -> Residuals {
+    assembly.run()
+}
