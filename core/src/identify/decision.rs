@@ -93,7 +93,7 @@ pub(super) fn of_found(found: &Minimum, circumstances: &Circumstances) -> OfFoun
 
 /// What follows from the best minimum after `starts` searches.
 pub(super) fn of_best(best: &Minimum, starts: u32) -> OfBest {
-    let structured = structure_is_beyond_noise(best.fit.whiteness);
+    let structured = structure_is_beyond_noise(best.judged().whiteness);
     let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
         (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
         (true, true) if !structured => (TIMES_SUSPECT, Acceptance::Consistent),

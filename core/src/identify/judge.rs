@@ -5,14 +5,69 @@ use core::mem;
 use rand_core::Rng;
 
 use super::decision::{self, Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
-use super::minimum::Minimum;
+use super::minimum::{Judged, Minimum};
 use super::{Acceptance, Identifier, Phase, Purpose};
+use crate::refine::{Plant, Problem};
 use crate::spectrum::Experiment;
 
 impl<R: Rng> Identifier<R> {
-    /// Accepts the minimum where a refinement has ended, or goes on.
-    pub(super) fn judge<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+    /// Accepts the minimum where a refinement has ended, or goes on. One that noise does not explain is judged by the residuals that the
+    /// imperfections of the plant leave, if there is a plant.
+    pub(super) fn judge<const B: usize>(
+        &mut self,
+        experiments: &[Experiment<B>],
+        plant: Option<&mut Plant>,
+    ) {
         let Some(mut found) = self.come_to(experiments) else { return };
+        if let Some(plant) = plant
+            && self.is_to_be_judged_on_plant(&mut found, experiments)
+        {
+            self.refinement.restart_plant(plant);
+            self.purpose = Purpose::Plant(found);
+            return;
+        }
+        self.decide(found, experiments);
+    }
+
+    /// Judges a minimum after the imperfections of the plant have been fitted from there.
+    #[inline(never)]
+    pub(super) fn judge_on_plant<const B: usize>(
+        &mut self,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+    ) {
+        let Purpose::Plant(mut found) = mem::take(&mut self.purpose) else { return };
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let fit = refinement.fit_plant(&problem, experiments, plant);
+        let judged = fit.map_or_else(|| Judged::of(&found.fit), |(fit, _)| Judged::of(&fit));
+        found.of_plant = Some(judged);
+        self.stand_at(&found, experiments);
+        self.decide(found, experiments);
+    }
+
+    /// Whether the imperfections of the plant are to be fitted before this minimum is judged. They have been if it is the best one again.
+    fn is_to_be_judged_on_plant<const B: usize>(
+        &self,
+        found: &mut Minimum,
+        experiments: &[Experiment<B>],
+    ) -> bool {
+        let is_alone = matches!(self.purpose, Purpose::Alone(_));
+        let is_explained = found.is_explained() && !found.whiteness_objects();
+        if experiments.is_empty() || is_alone || is_explained || !found.is_reached() {
+            return false;
+        }
+        if let Some(best) = &self.best
+            && found.is_same_place(self.refinement.distance(&self.sought, &best.coordinates))
+        {
+            found.of_plant = found.of_plant.or(best.of_plant);
+        }
+        found.of_plant.is_none()
+    }
+
+    /// Carries out the decision on a minimum, at which the refinement stands.
+    #[inline(never)]
+    fn decide<const B: usize>(&mut self, mut found: Minimum, experiments: &[Experiment<B>]) {
         let tried_alone = matches!(self.purpose, Purpose::Alone(_));
         if tried_alone {
             self.reconcile(&mut found);

@@ -52,12 +52,35 @@ pub(super) struct Rival {
     pub(super) gap: f64,
 }
 
+/// Residuals by which a minimum is judged.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judged {
+    sum_of_squares: f64,
+    degrees_of_freedom: f64,
+    pub(super) whiteness: f64,
+    /// Median surface similarity parameter.
+    ssp: f64,
+}
+
+impl Judged {
+    pub(super) fn of(fit: &Fit) -> Self {
+        Self {
+            sum_of_squares: fit.sum_of_squares,
+            degrees_of_freedom: fit.degrees_of_freedom,
+            whiteness: fit.whiteness,
+            ssp: fit.ssp[0],
+        }
+    }
+}
+
 /// Where a refinement has ended.
 #[derive(Clone, Debug)]
 pub(super) struct Minimum {
     pub(super) coordinates: Coordinates,
     pub(super) found_by: FoundBy,
     pub(super) fit: Fit,
+    /// Residuals that are left once the imperfections of the plant are fitted from here. `None` if they have not been.
+    pub(super) of_plant: Option<Judged>,
     /// What a step would still gain.
     remaining: f64,
     /// How often searches have led to it, or to the minimum whose branch it is.
@@ -90,6 +113,7 @@ impl Minimum {
             coordinates,
             found_by,
             fit,
+            of_plant: None,
             remaining,
             times: 1,
             contradicted,
@@ -105,14 +129,21 @@ impl Minimum {
         self.remaining <= REACHED && self.fit.objective.is_finite()
     }
 
+    /// Residuals by which it is judged: those with the imperfections of the plant, if they have been fitted.
+    pub(super) fn judged(&self) -> Judged {
+        self.of_plant.unwrap_or_else(|| Judged::of(&self.fit))
+    }
+
     /// The residuals are larger than noise explains.
     pub(super) fn size_objects(&self) -> bool {
-        !noise_explains(self.fit.sum_of_squares, self.fit.degrees_of_freedom)
+        let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged();
+        !noise_explains(sum_of_squares, degrees_of_freedom)
     }
 
     /// They have more structure along the band than noise explains; what is no number has.
     pub(super) fn whiteness_objects(&self) -> bool {
-        self.fit.whiteness.is_nan() || self.fit.whiteness > STRUCTURED
+        let Judged { whiteness, .. } = self.judged();
+        whiteness.is_nan() || whiteness > STRUCTURED
     }
 
     /// The static tests' residuals by themselves are larger than their noise leaves them; what is no number is.
@@ -132,7 +163,7 @@ impl Minimum {
 
     /// The noise is too small to hide a wrong basin.
     pub(super) fn stands_clear(&self) -> bool {
-        self.fit.ssp[0] <= CLEAR
+        self.judged().ssp <= CLEAR
     }
 
     /// Noise explains the residuals, and by themselves those of the static tests, which the many of the records would
@@ -164,10 +195,11 @@ impl Minimum {
     /// Size and structure of the residuals together are more than noise nearly ever makes them, though each by itself may be
     /// explained. Of seven wrong minima of drawn six-joint arms with one record, five are doubtful.
     pub(super) fn is_doubtful(&self) -> bool {
-        let freedom = self.fit.degrees_of_freedom.max(1.0);
+        let Judged { sum_of_squares, degrees_of_freedom, whiteness, .. } = self.judged();
+        let freedom = degrees_of_freedom.max(1.0);
         let spread = libm::sqrt(2.0 / freedom + NOISE_ERROR * NOISE_ERROR);
-        let size = (self.fit.sum_of_squares / freedom - 1.0) / spread;
-        size + self.fit.whiteness > DOUBTFUL
+        let size = (sum_of_squares / freedom - 1.0) / spread;
+        size + whiteness > DOUBTFUL
     }
 
     /// Becomes the better of the two; what has been reached twice has been reached as often as both. `distance` is the
@@ -188,6 +220,7 @@ impl Minimum {
             other.is_branched |= self.is_branched;
             other.remember(self.apart.iter().copied());
             other.remember_deviations(self.deviations_elsewhere.iter().copied());
+            other.of_plant = other.of_plant.or(self.of_plant);
         }
         // Of one that did not get there and the same that did, the latter.
         let better = if same && self.is_reached() != other.is_reached() {

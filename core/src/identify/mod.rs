@@ -8,6 +8,9 @@
 //! coordinates and not by χ² alone; if noise does not explain it, the model is suspect. A bare threshold on χ² would search for
 //! ever on real data. Two equally good minima in different places leave the estimate unsettled: the data do not say which is right.
 //!
+//! On a plant that is not perfect, a minimum that noise does not explain is judged by the residuals that are left once the
+//! [imperfections](crate::imperfection) of the plant are fitted with the parameters from there.
+//!
 //! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
 //! ([`crate::search`]).
 //!
@@ -38,7 +41,7 @@ use crate::DOF;
 use crate::chain::Chain;
 use crate::loss::target::Target;
 use crate::parameters::Bounds;
-use crate::refine::{Outcome, Problem, Refinement};
+use crate::refine::{Outcome, Plant, Problem, Refinement};
 use crate::search::{MAX_EXPERIMENTS, Search, Strategy};
 use crate::sought::{Sought, SoughtError};
 use crate::spectrum::{Experiment, Measurement};
@@ -55,7 +58,6 @@ use start::Method;
 
 /// What the present refinement is for.
 #[derive(Clone, Debug, Default)]
-#[expect(clippy::large_enum_variant, reason = "there is no allocator to box a minimum with")]
 enum Purpose {
     /// The minimum of a start.
     #[default]
@@ -64,6 +66,8 @@ enum Purpose {
     Branch(Branch),
     /// The kept records without the retired ones; the minimum is that of both.
     Alone(Minimum),
+    /// The imperfections of the plant, from a minimum on that is to be judged.
+    Plant(Minimum),
 }
 
 /// Identifies the bushings of one robot from its experiments, which the caller keeps.
@@ -174,7 +178,7 @@ impl<R: Rng> Identifier<R> {
     /// Continues with a changed set of experiments from where it stands, with a new budget of searches.
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let branched = match mem::take(&mut self.purpose) {
-            Purpose::Start => None,
+            Purpose::Start | Purpose::Plant(_) => None,
             Purpose::Branch(_) => self.best.take(),
             Purpose::Alone(_) => {
                 self.refinement.unshelve(true);
@@ -234,6 +238,29 @@ impl<R: Rng> Identifier<R> {
 
     /// Does one sample of the search or one step of the refinement, with the experiments of the last [`Identifier::renew`].
     pub fn step<const B: usize>(&mut self, experiments: &[Experiment<B>]) -> Phase {
+        self.advance(experiments, None)
+    }
+
+    /// As [`Identifier::step`], of a plant that is not perfect: a minimum that noise does not explain is judged by the residuals that its
+    /// imperfections leave. The estimate is that of a perfect plant; see [`Identifier::estimate_of_plant`].
+    ///
+    /// # Panics
+    /// If `plant` is of another number of joints.
+    pub fn step_on_plant<const B: usize>(
+        &mut self,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+    ) -> Phase {
+        assert_eq!(plant.joints(), self.chain.joints().len(), "a plant of another robot");
+        let plant = Some(plant).filter(|plant| !plant.is_perfect());
+        self.advance(experiments, plant)
+    }
+
+    fn advance<const B: usize>(
+        &mut self,
+        experiments: &[Experiment<B>],
+        mut plant: Option<&mut Plant>,
+    ) -> Phase {
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
             Phase::Searching => {
@@ -248,6 +275,16 @@ impl<R: Rng> Identifier<R> {
                 let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
                 let problem =
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
+                if let (Purpose::Plant(_), Some(plant)) = (&self.purpose, plant.as_deref_mut()) {
+                    if refinement.step_plant(&problem, experiments, plant) != Outcome::Improving {
+                        self.judge_on_plant(experiments, plant);
+                    }
+                    return self.phase;
+                }
+                if matches!(self.purpose, Purpose::Plant(_)) {
+                    // There is no plant any more.
+                    self.purpose = Purpose::Start;
+                }
                 let outcome = refinement.step(&problem, experiments);
                 let objective = refinement.objective();
                 let remaining = || refinement.remaining(&problem).gain;
@@ -259,7 +296,7 @@ impl<R: Rng> Identifier<R> {
                     _ => false,
                 };
                 if outcome != Outcome::Improving || is_over || self.is_back() {
-                    self.judge(experiments);
+                    self.judge(experiments, plant);
                 }
             }
         }

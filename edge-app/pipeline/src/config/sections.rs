@@ -113,9 +113,9 @@ pub(super) struct CalibrationSection {
 #[serde(rename_all = "lowercase")]
 pub(super) enum Assumed {
     /// Those of a careful integrator.
+    #[default]
     Typical,
     /// Nothing is off.
-    #[default]
     Perfect,
 }
 

@@ -283,7 +283,10 @@ impl Solver {
             self.work = Work::default();
         }
         while is_in_time(stop, &mut self.deadline) {
-            let phase = self.identifier.step(&self.experiments);
+            let phase = match &mut self.plant {
+                Some(plant) => self.identifier.step_on_plant(&self.experiments, plant),
+                None => self.identifier.step(&self.experiments),
+            };
             self.work.advance(&self.identifier.progress());
             on_progress(&self.progress());
             if matches!(phase, Phase::Settled | Phase::Waiting) {

@@ -102,6 +102,7 @@ fn the_example_is_for_a_real_robot() {
     assert_eq!(config.gravity, [0.0, 0.0, -9.80665]);
     assert_eq!(config.accelerometer, Accelerometer::Strapdown);
     assert_eq!(config.scenario, None);
+    assert_eq!(config.accuracies, Accuracies::typical());
 }
 
 /// Every key that the example shows in a comment is a key, and has the value that is said to be the default.
@@ -189,26 +190,23 @@ fn mistakes_in_accuracies_name_place_and_mend() {
         ),
     ];
     for (lines, message) in table {
-        let section = format!("[accuracy]\n{lines}\n\n[search]");
-        let error = load("edge.toml", "[search]", &section).unwrap_err();
+        let error = load("edge.toml", "assume = \"perfect\"", lines).unwrap_err();
         assert_eq!(error, format!("edge.toml: {message}"));
     }
 }
 
 #[test]
 fn accuracies_are_those_stated_or_assumed() {
-    let accuracies = |lines: &str| {
-        load("edge.toml", "[search]", &format!("{lines}\n[search]")).unwrap().accuracies
-    };
-    assert_eq!(accuracies(""), Accuracies::default());
-    assert_eq!(accuracies("[accuracy]\nassume = \"perfect\"\n"), Accuracies::default());
+    let accuracies =
+        |lines: &str| load("edge.toml", "assume = \"perfect\"", lines).unwrap().accuracies;
     let typical = Accuracies::typical();
-    assert_eq!(accuracies("[accuracy]\nassume = \"typical\"\n"), typical);
-    let own =
-        accuracies("[accuracy]\nassume = \"typical\"\nlink_mass = 0.1\nforce_high_pass_hz = 0.0\n");
+    assert_eq!(accuracies(""), typical);
+    assert_eq!(accuracies("assume = \"typical\""), typical);
+    assert_eq!(accuracies("assume = \"perfect\""), Accuracies::default());
+    let own = accuracies("link_mass = 0.1\nforce_high_pass_hz = 0.0");
     assert_eq!((own.mass, own.force.high_pass, own.delay), (0.1, 0.0, typical.delay));
     // What is sought with a prior of its own has no second one.
-    let sought = accuracies("[calibration]\ndelay_s = 1e-3\n[accuracy]\nassume = \"typical\"\n");
+    let sought = accuracies("[calibration]\ndelay_s = 1e-3");
     assert_eq!((sought.delay, sought.mass), (0.0, typical.mass));
 }
 
