@@ -14,7 +14,7 @@ use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Acceptance {
-    /// The residuals are as large as the noise explains.
+    /// The residuals are as large as the noise explains, on a plant that is not perfect with the imperfections fitted.
     Consistent,
     /// The same minimum was reached from several searches, and its residuals are larger than the noise explains, or have
     /// structure that no noise has: the model is wrong.

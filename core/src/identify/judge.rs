@@ -5,7 +5,8 @@ use core::mem;
 use rand_core::Rng;
 
 use super::decision::{self, Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
-use super::minimum::{Judged, Minimum};
+use super::judged::{Judged, are_implausible};
+use super::minimum::{Minimum, REACHED};
 use super::{Acceptance, Identifier, Phase, Purpose};
 use crate::refine::{Plant, Problem};
 use crate::spectrum::Experiment;
@@ -16,53 +17,85 @@ impl<R: Rng> Identifier<R> {
     pub(super) fn judge<const B: usize>(
         &mut self,
         experiments: &[Experiment<B>],
-        plant: Option<&mut Plant>,
+        mut plant: Option<&mut Plant>,
     ) {
-        let Some(mut found) = self.come_to(experiments) else { return };
+        let Some(mut found) = self.come_to(experiments, plant.as_deref_mut()) else { return };
+        self.inherit_judgement(&mut found);
         if let Some(plant) = plant
-            && self.is_to_be_judged_on_plant(&mut found, experiments)
+            && self.is_to_be_judged_on_plant(&found, experiments)
         {
             self.refinement.restart_plant(plant);
-            self.purpose = Purpose::Plant(found);
+            self.purpose = Purpose::Plant { found, accepted: None };
             return;
         }
         self.decide(found, experiments);
     }
 
-    /// Judges a minimum after the imperfections of the plant have been fitted from there.
+    /// Judges a minimum after the imperfections of the plant have been fitted from there, or without them if there is no plant any more.
     #[inline(never)]
     pub(super) fn judge_on_plant<const B: usize>(
         &mut self,
         experiments: &[Experiment<B>],
-        plant: &mut Plant,
+        plant: Option<&mut Plant>,
     ) {
-        let Purpose::Plant(mut found) = mem::take(&mut self.purpose) else { return };
-        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
-        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let fit = refinement.fit_plant(&problem, experiments, plant);
-        let judged = fit.map_or_else(|| Judged::of(&found.fit), |(fit, _)| Judged::of(&fit));
-        found.of_plant = Some(judged);
+        let purpose = mem::take(&mut self.purpose);
+        let Purpose::Plant { mut found, accepted } = purpose else { return };
+        let judged = plant.and_then(|plant| self.judged_on_plant(&mut found, experiments, plant));
+        found.of_plant = Some(judged.unwrap_or_else(|| Judged::of(&found.fit)));
+        if let (Some(acceptance), Some(mut best)) = (accepted, self.best.take()) {
+            if !(found.is_beyond_doubt() && found.is_clearly_better_than(&best)) {
+                self.stand_at(&best, experiments);
+                return self.conclude(&mut best, acceptance, experiments);
+            }
+            self.replace_by_branch();
+        }
         self.stand_at(&found, experiments);
         self.decide(found, experiments);
     }
 
-    /// Whether the imperfections of the plant are to be fitted before this minimum is judged. They have been if it is the best one again.
-    fn is_to_be_judged_on_plant<const B: usize>(
-        &self,
+    /// The residuals that the imperfections leave. `None` if the fit has not come to a minimum, or if its
+    /// imperfections are larger than those of a plausible plant.
+    #[inline(never)]
+    fn judged_on_plant<const B: usize>(
+        &mut self,
         found: &mut Minimum,
         experiments: &[Experiment<B>],
-    ) -> bool {
-        let is_alone = matches!(self.purpose, Purpose::Alone(_));
-        let is_explained = found.is_explained() && !found.whiteness_objects();
-        if experiments.is_empty() || is_alone || is_explained || !found.is_reached() {
-            return false;
+        plant: &mut Plant,
+    ) -> Option<Judged> {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
+        let (size, count) = plant.size();
+        if remaining.gain > REACHED || are_implausible(size, count) {
+            return None;
         }
+        // What imperfections leave undetermined is so, however well the perfect model seems to determine it.
+        found.remember_deviations((0..sought.unknowns()).map(|i| fit.covariance.deviation(i)));
+        Some(Judged::of(&fit))
+    }
+
+    /// A minimum that is the best one again has been judged on the plant, if that has.
+    fn inherit_judgement(&self, found: &mut Minimum) {
         if let Some(best) = &self.best
+            && found.is_as_good_as(best)
             && found.is_same_place(self.refinement.distance(&self.sought, &best.coordinates))
         {
             found.of_plant = found.of_plant.or(best.of_plant);
         }
-        found.of_plant.is_none()
+    }
+
+    /// Whether the imperfections of the plant are to be fitted before this minimum is judged.
+    pub(super) fn is_to_be_judged_on_plant<const B: usize>(
+        &self,
+        found: &Minimum,
+        experiments: &[Experiment<B>],
+    ) -> bool {
+        let is_alone = matches!(self.purpose, Purpose::Alone(_));
+        let is_explained = found.is_explained() && !found.whiteness_objects();
+        // These the imperfections cannot mend.
+        let is_hopeless = found.contradicted || !found.is_tested() || !found.is_reached();
+        let is_judged = found.of_plant.is_some();
+        !(experiments.is_empty() || is_alone || is_explained || is_hopeless || is_judged)
     }
 
     /// Carries out the decision on a minimum, at which the refinement stands.

@@ -3,6 +3,7 @@
 use heapless::Vec;
 
 use super::FoundBy;
+use super::judged::Judged;
 use crate::refine::{Fit, Remaining};
 use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 
@@ -50,27 +51,6 @@ pub(super) struct Rival {
     pub(super) away: f64,
     /// How much larger its deviance is, at least 0.
     pub(super) gap: f64,
-}
-
-/// Residuals by which a minimum is judged.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Judged {
-    sum_of_squares: f64,
-    degrees_of_freedom: f64,
-    pub(super) whiteness: f64,
-    /// Median surface similarity parameter.
-    ssp: f64,
-}
-
-impl Judged {
-    pub(super) fn of(fit: &Fit) -> Self {
-        Self {
-            sum_of_squares: fit.sum_of_squares,
-            degrees_of_freedom: fit.degrees_of_freedom,
-            whiteness: fit.whiteness,
-            ssp: fit.ssp[0],
-        }
-    }
 }
 
 /// Where a refinement has ended.
@@ -148,16 +128,17 @@ impl Minimum {
 
     /// The static tests' residuals by themselves are larger than their noise leaves them; what is no number is.
     pub(super) fn statics_object(&self) -> bool {
-        let most = rarely_exceeded(self.fit.static_residuals as f64);
-        !(0.0..=most).contains(&self.fit.static_sum_of_squares)
+        let Judged { static_residuals, static_sum_of_squares, .. } = self.judged();
+        !(0.0..=rarely_exceeded(static_residuals as f64)).contains(&static_sum_of_squares)
     }
 
     /// The records' residuals are smaller than their noise leaves them: it was not read where nothing is cut. It would hide a
     /// wrong basin as well.
     pub(super) fn noise_is_too_loud(&self) -> bool {
-        let Fit { sum_of_squares, degrees_of_freedom, .. } = self.fit;
-        let of_records = sum_of_squares - self.fit.static_sum_of_squares;
-        let freedom = degrees_of_freedom - self.fit.static_residuals as f64;
+        let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged();
+        let Judged { static_sum_of_squares, static_residuals, .. } = self.judged();
+        let of_records = sum_of_squares - static_sum_of_squares;
+        let freedom = degrees_of_freedom - static_residuals as f64;
         of_records < (TOO_LOUD * freedom).min(rarely_undercut(freedom))
     }
 
@@ -312,7 +293,7 @@ impl Minimum {
     }
 
     /// What a refinement makes least is the same for both.
-    fn is_as_good_as(&self, other: &Self) -> bool {
+    pub(super) fn is_as_good_as(&self, other: &Self) -> bool {
         let (own, other) = (self.fit.objective, other.fit.objective);
         (own - other).abs() <= 1.0 + SAME_MINIMUM * other
     }
@@ -326,18 +307,28 @@ impl Minimum {
     /// The two lie in different places, and the data do not say which is right.
     pub(super) fn is_rivalled_by(&self, other: &Self, distance: f64) -> bool {
         let gap = (self.deviance() - other.deviance()).abs();
-        !other.is_same_place(distance) && (gap < RIVAL || self.is_as_good_as(other))
+        !other.is_same_place(distance) && (gap < self.beyond_doubt() || self.is_as_good_as(other))
     }
 
     /// Whether it is better than another one beyond doubt.
     pub(super) fn is_clearly_better_than(&self, other: &Self) -> bool {
+        let beyond_doubt = self.beyond_doubt();
         let [own, other] = self.ranks(other);
-        own < other - RIVAL
+        own < other - beyond_doubt
+    }
+
+    /// Difference of the deviances beyond which one minimum is better beyond doubt. Where the perfect model does not explain the records,
+    /// errors of the model change deviances as noise of that size would.
+    fn beyond_doubt(&self) -> f64 {
+        if self.of_plant.is_some() { RIVAL * self.inflation() } else { RIVAL }
     }
 
     /// What the two are compared by, the smaller the better: the deviance, or the sum of squares if either is no minimum yet, for
-    /// which Laplace's approximation does not hold.
+    /// which Laplace's approximation does not hold. If both have been judged on the plant, it is that of their fits there.
     fn ranks(&self, other: &Self) -> [f64; 2] {
+        if let (Some(own), Some(other)) = (self.of_plant, other.of_plant) {
+            return [own, other].map(|fit| fit.objective + fit.log_information);
+        }
         let both_reached = self.is_reached() && other.is_reached();
         [self, other].map(|one| if both_reached { one.deviance() } else { one.fit.objective })
     }
@@ -391,7 +382,7 @@ fn noise_explains(sum_of_squares: f64, degrees_of_freedom: f64) -> bool {
 }
 
 /// What χ² of so many degrees of freedom exceeds with a chance below e⁻¹⁰ (Laurent and Massart, 2000, lemma 1).
-fn rarely_exceeded(degrees_of_freedom: f64) -> f64 {
+pub(super) fn rarely_exceeded(degrees_of_freedom: f64) -> f64 {
     degrees_of_freedom + 2.0 * libm::sqrt(10.0 * degrees_of_freedom) + 2.0 * 10.0
 }
 

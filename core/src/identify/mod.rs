@@ -23,6 +23,7 @@ mod descent;
 mod effort;
 mod estimate;
 mod judge;
+mod judged;
 mod minimum;
 mod plant;
 mod progress;
@@ -67,7 +68,12 @@ enum Purpose {
     /// The kept records without the retired ones; the minimum is that of both.
     Alone(Minimum),
     /// The imperfections of the plant, from a minimum on that is to be judged.
-    Plant(Minimum),
+    Plant {
+        /// The minimum.
+        found: Minimum,
+        /// How the best minimum has been accepted, of which this one is a branch.
+        accepted: Option<Acceptance>,
+    },
 }
 
 /// Identifies the bushings of one robot from its experiments, which the caller keeps.
@@ -178,8 +184,8 @@ impl<R: Rng> Identifier<R> {
     /// Continues with a changed set of experiments from where it stands, with a new budget of searches.
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let branched = match mem::take(&mut self.purpose) {
-            Purpose::Start | Purpose::Plant(_) => None,
-            Purpose::Branch(_) => self.best.take(),
+            Purpose::Start | Purpose::Plant { accepted: None, .. } => None,
+            Purpose::Branch(_) | Purpose::Plant { .. } => self.best.take(),
             Purpose::Alone(_) => {
                 self.refinement.unshelve(true);
                 None
@@ -275,15 +281,14 @@ impl<R: Rng> Identifier<R> {
                 let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
                 let problem =
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
-                if let (Purpose::Plant(_), Some(plant)) = (&self.purpose, plant.as_deref_mut()) {
-                    if refinement.step_plant(&problem, experiments, plant) != Outcome::Improving {
+                if matches!(self.purpose, Purpose::Plant { .. }) {
+                    let is_over = plant.as_deref_mut().is_none_or(|plant| {
+                        refinement.step_plant(&problem, experiments, plant) != Outcome::Improving
+                    });
+                    if is_over {
                         self.judge_on_plant(experiments, plant);
                     }
                     return self.phase;
-                }
-                if matches!(self.purpose, Purpose::Plant(_)) {
-                    // There is no plant any more.
-                    self.purpose = Purpose::Start;
                 }
                 let outcome = refinement.step(&problem, experiments);
                 let objective = refinement.objective();
@@ -305,7 +310,11 @@ impl<R: Rng> Identifier<R> {
 
     /// Whether a minimum has been accepted, and only its branches and rivals are searched before it is settled on.
     pub fn has_accepted(&self) -> bool {
-        matches!(&self.purpose, Purpose::Branch(branch) if branch.is_of_accepted())
+        match &self.purpose {
+            Purpose::Branch(branch) => branch.is_of_accepted(),
+            Purpose::Plant { accepted, .. } => accepted.is_some(),
+            _ => false,
+        }
     }
 
     /// The random generator of the searches, in its present state.

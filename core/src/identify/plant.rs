@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::judged::are_implausible;
 use super::minimum::{Minimum, structure_is_beyond_noise};
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::MAX_IMPERFECTIONS;
@@ -48,6 +49,8 @@ impl<R> Identifier<R> {
         }
         let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
         let imperfections = plant.found();
+        let (size, count) = plant.size();
+        let are_plausible = !are_implausible(size, count);
         let coordinates = *refinement.coordinates();
         let mut minimum = Minimum::new(coordinates, perfect.found_by, fit, &remaining, sought);
         minimum.apart.clone_from(&perfect.apart);
@@ -56,15 +59,23 @@ impl<R> Identifier<R> {
         let acceptance = match perfect.acceptance {
             Acceptance::Unsettled => Acceptance::Unsettled,
             _ if !minimum.is_reached() => Acceptance::Unsettled,
-            _ if minimum.agrees() && !structure_is_beyond_noise(minimum.fit.whiteness) => {
+            _ if are_plausible
+                && minimum.agrees()
+                && !structure_is_beyond_noise(minimum.fit.whiteness) =>
+            {
                 Acceptance::Consistent
             }
             _ => Acceptance::ModelSuspect,
         };
         let forgotten = self.forgotten;
-        let count = perfect.experiments;
-        let mut estimate =
-            Estimate::of(&minimum, acceptance, forgotten, refinement, &problem, count);
+        let mut estimate = Estimate::of(
+            &minimum,
+            acceptance,
+            forgotten,
+            refinement,
+            &problem,
+            perfect.experiments,
+        );
         estimate.held_out = perfect.held_out;
         refinement.restart_at(&perfect.coordinates);
         Some(PlantEstimate { estimate, imperfections })

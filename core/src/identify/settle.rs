@@ -49,6 +49,8 @@ impl<R> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let forgotten = self.forgotten;
         minimum.spread(sought);
+        // The estimate is that of the perfect plant.
+        minimum.of_plant = None;
         let count = experiments.len();
         let mut estimate =
             Estimate::of(minimum, acceptance, forgotten, refinement, &problem, count);

@@ -11,7 +11,7 @@ mod accuracies;
 
 use heapless::Vec;
 
-pub use accuracies::Accuracies;
+pub use accuracies::{Accuracies, SensorAccuracies};
 
 use crate::MAX_JOINTS;
 
@@ -48,10 +48,10 @@ pub enum Imperfection {
     ToolCentrePoint(usize),
     /// True place of the accelerometer less the configured one, along the TCP's axes, m.
     AccelerometerPlace(usize),
-    /// `1/ω²`, s²: the sensor has a natural frequency ω far above the band, so that its reading is `1 − s²/ω²` times the signal.
+    /// `1/ω²`, s²: the sensor has a natural frequency ω far above the band, so that its reading is the signal over `1 + s²/ω²`.
     Resonance(Sensor),
-    /// ω, rad/s: the sensor has a high-pass of this corner frequency far below the band, so that its reading is `1 − ω/s` times the
-    /// signal.
+    /// ω, rad/s: the sensor has a high-pass of this corner frequency far below the band, so that its reading is the signal over
+    /// `1 + ω/s`.
     HighPass(Sensor),
     /// Logarithm of the mass and inertia of a link.
     Mass(usize),

@@ -9,7 +9,7 @@ use super::lanes::{Lanes, Scalar};
 /// reading = signal / ((1 + s²/ω_r²) (1 + ω_h/s))
 /// ```
 ///
-/// The natural frequency is that of a sensor of little damping, which has no effect far below it.
+/// The damping of the sensor is left out: far below the natural frequency it has no effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Filter<T> {
     /// `1/ω_r²`, s².

@@ -35,20 +35,17 @@ impl<T: Scalar> Observation<T> {
                 let s2 = s * s;
                 let is_delayed = delay.to_f64() != 0.0;
                 let is_filtered = !filter.is_none();
-                let mut transfer = s;
-                if is_delayed || is_filtered {
-                    transfer = (-s.scale(s.re.fill(*delay))).exponential();
-                }
-                if is_filtered {
-                    transfer = transfer * filter.inverse(s).reciprocal();
-                }
+                let transfer = (is_delayed || is_filtered).then(|| {
+                    let lag = (-s.scale(s.re.fill(*delay))).exponential();
+                    if is_filtered { lag * filter.inverse(s).reciprocal() } else { lag }
+                });
                 for axis in 0..3 {
                     for i in 0..DOF {
                         let mut load = s2.scale(s.re.fill(translation[axis][i]));
                         if let Some(gravity) = gravity {
                             load.re = load.re + s.re.fill(gravity[axis][i]);
                         }
-                        if is_delayed || is_filtered {
+                        if let Some(transfer) = transfer {
                             load = load * transfer;
                         }
                         loads[axis][i] = load;

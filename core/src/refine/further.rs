@@ -17,7 +17,7 @@ pub(super) trait Further {
     /// Writes the columns of each lane, from `first` on. `response` is that of `model` at `batch`; `seam` holds the loads of the seam.
     #[inline(always)]
     fn write<V: Lanes<Scalar = f64>, const W: usize>(
-        &mut self,
+        &self,
         _rows: &mut [Rows<W>],
         _first: usize,
         _response: &Response<V>,

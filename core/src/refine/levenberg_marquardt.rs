@@ -23,6 +23,7 @@ use crate::sought::MAX_UNKNOWNS;
 const LEAST_DAMPING: f64 = 1e-9;
 /// Damping above which a minimisation ends. Chosen: a step then moves no unknown by more than 1e-8 of the way to its own minimum.
 const LAST_DAMPING: f64 = 1e8;
+
 /// When a minimisation ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {

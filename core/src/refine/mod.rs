@@ -10,6 +10,7 @@
 //! | `record`, `model`, `seam`                                      | one record, its seam projected out                      |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `fit`, `summary`, `information`                                | the results of a fit                                    |
+//! | `plant`, `further`                                             | a fit to a plant that is not perfect                    |
 //!
 //! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
 //! would lower the sum of squares by less than 1e-4: a hundredth of a standard deviation in all parameters together.

@@ -23,6 +23,7 @@ use super::descent::Descent;
 use super::minimum::{Minimum, REACHED, RIVAL, SAME_PLACE};
 use super::start::{self, Method};
 use super::{Acceptance, FoundBy, Identifier, Phase, Purpose};
+use crate::refine::Plant;
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 use crate::verdict::WEAK;
@@ -227,6 +228,14 @@ impl<R: Rng> Identifier<R> {
         })
     }
 
+    /// The branches of a branch that replaces its minimum are to be refined.
+    pub(super) fn replace_by_branch(&mut self) {
+        self.exclusions = 0;
+        self.prolongations = 0;
+        let Tried { elsewhere, replaced, .. } = self.tried;
+        self.tried = Tried { any: true, elsewhere, replaced: replaced + 1, ..Tried::default() };
+    }
+
     /// The minimum to be judged after a refinement: a branch that is clearly better than its minimum, else the minimum. `None` if
     /// that has been accepted and is now settled on, or another branch is being refined.
     // As above.
@@ -234,6 +243,7 @@ impl<R: Rng> Identifier<R> {
     pub(super) fn come_to<const B: usize>(
         &mut self,
         experiments: &[Experiment<B>],
+        plant: Option<&mut Plant>,
     ) -> Option<Minimum> {
         let mut branch = self.minimum_here(experiments);
         let mut acceptance = match &self.purpose {
@@ -244,10 +254,16 @@ impl<R: Rng> Identifier<R> {
         let Some(mut minimum) = self.best.take() else { return Some(branch) };
         branch.times = minimum.times;
         if branch.is_clearly_better_than(&minimum) {
-            self.exclusions = 0;
-            self.prolongations = 0;
-            let Tried { elsewhere, replaced, .. } = self.tried;
-            self.tried = Tried { any: true, elsewhere, replaced: replaced + 1, ..Tried::default() };
+            if let (Some(acceptance), Some(plant), Some(_)) = (acceptance, plant, minimum.of_plant)
+                && self.is_to_be_judged_on_plant(&branch, experiments)
+            {
+                // The minimum has been accepted by its residuals on the plant: so must be what replaces it.
+                self.refinement.restart_plant(plant);
+                self.purpose = Purpose::Plant { found: branch, accepted: Some(acceptance) };
+                self.best = Some(minimum);
+                return None;
+            }
+            self.replace_by_branch();
             return Some(branch);
         }
         let distance = self.refinement.distance(&self.sought, &minimum.coordinates);

@@ -3,8 +3,9 @@
 use super::super::levenberg_marquardt::{Outcome, Remaining};
 use super::super::proposal::FLOOR;
 use super::super::{Fit, ParameterNormal, Problem, Refinement};
+use super::Plant;
 use super::objective::{PlantDomain, PlantSumOfSquares, Point};
-use super::{ALL, Plant};
+use super::sizes::ALL;
 use crate::imperfection::MAX_IMPERFECTIONS;
 use crate::sought::MAX_UNKNOWNS;
 use crate::spectrum::Experiment;

@@ -1,39 +1,35 @@
-//! The sum of squares of a fit to an imperfect plant: at every point the imperfections are at their best, within their priors.
+//! A fit to an imperfect plant: unknowns and imperfections together.
 //!
 //! The imperfections p are columns of the normal equations behind the seams, which are those of each record, and before the unknowns,
-//! which they share with all records. With their priors, of which each is `p = 0 ± 1`, they are eliminated as the seams are (variable
-//! projection: Golub and Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares problems whose variables
-//! separate", SIAM Journal on Numerical Analysis 10, 1973). What is left is the information about the unknowns that holds whatever the
-//! imperfections are.
+//! which they share with all records. Each has a prior, which is `p = 0 ± 1` in its standard deviation. Where the fit has ended, they
+//! are eliminated as the seams are. What is left is the information about the unknowns that holds whatever the imperfections are.
+//!
+//! | file                            | what                                                            |
+//! | ------------------------------- | --------------------------------------------------------------- |
+//! | `imperfect`                     | the model with its imperfections                                |
+//! | `change`, `motion`, `columns`   | derivatives of a reading by the imperfections                   |
+//! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
+//! | `fit`                           | its minimum                                                     |
 
 mod change;
 mod columns;
 mod fit;
 mod imperfect;
+mod motion;
 mod objective;
+mod sizes;
 
 use heapless::Vec;
 
 use super::levenberg_marquardt::{LevenbergMarquardt, Limits};
-use super::seam::MAX_SEAM;
 use super::summary::Summary;
 use crate::imperfection::{self, Accuracies, Imperfection, MAX_IMPERFECTIONS};
-use crate::linear::gram::padded;
 use crate::linear::normal::Normal;
-use crate::linear::packed::packed;
 use crate::receptance::Filter;
 use crate::sought::MAX_UNKNOWNS;
 use columns::Imperfections;
 use objective::Point;
-
-/// Largest number of imperfections and unknowns.
-const ALL: usize = MAX_IMPERFECTIONS + MAX_UNKNOWNS;
-/// Columns of a row: seam, imperfections, unknowns, residual; padded.
-const WIDE: usize = padded(MAX_SEAM + ALL + 1);
-/// Length of the normal equations of a record.
-const OF_RECORD: usize = packed(MAX_SEAM + ALL + 1);
-/// Length of the normal equations of all records.
-const OF_ALL: usize = packed(ALL + 1);
+use sizes::{OF_ALL, OF_RECORD};
 
 /// Limits of a fit. Chosen: all unknowns together end within a tenth of a standard deviation of the minimum; a fit typically takes a
 /// third of these steps.
@@ -97,6 +93,12 @@ impl Plant {
     /// Whether there is no imperfection.
     pub fn is_perfect(&self) -> bool {
         self.imperfections.all.is_empty()
+    }
+
+    /// Sum of the squares of the imperfections where the last fit has ended, each in its standard deviation, and their number.
+    pub(crate) fn size(&self) -> (f64, usize) {
+        let count = self.imperfections.all.len();
+        (self.point.imperfections[..count].iter().map(|value| value * value).sum(), count)
     }
 
     /// Number of joints of the robot.

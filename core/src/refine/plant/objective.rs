@@ -14,7 +14,7 @@ use super::super::{ParameterNormal, Problem};
 use super::change::Change;
 use super::columns::{Imperfections, STEP};
 use super::imperfect::Imperfect;
-use super::{ALL, OF_ALL, OF_RECORD, WIDE};
+use super::sizes::{ALL, OF_ALL, OF_RECORD, WIDE};
 use nalgebra::Vector6;
 
 use crate::MAX_JOINTS;
@@ -150,7 +150,7 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
             record: Bins::of(experiment),
             equations: Equations::All(&seam),
             sought: problem.sought,
-            further: &mut **imperfections,
+            further: &**imperfections,
             normal: record,
             level: problem.level,
         });
@@ -217,6 +217,6 @@ impl Imperfections {
 
 /// [`Assembly::run`], compiled once: not again for each number of bins, in each crate.
 #[inline(never)]
-fn run(assembly: Assembly<'_, &mut Imperfections, WIDE, OF_RECORD>) -> Residuals {
+fn run(assembly: Assembly<'_, &Imperfections, WIDE, OF_RECORD>) -> Residuals {
     assembly.run()
 }

@@ -101,7 +101,7 @@ proptest! {
         let inverse_s = Complex { re: 0.0, im: -1.0 / omega };
         let batch = Batch { s, inverse_s, force, powers: [[1.0; ORDERS]; WIDEST] };
         let mut rows = [[[0.0; MAX_IMPERFECTIONS]; 6]];
-        (&mut plant.imperfections).write(&mut rows, 0, &response, &model, &batch, &seam);
+        (&plant.imperfections).write(&mut rows, 0, &response, &model, &batch, &seam);
 
         let size = |all: &Three| all.iter().map(|a| libm::hypot(a.re, a.im)).fold(0.0, f64::max);
         for index in 0..count {

@@ -30,7 +30,7 @@ pub(super) fn accuracies(
         elastic_centre,
     } = &mut accuracies;
     let part = "0.01 is 1 %";
-    // The fit is linear about the stated value. Beyond these limits the stated value must be corrected.
+    // Beyond these limits the stated value itself must be corrected.
     for (key, stated, target, most, unit) in [
         ("delay_s", section.delay_s, &mut *delay, 1e-3, "in s"),
         ("force_gain", section.force_gain, &mut force.gain, 0.5, part),

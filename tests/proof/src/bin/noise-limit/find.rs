@@ -5,7 +5,9 @@ use fearless_simd::Level;
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
+use flexid_core::imperfection::Accuracies;
 use flexid_core::parameters::{Bounds, Bushings};
+use flexid_core::refine::Plant;
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
 use flexid_core::verdict::Verdict;
@@ -56,6 +58,25 @@ pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) 
     while identifier.step(&experiments) != Phase::Settled {}
     let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
     Ok(Found::new(estimate, identifier.progress().effort.starts))
+}
+
+/// Identifies a robot whose plant has these accuracies, as the daemon does.
+pub(crate) fn find_on_plant(
+    task: &Task,
+    accuracies: &Accuracies,
+    records: &[Record],
+    random: Xoshiro256PlusPlus,
+) -> Result<Found> {
+    let experiments = records.iter().map(|one| experiment(task.chain, &task.measurement, one));
+    let experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let mut identifier = task.identifier(random)?;
+    let mut plant = Box::new(Plant::new(accuracies, task.chain.joints().len()));
+    identifier.renew(&experiments);
+    while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
+    let starts = identifier.progress().effort.starts;
+    let found = identifier.estimate_of_plant(&experiments, &mut plant, || true);
+    let found = found.context("a settled identifier without an estimate")?;
+    Ok(Found::new(&found.estimate, starts))
 }
 
 impl Found {

@@ -47,8 +47,16 @@ impl Intervals {
     /// Share of all intervals that cover. It may differ from 95 % by `off`, or by the scatter of few runs. If one
     /// error moves all intervals of a run, each run counts as one interval.
     pub(crate) fn cover(&self, what: &str, off: f64, one_error: bool) -> Figure {
-        let limits =
-            spread::percentages(self.independent(0, one_error), 0.95, [95.0 - off, 95.0 + off]);
+        self.cover_as(what, [95.0 - off, 95.0 + off], self.independent(0, one_error))
+    }
+
+    /// Share of all intervals that cover, within `limits` in percent or the scatter of few runs.
+    pub(crate) fn cover_within(&self, what: &str, limits: [f64; 2]) -> Figure {
+        self.cover_as(what, limits, self.independent(0, false))
+    }
+
+    fn cover_as(&self, what: &str, limits: [f64; 2], independent: usize) -> Figure {
+        let limits = spread::percentages(independent, 0.95, limits);
         let what = format!("{what}: 95 % intervals that cover");
         let share = 100.0 * self.covered as f64 / self.count as f64;
         Figure::within(what, self.runs, limits, share, " %")

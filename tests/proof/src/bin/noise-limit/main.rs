@@ -19,6 +19,7 @@ mod linear;
 mod noise_free;
 mod nonlinear;
 mod nuisances;
+mod plants;
 mod records;
 mod run;
 mod spread;
@@ -48,13 +49,14 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 9] = [
+const PARTS: [Part; 10] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 30] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 60] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 10] },
     Part { name: "displacement", prove: displacement::prove, robots: [20, 2] },
     Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 4] },
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 6] },
+    Part { name: "plants", prove: plants::prove, robots: [200, 12] },
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
     Part { name: "arms", prove: arms::prove, robots: [100, 4] },
     Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 10] },

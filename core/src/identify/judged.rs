@@ -1,0 +1,39 @@
+//! What a minimum is judged by.
+
+use super::minimum::rarely_exceeded;
+use crate::refine::Fit;
+
+/// Residuals that are left at a minimum, and what it is compared by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judged {
+    pub(super) sum_of_squares: f64,
+    pub(super) degrees_of_freedom: f64,
+    pub(super) static_sum_of_squares: f64,
+    pub(super) static_residuals: usize,
+    pub(super) whiteness: f64,
+    /// Median surface similarity parameter.
+    pub(super) ssp: f64,
+    pub(super) objective: f64,
+    pub(super) log_information: f64,
+}
+
+impl Judged {
+    pub(super) fn of(fit: &Fit) -> Self {
+        Self {
+            sum_of_squares: fit.sum_of_squares,
+            degrees_of_freedom: fit.degrees_of_freedom,
+            static_sum_of_squares: fit.static_sum_of_squares,
+            static_residuals: fit.static_residuals,
+            whiteness: fit.whiteness,
+            ssp: fit.ssp[0],
+            objective: fit.objective,
+            log_information: fit.log_information,
+        }
+    }
+}
+
+/// Whether imperfections whose squares in their standard deviations have this sum are larger than those of a plausible plant. The many
+/// residuals of the records would outvote their priors, and a wrong minimum would be explained by imperfections that no plant has.
+pub(super) fn are_implausible(sum_of_squares: f64, count: usize) -> bool {
+    !(0.0..=rarely_exceeded(count as f64)).contains(&sum_of_squares)
+}

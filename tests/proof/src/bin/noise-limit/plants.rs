@@ -1,0 +1,181 @@
+//! Plausible plants: everything that has an accuracy is off at once, each drawn from its typical accuracy.
+//!
+//! The robot moves in time with its true geometry, masses and sensors. The fit is that of the default configuration: imperfections
+//! have typical accuracies.
+
+use anyhow::{Context, Result};
+use flexid_core::imperfection::{Accuracies, SensorAccuracies};
+use flexid_simulation::experiment::Cut;
+use flexid_simulation::plant::clock::Clock;
+use flexid_simulation::plant::motion::{Surroundings, Work};
+use flexid_simulation::plant::{Plant, Robot, Sensor, Tool};
+use rayon::prelude::*;
+
+use crate::common::Random;
+use crate::figure::{Figure, median};
+use crate::find::{Found, find_on_plant};
+use crate::intervals::Intervals;
+use crate::records::{Sensors, Signals};
+use crate::spread;
+use crate::study::{Purpose, Study, name, random};
+
+/// Limits of the share of the intervals that cover, percent.
+const COVER: [f64; 2] = [93.0, 98.0];
+/// Standard deviations by which an interval misses grossly.
+const GROSS: f64 = 5.0;
+/// Largest share of intervals that miss grossly, percent.
+const MISSES: f64 = 0.1;
+/// Least share of the runs that the imperfections explain, percent.
+const EXPLAINED: f64 = 95.0;
+
+/// The result of one run.
+struct Outcome {
+    is_consistent: bool,
+    /// Errors of the identified parameters, in standard deviations.
+    scores: Vec<f64>,
+    /// Their standard deviations.
+    widths: Vec<f64>,
+}
+
+pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
+    let cuts = study.cuts();
+    let one = |robot: u64| outcome(study, &cuts[robot as usize % cuts.len()], robot, details);
+    let all = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
+    let explained = all.iter().filter(|outcome| outcome.is_consistent).count();
+    let least = spread::percentages(robots, EXPLAINED / 100.0, [EXPLAINED, 100.0])[0];
+    let held = 100.0 * explained as f64 >= least * robots as f64;
+    let mut intervals = Intervals::default();
+    for Outcome { scores, .. } in &all {
+        intervals.push(scores.iter().copied());
+    }
+    let scores: Vec<f64> = all.iter().flat_map(|outcome| outcome.scores.iter().copied()).collect();
+    let widths: Vec<f64> = all.iter().flat_map(|outcome| outcome.widths.iter().copied()).collect();
+    let gross = scores.iter().filter(|score| score.abs() > GROSS).count();
+    let share = 100.0 * gross as f64 / scores.len().max(1) as f64;
+    let parameters = 12 * study.chain.joints().len() * robots;
+    Ok(vec![
+        Figure::count(
+            "drawn plants: fits that the imperfections explain",
+            robots,
+            held,
+            explained,
+            &format!("at least {least:.0} %"),
+        ),
+        intervals.cover_within("drawn plants, identified", COVER),
+        Figure::at_most(
+            "drawn plants: intervals that miss by over 5 σ",
+            robots,
+            MISSES,
+            share,
+            " %",
+        ),
+        // This figure shows that the verdict is possible.
+        Figure::count(
+            "drawn plants: parameters that are identified",
+            parameters,
+            4 * scores.len() > 3 * parameters,
+            scores.len(),
+            "more than three quarters",
+        )
+        .remark(format_args!("median standard deviation {:.2} %", 100.0 * median(widths))),
+    ])
+}
+
+fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Outcome> {
+    let truth = study.robot(robot);
+    let accuracies = Accuracies::typical();
+    let mut draw = random(Purpose::Draw, robot);
+    let plant = drawn(&accuracies, study.chain.joints().len(), &mut draw);
+    let mut sensors = Sensors::new(study, random(Purpose::Noise, robot))?;
+    let mut records = Vec::new();
+    for (number, cut) in (0..).zip(cuts) {
+        let work = Work { cut, model: &study.chain, bushings: &truth, number };
+        // The sensors of the study add the noise.
+        let samples = study.scenario.measurement.samples();
+        let surroundings =
+            Surroundings { force_noise: 0.0, acceleration_noise: 0.0, spindle: vec![0.0; samples] };
+        let readings = plant.readings(work, &surroundings, &mut draw.0);
+        let readings = readings.context("the robot gives way")?;
+        let (force, acceleration) = (&readings.force, &readings.acceleration);
+        records.push(sensors.measure(&Signals { pose: &cut.pose, force, acceleration })?);
+    }
+    let search = random(Purpose::Search, robot).0;
+    let found = find_on_plant(&study.task(), &accuracies, &records, search)?;
+    let errors = found.errors(&truth);
+    let identified: Vec<usize> =
+        (0..errors.len()).filter(|index| found.identifies(*index)).collect();
+    let scores: Vec<f64> =
+        identified.iter().map(|&index| errors[index] / found.deviations[index]).collect();
+    if details {
+        print(robot, &found, &identified, &scores);
+    }
+    Ok(Outcome {
+        is_consistent: found.is_consistent(),
+        scores,
+        widths: identified.iter().map(|&index| found.deviations[index]).collect(),
+    })
+}
+
+fn print(robot: u64, found: &Found, identified: &[usize], scores: &[f64]) {
+    let estimate = &found.estimate;
+    let worst = (0..scores.len()).max_by(|&a, &b| scores[a].abs().total_cmp(&scores[b].abs()));
+    let worst = worst.map_or_else(String::new, |worst| {
+        format!(", worst {} by {:.1} σ", name(identified[worst]), scores[worst])
+    });
+    eprintln!(
+        "robot {robot}: {:?}, χ²/dof {:.3}, whiteness {:.1}, {} starts, {} identified{worst}",
+        estimate.acceptance,
+        estimate.consistency,
+        estimate.whiteness,
+        found.starts,
+        identified.len()
+    );
+}
+
+/// A plant whose every error is drawn from a normal distribution.
+fn drawn(accuracies: &Accuracies, joints: usize, random: &mut Random) -> Plant {
+    let sensor = |own: &SensorAccuracies, random: &mut Random| {
+        let resonance = own.resonance * random.normal().abs();
+        Sensor {
+            angle_rad: three(own.angle, random),
+            gain: three(own.gain, random).map(f64::exp),
+            crosstalk: own.crosstalk * random.normal(),
+            resonance_hz: 1.0 / (std::f64::consts::TAU * resonance.sqrt()),
+            high_pass_hz: own.high_pass * random.normal().abs() / std::f64::consts::TAU,
+            ..Sensor::default()
+        }
+    };
+    let force_sensor = sensor(&accuracies.force, random);
+    let accelerometer = sensor(&accuracies.accelerometer, random);
+    let late_s = accuracies.delay * random.normal();
+    Plant {
+        force_sensor,
+        accelerometer: Sensor {
+            offset_m: three(accuracies.accelerometer_place, random),
+            clock: Clock { late_s, ..Clock::default() },
+            ..accelerometer
+        },
+        tool: Tool {
+            angle_rad: three(accuracies.tool_angle, random),
+            tcp_m: three(accuracies.tool_centre_point, random),
+        },
+        robot: Robot {
+            mass: (0..joints).map(|_| (accuracies.mass * random.normal()).exp()).collect(),
+            centre_of_mass_m: (0..joints)
+                .map(|_| three(accuracies.centre_of_mass, random))
+                .collect(),
+            joint_angle_rad: (0..joints)
+                .map(|_| accuracies.joint_angle * random.normal())
+                .collect(),
+            elastic_centre_m: (0..joints)
+                .map(|_| three(accuracies.elastic_centre, random))
+                .collect(),
+            ..Robot::default()
+        },
+        ..Plant::default()
+    }
+}
+
+fn three(deviation: f64, random: &mut Random) -> [f64; 3] {
+    [0, 1, 2].map(|_| deviation * random.normal())
+}
