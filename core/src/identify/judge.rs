@@ -42,7 +42,9 @@ impl<R: Rng> Identifier<R> {
         let Purpose::Plant { mut found, accepted } = purpose else { return };
         let judged = plant.and_then(|plant| self.judged_on_plant(&mut found, experiments, plant));
         found.of_plant = Some(judged.unwrap_or_else(|| Judged::of(&found.fit)));
-        if let (Some(acceptance), Some(mut best)) = (accepted, self.best.take()) {
+        if let Some(acceptance) = accepted
+            && let Some(mut best) = self.best.take()
+        {
             if !(found.is_beyond_doubt() && found.is_clearly_better_than(&best)) {
                 self.stand_at(&best, experiments);
                 return self.conclude(&mut best, acceptance, experiments);
@@ -53,8 +55,8 @@ impl<R: Rng> Identifier<R> {
         self.decide(found, experiments);
     }
 
-    /// The residuals that the imperfections leave. `None` if the fit has not come to a minimum, or if its
-    /// imperfections are larger than those of a plausible plant.
+    /// The residuals that the imperfections leave. `None` if the fit has not come to a minimum, or if its imperfections are larger than
+    /// those of a plausible plant.
     #[inline(never)]
     fn judged_on_plant<const B: usize>(
         &mut self,
