@@ -138,7 +138,7 @@ impl Deflection {
         let mut gradient = [[[0.0; DOF]; MAX_JOINTS]; 3];
         for joint in 0..bushings.len() {
             for dof in 0..DOF {
-                let derivatives = response.derivatives(&terms, rest, joint, dof);
+                let derivatives = response.derivatives(&terms, joint, dof);
                 for (axis, [stiffness, _]) in derivatives.into_iter().enumerate() {
                     gradient[axis][joint][dof] = stiffness.re;
                 }

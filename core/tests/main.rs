@@ -9,6 +9,7 @@ mod motion;
 mod mounting;
 mod noise;
 mod nuisances;
+mod plants;
 mod receptance;
 mod refine;
 mod search;

@@ -87,7 +87,7 @@ impl<T: Precision> Kernel<T> for Gradients<'_, T> {
             found.evaluate(terms, s, &force, loads);
             // One loop, or the compiler unrolls the inner one, and the code outgrows the cache of instructions.
             for index in 0..DOF * joints {
-                for part in found.derivatives(terms, s, index / DOF, index % DOF).as_flattened() {
+                for part in found.derivatives(terms, index / DOF, index % DOF).as_flattened() {
                     sum = sum + part.re + part.im;
                 }
             }

@@ -91,6 +91,17 @@ pub struct Chain {
     pub(crate) tcp: Isometry3<f64>,
 }
 
+impl Joint {
+    /// Degree of freedom along (or about) the axis of the drive: that of the axis' largest component.
+    pub(crate) fn drive(&self) -> usize {
+        let first = match self.kind {
+            JointKind::Prismatic => 0,
+            JointKind::Revolute => 3,
+        };
+        first + self.axis.iamax()
+    }
+}
+
 impl Chain {
     /// A chain of `joints`, base first, with `tcp` as the pose of the TCP in the last joint's frame.
     ///

@@ -109,7 +109,7 @@ impl Kernel<f32> for Line<'_> {
             for joint in 0..terms.joints.len() {
                 for dof in 0..DOF {
                     let index = 2 * DOF * joint + dof;
-                    let by = response.derivatives(terms, s, joint, dof);
+                    let by = response.derivatives(terms, joint, dof);
                     for (axis, [stiffness, damping]) in by.into_iter().enumerate() {
                         store(stiffness, &mut derivatives[axis][index]);
                         store(damping, &mut derivatives[axis][index + DOF]);

@@ -62,6 +62,9 @@ pub struct Estimate {
     pub covariance: Covariance,
     /// Combinations of unknowns that the data determine badly, the worst first. Without records no single damping is one.
     pub weak_directions: Vec<Direction, MAX_DIRECTIONS>,
+    /// Whether the standard deviations hold also where the residuals are not those of noise: they are no smaller than those by the scatter
+    /// between blocks of the records.
+    pub is_robust: bool,
     /// How well a fit to the others predicts each experiment, in their order; empty if there are no others.
     pub held_out: Vec<Agreement, MAX_EXPERIMENTS>,
     /// The nuisances that were sought with the parameters.
@@ -121,6 +124,7 @@ impl Estimate {
             statics_object: minimum.statics_object(),
             stands_clear: minimum.stands_clear(),
             weak_directions,
+            is_robust: false,
             held_out: Vec::new(),
             experiments,
             nuisances: problem.sought.found(&minimum.coordinates, &fit.covariance),
@@ -134,11 +138,15 @@ impl Estimate {
     }
 
     /// How far its parameters can be trusted: none is identified in a fit that did not settle, that static tests contradict, or
-    /// whose residuals are both larger and more alike than noise makes them, so that the model is wrong.
+    /// whose residuals are both larger and more alike than noise makes them, so that the model is wrong, unless its standard deviations
+    /// are robust.
     pub fn trust(&self) -> Trust {
-        let wrong = self.statics_object || self.size_objects && self.whiteness_objects;
-        let sound = self.acceptance != Acceptance::Unsettled && !wrong;
-        Trust::new(self.consistency, sound)
+        let settled = self.acceptance != Acceptance::Unsettled && !self.statics_object;
+        if self.is_robust {
+            return Trust::robust(self.consistency, settled);
+        }
+        let wrong = self.size_objects && self.whiteness_objects;
+        Trust::new(self.consistency, settled && !wrong)
     }
 }
 

@@ -24,7 +24,7 @@ impl<R: Rng> Identifier<R> {
         if let Some(plant) = plant
             && self.is_to_be_judged_on_plant(&found, experiments)
         {
-            self.refinement.restart_plant(plant);
+            self.refinement.restart_plant(plant, experiments.len());
             self.purpose = Purpose::Plant { found, accepted: None };
             return;
         }

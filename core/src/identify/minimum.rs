@@ -26,6 +26,8 @@ const NOISE_ERROR: f64 = 0.04;
 /// Size and structure of the residuals together, each in its standard deviations, above which a minimum that leaves a stiffness
 /// undetermined is doubtful. The sum is about N(0, 2): noise exceeds it once in 430.
 const DOUBTFUL: f64 = 4.0;
+/// Sum of the same two from which the model does not explain the residuals. Chosen: three standard deviations of either.
+const MISFIT: f64 = 3.0;
 /// χ² per degree of freedom up to which the branches of a minimum are refined although noise does not explain it.
 const NEAR: f64 = 30.0;
 /// Two minima are equally good if their sums of squares differ by less than 1, and this part of them.
@@ -126,6 +128,12 @@ impl Minimum {
         whiteness.is_nan() || whiteness > STRUCTURED
     }
 
+    /// Size and structure of the residuals together are hardly ever left by noise: the model is not quite that of the plant.
+    pub(super) fn leaves_misfit(&self) -> bool {
+        let Judged { whiteness, .. } = self.judged();
+        self.excess() + whiteness > MISFIT
+    }
+
     /// The static tests' residuals by themselves are larger than their noise leaves them; what is no number is.
     pub(super) fn statics_object(&self) -> bool {
         let Judged { static_residuals, static_sum_of_squares, .. } = self.judged();
@@ -176,11 +184,16 @@ impl Minimum {
     /// Size and structure of the residuals together are more than noise nearly ever makes them, though each by itself may be
     /// explained. Of seven wrong minima of drawn six-joint arms with one record, five are doubtful.
     pub(super) fn is_doubtful(&self) -> bool {
-        let Judged { sum_of_squares, degrees_of_freedom, whiteness, .. } = self.judged();
+        let Judged { whiteness, .. } = self.judged();
+        self.excess() + whiteness > DOUBTFUL
+    }
+
+    /// How much larger than the noise the residuals are, in standard deviations.
+    fn excess(&self) -> f64 {
+        let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged();
         let freedom = degrees_of_freedom.max(1.0);
         let spread = libm::sqrt(2.0 / freedom + NOISE_ERROR * NOISE_ERROR);
-        let size = (sum_of_squares / freedom - 1.0) / spread;
-        size + whiteness > DOUBTFUL
+        (sum_of_squares / freedom - 1.0) / spread
     }
 
     /// Becomes the better of the two; what has been reached twice has been reached as often as both. `distance` is the
@@ -334,7 +347,7 @@ impl Minimum {
     }
 
     /// χ² per degree of freedom, but at least 1.
-    fn inflation(&self) -> f64 {
+    pub(super) fn inflation(&self) -> f64 {
         (self.fit.sum_of_squares / self.fit.degrees_of_freedom.max(1.0)).max(1.0)
     }
 

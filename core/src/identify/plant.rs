@@ -38,7 +38,7 @@ impl<R> Identifier<R> {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.restart_at(&perfect.coordinates);
-        refinement.restart_plant(plant);
+        refinement.restart_plant(plant, experiments.len());
         loop {
             if !go_on() {
                 return None;
@@ -56,6 +56,14 @@ impl<R> Identifier<R> {
         minimum.apart.clone_from(&perfect.apart);
         minimum.deviations_elsewhere.clone_from(&perfect.deviations_elsewhere);
         minimum.spread(sought);
+        plant.widen_by_structure(&mut minimum.fit, sought, &sought.bushings(&coordinates));
+        let is_robust = minimum.leaves_misfit();
+        if is_robust {
+            let deviations = refinement.jackknife_plant(&problem, experiments, plant)?;
+            // The trust in an estimate multiplies its deviations by the inflation.
+            let inflation = libm::sqrt(minimum.inflation());
+            minimum.fit.raise(sought, &deviations.map(|deviation| deviation / inflation));
+        }
         let acceptance = match perfect.acceptance {
             Acceptance::Unsettled => Acceptance::Unsettled,
             _ if !minimum.is_reached() => Acceptance::Unsettled,
@@ -77,6 +85,7 @@ impl<R> Identifier<R> {
             perfect.experiments,
         );
         estimate.held_out = perfect.held_out;
+        estimate.is_robust = is_robust;
         refinement.restart_at(&perfect.coordinates);
         Some(PlantEstimate { estimate, imperfections })
     }

@@ -42,6 +42,22 @@ pub struct Accuracies {
     pub joint_angle: f64,
     /// Place of each bushing along each axis of its link, m.
     pub elastic_centre: f64,
+    /// Logarithm of the inertia of each link, beside that of its mass.
+    pub inertia: f64,
+    /// Part of all dampings that is hysteretic.
+    pub hysteresis: f64,
+    /// Relative growth of the stiffness of each drive from low to high frequencies.
+    pub servo: f64,
+    /// Relative growth of the stiffness of all drives with the load of gravity, per Nm (or N).
+    pub load: f64,
+    /// Delay of the acceleration in one record, beside [`Accuracies::delay`], s.
+    pub record_delay: f64,
+    /// Logarithm of all stiffnesses in one record.
+    pub record_stiffness: f64,
+    /// Compliance of base or link in series with each joint, along each axis, m/N.
+    pub structure_translation: f64,
+    /// The same about each axis, rad/Nm.
+    pub structure_rotation: f64,
 }
 
 impl Accuracies {
@@ -63,6 +79,14 @@ impl Accuracies {
     /// | centre of mass              | 5 mm               | assumed, for the same reason                                        |
     /// | joint angle                 | 1 mrad (0.06°)     | mastered robots: Nubiola and Bonev, 2013                            |
     /// | elastic centre              | 10 mm              | assumed: a bearing beside its gear                                  |
+    /// | inertia                     | 5 %                | assumed: CAD of a link without its gears and motors                 |
+    /// | hysteretic part             | 30 %               | bolted and geared joints: Nashif, Jones and Henderson, 1985         |
+    /// | stiffness of drives         | 5 %                | assumed: a proportional position loop of 10 Hz on a stiff gear      |
+    /// | the same with the load      | 1 % per kNm        | assumed: gears that stiffen by some per cent up to the rated torque |
+    /// | delay of a record           | 5 µs               | assumed: sensors that start without a hardware trigger              |
+    /// | stiffness of a record       | 0.1 %              | assumed: a gear that warms up                                       |
+    /// | base or link                | 1e-10 m/N          | assumed: cast links, a base bolted to concrete: 10 GN/m             |
+    /// |                             | 1e-10 rad/Nm       | assumed, for the same: 10 GNm/rad                                   |
     pub fn typical() -> Self {
         let squared_period = |hz: f64| 1.0 / (TAU * hz * TAU * hz);
         Self {
@@ -88,6 +112,14 @@ impl Accuracies {
             centre_of_mass: 5e-3,
             joint_angle: 1e-3,
             elastic_centre: 0.01,
+            inertia: 0.05,
+            hysteresis: 0.3,
+            servo: 0.05,
+            load: 1e-5,
+            record_delay: 5e-6,
+            record_stiffness: 1e-3,
+            structure_translation: 1e-10,
+            structure_rotation: 1e-10,
         }
     }
 }

@@ -14,13 +14,21 @@ use heapless::Vec;
 pub use accuracies::{Accuracies, SensorAccuracies};
 
 use crate::MAX_JOINTS;
+use crate::search::MAX_EXPERIMENTS;
 
+/// Number of kinds of imperfections.
+pub(crate) const KINDS: usize = 24;
 /// Largest number of imperfections of a chain.
-pub const MAX_IMPERFECTIONS: usize = OF_SENSORS + OF_JOINTS * MAX_JOINTS;
+pub const MAX_IMPERFECTIONS: usize =
+    OF_SENSORS + OF_JOINTS * MAX_JOINTS + OF_BUSHINGS + OF_RECORDS * MAX_EXPERIMENTS;
 /// Imperfections of the sensors and of the tool.
 const OF_SENSORS: usize = 1 + 6 + 12 + 9 + 6 + 4;
 /// Imperfections of each joint and its link.
-const OF_JOINTS: usize = 1 + 3 + 1 + 3;
+const OF_JOINTS: usize = 1 + 3 + 1 + 3 + 1 + 1;
+/// Imperfections of all bushings.
+const OF_BUSHINGS: usize = 2;
+/// Imperfections of each record.
+const OF_RECORDS: usize = 2;
 
 /// A sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,12 +69,26 @@ pub enum Imperfection {
     JointAngle(usize),
     /// Place of a bushing less that of its joint's origin, along an axis of the link, m.
     ElasticCentre(usize, usize),
+    /// Logarithm of the inertia of a link, about its centre of mass, beside that of its mass.
+    Inertia(usize),
+    /// Part of all dampings that is hysteretic: it dissipates the same at each frequency, and the stiffness grows with the logarithm of
+    /// the frequency. Stiffness and damping are then those in the middle of the band.
+    Hysteresis,
+    /// Relative growth of the stiffness of a drive, along or about the axis of its joint, from below 10 Hz to above.
+    Servo(usize),
+    /// Relative growth of the stiffness of all drives with the magnitude of the load of gravity on them, 1/Nm (or 1/N).
+    Load,
+    /// Delay of the acceleration in one record, by its number from 0, beside [`Imperfection::Delay`], s.
+    RecordDelay(usize),
+    /// Logarithm of all stiffnesses in one record, by its number from 0.
+    RecordStiffness(usize),
 }
 
-/// All imperfections that have an accuracy, each with its standard deviation.
+/// All imperfections that have an accuracy, each with its standard deviation, of a robot with so many joints and so many records.
 pub(crate) fn all(
     accuracies: &Accuracies,
     joints: usize,
+    records: usize,
 ) -> Vec<(Imperfection, f64), MAX_IMPERFECTIONS> {
     use Imperfection as I;
     use Sensor::{Accelerometer, Force};
@@ -97,19 +119,62 @@ pub(crate) fn all(
                 (I::ElasticCentre(link, axis), accuracies.elastic_centre),
             ]
         });
-        [(I::Mass(link), accuracies.mass), (I::JointAngle(link), accuracies.joint_angle)]
-            .into_iter()
-            .chain(of_axes)
+        let others = [
+            (I::Mass(link), accuracies.mass),
+            (I::Inertia(link), accuracies.inertia),
+            (I::JointAngle(link), accuracies.joint_angle),
+            (I::Servo(link), accuracies.servo),
+        ];
+        others.into_iter().chain(of_axes)
+    });
+    let of_bushings = [(I::Hysteresis, accuracies.hysteresis), (I::Load, accuracies.load)];
+    let of_records = (0..records.min(MAX_EXPERIMENTS)).flat_map(|record| {
+        // Of a single record they are those of all.
+        let differ = records > 1;
+        [
+            (I::RecordDelay(record), accuracies.record_delay),
+            (I::RecordStiffness(record), accuracies.record_stiffness),
+        ]
+        .into_iter()
+        .filter(move |_| differ)
     });
     core::iter::once((I::Delay, accuracies.delay))
         .chain(of_sensors)
         .chain(of_tool)
         .chain(of_links)
+        .chain(of_bushings)
+        .chain(of_records)
         .filter(|(_, deviation)| *deviation > 0.0 && deviation.is_finite())
         .collect()
 }
 
 impl Imperfection {
+    /// Number of the kind, 0 to [`KINDS`]: all imperfections of a kind have the same accuracy.
+    pub(crate) fn kind(self) -> usize {
+        let of = |sensor| usize::from(sensor == Sensor::Accelerometer);
+        match self {
+            Self::Delay => 0,
+            Self::Gain(sensor, _) => 1 + of(sensor),
+            Self::Crosstalk(sensor, ..) => 3 + of(sensor),
+            Self::Turn(sensor, _) => 5 + of(sensor),
+            Self::Resonance(sensor) => 7 + of(sensor),
+            Self::HighPass(sensor) => 9 + of(sensor),
+            Self::ToolTurn(_) => 11,
+            Self::ToolCentrePoint(_) => 12,
+            Self::AccelerometerPlace(_) => 13,
+            Self::Mass(_) => 14,
+            Self::CentreOfMass(..) => 15,
+            Self::JointAngle(_) => 16,
+            Self::ElasticCentre(..) => 17,
+            Self::Inertia(_) => 18,
+            Self::Hysteresis => 19,
+            Self::Servo(_) => 20,
+            Self::Load => 21,
+            Self::RecordDelay(_) => 22,
+            Self::RecordStiffness(_) => 23,
+        }
+    }
+
     /// Whether its derivative is that of the model's matrices. Else its derivative is a multiple of readings or forces.
     pub(crate) fn is_of_model(self) -> bool {
         matches!(
@@ -123,6 +188,9 @@ impl Imperfection {
                 | Self::CentreOfMass(..)
                 | Self::JointAngle(_)
                 | Self::ElasticCentre(..)
+                | Self::Inertia(_)
+                | Self::Load
+                | Self::RecordStiffness(_)
         )
     }
 }
@@ -133,8 +201,8 @@ mod tests {
 
     #[test]
     fn there_is_room_for_all() {
-        let all = all(&Accuracies::typical(), MAX_JOINTS);
+        let all = all(&Accuracies::typical(), MAX_JOINTS, MAX_EXPERIMENTS);
         assert_eq!(all.len(), MAX_IMPERFECTIONS);
-        assert!(super::all(&Accuracies::default(), MAX_JOINTS).is_empty());
+        assert!(super::all(&Accuracies::default(), MAX_JOINTS, MAX_EXPERIMENTS).is_empty());
     }
 }

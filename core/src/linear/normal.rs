@@ -180,6 +180,13 @@ impl<const L: usize> Normal<L> {
         }
     }
 
+    /// Becomes what these equations leave of others of the same unknowns. Valid before an elimination.
+    pub(crate) fn take_from(&mut self, whole: &Self) {
+        for (entry, whole) in self.entries_mut().iter_mut().zip(whole.entries()) {
+            *entry = whole - *entry;
+        }
+    }
+
     /// Fixes unknowns at the given values: their columns move to the right-hand side. Valid before an elimination.
     pub(crate) fn fix(&mut self, values: &[Option<f64>]) {
         let right = packed(self.size - 1);

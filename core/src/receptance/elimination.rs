@@ -5,8 +5,9 @@ use seq_macro::seq;
 
 use super::complex::{Column, Complex};
 use super::lanes::Lanes;
+use super::law::Rates;
 use super::symmetric::{Factor, Symmetric, at};
-use super::terms::JointTerms;
+use super::terms::{Growth, JointTerms};
 use crate::DOF;
 
 /// Elimination of x, the displacement by which the link before carries a bushing.
@@ -31,11 +32,12 @@ impl<V: Lanes> Elimination<V> {
     pub(super) fn eliminate<const GRAVITY: bool>(
         &mut self,
         joint: &JointTerms<V::Scalar>,
-        s: Complex<V>,
+        rates: &Rates<V>,
         s2: Complex<V>,
         stiffness: &mut Symmetric<V>,
     ) {
-        let bushing = bushing(joint, s);
+        let like = s2.re;
+        let bushing = bushing(joint, rates);
         let delta = self.factor.matrix();
         joint.to_parent.stiffness(stiffness, delta);
         for i in 0..DOF {
@@ -48,16 +50,16 @@ impl<V: Lanes> Elimination<V> {
         self.factor.factorise();
         self.solve_coupling::<GRAVITY>(joint, &bushing);
         seq!(I in 0..6 {
-            let mut scaled = [Complex::zero(s.re); DOF];
+            let mut scaled = [Complex::zero(like); DOF];
             for k in first::<GRAVITY>(I)..DOF {
                 scaled[k] = self.forward[I][k] * self.factor.reciprocal(k);
             }
             for j in 0..=I {
-                let mut entry = Complex::zero(s.re);
+                let mut entry = Complex::zero(like);
                 for k in first::<GRAVITY>(I)..DOF {
                     entry = entry.sub_mul(scaled[k], self.forward[j][k]);
                 }
-                stiffness[at(I, j)] = entry.add_mul_real(s2, s.re.fill(joint.inertia[at(I, j)]));
+                stiffness[at(I, j)] = entry.add_mul_real(s2, like.fill(joint.inertia[at(I, j)]));
             }
             stiffness[at(I, I)] = stiffness[at(I, I)] + bushing[I];
         });
@@ -141,14 +143,14 @@ impl<V: Lanes> Elimination<V> {
 #[inline(always)]
 pub(super) fn first_link<V: Lanes, const GRAVITY: bool>(
     joint: &JointTerms<V::Scalar>,
-    s: Complex<V>,
+    rates: &Rates<V>,
     s2: Complex<V>,
     stiffness: &mut Symmetric<V>,
 ) {
     for (entry, &inertia) in stiffness.iter_mut().zip(&joint.inertia) {
-        *entry = s2.scale(s.re.fill(inertia));
+        *entry = s2.scale(s2.re.fill(inertia));
     }
-    let bushing = bushing(joint, s);
+    let bushing = bushing(joint, rates);
     for i in 0..DOF {
         stiffness[at(i, i)] = stiffness[at(i, i)] + bushing[i];
     }
@@ -163,13 +165,19 @@ const fn first<const GRAVITY: bool>(column: usize) -> usize {
     if GRAVITY && column >= 3 { 3 } else { column }
 }
 
-/// Diagonal `k + s d` of a bushing.
+/// Diagonal `k (1 + g ψ) + d σ` of a bushing.
 #[inline(always)]
-fn bushing<V: Lanes>(joint: &JointTerms<V::Scalar>, s: Complex<V>) -> Column<V> {
-    let mut bushing = [Complex::zero(s.re); DOF];
+pub(crate) fn bushing<V: Lanes>(joint: &JointTerms<V::Scalar>, rates: &Rates<V>) -> Column<V> {
+    let Rates { damper, drive } = rates;
+    let like = damper.re;
+    let mut bushing = [Complex::zero(like); DOF];
     for i in 0..DOF {
-        let (stiffness, damping) = (s.re.fill(joint.stiffness[i]), s.re.fill(joint.damping[i]));
-        bushing[i] = Complex::new(s.re.mul_add(damping, stiffness), s.im * damping);
+        let (stiffness, damping) = (like.fill(joint.stiffness[i]), like.fill(joint.damping[i]));
+        bushing[i] = Complex::new(damper.re.mul_add(damping, stiffness), damper.im * damping);
+    }
+    if let Some(Growth { dof, part }) = joint.growth {
+        let stiffness = like.fill(joint.stiffness[dof]) * like.fill(part);
+        bushing[dof] = bushing[dof].add_mul_real(*drive, stiffness);
     }
     bushing
 }

@@ -7,10 +7,13 @@
 //! ```text
 //! ∂A_a/∂ln k_i = −k_i e_out,ia q_i       ∂A_a/∂ln d_i = −s d_i e_out,ia q_i       ∂A_a/∂γ_i = e_out,ia
 //! ```
+//!
+//! If bushings depend on the frequency (`law`), k_i is `k_i (1 + g ψ)`, and s d_i is `σ d_i`.
 
 use super::complex::{Column, Complex};
 use super::elimination::Elimination;
 use super::lanes::{Lanes, Scalar};
+use super::law::Rates;
 use super::recursion::{SeamLoads, outward};
 use super::symmetric::{Factor, at};
 use super::terms::{JointTerms, Terms};
@@ -40,6 +43,8 @@ pub struct Response<V> {
     eliminations: [Elimination<V>; MAX_JOINTS],
     /// Load of the seam at each elimination, as `Elimination::half_solve` leaves it.
     seam_half: PerDof<V>,
+    /// σ and ψ.
+    rates: Rates<V>,
     /// Whether the record has a seam.
     has_seam: bool,
     /// Dynamic stiffness of the last link, factorised.
@@ -67,12 +72,19 @@ impl<V: Lanes> Response<V> {
             per_mass: [[zero; MAX_JOINTS]; 3],
             eliminations: [Elimination::new(like); MAX_JOINTS],
             seam_half: per_dof,
+            rates: Rates::plain(zero),
             has_seam: false,
             tip: Factor::zero(like),
             tool: ToolReaction::new(like),
             observations: [[zero; DOF]; 3],
             load: [zero; DOF],
         }
+    }
+
+    /// σ and ψ of the last evaluation.
+    #[inline(always)]
+    pub(crate) fn rates(&self) -> &Rates<V> {
+        &self.rates
     }
 
     /// Evaluates the response at the complex frequency `s` (rad/s) to the record's `force` and `seam`. `force` is the
@@ -100,17 +112,18 @@ impl<V: Lanes> Response<V> {
         seam: Option<&PerDof<V>>,
     ) {
         self.has_seam = seam.is_some();
+        self.rates = terms.rates(s);
         self.load = [Complex::zero(s.re); DOF];
         let seam = seam.map(|bushings| SeamLoads {
             bushings,
             half: &mut self.seam_half,
             link: &mut self.load,
         });
-        let (eliminations, tip) = (&mut self.eliminations, &mut self.tip);
+        let (rates, eliminations, tip) = (&self.rates, &mut self.eliminations, &mut self.tip);
         if terms.gravity {
-            outward::<V, MAX_JOINTS, true>(terms, s, eliminations, tip, seam);
+            outward::<V, MAX_JOINTS, true>(terms, s, rates, eliminations, tip, seam);
         } else {
-            outward::<V, MAX_JOINTS, false>(terms, s, eliminations, tip, seam);
+            outward::<V, MAX_JOINTS, false>(terms, s, rates, eliminations, tip, seam);
         }
         self.add_force(terms, force);
         terms.observation.loads(s, &mut self.observations);
@@ -219,14 +232,19 @@ impl<V: Lanes> Response<V> {
     pub fn derivatives(
         &self,
         terms: &Terms<V::Scalar>,
-        s: Complex<V>,
         joint: usize,
         dof: usize,
     ) -> [[Complex<V>; 2]; 3] {
-        let minus = |value: V::Scalar| s.re.fill(V::Scalar::from_f64(-value.to_f64()));
+        let Rates { damper, drive } = self.rates;
+        let minus = |value: V::Scalar| damper.re.fill(V::Scalar::from_f64(-value.to_f64()));
         let elongation = self.elongation[joint][dof];
-        let sprung = elongation.scale(minus(terms.joints[joint].stiffness[dof]));
-        let damped = (elongation * s).scale(minus(terms.joints[joint].damping[dof]));
+        let mut sprung = elongation.scale(minus(terms.joints[joint].stiffness[dof]));
+        if let Some(growth) = terms.joints[joint].growth
+            && growth.dof == dof
+        {
+            sprung = sprung + (sprung * drive).scale(damper.re.fill(growth.part));
+        }
+        let damped = (elongation * damper).scale(minus(terms.joints[joint].damping[dof]));
         let mut derivatives = [[sprung, damped]; 3];
         for axis in 0..3 {
             for derivative in &mut derivatives[axis] {

@@ -25,6 +25,7 @@ use seq_macro::seq;
 use super::complex::{Column, Complex};
 use super::elimination::{Elimination, first_link};
 use super::lanes::Lanes;
+use super::law::Rates;
 use super::symmetric::Factor;
 use super::terms::{JointTerms, Terms};
 use crate::{DOF, MAX_JOINTS};
@@ -71,7 +72,7 @@ fn tip_only<V: Lanes, const GRAVITY: bool>(terms: &Terms<V::Scalar>, s: Complex<
     let mut tip = Factor::zero(s.re);
     let mut elimination = Elimination::new(s.re);
     let eliminations = core::array::from_mut(&mut elimination);
-    outward::<V, 1, GRAVITY>(terms, s, eliminations, &mut tip, None);
+    outward::<V, 1, GRAVITY>(terms, s, &terms.rates(s), eliminations, &mut tip, None);
     tip
 }
 
@@ -93,6 +94,7 @@ pub(super) struct SeamLoads<'a, V> {
 pub(super) fn outward<V: Lanes, const KEPT: usize, const GRAVITY: bool>(
     terms: &Terms<V::Scalar>,
     s: Complex<V>,
+    rates: &Rates<V>,
     eliminations: &mut [Elimination<V>; KEPT],
     tip: &mut Factor<V>,
     mut seam: Option<SeamLoads<'_, V>>,
@@ -102,12 +104,12 @@ pub(super) fn outward<V: Lanes, const KEPT: usize, const GRAVITY: bool>(
     for (index, joint) in terms.joints.iter().enumerate() {
         if index > 0 {
             let elimination = &mut eliminations[if KEPT == 1 { 0 } else { index }];
-            elimination.eliminate::<GRAVITY>(joint, s, s2, stiffness);
+            elimination.eliminate::<GRAVITY>(joint, rates, s2, stiffness);
             if let Some(seam) = &mut seam {
                 seam.pass::<GRAVITY>(index, joint, elimination);
             }
         } else {
-            first_link::<V, GRAVITY>(joint, s, s2, stiffness);
+            first_link::<V, GRAVITY>(joint, rates, s2, stiffness);
             if let Some(seam) = &mut seam {
                 *seam.link = seam.bushings[0];
             }

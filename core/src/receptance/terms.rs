@@ -3,8 +3,10 @@
 use heapless::Vec;
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
+use super::complex::Complex;
 use super::filter::Filter;
-use super::lanes::Scalar;
+use super::lanes::{Lanes, Scalar};
+use super::law::{Hysteresis, Rates};
 use super::observation::{Loads, Observation};
 use super::symmetric::{PACKED, at};
 use super::to_parent::{ToParent, rows};
@@ -25,6 +27,17 @@ pub(crate) struct JointTerms<T> {
     pub(crate) gravity_coupling: [[T; 3]; DOF],
     pub(crate) stiffness: [T; DOF],
     pub(crate) damping: [T; DOF],
+    /// Growth of the stiffness of the drive with the frequency.
+    pub(crate) growth: Option<Growth<T>>,
+}
+
+/// Growth of the stiffness of a drive with the frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Growth<T> {
+    /// Degree of freedom along or about the axis of the drive.
+    pub(crate) dof: usize,
+    /// g, from low to high frequencies.
+    pub(crate) part: T,
 }
 
 /// A chain at one pose with its bushings, ready for the recursion.
@@ -46,6 +59,8 @@ pub struct Terms<T> {
     pub(crate) gravity: bool,
     /// Whether a response computes the derivatives by the links' masses.
     pub(crate) masses: bool,
+    /// Hysteresis of all bushings.
+    pub(crate) hysteresis: Hysteresis<T>,
 }
 
 impl<T: Scalar> Terms<T> {
@@ -123,6 +138,7 @@ impl<T: Scalar> Terms<T> {
             collocated: false,
             gravity: chain.gravity_at_tip != Vector3::zeros(),
             masses: false,
+            hysteresis: Hysteresis::default(),
         })
     }
 
@@ -134,6 +150,13 @@ impl<T: Scalar> Terms<T> {
     /// The same terms, with which a response also computes [`Response::per_mass`](super::Response::per_mass).
     pub fn with_masses(self) -> Self {
         Self { masses: true, ..self }
+    }
+
+    /// σ and ψ of the bushings at the complex frequency `s`.
+    #[inline(always)]
+    pub(super) fn rates<V: Lanes<Scalar = T>>(&self, s: Complex<V>) -> Rates<V> {
+        let has_growth = self.joints.iter().any(|joint| joint.growth.is_some());
+        Rates::new(&self.hysteresis, has_growth, s)
     }
 
     /// The same terms, of an accelerometer with this filter, which reads `M a`, and a force sensor which reads `N F`.
@@ -185,6 +208,7 @@ impl<T: Scalar> JointTerms<T> {
             gravity_coupling: rows(&joint.gravity_coupling),
             stiffness: bushing.stiffness.map(T::from_f64),
             damping: bushing.damping.map(T::from_f64),
+            growth: None,
         }
     }
 }

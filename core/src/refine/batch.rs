@@ -1,5 +1,7 @@
 //! The bins of a record, as many at a time as a vector has lanes.
 
+use core::ops::Range;
+
 use heapless::Vec;
 
 use super::model::Model;
@@ -17,6 +19,8 @@ pub(super) const COLUMNS: usize = padded(MAX_SEAM + MAX_UNKNOWNS + 1);
 pub(super) struct Bins<'a> {
     spacing: f64,
     first_bin: usize,
+    /// ω₀: the lowest angular frequency of the record.
+    lowest: f64,
     /// Per axis real and imaginary parts.
     force: [[&'a [f32]; 2]; 3],
     acceleration: [[&'a [f32]; 2]; 3],
@@ -30,10 +34,27 @@ impl<'a> Bins<'a> {
         Self {
             spacing: experiment.spacing,
             first_bin: experiment.first_bin,
+            lowest: experiment.first_bin as f64 * experiment.spacing,
             force: experiment.force.parts(),
             acceleration: experiment.acceleration.parts(),
             force_noise: experiment.force_noise.each_ref().map(Vec::as_slice),
             acceleration_noise: experiment.acceleration_noise.each_ref().map(Vec::as_slice),
+        }
+    }
+
+    /// Some of the bins.
+    pub(super) fn part(&self, bins: Range<usize>) -> Self {
+        let cut =
+            |axes: &[[&'a [f32]; 2]; 3]| axes.map(|parts| parts.map(|part| &part[bins.clone()]));
+        let cut_noise = |axes: &[&'a [f32]; 3]| axes.map(|axis| &axis[bins.clone()]);
+        Self {
+            spacing: self.spacing,
+            first_bin: self.first_bin + bins.start,
+            lowest: self.lowest,
+            force: cut(&self.force),
+            acceleration: cut(&self.acceleration),
+            force_noise: cut_noise(&self.force_noise),
+            acceleration_noise: cut_noise(&self.acceleration_noise),
         }
     }
 
@@ -107,7 +128,7 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
         });
         let mut of_ratio = [[0.0; ORDERS]; WIDEST];
         for (lane, of_ratio) in of_ratio[..V::WIDTH].iter_mut().enumerate() {
-            *of_ratio = powers(record.omega((first + lane).min(last)) / record.omega(0));
+            *of_ratio = powers(record.omega((first + lane).min(last)) / record.lowest);
         }
         let (s, inverse_s) = (Complex::new(zero, omega), Complex::new(zero, inverse));
         if !model.force_filter.is_none() {

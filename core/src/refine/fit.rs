@@ -62,6 +62,12 @@ impl Fit {
         self.covariance.mix(others);
         self.deviations = deviations(sought, &self.covariance);
     }
+
+    /// Raises the standard deviations to these, where they are larger.
+    pub(crate) fn raise(&mut self, sought: &Sought, others: &[f64]) {
+        self.covariance.raise(others);
+        self.deviations = deviations(sought, &self.covariance);
+    }
 }
 
 impl Refinement {

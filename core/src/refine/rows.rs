@@ -73,7 +73,7 @@ impl<'a> Derivatives<'a> {
     ) {
         for joint in 0..terms.joints.len() {
             for dof in 0..DOF {
-                let derivatives = response.derivatives(terms, batch.s, joint, dof);
+                let derivatives = response.derivatives(terms, joint, dof);
                 let index = Coordinate::Stiffness { joint, dof }.index();
                 for (axis, [stiffness, damping]) in derivatives.into_iter().enumerate() {
                     self.put(rows, axis, index, stiffness);

@@ -120,10 +120,25 @@ impl Covariance {
     /// Each variance becomes the mean of itself and of the square of `others`, where that is larger: as if two points were equally
     /// likely. The correlations stay. An unknown of which the other deviation is infinite becomes undetermined.
     pub(crate) fn mix(&mut self, others: &[f64]) {
+        let factor = |own: f64, other: f64| {
+            let ratio = other / own;
+            libm::sqrt(0.5 + 0.5 * ratio * ratio)
+        };
+        self.scale(factor, others);
+    }
+
+    /// Raises each standard deviation to that of `others`, where that is larger. The correlations stay. An unknown of which the other
+    /// deviation is infinite becomes undetermined.
+    pub(crate) fn raise(&mut self, others: &[f64]) {
+        self.scale(|own, other| other / own, others);
+    }
+
+    /// Multiplies each standard deviation by a factor of itself and of the other one; the correlations stay. An unknown whose factor is
+    /// infinite becomes undetermined.
+    fn scale(&mut self, factor: impl Fn(f64, f64) -> f64, others: &[f64]) {
         let factor: [f64; MAX_UNKNOWNS] = core::array::from_fn(|i| match others.get(i) {
             Some(&other) if i < self.unknowns && other > self.deviation(i) => {
-                let ratio = other / self.deviation(i);
-                libm::sqrt(0.5 + 0.5 * ratio * ratio)
+                factor(self.deviation(i), other)
             }
             _ => 1.0,
         });

@@ -20,6 +20,9 @@ const IDENTIFIED: f64 = 0.05;
 /// Above this χ² per degree of freedom nothing is identified: noise explains less than half of the residuals. The cause of the
 /// rest may have moved the parameters, or the minimum may be a wrong one.
 const SUSPECT: f64 = 2.0;
+/// Above this one no standard deviation can be trusted: the residuals are three times as large as the noise, and what else the model
+/// lacks is unknown.
+const FOREIGN: f64 = 10.0;
 /// Up to this one it is weak; beyond, the data do not determine it.
 pub(crate) const WEAK: f64 = 0.30;
 
@@ -53,6 +56,12 @@ impl Trust {
         let sane = consistency.is_finite() && consistency >= 0.0;
         let inflation = if sane { libm::sqrt(consistency.max(1.0)) } else { f64::NAN };
         Self { inflation, sound: sound && consistency <= SUSPECT }
+    }
+
+    /// As [`Trust::new`], of standard deviations that hold also where the residuals are not those of noise.
+    pub fn robust(consistency: f64, sound: bool) -> Self {
+        let sound = sound && consistency <= FOREIGN;
+        Self { sound, ..Self::new(consistency, sound) }
     }
 
     /// The verdict on a parameter, and its standard deviation, in the unit of the value; none for a parameter that is not observable.

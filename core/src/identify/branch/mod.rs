@@ -258,7 +258,7 @@ impl<R: Rng> Identifier<R> {
                 && self.is_to_be_judged_on_plant(&branch, experiments)
             {
                 // The minimum has been accepted by its residuals on the plant: so must be what replaces it.
-                self.refinement.restart_plant(plant);
+                self.refinement.restart_plant(plant, experiments.len());
                 self.purpose = Purpose::Plant { found: branch, accepted: Some(acceptance) };
                 self.best = Some(minimum);
                 return None;

@@ -6,10 +6,10 @@
 use heapless::Vec;
 use nalgebra::Matrix3;
 
-use crate::DOF;
 use crate::chain::from_parent::FromParent;
 use crate::chain::linearise::LinearChain;
 use crate::receptance::{Loads, Observation, Terms, ToolTerms};
+use crate::{DOF, MAX_JOINTS};
 
 /// Rows of a 3×3 matrix.
 pub(super) type Block = [[f64; 3]; 3];
@@ -23,6 +23,8 @@ pub(super) struct Change {
     pub(super) from_parent: Vec<(usize, FromParentChange), 2>,
     /// Of the loads on the last link.
     pub(super) tip: Option<Tip>,
+    /// Of the stiffnesses of the bushings.
+    pub(super) stiffness: Option<[[f64; DOF]; MAX_JOINTS]>,
 }
 
 /// Derivatives of the blocks of X.
@@ -50,7 +52,8 @@ impl Change {
         [from_terms, to_terms]: [&Terms<f64>; 2],
         step: f64,
     ) -> Self {
-        let mut change = Self { inertia: None, from_parent: Vec::new(), tip: None };
+        let mut change =
+            Self { inertia: None, from_parent: Vec::new(), tip: None, stiffness: None };
         for (joint, (from, to)) in from.joints.iter().zip(&to.joints).enumerate() {
             if from.inertia != to.inertia {
                 let rate = (to.inertia - from.inertia) / step;
@@ -68,6 +71,13 @@ impl Change {
         if loads(from_terms) != loads(to_terms) {
             change.tip = Some(Tip::between(from_terms, to_terms, step));
         }
+        let mut rates = [[0.0; DOF]; MAX_JOINTS];
+        for (rates, (from, to)) in
+            rates.iter_mut().zip(from_terms.joints.iter().zip(&to_terms.joints))
+        {
+            *rates = core::array::from_fn(|dof| (to.stiffness[dof] - from.stiffness[dof]) / step);
+        }
+        change.stiffness = rates.as_flattened().iter().any(|rate| *rate != 0.0).then_some(rates);
         change
     }
 }

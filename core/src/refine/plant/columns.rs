@@ -7,6 +7,9 @@
 //! delay −s A      gain of A  A_a           resonance of A  −s² A/(1 + s²/ω_r²)       high-pass of A  −A/s/(1 + ω_h/s)
 //!                 gain of F  −G_a F_a      resonance of F  s² G F/(1 + s²/ω_r²)      high-pass of F  G F/s/(1 + ω_h/s)
 //! ```
+//!
+//! Those of a bushing along one degree of freedom change its impedance z: the derivative is `−∂z e_out q`, summed over the degrees of
+//! freedom.
 
 use heapless::Vec;
 
@@ -16,11 +19,13 @@ use super::super::model::Model;
 use super::super::rows::{Rows, write};
 use super::change::Change;
 use super::motion::{Motions, taken_by_tool};
-use crate::MAX_JOINTS;
 use crate::chain::from_parent::FromParent;
 use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS, Sensor};
 use crate::receptance::lanes::Lanes;
-use crate::receptance::{Complex, Filter, PerDof, Response};
+use crate::receptance::{
+    Complex, Filter, PerDof, Response, Terms, per_growth, per_hysteretic_part,
+};
+use crate::{DOF, MAX_JOINTS};
 
 /// Step of a difference, in standard deviations of the imperfection. Chosen: rounding changes a derivative by less than 1e-6 of it, and
 /// curvature by a thousandth of what it changes over a standard deviation.
@@ -37,6 +42,12 @@ pub(super) struct Imperfections {
     pub(super) changes: Vec<Change, MAX_IMPERFECTIONS>,
     /// Filter of the accelerometer.
     pub(super) accelerometer_filter: Filter<f64>,
+    /// Reference of the hysteresis, rad/s.
+    pub(super) reference: f64,
+    /// Degree of freedom of each drive.
+    pub(super) drives: Vec<usize, MAX_JOINTS>,
+    /// Number of the record.
+    pub(super) record: usize,
 }
 
 impl Imperfections {
@@ -67,6 +78,22 @@ impl Imperfections {
         let mut derivative = [Complex::zero(like); 3];
         match imperfection {
             Imperfection::Delay => return by_reading(batch.s),
+            Imperfection::RecordDelay(record) if record == self.record => {
+                return by_reading(batch.s);
+            }
+            Imperfection::Hysteresis => {
+                let excess = per_hysteretic_part(batch.s, self.reference);
+                let damping = |joint: usize, dof: usize| model.terms.joints[joint].damping[dof];
+                return by_impedance(&model.terms, response, excess, damping);
+            }
+            Imperfection::Servo(own) => {
+                let drive = self.drives[own];
+                let stiffness = |joint: usize, dof: usize| {
+                    let is_driven = joint == own && dof == drive;
+                    if is_driven { model.terms.joints[own].stiffness[drive] } else { 0.0 }
+                };
+                return by_impedance(&model.terms, response, per_growth(batch.s), stiffness);
+            }
             Imperfection::Resonance(Sensor::Accelerometer) => {
                 return by_reading(resonance(&self.accelerometer_filter));
             }
@@ -93,6 +120,48 @@ impl Imperfections {
     }
 }
 
+/// Adds the derivatives by the stiffnesses times their `rates`.
+#[inline(always)]
+fn add_stiffness<V: Lanes<Scalar = f64>>(
+    terms: &Terms<f64>,
+    response: &Response<V>,
+    rates: &[[f64; DOF]; MAX_JOINTS],
+    derivative: &mut [Complex<V>; 3],
+) {
+    for (joint, (own, rates)) in terms.joints.iter().zip(rates).enumerate() {
+        for (dof, rate) in rates.iter().enumerate().filter(|(_, rate)| **rate != 0.0) {
+            let by = response.derivatives(terms, joint, dof);
+            for (derivative, [by_stiffness, _]) in derivative.iter_mut().zip(by) {
+                let relative = by_stiffness.re.fill(rate / own.stiffness[dof]);
+                *derivative = derivative.add_mul_real(by_stiffness, relative);
+            }
+        }
+    }
+}
+
+/// `−Σ ∂z e_out q` over all degrees of freedom, with `∂z` a real value of each times a common factor.
+#[inline(always)]
+fn by_impedance<V: Lanes<Scalar = f64>>(
+    terms: &Terms<f64>,
+    response: &Response<V>,
+    factor: Complex<V>,
+    value: impl Fn(usize, usize) -> f64,
+) -> [Complex<V>; 3] {
+    let mut sums = [Complex::zero(factor.re); 3];
+    for joint in 0..terms.joints.len() {
+        for dof in 0..DOF {
+            let value = value(joint, dof);
+            if value != 0.0 {
+                let moved = response.elongation[joint][dof].scale(factor.re.fill(-value));
+                for (sum, per_load) in sums.iter_mut().zip(&response.per_load) {
+                    *sum = sum.add_mul(moved, per_load[joint][dof]);
+                }
+            }
+        }
+    }
+    sums.map(|sum| sum * factor)
+}
+
 impl Further for &Imperfections {
     #[inline(always)]
     fn count(&self) -> usize {
@@ -111,7 +180,7 @@ impl Further for &Imperfections {
     ) {
         let s = batch.s;
         let last = model.terms.joints.len() - 1;
-        let motions = Motions::new(&self.from_parent, model, response, batch, seam);
+        let motions = Motions::new(&self.from_parent, model, response, seam);
         let mut cut = batch.force;
         if let Some(tool) = &model.terms.tool {
             let taken = taken_by_tool(tool, s, &motions.of_record.displacements[last]);
@@ -129,6 +198,9 @@ impl Further for &Imperfections {
                 }
                 for (joint, change) in &change.from_parent {
                     motions.add_from_parent(*joint, change, &mut derivative);
+                }
+                if let Some(rates) = &change.stiffness {
+                    add_stiffness(&model.terms, response, rates, &mut derivative);
                 }
                 if let Some(tip) = &change.tip {
                     motions.add_tip(last, tip, response, s, &cut, &mut derivative);

@@ -5,20 +5,24 @@ use super::super::proposal::FLOOR;
 use super::super::{Fit, ParameterNormal, Problem, Refinement};
 use super::Plant;
 use super::objective::{PlantDomain, PlantSumOfSquares, Point};
+use super::restated::Restated;
 use super::sizes::ALL;
-use crate::imperfection::MAX_IMPERFECTIONS;
+use crate::imperfection::{self, MAX_IMPERFECTIONS};
 use crate::sought::MAX_UNKNOWNS;
 use crate::spectrum::Experiment;
 
 impl Refinement {
-    /// Goes to the parameters where this refinement stands, and to no imperfection.
-    pub(crate) fn restart_plant(&self, plant: &mut Plant) {
+    /// Goes to the parameters where this refinement stands, and to no imperfection, with so many records.
+    pub(crate) fn restart_plant(&self, plant: &mut Plant, records: usize) {
         plant.point =
             Point { coordinates: self.coordinates, imperfections: [0.0; MAX_IMPERFECTIONS] };
+        plant.imperfections.all = imperfection::all(&plant.accuracies, plant.joints, records);
+        plant.restated = Restated::default();
         plant.minimiser.restart();
     }
 
-    /// Tries one step over unknowns and imperfections, by Levenberg and Marquardt's method. The refinement stays where it is.
+    /// Tries one step over unknowns and imperfections, by Levenberg and Marquardt's method. The refinement stays where it is. Where the
+    /// fit has ended, accuracies that the data contradict are restated, once, and the fit goes on.
     pub(crate) fn step_plant<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -38,7 +42,11 @@ impl Refinement {
             others: &mut self.minimiser.normal,
             summary,
         };
-        minimiser.step(&domain, &mut objective, point).unwrap_or(Outcome::Exhausted)
+        let outcome = minimiser.step(&domain, &mut objective, point).unwrap_or(Outcome::Exhausted);
+        if outcome != Outcome::Improving && plant.restate_accuracies() {
+            return Outcome::Improving;
+        }
+        outcome
     }
 
     /// Evaluates the fit where the plant stands, and goes there. Fisher information and covariance are those that hold whatever the

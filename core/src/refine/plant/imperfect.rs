@@ -1,5 +1,7 @@
 //! The model of an imperfect plant at one pose.
 
+use core::f64::consts::TAU;
+
 use heapless::Vec;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
 
@@ -11,7 +13,7 @@ use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::chain::{Chain, Joint, JointKind};
 use crate::imperfection::{Imperfection, Sensor};
 use crate::parameters::Bushings;
-use crate::receptance::{Filter, Terms};
+use crate::receptance::{Filter, Growth, Hysteresis, Terms};
 use crate::sensors::Sensors;
 
 /// A model that imperfections change.
@@ -25,11 +27,26 @@ pub(super) struct Imperfect {
     /// Reading of each sensor's axes per signal along them, apart from the gains.
     accelerometer_crosstalk: Matrix3<f64>,
     force_crosstalk: Matrix3<f64>,
+    hysteresis: Hysteresis<f64>,
+    /// Relative growth of the stiffness of each drive with the frequency.
+    servo: [f64; MAX_JOINTS],
+    /// Relative growth of the stiffness of the drives with the load, 1/Nm.
+    load: f64,
+    /// Factor on all stiffnesses.
+    stiffness: f64,
+    /// Number of the record.
+    record: usize,
 }
 
 impl Imperfect {
-    /// The model without imperfections at a pose.
-    pub(super) fn new(problem: &Problem<'_>, calibration: &Calibration, pose: &[f64]) -> Self {
+    /// The model without imperfections at the pose of a record, of this number.
+    pub(super) fn new(
+        problem: &Problem<'_>,
+        calibration: &Calibration,
+        pose: &[f64],
+        record: usize,
+    ) -> Self {
+        let [lower, upper] = problem.measurement.band_hz;
         let chain = if problem.sought.seeks_masses() {
             problem.chain.weighing(&calibration.mass)
         } else {
@@ -43,6 +60,11 @@ impl Imperfect {
             force_filter: Filter::default(),
             accelerometer_crosstalk: Matrix3::identity(),
             force_crosstalk: Matrix3::identity(),
+            hysteresis: Hysteresis { part: 0.0, reference: TAU * libm::sqrt(lower * upper) },
+            servo: [0.0; MAX_JOINTS],
+            load: 0.0,
+            stiffness: 1.0,
+            record,
         }
     }
 
@@ -100,6 +122,17 @@ impl Imperfect {
                 self.accelerometer_filter.high_pass += value;
             }
             Imperfection::HighPass(Sensor::Force) => self.force_filter.high_pass += value,
+            Imperfection::Inertia(link) => chain.joints[link].link.inertia *= libm::exp(value),
+            Imperfection::Hysteresis => self.hysteresis.part += value,
+            Imperfection::Servo(joint) => self.servo[joint] += value,
+            Imperfection::Load => self.load += value,
+            Imperfection::RecordDelay(record) if record == self.record => {
+                calibration.delay += value;
+            }
+            Imperfection::RecordStiffness(record) if record == self.record => {
+                self.stiffness *= libm::exp(value);
+            }
+            Imperfection::RecordDelay(_) | Imperfection::RecordStiffness(_) => {}
         }
     }
 
@@ -138,15 +171,42 @@ impl Imperfect {
         let gain = Matrix3::from_diagonal(&gains.into());
         let inverse = Matrix3::from_diagonal(&gains.map(|gain| 1.0 / gain).into());
         let of_accelerometer = gain * self.accelerometer_crosstalk * inverse;
-        let terms = Terms::new(linear, bushings, &self.sensors)?.with_sensor_errors(
+        let bushings = self.loaded(linear, bushings);
+        let mut terms = Terms::new(linear, &bushings, &self.sensors)?.with_sensor_errors(
             self.accelerometer_filter,
             [&of_accelerometer, &self.force_crosstalk],
         );
+        terms.hysteresis = self.hysteresis;
+        for ((terms, joint), part) in
+            terms.joints.iter_mut().zip(&self.chain.joints).zip(self.servo)
+        {
+            terms.growth = (part != 0.0).then(|| Growth { dof: joint.drive(), part });
+        }
         Ok(Model {
             terms: if problem.sought.seeks_masses() { terms.with_masses() } else { terms },
             calibration: self.sensors.calibration,
             force_filter: self.force_filter,
         })
+    }
+}
+
+impl Imperfect {
+    /// The bushings as stiff as they are under the load of gravity in this record.
+    fn loaded(&self, linear: &LinearChain, bushings: &Bushings) -> Bushings {
+        let mut loaded = bushings.clone();
+        let joints = self.chain.joints.iter().zip(&linear.joints);
+        for (bushing, (joint, linear)) in loaded.iter_mut().zip(joints) {
+            let drive = joint.drive();
+            let load = linear.sag[drive] * bushing.stiffness[drive];
+            bushing.stiffness[drive] *= 1.0 + self.load * load.abs();
+            bushing.stiffness.iter_mut().for_each(|stiffness| *stiffness *= self.stiffness);
+        }
+        loaded
+    }
+
+    /// Reference of the hysteresis, rad/s.
+    pub(super) fn reference(&self) -> f64 {
+        self.hysteresis.reference
     }
 }
 

@@ -10,14 +10,20 @@
 //! | `change`, `motion`, `columns`   | derivatives of a reading by the imperfections                   |
 //! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
 //! | `fit`                           | its minimum                                                     |
+//! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
+//! | `structure`                     | base and links that give way                                    |
+//! | `restated`                      | accuracies that the data contradict                             |
 
 mod change;
 mod columns;
 mod fit;
 mod imperfect;
+mod jackknife;
 mod motion;
 mod objective;
+mod restated;
 mod sizes;
+mod structure;
 
 use heapless::Vec;
 
@@ -29,6 +35,7 @@ use crate::receptance::Filter;
 use crate::sought::MAX_UNKNOWNS;
 use columns::Imperfections;
 use objective::Point;
+use restated::Restated;
 use sizes::{OF_ALL, OF_RECORD};
 
 /// Limits of a fit. Chosen: all unknowns together end within a tenth of a standard deviation of the minimum; a fit typically takes a
@@ -38,13 +45,18 @@ const LIMITS: Limits = Limits { negligible: 1e-2, iterations: 30 };
 /// Imperfections of a plant and memory for a fit to it. It is large: a program that never makes one holds none of it.
 #[derive(Clone, Debug)]
 pub struct Plant {
+    accuracies: Accuracies,
     imperfections: Imperfections,
     /// Holds the normal equations of imperfections and unknowns.
     minimiser: LevenbergMarquardt<OF_ALL>,
     /// Where the fit stands.
     point: Point,
+    /// Accuracies that the data contradict.
+    restated: Restated,
     /// Normal equations of the record that was assembled last.
     record: Normal<OF_RECORD>,
+    /// Normal equations of a record of which parts are left out.
+    whole: Normal<OF_RECORD>,
     /// Factor of the normal equations.
     factor: Normal<OF_ALL>,
     /// Of the residuals where the normal equations were assembled last.
@@ -72,17 +84,23 @@ impl Plant {
     pub fn new(accuracies: &Accuracies, joints: usize) -> Self {
         Self {
             imperfections: Imperfections {
-                all: imperfection::all(accuracies, joints),
+                all: imperfection::all(accuracies, joints, 0),
                 from_parent: Vec::new(),
                 changes: Vec::new(),
                 accelerometer_filter: Filter::default(),
+                reference: 0.0,
+                drives: Vec::new(),
+                record: 0,
             },
+            accuracies: *accuracies,
             minimiser: LevenbergMarquardt::new(LIMITS),
             point: Point {
                 coordinates: [0.0; MAX_UNKNOWNS],
                 imperfections: [0.0; MAX_IMPERFECTIONS],
             },
+            restated: Restated::default(),
             record: Normal::new(),
+            whole: Normal::new(),
             factor: Normal::new(),
             summary: Summary::default(),
             deviations: [1.0; MAX_IMPERFECTIONS],
@@ -95,12 +113,6 @@ impl Plant {
         self.imperfections.all.is_empty()
     }
 
-    /// Sum of the squares of the imperfections where the last fit has ended, each in its standard deviation, and their number.
-    pub(crate) fn size(&self) -> (f64, usize) {
-        let count = self.imperfections.all.len();
-        (self.point.imperfections[..count].iter().map(|value| value * value).sum(), count)
-    }
-
     /// Number of joints of the robot.
     pub(crate) fn joints(&self) -> usize {
         self.joints
@@ -111,7 +123,7 @@ impl Plant {
         let found =
             |(index, &(imperfection, prior)): (usize, &(Imperfection, f64))| FoundImperfection {
                 imperfection,
-                prior,
+                prior: prior / self.restated.factor(imperfection),
                 value: prior * self.point.imperfections[index],
                 deviation: prior * self.deviations[index],
             };

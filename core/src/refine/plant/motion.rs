@@ -8,12 +8,11 @@
 //! the observation, and W of the tool. η are the displacements of the links and λ the loads on the bushings in the record, η̂ and λ̂
 //! those due to the observation; G is the observation per measured force. λ leaves out what the stiffness due to gravity adds.
 
-use super::super::batch::Batch;
 use super::super::model::Model;
 use super::change::{Block, FromParentChange, Tip};
 use crate::chain::from_parent::FromParent;
 use crate::receptance::lanes::Lanes;
-use crate::receptance::{Complex, PerDof, Response, Terms, ToolTerms};
+use crate::receptance::{Complex, PerDof, Rates, Response, Terms, ToolTerms, bushing};
 use crate::{DOF, MAX_JOINTS};
 use nalgebra::Matrix3;
 
@@ -32,16 +31,16 @@ pub(super) struct Motions<V> {
 }
 
 impl<V: Lanes<Scalar = f64>> Motion<V> {
-    /// `η = δ + X η₋` and `λ = (k + s d) δ − γ`, from the elongations δ and the load γ of a seam.
+    /// `η = δ + X η₋` and `λ = z δ − γ`, from the elongations δ and the load γ of a seam.
     #[inline(always)]
     fn new(
         from_parent: &[FromParent],
         terms: &Terms<f64>,
-        s: Complex<V>,
+        rates: &Rates<V>,
         elongations: &PerDof<V>,
         seam: Option<&PerDof<V>>,
     ) -> Self {
-        let zero = Complex::zero(s.re);
+        let zero = Complex::zero(rates.damper.re);
         let mut motion =
             Self { displacements: [[zero; DOF]; MAX_JOINTS], loads: [[zero; DOF]; MAX_JOINTS] };
         let Self { displacements, loads } = &mut motion;
@@ -53,12 +52,9 @@ impl<V: Lanes<Scalar = f64>> Motion<V> {
                 let before = displacements[joint - 1];
                 add_transformed([&rotation, &lever, &turns], &before, &mut displacements[joint]);
             }
+            let impedance = bushing(own, rates);
             for dof in 0..DOF {
-                let [stiffness, damping] =
-                    [own.stiffness[dof], own.damping[dof]].map(|value| s.re.fill(value));
-                let mut impedance = s.scale(damping);
-                impedance.re = impedance.re + stiffness;
-                loads[joint][dof] = impedance * elongations[joint][dof];
+                loads[joint][dof] = impedance[dof] * elongations[joint][dof];
                 if let Some(seam) = seam {
                     loads[joint][dof] = loads[joint][dof] - seam[joint][dof];
                 }
@@ -74,11 +70,10 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
         from_parent: &[FromParent],
         model: &Model,
         response: &Response<V>,
-        batch: &Batch<V>,
         seam: &PerDof<V>,
     ) -> Self {
         let motion = |elongations: &PerDof<V>, seam: Option<&PerDof<V>>| {
-            Motion::new(from_parent, &model.terms, batch.s, elongations, seam)
+            Motion::new(from_parent, &model.terms, response.rates(), elongations, seam)
         };
         Self {
             per_observation: response.per_load.each_ref().map(|per_load| motion(per_load, None)),

@@ -8,6 +8,7 @@ use super::super::proposal::{Room, Step};
 use super::super::record::{SMALL_SEAM, Workspace};
 use super::super::residuals::Residuals;
 use super::super::retired::RetiredInformation;
+use super::super::seam::Seam;
 use super::super::sum_of_squares::{add_other_than_records, other_than_records};
 use super::super::summary::Summary;
 use super::super::{ParameterNormal, Problem};
@@ -18,6 +19,7 @@ use super::sizes::{ALL, OF_ALL, OF_RECORD, WIDE};
 use nalgebra::Vector6;
 
 use crate::MAX_JOINTS;
+use crate::chain::Joint;
 use crate::chain::linearise::LinearisationError;
 use crate::imperfection::MAX_IMPERFECTIONS;
 use crate::linear::normal::Normal;
@@ -85,8 +87,9 @@ impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
         workspace.seams.clear();
         let bushings = problem.sought.bushings(&point.coordinates);
         let mut sum_of_squares = 0.0;
-        for experiment in *experiments {
-            let imperfect = self.imperfections.at(problem, point, &experiment.pose, None);
+        for (record, experiment) in experiments.iter().enumerate() {
+            let pose = &experiment.pose;
+            let imperfect = self.imperfections.at(problem, point, pose, record, None);
             let model = imperfect
                 .linearise(problem, &bushings)
                 .and_then(|linear| imperfect.model(problem, &linear, &bushings));
@@ -139,38 +142,66 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
         index: usize,
         experiment: &Experiment<B>,
     ) -> Result<Residuals, LinearisationError> {
-        let Self { problem, workspace, imperfections, record, .. } = self;
-        let model = prepare(problem, point, imperfections, &experiment.pose)?;
+        let (model, seam) = self.prepare(point, index, experiment)?;
+        let residuals = self.assemble_bins(&model, &seam, Bins::of(experiment));
+        eliminate_seam(self.problem, &seam, self.record);
+        Ok(residuals)
+    }
+
+    /// Model and seam of a record. Prepares the columns of the imperfections.
+    pub(super) fn prepare(
+        &mut self,
+        point: &Point,
+        index: usize,
+        experiment: &Experiment<B>,
+    ) -> Result<(Model, Seam), LinearisationError> {
+        let Self { problem, workspace, imperfections, .. } = self;
+        let model = prepare(problem, point, imperfections, &experiment.pose, index)?;
         let seam = match workspace.seams.get(index) {
             Some(seam) => *seam,
             None => workspace.fit_seam(problem, &model, experiment).0,
         };
-        let residuals = run(Assembly {
-            model: &model,
-            record: Bins::of(experiment),
-            equations: Equations::All(&seam),
+        Ok((model, seam))
+    }
+
+    /// Assembles the normal equations of some bins of a record, after [`PlantSumOfSquares::prepare`].
+    pub(super) fn assemble_bins(
+        &mut self,
+        model: &Model,
+        seam: &Seam,
+        bins: Bins<'_>,
+    ) -> Residuals {
+        let Self { problem, imperfections, record, .. } = self;
+        run(Assembly {
+            model,
+            record: bins,
+            equations: Equations::All(seam),
             sought: problem.sought,
             further: &**imperfections,
             normal: record,
             level: problem.level,
-        });
-        let seam_unknowns = problem.seam_unknowns();
-        let standing = seam.to_solution(problem.chain.joints().len());
-        record.prefer_small(&standing[..seam_unknowns], SMALL_SEAM);
-        record.eliminate(seam_unknowns);
-        Ok(residuals)
+        })
     }
 }
 
-/// The model at a point and a pose. Prepares the columns of the imperfections.
+/// Eliminates the seam, at which the normal equations of a record were taken.
+pub(super) fn eliminate_seam(problem: &Problem<'_>, seam: &Seam, record: &mut Normal<OF_RECORD>) {
+    let unknowns = problem.seam_unknowns();
+    let standing = seam.to_solution(problem.chain.joints().len());
+    record.prefer_small(&standing[..unknowns], SMALL_SEAM);
+    record.eliminate(unknowns);
+}
+
+/// The model at a point, in a record of this number at a pose. Prepares the columns of the imperfections.
 pub(super) fn prepare(
     problem: &Problem<'_>,
     point: &Point,
     imperfections: &mut Imperfections,
     pose: &[f64],
+    record: usize,
 ) -> Result<Model, LinearisationError> {
     let bushings = problem.sought.bushings(&point.coordinates);
-    let imperfect = imperfections.at(problem, point, pose, None);
+    let imperfect = imperfections.at(problem, point, pose, record, None);
     let linear = imperfect.linearise(problem, &bushings)?;
     let model = imperfect.model(problem, &linear, &bushings)?;
     let mut sag = [Vector6::zeros(); MAX_JOINTS];
@@ -178,11 +209,14 @@ pub(super) fn prepare(
         *sag = joint.sag;
     }
     imperfections.accelerometer_filter = imperfect.accelerometer_filter();
+    imperfections.reference = imperfect.reference();
+    imperfections.drives = problem.chain.joints().iter().map(Joint::drive).collect();
+    imperfections.record = record;
     imperfections.from_parent = linear.joints.iter().map(|joint| joint.from_parent).collect();
     imperfections.changes.clear();
     for index in 0..imperfections.all.len() {
         if imperfections.all[index].0.is_of_model() {
-            let moved = imperfections.at(problem, point, pose, Some(index));
+            let moved = imperfections.at(problem, point, pose, record, Some(index));
             let there = moved.linearise_at(problem, &sag);
             let terms = moved.model(problem, &there, &bushings)?.terms;
             let change = Change::between([&linear, &there], [&model.terms, &terms], STEP);
@@ -194,16 +228,17 @@ pub(super) fn prepare(
 }
 
 impl Imperfections {
-    /// The model at a pose with the imperfections of a point, one of them [`STEP`] larger.
+    /// The model at the pose of a record with the imperfections of a point, one of them [`STEP`] larger.
     fn at(
         &self,
         problem: &Problem<'_>,
         point: &Point,
         pose: &[f64],
+        record: usize,
         larger: Option<usize>,
     ) -> Imperfect {
         let calibration = problem.sought.calibration(&point.coordinates);
-        let mut imperfect = Imperfect::new(problem, &calibration, pose);
+        let mut imperfect = Imperfect::new(problem, &calibration, pose, record);
         for (index, &(imperfection, deviation)) in self.all.iter().enumerate() {
             let more = if larger == Some(index) { STEP } else { 0.0 };
             let value = point.imperfections[index] + more;

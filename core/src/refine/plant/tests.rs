@@ -1,11 +1,12 @@
 //! The columns of the imperfections, against differences of the reading of a plant that has them.
 
+use std::boxed::Box;
+
 use nalgebra::{Rotation3, Vector3};
 use proptest::array::{uniform3, uniform6};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-use super::super::Problem;
 use super::super::batch::Batch;
 use super::super::further::Further as _;
 use super::super::model::Model;
@@ -14,6 +15,7 @@ use super::super::record::Workspace;
 use super::super::retired::RetiredInformation;
 use super::super::seam::ORDERS;
 use super::super::tests::{BINS, SAMPLES, bounds, bushings, chain, problem, record};
+use super::super::{Outcome, Problem, Refinement};
 use super::objective::PlantSumOfSquares;
 use super::*;
 use crate::linear::gram::WIDEST;
@@ -48,7 +50,7 @@ fn measurement(places: &[[f64; 3]; 4], tool_mass: f64, gravity: [f64; 3]) -> Mea
 /// The model of a plant with these imperfections, each in its standard deviation.
 fn of_plant(problem: &Problem<'_>, plant: &Plant, values: &[f64]) -> Model {
     let calibration = problem.sought.calibration(&plant.point.coordinates);
-    let mut imperfect = imperfect::Imperfect::new(problem, &calibration, &POSE);
+    let mut imperfect = imperfect::Imperfect::new(problem, &calibration, &POSE, 0);
     for (&(imperfection, deviation), value) in plant.imperfections.all.iter().zip(values) {
         imperfect.add(imperfection, value * deviation);
     }
@@ -88,11 +90,12 @@ proptest! {
         let s = Complex { re: 0.0, im: omega };
         let seam = [[Complex { re: load, im: -0.3 * load }; DOF]; MAX_JOINTS];
 
-        let mut plant = Plant::new(&Accuracies::typical(), 2);
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
+        plant.imperfections.all = imperfection::all(&Accuracies::typical(), 2, 2);
         let count = plant.imperfections.all.len();
         plant.point.coordinates = sought.coordinates(&bushings());
         plant.point.imperfections[..count].fill(away);
-        let model = objective::prepare(&problem, &plant.point, &mut plant.imperfections, &POSE).unwrap();
+        let model = objective::prepare(&problem, &plant.point, &mut plant.imperfections, &POSE, 0).unwrap();
         let inverse = model.force_filter.inverse(s);
         let gain = model.calibration.force_gain;
         let force = core::array::from_fn(|axis| (raw[axis] * inverse).scale(1.0 / gain[axis]));
@@ -134,43 +137,138 @@ proptest! {
         places in proptest::array::uniform4(uniform3(-0.3_f64..0.3)),
         tool_mass in prop_oneof![Just(0.0), Just(30.0)],
     ) {
-        let measurement = measurement(&places, tool_mass, [0.3, -0.5, -9.8]);
+        // The normal equations are too large for the stack of a test.
+        on_large_stack(move || check_gradient(seed, &places, tool_mass))?;
+    }
+}
+
+fn check_gradient(seed: u64, places: &[[f64; 3]; 4], tool_mass: f64) -> Result<(), TestCaseError> {
+    let measurement = measurement(places, tool_mass, [0.3, -0.5, -9.8]);
+    let (chain, bounds) = (chain(), bounds());
+    let sought = Sought::new(2, &Default::default()).unwrap();
+    let problem = problem(&chain, &measurement, &bounds, &sought);
+    let record = record(&mut Xoshiro256PlusPlus::seed_from_u64(seed));
+    let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
+    let experiments = [experiment.unwrap()];
+    let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
+    plant.point.coordinates = sought.coordinates(&bushings());
+    let point = plant.point;
+    let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
+    let Plant { imperfections, record, summary, factor: normal, .. } = &mut *plant;
+    let count = imperfections.all.len();
+    let mut objective = PlantSumOfSquares {
+        problem: &problem,
+        experiments: &experiments,
+        retired: &retired,
+        workspace: &mut workspace,
+        imperfections,
+        record,
+        others: &mut Normal::new(),
+        summary,
+    };
+    let standing = objective.cost(&point);
+    objective.linearise(&point, normal).unwrap();
+    prop_assert!((normal.sum_of_squares() / standing - 1.0).abs() < 1e-9);
+    for index in 0..count {
+        let mut beside = |by: f64| {
+            let mut point = point;
+            point.imperfections[index] += by;
+            objective.cost(&point)
+        };
+        let step = 0.05;
+        let numeric = (beside(step) - beside(-step)) / (2.0 * step);
+        let ours = -2.0 * normal.right()[index];
+        let size = libm::sqrt(normal.row(index)[index] * standing);
+        prop_assert!((ours - numeric).abs() < 1e-2 * size, "{index}: {ours} {numeric}, of {size}");
+    }
+    Ok(())
+}
+
+fn on_large_stack<T: Send + 'static>(run: impl FnOnce() -> T + Send + 'static) -> T {
+    std::thread::Builder::new().stack_size(16 << 20).spawn(run).unwrap().join().unwrap()
+}
+
+/// The acceleration that the model reads, and white noise of one part in a hundred thousand of the mean square.
+fn noisy(
+    mut experiment: Experiment<BINS>,
+    model: &Model,
+    random: &mut Xoshiro256PlusPlus,
+) -> Experiment<BINS> {
+    let mut response = Response::new(0.0);
+    let bins = experiment.force.re[0].len();
+    for bin in 0..bins {
+        let omega = (experiment.first_bin + bin) as f64 * experiment.spacing;
+        let force = core::array::from_fn(|axis| Complex {
+            re: f64::from(experiment.force.re[axis][bin]),
+            im: f64::from(experiment.force.im[axis][bin]),
+        });
+        response.evaluate(&model.terms, Complex { re: 0.0, im: omega }, &force, None);
+        for axis in 0..3 {
+            experiment.acceleration.re[axis][bin] = response.observed[axis].re as f32;
+            experiment.acceleration.im[axis][bin] = response.observed[axis].im as f32;
+        }
+    }
+    let Experiment { acceleration, acceleration_noise, force_noise, .. } = &mut experiment;
+    for axis in 0..3 {
+        let parts = || acceleration.re[axis].iter().chain(&acceleration.im[axis]);
+        let power = 1e-5 * parts().map(|part| part * part).sum::<f32>() / bins as f32;
+        acceleration_noise[axis].fill(power);
+        force_noise[axis].fill(1e-9 * power);
+        for part in acceleration.re[axis].iter_mut().chain(&mut acceleration.im[axis]) {
+            // Uniform of unit variance.
+            let uniform = 12_f32.sqrt() * (random.next_u32() as f32 / u32::MAX as f32 - 0.5);
+            *part += (0.5 * power).sqrt() * uniform;
+        }
+    }
+    experiment
+}
+
+/// Under white noise the scatter between blocks is that of the noise. The structure widens both by what it adds to a compliance.
+#[test]
+fn the_jackknife_agrees_with_the_noise() {
+    let ratio = on_large_stack(|| {
+        let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
         let (chain, bounds) = (chain(), bounds());
         let sought = Sought::new(2, &Default::default()).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
-        let record = record(&mut Xoshiro256PlusPlus::seed_from_u64(seed));
-        let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
-        let experiments = [experiment.unwrap()];
-        let mut plant = Plant::new(&Accuracies::typical(), 2);
-        plant.point.coordinates = sought.coordinates(&bushings());
-        let point = plant.point;
-        let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
-        let Plant { imperfections, record, summary, factor: normal, .. } = &mut plant;
-        let count = imperfections.all.len();
-        let mut objective = PlantSumOfSquares {
-            problem: &problem,
-            experiments: &experiments,
-            retired: &retired,
-            workspace: &mut workspace,
-            imperfections,
-            record,
-            others: &mut Normal::new(),
-            summary,
-        };
-        let standing = objective.cost(&point);
-        objective.linearise(&point, normal).unwrap();
-        prop_assert!((normal.sum_of_squares() / standing - 1.0).abs() < 1e-9);
-        for index in 0..count {
-            let mut beside = |by: f64| {
-                let mut point = point;
-                point.imperfections[index] += by;
-                objective.cost(&point)
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+        let experiments = [0, 1].map(|_| {
+            let record = record(&mut random);
+            let experiment =
+                Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
+            let model = Model::perfect(&problem, &sought.coordinates(&bushings()), &POSE).unwrap();
+            noisy(experiment.unwrap(), &model, &mut random)
+        });
+        let accuracies =
+            Accuracies { delay: 1e-6, structure_rotation: 1e-9, ..Accuracies::default() };
+        let mut plant = Box::new(Plant::new(&accuracies, 2));
+        let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
+        refinement.restart_plant(&mut plant, 2);
+        while refinement.step_plant(&problem, &experiments, &mut plant) == Outcome::Improving {}
+        let (fit, _) = refinement.fit_plant(&problem, &experiments, &mut plant).unwrap();
+        let mut widened = fit.clone();
+        let found = refinement.bushings(&sought);
+        plant.widen_by_structure(&mut widened, &sought, &found);
+        for unknown in 0..24 {
+            let relative = if unknown % 6 < 3 {
+                0.0
+            } else {
+                1e-9 * found[unknown / 12].stiffness[unknown % 6]
             };
-            let step = 0.05;
-            let numeric = (beside(step) - beside(-step)) / (2.0 * step);
-            let ours = -2.0 * normal.right()[index];
-            let size = libm::sqrt(normal.row(index)[index] * standing);
-            prop_assert!((ours - numeric).abs() < 1e-2 * size, "{index}: {ours} {numeric}, of {size}");
+            let times = if unknown % 12 < 6 { 1.0 } else { 2.0 };
+            let own = fit.covariance.deviation(unknown);
+            let expected = libm::hypot(own, times * relative);
+            let deviation = widened.covariance.deviation(unknown);
+            assert!(own.is_infinite() || (deviation / expected - 1.0).abs() < 1e-9, "{unknown}");
         }
-    }
+        let robust = refinement.jackknife_plant(&problem, &experiments, &mut plant).unwrap();
+        let inflation = libm::sqrt(fit.sum_of_squares / fit.degrees_of_freedom);
+        let determined = (0..24).filter(|&i| fit.covariance.deviation(i) < 0.3);
+        let logs =
+            determined.map(|i| libm::log(robust[i] / fit.covariance.deviation(i) / inflation));
+        let logs: std::vec::Vec<f64> = logs.collect();
+        assert!(logs.len() > 8, "{}", logs.len());
+        libm::exp(logs.iter().sum::<f64>() / logs.len() as f64)
+    });
+    assert!((0.8..1.6).contains(&ratio), "{ratio}");
 }

@@ -28,8 +28,17 @@ pub(super) fn accuracies(
         centre_of_mass,
         joint_angle,
         elastic_centre,
+        inertia,
+        hysteresis,
+        servo,
+        load,
+        record_delay,
+        record_stiffness,
+        structure_translation,
+        structure_rotation,
     } = &mut accuracies;
     let part = "0.01 is 1 %";
+    let mut load_per_knm = 1e3 * *load;
     // Beyond these limits the stated value itself must be corrected.
     for (key, stated, target, most, unit) in [
         ("delay_s", section.delay_s, &mut *delay, 1e-3, "in s"),
@@ -58,6 +67,26 @@ pub(super) fn accuracies(
         ("centre_of_mass_m", section.centre_of_mass_m, centre_of_mass, 0.5, "in m"),
         ("joint_angle_rad", section.joint_angle_rad, joint_angle, 0.5, "in rad"),
         ("elastic_centre_m", section.elastic_centre_m, elastic_centre, 0.5, "in m"),
+        ("link_inertia", section.link_inertia, inertia, 0.5, part),
+        ("hysteresis", section.hysteresis, hysteresis, 1.0, part),
+        ("drive_growth", section.drive_growth, servo, 1.0, part),
+        ("drive_growth_per_knm", section.drive_growth_per_knm, &mut load_per_knm, 0.5, part),
+        ("delay_of_record_s", section.delay_of_record_s, record_delay, 1e-3, "in s"),
+        (
+            "structure_m_per_n",
+            section.structure_m_per_n,
+            structure_translation,
+            1e-6,
+            "in m/N: 1e-10 is 1e10 N/m",
+        ),
+        (
+            "structure_rad_per_nm",
+            section.structure_rad_per_nm,
+            structure_rotation,
+            1e-5,
+            "in rad/Nm: 1e-10 is 1e10 Nm/rad",
+        ),
+        ("stiffness_of_record", section.stiffness_of_record, record_stiffness, 0.2, part),
     ] {
         let Some(stated) = stated else { continue };
         if !(0.0..=most).contains(&stated) {
@@ -67,6 +96,7 @@ pub(super) fn accuracies(
         }
         *target = stated;
     }
+    *load = load_per_knm / 1e3;
     for (key, stated, other, sought, target) in [
         ("delay_s", section.delay_s, "delay_s", calibration.delay_s, delay),
         ("force_gain", section.force_gain, "force_gain", calibration.force_gain, &mut force.gain),

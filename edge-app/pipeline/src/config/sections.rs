@@ -142,6 +142,14 @@ pub(super) struct AccuracySection {
     pub(super) centre_of_mass_m: Option<f64>,
     pub(super) joint_angle_rad: Option<f64>,
     pub(super) elastic_centre_m: Option<f64>,
+    pub(super) link_inertia: Option<f64>,
+    pub(super) hysteresis: Option<f64>,
+    pub(super) drive_growth: Option<f64>,
+    pub(super) drive_growth_per_knm: Option<f64>,
+    pub(super) delay_of_record_s: Option<f64>,
+    pub(super) stiffness_of_record: Option<f64>,
+    pub(super) structure_m_per_n: Option<f64>,
+    pub(super) structure_rad_per_nm: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]

@@ -18,7 +18,8 @@ const DETERMINED: f64 = 0.5;
 const CONSPICUOUS: f64 = 2.0;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Returns the imperfections that the data determine or that are larger than their accuracies promise, the most conspicuous first.
+/// Returns the imperfections that the data determine or that are larger than their accuracies promise. The first is the one that
+/// explains most: it differs from zero by most of its own standard deviations.
 pub(super) fn conspicuous(
     found: &[FoundImperfection],
     model: &Model,
@@ -30,7 +31,8 @@ pub(super) fn conspicuous(
         .iter()
         .filter(|found| found.deviation < DETERMINED * found.prior || size(found) > CONSPICUOUS)
         .collect();
-    all.sort_by(|one, other| size(other).total_cmp(&size(one)));
+    let significance = |found: &FoundImperfection| (found.value / found.deviation).abs();
+    all.sort_by(|one, other| significance(other).total_cmp(&significance(one)));
     all.into_iter().map(move |found| nuisance(found, model, trust, residuals))
 }
 
@@ -42,7 +44,13 @@ fn nuisance(
 ) -> Nuisance {
     let FoundImperfection { imperfection, prior, value, deviation } = *found;
     let (own, _) = trust.verdict(1.0, deviation / prior);
-    let is_factor = matches!(imperfection, Imperfection::Gain(..) | Imperfection::Mass(_));
+    let is_factor = matches!(
+        imperfection,
+        Imperfection::Gain(..)
+            | Imperfection::Mass(_)
+            | Imperfection::Inertia(_)
+            | Imperfection::RecordStiffness(_)
+    );
     let value = if is_factor { value.exp() } else { value };
     let std = residuals.inflate(deviation).map(|std| if is_factor { std * value } else { std });
     let interval = if is_factor { log_normal } else { normal };
@@ -90,6 +98,18 @@ fn name(imperfection: Imperfection, model: &Model) -> Label {
         Imperfection::ElasticCentre(of, axis) => {
             clipped(format_args!("elastic centre {} of {}", AXES[axis], joint(of)))
         }
+        Imperfection::Inertia(link) => clipped(format_args!("inertia of {}'s link", joint(link))),
+        Imperfection::Hysteresis => clipped("hysteretic part of dampings"),
+        Imperfection::Servo(of) => {
+            clipped(format_args!("drive of {}: growth above 10 Hz", joint(of)))
+        }
+        Imperfection::Load => clipped("drives: growth with load"),
+        Imperfection::RecordDelay(record) => {
+            clipped(format_args!("delay of record {}", record + 1))
+        }
+        Imperfection::RecordStiffness(record) => {
+            clipped(format_args!("stiffness of record {}", record + 1))
+        }
     }
 }
 
@@ -97,8 +117,15 @@ fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
     let slides = |joint: usize| model.joints[joint].kind == Kind::Prismatic;
     match imperfection {
         Imperfection::JointAngle(joint) if slides(joint) => "m",
-        Imperfection::Delay => "s",
-        Imperfection::Gain(..) | Imperfection::Crosstalk(..) | Imperfection::Mass(_) => "",
+        Imperfection::Delay | Imperfection::RecordDelay(_) => "s",
+        Imperfection::Load => "1/Nm",
+        Imperfection::Gain(..)
+        | Imperfection::Crosstalk(..)
+        | Imperfection::Mass(_)
+        | Imperfection::Inertia(_)
+        | Imperfection::Hysteresis
+        | Imperfection::Servo(_)
+        | Imperfection::RecordStiffness(_) => "",
         Imperfection::Turn(..) | Imperfection::ToolTurn(_) | Imperfection::JointAngle(_) => "rad",
         Imperfection::ToolCentrePoint(_)
         | Imperfection::AccelerometerPlace(_)

@@ -4,10 +4,10 @@ use anyhow::{Context, Result};
 use fearless_simd::Level;
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
-use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
+use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase, PlantEstimate};
 use flexid_core::imperfection::Accuracies;
 use flexid_core::parameters::{Bounds, Bushings};
-use flexid_core::refine::Plant;
+use flexid_core::refine::{FoundImperfection, Plant};
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
 use flexid_core::verdict::Verdict;
@@ -32,6 +32,8 @@ pub(crate) struct Found {
     pub(crate) verdicts: Vec<Verdict>,
     /// Number of searches.
     pub(crate) starts: u32,
+    /// Imperfections of the plant; none if no plant was fitted.
+    pub(crate) imperfections: Vec<FoundImperfection>,
 }
 
 impl Task<'_> {
@@ -60,23 +62,28 @@ pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) 
     Ok(Found::new(estimate, identifier.progress().effort.starts))
 }
 
-/// Identifies a robot whose plant has these accuracies, as the daemon does.
+/// Identifies a robot whose plant has these accuracies, as the daemon does. Returns nothing without an estimate.
 pub(crate) fn find_on_plant(
     task: &Task,
     accuracies: &Accuracies,
     records: &[Record],
     random: Xoshiro256PlusPlus,
-) -> Result<Found> {
+) -> Result<Option<Found>> {
     let experiments = records.iter().map(|one| experiment(task.chain, &task.measurement, one));
     let experiments = experiments.collect::<Result<Vec<_>>>()?;
+    if experiments.is_empty() {
+        return Ok(None);
+    }
     let mut identifier = task.identifier(random)?;
     let mut plant = Box::new(Plant::new(accuracies, task.chain.joints().len()));
     identifier.renew(&experiments);
     while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
     let starts = identifier.progress().effort.starts;
     let found = identifier.estimate_of_plant(&experiments, &mut plant, || true);
-    let found = found.context("a settled identifier without an estimate")?;
-    Ok(Found::new(&found.estimate, starts))
+    Ok(found.map(|PlantEstimate { estimate, imperfections }| Found {
+        imperfections: imperfections.to_vec(),
+        ..Found::new(&estimate, starts)
+    }))
 }
 
 impl Found {
@@ -94,7 +101,13 @@ impl Found {
                 (verdict, reported.map_or(f64::INFINITY, |deviation| deviation / value))
             })
             .unzip();
-        Self { estimate: Box::new(estimate.clone()), deviations, verdicts, starts }
+        Self {
+            estimate: Box::new(estimate.clone()),
+            deviations,
+            verdicts,
+            starts,
+            imperfections: Vec::new(),
+        }
     }
 
     /// Whether noise alone explains the residuals.

@@ -10,12 +10,14 @@ mod bound;
 #[path = "../../../../../core/tests/common/mod.rs"]
 mod common;
 mod coverage;
+mod deviations;
 mod displacement;
 mod figure;
 mod find;
 mod folding;
 mod intervals;
 mod linear;
+mod menu;
 mod noise_free;
 mod nonlinear;
 mod nuisances;
@@ -49,7 +51,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 10] = [
+const PARTS: [Part; 11] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 30] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 60] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 10] },
@@ -57,6 +59,7 @@ const PARTS: [Part; 10] = [
     Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 4] },
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 6] },
     Part { name: "plants", prove: plants::prove, robots: [200, 12] },
+    Part { name: "deviations", prove: deviations::prove, robots: [528, 16] },
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
     Part { name: "arms", prove: arms::prove, robots: [100, 4] },
     Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 10] },

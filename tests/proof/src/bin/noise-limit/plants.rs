@@ -3,12 +3,15 @@
 //! The robot moves in time with its true geometry, masses and sensors. The fit is that of the default configuration: imperfections
 //! have typical accuracies.
 
+use std::f64::consts::TAU;
+
 use anyhow::{Context, Result};
 use flexid_core::imperfection::{Accuracies, SensorAccuracies};
+use flexid_core::parameters::Bushings;
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::plant::clock::Clock;
 use flexid_simulation::plant::motion::{Surroundings, Work};
-use flexid_simulation::plant::{Plant, Robot, Sensor, Tool};
+use flexid_simulation::plant::{Joints, Plant, Robot, Sensor, Tool};
 use rayon::prelude::*;
 
 use crate::common::Random;
@@ -27,6 +30,9 @@ const GROSS: f64 = 5.0;
 const MISSES: f64 = 0.1;
 /// Least share of the runs that the imperfections explain, percent.
 const EXPLAINED: f64 = 95.0;
+
+/// Rate of the spindle, Hz.
+const SPINDLE_HZ: f64 = 47.0;
 
 /// The result of one run.
 struct Outcome {
@@ -82,25 +88,12 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
 }
 
 fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Outcome> {
-    let truth = study.robot(robot);
     let accuracies = Accuracies::typical();
     let mut draw = random(Purpose::Draw, robot);
-    let plant = drawn(&accuracies, study.chain.joints().len(), &mut draw);
-    let mut sensors = Sensors::new(study, random(Purpose::Noise, robot))?;
-    let mut records = Vec::new();
-    for (number, cut) in (0..).zip(cuts) {
-        let work = Work { cut, model: &study.chain, bushings: &truth, number };
-        // The sensors of the study add the noise.
-        let samples = study.scenario.measurement.samples();
-        let surroundings =
-            Surroundings { force_noise: 0.0, acceleration_noise: 0.0, spindle: vec![0.0; samples] };
-        let readings = plant.readings(work, &surroundings, &mut draw.0);
-        let readings = readings.context("the robot gives way")?;
-        let (force, acceleration) = (&readings.force, &readings.acceleration);
-        records.push(sensors.measure(&Signals { pose: &cut.pose, force, acceleration })?);
-    }
-    let search = random(Purpose::Search, robot).0;
-    let found = find_on_plant(&study.task(), &accuracies, &records, search)?;
+    let plant =
+        drawn(&accuracies, study.chain.joints().len(), study.measurement.band_hz, &mut draw);
+    let (truth, found) = found(study, cuts, &plant, &accuracies, robot)?;
+    let found = found.context("a settled identifier without an estimate")?;
     let errors = found.errors(&truth);
     let identified: Vec<usize> =
         (0..errors.len()).filter(|index| found.identifies(*index)).collect();
@@ -114,6 +107,42 @@ fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Out
         scores,
         widths: identified.iter().map(|&index| found.deviations[index]).collect(),
     })
+}
+
+/// A perfect plant with one error.
+pub(crate) fn with(change: impl FnOnce(&mut Plant)) -> Plant {
+    let mut plant = Plant::default();
+    change(&mut plant);
+    plant
+}
+
+/// Robot `number` with the errors of `plant` in these cuts, and what is found of it; nothing if no record gives an estimate.
+pub(crate) fn found(
+    study: &Study,
+    cuts: &[Cut],
+    plant: &Plant,
+    accuracies: &Accuracies,
+    number: u64,
+) -> Result<(Bushings, Option<Found>)> {
+    let truth = study.robot(number);
+    let mut draw = random(Purpose::Plant, number);
+    let mut sensors = Sensors::new(study, random(Purpose::Noise, number))?;
+    let mut records = Vec::new();
+    for (number, cut) in (0..).zip(cuts) {
+        let work = Work { cut, model: &study.chain, bushings: &truth, number };
+        // The sensors of the study add the noise.
+        let samples = study.scenario.measurement.samples();
+        let turn = TAU * SPINDLE_HZ / study.scenario.measurement.rate_hz;
+        let spindle = (0..samples).map(|sample| turn * sample as f64).collect();
+        let surroundings = Surroundings { force_noise: 0.0, acceleration_noise: 0.0, spindle };
+        let Some(readings) = plant.readings(work, &surroundings, &mut draw.0) else { continue };
+        let (force, acceleration) = (&readings.force, &readings.acceleration);
+        let measured = sensors.measure(&Signals { pose: &cut.pose, force, acceleration });
+        records.extend(measured.ok());
+    }
+    let search = random(Purpose::Search, number).0;
+    let found = find_on_plant(&study.task(), accuracies, &records, search)?;
+    Ok((truth, found))
 }
 
 fn print(robot: u64, found: &Found, identified: &[usize], scores: &[f64]) {
@@ -133,7 +162,7 @@ fn print(robot: u64, found: &Found, identified: &[usize], scores: &[f64]) {
 }
 
 /// A plant whose every error is drawn from a normal distribution.
-fn drawn(accuracies: &Accuracies, joints: usize, random: &mut Random) -> Plant {
+fn drawn(accuracies: &Accuracies, joints: usize, band_hz: [f64; 2], random: &mut Random) -> Plant {
     let sensor = |own: &SensorAccuracies, random: &mut Random| {
         let resonance = own.resonance * random.normal().abs();
         Sensor {
@@ -152,7 +181,7 @@ fn drawn(accuracies: &Accuracies, joints: usize, random: &mut Random) -> Plant {
         force_sensor,
         accelerometer: Sensor {
             offset_m: three(accuracies.accelerometer_place, random),
-            clock: Clock { late_s, ..Clock::default() },
+            clock: Clock { late_s, late_spread_s: accuracies.record_delay, ..Clock::default() },
             ..accelerometer
         },
         tool: Tool {
@@ -170,7 +199,16 @@ fn drawn(accuracies: &Accuracies, joints: usize, random: &mut Random) -> Plant {
             elastic_centre_m: (0..joints)
                 .map(|_| three(accuracies.elastic_centre, random))
                 .collect(),
+            inertia: (0..joints).map(|_| (accuracies.inertia * random.normal()).exp()).collect(),
             ..Robot::default()
+        },
+        joints: Joints {
+            hysteretic: (accuracies.hysteresis * random.normal().abs()).min(1.0),
+            hysteretic_at_hz: (band_hz[0] * band_hz[1]).sqrt(),
+            servo: accuracies.servo * random.normal().abs(),
+            loaded_per_knm: 1e3 * accuracies.load * random.normal().abs(),
+            warm_up_per_cut: accuracies.record_stiffness * random.normal(),
+            ..Joints::default()
         },
         ..Plant::default()
     }

@@ -41,6 +41,7 @@ pub(crate) enum Purpose {
     Noise,
     Search,
     Draw,
+    Plant,
 }
 
 impl Study {

@@ -1,0 +1,89 @@
+//! Standard deviations that hold where the residuals are not those of noise.
+//!
+//! What the model leaves of the records beside noise is not independent from bin to bin: it is alike over a band of a resonance's width,
+//! along all directions. The scatter of the estimate is then read from the data: blocks c of a record and a band are left out, one at a
+//! time, and the estimate moves by d_c, one step of Gauss and Newton.
+//!
+//! ```text
+//! V = (C − 1)/C Σ d_c d_cᵀ          d_c = (N − N_c)⁻¹ (−g_c)
+//! ```
+//!
+//! This is the cluster-robust covariance in its jackknife form, CR3, which accounts for the leverage of a block (Cameron and Miller, "A
+//! practitioner's guide to cluster-robust inference", Journal of Human Resources 50, 2015, section VI; Efron, _The Jackknife, the
+//! Bootstrap and Other Resampling Plans_, 1982). It is right if the misfits of blocks are independent; a misfit that all of them share is
+//! not seen.
+
+use super::super::batch::Bins;
+use super::super::objective::Domain as _;
+use super::super::proposal::propose;
+use super::super::{Problem, Refinement};
+use super::Plant;
+use super::objective::{PlantDomain, PlantSumOfSquares, eliminate_seam};
+use super::sizes::ALL;
+use crate::sought::MAX_UNKNOWNS;
+use crate::spectrum::Experiment;
+
+/// Blocks that all records have together, about. Chosen: the deviation is then known to a tenth.
+const BLOCKS: usize = 48;
+/// Bands of a record, least and most. Chosen: a band is wider than the resonance of a robot's joint, some tens of hertz at most.
+const BANDS: [usize; 2] = [4, 16];
+
+impl Refinement {
+    /// Standard deviation of each unknown where the plant stands, after [`Refinement::fit_plant`], by the scatter between blocks of the
+    /// records. `None` where gravity leaves the robot no equilibrium.
+    pub(crate) fn jackknife_plant<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+    ) -> Option<[f64; MAX_UNKNOWNS]> {
+        let Plant { imperfections, minimiser, point, record, summary, factor, whole, .. } = plant;
+        let count = imperfections.all.len();
+        let domain = PlantDomain { problem, imperfections: count };
+        let room = domain.room(point);
+        self.minimiser.linearised = false;
+        let seam_unknowns = problem.seam_unknowns();
+        let [least, most] = BANDS;
+        let bands = (BLOCKS / experiments.len().max(1)).clamp(least, most);
+        let mut objective = PlantSumOfSquares {
+            problem,
+            experiments,
+            retired: &self.retired,
+            workspace: &mut self.workspace,
+            imperfections,
+            record,
+            others: &mut self.minimiser.normal,
+            summary,
+        };
+        let (mut blocks, mut sums, mut squares) = (0.0, [0.0; MAX_UNKNOWNS], [0.0; MAX_UNKNOWNS]);
+        for (index, experiment) in experiments.iter().enumerate() {
+            let (model, seam) = objective.prepare(point, index, experiment).ok()?;
+            let bins = Bins::of(experiment);
+            objective.assemble_bins(&model, &seam, Bins::of(experiment));
+            whole.clone_from(objective.record);
+            eliminate_seam(problem, &seam, objective.record);
+            // The other records.
+            factor.clone_from(&minimiser.normal);
+            factor.subtract_complement(objective.record, seam_unknowns);
+            for band in 0..bands {
+                let edge = |band: usize| bins.bins() * band / bands;
+                objective.assemble_bins(&model, &seam, bins.part(edge(band)..edge(band + 1)));
+                objective.record.take_from(whole);
+                eliminate_seam(problem, &seam, objective.record);
+                factor.add_complement(objective.record, seam_unknowns);
+                let (step, _) = propose::<_, ALL>(factor, &room, 0.0);
+                factor.subtract_complement(objective.record, seam_unknowns);
+                blocks += 1.0;
+                for (unknown, moved) in step[count..count + MAX_UNKNOWNS].iter().enumerate() {
+                    sums[unknown] += moved;
+                    squares[unknown] += moved * moved;
+                }
+            }
+        }
+        let variance = |unknown: usize| {
+            let mean = sums[unknown] / blocks;
+            (blocks - 1.0) / blocks * (squares[unknown] - blocks * mean * mean).max(0.0)
+        };
+        Some(core::array::from_fn(|unknown| libm::sqrt(variance(unknown))))
+    }
+}

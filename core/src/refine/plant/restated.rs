@@ -1,0 +1,136 @@
+//! Accuracies that the data contradict, and what replaces them.
+//!
+//! Accuracies are stated for a kind of imperfection: all masses, say. The sum `S = Σ p²` over the n imperfections of a kind, in their
+//! standard deviations, is hardly ever larger than `q = n + 3 √(2n)` (its mean and three standard deviations, if the data determine all
+//! of them). Where it is, the accuracy was stated too well: it grows by the factor τ, and the fit is made again.
+//!
+//! ```text
+//! τ² = max(1, S/q)
+//! ```
+//!
+//! This is one step of empirical Bayes (Carlin and Louis, _Bayes and Empirical Bayes Methods for Data Analysis_, 2000, chapter 3).
+//! Further steps would leave all of what several kinds explain alike to one of them: all masses and all gains, say.
+
+use super::Plant;
+use crate::imperfection::{Imperfection, KINDS};
+
+/// Factor τ of each kind.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Restated {
+    factors: [f64; KINDS],
+    is_done: bool,
+}
+
+impl Default for Restated {
+    fn default() -> Self {
+        Self { factors: [1.0; KINDS], is_done: false }
+    }
+}
+
+impl Restated {
+    /// τ of the kind of an imperfection.
+    pub(super) fn factor(&self, imperfection: Imperfection) -> f64 {
+        self.factors[imperfection.kind()]
+    }
+}
+
+impl Plant {
+    /// Restates the accuracies that the imperfections contradict where the fit has ended, which goes on from there. Returns whether there
+    /// were any; false if it has been done before.
+    pub(super) fn restate_accuracies(&mut self) -> bool {
+        if self.restated.is_done {
+            return false;
+        }
+        let mut kinds = [[0.0; 2]; KINDS];
+        for ((imperfection, _), p) in self.imperfections.all.iter().zip(&self.point.imperfections) {
+            let [sum_of_squares, count] = &mut kinds[imperfection.kind()];
+            *sum_of_squares += p * p;
+            *count += 1.0;
+        }
+        self.restated.factors = kinds.map(factor);
+        self.restated.is_done = true;
+        let are_contradicted = self.restated.factors.iter().any(|factor| *factor > 1.0);
+        if are_contradicted {
+            self.scale_accuracies();
+            self.minimiser.restart();
+        }
+        are_contradicted
+    }
+
+    /// Multiplies the standard deviation of each imperfection by τ. Its value stays as it is.
+    fn scale_accuracies(&mut self) {
+        let Self { imperfections, point, restated, .. } = self;
+        for ((imperfection, deviation), p) in
+            imperfections.all.iter_mut().zip(&mut point.imperfections)
+        {
+            let by = restated.factor(*imperfection);
+            *deviation *= by;
+            *p /= by;
+        }
+    }
+
+    /// How far the imperfections are from those of a plausible plant where the last fit has ended, and their number: minus twice the
+    /// logarithm of their density by the stated kind of prior, `Σ (S/τ² + n ln τ²)`, but for a constant.
+    pub(crate) fn size(&self) -> (f64, usize) {
+        let Self { imperfections, point, restated, .. } = self;
+        let size = |((imperfection, _), p): (&(Imperfection, f64), &f64)| {
+            p * p + 2.0 * libm::log(restated.factor(*imperfection))
+        };
+        let all = &imperfections.all;
+        (all.iter().zip(&point.imperfections).map(size).sum(), all.len())
+    }
+}
+
+/// τ of a kind with this sum of squares and so many imperfections.
+fn factor([sum_of_squares, count]: [f64; 2]) -> f64 {
+    let plausible = count + 3.0 * libm::sqrt(2.0 * count);
+    if sum_of_squares > plausible { libm::sqrt(sum_of_squares / plausible) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+
+    use super::*;
+    use crate::imperfection::Accuracies;
+
+    /// Two masses, ten times as far off as stated: q is 2 + 3 √4, and τ is √(200/8).
+    #[test]
+    fn contradicted_accuracies_are_restated_once() {
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
+        let p = |imperfection| match imperfection {
+            Imperfection::Mass(0) => 10.0,
+            Imperfection::Mass(_) => -10.0,
+            // One delay is plausible up to √(1 + 3 √2) = 2.29.
+            Imperfection::Delay => 2.2,
+            _ => 0.0,
+        };
+        let all = plant.imperfections.all.clone();
+        for (value, (imperfection, _)) in plant.point.imperfections.iter_mut().zip(&all) {
+            *value = p(*imperfection);
+        }
+        let before = plant.found();
+        assert!(plant.restate_accuracies());
+        for (index, (imperfection, deviation)) in all.iter().enumerate() {
+            let factor = plant.imperfections.all[index].1 / deviation;
+            let expected = if matches!(imperfection, Imperfection::Mass(_)) { 5.0 } else { 1.0 };
+            assert!((factor - expected).abs() < 1e-12, "{imperfection:?}: {factor}");
+            let found = plant.found()[index];
+            assert!((found.value - before[index].value).abs() < 1e-12);
+            assert!((found.prior - before[index].prior).abs() < 1e-12);
+        }
+        // 8 + 2 ln 25 of the masses, 2.2² of the delay.
+        let (size, count) = plant.size();
+        let expected = 8.0 + 2.0 * libm::log(25.0) + 2.2 * 2.2;
+        assert!((size - expected).abs() < 1e-9 && count == all.len(), "{size}");
+        assert!(!plant.restate_accuracies());
+    }
+
+    #[test]
+    fn plausible_accuracies_stand() {
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
+        plant.point.imperfections.fill(1.5);
+        assert!(!plant.restate_accuracies());
+        assert!(plant.imperfections.all == crate::imperfection::all(&Accuracies::typical(), 2, 0));
+    }
+}

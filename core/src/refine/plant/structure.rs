@@ -1,0 +1,42 @@
+//! Base and links that give way, in series with the joints.
+//!
+//! The data hardly tell their compliance c from that of a joint along the same degree of freedom. It is therefore not sought. It widens
+//! the intervals (a _considered_ parameter): with `k ← k/(1 + k c)` and `d ← d/(1 + k c)²`, c small, they add
+//!
+//! ```text
+//! v vᵀ        v = −k σ_c (1, 2) on (ln k, ln d)
+//! ```
+//!
+//! to the covariance, for each degree of freedom of each joint.
+
+use super::Plant;
+use crate::DOF;
+use crate::parameters::Bushings;
+use crate::refine::fit::Fit;
+use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
+
+impl Plant {
+    /// Widens the standard deviations of a fit that found `bushings`.
+    pub(crate) fn widen_by_structure(&self, fit: &mut Fit, sought: &Sought, bushings: &Bushings) {
+        let [translation, rotation] =
+            [self.accuracies.structure_translation, self.accuracies.structure_rotation];
+        for (joint, bushing) in bushings.iter().enumerate() {
+            for dof in 0..DOF {
+                let compliance = if dof < 3 { translation } else { rotation };
+                let relative = bushing.stiffness[dof] * compliance;
+                let mut shift = [0.0; MAX_UNKNOWNS];
+                for (coordinate, times) in [
+                    (Coordinate::Stiffness { joint, dof }, -1.0),
+                    (Coordinate::Damping { joint, dof }, -2.0),
+                ] {
+                    if let Some(unknown) = sought.unknown(coordinate) {
+                        shift[unknown] = times * relative;
+                    }
+                }
+                if relative > 0.0 {
+                    fit.widen(sought, &shift);
+                }
+            }
+        }
+    }
+}

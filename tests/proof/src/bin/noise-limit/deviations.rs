@@ -1,0 +1,145 @@
+//! One error of the plant at a time, far beyond its accuracy: whether flexid then says anything wrong.
+//!
+//! A run _lies_ if fewer than 80 % of the 95 % intervals of its identified parameters cover, or if more than 5 % of them miss by more
+//! than 4 standard deviations.
+
+use anyhow::Result;
+use flexid_core::imperfection::Accuracies;
+use flexid_core::refine::FoundImperfection;
+use rayon::prelude::*;
+
+use crate::figure::{Figure, median};
+use crate::find::Found;
+use crate::intervals::percent;
+use crate::menu::{Error, MENU};
+use crate::plants;
+use crate::spread;
+use crate::study::Study;
+
+/// Sizes of an error, in its accuracy or typical size.
+const TIMES: [f64; 3] = [3.0, 10.0, 30.0];
+/// Least share of the runs that do not lie, percent.
+const HONEST: f64 = 95.0;
+/// Least share of the runs in which the imperfection that explains most is the error, percent.
+const NAMED: f64 = 90.0;
+/// Distance in the menu from one run to the next. It has no factor in common with the number of runs of a robot.
+const STRIDE: usize = 37;
+/// Error of a logarithm up to which a parameter is right.
+const RIGHT: f64 = 0.01;
+
+/// The result of one run.
+struct Outcome {
+    error: &'static Error,
+    times: f64,
+    found: Found,
+    /// Error of each parameter's logarithm.
+    errors: Vec<f64>,
+}
+
+/// Makes so many runs, the same for the same number: one robot has all errors in all sizes before the next has one.
+pub(crate) fn prove(study: &Study, runs: usize, details: bool) -> Result<Vec<Figure>> {
+    let cuts = study.cuts();
+    let of_robot = MENU.len() * TIMES.len();
+    let run = |run: usize| {
+        let robot = (run / of_robot) as u64;
+        let case = run * STRIDE % of_robot;
+        let (error, times) = (&MENU[case / TIMES.len()], TIMES[case % TIMES.len()]);
+        let plant = plants::with(|plant| (error.apply)(plant, times));
+        let cuts = &cuts[robot as usize % cuts.len()];
+        let (truth, found) = plants::found(study, cuts, &plant, &Accuracies::typical(), robot)?;
+        let Some(found) = found else { return Ok(None) };
+        let errors = found.errors(&truth);
+        let outcome = Outcome { error, times, found, errors };
+        if details {
+            outcome.print(robot);
+        }
+        Ok(Some(outcome))
+    };
+    let all = (0..runs).into_par_iter().map(run).collect::<Result<Vec<_>>>()?;
+    let all: Vec<Outcome> = all.into_iter().flatten().collect();
+    let at_least = |what: &str, share: f64, of: usize, count: usize| {
+        let least = spread::percentages(of, share / 100.0, [share, 100.0])[0];
+        let held = 100.0 * count as f64 >= least * of as f64;
+        Figure::count(what, of, held, count, &format!("at least {least:.0} %"))
+    };
+    let honest = all.iter().filter(|outcome| !outcome.lies()).count();
+    let named: Vec<bool> = all.iter().filter_map(Outcome::is_named).collect();
+    let right = named.iter().filter(|named| **named).count();
+    let identified: usize = all.iter().map(|outcome| outcome.identified().count()).sum();
+    let widths = all
+        .iter()
+        .flat_map(|outcome| outcome.identified().map(|index| outcome.found.deviations[index]));
+    let parameters = 12 * study.chain.joints().len() * all.len();
+    Ok(vec![
+        at_least("one error: runs that do not lie", HONEST, all.len(), honest),
+        at_least("one error: runs in which it is named first", NAMED, named.len(), right),
+        // This figure shows that the verdict is possible.
+        Figure::count(
+            "one error: parameters that are identified",
+            parameters,
+            2 * identified > parameters,
+            identified,
+            "more than half",
+        )
+        .remark(format_args!(
+            "median standard deviation {:.2} %",
+            100.0 * median(widths.collect())
+        )),
+    ])
+}
+
+impl Outcome {
+    fn identified(&self) -> impl Iterator<Item = usize> {
+        (0..self.errors.len()).filter(|&index| self.found.identifies(index))
+    }
+
+    /// Errors of the identified parameters, in standard deviations.
+    fn scores(&self) -> Vec<f64> {
+        self.identified().map(|index| self.errors[index] / self.found.deviations[index]).collect()
+    }
+
+    /// The imperfection that explains most: the one that differs from zero by most of its own standard deviations.
+    fn first(&self) -> Option<&FoundImperfection> {
+        let size = |it: &FoundImperfection| (it.value / it.deviation).abs();
+        self.found.imperfections.iter().max_by(|a, b| size(a).total_cmp(&size(b)))
+    }
+
+    /// Whether that is the error, if the fit has such an imperfection and found a minimum.
+    fn is_named(&self) -> Option<bool> {
+        let is = self.error.is?;
+        Some(self.first().is_some_and(|first| is(first.imperfection)))
+    }
+
+    fn lies(&self) -> bool {
+        let scores = self.scores();
+        let gross = scores.iter().filter(|score| score.abs() > 4.0).count();
+        !scores.is_empty() && (percent(&scores) < 80.0 || 20 * gross > scores.len())
+    }
+
+    fn print(&self, robot: u64) {
+        let Self { error, times, found, errors, .. } = self;
+        let scores = self.scores();
+        let worst = scores.iter().fold(0.0, |worst: f64, score| worst.max(score.abs()));
+        let right = errors.iter().filter(|error| error.abs() < RIGHT).count();
+        let named = self.first().map_or_else(String::new, |first| {
+            format!("{:?} {:.1}", first.imperfection, first.value / first.prior)
+        });
+        eprintln!(
+            "{:5}{:6} {robot:2} {:28} {times:3.0} {:12} χ²/dof {:9.3} white {:7.1} ssp {:.3} {:2} starts, identified {:2} cover {:5.1} worst {worst:5.1} median {:.2} % right {right:2} {named}",
+            if self.lies() { "LIE" } else { "" },
+            if self.is_named() == Some(false) { "OTHER" } else { "" },
+            error.name,
+            format!("{:?}", found.estimate.acceptance),
+            found.estimate.consistency,
+            found.estimate.whiteness,
+            found.estimate.ssp_median,
+            found.starts,
+            scores.len(),
+            if scores.is_empty() { 100.0 } else { percent(&scores) },
+            100.0
+                * median(
+                    self.identified().map(|index| found.deviations[index]).collect::<Vec<_>>()
+                ),
+        );
+    }
+}
