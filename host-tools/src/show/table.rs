@@ -82,7 +82,9 @@ fn caveat(report: &Report, confidence: &Confidence) -> String {
         if !confidence.residuals.size_objects {
             return String::new();
         }
-        format!(" intervals are √(χ²/dof) = {times:.1} times as wide as the noise makes them\n")
+        format!(
+            " intervals are at least √(χ²/dof) = {times:.1} times as wide as the noise makes them\n"
+        )
     } else if deviations.flatten().next().is_none() {
         String::new()
     } else if report.fit.acceptance == Acceptance::Unsettled {

@@ -38,7 +38,7 @@ pub(super) fn accuracies(
         structure_rotation,
     } = &mut accuracies;
     let part = "0.01 is 1 %";
-    let mut load_per_knm = 1e3 * *load;
+    let mut load_per_knm = 0.0;
     // Beyond these limits the stated value itself must be corrected.
     for (key, stated, target, most, unit) in [
         ("delay_s", section.delay_s, &mut *delay, 1e-3, "in s"),
@@ -96,7 +96,9 @@ pub(super) fn accuracies(
         }
         *target = stated;
     }
-    *load = load_per_knm / 1e3;
+    if section.drive_growth_per_knm.is_some() {
+        *load = load_per_knm / 1e3;
+    }
     for (key, stated, other, sought, target) in [
         ("delay_s", section.delay_s, "delay_s", calibration.delay_s, delay),
         ("force_gain", section.force_gain, "force_gain", calibration.force_gain, &mut force.gain),

@@ -185,6 +185,14 @@ fn mistakes_in_accuracies_name_place_and_mend() {
             "[accuracy] force_resonance_hz is 2: must be 600 to 1000000 (in Hz)",
         ),
         (
+            "structure_m_per_n = 1e10",
+            "[accuracy] structure_m_per_n is 10000000000: must be 0 to 0.000001 (in m/N: 1e-10 is 1e10 N/m), one standard deviation",
+        ),
+        (
+            "hysteresis = 30.0",
+            "[accuracy] hysteresis is 30: must be 0 to 1 (0.01 is 1 %), one standard deviation",
+        ),
+        (
             "delay_s = 1e-5\n[calibration]\ndelay_s = 1e-3",
             "[accuracy] delay_s and [calibration] delay_s state the same: leave one out",
         ),
@@ -205,6 +213,9 @@ fn accuracies_are_those_stated_or_assumed() {
     assert_eq!(accuracies("assume = \"perfect\""), Accuracies::default());
     let own = accuracies("link_mass = 0.1\nforce_high_pass_hz = 0.0");
     assert_eq!((own.mass, own.force.high_pass, own.delay), (0.1, 0.0, typical.delay));
+    let own =
+        accuracies("drive_growth_per_knm = 0.5\nstructure_rad_per_nm = 0.0\nlink_inertia = 0.1");
+    assert_eq!((own.load, own.structure_rotation, own.inertia), (5e-4, 0.0, 0.1));
     // What is sought with a prior of its own has no second one.
     let sought = accuracies("[calibration]\ndelay_s = 1e-3");
     assert_eq!((sought.delay, sought.mass), (0.0, typical.mass));
