@@ -73,7 +73,10 @@ impl<R: Rng> Identifier<R> {
         }
         // What imperfections leave undetermined is so, however well the perfect model seems to determine it.
         found.remember_deviations((0..sought.unknowns()).map(|i| fit.covariance.deviation(i)));
-        Some(Judged::of(&fit))
+        let mut judged = Judged::of(&fit);
+        // Of two minima, one that needs accuracies restated is the less plausible.
+        judged.objective += plant.cost_of_restating();
+        Some(judged)
     }
 
     /// A minimum that is the best one again has been judged on the plant, if that has.

@@ -26,7 +26,8 @@ const NOISE_ERROR: f64 = 0.04;
 /// Size and structure of the residuals together, each in its standard deviations, above which a minimum that leaves a stiffness
 /// undetermined is doubtful. The sum is about N(0, 2): noise exceeds it once in 430.
 const DOUBTFUL: f64 = 4.0;
-/// Sum of the same two from which the model does not explain the residuals. Chosen: three standard deviations of either.
+/// Sum of the same two, as far as they are positive, above which the model does not explain the residuals. Noise exceeds it once in
+/// fifty fits.
 const MISFIT: f64 = 3.0;
 /// χ² per degree of freedom up to which the branches of a minimum are refined although noise does not explain it.
 const NEAR: f64 = 30.0;
@@ -131,7 +132,8 @@ impl Minimum {
     /// Size and structure of the residuals together are hardly ever left by noise: the model is not quite that of the plant.
     pub(super) fn leaves_misfit(&self) -> bool {
         let Judged { whiteness, .. } = self.judged();
-        self.excess() + whiteness > MISFIT
+        let misfit = self.excess().max(0.0) + whiteness.max(0.0);
+        misfit.is_nan() || misfit > MISFIT
     }
 
     /// The static tests' residuals by themselves are larger than their noise leaves them; what is no number is.

@@ -48,7 +48,6 @@ impl<R> Identifier<R> {
             }
         }
         let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
-        let imperfections = plant.found();
         let (size, count) = plant.size();
         let are_plausible = !are_implausible(size, count);
         let coordinates = *refinement.coordinates();
@@ -56,14 +55,21 @@ impl<R> Identifier<R> {
         minimum.apart.clone_from(&perfect.apart);
         minimum.deviations_elsewhere.clone_from(&perfect.deviations_elsewhere);
         minimum.spread(sought);
-        plant.widen_by_structure(&mut minimum.fit, sought, &sought.bushings(&coordinates));
-        let is_robust = minimum.leaves_misfit();
-        if is_robust {
-            let deviations = refinement.jackknife_plant(&problem, experiments, plant)?;
-            // The trust in an estimate multiplies its deviations by the inflation.
-            let inflation = libm::sqrt(minimum.inflation());
-            minimum.fit.raise(sought, &deviations.map(|deviation| deviation / inflation));
+        // The trust in an estimate multiplies its deviations by the inflation.
+        let inflation = libm::sqrt(minimum.inflation());
+        let robust = minimum
+            .leaves_misfit()
+            .then(|| refinement.jackknife_plant(&problem, experiments, plant, inflation));
+        let robust = robust.flatten();
+        if let Some(deviations) = &robust {
+            minimum.fit.raise(sought, deviations);
         }
+        plant.widen_by_structure(
+            &mut minimum.fit,
+            sought,
+            &sought.bushings(&coordinates),
+            inflation,
+        );
         let acceptance = match perfect.acceptance {
             Acceptance::Unsettled => Acceptance::Unsettled,
             _ if !minimum.is_reached() => Acceptance::Unsettled,
@@ -85,7 +91,9 @@ impl<R> Identifier<R> {
             perfect.experiments,
         );
         estimate.held_out = perfect.held_out;
-        estimate.is_robust = is_robust;
+        // Where no plausible plant explains the records, the minimum may be a wrong one.
+        estimate.is_robust = robust.is_some() && are_plausible;
+        let imperfections = plant.found();
         refinement.restart_at(&perfect.coordinates);
         Some(PlantEstimate { estimate, imperfections })
     }

@@ -129,7 +129,7 @@ pub(crate) fn all(
     });
     let of_bushings = [(I::Hysteresis, accuracies.hysteresis), (I::Load, accuracies.load)];
     let of_records = (0..records.min(MAX_EXPERIMENTS)).flat_map(|record| {
-        // Of a single record they are those of all.
+        // Those of a single record are taken as the robot's.
         let differ = records > 1;
         [
             (I::RecordDelay(record), accuracies.record_delay),
@@ -175,7 +175,12 @@ impl Imperfection {
         }
     }
 
-    /// Whether its derivative is that of the model's matrices. Else its derivative is a multiple of readings or forces.
+    /// Whether it is one of all stiffnesses in a record other than number `record`.
+    pub(crate) fn is_of_another_record(self, record: usize) -> bool {
+        matches!(self, Self::RecordStiffness(own) if own != record)
+    }
+
+    /// Whether its derivative is that of the model's matrices. Else its derivative is a multiple of readings, forces or impedances.
     pub(crate) fn is_of_model(self) -> bool {
         matches!(
             self,
@@ -203,6 +208,16 @@ mod tests {
     fn there_is_room_for_all() {
         let all = all(&Accuracies::typical(), MAX_JOINTS, MAX_EXPERIMENTS);
         assert_eq!(all.len(), MAX_IMPERFECTIONS);
+        let mut counts = [0; KINDS];
+        for (imperfection, _) in &all {
+            counts[imperfection.kind()] += 1;
+        }
+        let (joints, records) = (MAX_JOINTS, MAX_EXPERIMENTS);
+        let of_sensors = [1, 3, 3, 6, 6, 3, 3, 1, 1, 1, 1, 3, 3, 3];
+        let others =
+            [joints, 3 * joints, joints, 3 * joints, joints, 1, joints, 1, records, records];
+        assert_eq!(counts[..14], of_sensors);
+        assert_eq!(counts[14..], others);
         assert!(super::all(&Accuracies::default(), MAX_JOINTS, MAX_EXPERIMENTS).is_empty());
     }
 }

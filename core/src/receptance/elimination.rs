@@ -175,7 +175,9 @@ pub(crate) fn bushing<V: Lanes>(joint: &JointTerms<V::Scalar>, rates: &Rates<V>)
         let (stiffness, damping) = (like.fill(joint.stiffness[i]), like.fill(joint.damping[i]));
         bushing[i] = Complex::new(damper.re.mul_add(damping, stiffness), damper.im * damping);
     }
-    if let Some(Growth { dof, part }) = joint.growth {
+    if let Some(drive) = drive
+        && let Some(Growth { dof, part }) = joint.growth
+    {
         let stiffness = like.fill(joint.stiffness[dof]) * like.fill(part);
         bushing[dof] = bushing[dof].add_mul_real(*drive, stiffness);
     }

@@ -239,7 +239,8 @@ impl<V: Lanes> Response<V> {
         let minus = |value: V::Scalar| damper.re.fill(V::Scalar::from_f64(-value.to_f64()));
         let elongation = self.elongation[joint][dof];
         let mut sprung = elongation.scale(minus(terms.joints[joint].stiffness[dof]));
-        if let Some(growth) = terms.joints[joint].growth
+        if let Some(drive) = drive
+            && let Some(growth) = terms.joints[joint].growth
             && growth.dof == dof
         {
             sprung = sprung + (sprung * drive).scale(damper.re.fill(growth.part));

@@ -8,7 +8,7 @@
 //!
 //! h is the part of all dampings that is hysteretic. Hysteresis dissipates the same at each frequency; since it is causal, the stiffness
 //! then grows with the logarithm of the frequency (Nashif, Jones and Henderson, _Vibration Damping_, 1985, chapter 2). k and d are those at
-//! ω_r. g is the growth of the stiffness of a drive, whose position loop gives way below the frequency ω_s.
+//! ω_r. g is the growth of the stiffness of a drive, whose position loop gives way below the frequency ω_s; its k is that far below ω_s.
 
 use core::f64::consts::{FRAC_2_PI, TAU};
 
@@ -34,20 +34,20 @@ pub(crate) struct Hysteresis<T> {
 pub(crate) struct Rates<V> {
     /// σ.
     pub(crate) damper: Complex<V>,
-    /// ψ; zero if no stiffness grows.
-    pub(crate) drive: Complex<V>,
+    /// ψ; `None` if no stiffness grows.
+    pub(crate) drive: Option<Complex<V>>,
 }
 
 impl<V: Lanes> Rates<V> {
     #[inline(always)]
     pub(super) fn new(hysteresis: &Hysteresis<V::Scalar>, has_growth: bool, s: Complex<V>) -> Self {
-        let mut rates = Self { damper: s, drive: Complex::zero(s.re) };
+        let mut rates = Self::plain(s);
         if hysteresis.part.to_f64() != 0.0 {
             let excess = per_hysteretic_part(s, hysteresis.reference.to_f64());
             rates.damper = rates.damper.add_mul_real(excess, s.re.fill(hysteresis.part));
         }
         if has_growth {
-            rates.drive = per_growth(s);
+            rates.drive = Some(per_growth(s));
         }
         rates
     }
@@ -55,7 +55,7 @@ impl<V: Lanes> Rates<V> {
     /// Of springs and dampers.
     #[inline(always)]
     pub(crate) fn plain(s: Complex<V>) -> Self {
-        Self { damper: s, drive: Complex::zero(s.re) }
+        Self { damper: s, drive: None }
     }
 }
 

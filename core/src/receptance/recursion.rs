@@ -5,9 +5,11 @@
 //! [`FromParent`](crate::chain::from_parent::FromParent), transforms x to the link before:
 //!
 //! ```text
-//! Z̃ = Yᵀ Z Y       Δ = Z̃ + b − C − Cᵀ       Δ x = Bᵀ η       b = diag(k + s d) + Γ       B = b − Cᵀ
+//! Z̃ = Yᵀ Z Y       Δ = Z̃ + b − C − Cᵀ       Δ x = Bᵀ η       b = diag(z) + Γ       B = b − Cᵀ
 //! Z ← b − B Δ⁻¹ Bᵀ + s² I                                       at the tip:   H = pᵀ Z⁻¹ p
 //! ```
+//!
+//! z is the impedance of the bushing, `k + s d` if it does not depend on the frequency otherwise (`law`).
 //!
 //! In a record with a seam each bushing has a load γ, and each link a load f against η:
 //!
@@ -60,7 +62,7 @@ pub fn receptance<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Complex
 /// Row and column of each entry of a packed symmetric 3×3 matrix.
 const LOWER: [[usize; 2]; 6] = [[0, 0], [1, 0], [1, 1], [2, 0], [2, 1], [2, 2]];
 
-/// Dynamic stiffness of the last link, factorised.
+/// Dynamic stiffness of the last link, factorised. All bushings are springs and dampers: the search knows no other.
 #[inline(always)]
 pub(super) fn tip_stiffness<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> Factor<V> {
     // Each case has storage of its own. The compiler would copy a common one.
@@ -72,7 +74,7 @@ fn tip_only<V: Lanes, const GRAVITY: bool>(terms: &Terms<V::Scalar>, s: Complex<
     let mut tip = Factor::zero(s.re);
     let mut elimination = Elimination::new(s.re);
     let eliminations = core::array::from_mut(&mut elimination);
-    outward::<V, 1, GRAVITY>(terms, s, &terms.rates(s), eliminations, &mut tip, None);
+    outward::<V, 1, GRAVITY>(terms, s, &Rates::plain(s), eliminations, &mut tip, None);
     tip
 }
 

@@ -58,7 +58,8 @@ impl Trust {
         Self { inflation, sound: sound && consistency <= SUSPECT }
     }
 
-    /// As [`Trust::new`], of standard deviations that hold also where the residuals are not those of noise.
+    /// As [`Trust::new`], of standard deviations that hold also where the residuals are not those of noise. The right minimum is known
+    /// otherwise: the imperfections there are those of a plausible plant.
     pub fn robust(consistency: f64, sound: bool) -> Self {
         let sound = sound && consistency <= FOREIGN;
         Self { sound, ..Self::new(consistency, sound) }
@@ -92,6 +93,16 @@ mod tests {
             assert_eq!(sound.verdict(1e7, nothing), (Verdict::NotObservable, None));
             assert_eq!(sound.verdict(nothing, 1.0), (Verdict::NotObservable, None));
         }
+    }
+
+    #[test]
+    fn robust_deviations_are_believed_in_a_worse_fit() {
+        let verdict = |consistency, sound| Trust::robust(consistency, sound).verdict(1e7, 1e5);
+        assert_eq!(verdict(4.0, true), (Verdict::Identified, Some(2e5)));
+        assert_eq!(verdict(9.9, true).0, Verdict::Identified);
+        assert_eq!(verdict(10.1, true).0, Verdict::Weak);
+        assert_eq!(verdict(4.0, false).0, Verdict::Weak);
+        assert_eq!(verdict(f64::NAN, true), (Verdict::NotObservable, None));
     }
 
     #[test]

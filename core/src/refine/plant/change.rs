@@ -45,6 +45,10 @@ pub(super) struct Tip {
 }
 
 impl Change {
+    /// No change.
+    pub(super) const NONE: Self =
+        Self { inertia: None, from_parent: Vec::new(), tip: None, stiffness: None };
+
     /// Difference of two models, which an imperfection differs in by `step`. An imperfection changes the inertia of one link and the
     /// transformations at its two ends at most.
     pub(super) fn between(
@@ -52,8 +56,7 @@ impl Change {
         [from_terms, to_terms]: [&Terms<f64>; 2],
         step: f64,
     ) -> Self {
-        let mut change =
-            Self { inertia: None, from_parent: Vec::new(), tip: None, stiffness: None };
+        let mut change = Self::NONE;
         for (joint, (from, to)) in from.joints.iter().zip(&to.joints).enumerate() {
             if from.inertia != to.inertia {
                 let rate = (to.inertia - from.inertia) / step;

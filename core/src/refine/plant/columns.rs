@@ -1,7 +1,8 @@
 //! Derivatives of a reading by the imperfections, each in its standard deviation.
 //!
 //! An imperfection of the model changes inertias, transformations and loads (`change`), whose effect follows from the motions
-//! of the robot (`motion`). The others act on the reading A, or on the measured force F, with the accelerance G:
+//! of the robot (`motion`). The others change an impedance (below), or act on the reading A or on the measured force F, with the
+//! accelerance G:
 //!
 //! ```text
 //! delay −s A      gain of A  A_a           resonance of A  −s² A/(1 + s²/ω_r²)       high-pass of A  −A/s/(1 + ω_h/s)

@@ -16,6 +16,9 @@ use crate::parameters::Bushings;
 use crate::receptance::{Filter, Growth, Hysteresis, Terms};
 use crate::sensors::Sensors;
 
+/// Least lower end of a band, as a part of its upper end, for its middle. Chosen: three decades.
+const LEAST: f64 = 1e-3;
+
 /// A model that imperfections change.
 #[derive(Clone, Debug)]
 pub(super) struct Imperfect {
@@ -47,6 +50,8 @@ impl Imperfect {
         record: usize,
     ) -> Self {
         let [lower, upper] = problem.measurement.band_hz;
+        // A band from zero on has no geometric middle.
+        let lower = lower.max(LEAST * upper);
         let chain = if problem.sought.seeks_masses() {
             problem.chain.weighing(&calibration.mass)
         } else {

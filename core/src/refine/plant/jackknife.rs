@@ -5,7 +5,7 @@
 //! time, and the estimate moves by d_c, one step of Gauss and Newton.
 //!
 //! ```text
-//! V = (C − 1)/C Σ d_c d_cᵀ          d_c = (N − N_c)⁻¹ (−g_c)
+//! V = (C − 1)/C Σ (d_c − d̄) (d_c − d̄)ᵀ          d_c = (N − N_c)⁻¹ (−g_c)          d̄ the mean of d_c
 //! ```
 //!
 //! This is the cluster-robust covariance in its jackknife form, CR3, which accounts for the leverage of a block (Cameron and Miller, "A
@@ -23,20 +23,36 @@ use super::sizes::ALL;
 use crate::sought::MAX_UNKNOWNS;
 use crate::spectrum::Experiment;
 
-/// Blocks that all records have together, about. Chosen: the deviation is then known to a tenth.
+/// Blocks that three or more records have together, about. Chosen: the deviation is then known to a tenth; of one record to a fifth.
 const BLOCKS: usize = 48;
 /// Bands of a record, least and most. Chosen: a band is wider than the resonance of a robot's joint, some tens of hertz at most.
 const BANDS: [usize; 2] = [4, 16];
 
 impl Refinement {
     /// Standard deviation of each unknown where the plant stands, after [`Refinement::fit_plant`], by the scatter between blocks of the
-    /// records. `None` where gravity leaves the robot no equilibrium.
+    /// records, over `inflation`. Those of the imperfections are raised to theirs. `None` where gravity leaves the robot no equilibrium.
     pub(crate) fn jackknife_plant<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
+        inflation: f64,
     ) -> Option<[f64; MAX_UNKNOWNS]> {
+        let moved = self.jackknife(problem, experiments, plant)?;
+        let count = plant.imperfections.all.len();
+        for (own, robust) in plant.deviations.iter_mut().zip(&moved[..count]) {
+            *own = own.max(*robust / inflation);
+        }
+        Some(core::array::from_fn(|unknown| moved[count + unknown] / inflation))
+    }
+
+    /// Standard deviation of each imperfection and unknown, by the scatter between blocks.
+    fn jackknife<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+    ) -> Option<[f64; ALL]> {
         let Plant { imperfections, minimiser, point, record, summary, factor, whole, .. } = plant;
         let count = imperfections.all.len();
         let domain = PlantDomain { problem, imperfections: count };
@@ -55,7 +71,9 @@ impl Refinement {
             others: &mut self.minimiser.normal,
             summary,
         };
-        let (mut blocks, mut sums, mut squares) = (0.0, [0.0; MAX_UNKNOWNS], [0.0; MAX_UNKNOWNS]);
+        // Those that are there may be of a trial step that was rejected.
+        objective.workspace.seams.clear();
+        let (mut blocks, mut sums, mut squares) = (0.0, [0.0; ALL], [0.0; ALL]);
         for (index, experiment) in experiments.iter().enumerate() {
             let (model, seam) = objective.prepare(point, index, experiment).ok()?;
             let bins = Bins::of(experiment);
@@ -74,16 +92,22 @@ impl Refinement {
                 let (step, _) = propose::<_, ALL>(factor, &room, 0.0);
                 factor.subtract_complement(objective.record, seam_unknowns);
                 blocks += 1.0;
-                for (unknown, moved) in step[count..count + MAX_UNKNOWNS].iter().enumerate() {
-                    sums[unknown] += moved;
-                    squares[unknown] += moved * moved;
+                for (column, moved) in step.iter().enumerate() {
+                    sums[column] += moved;
+                    squares[column] += moved * moved;
                 }
             }
         }
-        let variance = |unknown: usize| {
-            let mean = sums[unknown] / blocks;
-            (blocks - 1.0) / blocks * (squares[unknown] - blocks * mean * mean).max(0.0)
+        let variance = |column: usize| {
+            let mean = sums[column] / blocks;
+            let scatter = squares[column] - blocks * mean * mean;
+            // What is no number says nothing of the estimate.
+            if scatter.is_nan() {
+                f64::INFINITY
+            } else {
+                scatter.max(0.0) * (blocks - 1.0) / blocks
+            }
         };
-        Some(core::array::from_fn(|unknown| libm::sqrt(variance(unknown))))
+        Some(core::array::from_fn(|column| libm::sqrt(variance(column))))
     }
 }

@@ -108,9 +108,11 @@ impl Plant {
         }
     }
 
-    /// Whether there is no imperfection.
+    /// Whether nothing is off, in any number of records.
     pub fn is_perfect(&self) -> bool {
-        self.imperfections.all.is_empty()
+        let Accuracies { structure_translation, structure_rotation, .. } = self.accuracies;
+        let is_rigid = structure_translation == 0.0 && structure_rotation == 0.0;
+        is_rigid && imperfection::all(&self.accuracies, self.joints, 2).is_empty()
     }
 
     /// Number of joints of the robot.

@@ -215,7 +215,10 @@ pub(super) fn prepare(
     imperfections.from_parent = linear.joints.iter().map(|joint| joint.from_parent).collect();
     imperfections.changes.clear();
     for index in 0..imperfections.all.len() {
-        if imperfections.all[index].0.is_of_model() {
+        let imperfection = imperfections.all[index].0;
+        if imperfection.is_of_another_record(record) {
+            let _ = imperfections.changes.push(Change::NONE);
+        } else if imperfection.is_of_model() {
             let moved = imperfections.at(problem, point, pose, record, Some(index));
             let there = moved.linearise_at(problem, &sag);
             let terms = moved.model(problem, &there, &bushings)?.terms;

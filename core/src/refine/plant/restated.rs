@@ -72,12 +72,15 @@ impl Plant {
     /// How far the imperfections are from those of a plausible plant where the last fit has ended, and their number: minus twice the
     /// logarithm of their density by the stated kind of prior, `Σ (S/τ² + n ln τ²)`, but for a constant.
     pub(crate) fn size(&self) -> (f64, usize) {
-        let Self { imperfections, point, restated, .. } = self;
-        let size = |((imperfection, _), p): (&(Imperfection, f64), &f64)| {
-            p * p + 2.0 * libm::log(restated.factor(*imperfection))
-        };
-        let all = &imperfections.all;
-        (all.iter().zip(&point.imperfections).map(size).sum(), all.len())
+        let count = self.imperfections.all.len();
+        let squares = self.point.imperfections[..count].iter().map(|p| p * p);
+        (squares.sum::<f64>() + self.cost_of_restating(), count)
+    }
+
+    /// `Σ n ln τ²`: what restated accuracies cost, since they would explain less than those that were stated.
+    pub(crate) fn cost_of_restating(&self) -> f64 {
+        let all = self.imperfections.all.iter();
+        all.map(|(imperfection, _)| 2.0 * libm::log(self.restated.factor(*imperfection))).sum()
     }
 }
 

@@ -16,8 +16,14 @@ use crate::refine::fit::Fit;
 use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
 impl Plant {
-    /// Widens the standard deviations of a fit that found `bushings`.
-    pub(crate) fn widen_by_structure(&self, fit: &mut Fit, sought: &Sought, bushings: &Bushings) {
+    /// Widens the standard deviations of a fit that found `bushings`. They are later multiplied by `inflation`, the structure's part is not.
+    pub(crate) fn widen_by_structure(
+        &self,
+        fit: &mut Fit,
+        sought: &Sought,
+        bushings: &Bushings,
+        inflation: f64,
+    ) {
         let [translation, rotation] =
             [self.accuracies.structure_translation, self.accuracies.structure_rotation];
         for (joint, bushing) in bushings.iter().enumerate() {
@@ -30,7 +36,7 @@ impl Plant {
                     (Coordinate::Damping { joint, dof }, -2.0),
                 ] {
                     if let Some(unknown) = sought.unknown(coordinate) {
-                        shift[unknown] = times * relative;
+                        shift[unknown] = times * relative / inflation;
                     }
                 }
                 if relative > 0.0 {

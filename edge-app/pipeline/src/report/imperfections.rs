@@ -18,8 +18,8 @@ const DETERMINED: f64 = 0.5;
 const CONSPICUOUS: f64 = 2.0;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Returns the imperfections that the data determine or that are larger than their accuracies promise. The first is the one that
-/// explains most: it differs from zero by most of its own standard deviations.
+/// Returns the imperfections that are larger than their accuracies promise, and then those that the data determine. Of each, the first
+/// is the one that explains most: it differs from zero by most of its own standard deviations.
 pub(super) fn conspicuous(
     found: &[FoundImperfection],
     model: &Model,
@@ -32,7 +32,11 @@ pub(super) fn conspicuous(
         .filter(|found| found.deviation < DETERMINED * found.prior || size(found) > CONSPICUOUS)
         .collect();
     let significance = |found: &FoundImperfection| (found.value / found.deviation).abs();
-    all.sort_by(|one, other| significance(other).total_cmp(&significance(one)));
+    let is_conspicuous = |found: &FoundImperfection| size(found) > CONSPICUOUS;
+    all.sort_by(|one, other| {
+        let larger = is_conspicuous(other).cmp(&is_conspicuous(one));
+        larger.then(significance(other).total_cmp(&significance(one)))
+    });
     all.into_iter().map(move |found| nuisance(found, model, trust, residuals))
 }
 

@@ -46,17 +46,16 @@ pub(crate) fn prove(study: &Study, runs: usize, details: bool) -> Result<Vec<Fig
         let (error, times) = (&MENU[case / TIMES.len()], TIMES[case % TIMES.len()]);
         let plant = plants::with(|plant| (error.apply)(plant, times));
         let cuts = &cuts[robot as usize % cuts.len()];
-        let (truth, found) = plants::found(study, cuts, &plant, &Accuracies::typical(), robot)?;
-        let Some(found) = found else { return Ok(None) };
+        let records = plants::records(study, cuts, &plant, robot)?;
+        let (truth, found) = plants::found(study, &records, &Accuracies::typical(), robot)?;
         let errors = found.errors(&truth);
         let outcome = Outcome { error, times, found, errors };
         if details {
             outcome.print(robot);
         }
-        Ok(Some(outcome))
+        Ok(outcome)
     };
     let all = (0..runs).into_par_iter().map(run).collect::<Result<Vec<_>>>()?;
-    let all: Vec<Outcome> = all.into_iter().flatten().collect();
     let at_least = |what: &str, share: f64, of: usize, count: usize| {
         let least = spread::percentages(of, share / 100.0, [share, 100.0])[0];
         let held = 100.0 * count as f64 >= least * of as f64;
@@ -98,13 +97,16 @@ impl Outcome {
         self.identified().map(|index| self.errors[index] / self.found.deviations[index]).collect()
     }
 
-    /// The imperfection that explains most: the one that differs from zero by most of its own standard deviations.
+    /// The imperfection that a report names first: of those that are more than twice as large as their accuracy, or else of all, the one
+    /// that differs from zero by most of its own standard deviations.
     fn first(&self) -> Option<&FoundImperfection> {
         let size = |it: &FoundImperfection| (it.value / it.deviation).abs();
-        self.found.imperfections.iter().max_by(|a, b| size(a).total_cmp(&size(b)))
+        let is_large = |it: &FoundImperfection| (it.value / it.prior).abs() > 2.0;
+        let all = self.found.imperfections.iter();
+        all.max_by(|a, b| is_large(a).cmp(&is_large(b)).then(size(a).total_cmp(&size(b))))
     }
 
-    /// Whether that is the error, if the fit has such an imperfection and found a minimum.
+    /// Whether that is the error, if the fit has such an imperfection.
     fn is_named(&self) -> Option<bool> {
         let is = self.error.is?;
         Some(self.first().is_some_and(|first| is(first.imperfection)))

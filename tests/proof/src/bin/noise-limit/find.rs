@@ -1,6 +1,6 @@
 //! A robot found from its records, and the report to its user.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use fearless_simd::Level;
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
@@ -62,28 +62,25 @@ pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) 
     Ok(Found::new(estimate, identifier.progress().effort.starts))
 }
 
-/// Identifies a robot whose plant has these accuracies, as the daemon does. Returns nothing without an estimate.
+/// Identifies a robot whose plant has these accuracies, as the daemon does.
 pub(crate) fn find_on_plant(
     task: &Task,
     accuracies: &Accuracies,
     records: &[Record],
     random: Xoshiro256PlusPlus,
-) -> Result<Option<Found>> {
+) -> Result<Found> {
     let experiments = records.iter().map(|one| experiment(task.chain, &task.measurement, one));
     let experiments = experiments.collect::<Result<Vec<_>>>()?;
-    if experiments.is_empty() {
-        return Ok(None);
-    }
+    ensure!(!experiments.is_empty(), "no record");
     let mut identifier = task.identifier(random)?;
     let mut plant = Box::new(Plant::new(accuracies, task.chain.joints().len()));
     identifier.renew(&experiments);
     while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
     let starts = identifier.progress().effort.starts;
     let found = identifier.estimate_of_plant(&experiments, &mut plant, || true);
-    Ok(found.map(|PlantEstimate { estimate, imperfections }| Found {
-        imperfections: imperfections.to_vec(),
-        ..Found::new(&estimate, starts)
-    }))
+    let PlantEstimate { estimate, imperfections } =
+        found.context("a settled identifier without an estimate")?;
+    Ok(Found { imperfections: imperfections.to_vec(), ..Found::new(&estimate, starts) })
 }
 
 impl Found {

@@ -59,7 +59,7 @@ const PARTS: [Part; 11] = [
     Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 4] },
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 6] },
     Part { name: "plants", prove: plants::prove, robots: [200, 12] },
-    Part { name: "deviations", prove: deviations::prove, robots: [528, 16] },
+    Part { name: "deviations", prove: deviations::prove, robots: [516, 16] },
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
     Part { name: "arms", prove: arms::prove, robots: [100, 4] },
     Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 10] },

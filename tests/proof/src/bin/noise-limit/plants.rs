@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use anyhow::{Context, Result};
+use anyhow::{Result, ensure};
 use flexid_core::imperfection::{Accuracies, SensorAccuracies};
 use flexid_core::parameters::Bushings;
 use flexid_simulation::experiment::Cut;
@@ -18,7 +18,7 @@ use crate::common::Random;
 use crate::figure::{Figure, median};
 use crate::find::{Found, find_on_plant};
 use crate::intervals::Intervals;
-use crate::records::{Sensors, Signals};
+use crate::records::{Record, Sensors, Signals};
 use crate::spread;
 use crate::study::{Purpose, Study, name, random};
 
@@ -92,8 +92,9 @@ fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Out
     let mut draw = random(Purpose::Draw, robot);
     let plant =
         drawn(&accuracies, study.chain.joints().len(), study.measurement.band_hz, &mut draw);
-    let (truth, found) = found(study, cuts, &plant, &accuracies, robot)?;
-    let found = found.context("a settled identifier without an estimate")?;
+    let records = records(study, cuts, &plant, robot)?;
+    ensure!(records.len() == cuts.len(), "{} records of {} cuts", records.len(), cuts.len());
+    let (truth, found) = found(study, &records, &accuracies, robot)?;
     let errors = found.errors(&truth);
     let identified: Vec<usize> =
         (0..errors.len()).filter(|index| found.identifies(*index)).collect();
@@ -116,14 +117,13 @@ pub(crate) fn with(change: impl FnOnce(&mut Plant)) -> Plant {
     plant
 }
 
-/// Robot `number` with the errors of `plant` in these cuts, and what is found of it; nothing if no record gives an estimate.
-pub(crate) fn found(
+/// Records of robot `number` with the errors of `plant`, of the cuts in which it does not give way and that make a record.
+pub(crate) fn records(
     study: &Study,
     cuts: &[Cut],
     plant: &Plant,
-    accuracies: &Accuracies,
     number: u64,
-) -> Result<(Bushings, Option<Found>)> {
+) -> Result<Vec<Record>> {
     let truth = study.robot(number);
     let mut draw = random(Purpose::Plant, number);
     let mut sensors = Sensors::new(study, random(Purpose::Noise, number))?;
@@ -140,9 +140,19 @@ pub(crate) fn found(
         let measured = sensors.measure(&Signals { pose: &cut.pose, force, acceleration });
         records.extend(measured.ok());
     }
+    Ok(records)
+}
+
+/// Robot `number`, and what is found of it.
+pub(crate) fn found(
+    study: &Study,
+    records: &[Record],
+    accuracies: &Accuracies,
+    number: u64,
+) -> Result<(Bushings, Found)> {
     let search = random(Purpose::Search, number).0;
-    let found = find_on_plant(&study.task(), accuracies, &records, search)?;
-    Ok((truth, found))
+    let found = find_on_plant(&study.task(), accuracies, records, search)?;
+    Ok((study.robot(number), found))
 }
 
 fn print(robot: u64, found: &Found, identified: &[usize], scores: &[f64]) {
