@@ -9,12 +9,17 @@
 //! with the elongations e_out of a unit force along each measured direction, and the elongations q under the load. The dampings
 //! have no part in it. Gravity's stiffness, and the sag at which it acts, are those of the records. The load keeps its direction
 //! while the robot gives way. The effect of the load on the stiffness is of the order of the rotation, and left out.
+//!
+//! A gauge that touches the tool at g from the TCP measures `d + θ × g`, with the displacement d and the turn θ of the tool there.
+//! A force f at the point p is the force f at the TCP and the torque `p × f` about it.
 
 use core::error::Error;
 use core::fmt;
 
 use heapless::Vec;
+use nalgebra::{Isometry3, Vector3};
 
+use crate::chain::Chain;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::parameters::Bushing;
 use crate::receptance::{Complex, Response, Terms};
@@ -23,6 +28,16 @@ use crate::{DOF, MAX_JOINTS};
 /// Most static tests of one robot.
 pub const MAX_STATIC_TESTS: usize = 64;
 
+/// Standard deviation that is assumed where the residuals are too few to tell it, m: the scale interval of a dial gauge (ISO 463).
+pub const DIAL_GAUGE: f64 = 1e-5;
+/// Smallest displacement that a gauge resolves, m. A laser interferometer does.
+pub const RESOLVED: f64 = 1e-9;
+/// Chance below which a test is not as the others are. Chosen: as usual.
+const RARE: f64 = 0.05;
+
+/// How far the length of a unit vector may be from 1: rounding leaves 1e-15.
+const UNIT: f64 = 1e-6;
+
 /// One load at one pose, and the displacement of the TCP under it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticTest {
@@ -30,8 +45,19 @@ pub struct StaticTest {
     pub pose: Vec<f64, MAX_JOINTS>,
     /// Force on the TCP and torque about it, N and Nm, along the TCP's axes in the unloaded robot.
     pub wrench: [f64; 6],
-    /// Displacement of the TCP, loaded less unloaded, along the same axes; `None` where it was not measured.
+    /// Where and along which axes the displacement is measured.
+    pub gauge: Gauge,
+    /// Displacement at the gauge, loaded less unloaded, along the axes of the gauge; `None` where it was not measured.
     pub displacement: [Option<Reading>; 3],
+}
+
+/// Where a displacement is measured, in the axes of the TCP of the unloaded robot. By default at the TCP and along its axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gauge {
+    /// Point of the tool that is measured, from the TCP, m.
+    pub place: [f64; 3],
+    /// Unit vectors along which the displacement is read.
+    pub axes: [[f64; 3]; 3],
 }
 
 /// A measured displacement.
@@ -41,6 +67,33 @@ pub struct Reading {
     pub value: f64,
     /// Standard deviation of its noise, m.
     pub deviation: f64,
+    /// Whether the deviation is known. If not, it is a first guess, which
+    /// [`Identifier::estimate_static_deviation`](crate::identify::Identifier::estimate_static_deviation) replaces.
+    pub is_stated: bool,
+}
+
+/// Residuals of a static test in its standard deviations, measured less model, along the axes of its gauge; `None` where nothing was
+/// measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeftOut {
+    /// Of the fit to all.
+    pub residual: [Option<f64>; 3],
+    /// Of a fit to all else; `None` where nothing else predicts the test.
+    pub left_out: [Option<f64>; 3],
+    /// Part of each reading that the fit does not follow: `1 − h` of its hat value, 0 where nothing was measured.
+    pub redundancy: [f64; 3],
+    /// How far the test lies from its prediction by all else, by the scatter of the others: root mean square over its readings. Where one
+    /// was read it is the externally studentised residual. `None` where the others are too few to tell.
+    pub deviations: Option<f64>,
+    /// Largest probability that noise alone puts any of the tests as far out; `None` as above.
+    pub chance: Option<f64>,
+}
+
+impl LeftOut {
+    /// Whether the test is not as the others are. A table without an error has such a test once in twenty.
+    pub fn is_outlier(&self) -> bool {
+        self.chance.is_some_and(|chance| chance < RARE)
+    }
 }
 
 /// Why static tests are refused; tests count from 0.
@@ -54,6 +107,8 @@ pub enum StaticTestError {
     NotFinite(usize),
     /// A standard deviation of this test is not positive.
     Deviation(usize),
+    /// An axis of the gauge of this test is no unit vector.
+    Axes(usize),
 }
 
 impl fmt::Display for StaticTestError {
@@ -71,11 +126,39 @@ impl fmt::Display for StaticTestError {
             Self::Deviation(test) => {
                 write!(f, "standard deviations of static test {}: must be positive", test + 1)
             }
+            Self::Axes(test) => {
+                write!(f, "axes of the gauge of static test {}: must be unit vectors", test + 1)
+            }
         }
     }
 }
 
 impl Error for StaticTestError {}
+
+impl Default for Gauge {
+    fn default() -> Self {
+        Self { place: [0.0; 3], axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] }
+    }
+}
+
+impl Gauge {
+    /// The same gauge, which reads along the axes of the base at this pose (rad or m, one per joint). The turn of the tool by gravity,
+    /// a few mrad, is left out.
+    pub fn along_base(self, chain: &Chain, pose: &[f64]) -> Self {
+        let joints = chain.joints().iter().zip(pose);
+        let tip = joints.fold(Isometry3::identity(), |tip, (joint, q)| tip * joint.frame(*q));
+        let to_tcp = (tip * chain.tcp()).rotation.inverse();
+        let along = |axis| (to_tcp * Vector3::ith(axis, 1.0)).into();
+        Self { axes: [0, 1, 2].map(along), ..self }
+    }
+}
+
+impl Reading {
+    /// A displacement whose standard deviation is known, m.
+    pub fn stated(value: f64, deviation: f64) -> Self {
+        Self { value, deviation, is_stated: true }
+    }
+}
 
 impl StaticTest {
     /// Measured displacements, each with its axis.
@@ -89,7 +172,8 @@ impl StaticTest {
 /// # Errors
 ///
 /// Returns an error if there are more tests than [`MAX_STATIC_TESTS`], or for the first test whose pose does not have one angle
-/// per joint, whose numbers are not finite or whose standard deviations are not positive.
+/// per joint, whose numbers are not finite, whose standard deviations are not positive or whose gauge has axes that are no unit
+/// vectors.
 pub fn check(tests: &[StaticTest], joints: usize) -> Result<(), StaticTestError> {
     if tests.len() > MAX_STATIC_TESTS {
         return Err(StaticTestError::Count(tests.len()));
@@ -100,8 +184,13 @@ pub fn check(tests: &[StaticTest], joints: usize) -> Result<(), StaticTestError>
         }
         let numbers = test.pose.iter().chain(&test.wrench).copied();
         let readings = test.readings().flat_map(|(_, reading)| [reading.value, reading.deviation]);
-        if !numbers.chain(readings).all(f64::is_finite) {
+        let Gauge { place, axes } = test.gauge;
+        let gauge = place.iter().chain(axes.as_flattened()).copied();
+        if !numbers.chain(readings).chain(gauge).all(f64::is_finite) {
             return Err(StaticTestError::NotFinite(index));
+        }
+        if axes.iter().any(|axis| (Vector3::from(*axis).norm() - 1.0).abs() > UNIT) {
+            return Err(StaticTestError::Axes(index));
         }
         if test.readings().any(|(_, reading)| reading.deviation <= 0.0) {
             return Err(StaticTestError::Deviation(index));
@@ -110,17 +199,17 @@ pub fn check(tests: &[StaticTest], joints: usize) -> Result<(), StaticTestError>
     Ok(())
 }
 
-/// Displacement of the TCP under a load, by the model.
+/// Displacement at a gauge under a load, by the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deflection {
-    /// Displacement of the TCP along its axes, m.
+    /// Displacement along the axes of the gauge, m.
     pub displacement: [f64; 3],
     /// Derivatives of the displacement by the logarithm of each stiffness, `[axis][joint][dof]`, m, at the same sag.
     pub gradient: [[[f64; DOF]; MAX_JOINTS]; 3],
 }
 
 impl Deflection {
-    /// Displacement of a chain that is linearised at the test's pose, under a wrench (N and Nm on the TCP, along its axes).
+    /// Displacement at `gauge` of a chain that is linearised at the test's pose, under a wrench (N and Nm on the TCP, along its axes).
     ///
     /// # Errors
     ///
@@ -129,8 +218,9 @@ impl Deflection {
         chain: &LinearChain,
         bushings: &[Bushing],
         wrench: &[f64; 6],
+        gauge: &Gauge,
     ) -> Result<Self, LinearisationError> {
-        let terms = Terms::static_test(chain, bushings, wrench)?;
+        let terms = Terms::static_test(chain, bushings, wrench, gauge)?;
         let rest = Complex::zero(0.0);
         let full = Complex::new(1.0, 0.0);
         let mut response = Response::new(0.0);

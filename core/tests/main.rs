@@ -13,6 +13,7 @@ mod plants;
 mod receptance;
 mod refine;
 mod search;
+mod static_quality;
 mod statics;
 mod stream;
 mod thinning;

@@ -7,7 +7,9 @@ use flexid_core::identify::{Acceptance, Estimate, Identifier};
 use flexid_core::parameters::{Bounds, Bushings, End};
 use flexid_core::refine::{Fit, Problem};
 use flexid_core::spectrum::{Experiment, Measurement};
-use flexid_core::statics::{Deflection, MAX_STATIC_TESTS, Reading, StaticTest, StaticTestError};
+use flexid_core::statics::{
+    Deflection, Gauge, MAX_STATIC_TESTS, Reading, StaticTest, StaticTestError,
+};
 use flexid_core::verdict::Verdict;
 
 use crate::common::fits::{
@@ -16,39 +18,58 @@ use crate::common::fits::{
 use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
 use crate::common::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3};
 use fearless_simd::Level;
-use nalgebra::{Complex, DMatrix, DVector, Vector3};
+use nalgebra::{Complex, DMatrix, DVector, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 
 const EARTH: Vector3<f64> = Vector3::new(0.0, 0.0, -9.80665);
 /// Standard deviation of a reading: a laser tracker's, m.
-const NOISE: f64 = 5e-6;
+pub(crate) const NOISE: f64 = 5e-6;
 
-/// Displacement by a dense solve, TCP axes, m.
-fn dense_displacement(
+/// Displacement of the TCP by a dense solve, TCP axes, m.
+pub(crate) fn dense_displacement(
     chain: &Chain,
     pose: &[f64],
     gravity: Vector3<f64>,
     bushings: &Bushings,
     wrench: &[f64; 6],
 ) -> [f64; 3] {
+    dense_motion(chain, pose, gravity, bushings, wrench).fixed_rows::<3>(0).into()
+}
+
+/// Displacement and turn of the tool at the TCP by a dense solve, TCP axes, m and rad.
+fn dense_motion(
+    chain: &Chain,
+    pose: &[f64],
+    gravity: Vector3<f64>,
+    bushings: &Bushings,
+    wrench: &[f64; 6],
+) -> Vector6<f64> {
     let linear = chain.linearise(pose, gravity, bushings).unwrap();
     let sag: Vec<[f64; 6]> = linear.joints.iter().map(|joint| joint.sag.into()).collect();
     let dense = Dense::new(chain, pose, gravity, &sag);
     let tip = dense.tip();
     let load = tip.transpose() * DVector::from_row_slice(wrench);
     let compliance = dense.compliance(bushings, Complex::from(0.0)).map(|entry| entry.re);
-    let moved = tip.rows(0, 3) * compliance * load;
-    [moved[0], moved[1], moved[2]]
+    let moved = tip * compliance * load;
+    Vector6::from_fn(|row, _| moved[row])
 }
 
-fn wrench(random: &mut Random) -> [f64; 6] {
+/// A gauge anywhere near the tool, along any axes.
+fn gauge(random: &mut Random) -> Gauge {
+    let mut within = |size: f64| random.uniform(-size, size);
+    let place = [within(0.5), within(0.5), within(0.5)];
+    let turn = UnitQuaternion::from_euler_angles(within(3.0), within(1.5), within(3.0));
+    Gauge { place, axes: [0, 1, 2].map(|axis| (turn * Vector3::ith(axis, 1.0)).into()) }
+}
+
+pub(crate) fn wrench(random: &mut Random) -> [f64; 6] {
     std::array::from_fn(
         |i| if i < 3 { random.uniform(-2e3, 2e3) } else { random.uniform(-5e2, 5e2) },
     )
 }
 
 /// Tests of the scenario's robot, every axis read.
-fn measure(
+pub(crate) fn measure(
     truth: &Bushings,
     count: usize,
     gravity: Vector3<f64>,
@@ -61,8 +82,8 @@ fn measure(
         StaticTest {
             pose: pose.into_iter().collect(),
             wrench,
-            displacement: exact
-                .map(|d| Some(Reading { value: d + NOISE * random.normal(), deviation: NOISE })),
+            gauge: Gauge::default(),
+            displacement: exact.map(|d| Some(Reading::stated(d + NOISE * random.normal(), NOISE))),
         }
     };
     (0..count).map(test).collect()
@@ -79,10 +100,14 @@ proptest! {
         let gravity = if weight { EARTH } else { Vector3::zeros() };
         let wrench = wrench(&mut random);
         let linear = chain.linearise(&pose, gravity, &bushings).unwrap();
-        let ours = Deflection::new(&linear, &bushings, &wrench).unwrap().displacement;
-        let dense = dense_displacement(&chain, &pose, gravity, &bushings, &wrench);
-        let size = Vector3::from(dense).norm();
-        let gap = (Vector3::from(ours) - Vector3::from(dense)).norm();
+        let gauge = gauge(&mut random);
+        let ours = Deflection::new(&linear, &bushings, &wrench, &gauge).unwrap().displacement;
+        let motion = dense_motion(&chain, &pose, gravity, &bushings, &wrench);
+        let (shift, turn) = (motion.fixed_rows::<3>(0), motion.fixed_rows::<3>(3));
+        let at_gauge = shift + turn.cross(&Vector3::from(gauge.place));
+        let dense = Vector3::from(gauge.axes.map(|axis| Vector3::from(axis).dot(&at_gauge)));
+        let size = dense.norm();
+        let gap = (Vector3::from(ours) - dense).norm();
         prop_assert!(gap < 1e-10 * size, "{:e} of {:e}", gap, size);
     }
 
@@ -93,14 +118,15 @@ proptest! {
         let bushings = random.bushings(joints);
         let wrench = wrench(&mut random);
         let linear = chain.linearise(&pose, EARTH, &bushings).unwrap();
-        let here = Deflection::new(&linear, &bushings, &wrench).unwrap();
+        let gauge = gauge(&mut random);
+        let here = Deflection::new(&linear, &bushings, &wrench, &gauge).unwrap();
         let size = Vector3::from(here.displacement).norm();
         for joint in 0..joints {
             for dof in 0..6 {
                 let moved = |by: f64| {
                     let mut bushings = bushings.clone();
                     bushings[joint].stiffness[dof] *= by.exp();
-                    Deflection::new(&linear, &bushings, &wrench).unwrap().displacement
+                    Deflection::new(&linear, &bushings, &wrench, &gauge).unwrap().displacement
                 };
                 let (up, down) = (moved(1e-4), moved(-1e-4));
                 for axis in 0..3 {
@@ -327,13 +353,13 @@ fn a_fit_on_its_bounds_is_the_optimum_and_settled() {
             .map(|_| {
                 let (pose, wrench) = (random.pose(joints), wrench(&mut random));
                 let exact = dense_displacement(&chain, &pose, Vector3::zeros(), &truth, &wrench);
-                let reading = |d: f64, random: &mut Random| Reading {
-                    value: d + NOISE * random.normal(),
-                    deviation: NOISE,
+                let reading = |d: f64, random: &mut Random| {
+                    Reading::stated(d + NOISE * random.normal(), NOISE)
                 };
                 StaticTest {
                     pose: pose.into_iter().collect(),
                     wrench,
+                    gauge: Gauge::default(),
                     displacement: exact.map(|d| Some(reading(d, &mut random))),
                 }
             })
@@ -433,19 +459,18 @@ fn identified(estimate: &Estimate) -> usize {
 #[test]
 fn tests_that_no_fit_can_take_are_refused() {
     type Mistake = fn(&mut Vec<StaticTest>);
-    let table: [(Mistake, StaticTestError); 6] = [
+    let table: [(Mistake, StaticTestError); 8] = [
         (|t| *t = vec![t[0].clone(); MAX_STATIC_TESTS + 1], StaticTestError::Count(65)),
         (|t| t[1].pose.truncate(2), StaticTestError::Pose(1)),
         (|t| t[2].pose[0] = f64::INFINITY, StaticTestError::NotFinite(2)),
         (|t| t[0].wrench[5] = f64::NAN, StaticTestError::NotFinite(0)),
         (
-            |t| t[0].displacement[1] = Some(Reading { value: f64::NAN, deviation: 1e-6 }),
+            |t| t[0].displacement[1] = Some(Reading::stated(f64::NAN, 1e-6)),
             StaticTestError::NotFinite(0),
         ),
-        (
-            |t| t[2].displacement[1] = Some(Reading { value: 0.0, deviation: 0.0 }),
-            StaticTestError::Deviation(2),
-        ),
+        (|t| t[2].displacement[1] = Some(Reading::stated(0.0, 0.0)), StaticTestError::Deviation(2)),
+        (|t| t[1].gauge.place[2] = f64::NAN, StaticTestError::NotFinite(1)),
+        (|t| t[2].gauge.axes[1] = [0.0, 2.0, 0.0], StaticTestError::Axes(2)),
     ];
     let good = measure(&Random::new(1).bushings(3), 3, Vector3::zeros(), &mut Random::new(2));
     for (mistake, error) in table {

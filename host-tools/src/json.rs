@@ -3,6 +3,7 @@
 //! Lines of text are for people. Beside each stands what it names and counts, for scripts. A kind without numbers or names is a
 //! string, `"imposed_parameters"`; any other kind is an object with one entry, `{"bus_errors": {"errors": 3}}`.
 
+use flexid_pipeline::report::StaticReport;
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, JointIntervals, Nuisance};
 use flexid_wire::directions::WeakDirection;
 use flexid_wire::finding::Finding;
@@ -26,6 +27,9 @@ pub(crate) struct ResultJson<'a> {
     warnings: Vec<String>,
     warning_kinds: &'a [Warning],
     confidence: ConfidenceJson<'a>,
+    /// Each static test in the fit. Left out without static tests, and of a daemon.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    static_tests: Option<&'a StaticReport>,
 }
 
 #[derive(Serialize)]
@@ -92,7 +96,15 @@ impl<'a> From<&'a Finding> for ResultJson<'a> {
             warnings: warnings.iter().map(ToString::to_string).collect(),
             warning_kinds: warnings,
             confidence: confidence.into(),
+            static_tests: None,
         }
+    }
+}
+
+impl<'a> ResultJson<'a> {
+    /// The same, with what the fit says of each static test.
+    pub(crate) fn with_statics(self, static_tests: Option<&'a StaticReport>) -> Self {
+        Self { static_tests, ..self }
     }
 }
 

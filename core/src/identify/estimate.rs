@@ -8,6 +8,7 @@ use crate::parameters::Bushings;
 use crate::refine::{Agreement, Problem, Refinement, lies_on_bound};
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::{Coordinate, Coordinates, MAX_NUISANCES, MAX_UNKNOWNS, Nuisance};
+use crate::statics::{LeftOut, MAX_STATIC_TESTS};
 use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 
 /// How far a settled estimate can be believed.
@@ -42,6 +43,8 @@ pub struct Estimate {
     /// Sum of squares of the static tests' residuals per displacement measured, about 1 or less when their noise alone
     /// explains them; none without static tests.
     pub static_consistency: Option<f64>,
+    /// Each static test, in their order: its residuals, and those of a fit without it.
+    pub static_tests: Vec<LeftOut, MAX_STATIC_TESTS>,
     /// How far it can be believed.
     pub acceptance: Acceptance,
     /// The method that found it.
@@ -115,6 +118,7 @@ impl Estimate {
             degrees_of_freedom: fit.degrees_of_freedom,
             static_consistency: (fit.static_residuals > 0)
                 .then(|| fit.static_sum_of_squares / fit.static_residuals as f64),
+            static_tests: refinement.static_tests_left_out(problem, fit, moves),
             acceptance,
             found_by: minimum.found_by,
             whiteness: fit.whiteness,

@@ -31,6 +31,7 @@ mod searching;
 mod settle;
 mod standing;
 mod start;
+mod static_noise;
 
 use core::mem;
 

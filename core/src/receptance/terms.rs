@@ -15,6 +15,7 @@ use crate::chain::linearise::{LinearChain, LinearJoint, LinearisationError};
 use crate::mounting::tilts;
 use crate::parameters::Bushing;
 use crate::sensors::Sensors;
+use crate::statics::Gauge;
 use crate::{DOF, MAX_JOINTS};
 
 /// One joint in the form that the recursion needs. Fields without a comment are those of [`LinearJoint`] and [`Bushing`].
@@ -104,18 +105,26 @@ impl<T: Scalar> Terms<T> {
     }
 
     /// Terms of a static test: the force of 1 along the first axis is the wrench (N and Nm on the TCP, along its axes), and
-    /// the displacement of the TCP along its axes is observed.
+    /// the displacement at the gauge is observed, whose loads are those of a unit force there:
+    ///
+    /// ```text
+    /// P e_a + T (g × e_a)          P, T: loads of unit forces and unit torques at the TCP
+    /// ```
     pub(crate) fn static_test(
         chain: &LinearChain,
         bushings: &[Bushing],
         wrench: &[f64; 6],
+        gauge: &Gauge,
     ) -> Result<Self, LinearisationError> {
         let [fx, fy, fz, mx, my, mz] = *wrench;
         let load = chain.tip_force * Vector3::new(fx, fy, fz)
             + chain.tip_torque * Vector3::new(mx, my, mz);
         let mut force = SMatrix::<f64, 6, 3>::zeros();
         force.set_column(0, &load);
-        let observation = Observation::Displacement(columns(&chain.tip_force));
+        let axes = Matrix3::from_columns(&gauge.axes.map(Vector3::from));
+        let turns = Vector3::from(gauge.place).cross_matrix() * axes;
+        let read = chain.tip_force * axes + chain.tip_torque * turns;
+        let observation = Observation::Displacement(columns(&read));
         Self::observing(observation, &force, chain, bushings)
     }
 

@@ -106,7 +106,8 @@ impl Refinement {
         let covariance = Covariance::of(normal);
         let static_residuals = problem.statics.iter().map(|test| test.readings().count()).sum();
         let residuals = experiments.iter().map(|e| 6 * e.bins()).sum::<usize>();
-        let priors = problem.sought.priors(&self.coordinates).count();
+        let priors = problem.sought.priors(&self.coordinates).count()
+            + problem.sought.expected(&self.coordinates, problem.bounds).count();
         let residuals = residuals + static_residuals + priors;
         let seams = experiments.len() * problem.seam_unknowns();
         // The retired records have determined the unknowns before.
@@ -136,6 +137,11 @@ impl Refinement {
     /// "On the degrees of freedom in shape-restricted regression", 2000); where it lies inside, it takes off up to as many
     /// more as there are parameters on bounds.
     fn determined(&self, problem: &Problem<'_>) -> usize {
+        Covariance::of(&self.free(problem)).rank()
+    }
+
+    /// The normal equations of the last assembly, without the unknowns that lie on a bound.
+    pub(super) fn free(&self, problem: &Problem<'_>) -> ParameterNormal {
         let unknowns = problem.sought.unknowns();
         let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
         let mut free = self.minimiser.normal.clone();
@@ -144,7 +150,7 @@ impl Refinement {
                 *free.entry(unknown.max(other), unknown.min(other)) = 0.0;
             }
         }
-        Covariance::of(&free).rank()
+        free
     }
 
     /// How well all other records and the priors predict this one, after [`Refinement::fit`]: one step of

@@ -5,7 +5,7 @@ use super::{ParameterNormal, Problem};
 use crate::chain::linearise::LinearisationError;
 use crate::linear::normal::Normal;
 use crate::parameters::{Bounds, Bushings};
-use crate::sought::{MAX_UNKNOWNS, Sought};
+use crate::sought::{MAX_UNKNOWNS, Sought, deviation_between};
 use crate::verdict::Covariance;
 
 /// Inverse covariance of the unknowns of a fit, in the order of [`Sought`].
@@ -113,11 +113,6 @@ impl Information {
     pub fn covariance(&self) -> Covariance {
         Covariance::of(&self.normal)
     }
-}
-
-/// Standard deviation of what may be anywhere between two bounds.
-pub(super) fn deviation_between(lower: f64, upper: f64) -> f64 {
-    (upper - lower) / libm::sqrt(12.0)
 }
 
 #[cfg(test)]

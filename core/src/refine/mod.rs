@@ -10,6 +10,7 @@
 //! | `record`, `model`, `seam`                                      | one record, its seam projected out                      |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `fit`, `summary`, `information`                                | the results of a fit                                    |
+//! | `left_out`                                                     | each static test as all else predicts it                |
 //! | `plant`, `further`                                             | a fit to a plant that is not perfect                    |
 //!
 //! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
@@ -22,6 +23,7 @@ mod equations;
 mod fit;
 mod further;
 mod information;
+mod left_out;
 mod levenberg_marquardt;
 mod model;
 mod objective;

@@ -10,6 +10,8 @@ use crate::statics::{Deflection, StaticTest};
 
 /// Unknowns and residual.
 const COLUMNS: usize = MAX_UNKNOWNS + 1;
+/// Rows of a test: three are used.
+pub(super) type Rows = [[f64; COLUMNS]; 6];
 
 /// The static tests of a problem, where the parameters stand.
 pub(super) struct Statics<'a> {
@@ -41,32 +43,36 @@ impl<'a> Statics<'a> {
 
     /// Adds them to the normal equations.
     pub(super) fn add_to(&self, normal: &mut ParameterNormal) -> Result<(), LinearisationError> {
-        let sought = self.problem.sought;
         for test in self.problem.statics {
-            let model = self.deflection(test)?;
-            let mut rows = [[0.0; COLUMNS]; 6];
-            for (axis, reading) in test.readings() {
-                let row = &mut rows[axis];
-                for (joint, gradient) in
-                    model.gradient[axis][..self.bushings.len()].iter().enumerate()
-                {
-                    for dof in 0..DOF {
-                        // Stiffnesses that are tied add up.
-                        if let Some(k) = sought.unknown(Coordinate::Stiffness { joint, dof }) {
-                            row[k] += gradient[dof] / reading.deviation;
-                        }
-                    }
-                }
-                row[sought.unknowns()] =
-                    (reading.value - model.displacement[axis]) / reading.deviation;
-            }
-            normal.add(&rows);
+            normal.add(&self.rows(test)?);
         }
         Ok(())
     }
 
+    /// The row of each displacement of a test that was measured, in its standard deviations: derivatives by the unknowns, and behind
+    /// them the residual. The rows of the others are zero.
+    pub(super) fn rows(&self, test: &StaticTest) -> Result<Rows, LinearisationError> {
+        let sought = self.problem.sought;
+        let model = self.deflection(test)?;
+        let mut rows = [[0.0; COLUMNS]; 6];
+        for (axis, reading) in test.readings() {
+            let row = &mut rows[axis];
+            let joints = model.gradient[axis][..self.bushings.len()].iter().enumerate();
+            for (joint, gradient) in joints {
+                for dof in 0..DOF {
+                    // Stiffnesses that are tied add up.
+                    if let Some(k) = sought.unknown(Coordinate::Stiffness { joint, dof }) {
+                        row[k] += gradient[dof] / reading.deviation;
+                    }
+                }
+            }
+            row[sought.unknowns()] = (reading.value - model.displacement[axis]) / reading.deviation;
+        }
+        Ok(rows)
+    }
+
     fn deflection(&self, test: &StaticTest) -> Result<Deflection, LinearisationError> {
         let linear = self.problem.linearise(&test.pose, &self.bushings, &self.calibration)?;
-        Deflection::new(&linear, &self.bushings, &test.wrench)
+        Deflection::new(&linear, &self.bushings, &test.wrench, &test.gauge)
     }
 }

@@ -9,7 +9,7 @@ use super::statics::Statics;
 use super::summary::Summary;
 use super::{PACKED, ParameterNormal, Problem};
 use crate::chain::linearise::LinearisationError;
-use crate::sought::Coordinates;
+use crate::sought::{Coordinates, Expected};
 use crate::spectrum::Experiment;
 
 /// The sum of squares of a fit. The seams of the records are fitted at every point.
@@ -96,7 +96,9 @@ pub(super) fn other_than_records(
     coordinates: &Coordinates,
 ) -> f64 {
     let priors = problem.sought.priors(coordinates).map(|(_, value)| value * value);
+    let expected = problem.sought.expected(coordinates, problem.bounds);
     priors.sum::<f64>()
+        + expected.map(|stiffness| stiffness.value * stiffness.value).sum::<f64>()
         + Statics::at(problem, coordinates).sum_of_squares()
         + retired.sum_of_squares(&problem.sought.values(coordinates))
 }
@@ -110,6 +112,9 @@ pub(super) fn add_other_than_records(
 ) -> Result<(), LinearisationError> {
     for (unknown, value) in problem.sought.priors(coordinates) {
         normal.add_prior(unknown, value);
+    }
+    for Expected { unknown, value, slope } in problem.sought.expected(coordinates, problem.bounds) {
+        normal.add_sparse(&[(unknown, slope)], value);
     }
     Statics::at(problem, coordinates).add_to(normal)?;
     retired.add_to(normal, &problem.sought.values(coordinates));

@@ -18,8 +18,14 @@ pub(crate) use crate::{MAX_NUISANCES, MAX_UNKNOWNS};
 pub use coordinate::Coordinate;
 use coordinate::{ACCELERATION_GAIN, DELAY, FORCE_GAIN, MASS, MISALIGNMENT};
 pub use error::SoughtError;
-pub(crate) use values::Coordinates;
 pub use values::Nuisance;
+pub(crate) use values::{Coordinates, Expected, deviation_between};
+
+/// Stiffness that counts as none giving way, N/m or Nm/rad: 1 kN moves it by 0.1 µm, a tenth of what a dial gauge resolves. A larger
+/// one takes digits from the single precision of the search.
+pub const STIFF: f64 = 1e10;
+/// Damping of such a spring, in its stiffness, s: 0.1 % of its force at 200 Hz.
+const LOSS: f64 = 1e-6;
 
 /// Role of a coordinate in a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +68,8 @@ pub struct Sought {
     unknowns: usize,
     /// Role of each coordinate.
     roles: [Role; MAX_UNKNOWNS],
+    /// Whether the stiffnesses have a prior.
+    expects_stiffnesses: bool,
 }
 
 impl Sought {
@@ -85,7 +93,8 @@ impl Sought {
 
     /// As [`Sought::new`]. The caller ensures that `joints` is at most [`MAX_JOINTS`].
     fn of_joints(joints: usize, nuisances: &Nuisances) -> Self {
-        let mut sought = Self { joints, unknowns: 0, roles: [Role::Absent; MAX_UNKNOWNS] };
+        let roles = [Role::Absent; MAX_UNKNOWNS];
+        let mut sought = Self { joints, unknowns: 0, roles, expects_stiffnesses: false };
         sought.seek(0..2 * DOF * joints, None);
         for (range, width) in [
             (DELAY..ACCELERATION_GAIN, nuisances.delay),
@@ -145,6 +154,32 @@ impl Sought {
                 *unknown = shared;
             }
             self.close(gone);
+        }
+        Ok(())
+    }
+
+    /// Gives each sought stiffness a weak prior: its logarithm lies about the middle of its bounds, as widely as what may be anywhere
+    /// between them, and by no less than 1. A fit of few static tests then has a value for what they do not determine, and what they
+    /// determine badly does not go to a bound.
+    pub fn expect_stiffnesses(&mut self) {
+        self.expects_stiffnesses = true;
+    }
+
+    /// Seeks one stiffness per joint, that along or about the axis of its drive; all else is fixed, as [`STIFF`] as can be and with as
+    /// little damping as makes no difference. Dampings of the drives are sought.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if `chain` has another number of joints.
+    pub fn seek_drives(&mut self, chain: &Chain) -> Result<(), SoughtError> {
+        if chain.joints().len() != self.joints {
+            return Err(SoughtError::JointCount(chain.joints().len()));
+        }
+        for (joint, own) in chain.joints().iter().enumerate() {
+            for dof in (0..DOF).filter(|dof| *dof != own.drive()) {
+                self.fix(Coordinate::Stiffness { joint, dof }, STIFF)?;
+                self.fix(Coordinate::Damping { joint, dof }, STIFF * LOSS)?;
+            }
         }
         Ok(())
     }

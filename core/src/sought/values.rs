@@ -8,8 +8,27 @@ use crate::calibration::Calibration;
 use crate::parameters::{Bounds, Bushings, MAX_PARAMETERS, from_logarithms, logarithms};
 use crate::verdict::Covariance;
 
+/// Standard deviation of what may be anywhere between two bounds.
+pub(crate) fn deviation_between(lower: f64, upper: f64) -> f64 {
+    (upper - lower) / libm::sqrt(12.0)
+}
+
 /// One value per coordinate.
 pub(crate) type Coordinates = [f64; MAX_UNKNOWNS];
+
+/// Least standard deviation of the prior of a stiffness' logarithm: a factor of e, so that none passes for known by its prior alone.
+const LEAST_EXPECTED: f64 = 1.0;
+
+/// An unknown stiffness and its prior.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Expected {
+    /// Number of the unknown.
+    pub(crate) unknown: usize,
+    /// Distance from the middle of the prior, in its standard deviations.
+    pub(crate) value: f64,
+    /// Derivative of that by the unknown.
+    pub(crate) slope: f64,
+}
 
 /// A nuisance and its value in a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,6 +141,23 @@ impl Sought {
         ranges
     }
 
+    /// Stiffnesses with a prior. Of a logarithm that may lie anywhere from a to b, the middle is `(a + b)/2` and the standard deviation
+    /// `(b − a)/√12`.
+    pub(crate) fn expected(
+        &self,
+        coordinates: &Coordinates,
+        bounds: &Bounds,
+    ) -> impl Iterator<Item = Expected> {
+        let ranges = self.expects_stiffnesses.then(|| self.ranges(coordinates, bounds));
+        let unknowns = if ranges.is_some() { self.unknowns } else { 0 };
+        (0..unknowns).filter_map(move |unknown| {
+            let Coordinate::Stiffness { .. } = self.coordinate(unknown)? else { return None };
+            let [value, lower, upper] = ranges?[unknown];
+            let slope = 1.0 / deviation_between(lower, upper).max(LEAST_EXPECTED);
+            Some(Expected { unknown, value: (value - 0.5 * (lower + upper)) * slope, slope })
+        })
+    }
+
     /// Moves coordinates by a step of the unknowns.
     pub(crate) fn advance(&self, coordinates: &mut Coordinates, step: &[f64]) {
         for (index, unknown) in self.sought() {
@@ -137,10 +173,47 @@ impl Sought {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::DOF;
     use crate::calibration::Nuisances;
     use crate::parameters::Bushing;
+
+    proptest! {
+        /// The derivative of the prior's residual is that of finite differences; fixed stiffnesses, dampings and nuisances have none, and
+        /// tied stiffnesses share one.
+        #[test]
+        fn the_slope_of_a_prior_equals_finite_differences(
+            at in prop::array::uniform24(1.0..30.0_f64),
+            decades in 0.1..8.0_f64,
+        ) {
+            let range = [1e3, 1e3 * 10.0_f64.powf(decades)];
+            let bounds = Bounds::new(range, range, range, range).unwrap();
+            let delay = Nuisances { delay: Some(1e-3), ..Nuisances::default() };
+            let mut sought = Sought::new(2, &delay).unwrap();
+            let stiffness = |joint, dof| Coordinate::Stiffness { joint, dof };
+            sought.fix(stiffness(0, 1), 1e5).unwrap();
+            sought.tie(stiffness(1, 2), stiffness(0, 2)).unwrap();
+            let mut coordinates = [0.0; MAX_UNKNOWNS];
+            coordinates[..24].copy_from_slice(&at);
+            prop_assert_eq!(sought.expected(&coordinates, &bounds).count(), 0);
+            sought.expect_stiffnesses();
+            let all: std::vec::Vec<Expected> = sought.expected(&coordinates, &bounds).collect();
+            prop_assert_eq!(all.len(), 10);
+            for (number, own) in all.iter().enumerate() {
+                let moved = |by: f64| {
+                    let (mut moved, mut step) = (coordinates, [0.0; MAX_UNKNOWNS]);
+                    step[own.unknown] = by;
+                    sought.advance(&mut moved, &step);
+                    sought.expected(&moved, &bounds).nth(number).unwrap().value
+                };
+                let slope = (moved(1e-3) - moved(-1e-3)) / 2e-3;
+                prop_assert!((slope / own.slope - 1.0).abs() < 1e-9, "{} {}", slope, own.slope);
+                prop_assert!(own.slope <= 1.0);
+            }
+        }
+    }
 
     #[test]
     fn what_is_fixed_comes_back_as_it_was_given() {

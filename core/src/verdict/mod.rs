@@ -7,11 +7,13 @@
 
 mod covariance;
 mod directions;
+mod fisher;
 mod rank;
 
 pub use covariance::Covariance;
 pub(crate) use directions::weak_directions;
 pub use directions::{Direction, MAX_DIRECTIONS};
+pub(crate) use fisher::fisher_exceeds;
 #[cfg(test)]
 pub(crate) use rank::testing;
 

@@ -20,12 +20,13 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 5] = [
+const SCHEMA_KEYS: [(u16, [u8; 8]); 6] = [
     (1, [27, 84, 154, 181, 40, 115, 78, 33]),
     (2, [228, 103, 188, 121, 18, 38, 118, 136]),
     (3, [199, 205, 85, 206, 40, 25, 67, 64]),
     (4, [36, 217, 217, 145, 110, 216, 69, 235]),
     (5, [18, 126, 187, 58, 40, 160, 246, 102]),
+    (6, [90, 83, 252, 201, 119, 53, 82, 80]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.

@@ -149,6 +149,7 @@ fn warnings() -> Vec<Warning> {
         Warning::Misfit(misfit(MisfitKind::Fd)),
         Warning::BusErrors { errors: 300 },
         Warning::NoRecord(State::NoForce),
+        Warning::StaticOutlier { line: 12, deviations: 6.5, chance: 0.000244140625 },
     ]
 }
 

@@ -17,6 +17,7 @@ use crate::config::Config;
 use crate::intake::{Counts, Intake};
 use crate::outcome::Outcome;
 use crate::record::Record;
+use crate::report::StaticReport;
 use crate::solver::Solver;
 use crate::source::{Flow, FrameSource};
 use crate::stop::Stop;
@@ -35,12 +36,16 @@ pub fn run_offline(
     on_a_large_stack(|| run(config, source, on_progress))
 }
 
-/// Identifies the robot from the static tests alone. Returns `None` without static tests.
+/// Identifies the stiffnesses from the static tests alone, and says how each test goes with the others. Returns `None` without static
+/// tests.
 ///
 /// # Errors
 /// The system cannot start a thread.
-pub fn run_statics(config: &Config) -> io::Result<Option<Finding>> {
-    on_a_large_stack(|| Ok(Solver::new(config)?.finding(&Counts::default(), &[])))
+pub fn run_statics(config: &Config) -> io::Result<Option<(Finding, StaticReport)>> {
+    on_a_large_stack(|| {
+        let solver = Solver::of_statics(config)?;
+        Ok(solver.finding(&Counts::default(), &[]).zip(solver.static_report()))
+    })
 }
 
 fn on_a_large_stack<T: Send>(work: impl FnOnce() -> io::Result<T> + Send) -> io::Result<T> {
@@ -81,5 +86,6 @@ fn run(
     if let Some(finding) = &mut finding {
         finding.explain(&state);
     }
-    Ok(Outcome { finding, counts, state, troubles, broken })
+    let statics = solver.static_report();
+    Ok(Outcome { finding, statics, counts, state, troubles, broken })
 }

@@ -7,12 +7,15 @@ use flexid_wire::state::State;
 use flexid_wire::trouble::Trouble;
 
 use crate::intake::Counts;
+use crate::report::StaticReport;
 
 /// Results of a run at the end of its frames.
 #[derive(Debug)]
 pub struct Outcome {
     /// Report and confidence. `None` if there is no estimate.
     pub finding: Option<Finding>,
+    /// What the estimate says of each static test. `None` without one of the two.
+    pub statics: Option<StaticReport>,
     /// Counts of what has come in.
     pub counts: Counts,
     /// What the run still waited for, the obstacle to records, or the records that were not used.

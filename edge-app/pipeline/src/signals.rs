@@ -63,6 +63,18 @@ pub enum NoReading {
 }
 
 impl SignalTable {
+    /// Returns the table of no signal.
+    pub(crate) fn none() -> Self {
+        Self {
+            messages: HashMap::new(),
+            counter_bits: 32,
+            force_resolution: 0.0,
+            acceleration_resolution: 0.0,
+            axes: Default::default(),
+            joints: Vec::new(),
+        }
+    }
+
     /// Returns all messages as text. Equal tables give equal texts.
     pub(crate) fn described(&self) -> String {
         let mut messages: Vec<_> =

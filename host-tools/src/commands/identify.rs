@@ -6,6 +6,7 @@ use anyhow::{Result, anyhow};
 use flexid_edge::console::print;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
+use flexid_pipeline::report::StaticReport;
 use flexid_pipeline::{Outcome, run_offline, run_statics};
 use flexid_simulation::scenario::Scenario;
 use flexid_simulation::{truth, validation};
@@ -36,25 +37,31 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     // All input is checked before the work begins, so that no work is wasted.
-    let config = Config::load(&args.config)?;
+    let config = match args.logs.as_slice() {
+        [] => Config::load_statics(&args.config)?,
+        _ => Config::load(&args.config)?,
+    };
     let truth = args.truth.as_deref().map(|file| truth::load(file, &config)).transpose()?;
     let scenario = match (&truth, &config.scenario) {
         (Some(_), Some(file)) => Some(Scenario::load(file, &config.model)?),
         _ => None,
     };
     let json = args.json.as_deref().map(Output::create).transpose()?;
-    let (finding, broken) = match args.logs.as_slice() {
+    let Identified { finding, statics, broken } = match args.logs.as_slice() {
         [] => {
             let nothing = "nothing to identify from: name a LOG of candump -L, or give static tests in [static]";
-            let finding = run_statics(&config)?;
-            (finding.ok_or_else(|| BadInput::new(&args.config, nothing))?, None)
+            let identified = run_statics(&config)?;
+            let (finding, statics) =
+                identified.ok_or_else(|| BadInput::new(&args.config, nothing))?;
+            Identified { finding, statics: Some(statics), broken: None }
         }
         logs => from_logs(&config, logs)?,
     };
     if let Some(json) = json {
-        json.finish(&(serde_json::to_string_pretty(&ResultJson::from(&finding))? + "\n"))?;
+        let result = ResultJson::from(&finding).with_statics(statics.as_ref());
+        json.finish(&(serde_json::to_string_pretty(&result)? + "\n"))?;
     }
-    let mut text = table::finding(&finding, truth.as_deref());
+    let mut text = table::finding(&finding, statics.as_ref(), truth.as_deref());
     if let Some(truth) = truth {
         let estimate = table::bushings(&finding.report);
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
@@ -67,18 +74,26 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// The finding from the logs, and the error that prevented reading them to their end, if there was one.
-fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<(Finding, Option<anyhow::Error>)> {
+/// What has been identified.
+struct Identified {
+    finding: Finding,
+    /// What the fit says of each static test, if there are any.
+    statics: Option<StaticReport>,
+    /// The error that prevented reading the logs to their end, if there was one.
+    broken: Option<anyhow::Error>,
+}
+
+fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let meter = Meter::new();
     let mut source = recording::open(logs, &config.interface, &meter)?;
     let mut work = Work::default();
-    let Outcome { finding, state, troubles, broken, .. } =
+    let Outcome { finding, statics, state, troubles, broken, .. } =
         run_offline(config, &mut source, |progress| meter.show(&mut work, progress))?;
     meter.finish();
 
     let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
     if let Some(finding) = finding {
-        return Ok((finding, broken));
+        return Ok(Identified { finding, statics, broken });
     }
     let [first, others @ ..] = logs else { return Err(anyhow!("no log, and nothing found")) };
     let others = match others.len() {

@@ -105,7 +105,7 @@ fn run(args: &Args) -> Result<()> {
     }
 
     let finding = view.finding.as_ref().context("the daemon has sent no report")?;
-    print(&table::finding(finding, Some(&truth)))?;
+    print(&table::finding(finding, None, Some(&truth)))?;
     if let Some(line) = view.bus_line() {
         print(&(line + "\n"))?;
     }

@@ -123,7 +123,7 @@ impl Candidates<'_> {
     /// Information of the configuration's static tests; none where the robot has no equilibrium under gravity.
     pub fn statics(&self) -> Information {
         let measurement = self.config.measurement();
-        let problem = Problem { statics: &self.config.statics, ..self.problem(&measurement) };
+        let problem = Problem { statics: &self.config.statics.tests, ..self.problem(&measurement) };
         let information = Information::of_statics(&problem, self.bushings);
         information.unwrap_or_else(|_| Information::none(self.sought.unknowns()))
     }

@@ -10,7 +10,7 @@ const STRONG: u8 = 90;
 /// Largest number of correlations shown.
 const MOST: usize = 5;
 /// Column at which the lines begin, after their heading.
-const INDENT: usize = 13;
+pub(super) const INDENT: usize = 13;
 
 /// One paragraph for each part of the confidence that is not empty.
 pub(crate) fn lines(confidence: &Confidence) -> String {

@@ -86,7 +86,8 @@ impl Screen {
         match self {
             Self::Json(_) => Ok(()),
             Self::Lines { .. } => {
-                let table = view.finding.as_ref().map(|finding| table::finding(finding, None));
+                let table =
+                    view.finding.as_ref().map(|finding| table::finding(finding, None, None));
                 let bus = view.bus_line().map(|line| line + "\n");
                 Ok(print(&(table.unwrap_or_default() + &bus.unwrap_or_default()))?)
             }

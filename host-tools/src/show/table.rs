@@ -3,13 +3,13 @@
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use flexid_core::parameters::Bushing;
 pub(crate) use flexid_pipeline::names::DOF_NAMES;
-use flexid_pipeline::report::Summary;
+use flexid_pipeline::report::{StaticReport, Summary};
 use flexid_wire::confidence::{Confidence, Interval};
 use flexid_wire::finding::Finding;
 use flexid_wire::report::{Acceptance, Report, Verdict};
 
 use super::verdict::verdict;
-use crate::show::confidence;
+use crate::show::{confidence, statics};
 
 /// A line below the header, and no other.
 pub(crate) const STYLE: TableStyle =
@@ -24,13 +24,18 @@ pub(crate) fn bushings(report: &Report) -> Vec<Bushing> {
     report.joints.iter().map(bushing).collect()
 }
 
-/// All parameters, their confidence, the summary of the fit, and the warnings. With `truth` (base first) the table
+/// All parameters, their confidence, the static tests, the summary of the fit, and the warnings. With `truth` (base first) the table
 /// also has the true values and the errors of the estimates.
-pub(crate) fn finding(finding: &Finding, truth: Option<&[Bushing]>) -> String {
-    format!("{}\n{}", parameters(finding, truth), Summary(&finding.report))
+pub(crate) fn finding(
+    finding: &Finding,
+    statics: Option<&StaticReport>,
+    truth: Option<&[Bushing]>,
+) -> String {
+    let tests = statics.map(statics::lines).unwrap_or_default();
+    format!("{}{tests}\n{}", parameters(finding, truth), Summary(&finding.report))
 }
 
-/// All parameters and their confidence, without the summary of the fit and the warnings.
+/// All parameters and their confidence, without the summary of the fit and the warnings. Without records there are no dampings.
 pub(crate) fn parameters(
     Finding { report, confidence }: &Finding,
     truth: Option<&[Bushing]>,
@@ -38,7 +43,8 @@ pub(crate) fn parameters(
     let mut table = Table::new();
     table.load_style(STYLE);
     let mut header = vec!["joint", "DOF"];
-    for name in ["stiffness", "damping"] {
+    let has_dampings = report.fit.records > 0;
+    for name in ["stiffness", "damping"].into_iter().take(1 + usize::from(has_dampings)) {
         header.extend([name, "95 %", "verdict"]);
         if truth.is_some() {
             header.extend(["true", "off by"]);
@@ -53,20 +59,22 @@ pub(crate) fn parameters(
             let (value, interval) = (joint.stiffness[dof], intervals.stiffness_interval[dof]);
             let true_value = truth.map(|truth| truth.stiffness[dof]);
             row.extend(cells(value, interval, joint.stiffness_verdict[dof], true_value));
-            let (value, interval) = (joint.damping[dof], intervals.damping_interval[dof]);
-            let true_value = truth.map(|truth| truth.damping[dof]);
-            row.extend(cells(value, interval, joint.damping_verdict[dof], true_value));
+            if has_dampings {
+                let (value, interval) = (joint.damping[dof], intervals.damping_interval[dof]);
+                let true_value = truth.map(|truth| truth.damping[dof]);
+                row.extend(cells(value, interval, joint.damping_verdict[dof], true_value));
+            }
             table.add_row(row);
         }
     }
     for column in table.column_iter_mut().skip(2) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    format!(
-        "{table}\n N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them\n{}\n{}",
-        caveat(report, confidence),
-        confidence::lines(confidence)
-    )
+    let units = match has_dampings {
+        true => "N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them",
+        false => "N/m along the axes of the joint frame, Nm/rad about them",
+    };
+    format!("{table}\n {units}\n{}\n{}", caveat(report, confidence), confidence::lines(confidence))
 }
 
 /// The note on intervals that are wider than the noise makes them, or on missing intervals of measured parameters.

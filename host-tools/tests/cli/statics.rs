@@ -148,3 +148,65 @@ fn static_tests_alone_find_what_their_information_allows() {
     assert!((0.6..1.4).contains(&consistency), "chi^2/dof is {consistency}");
     assert!(all("damping_verdict").iter().all(|verdict| *verdict == "not_observable"));
 }
+
+/// A config of static tests alone: no bus, no noise stated, and a reading whose sign was not noted.
+#[test]
+fn a_file_of_static_tests_alone_gives_stiffnesses_and_names_a_gross_error() {
+    let folder = folder();
+    let path = folder.path();
+    let truth = truth(path);
+    let (csv, _) = measured(&truth);
+    // The first line names the columns; the standard deviations are the last three cells.
+    let unstated: Vec<String> =
+        csv.lines().map(|line| line.rsplitn(4, ',').last().unwrap().to_owned()).collect();
+    let table = |wrong: Option<usize>| {
+        let mut lines = unstated.clone();
+        if let Some(line) = wrong.and_then(|line| lines.get_mut(line - 1)) {
+            let (rest, last) = line.rsplit_once(',').unwrap();
+            *line = format!("{rest},{:e}", -last.parse::<f64>().unwrap());
+        }
+        lines.join("\n")
+    };
+    fs::write(
+        path.join("static.toml"),
+        "[model]\nfile = \"mill3-model.toml\"\ngravity_m_per_s2 = [0.0, 0.0, 0.0]\n\n[static]\nfile = \"static.csv\"\n",
+    )
+    .unwrap();
+    for wrong in [None, Some(23)] {
+        fs::write(path.join("static.csv"), table(wrong)).unwrap();
+        let output = flexid(path, "identify --config static.toml --json s.json");
+        assert!(output.status.success(), "{}", stderr(&output));
+        let said = String::from_utf8(output.stdout).unwrap();
+        assert!(said.contains("joint_3") && !said.contains("damping"), "{said}");
+        let report = json(path, "s.json");
+        let tests = &report["static_tests"];
+        assert_eq!(tests["deviation_is_estimated"], true);
+        assert_eq!(tests["tests"].as_array().unwrap().len(), LOADS);
+        let warned = report["warning_kinds"].as_array().unwrap();
+        let warned = warned.iter().find_map(|kind| kind["static_outlier"]["line"].as_u64());
+        assert_eq!(warned, wrong.map(|line| line as u64), "{said}");
+        let of_line = |line: usize| &tests["tests"][line - 2];
+        assert_eq!(of_line(23)["line"], 23);
+        match wrong {
+            None => {
+                let ratio = tests["deviation_m"].as_f64().unwrap() / NOISE;
+                assert!((0.8..1.25).contains(&ratio), "{ratio} of the noise");
+                let identified = |verdict: &&serde_json::Value| **verdict == "identified";
+                let joints = report["joints"].as_array().unwrap().iter();
+                let verdicts = joints.flat_map(|j| j["stiffness_verdict"].as_array().unwrap());
+                assert!(verdicts.filter(identified).count() >= 6, "{said}");
+            }
+            Some(_) => {
+                assert!(said.contains("warning: line 23 of [static] file"), "{said}");
+                assert!(of_line(23)["left_out"][2].as_f64().unwrap().abs() > 3.0, "{said}");
+            }
+        }
+    }
+    // Records need what describes them.
+    for command in ["identify --config static.toml a.log", "plan --config static.toml"] {
+        let refused = flexid(path, command);
+        assert_eq!(refused.status.code(), Some(2));
+        let said = stderr(&refused);
+        assert!(said.contains("[bus], [signals], [measurement] are missing: add"), "{said}");
+    }
+}

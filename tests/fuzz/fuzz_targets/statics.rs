@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use flexid_pipeline::model::Model;
-use flexid_pipeline::statics;
+use flexid_pipeline::statics::{self, StaticTests};
 use libfuzzer_sys::fuzz_target;
 
 static MODEL: LazyLock<Model> = LazyLock::new(|| {
@@ -17,8 +17,8 @@ static MODEL: LazyLock<Model> = LazyLock::new(|| {
 
 fuzz_target!(|text: &str| {
     match statics::parse(Path::new("static.csv"), text, &MODEL) {
-        Ok(tests) => {
-            assert!(!tests.is_empty());
+        Ok(StaticTests { tests, lines }) => {
+            assert!(!tests.is_empty() && tests.len() == lines.len());
             assert_eq!(flexid_core::statics::check(&tests, MODEL.joints.len()), Ok(()));
         }
         Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),

@@ -93,6 +93,11 @@ impl fmt::Display for Warning {
                 write!(f, "the bus reported {}", Count(*errors, "error"))
             }
             Self::NoRecord(state) => write!(f, "no record: {state}"),
+            Self::StaticOutlier { line, deviations, chance } => write!(
+                f,
+                "line {line} of [static] file does not go with the others ({deviations:.1} standard deviations, by chance \
+                 {chance:.0e}): check its pose, load, axes, sign and unit"
+            ),
         }
     }
 }

@@ -119,6 +119,15 @@ pub enum Warning {
     },
     /// There is no record, although records were asked for.
     NoRecord(State),
+    /// A static test does not go with the others: noise alone hardly puts any of them as far out.
+    StaticOutlier {
+        /// Line in the file of static tests, from 1.
+        line: u64,
+        /// Distance from the prediction by all else, by the scatter of the others, in standard deviations.
+        deviations: f64,
+        /// Largest probability that noise alone puts any of the tests as far out.
+        chance: f64,
+    },
 }
 
 /// Wrong unit that explains a ratio of acceleration and force.

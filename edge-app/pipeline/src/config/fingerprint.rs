@@ -59,7 +59,7 @@ impl Fingerprint {
                 checksum(&config.band_hz),
                 checksum(&config.bounds),
                 checksum(&(&config.sought, &config.accuracies)),
-                checksum(&config.statics),
+                checksum(&config.statics.tests),
                 checksum(&config.seed),
             ],
         }

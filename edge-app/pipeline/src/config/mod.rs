@@ -5,6 +5,7 @@ mod bounds;
 mod fingerprint;
 mod listen;
 mod mounting;
+mod recording;
 mod sections;
 mod sought;
 
@@ -15,16 +16,13 @@ use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bounds;
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
-use flexid_core::statics::StaticTest;
 use flexid_core::stream::StreamConfig;
 use flexid_wire::text::{FileName, clipped};
 
 use crate::input::{self, BadInput};
 use crate::model::Model;
-use crate::record::{BINS, SAMPLES};
 use crate::signals::SignalTable;
-use crate::statics;
-use crate::text::count;
+use crate::statics::{self, StaticTests};
 use crate::text::printable;
 
 pub use flexid_core::sensors::Accelerometer;
@@ -33,16 +31,8 @@ pub use bounds::BoundsSection;
 use bounds::CONCEIVABLE;
 pub use fingerprint::{Fingerprint, Validity};
 pub use listen::{Listen, ListenError, SocketAccess};
+use recording::{Recording, Sections};
 pub use sections::SignalsSection;
-
-/// Shortest and longest record, samples.
-const RECORD_SAMPLES: [usize; 2] = [256, SAMPLES];
-/// Fewest and most bins that a fit takes.
-const BAND_BINS: [usize; 2] = [8, BINS];
-/// Highest sampling rate that is accepted, Hz. No force sensor is read faster.
-const HIGHEST_RATE_HZ: f64 = 1e6;
-/// Default duration of a record, s. The number of samples is rounded to a power of two.
-const RECORD_SECONDS: f64 = 4.096;
 
 /// Checked configuration of the daemon, the simulator and the offline tool.
 #[derive(Clone, Debug)]
@@ -74,7 +64,7 @@ pub struct Config {
     /// Number of samples of a record, a power of two.
     pub record_samples: usize,
     /// Static tests that the fit uses beside the records. Empty without static tests.
-    pub statics: Vec<StaticTest>,
+    pub statics: StaticTests,
     /// Addresses on which clients are served.
     pub listen: Vec<Listen>,
     /// Access to the Unix sockets among these addresses.
@@ -96,54 +86,54 @@ impl Config {
         Self::parse(file, &input::read(file)?)
     }
 
+    /// As [`Config::load`], to fit the static tests that the file names. If it names some, it may leave out `[bus]`, `[signals]` and
+    /// `[measurement]`: then the config has no signals, and no record can be taken with it.
+    ///
+    /// # Errors
+    /// The errors are those of [`Config::load`].
+    pub fn load_statics(file: &Path) -> Result<Self, BadInput> {
+        Self::read(file, &input::read(file)?, true)
+    }
+
     /// Parses `text`, the content of the config file `file`. The files that it names are read from disk.
     ///
     /// # Errors
     /// The errors are those of [`Config::load`].
     pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
+        Self::read(file, text, false)
+    }
+
+    /// As [`Config::parse`]. `statics_suffice` says whether static tests may stand without the sections that describe records.
+    fn read(file: &Path, text: &str, statics_suffice: bool) -> Result<Self, BadInput> {
         let raw: sections::File = input::parse_toml(file, text)?;
         let base = file.parent().unwrap_or(Path::new(""));
         let bad = |message: String| BadInput::new(file, message);
 
-        let measurement = &raw.measurement;
-        positive("[measurement] rate_hz", measurement.rate_hz).map_err(bad)?;
-        if measurement.rate_hz > HIGHEST_RATE_HZ {
-            let rate = measurement.rate_hz;
-            let message =
-                format!("[measurement] rate_hz is {rate:e}: must be at most {HIGHEST_RATE_HZ}");
-            return Err(bad(message));
-        }
-        check_band(measurement).map_err(bad)?;
         let gravity = raw.model.gravity_m_per_s2;
         if !gravity.iter().all(|g| g.is_finite()) {
             return Err(bad("[model] gravity_m_per_s2 has a number that is not finite".into()));
         }
-        let interface = interface(&raw.bus.interface).map_err(bad)?;
         let listen = listen(&raw.server.listen, base).map_err(bad)?;
         let socket_access =
             SocketAccess::new(raw.server.socket_mode, raw.server.socket_group).map_err(bad)?;
-        let record_samples = record_samples(measurement).map_err(bad)?;
 
         let model_file = base.join(&raw.model.file);
         let model = Model::load(&model_file)?;
-        if raw.signals.joints.len() != model.joints.len() {
-            return Err(bad(format!(
-                "[signals] joints names {}, but {} has {}: name one signal per joint, base first",
-                count(raw.signals.joints.len() as u64, "signal"),
-                model_file.display(),
-                count(model.joints.len() as u64, "joint"),
-            )));
-        }
+        let sections =
+            Sections { bus: raw.bus, signals: raw.signals, measurement: raw.measurement };
+        let recording = match Recording::new(file, sections, &model, &model_file)? {
+            Some(recording) => recording,
+            None if statics_suffice && raw.statics.is_some() => Recording::none(),
+            None => return Err(bad(recording::missing([false; 3]))),
+        };
         let bounds = raw.bounds.check(&model).map_err(bad)?;
         let sought = sought::sought(&raw.calibration, &raw.parameters, &model).map_err(bad)?;
-        let accuracies = accuracy::accuracies(&raw.accuracy, &raw.calibration, measurement.band_hz)
+        let accuracies = accuracy::accuracies(&raw.accuracy, &raw.calibration, recording.band_hz)
             .map_err(bad)?;
         let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
-        let signals = SignalTable::load(file, &base.join(&raw.bus.dbc), &raw.signals, &model)?;
-
         let statics = match &raw.statics {
             Some(section) => statics::load(&base.join(&section.file), &model)?,
-            None => Vec::new(),
+            None => StaticTests::default(),
         };
 
         Ok(Self {
@@ -153,13 +143,13 @@ impl Config {
             bounds,
             sought,
             accuracies,
-            interface,
-            signals,
-            rate_hz: measurement.rate_hz,
-            band_hz: measurement.band_hz,
-            accelerometer: measurement.accelerometer,
+            interface: recording.interface,
+            signals: recording.signals,
+            rate_hz: recording.rate_hz,
+            band_hz: recording.band_hz,
+            accelerometer: recording.accelerometer,
             mounting,
-            record_samples,
+            record_samples: recording.record_samples,
             statics,
             listen,
             socket_access,
@@ -198,43 +188,6 @@ impl Config {
     }
 }
 
-fn positive(place: &str, value: f64) -> Result<(), String> {
-    if value > 0.0 && value.is_finite() {
-        Ok(())
-    } else {
-        Err(format!("{place} is {value}: must be positive"))
-    }
-}
-
-fn check_band(measurement: &sections::MeasurementSection) -> Result<(), String> {
-    let [lower, upper] = measurement.band_hz;
-    positive("[measurement] band_hz[0]", lower)?;
-    positive("[measurement] band_hz[1]", upper)?;
-    let nyquist = measurement.rate_hz / 2.0;
-    if lower >= upper {
-        return Err(format!(
-            "[measurement] band_hz is [{lower}, {upper}]: the lower edge must be below the upper"
-        ));
-    }
-    if upper >= nyquist {
-        return Err(format!(
-            "[measurement] band_hz ends at {upper} Hz: must stay below {nyquist} Hz, half of rate_hz"
-        ));
-    }
-    Ok(())
-}
-
-fn interface(name: &str) -> Result<String, String> {
-    // The kernel limits the name to IFNAMSIZ, which is 16 with the closing zero.
-    let fits = (1..=15).contains(&name.len())
-        && !name.contains(|c: char| c == '/' || c.is_whitespace() || c.is_control());
-    if fits {
-        Ok(name.to_string())
-    } else {
-        Err(format!("[bus] interface is {name:?}: no interface has such a name; try \"can0\""))
-    }
-}
-
 fn listen(addresses: &[String], base: &Path) -> Result<Vec<Listen>, String> {
     let mut listen = Vec::new();
     for text in addresses {
@@ -246,30 +199,4 @@ fn listen(addresses: &[String], base: &Path) -> Result<Vec<Listen>, String> {
         listen.push(address);
     }
     Ok(listen)
-}
-
-fn record_samples(measurement: &sections::MeasurementSection) -> Result<usize, String> {
-    let [least, most] = RECORD_SAMPLES;
-    let samples = measurement.record_samples.unwrap_or_else(|| {
-        let exponent = (RECORD_SECONDS * measurement.rate_hz).log2().round();
-        (exponent.exp2() as usize).clamp(least, most)
-    });
-    if !samples.is_power_of_two() || !(least..=most).contains(&samples) {
-        return Err(format!(
-            "[measurement] record_samples is {samples}: must be a power of two from {least} to {most}"
-        ));
-    }
-    let per_hz = samples as f64 / measurement.rate_hz;
-    let [lower, upper] = measurement.band_hz.map(|edge| edge * per_hz);
-    let bins = (upper.floor() - lower.ceil() + 1.0).max(0.0) as usize;
-    let [fewest, most] = BAND_BINS;
-    if !(fewest..=most).contains(&bins) {
-        let mend =
-            if bins < fewest { "widen the band or raise" } else { "narrow the band or lower" };
-        return Err(format!(
-            "[measurement] band_hz holds {bins} bins of a record of {samples} samples, {fewest} to {most} \
-             can be fitted: {mend} record_samples"
-        ));
-    }
-    Ok(samples)
 }

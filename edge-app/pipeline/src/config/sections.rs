@@ -13,9 +13,9 @@ pub(super) struct File {
     pub(super) model: ModelSection,
     #[serde(default)]
     pub(super) bounds: BoundsSection,
-    pub(super) bus: BusSection,
-    pub(super) signals: SignalsSection,
-    pub(super) measurement: MeasurementSection,
+    pub(super) bus: Option<BusSection>,
+    pub(super) signals: Option<SignalsSection>,
+    pub(super) measurement: Option<MeasurementSection>,
     #[serde(default)]
     pub(super) mounting: MountingSection,
     #[serde(rename = "static")]
@@ -161,6 +161,9 @@ pub(super) struct ParametersSection {
     /// Groups of parameters that share one value.
     #[serde(default)]
     pub(super) tied: Vec<Vec<String>>,
+    /// Whether one stiffness per joint is sought, that of its drive.
+    #[serde(default)]
+    pub(super) drive_only: bool,
 }
 
 #[derive(Deserialize)]

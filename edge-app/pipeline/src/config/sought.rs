@@ -62,6 +62,10 @@ pub(super) fn sought(
             sought.tie(*other, *first).map_err(unfit)?;
         }
     }
+    if parameters.drive_only {
+        let chain = model.chain().map_err(|error| format!("[model]: {error}"))?;
+        sought.seek_drives(&chain).map_err(|error| format!("[parameters] drive_only: {error}"))?;
+    }
     if sought.unknowns() == 0 {
         return Err("[parameters] fixed names every parameter: leave one to be sought".into());
     }

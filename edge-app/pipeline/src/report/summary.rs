@@ -51,15 +51,20 @@ impl fmt::Display for Summary<'_> {
                 fit.seconds
             )?;
         }
+        // Static tests determine no damping.
+        let (all, dampings) = match fit.records {
+            0 => ("stiffnesses", 0),
+            _ => ("parameters", 6),
+        };
         let verdicts = || {
-            joints
-                .iter()
-                .flat_map(|joint| joint.stiffness_verdict.iter().chain(&joint.damping_verdict))
+            joints.iter().flat_map(|joint| {
+                joint.stiffness_verdict.iter().chain(&joint.damping_verdict[..dampings])
+            })
         };
         let of = |wanted| verdicts().filter(|verdict| **verdict == wanted).count();
         write!(
             f,
-            "{} of {} parameters identified, {} weak, {} not observable",
+            "{} of {} {all} identified, {} weak, {} not observable",
             of(Verdict::Identified),
             verdicts().count(),
             of(Verdict::Weak),
@@ -135,6 +140,11 @@ mod tests {
         let text = Summary(&report).to_string();
         let first = "consistent: χ²/dof 1.000; static tests alone; 1 refinement step, 1.2 s\n";
         assert!(text.starts_with(first), "{text}");
+        assert!(
+            text.contains("\n6 of 6 stiffnesses identified, 0 weak, 0 not observable\n"),
+            "{text}"
+        );
+        report.fit.records = 3;
         report.joints[0].damping_verdict[0] = Verdict::Fixed;
         let text = Summary(&report).to_string();
         assert!(text.contains("identified, 1 weak, 4 not observable, 1 fixed\n"), "{text}");

@@ -10,6 +10,7 @@ use flexid_wire::warning::{BoundsAdvice, End, OnBound, OnBounds, UnsureCause, Wa
 use super::basis::Basis;
 use super::directions::of_parameters;
 use super::residuals::Residuals;
+use super::statics;
 use crate::config::Config;
 use crate::intake::{Counts, plausibility, rate_used, wrong_rate};
 use crate::names::{DOF_NAMES, name};
@@ -65,6 +66,7 @@ pub(super) fn warnings(
     if let Some(excess) = estimate.static_consistency.filter(|_| estimate.statics_object) {
         warnings.push(Warning::StaticTestsOff { deviations: excess.sqrt() });
     }
+    warnings.extend(statics::outlier(&config.statics, estimate));
     warnings.extend(by_mass.filter(|_| settled).map(Warning::OnMassBounds));
     // This is the only reason for doubt that no residual shows.
     if estimate.acceptance == Acceptance::ModelSuspect

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
-use flexid_core::identify::{Acceptance, Identifier, Phase, PlantEstimate};
+use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase, PlantEstimate};
 use flexid_core::loss::target::Target;
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::Plant;
@@ -28,8 +28,8 @@ use tracing::warn;
 use crate::config::{Config, Validity};
 use crate::intake::Counts;
 use crate::intake::plausibility::Scale;
-use crate::record::{Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES};
-use crate::report::{self, Basis, confidence, report};
+use crate::record::{BINS, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES};
+use crate::report::{self, Basis, StaticReport, confidence, report};
 use crate::stop::Stop;
 use crate::text::count;
 use crate::unchecked;
@@ -57,6 +57,9 @@ pub struct Solver {
     measurement: Measurement,
     sought: Sought,
     identifier: Box<Identifier<Xoshiro256PlusPlus>>,
+    /// Standard deviation of the displacements that state none, by their residuals, m. `None` if all state theirs, or if the residuals are
+    /// too few.
+    static_deviation: Option<f64>,
     experiments: Vec<Experiment>,
     /// Record of which each experiment was made.
     sources: Vec<Arc<Record>>,
@@ -108,12 +111,30 @@ impl Solver {
     /// # Errors
     /// A checked config gives no error.
     pub fn new(config: &Config) -> io::Result<Self> {
-        let mut solver = Self::begin(config, Xoshiro256PlusPlus::seed_from_u64(config.seed))?;
-        let identifier = &mut solver.identifier;
-        identifier.renew(&solver.experiments);
-        while !matches!(identifier.step(&solver.experiments), Phase::Settled | Phase::Waiting) {}
-        solver.work.advance(&identifier.progress());
+        let rng = Xoshiro256PlusPlus::seed_from_u64(config.seed);
+        let mut solver = Self::begin(config, config.sought.clone(), rng)?;
+        solver.fit_statics();
         Ok(solver)
+    }
+
+    /// As [`Solver::new`], of static tests alone: what they do not determine is taken as typical.
+    ///
+    /// # Errors
+    /// A checked config gives no error.
+    pub fn of_statics(config: &Config) -> io::Result<Self> {
+        let mut sought = config.sought.clone();
+        sought.expect_stiffnesses();
+        let mut solver =
+            Self::begin(config, sought, Xoshiro256PlusPlus::seed_from_u64(config.seed))?;
+        solver.fit_statics();
+        Ok(solver)
+    }
+
+    fn fit_statics(&mut self) {
+        let Self { identifier, experiments, work, .. } = self;
+        identifier.renew(experiments);
+        while !matches!(identifier.step(experiments), Phase::Settled | Phase::Waiting) {}
+        work.advance(&identifier.progress());
     }
 
     /// Makes a solver that continues from the `state` of another one, as far as it [holds](State::validity) under `config`. If
@@ -130,7 +151,8 @@ impl Solver {
     ) -> io::Result<Self> {
         match (state.validity(config), &state.settled) {
             (Validity::Whole, Some(settled)) => {
-                let mut solver = Self::begin(config, settled.generator.clone())?;
+                let mut solver =
+                    Self::begin(config, config.sought.clone(), settled.generator.clone())?;
                 solver.take_over(&state.kept);
                 let Solver { identifier, experiments, .. } = &mut solver;
                 let all = experiments.len() == state.kept.len();
@@ -191,16 +213,16 @@ impl Solver {
     }
 
     /// Makes a solver that has not yet fitted the static tests.
-    fn begin(config: &Config, rng: Xoshiro256PlusPlus) -> io::Result<Self> {
+    fn begin(config: &Config, sought: Sought, rng: Xoshiro256PlusPlus) -> io::Result<Self> {
         let chain = config.model.chain().map_err(unchecked)?;
         let measurement = config.measurement();
-        let sought = config.sought.clone();
         let level = Level::new();
         let scale = Scale::new(&config.bounds, config.model.joints.len(), level);
         let identifier = Identifier::new(chain.clone(), config.bounds, measurement, level, rng);
         let mut identifier = Box::new(identifier);
-        identifier.add_statics(&config.statics).map_err(unchecked)?;
+        identifier.add_statics(&config.statics.tests).map_err(unchecked)?;
         identifier.seek(sought.clone()).map_err(unchecked)?;
+        let static_deviation = identifier.estimate_static_deviation::<BINS>();
         let stiffest = config.bounds.stiffest(sought.joints());
         Ok(Self {
             config: Arc::new(config.clone()),
@@ -208,6 +230,7 @@ impl Solver {
             measurement,
             sought,
             identifier,
+            static_deviation,
             experiments: Vec::with_capacity(MAX_EXPERIMENTS),
             sources: Vec::with_capacity(MAX_EXPERIMENTS),
             numbers: Vec::with_capacity(MAX_EXPERIMENTS),
@@ -387,10 +410,7 @@ impl Solver {
     pub fn finding(&self, counts: &Counts, troubles: &[Trouble]) -> Option<Finding> {
         let Self { config, sought, .. } = self;
         let counts = self.state.earlier.added_to(*counts);
-        let mut estimate = match &self.of_plant {
-            Some(of_plant) => of_plant.estimate.clone(),
-            None => self.identifier.estimate()?.clone(),
-        };
+        let mut estimate = self.estimate()?.clone();
         let doubtful_rate = self.sources.iter().any(|record| record.has_doubtful_rate);
         if doubtful_rate {
             // A wrong rate makes every parameter wrong by a factor, which the residuals do not show.
@@ -423,6 +443,15 @@ impl Solver {
         let confidence =
             confidence(config, sought, &estimate, imperfections, &report, &self.poses, left_out);
         Some(Finding { report, confidence })
+    }
+
+    /// Returns what the present estimate says of each static test. Returns `None` without an estimate or without static tests.
+    pub fn static_report(&self) -> Option<StaticReport> {
+        StaticReport::new(&self.config.statics, self.estimate()?, self.static_deviation)
+    }
+
+    fn estimate(&self) -> Option<&Estimate> {
+        self.of_plant.as_ref().map(|of_plant| &of_plant.estimate).or(self.identifier.estimate())
     }
 
     /// Returns the records that were not used. Returns `None` if all were used.

@@ -1,0 +1,82 @@
+//! The standard deviation of displacements that state none.
+
+use rand_core::Rng;
+
+use super::{Effort, Identifier, Phase};
+use crate::spectrum::Experiment;
+use crate::statics::{DIAL_GAUGE, RESOLVED, StaticTest};
+
+/// Most fits. Where no displacement states its noise the first is enough, but for bounds and priors.
+const ROUNDS: usize = 20;
+/// Relative change of the deviation at which it has settled. Chosen: a tenth of its own error for fifty readings.
+const SETTLED: f64 = 0.01;
+/// Least redundancy of the displacements. One alone is off by a factor of two in one of four cases.
+const LEAST_REDUNDANCY: f64 = 1.0;
+
+impl<R: Rng> Identifier<R> {
+    /// Estimates the standard deviation that all displacements have which state none, and gives it to them. Call it after
+    /// [`Identifier::add_statics`] and [`Identifier::seek`], before the first record; `B` is the number of bins of its experiments.
+    /// Returns the deviation in m. `None` if all state theirs, or if the residuals are too few to tell: then [`DIAL_GAUGE`] is assumed.
+    ///
+    /// A fit to the static tests alone leaves the residuals r, in standard deviations σ, and the hat values h. Over the readings that
+    /// state none (Förstner, "Ein Verfahren zur Schätzung von Varianz- und Kovarianzkomponenten", 1979),
+    ///
+    /// ```text
+    /// σ² ← σ² Σ r² / Σ (1 − h)
+    /// ```
+    ///
+    /// until it stays.
+    pub fn estimate_static_deviation<const B: usize>(&mut self) -> Option<f64> {
+        let mut deviation = None;
+        if self.statics.iter().any(has_unstated) {
+            let mut present = DIAL_GAUGE;
+            for _ in 0..ROUNDS {
+                self.set_unstated(present);
+                let Some(next) = self.deviation_by_residuals::<B>(present) else {
+                    present = DIAL_GAUGE;
+                    deviation = None;
+                    break;
+                };
+                deviation = Some(next);
+                let change = next / present - 1.0;
+                present = next;
+                if change.abs() < SETTLED {
+                    break;
+                }
+            }
+            self.set_unstated(present);
+            self.phase = Phase::Waiting;
+            self.estimate = None;
+            self.effort = Effort::default();
+        }
+        deviation
+    }
+
+    /// The deviation that follows from the residuals of a fit at the `present` one.
+    fn deviation_by_residuals<const B: usize>(&mut self, present: f64) -> Option<f64> {
+        let none: &[Experiment<B>] = &[];
+        self.renew(none);
+        while !matches!(self.step(none), Phase::Settled | Phase::Waiting) {}
+        let left_out = &self.estimate.as_ref()?.static_tests;
+        let (mut squares, mut redundancy) = (0.0, 0.0);
+        for (test, left_out) in self.statics.iter().zip(left_out) {
+            for (axis, _) in test.readings().filter(|(_, reading)| !reading.is_stated) {
+                squares += left_out.residual[axis].map_or(0.0, |r| r * r);
+                redundancy += left_out.redundancy[axis];
+            }
+        }
+        (redundancy >= LEAST_REDUNDANCY)
+            .then(|| (present * libm::sqrt(squares / redundancy)).max(RESOLVED))
+    }
+
+    fn set_unstated(&mut self, deviation: f64) {
+        let readings = self.statics.iter_mut().flat_map(|test| &mut test.displacement).flatten();
+        for reading in readings.filter(|reading| !reading.is_stated) {
+            reading.deviation = deviation;
+        }
+    }
+}
+
+fn has_unstated(test: &StaticTest) -> bool {
+    test.readings().any(|(_, reading)| !reading.is_stated)
+}
