@@ -20,6 +20,7 @@ use crate::search::MAX_EXPERIMENTS;
 use crate::sensors::Accelerometer;
 use crate::sought::Coordinate;
 use crate::spectrum::Measurement;
+use crate::statics::{Gauge, Reading, StaticTest};
 use crate::stream::Record;
 
 pub(crate) const SAMPLES: usize = 1024;
@@ -156,6 +157,58 @@ proptest! {
             let size = libm::sqrt(normal.row(unknown)[unknown] * standing);
             let name = sought.coordinate(unknown);
             prop_assert!((ours - numeric).abs() < 1e-4 * size, "{name:?}: {ours} {numeric}, of {size}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(4), ..ProptestConfig::with_cases(32) })]
+
+    /// Static tests that tell hardly more than the prior of the stiffnesses, with tied and fixed parameters and without gravity, whose sag
+    /// the derivatives take as it is.
+    #[test]
+    fn the_gradient_of_static_tests_equals_finite_differences(
+        pose in prop::array::uniform2(-1.0..1.0_f64),
+        loads in prop::array::uniform6(-1e3..1e3_f64),
+        place in prop::array::uniform3(-0.5..0.5_f64),
+        value in -1e-4..1e-4_f64,
+    ) {
+        const STEP: f64 = 1e-4;
+        let (chain, bounds, mut sought) = (chain(), bounds(), sought());
+        sought.expect_stiffnesses();
+        let measurement = Measurement {
+            band_hz: [5.0, 60.0],
+            gravity: [0.0; 3],
+            accelerometer: Accelerometer::Inertial,
+            mounting: Mounting::AT_TCP,
+        };
+        let gauge = Gauge { place, ..Gauge::default() }.along_base(&chain, &pose);
+        let displacement = [Some(Reading::stated(value, 3e-5)), None, Some(Reading::stated(-value, 1e-4))];
+        let test =
+            StaticTest { pose: pose.into_iter().collect(), wrench: loads, gauge, displacement };
+        let statics = [test];
+        let problem = Problem { statics: &statics, ..problem(&chain, &measurement, &bounds, &sought) };
+        let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
+        let none: [Experiment<BINS>; 0] = [];
+        let mut objective = SumOfSquares::new(&problem, &none, &retired, &mut workspace);
+        let start = sought.coordinates(&bushings());
+        let mut cost = |unknown: usize, by: f64| {
+            let mut step = [0.0; MAX_UNKNOWNS];
+            step[unknown] = by;
+            let mut moved = start;
+            sought.advance(&mut moved, &step);
+            objective.cost(&moved)
+        };
+        let pairs: std::vec::Vec<[f64; 2]> =
+            (0..sought.unknowns()).map(|unknown| [cost(unknown, STEP), cost(unknown, -STEP)]).collect();
+        let mut normal = Normal::new();
+        objective.linearise(&start, &mut normal).unwrap();
+        prop_assert!((normal.sum_of_squares() / objective.cost(&start) - 1.0).abs() < 1e-12);
+        for (unknown, [up, down]) in pairs.into_iter().enumerate() {
+            let numeric = (up - down) / (2.0 * STEP);
+            let ours = -2.0 * normal.right()[unknown];
+            let name = sought.coordinate(unknown);
+            prop_assert!((ours - numeric).abs() < 1e-5 * (1.0 + ours.abs()), "{name:?}: {ours} {numeric}");
         }
     }
 }

@@ -31,9 +31,11 @@ pub(crate) fn lines(report: &StaticReport) -> String {
 fn noise(report: &StaticReport) -> String {
     let Some(deviation) = report.deviation_m else { return String::new() };
     let micrometres = 1e6 * deviation;
+    // Three digits: of fifty readings the second is unsure.
+    let digits = (2.0 - micrometres.log10().floor()).clamp(0.0, 3.0) as usize;
     if report.deviation_is_estimated {
         format!(
-            "; standard deviation {micrometres:.3} µm where none is stated, by the residuals: χ²/dof does not test these"
+            "; standard deviation {micrometres:.digits$} µm where none is stated, by the residuals: χ²/dof does not test these"
         )
     } else {
         format!(
@@ -49,10 +51,13 @@ fn line(test: &StaticTestReport) -> String {
         cells.join(" ")
     };
     let StaticTestReport { line, residual, left_out, deviations, chance } = test;
+    let chance = match chance.unwrap_or(1.0) {
+        chance if chance < 0.01 => format!("{chance:.0e}"),
+        chance => format!("{chance:.2}"),
+    };
     format!(
-        "line {line}: {:.1}, by chance {:.1e}; x y z {}, in the fit {}",
+        "line {line}: {:.1}, by chance {chance}; x y z {}, in the fit {}",
         deviations.unwrap_or(0.0),
-        chance.unwrap_or(1.0),
         axes(left_out),
         axes(residual)
     )
@@ -81,7 +86,7 @@ mod tests {
         };
         let text = lines(&report);
         assert!(text.starts_with("static       7 tests\n"), "{text}");
-        let first = "line 8: 8.0, by chance 2.5e-1; x y z +6.0 - -2.0, in the fit +1.2 - -0.5";
+        let first = "line 8: 8.0, by chance 0.25; x y z +6.0 - -2.0, in the fit +1.2 - -0.5";
         assert_eq!(text.lines().nth(2).unwrap().trim(), first);
         assert_eq!(text.lines().count(), 7);
         report.tests = vec![test(2, None)];
@@ -90,7 +95,7 @@ mod tests {
         assert_eq!(lines(&report).trim(), format!("static       {assumed}"));
         (report.deviation_m, report.deviation_is_estimated) = (Some(4.5678e-6), true);
         assert!(
-            lines(&report).contains("deviation 4.568 µm where none is stated, by the residuals")
+            lines(&report).contains("deviation 4.57 µm where none is stated, by the residuals")
         );
     }
 }
