@@ -1,5 +1,7 @@
 //! What a fit says of each static test.
 
+use std::cmp::Ordering;
+
 use flexid_core::identify::Estimate;
 use flexid_core::statics::{DIAL_GAUGE, LeftOut};
 use flexid_wire::warning::Warning;
@@ -61,12 +63,9 @@ pub(super) fn outlier(statics: &StaticTests, estimate: &Estimate) -> Option<Warn
     let tests = statics.lines.iter().zip(&estimate.static_tests);
     let outliers = tests.filter(|(_, test)| test.is_outlier());
     // Of tests with the same chance, which may be too small to be told from 0, the farthest.
-    let out = |test: &LeftOut| (test.chance.unwrap_or(1.0), test.deviations.unwrap_or(0.0));
-    let (line, worst) = outliers.min_by(|(_, a), (_, b)| {
-        let ([chance, other_chance], [far, other_far]) =
-            ([out(a).0, out(b).0], [out(a).1, out(b).1]);
-        chance.total_cmp(&other_chance).then(other_far.total_cmp(&far))
-    })?;
+    let out = |test: &LeftOut| (-test.chance.unwrap_or(1.0), test.deviations.unwrap_or(0.0));
+    let farther = |a: &LeftOut, b: &LeftOut| out(a).partial_cmp(&out(b)).unwrap_or(Ordering::Equal);
+    let (line, worst) = outliers.max_by(|(_, a), (_, b)| farther(a, b))?;
     Some(Warning::StaticOutlier {
         line: *line as u64,
         deviations: worst.deviations?,
