@@ -4,6 +4,7 @@ use super::super::levenberg_marquardt::{Outcome, Remaining};
 use super::super::proposal::FLOOR;
 use super::super::{Fit, ParameterNormal, Problem, Refinement};
 use super::Plant;
+use super::crawl::Crawl;
 use super::objective::{PlantDomain, PlantSumOfSquares, Point};
 use super::restated::Restated;
 use super::sizes::ALL;
@@ -18,18 +19,19 @@ impl Refinement {
             Point { coordinates: self.coordinates, imperfections: [0.0; MAX_IMPERFECTIONS] };
         plant.imperfections.all = imperfection::all(&plant.accuracies, plant.joints, records);
         plant.restated = Restated::default();
+        plant.crawl = Crawl::NONE;
         plant.minimiser.restart();
     }
 
     /// Tries one step over unknowns and imperfections, by Levenberg and Marquardt's method. The refinement stays where it is. Where the
-    /// fit has ended, accuracies that the data contradict are restated, once, and the fit goes on.
+    /// fit has ended, accuracies that the data contradict are restated, once, and the fit goes on. A fit that crawls is given up.
     pub(crate) fn step_plant<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
     ) -> Outcome {
-        let Plant { imperfections, minimiser, point, record, summary, .. } = plant;
+        let Plant { imperfections, minimiser, point, record, summary, crawl, .. } = plant;
         let domain = PlantDomain { problem, imperfections: imperfections.all.len() };
         self.minimiser.linearised = false;
         let mut objective = PlantSumOfSquares {
@@ -43,6 +45,10 @@ impl Refinement {
             summary,
         };
         let outcome = minimiser.step(&domain, &mut objective, point).unwrap_or(Outcome::Exhausted);
+        let residuals = experiments.iter().map(|experiment| 6 * experiment.bins()).sum();
+        if crawl.is_hopeless(minimiser.normal.sum_of_squares(), residuals) {
+            return Outcome::Exhausted;
+        }
         if outcome != Outcome::Improving && plant.restate_accuracies() {
             return Outcome::Improving;
         }

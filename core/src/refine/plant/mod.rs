@@ -9,13 +9,14 @@
 //! | `imperfect`                     | the model with its imperfections                                |
 //! | `change`, `motion`, `columns`   | derivatives of a reading by the imperfections                   |
 //! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
-//! | `fit`                           | its minimum                                                     |
+//! | `fit`, `crawl`                  | its minimum, and when a fit is given up                         |
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | base and links that give way                                    |
 //! | `restated`                      | accuracies that the data contradict                             |
 
 mod change;
 mod columns;
+mod crawl;
 mod fit;
 mod imperfect;
 mod jackknife;
@@ -34,13 +35,14 @@ use crate::linear::normal::Normal;
 use crate::receptance::Filter;
 use crate::sought::MAX_UNKNOWNS;
 use columns::Imperfections;
+use crawl::Crawl;
 use objective::Point;
 use restated::Restated;
 use sizes::{OF_ALL, OF_RECORD};
 
 /// Limits of a fit. Chosen: all unknowns together end within a tenth of a standard deviation of the minimum; a fit typically takes a
 /// third of these steps.
-const LIMITS: Limits = Limits { negligible: 1e-2, iterations: 30 };
+const LIMITS: Limits = Limits { negligible: 1e-2, iterations: 60 };
 
 /// Imperfections of a plant and memory for a fit to it. It is large: a program that never makes one holds none of it.
 #[derive(Clone, Debug)]
@@ -53,6 +55,8 @@ pub struct Plant {
     point: Point,
     /// Accuracies that the data contradict.
     restated: Restated,
+    /// How far the last steps have come.
+    crawl: Crawl,
     /// Normal equations of the record that was assembled last.
     record: Normal<OF_RECORD>,
     /// Normal equations of a record of which parts are left out.
@@ -99,6 +103,7 @@ impl Plant {
                 imperfections: [0.0; MAX_IMPERFECTIONS],
             },
             restated: Restated::default(),
+            crawl: Crawl::NONE,
             record: Normal::new(),
             whole: Normal::new(),
             factor: Normal::new(),

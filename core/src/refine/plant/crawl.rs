@@ -1,0 +1,52 @@
+//! When a fit is given up.
+//!
+//! No imperfections explain the records of a wrong minimum. The fit to them would still gain a little with every step.
+
+use crate::verdict::FOREIGN;
+
+/// Crawling steps in a row after which a fit is given up. Chosen: of 480 fits to plants with one large error (`noise-limit --only
+/// deviations`), those that reach the right minimum crawl for at most four steps, rejected ones included.
+const PATIENCE: u32 = 8;
+/// A step crawls if it gains less than this part of what the sum of squares lacks.
+const CRAWL: f64 = 0.05;
+
+/// How far the last steps of a fit have come.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crawl {
+    sum_of_squares: f64,
+    /// Steps in a row that have gained too little.
+    steps: u32,
+}
+
+impl Crawl {
+    pub(super) const NONE: Self = Self { sum_of_squares: f64::INFINITY, steps: 0 };
+
+    /// Whether a fit to so many residuals, whose step has ended at this sum of squares, is to be given up. It lacks what the sum of squares
+    /// exceeds that of residuals up to which an interval may be trusted.
+    pub(super) fn is_hopeless(&mut self, sum_of_squares: f64, residuals: usize) -> bool {
+        let lacks = sum_of_squares - FOREIGN * residuals as f64;
+        let gain = self.sum_of_squares - sum_of_squares;
+        self.steps = if gain < CRAWL * lacks { self.steps + 1 } else { 0 };
+        self.sum_of_squares = sum_of_squares;
+        self.steps >= PATIENCE
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of 100 residuals, whose sum of squares should come down to 1000.
+    #[test]
+    fn a_fit_that_crawls_is_given_up() {
+        let steps_until_hopeless = |course: &dyn Fn(i32) -> f64| {
+            let mut crawl = Crawl::NONE;
+            (0..50).position(|step| crawl.is_hopeless(course(step), 100))
+        };
+        assert_eq!(steps_until_hopeless(&|_| 2000.0), Some(8));
+        assert_eq!(steps_until_hopeless(&|step| 1000.0 + 1e5 * 0.97_f64.powi(step)), Some(8));
+        assert_eq!(steps_until_hopeless(&|step| 1000.0 + 1e5 * 0.9_f64.powi(step)), None);
+        assert_eq!(steps_until_hopeless(&|step| if step < 7 { 3000.0 } else { 2000.0 }), Some(15));
+        assert_eq!(steps_until_hopeless(&|_| 999.0), None);
+    }
+}
