@@ -51,7 +51,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 11] = [
+const PARTS: [Part; 12] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 30] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 60] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 10] },
@@ -59,6 +59,7 @@ const PARTS: [Part; 11] = [
     Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 4] },
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 6] },
     Part { name: "plants", prove: plants::prove, robots: [200, 12] },
+    Part { name: "plants-of-six", prove: plants::prove_of_six_joints, robots: [200, 2] },
     Part { name: "deviations", prove: deviations::prove, robots: [516, 16] },
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
     Part { name: "arms", prove: arms::prove, robots: [100, 4] },

@@ -43,6 +43,12 @@ struct Outcome {
     widths: Vec<f64>,
 }
 
+/// As [`prove`], of the scenario of six joints.
+pub(crate) fn prove_of_six_joints(_: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
+    prove(&Study::of_six_joints()?, robots, details)
+}
+
+/// Plants of this scenario.
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
     let cuts = study.cuts();
     let one = |robot: u64| outcome(study, &cuts[robot as usize % cuts.len()], robot, details);

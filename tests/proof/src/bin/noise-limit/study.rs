@@ -1,4 +1,4 @@
-//! The reference scenario, from which every part draws its robots and cuts.
+//! A scenario, from which a part draws its robots and cuts. That of most parts is the reference scenario.
 
 use std::ops::Range;
 use std::path::Path;
@@ -31,6 +31,18 @@ pub(crate) struct Study {
     pub(crate) chain: Chain,
     pub(crate) scenario: Scenario,
     pub(crate) measurement: Measurement,
+    robots: Robots,
+    /// Number of the scenario's experiments that a robot has.
+    experiments: usize,
+}
+
+/// Where robots are drawn from.
+#[derive(Clone, Copy)]
+enum Robots {
+    /// Uniform within the scenario's bounds.
+    WithinBounds,
+    /// About the scenario's robot: each parameter times a factor, uniform on the logarithmic scale from its inverse to this one.
+    AboutTruth(f64),
 }
 
 /// The purpose of a random generator. No two purposes share their numbers.
@@ -45,13 +57,25 @@ pub(crate) enum Purpose {
 }
 
 impl Study {
+    /// The reference scenario, of three joints.
     pub(crate) fn load() -> Result<Self> {
+        Self::of("mill3-edge.toml", Robots::WithinBounds, 3)
+    }
+
+    /// The scenario of six joints, whose bounds follow from the masses: six decades of stiffness, of which most no robot has. The first
+    /// three experiments suffice.
+    pub(crate) fn of_six_joints() -> Result<Self> {
+        Self::of("mill6-edge.toml", Robots::AboutTruth(2.0), 3)
+    }
+
+    fn of(edge: &str, robots: Robots, experiments: usize) -> Result<Self> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-tools/scenario");
-        let config = Config::load(&folder.join("mill3-edge.toml"))?;
-        let file = config.scenario.as_deref().context("mill3-edge.toml names no scenario")?;
+        let config = Config::load(&folder.join(edge))?;
+        let file =
+            config.scenario.as_deref().with_context(|| format!("{edge} names no scenario"))?;
         let scenario = Scenario::load(file, &config.model)?;
         let (chain, measurement) = (config.model.chain()?, config.measurement());
-        Ok(Self { config, chain, scenario, measurement })
+        Ok(Self { config, chain, scenario, measurement, robots, experiments })
     }
 
     /// The task to find a robot's bushings, and nothing else.
@@ -64,9 +88,19 @@ impl Study {
         }
     }
 
-    /// Robot `number`, uniform within the scenario's bounds.
+    /// Robot `number`.
     pub(crate) fn robot(&self, number: u64) -> Bushings {
-        self.scenario.draw_truth(&mut random(Purpose::Robot, number).0).into_iter().collect()
+        let mut random = random(Purpose::Robot, number);
+        let Robots::AboutTruth(factor) = self.robots else {
+            return self.scenario.draw_truth(&mut random.0).into_iter().collect();
+        };
+        let mut robot: Bushings = self.scenario.truth.iter().cloned().collect();
+        for bushing in &mut robot {
+            for value in bushing.stiffness.iter_mut().chain(&mut bushing.damping) {
+                *value *= factor.powf(random.uniform(-1.0, 1.0));
+            }
+        }
+        robot
     }
 
     /// The scenario's experiments, with eight roughnesses.
@@ -98,7 +132,7 @@ impl Study {
             let mut random = random(Purpose::Cut, 2 * number + which);
             let cut =
                 |one| Cut::new(&experiment(one), &self.scenario.cutting, &sampling, &mut random.0);
-            self.scenario.experiments.iter().map(cut).collect()
+            self.scenario.experiments.iter().take(self.experiments).map(cut).collect()
         };
         (0..DRAWS).into_par_iter().map(draw).collect()
     }
