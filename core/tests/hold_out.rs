@@ -146,7 +146,7 @@ fn held_out(noise: f64, band_hz: [f64; 2]) -> [Lacking; 3] {
     let all = records(&truth, &measurement, noise, &mut random);
     let (mut refinement, _) = refine(&problem, &truth, &all);
     std::array::from_fn(|own| {
-        let short = refinement.hold_out(&problem, &all[own]);
+        let short = refinement.hold_out(&problem, own, &all[own]);
         let within = agreement(&refinement.bushings(&sought), &all[own]);
         let mut others = all.clone();
         others.remove(own);

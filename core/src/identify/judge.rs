@@ -4,9 +4,10 @@ use core::mem;
 
 use rand_core::Rng;
 
+use super::branch::Tried;
 use super::decision::{self, Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
 use super::judged::{Judged, are_implausible};
-use super::minimum::{Minimum, REACHED};
+use super::minimum::{Minimum, REACHED, structure_is_beyond_noise};
 use super::{Acceptance, Identifier, Phase, Purpose};
 use crate::refine::{Plant, Problem};
 use crate::spectrum::Experiment;
@@ -40,8 +41,17 @@ impl<R: Rng> Identifier<R> {
     ) {
         let purpose = mem::take(&mut self.purpose);
         let Purpose::Plant { mut found, accepted } = purpose else { return };
-        let judged = plant.and_then(|plant| self.judged_on_plant(&mut found, experiments, plant));
+        let mut plant = plant;
+        let judged = plant
+            .as_deref_mut()
+            .and_then(|plant| self.judged_on_plant(&mut found, experiments, plant));
         found.of_plant = Some(judged.unwrap_or_else(|| Judged::of(&found.fit)));
+        if let (Some(plant), None) = (plant, accepted)
+            && found.is_explained()
+            && !structure_is_beyond_noise(found.judged().whiteness)
+        {
+            return self.correct_by(plant);
+        }
         if let Some(acceptance) = accepted
             && let Some(mut best) = self.best.take()
         {
@@ -53,6 +63,14 @@ impl<R: Rng> Identifier<R> {
         }
         self.stand_at(&found, experiments);
         self.decide(found, experiments);
+    }
+
+    /// Goes on in the model with the imperfections that explain the records. What was found in the perfect model does not compare.
+    fn correct_by(&mut self, plant: &Plant) {
+        self.refinement.correct_by(plant);
+        self.best = None;
+        self.tried = Tried::default();
+        self.exclusions = 0;
     }
 
     /// The residuals that the imperfections leave. `None` if the fit has not come to a minimum, or if its imperfections are larger than
@@ -98,9 +116,15 @@ impl<R: Rng> Identifier<R> {
         let is_alone = matches!(self.purpose, Purpose::Alone(_));
         let is_explained = found.is_explained() && !found.whiteness_objects();
         // These the imperfections cannot mend.
-        let is_hopeless = found.contradicted || !found.is_tested() || !found.is_reached();
+        let is_hopeless = found.contradicted || !found.is_tested();
         let is_judged = found.of_plant.is_some();
-        !(experiments.is_empty() || is_alone || is_explained || is_hopeless || is_judged)
+        let is_corrected = self.refinement.is_corrected();
+        !(experiments.is_empty()
+            || is_alone
+            || is_explained
+            || is_hopeless
+            || is_judged
+            || is_corrected)
     }
 
     /// Carries out the decision on a minimum, at which the refinement stands.

@@ -9,7 +9,8 @@
 //! ever on real data. Two equally good minima in different places leave the estimate unsettled: the data do not say which is right.
 //!
 //! On a plant that is not perfect, a minimum that noise does not explain is judged by the residuals that are left once the
-//! [imperfections](crate::imperfection) of the plant are fitted with the parameters from there.
+//! [imperfections](crate::imperfection) of the plant are fitted with the parameters from there. If they explain the records, the model
+//! has these imperfections from then on: branches and rivals of the minimum are those of that model.
 //!
 //! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
 //! ([`crate::search`]).
@@ -193,6 +194,7 @@ impl<R: Rng> Identifier<R> {
             }
         };
         self.best = None;
+        self.refinement.take_back_correction();
         self.tried = Tried::default();
         self.starts = 0;
         self.prolongations = 0;
@@ -249,7 +251,7 @@ impl<R: Rng> Identifier<R> {
     }
 
     /// As [`Identifier::step`], of a plant that is not perfect: a minimum that noise does not explain is judged by the residuals that its
-    /// imperfections leave. The estimate is that of a perfect plant; see [`Identifier::estimate_of_plant`].
+    /// imperfections leave. The estimate takes the imperfections as perfectly known; see [`Identifier::estimate_of_plant`].
     ///
     /// # Panics
     /// If `plant` is of another number of joints.

@@ -30,14 +30,14 @@ impl<R> Identifier<R> {
         plant: &mut Plant,
         mut go_on: impl FnMut() -> bool,
     ) -> Option<PlantEstimate> {
-        let perfect = self.estimate.clone().filter(|_| self.phase == Phase::Settled)?;
+        let settled = self.estimate.clone().filter(|_| self.phase == Phase::Settled)?;
         let fits = plant.joints() == self.chain.joints().len();
         if experiments.is_empty() || plant.is_perfect() || !fits {
             return None;
         }
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        refinement.restart_at(&perfect.coordinates);
+        refinement.restart_at(&settled.coordinates);
         refinement.restart_plant(plant, experiments.len());
         loop {
             if !go_on() {
@@ -51,9 +51,9 @@ impl<R> Identifier<R> {
         let (size, count) = plant.size();
         let are_plausible = !are_implausible(size, count);
         let coordinates = *refinement.coordinates();
-        let mut minimum = Minimum::new(coordinates, perfect.found_by, fit, &remaining, sought);
-        minimum.apart.clone_from(&perfect.apart);
-        minimum.deviations_elsewhere.clone_from(&perfect.deviations_elsewhere);
+        let mut minimum = Minimum::new(coordinates, settled.found_by, fit, &remaining, sought);
+        minimum.apart.clone_from(&settled.apart);
+        minimum.deviations_elsewhere.clone_from(&settled.deviations_elsewhere);
         minimum.spread(sought);
         // The trust in an estimate multiplies its deviations by the inflation.
         let inflation = libm::sqrt(minimum.inflation());
@@ -70,7 +70,7 @@ impl<R> Identifier<R> {
             &sought.bushings(&coordinates),
             inflation,
         );
-        let acceptance = match perfect.acceptance {
+        let acceptance = match settled.acceptance {
             Acceptance::Unsettled => Acceptance::Unsettled,
             _ if !minimum.is_reached() => Acceptance::Unsettled,
             _ if are_plausible
@@ -88,13 +88,13 @@ impl<R> Identifier<R> {
             forgotten,
             refinement,
             &problem,
-            perfect.experiments,
+            settled.experiments,
         );
-        estimate.held_out = perfect.held_out;
+        estimate.held_out = settled.held_out;
         // Where no plausible plant explains the records, the minimum may be a wrong one.
         estimate.is_robust = robust.is_some() && are_plausible;
         let imperfections = plant.found();
-        refinement.restart_at(&perfect.coordinates);
+        refinement.restart_at(&settled.coordinates);
         Some(PlantEstimate { estimate, imperfections })
     }
 }

@@ -49,16 +49,19 @@ impl<R> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let forgotten = self.forgotten;
         minimum.spread(sought);
-        // The estimate is that of the perfect plant.
+        // The estimate is judged by its own residuals.
         minimum.of_plant = None;
         let count = experiments.len();
         let mut estimate =
             Estimate::of(minimum, acceptance, forgotten, refinement, &problem, count);
         if count > 1 {
             let held_out = experiments.iter().take(MAX_EXPERIMENTS);
-            estimate.held_out =
-                held_out.map(|experiment| refinement.hold_out(&problem, experiment)).collect();
+            estimate.held_out = held_out
+                .enumerate()
+                .map(|(record, one)| refinement.hold_out(&problem, record, one))
+                .collect();
         }
+        refinement.take_back_correction();
         self.estimate = Some(estimate);
         self.best = None;
         self.phase = Phase::Settled;

@@ -153,24 +153,25 @@ impl Refinement {
         free
     }
 
-    /// How well all other records and the priors predict this one, after [`Refinement::fit`]: one step of
+    /// How well all other records and the priors predict this one, of this number, after [`Refinement::fit`]: one step of
     /// Gauss and Newton takes its share out of the estimate. Where the others hardly determine some parameter, that step goes too
     /// far, and the agreement looks worse than that of a fit to the others. No agreement where the step ends at a robot that
     /// gravity leaves no equilibrium.
     pub fn hold_out<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
+        record: usize,
         experiment: &Experiment<B>,
     ) -> Agreement {
         let Self { coordinates, minimiser, workspace, .. } = self;
-        if workspace.assemble_fitted(problem, coordinates, experiment).is_err() {
+        if workspace.assemble_fitted(problem, coordinates, record, experiment).is_err() {
             return Agreement::default();
         }
         let mut others = minimiser.normal.clone();
         others.subtract_complement(&workspace.record, problem.seam_unknowns());
         let (step, _) = propose(&others, &problem.room(coordinates), 0.0);
         let without = problem.advance(coordinates, &step);
-        let predicted = workspace.assemble_fitted(problem, &without, experiment);
+        let predicted = workspace.assemble_fitted(problem, &without, record, experiment);
         predicted.map_or_else(|_| Agreement::default(), |it| it.agreement())
     }
 }

@@ -206,7 +206,7 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<(), LinearisationError> {
-        self.workspace.assemble_fitted(problem, &self.coordinates, experiment)?;
+        self.workspace.assemble_fitted(problem, &self.coordinates, 0, experiment)?;
         let values = problem.sought.values(&self.coordinates);
         self.retired.take(&self.workspace.record, problem.seam_unknowns(), &values);
         self.minimiser.linearised = false;

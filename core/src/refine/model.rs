@@ -1,6 +1,8 @@
 //! What the rows of a record need of the model.
 
 use super::Problem;
+use super::plant::Correction;
+use super::plant::imperfect::Imperfect;
 use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;
 use crate::receptance::{Filter, Terms};
@@ -17,6 +19,25 @@ pub(super) struct Model {
 }
 
 impl Model {
+    /// The model at the pose of a record, of this number, with the unknowns at these coordinates and the imperfections of a correction.
+    pub(super) fn corrected(
+        problem: &Problem<'_>,
+        correction: &Correction,
+        coordinates: &Coordinates,
+        pose: &[f64],
+        record: usize,
+    ) -> Result<Self, LinearisationError> {
+        if correction.is_none() {
+            return Self::perfect(problem, coordinates, pose);
+        }
+        let calibration = problem.sought.calibration(coordinates);
+        let mut imperfect = Imperfect::new(problem, &calibration, pose, record);
+        correction.add_to(&mut imperfect);
+        let bushings = problem.sought.bushings(coordinates);
+        let linear = imperfect.linearise(problem, &bushings)?;
+        imperfect.model(problem, &linear, &bushings)
+    }
+
     /// The model without imperfections, with the unknowns at these coordinates.
     pub(super) fn perfect(
         problem: &Problem<'_>,

@@ -6,6 +6,7 @@ use super::Problem;
 use super::batch::{Bins, COLUMNS};
 use super::equations::{Assembly, Equations, OF_RECORD, RecordNormal};
 use super::model::Model;
+use super::plant::Correction;
 use super::residuals::Residuals;
 use super::seam::{MAX_SEAM, Seam};
 use crate::chain::linearise::LinearisationError;
@@ -18,9 +19,11 @@ use crate::spectrum::Experiment;
 /// without bound against each other.
 pub(super) const SMALL_SEAM: f64 = 1e-11;
 
-/// Memory of an assembly.
+/// Imperfections of the model, and memory of an assembly.
 #[derive(Clone, Debug)]
 pub(super) struct Workspace {
+    /// Imperfections of the model.
+    pub(super) correction: Correction,
     /// Normal equations of the record that was assembled last.
     pub(super) record: RecordNormal,
     /// Seams of the first records, each at its best, at the point where the cost was evaluated last.
@@ -29,7 +32,18 @@ pub(super) struct Workspace {
 
 impl Workspace {
     pub(super) const fn new() -> Self {
-        Self { record: Normal::new(), seams: Vec::new() }
+        Self { correction: Correction::NONE, record: Normal::new(), seams: Vec::new() }
+    }
+
+    /// The model at the pose of a record, of this number.
+    pub(super) fn model(
+        &self,
+        problem: &Problem<'_>,
+        coordinates: &Coordinates,
+        pose: &[f64],
+        record: usize,
+    ) -> Result<Model, LinearisationError> {
+        Model::corrected(problem, &self.correction, coordinates, pose, record)
     }
 
     /// The seam that fits a record best, and the sum of squares that remains.
@@ -66,14 +80,15 @@ impl Workspace {
         residuals
     }
 
-    /// The normal equations of one record in the perfect model at its best seam, which is eliminated.
+    /// The normal equations of one record, of this number, at its best seam, which is eliminated.
     pub(super) fn assemble_fitted<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         coordinates: &Coordinates,
+        record: usize,
         experiment: &Experiment<B>,
     ) -> Result<Residuals, LinearisationError> {
-        let model = Model::perfect(problem, coordinates, &experiment.pose)?;
+        let model = self.model(problem, coordinates, &experiment.pose, record)?;
         let (seam, _) = self.fit_seam(problem, &model, experiment);
         Ok(self.assemble(problem, &model, experiment, Equations::All(&seam)))
     }

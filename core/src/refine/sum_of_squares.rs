@@ -1,7 +1,6 @@
 //! The objective of a refinement: the sum of squares of records, static tests, priors, and what is retired.
 
 use super::equations::Equations;
-use super::model::Model;
 use super::objective::Objective;
 use super::record::Workspace;
 use super::retired::RetiredInformation;
@@ -53,8 +52,8 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
     pub(super) fn fit_seams(&mut self, coordinates: &Coordinates) -> f64 {
         self.workspace.seams.clear();
         let mut sum_of_squares = 0.0;
-        for experiment in self.experiments {
-            let model = Model::perfect(self.problem, coordinates, &experiment.pose);
+        for (record, experiment) in self.experiments.iter().enumerate() {
+            let model = self.workspace.model(self.problem, coordinates, &experiment.pose, record);
             let Ok(model) = model else { return f64::INFINITY };
             let (seam, remaining) = self.workspace.fit_seam(self.problem, &model, experiment);
             // A seam for which there is no room is fitted again.
@@ -75,7 +74,7 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
         normal.reset(problem.sought.unknowns());
         let mut summary = Summary::default();
         for (index, experiment) in experiments.iter().enumerate() {
-            let model = Model::perfect(problem, coordinates, &experiment.pose)?;
+            let model = workspace.model(problem, coordinates, &experiment.pose, index)?;
             let seam = match workspace.seams.get(index) {
                 Some(seam) => *seam,
                 None => workspace.fit_seam(problem, &model, experiment).0,

@@ -3,11 +3,11 @@
 use super::super::levenberg_marquardt::{Outcome, Remaining};
 use super::super::proposal::FLOOR;
 use super::super::{Fit, ParameterNormal, Problem, Refinement};
-use super::Plant;
 use super::crawl::Crawl;
 use super::objective::{PlantDomain, PlantSumOfSquares, Point};
 use super::restated::Restated;
 use super::sizes::ALL;
+use super::{Correction, Plant};
 use crate::imperfection::{self, MAX_IMPERFECTIONS};
 use crate::sought::MAX_UNKNOWNS;
 use crate::spectrum::Experiment;
@@ -21,6 +21,23 @@ impl Refinement {
         plant.restated = Restated::default();
         plant.crawl = Crawl::NONE;
         plant.minimiser.restart();
+    }
+
+    /// Goes to where the last fit to a plant has ended. From now on the model has the imperfections found there.
+    pub(crate) fn correct_by(&mut self, plant: &Plant) {
+        self.workspace.correction = plant.correction();
+        self.restart_at(&plant.point.coordinates);
+    }
+
+    /// The model has the imperfections of a plant.
+    pub(crate) fn is_corrected(&self) -> bool {
+        !self.workspace.correction.is_none()
+    }
+
+    /// From now on the model is perfect. The refinement stays where it is.
+    pub(crate) fn take_back_correction(&mut self) {
+        self.workspace.correction = Correction::NONE;
+        self.minimiser.linearised = false;
     }
 
     /// Tries one step over unknowns and imperfections, by Levenberg and Marquardt's method. The refinement stays where it is. Where the

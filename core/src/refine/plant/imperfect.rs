@@ -21,7 +21,7 @@ const LEAST: f64 = 1e-3;
 
 /// A model that imperfections change.
 #[derive(Clone, Debug)]
-pub(super) struct Imperfect {
+pub(in crate::refine) struct Imperfect {
     chain: Chain,
     sensors: Sensors,
     pose: Vec<f64, MAX_JOINTS>,
@@ -43,7 +43,7 @@ pub(super) struct Imperfect {
 
 impl Imperfect {
     /// The model without imperfections at the pose of a record, of this number.
-    pub(super) fn new(
+    pub(in crate::refine) fn new(
         problem: &Problem<'_>,
         calibration: &Calibration,
         pose: &[f64],
@@ -147,7 +147,7 @@ impl Imperfect {
     }
 
     /// The chain about its static equilibrium with these bushings.
-    pub(super) fn linearise(
+    pub(in crate::refine) fn linearise(
         &self,
         problem: &Problem<'_>,
         bushings: &Bushings,
@@ -165,7 +165,7 @@ impl Imperfect {
     }
 
     /// What the rows of a record need of the model, whose chain is linearised as `linear`.
-    pub(super) fn model(
+    pub(in crate::refine) fn model(
         &self,
         problem: &Problem<'_>,
         linear: &LinearChain,

@@ -8,6 +8,7 @@
 //! | ------------------------------- | --------------------------------------------------------------- |
 //! | `imperfect`                     | the model with its imperfections                                |
 //! | `change`, `motion`, `columns`   | derivatives of a reading by the imperfections                   |
+//! | `correction`                    | a model with the imperfections that a fit has found             |
 //! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
 //! | `fit`, `crawl`                  | its minimum, and when a fit is given up                         |
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
@@ -16,9 +17,10 @@
 
 mod change;
 mod columns;
+mod correction;
 mod crawl;
 mod fit;
-mod imperfect;
+pub(super) mod imperfect;
 mod jackknife;
 mod motion;
 mod objective;
@@ -35,6 +37,7 @@ use crate::linear::normal::Normal;
 use crate::receptance::Filter;
 use crate::sought::MAX_UNKNOWNS;
 use columns::Imperfections;
+pub(super) use correction::Correction;
 use crawl::Crawl;
 use objective::Point;
 use restated::Restated;
