@@ -279,3 +279,48 @@ fn the_jackknife_agrees_with_the_noise() {
     });
     assert!((0.8..1.6).contains(&ratio), "{ratio}");
 }
+
+/// A model that was corrected by the imperfections of a plant leaves the sum of squares of that plant, without their priors.
+#[test]
+fn a_corrected_model_is_that_of_the_plant() {
+    let [of_plant, corrected, perfect] = on_large_stack(|| {
+        let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.3, -0.5, -9.8]);
+        let (chain, bounds) = (chain(), bounds());
+        let sought = Sought::new(2, &Default::default()).unwrap();
+        let problem = problem(&chain, &measurement, &bounds, &sought);
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(4);
+        let experiments = [0, 1].map(|_| {
+            let record = record(&mut random);
+            Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]).unwrap()
+        });
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
+        let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
+        refinement.restart_plant(&mut plant, 2);
+        let count = plant.imperfections.all.len();
+        for (index, value) in plant.point.imperfections[..count].iter_mut().enumerate() {
+            *value = if index % 3 == 0 { -1.5 } else { 0.7 };
+        }
+        let point = plant.point;
+        let (retired, mut workspace) =
+            (RetiredInformation::none(sought.unknowns()), Workspace::new());
+        let Plant { imperfections, record, summary, .. } = &mut *plant;
+        let mut objective = PlantSumOfSquares {
+            problem: &problem,
+            experiments: &experiments,
+            retired: &retired,
+            workspace: &mut workspace,
+            imperfections,
+            record,
+            others: &mut Normal::new(),
+            summary,
+        };
+        let priors: f64 = point.imperfections[..count].iter().map(|value| value * value).sum();
+        let of_plant = objective.cost(&point) - priors;
+        refinement.correct_by(&plant);
+        let corrected = refinement.fit(&problem, &experiments).objective;
+        refinement.take_back_correction();
+        [of_plant, corrected, refinement.fit(&problem, &experiments).objective]
+    });
+    assert!((corrected / of_plant - 1.0).abs() < 1e-9, "{corrected} of {of_plant}");
+    assert!((perfect / of_plant - 1.0).abs() > 1e-3, "{perfect} of {of_plant}");
+}
