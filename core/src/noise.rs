@@ -49,9 +49,14 @@ impl NoiseShape {
     /// Mean square of the discrete Fourier transform of `samples` samples at a frequency in cycles per sample, over that of white
     /// noise of the same power.
     pub fn density(&self, frequency: f32, samples: usize) -> f32 {
+        self.broad_density(frequency)
+            + self.lines.iter().map(|line| line.density(frequency, samples)).sum::<f32>()
+    }
+
+    /// The same without the lines.
+    pub fn broad_density(&self, frequency: f32) -> f32 {
         let level = self.levels.iter().find(|level| frequency < level.end);
-        let level = level.or(self.levels.last()).map_or(1.0, |level| level.density);
-        level + self.lines.iter().map(|line| line.density(frequency, samples)).sum::<f32>()
+        level.or(self.levels.last()).map_or(1.0, |level| level.density)
     }
 }
 

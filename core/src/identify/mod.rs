@@ -33,6 +33,7 @@ mod settle;
 mod standing;
 mod start;
 mod static_noise;
+mod tones;
 
 use core::mem;
 
@@ -58,6 +59,7 @@ pub use plant::PlantEstimate;
 pub use progress::{Phase, Progress};
 pub use standing::{Standing, StandingError};
 use start::Method;
+pub use tones::MAX_ROUNDS as MAX_TONE_ROUNDS;
 
 /// What the present refinement is for.
 #[derive(Clone, Debug, Default)]

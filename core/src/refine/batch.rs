@@ -42,6 +42,12 @@ impl<'a> Bins<'a> {
         }
     }
 
+    /// The same with the noise of the acceleration that has no lines.
+    pub(super) fn without_lines<const B: usize>(experiment: &'a Experiment<B>) -> Self {
+        let broad = experiment.broad_noise.each_ref().map(Vec::as_slice);
+        Self { acceleration_noise: broad, ..Self::of(experiment) }
+    }
+
     /// Some of the bins.
     pub(super) fn part(&self, bins: Range<usize>) -> Self {
         let cut =

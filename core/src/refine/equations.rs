@@ -36,11 +36,11 @@ pub(super) const OF_RECORD: usize = packed(MAX_SEAM + MAX_UNKNOWNS + 1);
 pub(super) type RecordNormal = Normal<OF_RECORD>;
 
 /// Real and imaginary part along each axis of the accelerometer.
-type Reading = [[f64; 2]; 3];
+pub(super) type Reading = [[f64; 2]; 3];
 /// Reading `[row]` per force `[column]`.
-type Accelerance = [[Complex<f64>; 3]; 3];
+pub(super) type Accelerance = [[Complex<f64>; 3]; 3];
 /// Mean squares along each axis: of the force's noise, of the acceleration's.
-type Noise = [[f64; 3]; 2];
+pub(super) type Noise = [[f64; 3]; 2];
 
 /// The normal equations of a record, and the seam at which they are taken.
 #[derive(Clone, Copy, Debug)]
@@ -145,7 +145,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
 
     /// Evaluates the model, and returns what it leaves of the measured acceleration: `r = A − H F − …`.
     #[inline(always)]
-    fn read<V: Lanes<Scalar = f64>>(
+    pub(super) fn read<V: Lanes<Scalar = f64>>(
         &self,
         response: &mut Response<V>,
         batch: &Batch<V>,
@@ -171,7 +171,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
     }
 
     #[inline(always)]
-    fn noise(&self, lanes: Range<usize>) -> [Noise; WIDEST] {
+    pub(super) fn noise(&self, lanes: Range<usize>) -> [Noise; WIDEST] {
         let mut noise = [[[0.0; 3]; 2]; WIDEST];
         for (lane, bin) in lanes.enumerate() {
             noise[lane] = self.record.noise(self.model, bin);
@@ -280,7 +280,9 @@ fn whiten(
 
 /// Accelerances, lane by lane.
 #[inline(always)]
-fn by_lane<V: Lanes<Scalar = f64>>(accelerance: &[[Complex<V>; 3]; 3]) -> [Accelerance; WIDEST] {
+pub(super) fn by_lane<V: Lanes<Scalar = f64>>(
+    accelerance: &[[Complex<V>; 3]; 3],
+) -> [Accelerance; WIDEST] {
     let spilled = accelerance.map(|row| row.map(spill));
     core::array::from_fn(|lane| {
         let at = |[re, im]: &[[f64; WIDEST]; 2]| Complex { re: re[lane], im: im[lane] };

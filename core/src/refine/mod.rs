@@ -11,6 +11,7 @@
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `fit`, `summary`, `information`                                | the results of a fit                                    |
 //! | `left_out`                                                     | each static test as all else predicts it                |
+//! | `unexplained`                                                  | what a model leaves of a record, bin by bin             |
 //! | `plant`, `further`                                             | a fit to a plant that is not perfect                    |
 //!
 //! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
@@ -38,6 +39,7 @@ pub(crate) mod seam;
 mod statics;
 mod sum_of_squares;
 mod summary;
+mod unexplained;
 mod whitening;
 
 use heapless::Vec;
@@ -66,6 +68,7 @@ pub(crate) use retired::Retired;
 use retired::RetiredInformation;
 use seam::Seam;
 use sum_of_squares::SumOfSquares;
+pub(crate) use unexplained::Unexplained;
 
 /// How often a start without an equilibrium goes half the way to the stiffest robot. Chosen: ten times leave a hundredth of six decades.
 const MAX_STIFFENINGS: u32 = 10;

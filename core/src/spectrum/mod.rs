@@ -11,6 +11,7 @@
 #[doc(hidden)] // Public for the tests.
 pub mod fft;
 pub mod thinned;
+mod tone;
 
 use core::error::Error;
 use core::f64::consts::TAU;
@@ -27,6 +28,7 @@ use crate::sensors::{Accelerometer, Sensors};
 use crate::stream::Record;
 use nalgebra::Vector3;
 use thinned::ThinnedSpectra;
+pub use tone::{MAX_TONES, Tone};
 
 /// Fitted band, gravity and sensors of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +53,8 @@ pub struct Spectrum<const B: usize> {
 }
 
 impl<const B: usize> Spectrum<B> {
-    const EMPTY: Self = Self { re: [const { Vec::new() }; 3], im: [const { Vec::new() }; 3] };
+    pub(crate) const EMPTY: Self =
+        Self { re: [const { Vec::new() }; 3], im: [const { Vec::new() }; 3] };
 
     /// Real and imaginary parts along each axis.
     pub(crate) fn parts(&self) -> [[&[f32]; 2]; 3] {
@@ -134,6 +137,10 @@ pub struct Experiment<const B: usize> {
     pub force_noise: [Vec<f32, B>; 3],
     /// Mean square of the noise in each bin of the acceleration, per axis, (m/s)².
     pub acceleration_noise: [Vec<f32, B>; 3],
+    /// The same as the noise of the acceleration without its lines, per axis, (m/s)².
+    pub broad_noise: [Vec<f32, B>; 3],
+    /// Tones that have been subtracted from the acceleration.
+    pub tones: Vec<Tone, MAX_TONES>,
     /// Spectra that the search fits.
     pub thinned: ThinnedSpectra<B>,
 }
@@ -197,19 +204,23 @@ impl<const B: usize> Experiment<B> {
         if !force.power().is_finite() || !acceleration.power().is_finite() {
             return Err(SpectrumError::NotFinite);
         }
-        let mean_square = |deviation: [f32; 3], shapes: &[NoiseShape; 3]| {
+        type Density = fn(&NoiseShape, f32, usize) -> f32;
+        let mean_square = |deviation: [f32; 3], shapes: &[NoiseShape; 3], density: Density| {
             core::array::from_fn(|axis| {
                 let white = f64::from(deviation[axis]) * f64::from(deviation[axis]);
                 let white = (white * samples as f64 * period * period) as f32;
                 let frequency = |bin: usize| bin as f32 / samples as f32;
-                let density = |bin| shapes[axis].density(frequency(bin), samples);
+                let density = |bin| density(&shapes[axis], frequency(bin), samples);
                 band.clone().map(|bin| white * density(bin)).collect::<Vec<f32, B>>()
             })
         };
         let force_noise: [Vec<f32, B>; 3] =
-            mean_square(record.force_noise, &record.force_noise_shape);
-        let acceleration_noise: [Vec<f32, B>; 3] =
-            mean_square(record.acceleration_noise, &record.acceleration_noise_shape);
+            mean_square(record.force_noise, &record.force_noise_shape, NoiseShape::density);
+        let of_acceleration = |density: Density| {
+            mean_square(record.acceleration_noise, &record.acceleration_noise_shape, density)
+        };
+        let acceleration_noise: [Vec<f32, B>; 3] = of_acceleration(NoiseShape::density);
+        let broad_noise = of_acceleration(|shape, frequency, _| shape.broad_density(frequency));
         let mut noises = force_noise.iter().chain(&acceleration_noise).flatten();
         if noises.any(|value| !value.is_finite()) {
             return Err(SpectrumError::NotFinite);
@@ -228,6 +239,8 @@ impl<const B: usize> Experiment<B> {
             acceleration,
             force_noise,
             acceleration_noise,
+            broad_noise,
+            tones: Vec::new(),
             thinned,
         })
     }

@@ -3,7 +3,7 @@
 use super::align::{Aligned, Instant};
 use super::clock::Clock;
 use super::stretch::Stretch;
-use super::{Record, StreamConfig, StreamHealth, bridge, noise};
+use super::{Record, StreamConfig, StreamHealth, bridge, noise, spikes};
 use crate::spectrum::fft::MIN_SAMPLES;
 
 /// A record is no shorter than a full one divided by this.
@@ -123,20 +123,35 @@ impl<const N: usize> Cutter<'_, N> {
         record.has_doubtful_rate = rate.is_doubtful;
         record.start_s = stretch.start_s;
         record.pose = stretch.pose.mean(config.joints);
-        let mut bridged = [bridge::Bridged::default(); 6];
         let signals = stretch.force.iter().chain(&stretch.acceleration);
         let copies = record.force.iter_mut().chain(&mut record.acceleration);
-        let mut bridgeable = true;
-        for ((signal, copy), bridged) in signals.zip(copies).zip(&mut bridged) {
+        for (signal, copy) in signals.zip(copies) {
             copy.clear();
             let _ = copy.extend_from_slice(&signal[..samples]);
+        }
+        stretch.discard(samples, config.rate_hz);
+        stretch.look_for_cut(config);
+        let spikes = [
+            spikes::remove(&mut record.force, config.force_resolution),
+            spikes::remove(&mut record.acceleration, config.acceleration_resolution),
+        ];
+        for (count, spikes) in health.spikes.iter_mut().zip(spikes.as_flattened()) {
+            *count += *spikes as u64;
+        }
+        if spikes.iter().any(|of_sensor| spikes::are_many(of_sensor, samples)) {
+            health.spiked += 1;
+            health.samples_discarded += samples as u64;
+            return;
+        }
+        let mut bridged = [bridge::Bridged::default(); 6];
+        let copies = record.force.iter_mut().chain(&mut record.acceleration);
+        let mut bridgeable = true;
+        for (copy, bridged) in copies.zip(&mut bridged) {
             match bridge::bridge(copy) {
                 Ok(done) => *bridged = done,
                 Err(bridge::Unbridgeable) => bridgeable = false,
             }
         }
-        stretch.discard(samples, config.rate_hz);
-        stretch.look_for_cut(config);
         if !bridgeable {
             health.samples_discarded += samples as u64;
             return;
@@ -163,7 +178,8 @@ impl<const N: usize> Cutter<'_, N> {
             record.acceleration_noise_shape[axis] = acceleration.shape;
         }
         record.starts_at_rest = noise.starts_at_rest;
-        health.bridged += (bridged[0].samples + bridged[3].samples) as u64;
+        let missing = |sensor: usize| bridged[3 * sensor].samples - spikes[sensor][0];
+        health.bridged += (missing(0) + missing(1)) as u64;
         health.records += 1;
         sink(record);
     }

@@ -9,8 +9,12 @@ pub struct StreamHealth {
     pub frames: u64,
     /// Force and acceleration readings that are missing by their counters.
     pub frames_lost: u64,
-    /// Bridged samples of emitted records; force and acceleration count separately.
+    /// Bridged samples of emitted records; force and acceleration count separately. Spikes are not among them.
     pub bridged: u64,
+    /// Single wrong samples in records: of the force's axes, then of the acceleration's. Those of emitted records were bridged.
+    pub spikes: [u64; 6],
+    /// Records refused since more than one in two hundred samples of an axis is such a spike.
+    pub spiked: u64,
     /// Restarts: a counter disagreed with the time that passed, since the sensor started anew or was silent.
     pub restarts: u64,
     /// Readings whose counter had come before.

@@ -13,6 +13,7 @@ mod health;
 mod noise;
 mod pose;
 mod record;
+mod spikes;
 mod stretch;
 
 use heapless::Vec;

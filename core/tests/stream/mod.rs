@@ -3,6 +3,7 @@
 mod any;
 mod clock;
 mod restarts;
+mod spikes;
 
 use std::f64::consts::TAU;
 

@@ -119,6 +119,10 @@ fn on_bounds(parameters: usize) -> OnBounds {
     ends.enumerate().map(|(dof, end)| on_bound((dof, end))).collect()
 }
 
+fn line(frequency_hz: f64, amplitude: f64, records: u32) -> Line {
+    Line { frequency_hz, amplitude, records }
+}
+
 fn warnings() -> Vec<Warning> {
     let [joint, ..] = implausible();
     vec![
@@ -150,6 +154,10 @@ fn warnings() -> Vec<Warning> {
         Warning::BusErrors { errors: 300 },
         Warning::NoRecord(State::NoForce),
         Warning::StaticOutlier { line: 12, deviations: 6.5, chance: 0.000244140625 },
+        Warning::Lines {
+            lines: [line(50.0, 0.015, 3), line(167.79, 0.25, 1)].into_iter().collect(),
+            more: 1,
+        },
     ]
 }
 

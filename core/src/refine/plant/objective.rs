@@ -12,6 +12,7 @@ use super::super::seam::Seam;
 use super::super::sum_of_squares::{add_other_than_records, other_than_records};
 use super::super::summary::Summary;
 use super::super::{ParameterNormal, Problem};
+use super::Plant;
 use super::change::Change;
 use super::columns::{Imperfections, STEP};
 use super::imperfect::Imperfect;
@@ -23,6 +24,7 @@ use crate::chain::Joint;
 use crate::chain::linearise::LinearisationError;
 use crate::imperfection::MAX_IMPERFECTIONS;
 use crate::linear::normal::Normal;
+use crate::parameters::Bushings;
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::Experiment;
 
@@ -89,10 +91,7 @@ impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
         let mut sum_of_squares = 0.0;
         for (record, experiment) in experiments.iter().enumerate() {
             let pose = &experiment.pose;
-            let imperfect = self.imperfections.at(problem, point, pose, record, None);
-            let model = imperfect
-                .linearise(problem, &bushings)
-                .and_then(|linear| imperfect.model(problem, &linear, &bushings));
+            let model = self.imperfections.model(problem, point, &bushings, pose, record);
             let Ok(model) = model else { return f64::INFINITY };
             let (seam, remaining) = workspace.fit_seam(problem, &model, experiment);
             // A seam for which there is no room is fitted again.
@@ -230,7 +229,34 @@ pub(super) fn prepare(
     Ok(model)
 }
 
+impl Plant {
+    /// The model where the fit stands, in a record of this number at a pose.
+    pub(in super::super) fn model(
+        &self,
+        problem: &Problem<'_>,
+        pose: &[f64],
+        record: usize,
+    ) -> Result<Model, LinearisationError> {
+        let bushings = problem.sought.bushings(&self.point.coordinates);
+        self.imperfections.model(problem, &self.point, &bushings, pose, record)
+    }
+}
+
 impl Imperfections {
+    /// The model at a point with these bushings, in a record of this number at a pose.
+    fn model(
+        &self,
+        problem: &Problem<'_>,
+        point: &Point,
+        bushings: &Bushings,
+        pose: &[f64],
+        record: usize,
+    ) -> Result<Model, LinearisationError> {
+        let imperfect = self.at(problem, point, pose, record, None);
+        let linear = imperfect.linearise(problem, bushings)?;
+        imperfect.model(problem, &linear, bushings)
+    }
+
     /// The model at the pose of a record with the imperfections of a point, one of them [`STEP`] larger.
     fn at(
         &self,

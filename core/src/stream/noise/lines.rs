@@ -14,6 +14,11 @@ const RARE: f32 = 7.0;
 const BESIDE: usize = 16;
 /// A line ends where its skirt has fallen to this many times the level beside it.
 const SKIRT: f32 = 3.0;
+/// A line of power P is, beyond the main lobe, `Σk² / (2 TAPERS π²) P n / d⁴` at a distance of d / n, in n samples under sine tapers of the
+/// orders k = 1 to 3.
+const LEAKAGE: f32 = 14.0 / (6.0 * PI * PI);
+/// A line's leakage counts as far as it is louder than this part of the noise.
+const FAINT: f32 = 0.1;
 /// Three standard deviations of a line's frequency are
 ///
 /// ```text
@@ -82,6 +87,19 @@ impl Peak {
         }
         let ratio = self.power / self.beside;
         self.uncertainty = FREQUENCY / libm::sqrtf(ratio * length * length * length);
+        self
+    }
+
+    /// Takes the ordinates into which the line leaks, beside noise of this level.
+    pub(super) fn widened(mut self, periodogram: &Periodogram, level: f32) -> Self {
+        let Periodogram { power, segment, .. } = periodogram;
+        let ratio = LEAKAGE * self.power * *segment as f32 / (FAINT * level.max(f32::MIN_POSITIVE));
+        // The segment is padded.
+        let spacing = 2.0 * power.len() as f32 / *segment as f32;
+        let leaks = (libm::sqrtf(libm::sqrtf(ratio)) * spacing) as usize;
+        let middle = usize::midpoint(self.ordinates[0], self.ordinates[1]);
+        self.ordinates[0] = self.ordinates[0].min(middle.saturating_sub(leaks));
+        self.ordinates[1] = self.ordinates[1].max((middle + leaks).min(power.len()));
         self
     }
 

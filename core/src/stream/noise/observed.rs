@@ -65,7 +65,7 @@ impl Observed {
     /// Observes an axis in a stretch; `None` if the stretch is too short for a spectrum.
     pub(super) fn of(signal: &[f32]) -> Option<Self> {
         let periodogram = Periodogram::of(signal)?;
-        let (peaks, taken) = lines::find(&periodogram);
+        let (peaks, mut taken) = lines::find(&periodogram);
         let [segment, whole] = [&signal[..signal.len().min(LONGEST)], signal].map(Windowed::new);
         let sharpened = peaks.iter().map(|peak| {
             // Half of the main lobe of the whole stretch may be narrower than the distance of the ordinates.
@@ -78,10 +78,14 @@ impl Observed {
             Some(false) => Course::Decays,
             None => Course::Unknown,
         };
-        let lines = sharpened.map(|peak| (peak, course(&peak))).collect();
+        let mut lines: Vec<_, MAX_LINES> = sharpened.map(|peak| (peak, course(&peak))).collect();
         let quartile = upper_quartile(&periodogram);
         let plateau = plateau(signal, &periodogram, &taken, quartile);
         let background = plateau.unwrap_or(0.0).max(quartile);
+        for (peak, _) in lines.iter_mut().filter(|(_, course)| *course == Course::Steady) {
+            *peak = peak.widened(&periodogram, background);
+            taken[peak.ordinates[0]..peak.ordinates[1]].fill(true);
+        }
         Some(Self { periodogram, lines, taken, plateau, background })
     }
 

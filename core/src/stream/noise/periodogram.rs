@@ -27,6 +27,8 @@ pub(super) struct Periodogram {
     pub(super) averages: f32,
     /// Independent values that one ordinate stands for, since its neighbours share some with it.
     pub(super) freedom: f32,
+    /// Samples of a segment.
+    pub(super) segment: usize,
     /// Half the width of a line, ordinates.
     pub(super) half_lobe: usize,
 }
@@ -70,6 +72,7 @@ impl Periodogram {
             power,
             averages: TAPERS as f32 * averages,
             freedom: USED * averages * spacing,
+            segment,
             half_lobe: libm::ceilf(HALF_LOBE / spacing) as usize,
         })
     }

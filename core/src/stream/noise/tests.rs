@@ -301,6 +301,29 @@ fn hum_is_a_line() {
     }
 }
 
+/// Lines a hundred thousand times as loud as the noise leak into the whole band; the noise beside them stays what it is.
+#[test]
+fn strong_lines_leave_the_noise_beside_them() {
+    for frequency in [0.0235, 0.0239] {
+        let (force, mut acceleration) = record(2000, 2000..6500);
+        for signal in &mut acceleration {
+            for (n, value) in signal.iter_mut().enumerate() {
+                let turned = core::f32::consts::TAU * frequency * (n % 8000) as f32;
+                *value += 0.3 * (libm::sinf(turned) + libm::sinf(3.57 * turned + 1.0));
+            }
+        }
+        let noise = of(&(force, acceleration));
+        for axis in &noise.acceleration {
+            assert_eq!(axis.shape.lines.len(), 2, "{:?}", axis.shape);
+            for frequency in [0.005, 0.015, 0.032, 0.05, 0.07, 0.1, 0.2, 0.4] {
+                let white = axis.power / (0.0155 * 0.0155);
+                let ratio = white * axis.shape.broad_density(frequency);
+                assert!((0.6..1.5).contains(&ratio), "{frequency}: {ratio}, {:?}", axis.shape);
+            }
+        }
+    }
+}
+
 /// A cut whose force lies above the band, at 700 Hz of 2 kHz. Sixth differences take it for white noise.
 fn chattering(from: usize) -> ([Vec<f32>; 3], [Vec<f32>; 3]) {
     let (mut force, acceleration) = record(400, 400..400);

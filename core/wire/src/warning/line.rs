@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{BoundsAdvice, End, OnBound, OnBounds, UnsureCause, Warning, WrongUnit};
+use super::{BoundsAdvice, End, Line, OnBound, OnBounds, UnsureCause, Warning, WrongUnit};
 use crate::implausible::enumerate;
 use crate::words::{Count, Enumeration};
 
@@ -98,7 +98,23 @@ impl fmt::Display for Warning {
                 "line {line} of [static] file does not go with the others ({deviations:.1} standard deviations, by chance \
                  {chance:.0e}): check its pose, load, axes, sign and unit"
             ),
+            Self::Lines { lines, more } => write!(
+                f,
+                "lines that no force causes are taken out of the acceleration: {}: hum, spindle or bearings",
+                Enumeration { named: lines, more: (*more).into() }
+            ),
         }
+    }
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { frequency_hz, amplitude, records } = self;
+        write!(
+            f,
+            "{frequency_hz:.2} Hz ({amplitude:.2e} m/s^2, {})",
+            Count((*records).into(), "record")
+        )
     }
 }
 

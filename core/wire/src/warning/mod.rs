@@ -18,6 +18,9 @@ use crate::unused::Unused;
 /// Largest number of parameters that a warning names.
 pub const MAX_ON_BOUNDS: usize = 7;
 
+/// Largest number of lines of noise that a warning names.
+pub const MAX_LINES: usize = 6;
+
 /// A warning about a report, with what it names and counts. Its [`Display`](core::fmt::Display) is one line for people.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[serde(rename_all = "snake_case")]
@@ -128,6 +131,24 @@ pub enum Warning {
         /// Largest probability that noise alone puts any of the tests as far out.
         chance: f64,
     },
+    /// Lines of noise were subtracted from the acceleration: hum, spindle, bearings.
+    Lines {
+        /// The strongest lines, by frequency.
+        lines: Vec<Line, MAX_LINES>,
+        /// Number of weaker lines.
+        more: u32,
+    },
+}
+
+/// A steady oscillation of the accelerometer that no force causes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Line {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Largest amplitude along an axis in any record, m/s².
+    pub amplitude: f64,
+    /// Number of records that have it.
+    pub records: u32,
 }
 
 /// Wrong unit that explains a ratio of acceleration and force.

@@ -118,6 +118,7 @@ impl<'a> Intake<'a> {
                 }
             }
         }
+        plausibility.note_spikes(stream.health().spikes);
         counts.all += batch.len() as u64;
         flow
     }
@@ -128,6 +129,7 @@ impl<'a> Intake<'a> {
             self.plausibility.note_record(record);
             sink(record);
         });
+        self.plausibility.note_spikes(self.stream.health().spikes);
     }
 
     /// Ends the present record after frames may have been missed. Passes to `sink` what is complete enough for a record, and

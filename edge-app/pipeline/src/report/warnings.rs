@@ -146,6 +146,7 @@ fn of_the_records(config: &Config, basis: &Basis) -> Vec<Warning> {
         used: rate_used(stream),
     }));
     warnings.extend(plausibility::signals(at_limit, config).map(Warning::AtLimit));
+    warnings.extend(basis.lines.clone());
     if basis.dropped > 0 {
         warnings.push(Warning::MadeRoom { records: basis.dropped, poses: basis.dropped_poses });
     }
@@ -215,6 +216,7 @@ mod tests {
             too_short: 0,
             doubtful_rate: false,
             scale: None,
+            lines: None,
             troubles: &troubles,
         };
         let mut expected: Vec<_> = troubles[..4].iter().cloned().map(Warning::Trouble).collect();

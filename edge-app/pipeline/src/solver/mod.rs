@@ -11,7 +11,9 @@ use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
-use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase, PlantEstimate};
+use flexid_core::identify::{
+    Acceptance, Estimate, Identifier, MAX_TONE_ROUNDS, Phase, PlantEstimate,
+};
 use flexid_core::loss::target::Target;
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::Plant;
@@ -73,6 +75,8 @@ pub struct Solver {
     plant: Option<Box<Plant>>,
     /// Estimate that holds whatever these imperfections are. `None` until it is made of the settled estimate.
     of_plant: Option<Box<PlantEstimate>>,
+    /// Whether that, and the tones of the settled estimate, have been considered.
+    is_considered: bool,
     /// Robot at the upper ends of the bounds. A record is refused if this robot has no equilibrium at its pose.
     stiffest: Bushings,
     /// State when the solver last settled.
@@ -239,6 +243,7 @@ impl Solver {
             plant: Some(Box::new(Plant::new(&config.accuracies, config.model.joints.len())))
                 .filter(|plant| !plant.is_perfect()),
             of_plant: None,
+            is_considered: false,
             stiffest,
             state: State::new(config),
             unsettled: Vec::new(),
@@ -317,6 +322,7 @@ impl Solver {
                 self.poses = self.poses_of_experiments();
                 self.unsettled.clear();
                 self.of_plant = None;
+                self.is_considered = false;
                 break;
             }
             let is_nearly_settled =
@@ -333,12 +339,36 @@ impl Solver {
         self.unsettled.is_empty()
     }
 
-    /// Refines the settled estimate together with the imperfections of the plant, if that has not been done.
+    /// Refines the settled estimate together with the imperfections of the plant, if that has not been done. Subtracts the tones
+    /// that its residuals show, and fits again.
     fn consider_plant(&mut self, stop: &Stop) {
-        let Self { identifier, experiments, plant, of_plant, deadline, .. } = self;
-        if let (Some(plant), None) = (plant, &of_plant) {
-            let go_on = || is_in_time(stop, deadline);
-            *of_plant = identifier.estimate_of_plant(experiments, plant, go_on).map(Box::new);
+        let mut rounds = 0;
+        while !self.is_considered && is_in_time(stop, &mut self.deadline) {
+            let Self { identifier, experiments, plant, of_plant, deadline, .. } = self;
+            let mut go_on = || is_in_time(stop, deadline);
+            if let Some(plant) = plant {
+                let found = identifier.estimate_of_plant(experiments, plant, &mut go_on);
+                *of_plant = found.map(Box::new);
+            }
+            let perfect = || identifier.estimate().filter(|_| plant.is_none());
+            let estimate = of_plant.as_ref().map(|of_plant| &of_plant.estimate).or_else(perfect);
+            let Some(estimate) = estimate.cloned() else { return };
+            self.is_considered = rounds == MAX_TONE_ROUNDS
+                || !identifier.subtract_tones(experiments, plant.as_deref(), &estimate);
+            if self.is_considered {
+                return;
+            }
+            rounds += 1;
+            identifier.renew(experiments);
+            while go_on() {
+                let phase = match plant {
+                    Some(plant) => identifier.step_on_plant(experiments, plant),
+                    None => identifier.step(experiments),
+                };
+                if matches!(phase, Phase::Settled | Phase::Waiting) {
+                    break;
+                }
+            }
         }
     }
 
@@ -435,6 +465,7 @@ impl Solver {
             too_short: self.too_short,
             doubtful_rate,
             scale: self.scale.warning(),
+            lines: report::lines(&self.experiments),
             troubles,
         };
         let report = report(config, sought, &estimate, &basis);

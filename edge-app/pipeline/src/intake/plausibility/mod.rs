@@ -34,7 +34,7 @@ const RARE: u64 = 131_072;
 /// Implausible readings among the newest frames. The axes are force x, y, z, then acceleration x, y, z.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Implausible {
-    /// Number of single samples far beyond their neighbours. Rare ones count as 0.
+    /// Number of single samples far beyond their neighbours, or wrong by themselves in a record. Rare ones count as 0.
     pub spikes: [u64; 6],
     /// Number of samples of windows in which this axis never changed although another moved.
     pub stuck: [u64; 6],
@@ -63,6 +63,8 @@ pub(super) struct Plausibility {
     tallies: [Tally; 2],
     rest: Option<[f64; 3]>,
     largest_force: f32,
+    /// Number of spikes in records so far.
+    in_records: [u64; 6],
 }
 
 /// Implausible readings in a stretch of frames.
@@ -71,6 +73,8 @@ struct Tally {
     /// Number of force frames.
     frames: u64,
     spikes: [u64; 6],
+    /// Number of single wrong samples that the stream has found in records, with less distance from their neighbours.
+    in_records: [u64; 6],
     stuck: [u64; 6],
     ends: [Ends; 6],
     joints: [Option<Excess>; MAX_JOINTS],
@@ -95,6 +99,7 @@ impl Plausibility {
             tallies: [Tally::default(); 2],
             rest: None,
             largest_force: 0.0,
+            in_records: [0; 6],
         }
     }
 
@@ -122,12 +127,25 @@ impl Plausibility {
         }
     }
 
+    /// Notes the number of spikes in all records so far.
+    pub(super) fn note_spikes(&mut self, in_records: [u64; 6]) {
+        for axis in 0..6 {
+            let new = in_records[axis] - self.in_records[axis];
+            self.tallies.iter_mut().for_each(|tally| tally.in_records[axis] += new);
+        }
+        self.in_records = in_records;
+    }
+
     pub(super) fn implausible(&self) -> Implausible {
         let [tally, _] = &self.tallies;
         let flat = |axis: usize| self.channels[axis].flat(&tally.ends[axis]);
         let is_rare = |spikes: u64| spikes * RARE < tally.frames;
         Implausible {
-            spikes: tally.spikes.map(|spikes| if is_rare(spikes) { 0 } else { spikes }),
+            spikes: std::array::from_fn(|axis| {
+                // Most of the former are among the latter.
+                let spikes = tally.spikes[axis].max(tally.in_records[axis]);
+                if is_rare(spikes) { 0 } else { spikes }
+            }),
             stuck: tally.stuck,
             flat: std::array::from_fn(flat),
             joints: tally.joints,

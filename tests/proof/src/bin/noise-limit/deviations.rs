@@ -87,6 +87,14 @@ pub(crate) fn prove(study: &Study, runs: usize, details: bool) -> Result<Vec<Fig
     ])
 }
 
+/// Frequencies of the tones of each record, Hz.
+fn tones(of_records: &[Vec<(f64, f64)>]) -> String {
+    let of_record = |tones: &Vec<(f64, f64)>| {
+        tones.iter().map(|(hz, _)| format!("{hz:.3}")).collect::<Vec<_>>().join(" ")
+    };
+    of_records.iter().map(of_record).collect::<Vec<_>>().join(" | ")
+}
+
 impl Outcome {
     fn identified(&self) -> impl Iterator<Item = usize> {
         (0..self.errors.len()).filter(|&index| self.found.identifies(index))
@@ -127,7 +135,7 @@ impl Outcome {
             format!("{:?} {:.1}", first.imperfection, first.value / first.prior)
         });
         eprintln!(
-            "{:5}{:6} {robot:2} {:28} {times:3.0} {:12} χ²/dof {:9.3} white {:7.1} ssp {:.3} {:2} starts, identified {:2} cover {:5.1} worst {worst:5.1} median {:.2} % right {right:2} {named}",
+            "{:5}{:6} {robot:2} {:28} {times:3.0} {:12} χ²/dof {:9.3} white {:7.1} ssp {:.3} {:2} starts, identified {:2} cover {:5.1} worst {worst:5.1} median {:.2} % right {right:2} {named} {}",
             if self.lies() { "LIE" } else { "" },
             if self.is_named() == Some(false) { "OTHER" } else { "" },
             error.name,
@@ -142,6 +150,7 @@ impl Outcome {
                 * median(
                     self.identified().map(|index| found.deviations[index]).collect::<Vec<_>>()
                 ),
+            tones(&found.tones),
         );
     }
 }

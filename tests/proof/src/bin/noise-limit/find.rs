@@ -4,7 +4,9 @@ use anyhow::{Context, Result, ensure};
 use fearless_simd::Level;
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
-use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase, PlantEstimate};
+use flexid_core::identify::{
+    Acceptance, Estimate, Identifier, MAX_TONE_ROUNDS, Phase, PlantEstimate,
+};
 use flexid_core::imperfection::Accuracies;
 use flexid_core::parameters::{Bounds, Bushings};
 use flexid_core::refine::{FoundImperfection, Plant};
@@ -34,6 +36,8 @@ pub(crate) struct Found {
     pub(crate) starts: u32,
     /// Imperfections of the plant; none if no plant was fitted.
     pub(crate) imperfections: Vec<FoundImperfection>,
+    /// Tones of each record: frequency, Hz, and amplitude, m/s².
+    pub(crate) tones: Vec<Vec<(f64, f64)>>,
 }
 
 impl Task<'_> {
@@ -70,17 +74,26 @@ pub(crate) fn find_on_plant(
     random: Xoshiro256PlusPlus,
 ) -> Result<Found> {
     let experiments = records.iter().map(|one| experiment(task.chain, &task.measurement, one));
-    let experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let mut experiments = experiments.collect::<Result<Vec<_>>>()?;
     ensure!(!experiments.is_empty(), "no record");
     let mut identifier = task.identifier(random)?;
     let mut plant = Box::new(Plant::new(accuracies, task.chain.joints().len()));
-    identifier.renew(&experiments);
-    while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
-    let starts = identifier.progress().effort.starts;
-    let found = identifier.estimate_of_plant(&experiments, &mut plant, || true);
-    let PlantEstimate { estimate, imperfections } =
-        found.context("a settled identifier without an estimate")?;
-    Ok(Found { imperfections: imperfections.to_vec(), ..Found::new(&estimate, starts) })
+    for round in 0.. {
+        identifier.renew(&experiments);
+        while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
+        let found = identifier.estimate_of_plant(&experiments, &mut plant, || true);
+        let PlantEstimate { estimate, imperfections } =
+            found.context("a settled identifier without an estimate")?;
+        if round == MAX_TONE_ROUNDS
+            || !identifier.subtract_tones(&mut experiments, Some(&plant), &estimate)
+        {
+            let starts = identifier.progress().effort.starts;
+            let tones = experiments.iter().map(|one| one.tones_hz().collect()).collect();
+            let imperfections = imperfections.to_vec();
+            return Ok(Found { imperfections, tones, ..Found::new(&estimate, starts) });
+        }
+    }
+    unreachable!("the last round returns")
 }
 
 impl Found {
@@ -104,6 +117,7 @@ impl Found {
             verdicts,
             starts,
             imperfections: Vec::new(),
+            tones: Vec::new(),
         }
     }
 

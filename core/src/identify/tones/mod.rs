@@ -1,0 +1,93 @@
+//! Tones: steady oscillations that the residuals show where noise does not explain them.
+//!
+//! The noise of a record is read while nothing is cut. Lines of hum, spindle and bearings are not known well enough from there: they leak
+//! into the whole band of a record. They are no response to the measured force. An error of the model leaves much at a resonance, too. A tone is told from it by its shape: it leaks into the bins
+//! beside it as a steady oscillation does, while the error is a part of the response to a force that differs from bin to bin. Where the
+//! peak is too weak to have a shape, or is not quite steady, it must stand in two records at the same frequency. At a narrow resonance of
+//! the model, what the model leaves looks like a tone, and nothing is taken for one.
+//!
+//! Tones are subtracted from the records (Rife and Boorstyn, "Single-tone parameter estimation from discrete-time observations", IEEE
+//! Transactions on Information Theory 20, 1974), and the fit is made again.
+
+mod candidates;
+
+use heapless::Vec;
+
+use super::{Estimate, Identifier, Phase};
+use crate::refine::{Plant, Problem};
+use crate::spectrum::{Experiment, MAX_TONES, Tone};
+use candidates::Candidate;
+
+/// Most fits that follow each other because the tones changed. Chosen: a fit that strong tones have biased shows others; the second is
+/// without that bias.
+pub const MAX_ROUNDS: u32 = 4;
+/// Most candidates of all records. Chosen: sixteen records with four each.
+const MAX_CANDIDATES: usize = 64;
+/// Change of χ² below which the fit is not made again. A change of 1 moves no parameter by more than its standard deviation.
+const SAME: f64 = 1.0;
+/// Most bins by which the frequency of a tone differs between two records.
+const APART: f64 = 0.5;
+
+impl<R> Identifier<R> {
+    /// Subtracts the tones from `experiments` that the residuals show at a settled `estimate`, which is that of `plant`, if there is one, or
+    /// else the identifier's own. Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew) and fitted
+    /// again, up to [`MAX_ROUNDS`] times. Nothing is changed where noise explains the residuals.
+    // Residuals are large: inlined, they would take room on the stack of the caller.
+    #[inline(never)]
+    pub fn subtract_tones<const B: usize>(
+        &mut self,
+        experiments: &mut [Experiment<B>],
+        plant: Option<&Plant>,
+        estimate: &Estimate,
+    ) -> bool {
+        let objects = estimate.size_objects || estimate.whiteness_objects;
+        if self.phase != Phase::Settled || !(objects || estimate.noise_too_loud) {
+            return false;
+        }
+        let mut found: Vec<(usize, f64, Candidate), MAX_CANDIDATES> = Vec::new();
+        let bins: usize = experiments.iter().map(Experiment::bins).sum();
+        for (record, experiment) in experiments.iter().enumerate() {
+            let length = experiment.length();
+            for candidate in self.candidates(experiment, plant, estimate, record, bins) {
+                let _ = found.push((record, length, candidate));
+            }
+        }
+        let recurs = |record: usize, own: f64, length: f64| {
+            found.iter().any(|(other, its_length, it)| {
+                let apart = (it.tone.periods / its_length - own / length).abs();
+                *other != record && apart * length.min(*its_length) < APART
+            })
+        };
+        let mut changed = false;
+        for (record, experiment) in experiments.iter_mut().enumerate() {
+            let own = found.iter().filter(|(of, length, it)| {
+                *of == record && (it.is_proved || recurs(record, it.tone.periods, *length))
+            });
+            let tones: Vec<Tone, MAX_TONES> = own.map(|(.., it)| it.tone).collect();
+            if tones.len() != experiment.tones.len() || experiment.change_by_tones(&tones) > SAME {
+                experiment.replace_tones(&tones);
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    /// Peaks of the residuals of one record, its tones put back, that may be tones.
+    #[inline(never)]
+    fn candidates<const B: usize>(
+        &mut self,
+        experiment: &Experiment<B>,
+        plant: Option<&Plant>,
+        estimate: &Estimate,
+        record: usize,
+        bins: usize,
+    ) -> Vec<Candidate, MAX_TONES> {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let coordinates = &estimate.coordinates;
+        let left = refinement.unexplained(&problem, coordinates, plant, experiment, record);
+        let Some(mut left) = left else { return Vec::new() };
+        experiment.tones.iter().for_each(|tone| left.add(tone, 1.0));
+        candidates::of(&mut left, 3 * bins)
+    }
+}

@@ -1,0 +1,128 @@
+//! What a model leaves of one record, bin by bin.
+
+use heapless::Vec;
+
+use super::batch::{Batch, Bins, COLUMNS};
+use super::equations::{Assembly, Equations, OF_RECORD, by_lane};
+use super::model::Model;
+use super::record::Workspace;
+use super::{Plant, Problem, Refinement};
+use crate::receptance::Response;
+use crate::receptance::lanes::{Kernel, Lanes, Precision};
+use crate::sought::Coordinates;
+use crate::spectrum::{Experiment, Spectrum};
+
+/// What a model leaves of the acceleration of one record, and the noise there.
+#[derive(Clone, Debug)]
+pub(crate) struct Unexplained<const B: usize> {
+    /// Bin number of the first bin.
+    pub(crate) first_bin: usize,
+    /// Length of the record, s.
+    pub(crate) length: f64,
+    /// Residuals along the accelerometer's axes, m/s.
+    pub(crate) residual: Spectrum<B>,
+    /// Mean square of the noise of both sensors in each bin, without lines of the acceleration, (m/s)².
+    pub(crate) noise: [Vec<f32, B>; 3],
+    /// Sum of the squares of the accelerance of all axes in each bin, 1/kg².
+    pub(crate) response: Vec<f32, B>,
+}
+
+impl Refinement {
+    /// What is left of a record of this number at some coordinates, or where a plant stands, if there is one. `None` where gravity leaves
+    /// the robot no equilibrium.
+    pub(crate) fn unexplained<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        coordinates: &Coordinates,
+        plant: Option<&Plant>,
+        experiment: &Experiment<B>,
+        record: usize,
+    ) -> Option<Unexplained<B>> {
+        let pose = &experiment.pose;
+        let model = match plant {
+            Some(plant) => plant.model(problem, pose, record),
+            None => Model::perfect(problem, coordinates, pose),
+        };
+        Some(self.workspace.unexplained(problem, &model.ok()?, experiment))
+    }
+}
+
+impl Workspace {
+    fn unexplained<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        model: &Model,
+        experiment: &Experiment<B>,
+    ) -> Unexplained<B> {
+        let (seam, _) = self.fit_seam(problem, model, experiment);
+        let mut unexplained = Unexplained {
+            first_bin: experiment.first_bin,
+            length: experiment.length(),
+            residual: Spectrum::EMPTY,
+            noise: [const { Vec::new() }; 3],
+            response: Vec::new(),
+        };
+        let Unexplained { residual, noise, response, .. } = &mut unexplained;
+        let assembly = Assembly {
+            model,
+            record: Bins::without_lines(experiment),
+            equations: Equations::All(&seam),
+            sought: problem.sought,
+            further: (),
+            normal: &mut self.record,
+            level: problem.level,
+        };
+        run(assembly, &mut |left, mean_square, squares| {
+            // There is room: the experiment has as many bins.
+            let _ = response.push(squares as f32);
+            for axis in 0..3 {
+                let _ = residual.re[axis].push(left[axis][0] as f32);
+                let _ = residual.im[axis].push(left[axis][1] as f32);
+                let _ = noise[axis].push(mean_square[axis] as f32);
+            }
+        });
+        unexplained
+    }
+}
+
+/// Takes real and imaginary part of what is left along each axis, the mean square of its noise, and the sum of the squares of the
+/// accelerance, bin by bin.
+type Take<'a> = &'a mut dyn FnMut([[f64; 2]; 3], [f64; 3], f64);
+
+/// [`Left::run`], compiled once: not again for each number of bins, in each crate.
+#[inline(never)]
+fn run(assembly: Assembly<'_, (), COLUMNS, OF_RECORD>, take: Take<'_>) {
+    f64::dispatch(assembly.level, Left { assembly, take });
+}
+
+struct Left<'a, 'b> {
+    assembly: Assembly<'a, (), COLUMNS, OF_RECORD>,
+    take: Take<'b>,
+}
+
+impl Kernel<f64> for Left<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes<Scalar = f64>>(self, like: V) {
+        let Self { assembly, take } = self;
+        let bins = assembly.record.bins();
+        let mut response = Response::new(like);
+        for first in (0..bins).step_by(V::WIDTH) {
+            let lanes = first..bins.min(first + V::WIDTH);
+            let batch = Batch::new(like, &assembly.record, assembly.model, first);
+            let unexplained = assembly.read(&mut response, &batch, lanes.clone());
+            let accelerance = by_lane(&response.per_force);
+            let noise = assembly.noise(lanes.clone());
+            for lane in 0..lanes.len() {
+                let [force, acceleration] = noise[lane];
+                let mean_square = core::array::from_fn(|axis| {
+                    let of_force = accelerance[lane][axis].iter().zip(force);
+                    acceleration[axis] + of_force.map(|(a, noise)| a.square() * noise).sum::<f64>()
+                });
+                let squares = accelerance[lane].as_flattened().iter().map(|a| a.square());
+                take(unexplained[lane], mean_square, squares.sum());
+            }
+        }
+    }
+}
