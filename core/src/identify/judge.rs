@@ -7,7 +7,7 @@ use rand_core::Rng;
 use super::branch::Tried;
 use super::decision::{self, Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
 use super::judged::{Judged, are_implausible};
-use super::minimum::{Minimum, REACHED, structure_is_beyond_noise};
+use super::minimum::{Minimum, REACHED};
 use super::{Acceptance, Identifier, Phase, Purpose};
 use crate::refine::{Plant, Problem};
 use crate::spectrum::Experiment;
@@ -37,18 +37,18 @@ impl<R: Rng> Identifier<R> {
     pub(super) fn judge_on_plant<const B: usize>(
         &mut self,
         experiments: &[Experiment<B>],
-        plant: Option<&mut Plant>,
+        mut plant: Option<&mut Plant>,
     ) {
         let purpose = mem::take(&mut self.purpose);
         let Purpose::Plant { mut found, accepted } = purpose else { return };
-        let mut plant = plant;
         let judged = plant
             .as_deref_mut()
             .and_then(|plant| self.judged_on_plant(&mut found, experiments, plant));
         found.of_plant = Some(judged.unwrap_or_else(|| Judged::of(&found.fit)));
-        if let (Some(plant), None) = (plant, accepted)
+        if let (Some(plant), Some(_)) = (plant, judged)
+            && plant.has_imperfections()
             && found.is_explained()
-            && !structure_is_beyond_noise(found.judged().whiteness)
+            && !found.whiteness_objects()
         {
             return self.correct_by(plant);
         }
@@ -71,6 +71,7 @@ impl<R: Rng> Identifier<R> {
         self.best = None;
         self.tried = Tried::default();
         self.exclusions = 0;
+        self.prolongations = 0;
     }
 
     /// The residuals that the imperfections leave. `None` if the fit has not come to a minimum, or if its imperfections are larger than
@@ -86,7 +87,8 @@ impl<R: Rng> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
         let (size, count) = plant.size();
-        if remaining.gain > REACHED || are_implausible(size, count) {
+        let is_reached = remaining.gain <= REACHED;
+        if !is_reached || are_implausible(size, count) {
             return None;
         }
         // What imperfections leave undetermined is so, however well the perfect model seems to determine it.

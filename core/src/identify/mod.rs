@@ -45,7 +45,7 @@ use crate::DOF;
 use crate::chain::Chain;
 use crate::loss::target::Target;
 use crate::parameters::Bounds;
-use crate::refine::{Outcome, Plant, Problem, Refinement};
+use crate::refine::{Correction, Outcome, Plant, Problem, Refinement};
 use crate::search::{MAX_EXPERIMENTS, Search, Strategy};
 use crate::sought::{Sought, SoughtError};
 use crate::spectrum::{Experiment, Measurement};
@@ -196,7 +196,7 @@ impl<R: Rng> Identifier<R> {
             }
         };
         self.best = None;
-        self.refinement.take_back_correction();
+        self.refinement.set_correction(&Correction::NONE);
         self.tried = Tried::default();
         self.starts = 0;
         self.prolongations = 0;
@@ -234,12 +234,13 @@ impl<R: Rng> Identifier<R> {
     }
 
     /// Adds the information of an experiment that will not be kept to that of the retired ones, if the present estimate is
-    /// consistent; returns whether it has. Call it before the [`Identifier::renew`] without that experiment.
+    /// consistent and its model perfect; returns whether it has. Call it before the [`Identifier::renew`] without that experiment.
     pub fn retire<const B: usize>(&mut self, experiment: &Experiment<B>) -> bool {
         let believed = |estimate: &&Estimate| estimate.acceptance == Acceptance::Consistent;
         let settled = self.phase == Phase::Settled;
         let Self { chain, measurement, bounds, sought, statics, refinement, estimate, .. } = self;
-        let Some(estimate) = estimate.as_ref().filter(believed).filter(|_| settled) else {
+        let may_retire = settled && !refinement.is_corrected();
+        let Some(estimate) = estimate.as_ref().filter(believed).filter(|_| may_retire) else {
             return false;
         };
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
@@ -288,7 +289,8 @@ impl<R: Rng> Identifier<R> {
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
                 if matches!(self.purpose, Purpose::Plant { .. }) {
                     let is_over = plant.as_deref_mut().is_none_or(|plant| {
-                        refinement.step_plant(&problem, experiments, plant) != Outcome::Improving
+                        refinement.step_plant_or_give_up(&problem, experiments, plant)
+                            != Outcome::Improving
                     });
                     if is_over {
                         self.judge_on_plant(experiments, plant);

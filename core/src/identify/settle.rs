@@ -61,7 +61,6 @@ impl<R> Identifier<R> {
                 .map(|(record, one)| refinement.hold_out(&problem, record, one))
                 .collect();
         }
-        refinement.take_back_correction();
         self.estimate = Some(estimate);
         self.best = None;
         self.phase = Phase::Settled;

@@ -9,7 +9,7 @@ use rand_core::Rng;
 use super::minimum::Rival;
 use super::{Acceptance, Effort, FoundBy, Identifier, Phase};
 use crate::parameters::Bounds;
-use crate::refine::Retired;
+use crate::refine::{Correction, Retired};
 use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 
@@ -36,12 +36,15 @@ pub struct Standing {
     pub(super) forgotten: u64,
     pub(super) effort: Effort,
     pub(super) found_by: FoundBy,
+    /// Imperfections of the model.
+    pub(super) correction: Correction,
 }
 
 /// Why no identifier can go on from a [`Standing`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StandingError {
-    /// It has another number of coordinates or of unknowns, one that is not finite, or a parameter outside its bounds.
+    /// It has another number of coordinates or of unknowns, one that is not finite, a parameter outside its bounds, or imperfections of
+    /// another robot.
     Coordinates,
     /// Its retired records are of another number of unknowns, or hold a number that is not finite.
     Retired,
@@ -84,7 +87,12 @@ impl Standing {
         let possible = of_rivals.all(|rival| rival.away.is_finite() && rival.gap >= 0.0);
         // Infinite where another point leaves an unknown undetermined.
         let positive = self.deviations_elsewhere.iter().all(|deviation| *deviation >= 0.0);
-        let sane = within && rivals && finite && possible && positive;
+        let sane = self.correction.is_of(sought.joints())
+            && within
+            && rivals
+            && finite
+            && possible
+            && positive;
         if sane { Ok(coordinates) } else { Err(StandingError::Coordinates) }
     }
 }
@@ -103,6 +111,7 @@ impl<R: Rng> Identifier<R> {
             forgotten: self.forgotten,
             effort: self.effort,
             found_by: estimate.found_by,
+            correction: self.refinement.correction().clone(),
         })
     }
 
@@ -124,6 +133,7 @@ impl<R: Rng> Identifier<R> {
         self.exclusions = standing.exclusions;
         self.effort = standing.effort;
         self.found_by = standing.found_by;
+        self.refinement.set_correction(&standing.correction);
         let mut minimum = self.minimum_here(experiments);
         minimum.apart = standing.apart.clone();
         minimum.deviations_elsewhere = standing.deviations_elsewhere.clone();
@@ -154,6 +164,7 @@ mod tests {
             forgotten: 0,
             effort: Effort::default(),
             found_by: FoundBy::Descent,
+            correction: Correction::NONE,
         };
         assert_eq!(good.coordinates(&sought, &bounds), Ok(sought.coordinates(&middle)));
         let changed = |change: fn(&mut Standing)| {

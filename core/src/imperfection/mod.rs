@@ -32,6 +32,7 @@ const OF_RECORDS: usize = 2;
 
 /// A sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Sensor {
     /// The force sensor.
     Force,
@@ -41,6 +42,7 @@ pub enum Sensor {
 
 /// What is off. Axes are numbered 0 to 2, joints and links from 0, base first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Imperfection {
     /// Delay of the acceleration after the force, s.
     Delay,

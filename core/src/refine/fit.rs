@@ -15,6 +15,9 @@ use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 use crate::verdict::Covariance;
 
+/// Number of a record that no correction knows.
+const UNSEEN: usize = usize::MAX;
+
 /// How well the parameters explain the records.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
@@ -171,7 +174,8 @@ impl Refinement {
         others.subtract_complement(&workspace.record, problem.seam_unknowns());
         let (step, _) = propose(&others, &problem.room(coordinates), 0.0);
         let without = problem.advance(coordinates, &step);
-        let predicted = workspace.assemble_fitted(problem, &without, record, experiment);
+        // What a correction has of this record alone, the others do not know.
+        let predicted = workspace.assemble_fitted(problem, &without, UNSEEN, experiment);
         predicted.map_or_else(|_| Agreement::default(), |it| it.agreement())
     }
 }

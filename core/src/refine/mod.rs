@@ -60,6 +60,7 @@ pub use levenberg_marquardt::Outcome;
 pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};
 use model::Model;
+pub(crate) use plant::Correction;
 pub use plant::{FoundImperfection, Plant};
 pub use problem::Problem;
 use record::Workspace;

@@ -41,7 +41,7 @@ impl Refinement {
         let pose = &experiment.pose;
         let model = match plant {
             Some(plant) => plant.model(problem, pose, record),
-            None => Model::perfect(problem, coordinates, pose),
+            None => self.workspace.model(problem, coordinates, pose, record),
         };
         Some(self.workspace.unexplained(problem, &model.ok()?, experiment))
     }

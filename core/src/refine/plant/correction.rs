@@ -7,18 +7,28 @@ use heapless::Vec;
 
 use super::Plant;
 use super::imperfect::Imperfect;
-use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
+use crate::imperfection::{self, Accuracies, Imperfection, MAX_IMPERFECTIONS};
+use crate::search::MAX_EXPERIMENTS;
 
 /// Imperfections and their values, in the unit of each.
-#[derive(Clone, Debug)]
-pub(in crate::refine) struct Correction(Vec<(Imperfection, f64), MAX_IMPERFECTIONS>);
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Correction(Vec<(Imperfection, f64), MAX_IMPERFECTIONS>);
 
 impl Correction {
     /// Of a perfect model.
-    pub(in crate::refine) const NONE: Self = Self(Vec::new());
+    pub(crate) const NONE: Self = Self(Vec::new());
 
     pub(in crate::refine) fn is_none(&self) -> bool {
         self.0.is_empty()
+    }
+
+    /// Whether a robot with so many joints can have these imperfections.
+    pub(crate) fn is_of(&self, joints: usize) -> bool {
+        let known = imperfection::all(&Accuracies::typical(), joints, MAX_EXPERIMENTS);
+        let is_known =
+            |own: &Imperfection| known.iter().any(|(imperfection, _)| imperfection == own);
+        self.0.iter().all(|(imperfection, value)| is_known(imperfection) && value.is_finite())
     }
 
     /// Adds the imperfections to a model.
@@ -34,5 +44,33 @@ impl Plant {
     pub(in crate::refine) fn correction(&self) -> Correction {
         let values = self.imperfections.all.iter().zip(&self.point.imperfections);
         Correction(values.map(|((imperfection, prior), p)| (*imperfection, prior * p)).collect())
+    }
+
+    /// Goes to these imperfections, as far as the plant can have them.
+    pub(in crate::refine) fn go_to(&mut self, correction: &Correction) {
+        for (imperfection, value) in &correction.0 {
+            let own = self.imperfections.all.iter().position(|(own, _)| own == imperfection);
+            if let Some(index) = own {
+                self.point.imperfections[index] = value / self.imperfections.all[index].1;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imperfection::Sensor;
+
+    #[test]
+    fn a_correction_is_of_a_robot() {
+        let of = |imperfection, value| Correction([(imperfection, value)].into_iter().collect());
+        assert!(Correction::NONE.is_of(2));
+        assert!(of(Imperfection::Gain(Sensor::Force, 2), 0.1).is_of(2));
+        assert!(!of(Imperfection::Gain(Sensor::Force, 3), 0.1).is_of(2));
+        assert!(!of(Imperfection::Gain(Sensor::Force, 2), f64::NAN).is_of(2));
+        assert!(
+            of(Imperfection::Mass(1), 0.1).is_of(2) && !of(Imperfection::Mass(2), 0.1).is_of(2)
+        );
     }
 }

@@ -13,11 +13,12 @@ use crate::sought::MAX_UNKNOWNS;
 use crate::spectrum::Experiment;
 
 impl Refinement {
-    /// Goes to the parameters where this refinement stands, and to no imperfection, with so many records.
+    /// Goes to the parameters where this refinement stands, with so many records, and to the imperfections of its model.
     pub(crate) fn restart_plant(&self, plant: &mut Plant, records: usize) {
         plant.point =
             Point { coordinates: self.coordinates, imperfections: [0.0; MAX_IMPERFECTIONS] };
         plant.imperfections.all = imperfection::all(&plant.accuracies, plant.joints, records);
+        plant.go_to(&self.workspace.correction);
         plant.restated = Restated::default();
         plant.crawl = Crawl::NONE;
         plant.minimiser.restart();
@@ -34,21 +35,26 @@ impl Refinement {
         !self.workspace.correction.is_none()
     }
 
-    /// From now on the model is perfect. The refinement stays where it is.
-    pub(crate) fn take_back_correction(&mut self) {
-        self.workspace.correction = Correction::NONE;
+    /// The imperfections of the model.
+    pub(crate) fn correction(&self) -> &Correction {
+        &self.workspace.correction
+    }
+
+    /// From now on the model has these imperfections. The refinement stays where it is.
+    pub(crate) fn set_correction(&mut self, correction: &Correction) {
+        self.workspace.correction.clone_from(correction);
         self.minimiser.linearised = false;
     }
 
     /// Tries one step over unknowns and imperfections, by Levenberg and Marquardt's method. The refinement stays where it is. Where the
-    /// fit has ended, accuracies that the data contradict are restated, once, and the fit goes on. A fit that crawls is given up.
+    /// fit has ended, accuracies that the data contradict are restated, once, and the fit goes on.
     pub(crate) fn step_plant<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
     ) -> Outcome {
-        let Plant { imperfections, minimiser, point, record, summary, crawl, .. } = plant;
+        let Plant { imperfections, minimiser, point, record, summary, .. } = plant;
         let domain = PlantDomain { problem, imperfections: imperfections.all.len() };
         self.minimiser.linearised = false;
         let mut objective = PlantSumOfSquares {
@@ -62,12 +68,27 @@ impl Refinement {
             summary,
         };
         let outcome = minimiser.step(&domain, &mut objective, point).unwrap_or(Outcome::Exhausted);
-        let residuals = experiments.iter().map(|experiment| 6 * experiment.bins()).sum();
-        if crawl.is_hopeless(minimiser.normal.sum_of_squares(), residuals) {
-            return Outcome::Exhausted;
-        }
         if outcome != Outcome::Improving && plant.restate_accuracies() {
+            plant.crawl = Crawl::NONE;
             return Outcome::Improving;
+        }
+        outcome
+    }
+
+    /// As [`Refinement::step_plant`]. A fit that crawls is given up, unless the data contradict accuracies.
+    pub(crate) fn step_plant_or_give_up<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+    ) -> Outcome {
+        let outcome = self.step_plant(problem, experiments, plant);
+        let residuals = experiments.iter().map(|experiment| 6 * experiment.bins()).sum();
+        let sum_of_squares = plant.minimiser.normal.sum_of_squares();
+        if outcome == Outcome::Improving && plant.crawl.is_hopeless(sum_of_squares, residuals) {
+            plant.crawl = Crawl::NONE;
+            let goes_on = plant.restate_accuracies();
+            return if goes_on { Outcome::Improving } else { Outcome::Exhausted };
         }
         outcome
     }

@@ -37,14 +37,14 @@ use crate::linear::normal::Normal;
 use crate::receptance::Filter;
 use crate::sought::MAX_UNKNOWNS;
 use columns::Imperfections;
-pub(super) use correction::Correction;
+pub(crate) use correction::Correction;
 use crawl::Crawl;
 use objective::Point;
 use restated::Restated;
 use sizes::{OF_ALL, OF_RECORD};
 
 /// Limits of a fit. Chosen: all unknowns together end within a tenth of a standard deviation of the minimum; a fit typically takes a
-/// third of these steps.
+/// sixth of these steps.
 const LIMITS: Limits = Limits { negligible: 1e-2, iterations: 60 };
 
 /// Imperfections of a plant and memory for a fit to it. It is large: a program that never makes one holds none of it.
@@ -121,6 +121,11 @@ impl Plant {
         let Accuracies { structure_translation, structure_rotation, .. } = self.accuracies;
         let is_rigid = structure_translation == 0.0 && structure_rotation == 0.0;
         is_rigid && imperfection::all(&self.accuracies, self.joints, 2).is_empty()
+    }
+
+    /// Whether the records that are fitted can have imperfections that a fit seeks.
+    pub(crate) fn has_imperfections(&self) -> bool {
+        !self.imperfections.all.is_empty()
     }
 
     /// Number of joints of the robot.

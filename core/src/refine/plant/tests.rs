@@ -318,7 +318,7 @@ fn a_corrected_model_is_that_of_the_plant() {
         let of_plant = objective.cost(&point) - priors;
         refinement.correct_by(&plant);
         let corrected = refinement.fit(&problem, &experiments).objective;
-        refinement.take_back_correction();
+        refinement.set_correction(&Correction::NONE);
         [of_plant, corrected, refinement.fit(&problem, &experiments).objective]
     });
     assert!((corrected / of_plant - 1.0).abs() < 1e-9, "{corrected} of {of_plant}");
