@@ -5,13 +5,18 @@ use rand_core::Rng;
 use super::{Effort, Identifier, Phase};
 use crate::spectrum::Experiment;
 use crate::statics::{DIAL_GAUGE, RESOLVED, StaticTest};
+use crate::verdict::fisher_exceeds;
 
 /// Most fits. Where no displacement states its noise the first is enough, but for bounds and priors.
 const ROUNDS: usize = 20;
 /// Relative change of the deviation at which it has settled. Chosen: a tenth of its own error for fifty readings.
 const SETTLED: f64 = 0.01;
-/// Least redundancy of the displacements. One alone is off by a factor of two in one of four cases.
+/// Least redundancy of the displacements: below one, none is left to estimate by.
 const LEAST_REDUNDANCY: f64 = 1.0;
+/// Standard deviations within which 95 % of a normal distribution lie.
+const WITHIN: f64 = 1.959_964;
+/// Halvings of an interval of 100 that leave less than rounding.
+const HALVINGS: u32 = 60;
 
 impl<R: Rng> Identifier<R> {
     /// Estimates the standard deviation that all displacements have which state none, and gives it to them. Call it after
@@ -25,26 +30,28 @@ impl<R: Rng> Identifier<R> {
     /// σ² ← σ² Σ r² / Σ (1 − h)
     /// ```
     ///
-    /// until it stays.
+    /// until it stays. Of a deviation that ν = Σ (1 − h) readings give, an interval of 95 % has `t_ν` standard deviations, Student's t, in
+    /// place of 1.96. The fit takes the deviation as so much larger.
     pub fn estimate_static_deviation<const B: usize>(&mut self) -> Option<f64> {
         let mut deviation = None;
         if self.statics.iter().any(has_unstated) {
-            let mut present = DIAL_GAUGE;
+            let (mut present, mut wider) = (DIAL_GAUGE, 1.0);
             for _ in 0..ROUNDS {
                 self.set_unstated(present);
-                let Some(next) = self.deviation_by_residuals::<B>(present) else {
-                    present = DIAL_GAUGE;
+                let Some([next, redundancy]) = self.deviation_by_residuals::<B>(present) else {
+                    (present, wider) = (DIAL_GAUGE, 1.0);
                     deviation = None;
                     break;
                 };
                 deviation = Some(next);
+                wider = widening(redundancy);
                 let change = next / present - 1.0;
                 present = next;
                 if change.abs() < SETTLED {
                     break;
                 }
             }
-            self.set_unstated(present);
+            self.set_unstated(wider * present);
             self.phase = Phase::Waiting;
             self.estimate = None;
             self.effort = Effort::default();
@@ -52,8 +59,8 @@ impl<R: Rng> Identifier<R> {
         deviation
     }
 
-    /// The deviation that follows from the residuals of a fit at the `present` one.
-    fn deviation_by_residuals<const B: usize>(&mut self, present: f64) -> Option<f64> {
+    /// The deviation that follows from the residuals of a fit at the `present` one, and their redundancy.
+    fn deviation_by_residuals<const B: usize>(&mut self, present: f64) -> Option<[f64; 2]> {
         let none: &[Experiment<B>] = &[];
         self.renew(none);
         while !matches!(self.step(none), Phase::Settled | Phase::Waiting) {}
@@ -66,7 +73,7 @@ impl<R: Rng> Identifier<R> {
             }
         }
         (redundancy >= LEAST_REDUNDANCY)
-            .then(|| (present * libm::sqrt(squares / redundancy)).max(RESOLVED))
+            .then(|| [(present * libm::sqrt(squares / redundancy)).max(RESOLVED), redundancy])
     }
 
     fn set_unstated(&mut self, deviation: f64) {
@@ -77,6 +84,32 @@ impl<R: Rng> Identifier<R> {
     }
 }
 
+/// `t_ν / 1.96`: the square of Student's t is Fisher's F of 1 and ν degrees of freedom.
+fn widening(freedom: f64) -> f64 {
+    let (mut lower, mut upper) = (1.0, 100.0);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (lower + upper);
+        let t = WITHIN * middle;
+        let side = if fisher_exceeds(t * t, 1.0, freedom) > 0.05 { &mut lower } else { &mut upper };
+        *side = middle;
+    }
+    upper
+}
+
 fn has_unstated(test: &StaticTest) -> bool {
     test.readings().any(|(_, reading)| !reading.is_stated)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tables of Student's t, 95 % on both sides.
+    #[test]
+    fn intervals_are_as_wide_as_those_of_student() {
+        for (freedom, t) in [(1.0, 12.706), (2.0, 4.303), (5.0, 2.571), (30.0, 2.042)] {
+            let own = WITHIN * widening(freedom);
+            assert!((own - t).abs() < 1e-3, "{freedom}: {own} for {t}");
+        }
+    }
 }
