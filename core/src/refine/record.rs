@@ -22,7 +22,7 @@ pub(super) const SMALL_SEAM: f64 = 1e-11;
 /// Imperfections of the model, and memory of an assembly.
 #[derive(Clone, Debug)]
 pub(super) struct Workspace {
-    /// Imperfections of the model.
+    /// None for a perfect model.
     pub(super) correction: Correction,
     /// Normal equations of the record that was assembled last.
     pub(super) record: RecordNormal,
