@@ -5,6 +5,7 @@ use core::mem;
 use rand_core::Rng;
 
 use super::branch::Tried;
+use super::corrected::{Corrected, OnPlant};
 use super::decision::{self, Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
 use super::judged::{Judged, are_implausible};
 use super::minimum::{Minimum, REACHED};
@@ -41,16 +42,20 @@ impl<R: Rng> Identifier<R> {
     ) {
         let purpose = mem::take(&mut self.purpose);
         let Purpose::Plant { mut found, accepted } = purpose else { return };
-        let judged = plant
+        let on_plant = plant
             .as_deref_mut()
-            .and_then(|plant| self.judged_on_plant(&mut found, experiments, plant));
+            .and_then(|plant| self.fitted_to_plant(&mut found, experiments, plant));
+        let judged = on_plant.filter(|fit| fit.is_reached).map(|fit| fit.judged);
         found.of_plant = Some(judged.unwrap_or_else(|| Judged::of(&found.fit)));
-        if let (Some(plant), Some(_)) = (plant, judged)
+        if let (Some(plant), Some(on_plant)) = (plant, on_plant)
             && plant.has_imperfections()
-            && found.is_explained()
-            && !found.whiteness_objects()
+            && on_plant.corrects(&found, self.corrected.as_ref())
         {
-            return self.correct_by(plant);
+            return self.correct_by(plant, on_plant.judged);
+        }
+        if self.corrected.is_some() {
+            // It compares with the others by its residuals in the model that all have.
+            found.of_plant = None;
         }
         if let Some(acceptance) = accepted
             && let Some(mut best) = self.best.take()
@@ -65,38 +70,42 @@ impl<R: Rng> Identifier<R> {
         self.decide(found, experiments);
     }
 
-    /// Goes on in the model with the imperfections that explain the records. What was found in the perfect model does not compare.
-    fn correct_by(&mut self, plant: &Plant) {
+    /// Goes on in the model with the imperfections of the plant. What was found in another model does not compare.
+    fn correct_by(&mut self, plant: &Plant, judged: Judged) {
         self.refinement.correct_by(plant);
+        let coordinates = *self.refinement.coordinates();
+        let replaced = self.corrected.take().map_or(0, |corrected| corrected.replaced + 1);
+        self.corrected = Some(Corrected { judged, coordinates, replaced });
         self.best = None;
         self.tried = Tried::default();
         self.exclusions = 0;
         self.prolongations = 0;
     }
 
-    /// The residuals that the imperfections leave. `None` if the fit has not come to a minimum, or if its imperfections are larger than
-    /// those of a plausible plant.
+    /// Where the fit to the plant has ended. `None` if its imperfections are larger than those of a plausible plant.
     #[inline(never)]
-    fn judged_on_plant<const B: usize>(
+    fn fitted_to_plant<const B: usize>(
         &mut self,
         found: &mut Minimum,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
-    ) -> Option<Judged> {
+    ) -> Option<OnPlant> {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
         let (size, count) = plant.size();
-        let is_reached = remaining.gain <= REACHED;
-        if !is_reached || are_implausible(size, count) {
+        if are_implausible(size, count) {
             return None;
         }
-        // What imperfections leave undetermined is so, however well the perfect model seems to determine it.
-        found.remember_deviations((0..sought.unknowns()).map(|i| fit.covariance.deviation(i)));
+        let is_reached = remaining.gain <= REACHED;
+        if is_reached {
+            // What imperfections leave undetermined is so, however well the perfect model seems to determine it.
+            found.remember_deviations((0..sought.unknowns()).map(|i| fit.covariance.deviation(i)));
+        }
         let mut judged = Judged::of(&fit);
         // Of two minima, one that needs accuracies restated is the less plausible.
         judged.objective += plant.cost_of_restating();
-        Some(judged)
+        Some(OnPlant { judged, is_reached })
     }
 
     /// A minimum that is the best one again has been judged on the plant, if that has.
@@ -120,13 +129,23 @@ impl<R: Rng> Identifier<R> {
         // These the imperfections cannot mend.
         let is_hopeless = found.contradicted || !found.is_tested();
         let is_judged = found.of_plant.is_some();
-        let is_corrected = self.refinement.is_corrected();
         !(experiments.is_empty()
             || is_alone
             || is_explained
             || is_hopeless
             || is_judged
-            || is_corrected)
+            || self.is_of_correction(found))
+    }
+
+    /// Whether a fit to the plant would lead back to the imperfections that the model has.
+    fn is_of_correction(&self, found: &Minimum) -> bool {
+        match &self.corrected {
+            Some(Corrected { coordinates, .. }) => {
+                found.is_same_place(self.refinement.distance(&self.sought, coordinates))
+            }
+            // A resumed identifier keeps the imperfections that it had.
+            None => self.refinement.is_corrected(),
+        }
     }
 
     /// Carries out the decision on a minimum, at which the refinement stands.

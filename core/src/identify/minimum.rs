@@ -30,7 +30,7 @@ const DOUBTFUL: f64 = 4.0;
 /// fifty fits.
 const MISFIT: f64 = 3.0;
 /// χ² per degree of freedom up to which the branches of a minimum are refined although noise does not explain it.
-const NEAR: f64 = 30.0;
+pub(super) const NEAR: f64 = 30.0;
 /// Two minima are equally good if their sums of squares differ by less than 1, and this part of them.
 const SAME_MINIMUM: f64 = 1e-4;
 /// Difference of the deviances below which the worse of two minima in different places may be the right one; beyond it the evidence

@@ -9,8 +9,9 @@
 //! ever on real data. Two equally good minima in different places leave the estimate unsettled: the data do not say which is right.
 //!
 //! On a plant that is not perfect, a minimum that noise does not explain is judged by the residuals that are left once the
-//! [imperfections](crate::imperfection) of the plant are fitted with the parameters from there. If they explain the records, the model
-//! has these imperfections from then on: branches and rivals of the minimum are those of that model.
+//! [imperfections](crate::imperfection) of the plant are fitted with the parameters from there. If they explain the records, or most of
+//! what noise does not, the model has these imperfections from then on: branches and rivals of the minimum are those of that model, and
+//! so are later searches, until a fit to the plant from another minimum finds better ones.
 //!
 //! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
 //! ([`crate::search`]).
@@ -19,6 +20,7 @@
 //! on any machine.
 
 mod branch;
+mod corrected;
 mod decision;
 mod descent;
 mod effort;
@@ -51,6 +53,7 @@ use crate::sought::{Sought, SoughtError};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use branch::{Branch, Tried};
+use corrected::Corrected;
 use descent::Descent;
 pub use effort::{Effort, FoundBy};
 pub use estimate::{Acceptance, Estimate};
@@ -112,6 +115,8 @@ pub struct Identifier<R> {
     /// How often in a row branches have been clearly worse since the last search.
     exclusions: u32,
     estimate: Option<Estimate>,
+    /// The fit to the plant whose imperfections the model has; `None` if it has none, or was resumed.
+    corrected: Option<Corrected>,
     /// Number of retired records that were dropped because newer ones contradict them.
     forgotten: u64,
 }
@@ -152,6 +157,7 @@ impl<R: Rng> Identifier<R> {
             tried: Tried::default(),
             exclusions: 0,
             estimate: None,
+            corrected: None,
             forgotten: 0,
         }
     }
@@ -197,6 +203,7 @@ impl<R: Rng> Identifier<R> {
         };
         self.best = None;
         self.refinement.set_correction(&Correction::NONE);
+        self.corrected = None;
         self.tried = Tried::default();
         self.starts = 0;
         self.prolongations = 0;

@@ -1,0 +1,128 @@
+//! When the search goes on in the model with the imperfections that a fit to the plant has found.
+//!
+//! Minima are compared in one model. If the perfect one leaves residuals that are many times the noise, it says little about which of two
+//! minima is right. The imperfections of a fit that has explained most of these residuals make a better one, also where a few bushings
+//! are still wrong: branches of the minimum then find these.
+
+use super::judged::Judged;
+use super::minimum::{Minimum, NEAR, RIVAL, structure_is_beyond_noise};
+use crate::refine::Fit;
+use crate::sought::Coordinates;
+
+/// Part of what noise does not explain that imperfections may leave. Chosen: it says that they explain more than they leave.
+const LEFT: f64 = 0.5;
+/// Most replacements of the imperfections of a model. Chosen: as many as searches; each needs a fit that is better beyond doubt.
+const MAX_REPLACED: u32 = 8;
+
+/// Where a fit to a plausible plant has ended.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnPlant {
+    pub(super) judged: Judged,
+    /// It has come to a minimum.
+    pub(super) is_reached: bool,
+}
+
+/// Fit to the plant whose imperfections the model has.
+#[derive(Clone, Debug)]
+pub(super) struct Corrected {
+    pub(super) judged: Judged,
+    /// Where it has ended.
+    pub(super) coordinates: Coordinates,
+    /// How often the imperfections of the model have been replaced.
+    pub(super) replaced: u32,
+}
+
+impl OnPlant {
+    /// Whether the search goes on in the model with the imperfections of this fit, which started from the minimum `found`. They explain
+    /// the records, but for a little structure: where a cut passes a resonance, the arm moves so far that its geometry adds second
+    /// harmonics, which no linear model has. Or they explain most of them, and the rest may be a few wrong bushings, which a branch finds.
+    /// The imperfections of an earlier fit give way to better ones alone.
+    pub(super) fn corrects(&self, found: &Minimum, corrected: Option<&Corrected>) -> bool {
+        let Self { judged, is_reached } = self;
+        match corrected {
+            None => {
+                let explains = *is_reached && found.is_explained();
+                explains && !structure_is_beyond_noise(judged.whiteness)
+                    || judged.explains_most_of(&found.fit)
+            }
+            Some(corrected) => {
+                corrected.replaced < MAX_REPLACED
+                    && judged.is_clearly_better_than(&corrected.judged)
+            }
+        }
+    }
+}
+
+impl Judged {
+    /// Whether these residuals, with the imperfections fitted, exceed the noise by less than [`LEFT`] of what those of `fit` do, and are
+    /// so small that a branch may be the right minimum.
+    fn explains_most_of(&self, fit: &Fit) -> bool {
+        let left = self.sum_of_squares - self.degrees_of_freedom;
+        let all = fit.sum_of_squares - fit.degrees_of_freedom;
+        left < LEFT * all && self.sum_of_squares <= NEAR * self.degrees_of_freedom
+    }
+
+    /// Whether it is better than another one beyond doubt. Where noise does not explain the residuals, errors of the model change deviances
+    /// as noise of that size would.
+    fn is_clearly_better_than(&self, other: &Self) -> bool {
+        let inflation = (self.sum_of_squares / self.degrees_of_freedom.max(1.0)).max(1.0);
+        let [own, other] = [self, other].map(|one| one.objective + one.log_information);
+        own < other - RIVAL * inflation
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::minimum::tests::minimum;
+    use super::*;
+
+    /// Of two thousand residuals.
+    fn on_plant(sum_of_squares: f64, whiteness: f64, is_reached: bool) -> OnPlant {
+        let mut minimum = minimum(sum_of_squares, 0.0);
+        minimum.fit.whiteness = whiteness;
+        OnPlant { judged: Judged::of(&minimum.fit), is_reached }
+    }
+
+    fn found(sum_of_squares: f64, on_plant: &OnPlant) -> Minimum {
+        let mut found = minimum(sum_of_squares, 0.0);
+        found.fit.ssp = [0.01; 2];
+        let judged = Judged { ssp: 0.01, ..on_plant.judged };
+        found.of_plant = on_plant.is_reached.then_some(judged);
+        found
+    }
+
+    #[test]
+    fn a_perfect_model_gives_way_to_one_that_explains_more() {
+        for (before, after, whiteness, is_reached, expected) in [
+            // Explained, but for a little structure.
+            (2100.0, 2080.0, 0.0, true, true),
+            (2100.0, 2080.0, 15.0, true, true),
+            (2100.0, 2080.0, 17.0, true, false),
+            (2100.0, 2080.0, 0.0, false, false),
+            // Most of the misfit explained, near the minimum or not.
+            (2e5, 5.9e4, 300.0, false, true),
+            (2e5, 2000.0, 20.0, true, true),
+            (1.1e5, 5.9e4, 300.0, true, false),
+            // Beyond all branches.
+            (2e5, 6.1e4, 300.0, false, false),
+        ] {
+            let on_plant = on_plant(after, whiteness, is_reached);
+            let found = found(before, &on_plant);
+            assert_eq!(on_plant.corrects(&found, None), expected, "{before} {after} {whiteness}");
+        }
+    }
+
+    /// By ten times χ² per degree of freedom, and not for ever.
+    #[test]
+    fn imperfections_give_way_to_better_ones() {
+        let judged = on_plant(4200.0, 0.0, true).judged;
+        for (after, replaced, expected) in
+            [(4170.0, 0, true), (4190.0, 0, false), (4170.0, 7, true), (4170.0, 8, false)]
+        {
+            let on_plant = on_plant(after, 0.0, false);
+            let corrected = Corrected { judged, coordinates: [0.0; _], replaced };
+            let found = found(2e5, &on_plant);
+            assert_eq!(on_plant.corrects(&found, Some(&corrected)), expected, "{after} {replaced}");
+        }
+    }
+}
