@@ -191,11 +191,13 @@ fn hysteresis_that_leaves_no_stiffness_is_refused() {
     assert!(parse("[joints]\nhysteretic = 0.3").unwrap().check_bushings(&scenario.truth).is_ok());
 }
 
+/// Step of a record of 2 kHz, s.
+const STEP: f64 = 1.0 / (2000 * STEPS) as f64;
+
 /// Real (elastic) and imaginary part (loss) of the load of these elements on one degree of freedom that moves as `sin ωt`, at the steps of
 /// a record of 2 kHz.
 fn impedance(laws: impl Iterator<Item = Law>, hz: f64) -> [f64; 2] {
-    let step = 1.0 / (2000 * STEPS) as f64;
-    let period = (1.0 / hz / step).round() as usize;
+    let period = (1.0 / hz / STEP).round() as usize;
     let mut past: Vec<Element> = laws.map(|law| Element::new(0, 0, law)).collect();
     let mut state = flexid_core::motion::State::default();
     let rest = flexid_core::motion::Coordinates::default();
@@ -204,7 +206,7 @@ fn impedance(laws: impl Iterator<Item = Law>, hz: f64) -> [f64; 2] {
         let phase = TAU * n as f64 / period as f64;
         state.elongation[0][0] = phase.sin();
         state.rate[0][0] = TAU * hz * phase.cos();
-        elements::advance(&mut past, &rest, &state, step);
+        elements::advance(&mut past, &rest, &state, STEP);
         if n > 19 * period {
             let mut loads = rest;
             elements::add_loads(&past, &rest, &state, 0.0, &mut loads);
@@ -215,6 +217,9 @@ fn impedance(laws: impl Iterator<Item = Law>, hz: f64) -> [f64; 2] {
     parts
 }
 
+/// An element is exact for an elongation that is linear within each step h. The mean of `sin ωt` over its straight lines is smaller by
+/// `(ωh)²/12` (to second order), and the load follows the elongation but for the part `k/(1 + iω/ω₀)` that has relaxed. 1e-4 of the
+/// transient is left after 19 periods.
 #[test]
 fn maxwell_elements_have_their_impedance() {
     for relaxation_hz in [0.1, 10.0, 1000.0] {
@@ -224,8 +229,10 @@ fn maxwell_elements_have_their_impedance() {
                 impedance(std::iter::once(Law::Maxwell { stiffness: k, rate }), hz);
             let ratio = hz / relaxation_hz;
             let expected = [k * ratio * ratio, k * ratio].map(|part| part / (1.0 + ratio * ratio));
+            let of_interpolation = (TAU * hz * STEP).powi(2) / 12.0 * k / ratio.hypot(1.0);
+            let apart = (real - expected[0]).hypot(imaginary - expected[1]);
             assert!(
-                (real - expected[0]).abs() < 3e-4 && (imaginary - expected[1]).abs() < 3e-4,
+                apart < of_interpolation + 1e-4,
                 "{relaxation_hz} Hz at {hz} Hz: {real} {imaginary}, {expected:?}"
             );
         }
