@@ -5,7 +5,7 @@ use std::thread;
 use flexid_core::identify::{Acceptance, Identifier, Phase, PlantEstimate};
 use flexid_core::imperfection::{Accuracies, Imperfection, Sensor};
 use flexid_core::parameters::Bushings;
-use flexid_core::refine::Plant;
+use flexid_core::refine::{Explanation, Plant};
 use flexid_core::spectrum::Experiment;
 
 use crate::common::fits::{Generator, identifier, mean_square, parameters, relative, scores};
@@ -42,7 +42,7 @@ fn finish(
 }
 
 fn assert_right(found: &PlantEstimate, truth: &Bushings, step: usize) {
-    let PlantEstimate { estimate, imperfections } = found;
+    let PlantEstimate { estimate, imperfections, explanations } = found;
     assert_eq!(estimate.acceptance, Acceptance::Consistent, "renewed after {step} steps");
     let scores = scores(&estimate.bushings, truth, &relative(estimate));
     assert!(scores.iter().all(|score| score.abs() < 4.0), "after {step}: {scores:?}");
@@ -54,6 +54,10 @@ fn assert_right(found: &PlantEstimate, truth: &Bushings, step: usize) {
         assert!((found.value - wanted).abs() < 4.0 * found.deviation, "after {step}: {found:?}");
         assert!(found.deviation < 0.5 * wanted, "after {step}: {found:?}");
     }
+    // The typical delay is a fifth of this one. The typical gain is a third.
+    let first = explanations.first().expect("an explanation");
+    assert!(first.is_contradicted() && first.share > 0.8, "after {step}: {explanations:?}");
+    assert_eq!(first.largest.imperfection, Imperfection::Delay, "after {step}: {explanations:?}");
 }
 
 /// The records are renewed after any number of steps, also while a minimum or its branch is judged on the plant: the result is right. A
@@ -80,7 +84,19 @@ fn an_identifier_goes_on_from_any_step() {
             }
         }
         assert!(step > 60, "{step} steps: too few to interrupt");
-        assert_right(&finish(&mut identifier, &experiments, &mut plant), &truth, step);
+        let found = finish(&mut identifier, &experiments, &mut plant);
+        assert_right(&found, &truth, step);
+        assert!(found.explanations.iter().all(|explanation| !explanation.is_adopted));
+        plant.adopt(true);
+        let adopted = finish(&mut identifier, &experiments, &mut plant);
+        assert_right(&adopted, &truth, step);
+        let Explanation { is_adopted, largest, times, .. } = &adopted.explanations[0];
+        assert!(*is_adopted, "{:?}", adopted.explanations);
+        // The delay is found by the records alone.
+        let delay =
+            adopted.imperfections.iter().find(|one| one.imperfection == Imperfection::Delay);
+        assert!((delay.unwrap().value - largest.value).abs() < 0.1 * largest.deviation);
+        assert!(*times > 3.0 && *times < 10.0, "{times}");
     };
     thread::Builder::new().stack_size(STACK).spawn(test).unwrap().join().unwrap();
 }

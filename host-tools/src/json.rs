@@ -6,6 +6,7 @@
 use flexid_pipeline::report::StaticReport;
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, JointIntervals, Nuisance};
 use flexid_wire::directions::WeakDirection;
+use flexid_wire::explanation::Explanation;
 use flexid_wire::finding::Finding;
 use flexid_wire::messages::Status;
 use flexid_wire::report::{Fit, JointReport, Report};
@@ -36,6 +37,7 @@ pub(crate) struct ResultJson<'a> {
 struct ConfidenceJson<'a> {
     joints: &'a [JointIntervals],
     nuisances: &'a [Nuisance],
+    explanations: Vec<ExplanationJson<'a>>,
     correlations: &'a Correlations,
     weak_directions: Vec<WithText<'a, WeakDirection>>,
     residuals: WithText<'a, Residuals>,
@@ -50,6 +52,16 @@ struct WithText<'a, T> {
     #[serde(flatten)]
     value: &'a T,
     text: String,
+}
+
+/// An explanation with its lines for people.
+#[derive(Serialize)]
+struct ExplanationJson<'a> {
+    #[serde(flatten)]
+    value: &'a Explanation,
+    text: String,
+    /// What to do. `null` if the accuracy is not contradicted.
+    remedy: Option<String>,
 }
 
 /// A status as JSON.
@@ -113,6 +125,7 @@ impl<'a> From<&'a Confidence> for ConfidenceJson<'a> {
         let Confidence {
             joints,
             nuisances,
+            explanations,
             correlations,
             weak_directions,
             residuals,
@@ -123,6 +136,7 @@ impl<'a> From<&'a Confidence> for ConfidenceJson<'a> {
         Self {
             joints,
             nuisances,
+            explanations: explanations.iter().map(ExplanationJson::from).collect(),
             correlations,
             weak_directions: weak_directions.iter().map(WithText::from).collect(),
             residuals: residuals.into(),
@@ -136,6 +150,13 @@ impl<'a> From<&'a Confidence> for ConfidenceJson<'a> {
 impl<'a, T: ToString> From<&'a T> for WithText<'a, T> {
     fn from(value: &'a T) -> Self {
         Self { value, text: value.to_string() }
+    }
+}
+
+impl<'a> From<&'a Explanation> for ExplanationJson<'a> {
+    fn from(value: &'a Explanation) -> Self {
+        let remedy = value.remedy().map(|remedy| remedy.to_string());
+        Self { value, text: value.to_string(), remedy }
     }
 }
 
@@ -156,7 +177,9 @@ impl<'a> From<&'a Status> for StatusJson<'a> {
 
 #[cfg(test)]
 mod tests {
+    use flexid_wire::accuracy::Accuracy;
     use flexid_wire::directions::Share;
+    use flexid_wire::explanation::Deviation;
     use flexid_wire::text::clipped;
     use serde_json::json;
 
@@ -173,6 +196,24 @@ mod tests {
             relative_std: Some(0.5),
             shares: [share].into_iter().collect(),
             of_nuisance: false,
+        }]
+        .into_iter()
+        .collect();
+        let deviation = Deviation {
+            entry: Accuracy::TcpM,
+            name: clipped("TCP z"),
+            unit: clipped("m"),
+            value: 3e-3,
+            std: Some(5e-5),
+            accuracy: 1e-3,
+        };
+        finding.confidence.explanations = [Explanation {
+            deviation,
+            times: 2.5,
+            share: 0.75,
+            evidence: 12.5,
+            adopted: false,
+            rivals: Default::default(),
         }]
         .into_iter()
         .collect();
@@ -208,6 +249,14 @@ mod tests {
                         [[1.8e4, 2.2e4], [1.8e4, 2.2e4], [1.8e4, 2.2e4], [1.8e4, 2.2e4], [1.8e4, 2.2e4], [1.8e4, 2.2e4]],
                 }],
                 "nuisances": [],
+                "explanations": [{
+                    "deviation": {
+                        "entry": "tcp_m", "name": "TCP z", "unit": "m", "value": 3e-3, "std": 5e-5, "accuracy": 1e-3,
+                    },
+                    "times": 2.5, "share": 0.75, "evidence": 12.5, "adopted": false, "rivals": [],
+                    "text": "TCP z 3.00 ± 0.05 mm explains 75 % of the misfit: 2.5 times its accuracy (tcp_m, 1.00 mm)",
+                    "remedy": "measure the TCP and correct it in the model, or state tcp_m as it is",
+                }],
                 "correlations": { "unknowns": [], "percent": [] },
                 "weak_directions": [{
                     "relative_std": 0.5,

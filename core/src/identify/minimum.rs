@@ -248,6 +248,12 @@ impl Minimum {
         self.remember_deviations(deviations.into_iter());
     }
 
+    /// Remembers another explanation of the records, whose unknowns lie `away`, as one that is as likely.
+    pub(super) fn remember_explanation(&mut self, away: &[f64]) {
+        let unknowns = self.fit.covariance.unknowns();
+        self.remember(away[..unknowns].iter().map(|&away| [Rival { away, gap: 0.0 }; 2]));
+    }
+
     /// Remembers the rivals of a worse minimum that lies `away`.
     pub(super) fn remember_rivals_of(&mut self, worse: &Self, away: impl Iterator<Item = f64>) {
         let gap = (worse.deviance() - self.deviance()).max(0.0);
@@ -350,7 +356,7 @@ impl Minimum {
 
     /// χ² per degree of freedom, but at least 1.
     pub(super) fn inflation(&self) -> f64 {
-        (self.fit.sum_of_squares / self.fit.degrees_of_freedom.max(1.0)).max(1.0)
+        self.fit.inflation()
     }
 
     /// Whether a point at this squared distance is the same minimum. Residuals larger than the noise make the standard

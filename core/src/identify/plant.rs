@@ -6,7 +6,7 @@ use super::judged::are_implausible;
 use super::minimum::{Minimum, structure_is_beyond_noise};
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::MAX_IMPERFECTIONS;
-use crate::refine::{FoundImperfection, Outcome, Plant, Problem};
+use crate::refine::{Explanation, FoundImperfection, MAX_EXPLANATIONS, Outcome, Plant, Problem};
 use crate::spectrum::Experiment;
 
 /// An estimate that holds whatever the imperfections of the plant are, within their accuracies.
@@ -16,6 +16,9 @@ pub struct PlantEstimate {
     pub estimate: Estimate,
     /// The most likely imperfections.
     pub imperfections: Vec<FoundImperfection, MAX_IMPERFECTIONS>,
+    /// The accuracies that the data contradict, the one that explains most of the misfit first. If there is none, what explains most
+    /// within its accuracy.
+    pub explanations: Vec<Explanation, MAX_EXPLANATIONS>,
 }
 
 impl<R> Identifier<R> {
@@ -39,21 +42,27 @@ impl<R> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.restart_at(&settled.coordinates);
         refinement.restart_plant(plant, experiments.len());
-        loop {
+        let (fit, remaining) = loop {
             if !go_on() {
                 return None;
             }
-            if refinement.step_plant(&problem, experiments, plant) != Outcome::Improving {
-                break;
+            if refinement.step_plant(&problem, experiments, plant) == Outcome::Improving {
+                continue;
             }
-        }
-        let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
+            let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
+            if !plant.adopt_explanations(&problem, fit.inflation()) {
+                break (fit, remaining);
+            }
+        };
         let (size, count) = plant.size();
         let are_plausible = !are_implausible(size, count);
         let coordinates = *refinement.coordinates();
         let mut minimum = Minimum::new(coordinates, settled.found_by, fit, &remaining, sought);
         minimum.apart.clone_from(&settled.apart);
         minimum.deviations_elsewhere.clone_from(&settled.deviations_elsewhere);
+        let explanations = plant.explain(&problem, minimum.inflation(), &mut |shift| {
+            minimum.remember_explanation(shift)
+        });
         minimum.spread(sought);
         // The trust in an estimate multiplies its deviations by the inflation.
         let inflation = libm::sqrt(minimum.inflation());
@@ -95,6 +104,6 @@ impl<R> Identifier<R> {
         estimate.is_robust = robust.is_some() && are_plausible;
         let imperfections = plant.found();
         refinement.restart_at(&settled.coordinates);
-        Some(PlantEstimate { estimate, imperfections })
+        Some(PlantEstimate { estimate, imperfections, explanations })
     }
 }

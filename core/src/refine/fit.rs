@@ -52,6 +52,11 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// χ² per degree of freedom, but at least 1.
+    pub(crate) fn inflation(&self) -> f64 {
+        (self.sum_of_squares / self.degrees_of_freedom.max(1.0)).max(1.0)
+    }
+
     /// Takes the errors as those of a point that lies `step` short of the minimum: their mean squares are the covariance of
     /// the minimum and the square of the way there.
     pub(crate) fn widen(&mut self, sought: &Sought, step: &[f64]) {

@@ -61,7 +61,7 @@ pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};
 use model::Model;
 pub(crate) use plant::Correction;
-pub use plant::{FoundImperfection, Plant};
+pub use plant::{Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Plant};
 pub use problem::Problem;
 use record::Workspace;
 pub use residuals::Agreement;

@@ -8,6 +8,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::directions::{MAX_DIRECTIONS, WeakDirection};
+use crate::explanation::{Explanation, MAX_EXPLANATIONS};
 use crate::report::{MAX_JOINTS, Verdict};
 use crate::residuals::Residuals;
 use crate::text::{Label, Name};
@@ -33,6 +34,8 @@ pub struct Confidence {
     pub joints: Vec<JointIntervals, MAX_JOINTS>,
     /// Nuisances that were sought, then imperfections that the data show, as many as fit.
     pub nuisances: Vec<Nuisance, MAX_NUISANCES>,
+    /// Accuracies that the data contradict, the one that explains most of the misfit first. If there is none: what explains most of it.
+    pub explanations: Vec<Explanation, MAX_EXPLANATIONS>,
     /// Correlations between the unknowns.
     pub correlations: Correlations,
     /// Combinations of unknowns that these poses determine badly or not at all, the worst first.

@@ -85,6 +85,7 @@ mod tests {
                 joints: Default::default(),
                 nuisances: Default::default(),
                 correlations: Correlations { unknowns: Vec::new(), percent: Vec::new() },
+                explanations: Default::default(),
                 weak_directions: Default::default(),
                 residuals,
                 held_out: Default::default(),

@@ -9,7 +9,7 @@ use core::fmt;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Largest length of the message in one frame, bytes. The fullest finding takes about 33,800.
+/// Largest length of the message in one frame, bytes. The fullest finding takes about 36,500.
 pub const MAX_FRAME: usize = 36_864;
 /// Length of the prefix before each message, bytes.
 pub const PREFIX: usize = 4;

@@ -8,6 +8,7 @@
 //! | [`finding`]                   | a report and its confidence                                          |
 //! | [`report`], [`warning`]       | the identified parameters, and warnings about them                   |
 //! | [`confidence`], [`residuals`], [`directions`] | how far to trust them                                |
+//! | [`explanation`], [`accuracy`] | what is off on the robot, by the records                             |
 //! | [`state`]                     | what the daemon waits for                                            |
 //! | [`implausible`], [`misfits`], [`rate`], [`trouble`], [`unused`] | what warnings and states name       |
 //! | [`framing`]                   | messages on a byte stream, length first, bounded                     |
@@ -18,9 +19,11 @@
 //! people, which the daemon and the tools share.
 #![no_std]
 
+pub mod accuracy;
 pub mod bits;
 pub mod confidence;
 pub mod directions;
+pub mod explanation;
 pub mod finding;
 pub mod framing;
 pub mod implausible;

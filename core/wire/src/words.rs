@@ -37,6 +37,53 @@ impl<T: fmt::Display> fmt::Display for Enumeration<'_, T> {
     }
 }
 
+/// A value with its standard deviation and unit: `3.12 ± 0.05 mm`. Without a unit it is a part, `2.1 ± 0.2 %`. The unit has the prefix that
+/// suits the larger of the two. The last digit is the one in which the standard deviation is 1.5 to 15.
+pub(crate) struct Measured<'a> {
+    pub(crate) value: f64,
+    /// `None` if there is none: the value then has three digits.
+    pub(crate) std: Option<f64>,
+    pub(crate) unit: &'a str,
+}
+
+const PREFIXES: [(f64, &str); 5] = [(1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ")];
+/// Prefix of what is smaller.
+const LEAST: (f64, &str) = (1e-9, "n");
+/// Part of a prefix from which on three digits show all of it: 999.9 µm is 1.00 mm.
+const FULL: f64 = 0.9995;
+/// Least standard deviation in units of the last digit.
+const LAST: f64 = 1.5;
+/// Value of three digits in that of the last digit that is shown.
+const OF_THREE_DIGITS: f64 = 66.0;
+/// Most digits behind the decimal point.
+const DIGITS: usize = 6;
+
+impl fmt::Display for Measured<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { value, std, unit } = *self;
+        let (scale, prefix, unit) = match unit {
+            "" => (0.01, "", "%"),
+            unit => {
+                let size = value.abs().max(std.unwrap_or(0.0));
+                let (scale, prefix) =
+                    PREFIXES.into_iter().find(|(scale, _)| size >= FULL * scale).unwrap_or(LEAST);
+                (scale, prefix, unit)
+            }
+        };
+        let (value, std) = (value / scale, std.map(|std| std / scale));
+        let (mut last, mut digits) = (std.unwrap_or(value.abs() / OF_THREE_DIGITS), 0);
+        while last < LAST && digits < DIGITS {
+            last *= 10.0;
+            digits += 1;
+        }
+        write!(f, "{value:.digits$}")?;
+        if let Some(std) = std {
+            write!(f, " ± {std:.digits$}")?;
+        }
+        write!(f, " {prefix}{unit}")
+    }
+}
+
 /// Writes the separator before the part `index` of `parts`.
 fn separate(f: &mut fmt::Formatter<'_>, index: usize, parts: usize) -> fmt::Result {
     f.write_str(match index {
@@ -59,6 +106,25 @@ mod tests {
             [0, 1, 2].map(|number| Count(number, "record").to_string()),
             ["0 records", "1 record", "2 records"]
         );
+    }
+
+    #[test]
+    fn measured_values_have_the_digits_of_their_deviation() {
+        for (value, std, unit, expected) in [
+            (3.124e-4, Some(2.1e-5), "s", "312 ± 21 µs"),
+            (3.124e-3, Some(1.2e-5), "m", "3.124 ± 0.012 mm"),
+            (-1.2e-9, Some(2e-3), "rad", "-0 ± 2 mrad"),
+            (0.0213, Some(0.002), "", "2.1 ± 0.2 %"),
+            (-0.898, Some(0.04), "", "-90 ± 4 %"),
+            (1600.0, Some(f64::INFINITY), "Hz", "0 ± inf MHz"),
+            (3000.0, None, "Hz", "3.00 kHz"),
+            (5e-6, None, "s", "5.00 µs"),
+            (1e-3 * (1.0 - 1e-15), None, "m", "1.00 mm"),
+            (4e-8, None, "1/s", "40.0 n1/s"),
+            (0.0, None, "m", "0.000000 nm"),
+        ] {
+            assert_eq!(Measured { value, std, unit }.to_string(), expected);
+        }
     }
 
     #[test]

@@ -5,8 +5,10 @@
 
 use std::fmt::Debug;
 
+use flexid_wire::accuracy::Accuracy;
 use flexid_wire::confidence::*;
 use flexid_wire::directions::*;
+use flexid_wire::explanation::*;
 use flexid_wire::finding::Finding;
 use flexid_wire::framing::{self, FRAME_BUFFER, MAX_FRAME, PREFIX};
 use flexid_wire::messages::*;
@@ -20,13 +22,14 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 6] = [
+const SCHEMA_KEYS: [(u16, [u8; 8]); 7] = [
     (1, [27, 84, 154, 181, 40, 115, 78, 33]),
     (2, [228, 103, 188, 121, 18, 38, 118, 136]),
     (3, [199, 205, 85, 206, 40, 25, 67, 64]),
     (4, [36, 217, 217, 145, 110, 216, 69, 235]),
     (5, [18, 126, 187, 58, 40, 160, 246, 102]),
     (6, [168, 115, 231, 10, 187, 215, 178, 22]),
+    (7, [39, 96, 216, 152, 33, 231, 2, 87]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
@@ -104,11 +107,28 @@ fn confidence() -> Confidence {
             .collect(),
         of_nuisance: true,
     };
+    let deviation = |entry, std| Deviation {
+        entry,
+        name: clipped("TCP z"),
+        unit: clipped("m"),
+        value: 0.5,
+        std,
+        accuracy: 0.25,
+    };
+    let explanation = Explanation {
+        deviation: deviation(Accuracy::TcpM, Some(0.125)),
+        times: 2.0,
+        share: 0.75,
+        evidence: 8.0,
+        adopted: true,
+        rivals: [deviation(Accuracy::StiffnessOfRecord, None)].into_iter().collect(),
+    };
     let held_out =
         HeldOut { pose: [1.0, 2.0].into_iter().collect(), frac: [1.0, 0.5, 0.25], vaf: [-1.0; 3] };
     Confidence {
         joints: [joint].into_iter().collect(),
         nuisances: [nuisance].into_iter().collect(),
+        explanations: [explanation].into_iter().collect(),
         correlations: Correlations {
             unknowns: unknowns.into_iter().map(clipped).collect(),
             percent: [-100, 0, 99].into_iter().collect(),
@@ -230,7 +250,7 @@ fn from_edge_bus_health() {
 fn from_edge_finding() {
     frozen(
         FromEdge::Finding(Finding { report: report(), confidence: confidence() }),
-        "f5010000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
+        "4c020000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
          0000000000000840 0000000000001040 0000000000001440 0000000000001840 \
          01000000000000e03f 00 01000000000000d03f 01000000000000f03f \
          010000000000000040 00 000201000002 9a9999999999b93f 9a9999999999c93f \
@@ -241,6 +261,9 @@ fn from_edge_finding() {
          01 076a6f696e745f31 01000000000000e03f0000000000000040 00 00 00 00 00 \
          00 00 00 00 00 01000000000000d03f0000000000001040 01 0564656c6179 0173 000000000000e03f \
          01000000000000d03f 010000000000000000000000000000f03f 00 \
+         01 0c 05544350207a 016d 000000000000e03f 01000000000000c03f 000000000000d03f \
+         0000000000000040 000000000000e83f 0000000000002040 01 \
+         01 17 05544350207a 016d 000000000000e03f 00 000000000000d03f \
          03 146a6f696e745f312074782073746966666e657373 126a6f696e745f3120727a2064616d70696e67 \
          0564656c6179 03 9c 00 63 01 01000000000000e03f 02 126a6f696e745f3120727a2064616d70696e67 \
          0000403f 0564656c6179 000000bf 01 000000000000f43f 000000000000f83f 00 01 08 \
@@ -340,6 +363,13 @@ fn fullest_confidence() -> Confidence {
         shares: std::iter::repeat_n(Share { name: full(), weight: 1.0 }, MAX_SHARES).collect(),
         of_nuisance: true,
     };
+    let deviation =
+        Deviation { name: full(), unit: full(), ..some.explanations[0].deviation.clone() };
+    let explanation = Explanation {
+        rivals: std::iter::repeat_n(deviation.clone(), MAX_RIVALS).collect(),
+        deviation,
+        ..some.explanations[0]
+    };
     let held_out = HeldOut {
         pose: std::iter::repeat_n(1.0, MAX_JOINTS).collect(),
         ..some.held_out[0].clone()
@@ -351,6 +381,7 @@ fn fullest_confidence() -> Confidence {
             unknowns: std::iter::repeat_n(full(), MAX_UNKNOWNS).collect(),
             percent: std::iter::repeat_n(-100, MAX_PAIRS).collect(),
         },
+        explanations: std::iter::repeat_n(explanation, MAX_EXPLANATIONS).collect(),
         weak_directions: std::iter::repeat_n(direction, MAX_DIRECTIONS).collect(),
         held_out: std::iter::repeat_n(held_out, MAX_HELD_OUT).collect(),
         retired: u64::MAX,

@@ -5,6 +5,8 @@
 use std::fmt::{Debug, Display};
 use std::str::Lines;
 
+use flexid_wire::accuracy::Accuracy;
+use flexid_wire::explanation::Deviation;
 use flexid_wire::implausible::*;
 use flexid_wire::misfits::*;
 use flexid_wire::rate::*;
@@ -158,7 +160,19 @@ fn warnings() -> Vec<Warning> {
             lines: [line(50.0, 0.015, 3), line(167.79, 0.25, 1)].into_iter().collect(),
             more: 1,
         },
+        Warning::Contradicted { deviation: tcp(), times: 3.125, rivals: 2 },
     ]
+}
+
+fn tcp() -> Deviation {
+    Deviation {
+        entry: Accuracy::TcpM,
+        name: clipped("TCP z"),
+        unit: clipped("m"),
+        value: 3.125e-3,
+        std: Some(0.0625e-3),
+        accuracy: 1e-3,
+    }
 }
 
 fn states() -> Vec<State> {

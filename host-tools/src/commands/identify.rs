@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
+use flexid_core::imperfection::Accuracies;
 use flexid_edge::console::print;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
@@ -27,6 +28,9 @@ pub(super) struct Args {
     /// where [static] tests are enough
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
+    /// Adopt what explains the records: take each accuracy that they contradict as worse, and fit again
+    #[arg(long)]
+    explain: bool,
     /// Write the result as JSON
     #[arg(long, value_name = "OUT.json")]
     json: Option<PathBuf>,
@@ -37,10 +41,14 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     // All input is checked before the work begins, so that no work is wasted.
-    let config = match args.logs.as_slice() {
+    let mut config = match args.logs.as_slice() {
         [] => Config::load_statics(&args.config)?,
         _ => Config::load(&args.config)?,
     };
+    if args.explain {
+        can_explain(args, &config)?;
+        config.adopts_explanations = true;
+    }
     let truth = args.truth.as_deref().map(|file| truth::load(file, &config)).transpose()?;
     let scenario = match (&truth, &config.scenario) {
         (Some(_), Some(file)) => Some(Scenario::load(file, &config.model)?),
@@ -71,6 +79,20 @@ pub(super) fn run(args: &Args) -> Result<()> {
     match broken {
         Some(error) => Err(error),
         None => Ok(printed?),
+    }
+}
+
+/// Whether there are records, and accuracies that they may contradict.
+fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
+    let bad = |message: &str| Err(BadInput::new(&args.config, message));
+    if args.logs.is_empty() {
+        bad("--explain explains records: name a LOG of candump -L")
+    } else if config.accuracies == Accuracies::default() {
+        bad(
+            "--explain needs an accuracy that may be wrong, and [accuracy] is perfect: leave out assume = \"perfect\"",
+        )
+    } else {
+        Ok(())
     }
 }
 

@@ -2,6 +2,7 @@
 
 use flexid_pipeline::text::count;
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance};
+use flexid_wire::explanation::Explanation;
 
 use crate::show::verdict::verdict;
 
@@ -15,10 +16,18 @@ pub(super) const INDENT: usize = 13;
 /// One paragraph for each part of the confidence that is not empty.
 pub(crate) fn lines(confidence: &Confidence) -> String {
     let Confidence {
-        nuisances, correlations, weak_directions, residuals, held_out, retired, ..
+        nuisances,
+        explanations,
+        correlations,
+        weak_directions,
+        residuals,
+        held_out,
+        retired,
+        ..
     } = confidence;
     let paragraphs = [
         ("residuals", vec![residuals.to_string()]),
+        ("explained", explanations.iter().flat_map(explanation).collect()),
         ("held out", prediction(held_out).into_iter().collect()),
         ("retired", retirement(*retired).into_iter().collect()),
         ("weak", weak_directions.iter().map(ToString::to_string).collect()),
@@ -72,6 +81,13 @@ fn strongest(correlations: &Correlations) -> Vec<String> {
     lines
 }
 
+/// What it is, what explains as much, and what to do.
+fn explanation(explanation: &Explanation) -> impl Iterator<Item = String> {
+    let alternatives = explanation.alternatives().map(|rivals| format!("  {rivals}"));
+    let remedy = explanation.remedy().map(|remedy| format!("  {remedy}"));
+    std::iter::once(explanation.to_string()).chain(alternatives).chain(remedy)
+}
+
 fn calibration(nuisance: &Nuisance) -> String {
     let Nuisance { name, unit, value, interval, verdict: own, .. } = nuisance;
     let number = |value: f64| {
@@ -86,7 +102,9 @@ fn calibration(nuisance: &Nuisance) -> String {
 
 #[cfg(test)]
 mod tests {
+    use flexid_wire::accuracy::Accuracy;
     use flexid_wire::directions::{Share, WeakDirection};
+    use flexid_wire::explanation::Deviation;
     use flexid_wire::report::Verdict;
     use flexid_wire::residuals::{Meaning, Residuals};
     use flexid_wire::text::clipped;
@@ -101,6 +119,25 @@ mod tests {
             std: None,
             interval: (lower < upper).then_some([lower, upper]),
             verdict: if lower < upper { Verdict::Identified } else { Verdict::NotObservable },
+        }
+    }
+
+    fn explanation([name, rival]: [&str; 2], evidence: f64) -> Explanation {
+        let deviation = |name: &str| Deviation {
+            entry: Accuracy::TcpM,
+            name: clipped(name),
+            unit: clipped("m"),
+            value: 2e-3,
+            std: Some(4e-4),
+            accuracy: 1e-3,
+        };
+        Explanation {
+            deviation: deviation(name),
+            times: 2.2,
+            share: 0.6,
+            evidence,
+            adopted: false,
+            rivals: (!rival.is_empty()).then(|| deviation(rival)).into_iter().collect(),
         }
     }
 
@@ -129,6 +166,9 @@ mod tests {
             ]
             .into_iter()
             .collect(),
+            explanations: [explanation(["TCP z", "TCP y"], 12.0), explanation(["TCP x", ""], 0.0)]
+                .into_iter()
+                .collect(),
             correlations: Correlations {
                 unknowns: ["a", "b", "c", "d", "e", "f", "g"].into_iter().map(clipped).collect(),
                 percent: percent.into_iter().collect(),
@@ -147,6 +187,10 @@ mod tests {
         };
         let expected = "\
 residuals    noise explains them (χ²/dof 1.00, whiteness 0.5)
+explained    TCP z 2.0 ± 0.4 mm explains 60 % of the misfit: 2.2 times its accuracy (tcp_m, 1.00 mm)
+               as likely: TCP y 2.0 ± 0.4 mm
+               measure the TCP and correct it in the model, or state tcp_m as it is
+             TCP x 2.0 ± 0.4 mm explains 60 % of the misfit: within its accuracy (tcp_m, 1.00 mm)
 held out     each of 2 records predicted from the others: FRAC 99.00 % (worst 50.00 %), VAF 97.00 % (worst -60.00 %)
 retired      24 older records, no longer kept: their information is in the numbers
 weak         a and b trade off in these poses (not determined at all)
@@ -163,6 +207,7 @@ calibration  delay 3.00e-4 s (2.90e-4 s to 3.10e-4 s), identified
         assert_eq!(lines(&confidence), expected);
         let nothing = Confidence {
             nuisances: Default::default(),
+            explanations: Default::default(),
             correlations: Correlations {
                 unknowns: Default::default(),
                 percent: Default::default(),

@@ -179,6 +179,7 @@ pub(crate) mod tests {
                     unknowns: Default::default(),
                     percent: Default::default(),
                 },
+                explanations: Default::default(),
                 weak_directions: Default::default(),
                 residuals: Residuals {
                     consistency: 1.0,

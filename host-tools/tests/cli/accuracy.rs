@@ -2,7 +2,9 @@
 
 use std::fs;
 
-use crate::setup::{edit, flexid, folder, identified, json};
+use serde_json::Value;
+
+use crate::setup::{edit, flexid, folder, identified, json, stderr};
 
 /// Everything is off by about one standard deviation of the typical accuracies.
 const PLANT: &str = "
@@ -70,4 +72,77 @@ fn stated_accuracies_make_an_imperfect_plant_useful() {
     let delay = nuisances.iter().find(|nuisance| nuisance["name"] == "delay").unwrap();
     let [value, std] = ["value", "std"].map(|key| delay[key].as_f64().unwrap());
     assert!((value - 15e-6).abs() < 4.0 * std && std < 1e-5, "{delay}");
+}
+
+/// A TCP that is 12 mm off, and a delay of 120 µs: twelve and six times the typical accuracies.
+const WRONG: &str = "
+[tool]
+tcp_m = [0.0, 0.0, 0.012]
+[accelerometer.clock]
+late_s = 120e-6
+";
+
+/// Both errors are named before all else with their size, in JSON, text and a warning; `--explain` adopts them.
+#[test]
+fn what_is_off_is_explained_and_adopted() {
+    let folder = folder();
+    fs::write(folder.path().join("plant.toml"), WRONG).unwrap();
+    let edge = folder.path().join("edge.toml");
+    let typical = || edit(&edge, "assume = \"perfect\"", "");
+    let (table, found) = identified(folder.path(), "--plant plant.toml", typical);
+    check_explanations(&found, false);
+    assert!(table.contains("explained    delay 1"), "{table}");
+    assert!(
+        table.contains("or seek delay_s in [calibration], or state delay_s as it is"),
+        "{table}"
+    );
+    let kinds = found["warning_kinds"].as_array().unwrap();
+    assert_eq!(kinds[0]["contradicted"]["deviation"]["entry"], "delay_s", "{kinds:?}");
+
+    let output = flexid(folder.path(), "identify --config edge.toml o.log --json o.json --explain");
+    assert!(output.status.success(), "{}", stderr(&output));
+    check_explanations(&json(folder.path(), "o.json"), true);
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        table.contains("adopted, ") && table.contains("36 of 36 parameters identified"),
+        "{table}"
+    );
+}
+
+fn check_explanations(found: &Value, adopted: bool) {
+    let explanations = found["confidence"]["explanations"].as_array().unwrap();
+    for (explanation, (entry, value)) in
+        explanations.iter().zip([("delay_s", 120e-6), ("tcp_m", 12e-3)])
+    {
+        let deviation = &explanation["deviation"];
+        assert_eq!(
+            (&deviation["entry"], &explanation["adopted"]),
+            (&entry.into(), &adopted.into())
+        );
+        let [found, std] = ["value", "std"].map(|key| deviation[key].as_f64().unwrap());
+        assert!((found - value).abs() < 3.0 * std && std < 0.1 * value, "{explanation}");
+        assert!(explanation["evidence"].as_f64().unwrap() > 10.0, "{explanation}");
+    }
+    assert_eq!(explanations.len(), 2, "{explanations:?}");
+    // The delay comes first: it explains nearly all.
+    assert!(explanations[0]["share"].as_f64().unwrap() > 0.9, "{explanations:?}");
+}
+
+#[test]
+fn nothing_to_explain_is_a_mistake() {
+    let folder = folder();
+    let simulated = flexid(folder.path(), "simulate --config edge.toml --candump o.log");
+    assert!(simulated.status.success());
+    let refused = |logs: &str, message: &str| {
+        let command = format!("identify --config edge.toml {logs} --explain");
+        let output = flexid(folder.path(), &command);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains(message), "{}", stderr(&output));
+    };
+    refused(
+        "o.log",
+        "edge.toml: --explain needs an accuracy that may be wrong, and [accuracy] is perfect",
+    );
+    edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "");
+    refused("", "edge.toml: --explain explains records: name a LOG of candump -L");
 }

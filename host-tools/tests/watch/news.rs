@@ -67,6 +67,7 @@ fn confidence() -> Confidence {
         joints: [joint].into_iter().collect(),
         nuisances: Default::default(),
         correlations: serde_json::from_str(r#"{"unknowns": ["a", "b"], "percent": [97]}"#).unwrap(),
+        explanations: Default::default(),
         weak_directions: Default::default(),
         residuals: Residuals {
             consistency: 1.01,

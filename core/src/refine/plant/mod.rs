@@ -14,11 +14,16 @@
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | base and links that give way                                    |
 //! | `restated`                      | accuracies that the data contradict                             |
+//! | `diagnosis`                     | which of them are wrong, and what explains as much              |
+//! | `explanation`, `evidence`       | the misfit as a function of the imperfections                   |
 
 mod change;
 mod columns;
 mod correction;
 mod crawl;
+mod diagnosis;
+mod evidence;
+mod explanation;
 mod fit;
 pub(super) mod imperfect;
 mod jackknife;
@@ -39,6 +44,7 @@ use crate::sought::MAX_UNKNOWNS;
 use columns::Imperfections;
 pub(crate) use correction::Correction;
 use crawl::Crawl;
+pub use diagnosis::{Explanation, MAX_EXPLANATIONS, MAX_RIVALS};
 use objective::Point;
 use restated::Restated;
 use sizes::{OF_ALL, OF_RECORD};
@@ -58,6 +64,8 @@ pub struct Plant {
     point: Point,
     /// Accuracies that the data contradict.
     restated: Restated,
+    /// Whether a fit takes the accuracies as those that explain the records best.
+    adopts: bool,
     /// How far the last steps have come.
     crawl: Crawl,
     /// Normal equations of the record that was assembled last.
@@ -106,6 +114,7 @@ impl Plant {
                 imperfections: [0.0; MAX_IMPERFECTIONS],
             },
             restated: Restated::default(),
+            adopts: false,
             crawl: Crawl::NONE,
             record: Normal::new(),
             whole: Normal::new(),
@@ -114,6 +123,12 @@ impl Plant {
             deviations: [1.0; MAX_IMPERFECTIONS],
             joints,
         }
+    }
+
+    /// Whether estimates of this plant from now on adopt what explains the records: an accuracy that they contradict is taken as worse by
+    /// as much as makes them most likely, and the fit is made again.
+    pub fn adopt(&mut self, adopts: bool) {
+        self.adopts = adopts;
     }
 
     /// Whether nothing is off, in any number of records.

@@ -10,20 +10,31 @@
 //!
 //! This is one step of empirical Bayes (Carlin and Louis, _Bayes and Empirical Bayes Methods for Data Analysis_, 2000, chapter 3).
 //! Further steps would leave all of what several kinds explain alike to one of them: all masses and all gains, say.
+//!
+//! A plant that adopts explanations then takes τ of each kind from its evidence ([`diagnosis`](super::diagnosis)): that of a kind that
+//! is contradicted, and 1 of all others. The fit is made again, until τ stays.
 
 use super::Plant;
 use crate::imperfection::{Imperfection, KINDS};
+use crate::refine::Problem;
+
+/// How often explanations are adopted. Chosen: of errors ten times their accuracy, the first adoption changes τ by a tenth, the next ones
+/// by less.
+const MAX_ADOPTIONS: u32 = 3;
+/// Change of τ below which it stays. Chosen: what a prior adds to the information then changes by less than half.
+const SAME: f64 = 1.2;
 
 /// Factor τ of each kind.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Restated {
     factors: [f64; KINDS],
     is_done: bool,
+    adoptions: u32,
 }
 
 impl Default for Restated {
     fn default() -> Self {
-        Self { factors: [1.0; KINDS], is_done: false }
+        Self { factors: [1.0; KINDS], is_done: false, adoptions: 0 }
     }
 }
 
@@ -47,26 +58,46 @@ impl Plant {
             *sum_of_squares += p * p;
             *count += 1.0;
         }
-        self.restated.factors = kinds.map(factor);
         self.restated.is_done = true;
-        let are_contradicted = self.restated.factors.iter().any(|factor| *factor > 1.0);
+        let factors = kinds.map(factor);
+        let are_contradicted = factors.iter().any(|factor| *factor > 1.0);
         if are_contradicted {
-            self.scale_accuracies();
-            self.minimiser.restart();
+            self.restate(factors);
         }
         are_contradicted
     }
 
-    /// Multiplies the standard deviation of each imperfection by τ. Its value stays as it is.
-    fn scale_accuracies(&mut self) {
-        let Self { imperfections, point, restated, .. } = self;
+    /// Adopts what explains the records where the fit has ended, if the plant does so. `inflation` is χ² per degree of freedom there, at
+    /// least 1. Returns whether that changes an accuracy; the fit then goes on from there.
+    pub(crate) fn adopt_explanations(&mut self, problem: &Problem<'_>, inflation: f64) -> bool {
+        if !self.adopts || self.restated.adoptions == MAX_ADOPTIONS {
+            return false;
+        }
+        let mut factors = [1.0; KINDS];
+        for explanation in self.explain(problem, inflation, &mut |_| {}) {
+            factors[explanation.largest.imperfection.kind()] = explanation.times;
+        }
+        let stays = |(new, old): (&f64, &f64)| (1.0 / SAME..SAME).contains(&(new / old));
+        if factors.iter().zip(&self.restated.factors).all(stays) {
+            return false;
+        }
+        self.restated.adoptions += 1;
+        self.restate(factors);
+        true
+    }
+
+    /// Takes these as τ. Each imperfection keeps its value.
+    fn restate(&mut self, factors: [f64; KINDS]) {
+        let Self { imperfections, point, restated, minimiser, .. } = self;
         for ((imperfection, deviation), p) in
             imperfections.all.iter_mut().zip(&mut point.imperfections)
         {
-            let by = restated.factor(*imperfection);
+            let by = factors[imperfection.kind()] / restated.factor(*imperfection);
             *deviation *= by;
             *p /= by;
         }
+        restated.factors = factors;
+        minimiser.restart();
     }
 
     /// How far the imperfections are from those of a plausible plant where the last fit has ended, and their number: minus twice the

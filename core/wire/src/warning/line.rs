@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::{BoundsAdvice, End, Line, OnBound, OnBounds, UnsureCause, Warning, WrongUnit};
+use crate::explanation::Remedy;
 use crate::implausible::enumerate;
 use crate::words::{Count, Enumeration};
 
@@ -103,6 +104,14 @@ impl fmt::Display for Warning {
                 "lines that no force causes are taken out of the acceleration: {}: hum, spindle or bearings",
                 Enumeration { named: lines, more: (*more).into() }
             ),
+            Self::Contradicted { deviation, times, rivals } => {
+                deviation.fmt(f)?;
+                if *rivals > 0 {
+                    let others = Count((*rivals).into(), "other explanation");
+                    write!(f, " (or one of {others})")?;
+                }
+                write!(f, " is {times:.1} times {}: {}", deviation.stated(), Remedy(deviation.entry))
+            }
         }
     }
 }

@@ -6,6 +6,7 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::explanation::Deviation;
 use crate::implausible::{Implausible, Signals};
 use crate::misfits::Misfit;
 use crate::rate::{RateUsed, WrongRate};
@@ -137,6 +138,15 @@ pub enum Warning {
         lines: Vec<Line, MAX_LINES>,
         /// Number of weaker lines.
         more: u32,
+    },
+    /// The records contradict an accuracy very strongly.
+    Contradicted {
+        /// The largest deviation of its kind.
+        deviation: Deviation,
+        /// By how many times its accuracy the kind is off.
+        times: f64,
+        /// Number of other kinds that explain the records as well in its place.
+        rivals: u8,
     },
 }
 

@@ -49,6 +49,8 @@ pub struct Config {
     pub sought: Sought,
     /// Standard deviations of what may be off.
     pub accuracies: Accuracies,
+    /// Whether an estimate adopts what explains the records. The file does not say.
+    pub adopts_explanations: bool,
     /// Name of the CAN interface.
     pub interface: String,
     /// Table that converts frames to readings and back.
@@ -143,6 +145,7 @@ impl Config {
             bounds,
             sought,
             accuracies,
+            adopts_explanations: false,
             interface: recording.interface,
             signals: recording.signals,
             rate_hz: recording.rate_hz,

@@ -1,7 +1,6 @@
 //! The confidence of a report.
 
-use flexid_core::identify::Estimate;
-use flexid_core::refine::FoundImperfection;
+use flexid_core::identify::{Estimate, PlantEstimate};
 use flexid_core::sought::{self, Coordinate, Sought};
 use flexid_core::verdict::{Covariance, Trust};
 use flexid_wire::confidence::{
@@ -11,6 +10,7 @@ use flexid_wire::report::Report;
 use flexid_wire::text::{Label, clipped};
 
 use super::directions::weak_direction;
+use super::explanations::explanation;
 use super::imperfections::conspicuous;
 use super::residuals::Residuals;
 use super::verdict::verdict;
@@ -21,13 +21,13 @@ use crate::record::Pose;
 /// Number of standard deviations within which 95 % of a normal distribution lie.
 const WITHIN: f64 = 1.959_964;
 
-/// Makes the confidence of `report`. `poses` are those of the experiments that the estimate rests on. `left_out` counts the
+/// Makes the confidence of `report`. `of_plant` is the estimate that holds whatever the imperfections are, if it is that. `poses` are those of the experiments that the estimate rests on. `left_out` counts the
 /// records that the estimate does not rest on.
 pub(crate) fn confidence(
     config: &Config,
     sought: &Sought,
     estimate: &Estimate,
-    imperfections: &[FoundImperfection],
+    of_plant: Option<&PlantEstimate>,
     report: &Report,
     poses: &[Pose],
     left_out: u64,
@@ -49,7 +49,10 @@ pub(crate) fn confidence(
         name: name(&config.model, found.coordinate),
         ..nuisance(found, sought.width(found.coordinate), trust, residuals)
     });
+    let imperfections = of_plant.map_or(&[][..], |of_plant| &of_plant.imperfections);
     let imperfections = conspicuous(imperfections, &config.model, trust, residuals);
+    let explanations = of_plant.map_or(&[][..], |of_plant| &of_plant.explanations);
+    let explanations = explanations.iter().map(|one| explanation(one, &config.model, residuals));
     let names = names(&config.model, sought);
     let direction = |direction| weak_direction(direction, sought, &names, residuals);
     let held_out = poses.iter().zip(&estimate.held_out).map(|(pose, agreement)| HeldOut {
@@ -60,6 +63,7 @@ pub(crate) fn confidence(
     Confidence {
         joints: joints.collect(),
         nuisances: nuisances.chain(imperfections).take(MAX_NUISANCES).collect(),
+        explanations: explanations.collect(),
         correlations: correlations(&estimate.covariance, &names),
         weak_directions: estimate.weak_directions.iter().map(direction).collect(),
         residuals: residuals.message(),

@@ -47,14 +47,9 @@ fn nuisance(
     residuals: Residuals,
 ) -> Nuisance {
     let FoundImperfection { imperfection, prior, value, deviation } = *found;
-    let (own, _) = trust.verdict(1.0, deviation / prior);
-    let is_factor = matches!(
-        imperfection,
-        Imperfection::Gain(..)
-            | Imperfection::Mass(_)
-            | Imperfection::Inertia(_)
-            | Imperfection::RecordStiffness(_)
-    );
+    // What is larger than its accuracy is known by its own size.
+    let (own, _) = trust.verdict(1.0, deviation / prior.max(value.abs()));
+    let is_factor = is_factor(imperfection);
     let value = if is_factor { value.exp() } else { value };
     let std = residuals.inflate(deviation).map(|std| if is_factor { std * value } else { std });
     let interval = if is_factor { log_normal } else { normal };
@@ -68,8 +63,19 @@ fn nuisance(
     }
 }
 
+/// Whether an imperfection is the logarithm of a factor.
+pub(super) fn is_factor(imperfection: Imperfection) -> bool {
+    matches!(
+        imperfection,
+        Imperfection::Gain(..)
+            | Imperfection::Mass(_)
+            | Imperfection::Inertia(_)
+            | Imperfection::RecordStiffness(_)
+    )
+}
+
 /// Returns the name of an imperfection, for example `force sensor turned about x`.
-fn name(imperfection: Imperfection, model: &Model) -> Label {
+pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
     let sensor = |sensor| match sensor {
         Sensor::Force => "force sensor",
         Sensor::Accelerometer => "accelerometer",
@@ -117,7 +123,7 @@ fn name(imperfection: Imperfection, model: &Model) -> Label {
     }
 }
 
-fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
+pub(super) fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
     let slides = |joint: usize| model.joints[joint].kind == Kind::Prismatic;
     match imperfection {
         Imperfection::JointAngle(joint) if slides(joint) => "m",

@@ -56,6 +56,7 @@ pub(super) fn warnings(
         warnings.push(Warning::OnStatedBounds { parameters, advice });
     }
     warnings.extend(residuals.objection().map(Warning::Objection));
+    warnings.extend(basis.contradicted.clone());
     let parameters = sought.unknowns() - estimate.nuisances.len();
     if settled
         && residuals.size_objects
@@ -216,6 +217,7 @@ mod tests {
             too_short: 0,
             doubtful_rate: false,
             scale: None,
+            contradicted: None,
             lines: None,
             troubles: &troubles,
         };

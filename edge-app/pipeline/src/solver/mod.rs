@@ -228,6 +228,8 @@ impl Solver {
         identifier.seek(sought.clone()).map_err(unchecked)?;
         let static_deviation = identifier.estimate_static_deviation::<BINS>();
         let stiffest = config.bounds.stiffest(sought.joints());
+        let mut plant = Box::new(Plant::new(&config.accuracies, sought.joints()));
+        plant.adopt(config.adopts_explanations);
         Ok(Self {
             config: Arc::new(config.clone()),
             chain,
@@ -240,8 +242,7 @@ impl Solver {
             numbers: Vec::with_capacity(MAX_EXPERIMENTS),
             came: 0,
             taken: Taken::default(),
-            plant: Some(Box::new(Plant::new(&config.accuracies, config.model.joints.len())))
-                .filter(|plant| !plant.is_perfect()),
+            plant: Some(plant).filter(|plant| !plant.is_perfect()),
             of_plant: None,
             is_considered: false,
             stiffest,
@@ -465,14 +466,14 @@ impl Solver {
             too_short: self.too_short,
             doubtful_rate,
             scale: self.scale.warning(),
+            contradicted: report::contradicted(self.of_plant.as_deref(), &config.model),
             lines: report::lines(&self.experiments),
             troubles,
         };
         let report = report(config, sought, &estimate, &basis);
-        let imperfections =
-            self.of_plant.as_ref().map_or(&[][..], |of_plant| &of_plant.imperfections);
+        let of_plant = self.of_plant.as_deref();
         let confidence =
-            confidence(config, sought, &estimate, imperfections, &report, &self.poses, left_out);
+            confidence(config, sought, &estimate, of_plant, &report, &self.poses, left_out);
         Some(Finding { report, confidence })
     }
 

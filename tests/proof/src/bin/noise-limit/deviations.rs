@@ -3,14 +3,16 @@
 //! A run _lies_ if fewer than 80 % of the 95 % intervals of its identified parameters cover, or if more than 5 % of them miss by more
 //! than 4 standard deviations.
 
-use anyhow::Result;
+use std::fmt;
+
+use anyhow::{Context as _, Result};
 use flexid_core::imperfection::Accuracies;
-use flexid_core::refine::FoundImperfection;
+use flexid_core::refine::{Explanation, FoundImperfection};
 use rayon::prelude::*;
 
 use crate::figure::{Figure, median};
 use crate::find::Found;
-use crate::intervals::percent;
+use crate::intervals::{Intervals, percent};
 use crate::menu::{Error, MENU};
 use crate::plants;
 use crate::spread;
@@ -20,8 +22,10 @@ use crate::study::Study;
 const TIMES: [f64; 3] = [3.0, 10.0, 30.0];
 /// Least share of the runs that do not lie, percent.
 const HONEST: f64 = 95.0;
-/// Least share of the runs in which the imperfection that explains most is the error, percent.
+/// Least share of the runs in which the first explanation is the error, percent.
 const NAMED: f64 = 90.0;
+/// Limits of the share of the intervals that cover once the explanations are adopted, percent.
+const EXPLAINED: [f64; 2] = [90.0, 100.0];
 /// Distance in the menu from one run to the next. It has no factor in common with the number of runs of a robot.
 const STRIDE: usize = 37;
 /// Error of a logarithm up to which a parameter is right.
@@ -31,6 +35,13 @@ const RIGHT: f64 = 0.01;
 struct Outcome {
     error: &'static Error,
     times: f64,
+    fit: Fit,
+    /// The same with what explains the records adopted.
+    adopted: Fit,
+}
+
+/// A fit and its errors.
+struct Fit {
     found: Found,
     /// Error of each parameter's logarithm.
     errors: Vec<f64>,
@@ -47,9 +58,10 @@ pub(crate) fn prove(study: &Study, runs: usize, details: bool) -> Result<Vec<Fig
         let plant = plants::with(|plant| (error.apply)(plant, times));
         let cuts = &cuts[robot as usize % cuts.len()];
         let records = plants::records(study, cuts, &plant, robot)?;
-        let (truth, found) = plants::found(study, &records, &Accuracies::typical(), robot)?;
-        let errors = found.errors(&truth);
-        let outcome = Outcome { error, times, found, errors };
+        let (truth, mut found) = plants::found(study, &records, &Accuracies::typical(), robot)?;
+        let adopted = found.adopted.take().context("a plant without explanations")?;
+        let fit = |found: Found| Fit { errors: found.errors(&truth), found };
+        let outcome = Outcome { error, times, adopted: fit(*adopted), fit: fit(found) };
         if details {
             outcome.print(robot);
         }
@@ -61,17 +73,22 @@ pub(crate) fn prove(study: &Study, runs: usize, details: bool) -> Result<Vec<Fig
         let held = 100.0 * count as f64 >= least * of as f64;
         Figure::count(what, of, held, count, &format!("at least {least:.0} %"))
     };
-    let honest = all.iter().filter(|outcome| !outcome.lies()).count();
+    let honest = all.iter().filter(|outcome| !outcome.fit.lies()).count();
+    let still_honest = all.iter().filter(|outcome| !outcome.adopted.lies()).count();
+    let mut explained = Intervals::default();
+    for outcome in all.iter().filter(|outcome| outcome.error.is.is_some()) {
+        explained.push(outcome.adopted.scores().into_iter());
+    }
     let named: Vec<bool> = all.iter().filter_map(Outcome::is_named).collect();
     let right = named.iter().filter(|named| **named).count();
-    let identified: usize = all.iter().map(|outcome| outcome.identified().count()).sum();
-    let widths = all
-        .iter()
-        .flat_map(|outcome| outcome.identified().map(|index| outcome.found.deviations[index]));
+    let identified: usize = all.iter().map(|outcome| outcome.fit.identified().count()).sum();
+    let widths = all.iter().flat_map(|outcome| outcome.fit.widths());
     let parameters = 12 * study.chain.joints().len() * all.len();
     Ok(vec![
         at_least("one error: runs that do not lie", HONEST, all.len(), honest),
         at_least("one error: runs in which it is named first", NAMED, named.len(), right),
+        at_least("one error: runs that do not lie, explained", HONEST, all.len(), still_honest),
+        explained.cover_within("one error that is on the menu, explained", EXPLAINED),
         // This figure shows that the verdict is possible.
         Figure::count(
             "one error: parameters that are identified",
@@ -95,9 +112,22 @@ fn tones(of_records: &[Vec<(f64, f64)>]) -> String {
     of_records.iter().map(of_record).collect::<Vec<_>>().join(" | ")
 }
 
-impl Outcome {
+/// What is off, by how many times its accuracy, its share of the misfit, by how much it raises the evidence, and its rivals.
+fn explanation(explanation: &Explanation) -> String {
+    let Explanation { largest, share, evidence, rivals, .. } = explanation;
+    let one = |it: &FoundImperfection| format!("{:?} {:.1}", it.imperfection, it.value / it.prior);
+    let rivals: String = rivals.iter().map(|rival| format!(" or {}", one(rival))).collect();
+    format!("{} {:.0} % {evidence:.0}{rivals}", one(largest), 100.0 * share)
+}
+
+impl Fit {
     fn identified(&self) -> impl Iterator<Item = usize> {
         (0..self.errors.len()).filter(|&index| self.found.identifies(index))
+    }
+
+    /// Standard deviations of the identified parameters.
+    fn widths(&self) -> impl Iterator<Item = f64> {
+        self.identified().map(|index| self.found.deviations[index])
     }
 
     /// Errors of the identified parameters, in standard deviations.
@@ -105,52 +135,53 @@ impl Outcome {
         self.identified().map(|index| self.errors[index] / self.found.deviations[index]).collect()
     }
 
-    /// The imperfection that a report names first: of those that are more than twice as large as their accuracy, or else of all, the one
-    /// that differs from zero by most of its own standard deviations.
-    fn first(&self) -> Option<&FoundImperfection> {
-        let size = |it: &FoundImperfection| (it.value / it.deviation).abs();
-        let is_large = |it: &FoundImperfection| (it.value / it.prior).abs() > 2.0;
-        let all = self.found.imperfections.iter();
-        all.max_by(|a, b| is_large(a).cmp(&is_large(b)).then(size(a).total_cmp(&size(b))))
-    }
-
-    /// Whether that is the error, if the fit has such an imperfection.
-    fn is_named(&self) -> Option<bool> {
-        let is = self.error.is?;
-        Some(self.first().is_some_and(|first| is(first.imperfection)))
-    }
-
     fn lies(&self) -> bool {
         let scores = self.scores();
         let gross = scores.iter().filter(|score| score.abs() > 4.0).count();
         !scores.is_empty() && (percent(&scores) < 80.0 || 20 * gross > scores.len())
     }
+}
 
-    fn print(&self, robot: u64) {
-        let Self { error, times, found, errors, .. } = self;
+/// In one line: whether it lies, how it was accepted, its residuals, its identified parameters, and how many are right.
+impl fmt::Display for Fit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { found, errors } = self;
         let scores = self.scores();
         let worst = scores.iter().fold(0.0, |worst: f64, score| worst.max(score.abs()));
         let right = errors.iter().filter(|error| error.abs() < RIGHT).count();
-        let named = self.first().map_or_else(String::new, |first| {
-            format!("{:?} {:.1}", first.imperfection, first.value / first.prior)
-        });
-        eprintln!(
-            "{:5}{:6} {robot:2} {:28} {times:3.0} {:12} χ²/dof {:9.3} white {:7.1} ssp {:.3} {:2} starts, identified {:2} cover {:5.1} worst {worst:5.1} median {:.2} % right {right:2} {named} {}",
+        let explanations: Vec<_> = found.explanations.iter().map(explanation).collect();
+        write!(
+            f,
+            "{:4} {:12} χ²/dof {:9.3} white {:7.1} identified {:2} cover {:5.1} worst {worst:5.1} median {:.2} % right {right:2} {}",
             if self.lies() { "LIE" } else { "" },
-            if self.is_named() == Some(false) { "OTHER" } else { "" },
-            error.name,
             format!("{:?}", found.estimate.acceptance),
             found.estimate.consistency,
             found.estimate.whiteness,
-            found.estimate.ssp_median,
-            found.starts,
             scores.len(),
             if scores.is_empty() { 100.0 } else { percent(&scores) },
-            100.0
-                * median(
-                    self.identified().map(|index| found.deviations[index]).collect::<Vec<_>>()
-                ),
-            tones(&found.tones),
+            100.0 * median(self.widths().collect()),
+            explanations.join("; "),
+        )
+    }
+}
+
+impl Outcome {
+    /// Whether the first explanation is the error, if the fit has such an imperfection.
+    fn is_named(&self) -> Option<bool> {
+        let is = self.error.is?;
+        let first = self.fit.found.explanations.first();
+        Some(first.is_some_and(|first| is(first.largest.imperfection)))
+    }
+
+    fn print(&self, robot: u64) {
+        let Self { error, times, fit, adopted } = self;
+        let other = if self.is_named() == Some(false) { "OTHER" } else { "" };
+        let starts = fit.found.starts;
+        eprintln!(
+            "{other:6}{robot:2} {:28} {times:3.0} {starts:2} starts {fit} {}\n{:46}explained {adopted}",
+            error.name,
+            tones(&fit.found.tones),
+            "",
         );
     }
 }

@@ -9,7 +9,7 @@ use flexid_core::identify::{
 };
 use flexid_core::imperfection::Accuracies;
 use flexid_core::parameters::{Bounds, Bushings};
-use flexid_core::refine::{FoundImperfection, Plant};
+use flexid_core::refine::{Explanation, Plant};
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
 use flexid_core::verdict::Verdict;
@@ -34,8 +34,10 @@ pub(crate) struct Found {
     pub(crate) verdicts: Vec<Verdict>,
     /// Number of searches.
     pub(crate) starts: u32,
-    /// Imperfections of the plant; none if no plant was fitted.
-    pub(crate) imperfections: Vec<FoundImperfection>,
+    /// Accuracies that the data contradict; none if no plant was fitted.
+    pub(crate) explanations: Vec<Explanation>,
+    /// The same with these adopted; `None` if no plant was fitted.
+    pub(crate) adopted: Option<Box<Self>>,
     /// Tones of each record: frequency, Hz, and amplitude, m/s².
     pub(crate) tones: Vec<Vec<(f64, f64)>>,
 }
@@ -82,21 +84,28 @@ pub(crate) fn find_on_plant(
         identifier.renew(&experiments);
         while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
         let found = identifier.estimate_of_plant(&experiments, &mut plant, || true);
-        let PlantEstimate { estimate, imperfections } =
-            found.context("a settled identifier without an estimate")?;
+        let found = found.context("a settled identifier without an estimate")?;
         if round == MAX_TONE_ROUNDS
-            || !identifier.subtract_tones(&mut experiments, Some(&plant), &estimate)
+            || !identifier.subtract_tones(&mut experiments, Some(&plant), &found.estimate)
         {
+            plant.adopt(true);
+            let adopted = identifier.estimate_of_plant(&experiments, &mut plant, || true);
+            let adopted = adopted.context("a plant that adopts without an estimate")?;
             let starts = identifier.progress().effort.starts;
             let tones = experiments.iter().map(|one| one.tones_hz().collect()).collect();
-            let imperfections = imperfections.to_vec();
-            return Ok(Found { imperfections, tones, ..Found::new(&estimate, starts) });
+            let adopted = Some(Box::new(Found::of_plant(&adopted, starts)));
+            return Ok(Found { adopted, tones, ..Found::of_plant(&found, starts) });
         }
     }
     unreachable!("the last round returns")
 }
 
 impl Found {
+    fn of_plant(found: &PlantEstimate, starts: u32) -> Self {
+        let PlantEstimate { estimate, explanations, .. } = found;
+        Self { explanations: explanations.to_vec(), ..Self::new(estimate, starts) }
+    }
+
     /// The verdicts and the deviations are those of the reports that users read.
     pub(crate) fn new(estimate: &Estimate, starts: u32) -> Self {
         let trust = estimate.trust();
@@ -116,7 +125,8 @@ impl Found {
             deviations,
             verdicts,
             starts,
-            imperfections: Vec::new(),
+            explanations: Vec::new(),
+            adopted: None,
             tones: Vec::new(),
         }
     }

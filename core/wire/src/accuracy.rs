@@ -1,0 +1,147 @@
+//! The entries of `[accuracy]`, and where to look if one is contradicted.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// An entry of `[accuracy]`, and what it speaks of. In JSON each has the name of its entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[serde(rename_all = "snake_case")]
+pub enum Accuracy {
+    /// Delay of the acceleration after the force.
+    DelayS,
+    /// Gain of each axis of the force sensor.
+    ForceGain,
+    /// Gain of each axis of the accelerometer.
+    AccelerationGain,
+    /// Crosstalk between axes of the force sensor.
+    ForceCrosstalk,
+    /// Crosstalk between axes of the accelerometer.
+    AccelerationCrosstalk,
+    /// Mounting angles of the force sensor.
+    ForceAngleRad,
+    /// Mounting angles of the accelerometer.
+    AccelerometerAngleRad,
+    /// Natural frequency of the mounted force sensor.
+    ForceResonanceHz,
+    /// Natural frequency of the mounted accelerometer.
+    AccelerometerResonanceHz,
+    /// High-pass of the force.
+    ForceHighPassHz,
+    /// High-pass of the acceleration.
+    AccelerometerHighPassHz,
+    /// Mounting angles of the whole tool.
+    ToolAngleRad,
+    /// Place of the TCP.
+    TcpM,
+    /// Place of the accelerometer.
+    AccelerometerPlaceM,
+    /// Masses of the links.
+    LinkMass,
+    /// Centres of mass of the links.
+    CentreOfMassM,
+    /// Joint angles.
+    JointAngleRad,
+    /// Elastic centres of the joints.
+    ElasticCentreM,
+    /// Inertias of the links beside their masses.
+    LinkInertia,
+    /// Hysteretic part of the dampings.
+    Hysteresis,
+    /// Growth of the drives' stiffness with frequency.
+    DriveGrowth,
+    /// Growth of the drives' stiffness with load.
+    DriveGrowthPerKnm,
+    /// Delay of each record.
+    DelayOfRecordS,
+    /// Stiffness of each record.
+    StiffnessOfRecord,
+}
+
+impl Accuracy {
+    /// Its key in `[accuracy]`.
+    pub fn key(self) -> &'static str {
+        self.texts()[0]
+    }
+
+    /// Where to look on the robot.
+    pub(crate) fn advice(self) -> &'static str {
+        self.texts()[1]
+    }
+
+    fn texts(self) -> [&'static str; 2] {
+        const GAIN: &str = "calibrate the sensor axis by axis, or seek its gains in [calibration]";
+        const CROSSTALK: &str = "apply the sensor's calibration matrix";
+        const ANGLE: &str = "measure how the sensor is mounted and correct [mounting]";
+        const RESONANCE: &str =
+            "stiffen the mounting of the sensor, or lower the upper end of band_hz";
+        const HIGH_PASS: &str =
+            "lower the corner of the amplifier, or raise the lower end of band_hz";
+        match self {
+            Self::DelayS => [
+                "delay_s",
+                "compare filters and clocks of both sensors, or seek delay_s in [calibration]",
+            ],
+            Self::ForceGain => ["force_gain", GAIN],
+            Self::AccelerationGain => ["acceleration_gain", GAIN],
+            Self::ForceCrosstalk => ["force_crosstalk", CROSSTALK],
+            Self::AccelerationCrosstalk => ["acceleration_crosstalk", CROSSTALK],
+            Self::ForceAngleRad => ["force_angle_rad", ANGLE],
+            Self::AccelerometerAngleRad => ["accelerometer_angle_rad", ANGLE],
+            Self::ForceResonanceHz => ["force_resonance_hz", RESONANCE],
+            Self::AccelerometerResonanceHz => ["accelerometer_resonance_hz", RESONANCE],
+            Self::ForceHighPassHz => ["force_high_pass_hz", HIGH_PASS],
+            Self::AccelerometerHighPassHz => ["accelerometer_high_pass_hz", HIGH_PASS],
+            Self::ToolAngleRad => {
+                ["tool_angle_rad", "measure the axes of the tool and correct the model's TCP"]
+            }
+            Self::TcpM => ["tcp_m", "measure the TCP and correct it in the model"],
+            Self::AccelerometerPlaceM => [
+                "accelerometer_place_m",
+                "measure where the accelerometer is and correct [mounting]",
+            ],
+            Self::LinkMass => [
+                "link_mass",
+                "check the masses of the model and loads on the links, or seek link_mass in [calibration]",
+            ],
+            Self::CentreOfMassM => ["centre_of_mass_m", "check the centres of mass of the model"],
+            Self::JointAngleRad => {
+                ["joint_angle_rad", "check the zeros of the joints and the signals of their angles"]
+            }
+            Self::ElasticCentreM => {
+                ["elastic_centre_m", "look where the bearing is, and move the joint's origin there"]
+            }
+            Self::LinkInertia => ["link_inertia", "check the inertias of the model"],
+            Self::Hysteresis => {
+                ["hysteresis", "nothing need be wrong: bolted and geared joints damp like that"]
+            }
+            Self::DriveGrowth => {
+                ["drive_growth", "nothing need be wrong: position loops stiffen with frequency"]
+            }
+            Self::DriveGrowthPerKnm => {
+                ["drive_growth_per_knm", "nothing need be wrong: gears stiffen with their load"]
+            }
+            Self::DelayOfRecordS => {
+                ["delay_of_record_s", "start both sensors by one trigger in each record"]
+            }
+            Self::StiffnessOfRecord => {
+                ["stiffness_of_record", "warm the robot up, and cut all records alike"]
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_have_the_names_of_their_keys() {
+        for number in 0..u8::MAX {
+            let Ok(entry) = postcard::from_bytes::<Accuracy>(&[number]) else {
+                assert_eq!(number, 24);
+                break;
+            };
+            assert_eq!(serde_json::to_value(entry).unwrap(), entry.key());
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! What explains the misfit, in the units of `[accuracy]`.
+
+use std::f64::consts::TAU;
+
+use flexid_core::identify::PlantEstimate;
+use flexid_core::imperfection::{Imperfection, Sensor};
+use flexid_core::refine::{Explanation, FoundImperfection};
+use flexid_wire::accuracy::Accuracy;
+use flexid_wire::explanation::{self, Deviation};
+use flexid_wire::text::clipped;
+use flexid_wire::warning::Warning;
+
+use super::imperfections::{is_factor, name, unit};
+use super::residuals::Residuals;
+use crate::model::Model;
+
+/// Gain of −2 ln of the evidence from which on the data contradict an accuracy very strongly (Kass and Raftery, "Bayes factors", 1995,
+/// section 3.2).
+const VERY_STRONG: f64 = 10.0;
+
+/// The warning about the first accuracy that the data contradict very strongly, if there is one.
+pub(crate) fn contradicted(of_plant: Option<&PlantEstimate>, model: &Model) -> Option<Warning> {
+    let of_plant = of_plant?;
+    let residuals = Residuals::of(&of_plant.estimate);
+    let strong = of_plant.explanations.iter().find(|one| one.evidence > VERY_STRONG)?;
+    Some(Warning::Contradicted {
+        deviation: deviation(&strong.largest, model, residuals),
+        times: strong.times,
+        rivals: strong.rivals.len() as u8,
+    })
+}
+
+/// The same explanation, for a report.
+pub(super) fn explanation(
+    found: &Explanation,
+    model: &Model,
+    residuals: Residuals,
+) -> explanation::Explanation {
+    let Explanation { largest, times, share, evidence, is_adopted, rivals } = found;
+    let deviation = |found| deviation(found, model, residuals);
+    explanation::Explanation {
+        deviation: deviation(largest),
+        times: *times,
+        share: *share,
+        evidence: *evidence,
+        adopted: *is_adopted,
+        rivals: rivals.iter().map(deviation).collect(),
+    }
+}
+
+fn deviation(found: &FoundImperfection, model: &Model, residuals: Residuals) -> Deviation {
+    let FoundImperfection { imperfection, prior, value, deviation } = *found;
+    let (value, slope, accuracy, unit) = match imperfection {
+        // f = 1/(2π √v), and df/dv = −f/(2v). Below zero there is no such frequency.
+        Imperfection::Resonance(_) if value > 0.0 => {
+            let hz = |squared_period: f64| 1.0 / (TAU * squared_period.sqrt());
+            (hz(value), 0.5 * hz(value) / value, hz(prior), "Hz")
+        }
+        Imperfection::HighPass(_) => (value / TAU, 1.0 / TAU, prior / TAU, "Hz"),
+        Imperfection::Load => (1e3 * value, 1e3, 1e3 * prior, "1/kNm"),
+        _ if is_factor(imperfection) => (value.exp_m1(), value.exp(), prior, ""),
+        _ => (value, 1.0, prior, unit(imperfection, model)),
+    };
+    Deviation {
+        entry: entry(imperfection),
+        name: name(imperfection, model),
+        unit: clipped(unit),
+        value,
+        std: residuals.inflate(deviation).map(|std| std * slope).filter(|std| std.is_finite()),
+        accuracy,
+    }
+}
+
+/// The entry of `[accuracy]` that speaks of an imperfection.
+fn entry(imperfection: Imperfection) -> Accuracy {
+    use Sensor::{Accelerometer, Force};
+    match imperfection {
+        Imperfection::Delay => Accuracy::DelayS,
+        Imperfection::Gain(Force, _) => Accuracy::ForceGain,
+        Imperfection::Gain(Accelerometer, _) => Accuracy::AccelerationGain,
+        Imperfection::Crosstalk(Force, ..) => Accuracy::ForceCrosstalk,
+        Imperfection::Crosstalk(Accelerometer, ..) => Accuracy::AccelerationCrosstalk,
+        Imperfection::Turn(Force, _) => Accuracy::ForceAngleRad,
+        Imperfection::Turn(Accelerometer, _) => Accuracy::AccelerometerAngleRad,
+        Imperfection::ToolTurn(_) => Accuracy::ToolAngleRad,
+        Imperfection::ToolCentrePoint(_) => Accuracy::TcpM,
+        Imperfection::AccelerometerPlace(_) => Accuracy::AccelerometerPlaceM,
+        Imperfection::Resonance(Force) => Accuracy::ForceResonanceHz,
+        Imperfection::Resonance(Accelerometer) => Accuracy::AccelerometerResonanceHz,
+        Imperfection::HighPass(Force) => Accuracy::ForceHighPassHz,
+        Imperfection::HighPass(Accelerometer) => Accuracy::AccelerometerHighPassHz,
+        Imperfection::Mass(_) => Accuracy::LinkMass,
+        Imperfection::CentreOfMass(..) => Accuracy::CentreOfMassM,
+        Imperfection::JointAngle(_) => Accuracy::JointAngleRad,
+        Imperfection::ElasticCentre(..) => Accuracy::ElasticCentreM,
+        Imperfection::Inertia(_) => Accuracy::LinkInertia,
+        Imperfection::Hysteresis => Accuracy::Hysteresis,
+        Imperfection::Servo(_) => Accuracy::DriveGrowth,
+        Imperfection::Load => Accuracy::DriveGrowthPerKnm,
+        Imperfection::RecordDelay(_) => Accuracy::DelayOfRecordS,
+        Imperfection::RecordStiffness(_) => Accuracy::StiffnessOfRecord,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::config::Config;
+
+    /// Each value and its accuracy are in the unit of the entry, and the standard deviation is that of the value by differences.
+    #[test]
+    fn deviations_are_in_the_units_of_accuracy() {
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-tools/scenario/mill3-edge.toml");
+        let model = Config::load(&file).unwrap().model;
+        let period = |hz: f64| (TAU * hz).powi(-2);
+        for (imperfection, value, prior, key, unit, expected, accuracy) in [
+            (Imperfection::Delay, 1e-4, 2e-5, "delay_s", "s", 1e-4, 2e-5),
+            (Imperfection::Gain(Sensor::Force, 2), 1.1_f64.ln(), 5e-3, "force_gain", "", 0.1, 5e-3),
+            (
+                Imperfection::Resonance(Sensor::Force),
+                period(1600.0),
+                period(3000.0),
+                "force_resonance_hz",
+                "Hz",
+                1600.0,
+                3000.0,
+            ),
+            (
+                Imperfection::HighPass(Sensor::Accelerometer),
+                TAU * 0.16,
+                TAU * 0.1,
+                "accelerometer_high_pass_hz",
+                "Hz",
+                0.16,
+                0.1,
+            ),
+            (Imperfection::Load, 2e-5, 1e-5, "drive_growth_per_knm", "1/kNm", 0.02, 0.01),
+        ] {
+            let made = |value: f64, deviation: f64| {
+                let found = FoundImperfection { imperfection, prior, value, deviation };
+                deviation_of(&found, &model)
+            };
+            let deviation = 1e-4 * value;
+            let found = made(value, deviation);
+            assert_eq!((found.entry.key(), found.unit.as_str()), (key, unit));
+            assert!((found.value / expected - 1.0).abs() < 1e-9, "{found:?}");
+            assert!((found.accuracy / accuracy - 1.0).abs() < 1e-9, "{found:?}");
+            let moved = (made(value + deviation, deviation).value - found.value).abs();
+            assert!((found.std.unwrap() / moved - 1.0).abs() < 1e-3, "{found:?}");
+        }
+        let imperfection = Imperfection::Resonance(Sensor::Force);
+        let negative =
+            FoundImperfection { imperfection, prior: 1e-9, value: -1e-9, deviation: f64::INFINITY };
+        let found = deviation_of(&negative, &model);
+        assert_eq!((found.unit.as_str(), found.value, found.std), ("s^2", -1e-9, None));
+    }
+
+    fn deviation_of(found: &FoundImperfection, model: &Model) -> Deviation {
+        deviation(found, model, Residuals::noise(1.0))
+    }
+}
