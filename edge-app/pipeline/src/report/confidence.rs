@@ -10,7 +10,7 @@ use flexid_wire::report::Report;
 use flexid_wire::text::{Label, clipped};
 
 use super::directions::weak_direction;
-use super::explanations::explanation;
+use super::explanations::explanations;
 use super::imperfections::conspicuous;
 use super::residuals::Residuals;
 use super::verdict::verdict;
@@ -21,8 +21,8 @@ use crate::record::Pose;
 /// Number of standard deviations within which 95 % of a normal distribution lie.
 const WITHIN: f64 = 1.959_964;
 
-/// Makes the confidence of `report`. `of_plant` is the estimate that holds whatever the imperfections are, if it is that. `poses` are those of the experiments that the estimate rests on. `left_out` counts the
-/// records that the estimate does not rest on.
+/// Makes the confidence of `report`. `of_plant` is the estimate, if it is one that holds whatever the imperfections are. `poses` are those
+/// of the experiments that the estimate rests on. `left_out` counts the records that it does not rest on.
 pub(crate) fn confidence(
     config: &Config,
     sought: &Sought,
@@ -51,8 +51,6 @@ pub(crate) fn confidence(
     });
     let imperfections = of_plant.map_or(&[][..], |of_plant| &of_plant.imperfections);
     let imperfections = conspicuous(imperfections, &config.model, trust, residuals);
-    let explanations = of_plant.map_or(&[][..], |of_plant| &of_plant.explanations);
-    let explanations = explanations.iter().map(|one| explanation(one, &config.model, residuals));
     let names = names(&config.model, sought);
     let direction = |direction| weak_direction(direction, sought, &names, residuals);
     let held_out = poses.iter().zip(&estimate.held_out).map(|(pose, agreement)| HeldOut {
@@ -63,7 +61,7 @@ pub(crate) fn confidence(
     Confidence {
         joints: joints.collect(),
         nuisances: nuisances.chain(imperfections).take(MAX_NUISANCES).collect(),
-        explanations: explanations.collect(),
+        explanations: explanations(of_plant, &config.model).collect(),
         correlations: correlations(&estimate.covariance, &names),
         weak_directions: estimate.weak_directions.iter().map(direction).collect(),
         residuals: residuals.message(),

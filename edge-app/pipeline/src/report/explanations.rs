@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use flexid_core::identify::PlantEstimate;
 use flexid_core::imperfection::{Imperfection, Sensor};
-use flexid_core::refine::{Explanation, FoundImperfection};
+use flexid_core::refine::{self, FoundImperfection};
 use flexid_wire::accuracy::Accuracy;
-use flexid_wire::explanation::{self, Deviation};
+use flexid_wire::explanation::{Deviation, Explanation};
 use flexid_wire::text::clipped;
 use flexid_wire::warning::Warning;
 
@@ -20,25 +20,27 @@ const VERY_STRONG: f64 = 10.0;
 
 /// The warning about the first accuracy that the data contradict very strongly, if there is one.
 pub(crate) fn contradicted(of_plant: Option<&PlantEstimate>, model: &Model) -> Option<Warning> {
-    let of_plant = of_plant?;
-    let residuals = Residuals::of(&of_plant.estimate);
-    let strong = of_plant.explanations.iter().find(|one| one.evidence > VERY_STRONG)?;
-    Some(Warning::Contradicted {
-        deviation: deviation(&strong.largest, model, residuals),
-        times: strong.times,
-        rivals: strong.rivals.len() as u8,
+    let strong = explanations(of_plant, model).find(|one| one.evidence > VERY_STRONG)?;
+    let Explanation { deviation, times, rivals, .. } = strong;
+    Some(Warning::Contradicted { deviation, times, rivals: rivals.len() as u8 })
+}
+
+/// What explains the misfit, if the fit is one in which numbers can be believed: else its imperfections are those of a wrong minimum.
+pub(super) fn explanations(
+    of_plant: Option<&PlantEstimate>,
+    model: &Model,
+) -> impl Iterator<Item = Explanation> {
+    let believed = of_plant.map(|of_plant| (of_plant, Residuals::of(&of_plant.estimate)));
+    let believed = believed.filter(|(_, residuals)| residuals.allow_intervals());
+    believed.into_iter().flat_map(move |(of_plant, residuals)| {
+        of_plant.explanations.iter().map(move |one| explanation(one, model, residuals))
     })
 }
 
-/// The same explanation, for a report.
-pub(super) fn explanation(
-    found: &Explanation,
-    model: &Model,
-    residuals: Residuals,
-) -> explanation::Explanation {
-    let Explanation { largest, times, share, evidence, is_adopted, rivals } = found;
+fn explanation(found: &refine::Explanation, model: &Model, residuals: Residuals) -> Explanation {
+    let refine::Explanation { largest, times, share, evidence, is_adopted, rivals } = found;
     let deviation = |found| deviation(found, model, residuals);
-    explanation::Explanation {
+    Explanation {
         deviation: deviation(largest),
         times: *times,
         share: *share,
