@@ -10,7 +10,7 @@
 //! | [`confidence`], [`residuals`], [`directions`] | how far to trust them                                |
 //! | [`explanation`], [`accuracy`] | what is off on the robot, by the records                             |
 //! | [`state`]                     | what the daemon waits for                                            |
-//! | [`implausible`], [`misfits`], [`rate`], [`trouble`], [`unused`] | what warnings and states name       |
+//! | [`axes`], [`implausible`], [`misfits`], [`rate`], [`trouble`], [`unused`] | what warnings and states name       |
 //! | [`framing`]                   | messages on a byte stream, length first, bounded                     |
 //! | [`bits`]                      | integers and their scaling in CAN payloads, as DBC files define them |
 //! | [`text`], [`words`]           | text of bounded length; parts of lines                               |
@@ -20,6 +20,7 @@
 #![no_std]
 
 pub mod accuracy;
+pub mod axes;
 pub mod bits;
 pub mod confidence;
 pub mod directions;

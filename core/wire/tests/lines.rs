@@ -6,6 +6,7 @@ use std::fmt::{Debug, Display};
 use std::str::Lines;
 
 use flexid_wire::accuracy::Accuracy;
+use flexid_wire::axes::{SignedAxis, WrongAxes};
 use flexid_wire::explanation::Deviation;
 use flexid_wire::implausible::*;
 use flexid_wire::misfits::*;
@@ -161,7 +162,16 @@ fn warnings() -> Vec<Warning> {
             more: 1,
         },
         Warning::Contradicted { deviation: tcp(), times: 3.125, rivals: 2 },
+        Warning::WrongAxes(WrongAxes {
+            share: 0.0859375,
+            force: None,
+            acceleration: Some([signed(0, true), signed(2, false), signed(1, false)]),
+        }),
     ]
+}
+
+fn signed(axis: u8, negative: bool) -> SignedAxis {
+    SignedAxis { axis, negative }
 }
 
 fn tcp() -> Deviation {
@@ -341,6 +351,8 @@ fn every_kind_is_frozen() {
         frozen.one("UnsureMinimum", &Warning::UnsureMinimum(cause));
     }
     frozen.one("Repeated", &Warning::Repeated { records: 1, again: 24, original: 4 });
+    let unknown = WrongAxes { share: 0.5, force: None, acceleration: None };
+    frozen.one("WrongAxes", &Warning::WrongAxes(unknown));
     frozen.one("MadeRoom", &Warning::MadeRoom { records: 1, poses: 0 });
     assert_eq!(frozen.0.next(), None);
 }

@@ -104,6 +104,7 @@ impl fmt::Display for Warning {
                 "lines that no force causes are taken out of the acceleration: {}: hum, spindle or bearings",
                 Enumeration { named: lines, more: (*more).into() }
             ),
+            Self::WrongAxes(axes) => axes.fmt(f),
             Self::Contradicted { deviation, times, rivals } => {
                 deviation.fmt(f)?;
                 if *rivals > 0 {

@@ -6,6 +6,7 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::axes::WrongAxes;
 use crate::explanation::Deviation;
 use crate::implausible::{Implausible, Signals};
 use crate::misfits::Misfit;
@@ -148,6 +149,8 @@ pub enum Warning {
         /// Number of other kinds that explain the records as well in its place.
         rivals: u8,
     },
+    /// The axes of a sensor are swapped, or have the wrong sign.
+    WrongAxes(WrongAxes),
 }
 
 /// A steady oscillation of the accelerometer that no force causes.

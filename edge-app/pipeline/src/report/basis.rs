@@ -32,6 +32,8 @@ pub(crate) struct Basis<'a> {
     pub(crate) doubtful_rate: bool,
     /// Warning that force and acceleration do not agree with the model's masses.
     pub(crate) scale: Option<Warning>,
+    /// Warning that axes of a sensor are swapped or have the wrong sign.
+    pub(crate) axes: Option<Warning>,
     /// Warning about an accuracy that the records contradict.
     pub(crate) contradicted: Option<Warning>,
     /// Warning about the lines of noise that were subtracted.

@@ -27,7 +27,7 @@ pub(super) fn warnings(
 ) -> Vec<Warning> {
     let Counts { implausible, at_limit, .. } = &basis.counts;
     // Implausible readings come first: the fit is no better than its readings.
-    let mut warnings: Vec<Warning> = basis.scale.iter().cloned().collect();
+    let mut warnings: Vec<Warning> = basis.scale.iter().chain(&basis.axes).cloned().collect();
     let implausible = plausibility::warnings(implausible, at_limit, config);
     warnings.extend(implausible.into_iter().map(Warning::Implausible));
     let residuals = Residuals::of(estimate);
@@ -217,6 +217,7 @@ mod tests {
             too_short: 0,
             doubtful_rate: false,
             scale: None,
+            axes: None,
             contradicted: None,
             lines: None,
             troubles: &troubles,

@@ -29,7 +29,7 @@ use tracing::warn;
 
 use crate::config::{Config, Validity};
 use crate::intake::Counts;
-use crate::intake::plausibility::Scale;
+use crate::intake::plausibility::{Axes, Scale};
 use crate::record::{BINS, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES};
 use crate::report::{self, Basis, StaticReport, confidence, report};
 use crate::stop::Stop;
@@ -104,6 +104,7 @@ pub struct Solver {
     /// Number of records that were too short to take the place of others.
     too_short: u64,
     scale: Scale,
+    axes: Axes,
     /// Progress of the work on the unsettled records.
     work: Work,
     spent: Duration,
@@ -259,6 +260,7 @@ impl Solver {
             dropped_poses: 0,
             too_short: 0,
             scale,
+            axes: Axes::new(&config.mounting),
             work: Work::default(),
             spent: Duration::ZERO,
         })
@@ -466,6 +468,7 @@ impl Solver {
             too_short: self.too_short,
             doubtful_rate,
             scale: self.scale.warning(),
+            axes: self.axes.warning(),
             contradicted: report::contradicted(self.of_plant.as_deref(), &config.model),
             lines: report::lines(&self.experiments),
             troubles,
@@ -511,6 +514,7 @@ impl Solver {
         // An experiment of this chain has a target.
         if let Ok(target) = Target::new(&self.chain, &self.measurement, &experiment.pose) {
             self.scale.note(&target, experiment);
+            self.axes.note(experiment);
         }
     }
 

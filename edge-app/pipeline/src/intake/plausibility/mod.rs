@@ -4,6 +4,7 @@
 //! implausible readings, frame by frame and record by record, and its warnings come before all others. The counts cover the
 //! newest frames only: the warning of a fault that was corrected ends after some minutes.
 
+mod axes;
 mod channel;
 mod joints;
 mod rest;
@@ -16,6 +17,7 @@ use flexid_wire::text::clipped;
 
 use crate::config::Config;
 use crate::record::{MAX_EXPERIMENTS, Record, SAMPLES};
+pub(crate) use axes::Axes;
 use channel::{Channel, Ends, WINDOW, Window, end_piece};
 pub use joints::Excess;
 use joints::Joints;
