@@ -8,6 +8,7 @@ use flexid_wire::confidence::{Confidence, Correlations, HeldOut, JointIntervals,
 use flexid_wire::directions::WeakDirection;
 use flexid_wire::explanation::Explanation;
 use flexid_wire::finding::Finding;
+use flexid_wire::left_over::LeftOver;
 use flexid_wire::messages::Status;
 use flexid_wire::report::{Fit, JointReport, Report};
 use flexid_wire::residuals::Residuals;
@@ -41,6 +42,7 @@ struct ConfidenceJson<'a> {
     correlations: &'a Correlations,
     weak_directions: Vec<WithText<'a, WeakDirection>>,
     residuals: WithText<'a, Residuals>,
+    left_over: Vec<WithText<'a, LeftOver>>,
     held_out: &'a [HeldOut],
     retired: u64,
     left_out: u64,
@@ -129,6 +131,7 @@ impl<'a> From<&'a Confidence> for ConfidenceJson<'a> {
             correlations,
             weak_directions,
             residuals,
+            left_over,
             held_out,
             retired,
             left_out,
@@ -140,6 +143,7 @@ impl<'a> From<&'a Confidence> for ConfidenceJson<'a> {
             correlations,
             weak_directions: weak_directions.iter().map(WithText::from).collect(),
             residuals: residuals.into(),
+            left_over: left_over.iter().map(WithText::from).collect(),
             held_out,
             retired: *retired,
             left_out: *left_out,
@@ -217,6 +221,8 @@ mod tests {
         }]
         .into_iter()
         .collect();
+        finding.confidence.left_over =
+            [LeftOver::Direction { axis: 2, times: 2.25 }].into_iter().collect();
         let json = serde_json::to_value(ResultJson::from(&finding)).unwrap();
         let expected = json!({
             "schema": 1,
@@ -268,6 +274,10 @@ mod tests {
                     "consistency": 1.0, "whiteness": 0.0, "size_objects": false, "whiteness_objects": false,
                     "meaning": "noise", "text": "noise explains them (χ²/dof 1.00, whiteness 0.0)",
                 },
+                "left_over": [{
+                    "direction": { "axis": 2, "times": 2.25 },
+                    "text": "direction z: 2.2 times the others: gain, axis or cable of that axis",
+                }],
                 "held_out": [],
                 "retired": 0,
                 "left_out": 0,

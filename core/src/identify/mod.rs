@@ -27,6 +27,7 @@ mod effort;
 mod estimate;
 mod judge;
 mod judged;
+mod left_over;
 mod minimum;
 mod plant;
 mod progress;

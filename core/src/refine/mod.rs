@@ -12,6 +12,7 @@
 //! | `fit`, `summary`, `information`                                | the results of a fit                                    |
 //! | `left_out`                                                     | each static test as all else predicts it                |
 //! | `unexplained`                                                  | what a model leaves of a record, bin by bin             |
+//! | `left_over`                                                    | where what is left is larger than elsewhere             |
 //! | `plant`, `further`                                             | a fit to a plant that is not perfect                    |
 //!
 //! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
@@ -25,6 +26,7 @@ mod fit;
 mod further;
 mod information;
 mod left_out;
+mod left_over;
 mod levenberg_marquardt;
 mod model;
 mod objective;
@@ -56,6 +58,7 @@ use equations::Equations;
 pub use fit::Fit;
 pub(crate) use fit::lies_on_bound;
 pub use information::Information;
+pub use left_over::{LeftOver, MAX_LEFT_OVER};
 pub use levenberg_marquardt::Outcome;
 pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};

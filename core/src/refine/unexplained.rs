@@ -3,12 +3,13 @@
 use heapless::Vec;
 
 use super::batch::{Batch, Bins, COLUMNS};
-use super::equations::{Assembly, Equations, OF_RECORD, by_lane};
+use super::equations::{Accelerance, Assembly, Equations, Noise, OF_RECORD, Reading, by_lane};
 use super::model::Model;
 use super::record::Workspace;
+use super::whitening::Whitening;
 use super::{Plant, Problem, Refinement};
-use crate::receptance::Response;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
+use crate::receptance::{Complex, Response};
 use crate::sought::Coordinates;
 use crate::spectrum::{Experiment, Spectrum};
 
@@ -72,12 +73,13 @@ impl Workspace {
             normal: &mut self.record,
             level: problem.level,
         };
-        run(assembly, &mut |left, mean_square, squares| {
+        run(assembly, &mut |bin| {
             // There is room: the experiment has as many bins.
-            let _ = response.push(squares as f32);
+            let _ = response.push(bin.response() as f32);
+            let mean_square = bin.mean_square();
             for axis in 0..3 {
-                let _ = residual.re[axis].push(left[axis][0] as f32);
-                let _ = residual.im[axis].push(left[axis][1] as f32);
+                let _ = residual.re[axis].push(bin.left[axis][0] as f32);
+                let _ = residual.im[axis].push(bin.left[axis][1] as f32);
                 let _ = noise[axis].push(mean_square[axis] as f32);
             }
         });
@@ -85,13 +87,42 @@ impl Workspace {
     }
 }
 
-/// Takes real and imaginary part of what is left along each axis, the mean square of its noise, and the sum of the squares of the
-/// accelerance, bin by bin.
-type Take<'a> = &'a mut dyn FnMut([[f64; 2]; 3], [f64; 3], f64);
+/// What is left in one bin.
+pub(super) struct LeftInBin<'a> {
+    /// Real and imaginary part along each axis, m/s.
+    left: &'a Reading,
+    accelerance: &'a Accelerance,
+    noise: &'a Noise,
+}
+
+impl LeftInBin<'_> {
+    /// The same, whitened.
+    pub(super) fn white(&self) -> [Complex<f64>; 3] {
+        let [force, acceleration] = self.noise;
+        Whitening::new(acceleration, force, self.accelerance).white(self.left)
+    }
+
+    /// Mean square of its noise along each axis, (m/s)².
+    fn mean_square(&self) -> [f64; 3] {
+        let [force, acceleration] = self.noise;
+        core::array::from_fn(|axis| {
+            let of_force = self.accelerance[axis].iter().zip(force);
+            acceleration[axis] + of_force.map(|(a, noise)| a.square() * noise).sum::<f64>()
+        })
+    }
+
+    /// Sum of the squares of the accelerance, 1/kg².
+    fn response(&self) -> f64 {
+        self.accelerance.as_flattened().iter().map(|a| a.square()).sum()
+    }
+}
+
+/// Takes what is left, bin by bin.
+type Take<'a> = &'a mut dyn FnMut(&LeftInBin<'_>);
 
 /// [`Left::run`], compiled once: not again for each number of bins, in each crate.
 #[inline(never)]
-fn run(assembly: Assembly<'_, (), COLUMNS, OF_RECORD>, take: Take<'_>) {
+pub(super) fn run(assembly: Assembly<'_, (), COLUMNS, OF_RECORD>, take: Take<'_>) {
     f64::dispatch(assembly.level, Left { assembly, take });
 }
 
@@ -115,13 +146,11 @@ impl Kernel<f64> for Left<'_, '_> {
             let accelerance = by_lane(&response.per_force);
             let noise = assembly.noise(lanes.clone());
             for lane in 0..lanes.len() {
-                let [force, acceleration] = noise[lane];
-                let mean_square = core::array::from_fn(|axis| {
-                    let of_force = accelerance[lane][axis].iter().zip(force);
-                    acceleration[axis] + of_force.map(|(a, noise)| a.square() * noise).sum::<f64>()
+                take(&LeftInBin {
+                    left: &unexplained[lane],
+                    accelerance: &accelerance[lane],
+                    noise: &noise[lane],
                 });
-                let squares = accelerance[lane].as_flattened().iter().map(|a| a.square());
-                take(unexplained[lane], mean_square, squares.sum());
             }
         }
     }

@@ -55,15 +55,10 @@ impl Whitening {
         accelerance: &[[Complex<f64>; 3]; 3],
         residual: &[[f64; 2]; 3],
     ) -> [Complex<f64>; 3] {
-        let [r0, r1, r2] = residual.map(|[re, im]| Complex { re, im });
         let [w10, w20, w21] = self.below;
         let [x, y, z] = self.diagonal;
         // White, and back by the adjoint: the inverse of half the covariance.
-        let white = [
-            r0.scale(x),
-            r1.scale(y).add_mul(w10, r0),
-            r2.scale(z).add_mul(w20, r0).add_mul(w21, r1),
-        ];
+        let white = self.white(residual);
         let weighed = [
             white[0].scale(x).add_mul(w10.conjugate(), white[1]).add_mul(w20.conjugate(), white[2]),
             white[1].scale(y).add_mul(w21.conjugate(), white[2]),
@@ -76,6 +71,15 @@ impl Whitening {
             }
             sum.scale(0.5 * force_noise[push])
         })
+    }
+
+    /// The whitened residual. Each part of it has unit variance if it is noise.
+    #[inline(always)]
+    pub(super) fn white(&self, residual: &[[f64; 2]; 3]) -> [Complex<f64>; 3] {
+        let [r0, r1, r2] = residual.map(|[re, im]| Complex { re, im });
+        let [w10, w20, w21] = self.below;
+        let [x, y, z] = self.diagonal;
+        [r0.scale(x), r1.scale(y).add_mul(w10, r0), r2.scale(z).add_mul(w20, r0).add_mul(w21, r1)]
     }
 
     /// Whitens real rows in place: `rows` holds real and imaginary part of the three axes in turn.

@@ -250,6 +250,11 @@ impl<const B: usize> Experiment<B> {
         self.force.re[0].len()
     }
 
+    /// Root mean square of the force over the record in the band, all axes together, N.
+    pub fn rms_force(&self) -> f64 {
+        libm::sqrt(2.0 * self.force.power()) / self.length()
+    }
+
     /// Angular frequency of a bin, rad/s.
     pub fn omega(&self, bin: usize) -> f64 {
         (self.first_bin + bin) as f64 * self.spacing

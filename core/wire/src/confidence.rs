@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::directions::{MAX_DIRECTIONS, WeakDirection};
 use crate::explanation::{Explanation, MAX_EXPLANATIONS};
+use crate::left_over::{LeftOver, MAX_LEFT_OVER};
 use crate::report::{MAX_JOINTS, Verdict};
 use crate::residuals::Residuals;
 use crate::text::{Label, Name};
@@ -42,6 +43,8 @@ pub struct Confidence {
     pub weak_directions: Vec<WeakDirection, MAX_DIRECTIONS>,
     /// Residuals between model and measurement, and what follows for the model.
     pub residuals: Residuals,
+    /// Where more is left of the records than elsewhere; empty where noise explains the residuals, or the minimum may be a wrong one.
+    pub left_over: Vec<LeftOver, MAX_LEFT_OVER>,
     /// Agreement of each record with its prediction by a fit to all others; empty with a single record.
     pub held_out: Vec<HeldOut, MAX_HELD_OUT>,
     /// Number of retired records, which made room for newer ones. The numbers rest on their information matrix, which is

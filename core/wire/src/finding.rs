@@ -88,6 +88,7 @@ mod tests {
                 explanations: Default::default(),
                 weak_directions: Default::default(),
                 residuals,
+                left_over: Default::default(),
                 held_out: Default::default(),
                 retired: 0,
                 left_out: 0,

@@ -9,6 +9,7 @@
 //! | [`report`], [`warning`]       | the identified parameters, and warnings about them                   |
 //! | [`confidence`], [`residuals`], [`directions`] | how far to trust them                                |
 //! | [`explanation`], [`accuracy`] | what is off on the robot, by the records                             |
+//! | [`left_over`]                 | where a fit leaves more than elsewhere                               |
 //! | [`state`]                     | what the daemon waits for                                            |
 //! | [`axes`], [`implausible`], [`misfits`], [`rate`], [`trouble`], [`unused`] | what warnings and states name       |
 //! | [`framing`]                   | messages on a byte stream, length first, bounded                     |
@@ -28,6 +29,7 @@ pub mod explanation;
 pub mod finding;
 pub mod framing;
 pub mod implausible;
+pub mod left_over;
 pub mod messages;
 pub mod misfits;
 pub mod rate;

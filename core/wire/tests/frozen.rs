@@ -11,6 +11,7 @@ use flexid_wire::directions::*;
 use flexid_wire::explanation::*;
 use flexid_wire::finding::Finding;
 use flexid_wire::framing::{self, FRAME_BUFFER, MAX_FRAME, PREFIX};
+use flexid_wire::left_over::{LeftOver, MAX_LEFT_OVER};
 use flexid_wire::messages::*;
 use flexid_wire::report::*;
 use flexid_wire::residuals::{Meaning, Residuals};
@@ -29,7 +30,7 @@ const SCHEMA_KEYS: [(u16, [u8; 8]); 7] = [
     (4, [36, 217, 217, 145, 110, 216, 69, 235]),
     (5, [18, 126, 187, 58, 40, 160, 246, 102]),
     (6, [168, 115, 231, 10, 187, 215, 178, 22]),
-    (7, [152, 43, 243, 127, 118, 92, 47, 76]),
+    (7, [253, 204, 120, 17, 68, 51, 140, 7]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
@@ -141,6 +142,7 @@ fn confidence() -> Confidence {
             whiteness_objects: true,
             meaning: Meaning::SmallError,
         },
+        left_over: [LeftOver::Direction { axis: 2, times: 2.5 }].into_iter().collect(),
         held_out: [held_out].into_iter().collect(),
         retired: 300,
         left_out: 2,
@@ -250,7 +252,7 @@ fn from_edge_bus_health() {
 fn from_edge_finding() {
     frozen(
         FromEdge::Finding(Finding { report: report(), confidence: confidence() }),
-        "4c020000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
+        "57020000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
          0000000000000840 0000000000001040 0000000000001440 0000000000001840 \
          01000000000000e03f 00 01000000000000d03f 01000000000000f03f \
          010000000000000040 00 000201000002 9a9999999999b93f 9a9999999999c93f \
@@ -267,6 +269,7 @@ fn from_edge_finding() {
          03 146a6f696e745f312074782073746966666e657373 126a6f696e745f3120727a2064616d70696e67 \
          0564656c6179 03 9c 00 63 01 01000000000000e03f 02 126a6f696e745f3120727a2064616d70696e67 \
          0000403f 0564656c6179 000000bf 01 000000000000f43f 000000000000f83f 00 01 08 \
+         01 01 02 0000000000000440 \
          01 02 000000000000f03f 0000000000000040 000000000000f03f \
          000000000000e03f 000000000000d03f 000000000000f0bf 000000000000f0bf 000000000000f0bf \
          ac02 02",
@@ -370,6 +373,11 @@ fn fullest_confidence() -> Confidence {
         deviation,
         ..some.explanations[0]
     };
+    let left_over = LeftOver::Record {
+        record: u8::MAX,
+        pose: std::iter::repeat_n(1.0, MAX_JOINTS).collect(),
+        times: 2.0,
+    };
     let held_out = HeldOut {
         pose: std::iter::repeat_n(1.0, MAX_JOINTS).collect(),
         ..some.held_out[0].clone()
@@ -383,6 +391,7 @@ fn fullest_confidence() -> Confidence {
         },
         explanations: std::iter::repeat_n(explanation, MAX_EXPLANATIONS).collect(),
         weak_directions: std::iter::repeat_n(direction, MAX_DIRECTIONS).collect(),
+        left_over: std::iter::repeat_n(left_over, MAX_LEFT_OVER).collect(),
         held_out: std::iter::repeat_n(held_out, MAX_HELD_OUT).collect(),
         retired: u64::MAX,
         left_out: u64::MAX,

@@ -9,6 +9,7 @@ use flexid_wire::accuracy::Accuracy;
 use flexid_wire::axes::{SignedAxis, WrongAxes};
 use flexid_wire::explanation::Deviation;
 use flexid_wire::implausible::*;
+use flexid_wire::left_over::LeftOver;
 use flexid_wire::misfits::*;
 use flexid_wire::rate::*;
 use flexid_wire::residuals::*;
@@ -326,6 +327,17 @@ fn every_kind_is_frozen() {
     ] {
         frozen.one("Residuals", &residuals(meaning, objects));
     }
+    frozen.all(
+        "LeftOver",
+        &[
+            LeftOver::Frequency { from_hz: 63.5, to_hz: 89.8, times: 3.4 },
+            LeftOver::Direction { axis: 2, times: 2.2 },
+            LeftOver::Record { record: 2, pose: [0.3, -0.45].into_iter().collect(), times: 2.0 },
+            LeftOver::Time { from: 0.875, to: 1.0, times: 1.75 },
+            LeftOver::Force { exponent: 3.0, std: 0.25 },
+        ],
+    );
+    frozen.one("LeftOver", &LeftOver::Force { exponent: 0.0, std: 0.25 });
     frozen.all("GravityDenial", &[GravityDenial::NoGravity, GravityDenial::Inertial]);
     frozen.all(
         "AccelerationUnit",

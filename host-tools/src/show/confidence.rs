@@ -21,12 +21,14 @@ pub(crate) fn lines(confidence: &Confidence) -> String {
         correlations,
         weak_directions,
         residuals,
+        left_over,
         held_out,
         retired,
         ..
     } = confidence;
     let paragraphs = [
         ("residuals", vec![residuals.to_string()]),
+        ("left over", left_over.iter().map(ToString::to_string).collect()),
         ("explained", explanations.iter().flat_map(explanation).collect()),
         ("held out", prediction(held_out).into_iter().collect()),
         ("retired", retirement(*retired).into_iter().collect()),
@@ -105,6 +107,7 @@ mod tests {
     use flexid_wire::accuracy::Accuracy;
     use flexid_wire::directions::{Share, WeakDirection};
     use flexid_wire::explanation::Deviation;
+    use flexid_wire::left_over::LeftOver;
     use flexid_wire::report::Verdict;
     use flexid_wire::residuals::{Meaning, Residuals};
     use flexid_wire::text::clipped;
@@ -174,6 +177,19 @@ mod tests {
                 percent: percent.into_iter().collect(),
             },
             weak_directions: [direction(&["a", "b"]), direction(&["c"])].into_iter().collect(),
+            left_over: [
+                LeftOver::Frequency { from_hz: 8.0, to_hz: 90.4, times: 3.42 },
+                LeftOver::Direction { axis: 2, times: 2.2 },
+                LeftOver::Record {
+                    record: 2,
+                    pose: [0.3, -0.45].into_iter().collect(),
+                    times: 2.0,
+                },
+                LeftOver::Time { from: 0.75, to: 0.875, times: 1.8 },
+                LeftOver::Force { exponent: 2.9, std: 0.3 },
+            ]
+            .into_iter()
+            .collect(),
             residuals: Residuals {
                 consistency: 1.0,
                 whiteness: 0.5,
@@ -187,6 +203,11 @@ mod tests {
         };
         let expected = "\
 residuals    noise explains them (χ²/dof 1.00, whiteness 0.5)
+left over    8.0 to 90 Hz: 3.4 times the rest: a filter or resonance of a sensor, or a resonance that the model lacks
+             direction z: 2.2 times the others: gain, axis or cable of that axis
+             record 2 (pose 0.30 -0.45): 2.0 times the others: its joint angles, clock or trigger, or what differed in that cut
+             75 to 88 % of the records: 1.8 times the rest: drift, warming or feed, or what the cut does then
+             at the same pose as force^2.9 ± 0.3, not force^1: nonlinear: springs that stiffen or soften with load
 explained    TCP z 2.0 ± 0.4 mm explains 60 % of the misfit: 2.2 times its accuracy (tcp_m, 1.00 mm)
                as likely: TCP y 2.0 ± 0.4 mm
                measure the TCP and correct it in the model, or state tcp_m as it is
@@ -208,6 +229,7 @@ calibration  delay 3.00e-4 s (2.90e-4 s to 3.10e-4 s), identified
         let nothing = Confidence {
             nuisances: Default::default(),
             explanations: Default::default(),
+            left_over: Default::default(),
             correlations: Correlations {
                 unknowns: Default::default(),
                 percent: Default::default(),

@@ -188,6 +188,7 @@ pub(crate) mod tests {
                     whiteness_objects: false,
                     meaning: Meaning::Noise,
                 },
+                left_over: Default::default(),
                 held_out: Default::default(),
                 retired: 0,
                 left_out: 0,

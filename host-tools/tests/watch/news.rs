@@ -76,6 +76,7 @@ fn confidence() -> Confidence {
             whiteness_objects: false,
             meaning: Meaning::Noise,
         },
+        left_over: Default::default(),
         held_out: Default::default(),
         retired: 24,
         left_out: 0,

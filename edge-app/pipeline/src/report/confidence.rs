@@ -1,11 +1,13 @@
 //! The confidence of a report.
 
 use flexid_core::identify::{Estimate, PlantEstimate};
+use flexid_core::refine::LeftOver;
 use flexid_core::sought::{self, Coordinate, Sought};
 use flexid_core::verdict::{Covariance, Trust};
 use flexid_wire::confidence::{
     Confidence, Correlations, HeldOut, Interval, JointIntervals, MAX_NUISANCES, Nuisance,
 };
+use flexid_wire::left_over;
 use flexid_wire::report::Report;
 use flexid_wire::text::{Label, clipped};
 
@@ -21,17 +23,27 @@ use crate::record::Pose;
 /// Number of standard deviations within which 95 % of a normal distribution lie.
 const WITHIN: f64 = 1.959_964;
 
-/// Makes the confidence of `report`. `of_plant` is the estimate, if it is one that holds whatever the imperfections are. `poses` are those
-/// of the experiments that the estimate rests on. `left_out` counts the records that it does not rest on.
+/// What a confidence holds beside its estimate.
+pub(crate) struct Details<'a> {
+    /// The estimate, if it is one that holds whatever the imperfections are.
+    pub(crate) of_plant: Option<&'a PlantEstimate>,
+    /// Where its residuals are larger than elsewhere.
+    pub(crate) left_over: &'a [LeftOver],
+    /// Poses of the experiments that it rests on.
+    pub(crate) poses: &'a [Pose],
+    /// Number of records that it does not rest on.
+    pub(crate) left_out: u64,
+}
+
+/// Makes the confidence of `report`.
 pub(crate) fn confidence(
     config: &Config,
     sought: &Sought,
     estimate: &Estimate,
-    of_plant: Option<&PlantEstimate>,
     report: &Report,
-    poses: &[Pose],
-    left_out: u64,
+    details: &Details<'_>,
 ) -> Confidence {
+    let &Details { of_plant, left_over, poses, left_out } = details;
     let residuals = Residuals::of(estimate);
     let allowed = residuals.allow_intervals();
     let intervals = |values: &[f64; 6], deviations: &[Option<f64>; 6]| {
@@ -65,6 +77,7 @@ pub(crate) fn confidence(
         correlations: correlations(&estimate.covariance, &names),
         weak_directions: estimate.weak_directions.iter().map(direction).collect(),
         residuals: residuals.message(),
+        left_over: left_over.iter().map(|one| self::left_over(one, poses)).collect(),
         held_out: held_out.collect(),
         retired: estimate.retired,
         left_out,
@@ -101,6 +114,24 @@ fn nuisance(found: &sought::Nuisance, width: f64, trust: Trust, residuals: Resid
 
 pub(super) fn normal(value: f64, standard_deviation: f64) -> Interval {
     [value - WITHIN * standard_deviation, value + WITHIN * standard_deviation]
+}
+
+fn left_over(found: &LeftOver, poses: &[Pose]) -> left_over::LeftOver {
+    use left_over::LeftOver as Message;
+    match *found {
+        LeftOver::Frequency { from_hz, to_hz, times } => {
+            Message::Frequency { from_hz, to_hz, times }
+        }
+        // Axes and records are few.
+        LeftOver::Direction { axis, times } => Message::Direction { axis: axis as u8, times },
+        LeftOver::Record { record, times } => Message::Record {
+            record: record as u8 + 1,
+            pose: poses.get(record).cloned().unwrap_or_default(),
+            times,
+        },
+        LeftOver::Time { from, to, times } => Message::Time { from, to, times },
+        LeftOver::Force { exponent, deviation } => Message::Force { exponent, std: deviation },
+    }
 }
 
 fn correlations(covariance: &Covariance, names: &[Label]) -> Correlations {

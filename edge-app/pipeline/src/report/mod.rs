@@ -16,7 +16,7 @@ mod warnings;
 
 pub(crate) use assembly::report;
 pub(crate) use basis::Basis;
-pub(crate) use confidence::confidence;
+pub(crate) use confidence::{Details, confidence};
 pub(crate) use explanations::contradicted;
 pub(crate) use fault::{without_equilibrium, without_spectrum};
 pub(crate) use lines::lines;

@@ -16,7 +16,7 @@ use flexid_core::identify::{
 };
 use flexid_core::loss::target::Target;
 use flexid_core::parameters::Bushings;
-use flexid_core::refine::Plant;
+use flexid_core::refine::{LeftOver, Plant};
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
 use flexid_wire::finding::Finding;
@@ -31,7 +31,7 @@ use crate::config::{Config, Validity};
 use crate::intake::Counts;
 use crate::intake::plausibility::{Axes, Scale};
 use crate::record::{BINS, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES};
-use crate::report::{self, Basis, StaticReport, confidence, report};
+use crate::report::{self, Basis, Details, StaticReport, confidence, report};
 use crate::stop::Stop;
 use crate::text::count;
 use crate::unchecked;
@@ -75,6 +75,8 @@ pub struct Solver {
     plant: Option<Box<Plant>>,
     /// Estimate that holds whatever these imperfections are. `None` until it is made of the settled estimate.
     of_plant: Option<Box<PlantEstimate>>,
+    /// Where the residuals of the settled estimate are larger than elsewhere.
+    left_over: Vec<LeftOver>,
     /// Whether that, and the tones of the settled estimate, have been considered.
     is_considered: bool,
     /// Robot at the upper ends of the bounds. A record is refused if this robot has no equilibrium at its pose.
@@ -245,6 +247,7 @@ impl Solver {
             taken: Taken::default(),
             plant: Some(plant).filter(|plant| !plant.is_perfect()),
             of_plant: None,
+            left_over: Vec::new(),
             is_considered: false,
             stiffest,
             state: State::new(config),
@@ -325,6 +328,7 @@ impl Solver {
                 self.poses = self.poses_of_experiments();
                 self.unsettled.clear();
                 self.of_plant = None;
+                self.left_over.clear();
                 self.is_considered = false;
                 break;
             }
@@ -343,11 +347,11 @@ impl Solver {
     }
 
     /// Refines the settled estimate together with the imperfections of the plant, if that has not been done. Subtracts the tones
-    /// that its residuals show, and fits again.
+    /// that its residuals show, and fits again. Looks where the residuals of the last fit are larger than elsewhere.
     fn consider_plant(&mut self, stop: &Stop) {
         let mut rounds = 0;
         while !self.is_considered && is_in_time(stop, &mut self.deadline) {
-            let Self { identifier, experiments, plant, of_plant, deadline, .. } = self;
+            let Self { identifier, experiments, plant, of_plant, left_over, deadline, .. } = self;
             let mut go_on = || is_in_time(stop, deadline);
             if let Some(plant) = plant {
                 let found = identifier.estimate_of_plant(experiments, plant, &mut go_on);
@@ -359,6 +363,8 @@ impl Solver {
             self.is_considered = rounds == MAX_TONE_ROUNDS
                 || !identifier.subtract_tones(experiments, plant.as_deref(), &estimate);
             if self.is_considered {
+                let found = identifier.left_over(experiments, plant.as_deref(), &estimate);
+                left_over.extend(found);
                 return;
             }
             rounds += 1;
@@ -474,9 +480,13 @@ impl Solver {
             troubles,
         };
         let report = report(config, sought, &estimate, &basis);
-        let of_plant = self.of_plant.as_deref();
-        let confidence =
-            confidence(config, sought, &estimate, of_plant, &report, &self.poses, left_out);
+        let details = Details {
+            of_plant: self.of_plant.as_deref(),
+            left_over: &self.left_over,
+            poses: &self.poses,
+            left_out,
+        };
+        let confidence = confidence(config, sought, &estimate, &report, &details);
         Some(Finding { report, confidence })
     }
 

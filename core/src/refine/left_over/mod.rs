@@ -1,0 +1,207 @@
+//! Where a fit leaves more than elsewhere: in which band, along which direction, in which record and part of the records; and whether
+//! that goes with the force.
+//!
+//! Each points to another family of causes: a filter or a resonance, a sensor's axis, a clock, drift, and joints that are not linear. The
+//! squares of the whitened residuals are summed into the cells of each margin (`cells`, `time`), from where the last fit has ended. The
+//! cell that differs most from all others of its margin is named, if noise does not make it so.
+
+mod cells;
+mod force;
+mod time;
+
+use core::f64::consts::TAU;
+
+use heapless::Vec;
+
+use super::batch::{Bins, COLUMNS};
+use super::equations::{Assembly, Equations, OF_RECORD};
+use super::model::Model;
+use super::record::Workspace;
+use super::unexplained;
+use super::{Plant, Problem, Refinement};
+use crate::search::MAX_EXPERIMENTS;
+use crate::sought::Coordinates;
+use crate::spectrum::Experiment;
+use cells::{Cell, worst};
+use force::{OfRecord, exponent};
+use time::{EIGHTHS, InTime};
+
+/// Largest number of places: one for each margin.
+pub const MAX_LEFT_OVER: usize = 5;
+/// Most bands.
+const MAX_BANDS: usize = 16;
+/// Bands in an octave. Chosen: the half width of a resonance that the band shows well is less.
+const PER_OCTAVE: f64 = 2.0;
+
+/// Where more is left than elsewhere. `times` is the mean square of the whitened residuals there in that of all others, at least 1.5.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LeftOver {
+    /// In a band.
+    Frequency {
+        /// Lower end, Hz.
+        from_hz: f64,
+        /// Upper end, Hz.
+        to_hz: f64,
+        /// How many times what is left elsewhere.
+        times: f64,
+    },
+    /// Along an axis of the accelerometer.
+    Direction {
+        /// Number of the axis, 0 to 2.
+        axis: usize,
+        /// How many times what is left along the others.
+        times: f64,
+    },
+    /// In a record.
+    Record {
+        /// Its number, from 0.
+        record: usize,
+        /// How many times what is left of the others.
+        times: f64,
+    },
+    /// In a part of every record.
+    Time {
+        /// Start, as a part of the record, 0 to 1.
+        from: f64,
+        /// End, likewise.
+        to: f64,
+        /// How many times what is left in the rest.
+        times: f64,
+    },
+    /// What is left at the same pose goes with another power of the force than the first, with which an error of a linear model goes.
+    Force {
+        /// This power.
+        exponent: f64,
+        /// Its standard deviation.
+        deviation: f64,
+    },
+}
+
+impl Refinement {
+    /// Where more is left of the records than elsewhere at some coordinates, or where a plant stands, if there is one. Nothing where
+    /// gravity leaves the robot no equilibrium.
+    pub(crate) fn left_over<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        coordinates: &Coordinates,
+        plant: Option<&Plant>,
+        experiments: &[Experiment<B>],
+    ) -> Vec<LeftOver, MAX_LEFT_OVER> {
+        let mut margins = Margins::new(problem.measurement.band_hz);
+        for (record, experiment) in experiments.iter().enumerate().take(MAX_EXPERIMENTS) {
+            let model = match plant {
+                Some(plant) => plant.model(problem, &experiment.pose, record),
+                None => self.workspace.model(problem, coordinates, &experiment.pose, record),
+            };
+            let Ok(model) = model else { return Vec::new() };
+            self.workspace.add_left_over(problem, &model, experiment, &mut margins);
+        }
+        margins.left_over()
+    }
+}
+
+impl Workspace {
+    fn add_left_over<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        model: &Model,
+        experiment: &Experiment<B>,
+        margins: &mut Margins,
+    ) {
+        let (seam, _) = self.fit_seam(problem, model, experiment);
+        let assembly: Assembly<'_, (), COLUMNS, OF_RECORD> = Assembly {
+            model,
+            record: Bins::of(experiment),
+            equations: Equations::All(&seam),
+            sought: problem.sought,
+            further: (),
+            normal: &mut self.record,
+            level: problem.level,
+        };
+        margins.begin(OfRecord::new(&experiment.pose, experiment.rms_force()));
+        let mut index = 0;
+        unexplained::run(assembly, &mut |bin| {
+            let white = bin.white().map(|value| [value.re, value.im]);
+            margins.take(experiment.omega(index) / TAU, &white);
+            index += 1;
+        });
+    }
+}
+
+/// Sums of the squares along each margin.
+#[derive(Clone, Debug)]
+struct Margins {
+    band_hz: [f64; 2],
+    bands: Vec<Cell, MAX_BANDS>,
+    directions: [Cell; 3],
+    records: Vec<OfRecord, MAX_EXPERIMENTS>,
+    time: InTime,
+}
+
+impl Margins {
+    fn new(band_hz: [f64; 2]) -> Self {
+        // A band from zero on has no octaves. Its lowest cell begins there.
+        let lower = band_hz[0].max(band_hz[1] / libm::exp2(MAX_BANDS as f64 / PER_OCTAVE));
+        let bands = libm::round(PER_OCTAVE * libm::log2(band_hz[1] / lower));
+        let bands = (bands as usize).clamp(1, MAX_BANDS);
+        Self {
+            band_hz: [lower, band_hz[1]],
+            bands: (0..bands).map(|_| Cell::default()).collect(),
+            directions: [Cell::default(); 3],
+            records: Vec::new(),
+            time: InTime::default(),
+        }
+    }
+
+    /// Begins the next record.
+    fn begin(&mut self, record: OfRecord) {
+        self.time.begin();
+        // There is room for every record.
+        let _ = self.records.push(record);
+    }
+
+    /// Takes the next bin of the record: real and imaginary part of the whitened residual along each axis.
+    fn take(&mut self, hz: f64, white: &[[f64; 2]; 3]) {
+        let [lower, upper] = self.band_hz;
+        let place = libm::log(hz / lower) / libm::log(upper / lower) * self.bands.len() as f64;
+        // The conversion saturates.
+        let band = (place as usize).min(self.bands.len() - 1);
+        for (axis, [re, im]) in white.iter().enumerate() {
+            let square = re * re + im * im;
+            self.directions[axis].add(square);
+            self.bands[band].add(square);
+            if let Some(record) = self.records.last_mut() {
+                record.left.add(square);
+            }
+        }
+        self.time.take(white);
+    }
+
+    fn left_over(&self) -> Vec<LeftOver, MAX_LEFT_OVER> {
+        let [lower, upper] = self.band_hz;
+        let edge =
+            |index: usize| lower * libm::pow(upper / lower, index as f64 / self.bands.len() as f64);
+        let part = |index: usize| index as f64 / EIGHTHS as f64;
+        let records: Vec<Cell, MAX_EXPERIMENTS> = self.records.iter().map(|it| it.left).collect();
+        let found = [
+            worst(&self.bands).map(|(band, times)| LeftOver::Frequency {
+                from_hz: edge(band),
+                to_hz: edge(band + 1),
+                times,
+            }),
+            worst(&self.directions).map(|(axis, times)| LeftOver::Direction { axis, times }),
+            worst(&records).map(|(record, times)| LeftOver::Record { record, times }),
+            worst(&self.time.cells()).map(|(eighth, times)| LeftOver::Time {
+                from: part(eighth),
+                to: part(eighth + 1),
+                times,
+            }),
+            exponent(&self.records)
+                .map(|[exponent, deviation]| LeftOver::Force { exponent, deviation }),
+        ];
+        found.into_iter().flatten().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;
