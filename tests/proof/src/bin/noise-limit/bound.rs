@@ -11,7 +11,7 @@ use anyhow::{Context, Result};
 use flexid_core::chain::Chain;
 use flexid_core::parameters::Bushing;
 use flexid_simulation::experiment::Cut;
-use nalgebra::{Complex, DMatrix, DVector, Matrix3x6};
+use nalgebra::{Complex, DMatrix, DVector, Matrix3x6, MatrixXx3, Vector3};
 use realfft::RealFftPlanner;
 
 use crate::linear::{Equation, Motion};
@@ -19,6 +19,25 @@ use crate::study::Study;
 
 /// Ridge on the normalised columns of the ends, since some of them hardly differ in the band.
 const RIDGE: f64 = 1e-12;
+
+/// The true robot at a frequency.
+pub(crate) struct Bin {
+    /// iω, 1/s.
+    pub(crate) s: Complex<f64>,
+    /// Force at the TCP, along its axes.
+    pub(crate) force: Vector3<Complex<f64>>,
+    /// Reading of the accelerometer.
+    pub(crate) reading: Vector3<Complex<f64>>,
+    /// Elongation of each degree of freedom.
+    pub(crate) elongation: DVector<Complex<f64>>,
+    /// Reading per unit load on each degree of freedom, 3×N.
+    pub(crate) per_load: DMatrix<Complex<f64>>,
+    /// Reading per unit force.
+    pub(crate) accelerance: MatrixXx3<Complex<f64>>,
+}
+
+/// Derivative of the reading that the force predicts, by a further unknown.
+pub(crate) type Column = Box<dyn Fn(&Bin) -> Vector3<Complex<f64>>>;
 
 /// Fisher information of the logarithms of the parameters: joint by joint, six stiffnesses, then six dampings.
 pub(crate) fn information(
@@ -29,64 +48,92 @@ pub(crate) fn information(
     motion: &Motion,
     window: Range<usize>,
 ) -> Result<DMatrix<f64>> {
-    let sampling = &study.scenario.measurement;
-    let equation = Equation::new(chain, bushings, cut);
-    let (n, samples) = (equation.size(), window.len());
-    let elongation = spectra(motion, window)?;
-    let hz_per_bin = cut.rate_hz / samples as f64;
-    let [first, last] = study.measurement.band_hz.map(|edge| edge / hz_per_bin);
-    let bins: Vec<usize> = (first.ceil() as usize..=last.floor() as usize).collect();
-    let ends = 2 * n + 6;
-    let mut rows = DMatrix::zeros(6 * bins.len(), ends + 2 * n);
-    // Variance of the real and of the imaginary part, each.
-    let variance = |deviation: f64| 0.5 * samples as f64 * deviation * deviation;
-    let force_variance = variance(sampling.force_noise());
-    let acceleration_variance = variance(sampling.acceleration_noise());
-    let loads = {
-        let mut loads = DMatrix::zeros(n, 6);
-        loads.columns_mut(0, 3).copy_from(&equation.tip.transpose());
-        loads.columns_mut(3, 3).copy_from(&equation.tilt.transpose());
-        loads.map(Complex::from)
-    };
-    for (index, &bin) in bins.iter().enumerate() {
-        let omega = TAU * hz_per_bin * bin as f64;
-        let s = Complex::new(0.0, omega);
-        let dynamic = equation.mass.map(Complex::from) * (s * s)
-            + equation.damping.map(|d| s * d)
-            + equation.stiffness.map(Complex::from);
-        let moved = dynamic.lu().solve(&loads).context("a pole on the axis")?;
-        // Reading per unit load on each degree of freedom, 3×N.
-        let per_load = (moved.columns(0, 3) * (s * s) + moved.columns(3, 3)).transpose();
-        let accelerance = &per_load * equation.tip.transpose().map(Complex::from);
-        let covariance = &accelerance * accelerance.adjoint() * Complex::from(force_variance)
-            + DMatrix::identity(3, 3) * Complex::from(acceleration_variance);
-        let factor = covariance.cholesky().context("noise without a covariance")?.unpack();
-        let mut columns = DMatrix::<Complex<f64>>::zeros(3, ends + 2 * n);
-        for dof in 0..n {
-            let load = per_load.column(dof);
-            let place = 12 * (dof / 6) + dof % 6;
-            let (k, d) = (bushings[dof / 6].stiffness[dof % 6], bushings[dof / 6].damping[dof % 6]);
-            let q = elongation[dof][bin];
-            columns.set_column(dof, &load);
-            columns.set_column(n + dof, &(load / (s / TAU)));
-            columns.set_column(ends + place, &(load * (q * -k)));
-            columns.set_column(ends + place + 6, &(load * (q * s * -d)));
-        }
-        let jump = Matrix3x6::from_fn(|axis, column| match column {
-            c if c == axis => Complex::from(1.0),
-            c if c == axis + 3 => s,
-            _ => Complex::from(0.0),
-        });
-        columns.columns_mut(2 * n, 6).copy_from(&jump);
-        factor.solve_lower_triangular_mut(&mut columns);
-        for axis in 0..3 {
-            for (column, value) in columns.row(axis).iter().enumerate() {
-                rows[(6 * index + 2 * axis, column)] = value.re;
-                rows[(6 * index + 2 * axis + 1, column)] = value.im;
+    let record = Milled { study, chain, bushings, cut, motion };
+    record.information(window, &[])
+}
+
+/// A cut by the true robot.
+#[derive(Clone, Copy)]
+pub(crate) struct Milled<'a> {
+    pub(crate) study: &'a Study,
+    pub(crate) chain: &'a Chain,
+    pub(crate) bushings: &'a [Bushing],
+    pub(crate) cut: &'a Cut,
+    pub(crate) motion: &'a Motion,
+}
+
+impl Milled<'_> {
+    /// Fisher information that the samples of a window have of the logarithms of the parameters and of `further` unknowns.
+    pub(crate) fn information(
+        &self,
+        window: Range<usize>,
+        further: &[Column],
+    ) -> Result<DMatrix<f64>> {
+        let Self { study, chain, bushings, cut, motion } = *self;
+        let sampling = &study.scenario.measurement;
+        let equation = Equation::new(chain, bushings, cut);
+        let (n, samples) = (equation.size(), window.len());
+        let spectra = Spectra::new(motion, window)?;
+        let hz_per_bin = cut.rate_hz / samples as f64;
+        let [first, last] = study.measurement.band_hz.map(|edge| edge / hz_per_bin);
+        let bins: Vec<usize> = (first.ceil() as usize..=last.floor() as usize).collect();
+        let ends = 2 * n + 6;
+        let sought = 2 * n + further.len();
+        let mut rows = DMatrix::zeros(6 * bins.len(), ends + sought);
+        // Variance of the real and of the imaginary part, each.
+        let variance = |deviation: f64| 0.5 * samples as f64 * deviation * deviation;
+        let force_variance = variance(sampling.force_noise());
+        let acceleration_variance = variance(sampling.acceleration_noise());
+        let loads = {
+            let mut loads = DMatrix::zeros(n, 6);
+            loads.columns_mut(0, 3).copy_from(&equation.tip.transpose());
+            loads.columns_mut(3, 3).copy_from(&equation.tilt.transpose());
+            loads.map(Complex::from)
+        };
+        for (index, &bin) in bins.iter().enumerate() {
+            let omega = TAU * hz_per_bin * bin as f64;
+            let s = Complex::new(0.0, omega);
+            let dynamic = equation.mass.map(Complex::from) * (s * s)
+                + equation.damping.map(|d| s * d)
+                + equation.stiffness.map(Complex::from);
+            let moved = dynamic.lu().solve(&loads).context("a pole on the axis")?;
+            let per_load = (moved.columns(0, 3) * (s * s) + moved.columns(3, 3)).transpose();
+            let accelerance = &per_load * equation.tip.transpose().map(Complex::from);
+            let covariance = &accelerance * accelerance.adjoint() * Complex::from(force_variance)
+                + DMatrix::identity(3, 3) * Complex::from(acceleration_variance);
+            let factor = covariance.cholesky().context("noise without a covariance")?.unpack();
+            let at = spectra.at(bin, s, per_load, accelerance);
+            let mut columns = DMatrix::<Complex<f64>>::zeros(3, ends + sought);
+            for dof in 0..n {
+                let load = at.per_load.column(dof);
+                let place = 12 * (dof / 6) + dof % 6;
+                let (k, d) =
+                    (bushings[dof / 6].stiffness[dof % 6], bushings[dof / 6].damping[dof % 6]);
+                let q = at.elongation[dof];
+                columns.set_column(dof, &load);
+                columns.set_column(n + dof, &(load / (s / TAU)));
+                columns.set_column(ends + place, &(load * (q * -k)));
+                columns.set_column(ends + place + 6, &(load * (q * s * -d)));
+            }
+            let jump = Matrix3x6::from_fn(|axis, column| match column {
+                c if c == axis => Complex::from(1.0),
+                c if c == axis + 3 => s,
+                _ => Complex::from(0.0),
+            });
+            columns.columns_mut(2 * n, 6).copy_from(&jump);
+            for (index, column) in further.iter().enumerate() {
+                columns.set_column(ends + 2 * n + index, &column(&at));
+            }
+            factor.solve_lower_triangular_mut(&mut columns);
+            for axis in 0..3 {
+                for (column, value) in columns.row(axis).iter().enumerate() {
+                    rows[(6 * index + 2 * axis, column)] = value.re;
+                    rows[(6 * index + 2 * axis + 1, column)] = value.im;
+                }
             }
         }
+        project_out(&rows, ends)
     }
-    project_out(&rows, ends)
 }
 
 /// `NᵀN` of the columns from `ends` on, less what the columns before them explain.
@@ -124,15 +171,52 @@ pub(crate) fn distance(information: &DMatrix<f64>, errors: &[f64]) -> f64 {
     (errors.dot(&(information * &errors)) / errors.len() as f64).sqrt()
 }
 
-/// Discrete Fourier transforms of the elongations in the window: `[dof][bin]`.
-fn spectra(motion: &Motion, window: Range<usize>) -> Result<Vec<Vec<Complex<f64>>>> {
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(window.len());
-    let spectrum = |series: &Vec<f64>| {
-        let mut spectrum = transform.make_output_vec();
-        transform.process(&mut series[window.clone()].to_vec(), &mut spectrum)?;
-        Ok(spectrum)
-    };
-    motion.elongation.iter().map(spectrum).collect()
+/// Discrete Fourier transforms of a motion in the window.
+struct Spectra {
+    force: Vec<Vec<Complex<f64>>>,
+    reading: Vec<Vec<Complex<f64>>>,
+    elongation: Vec<Vec<Complex<f64>>>,
+}
+
+impl Spectra {
+    fn new(motion: &Motion, window: Range<usize>) -> Result<Self> {
+        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(window.len());
+        let spectrum = |mut series: Vec<f64>| {
+            let mut spectrum = transform.make_output_vec();
+            transform.process(&mut series, &mut spectrum)?;
+            Ok(spectrum)
+        };
+        let axes = |signal: &[Vector3<f64>]| -> Result<Vec<_>> {
+            let along = |axis: usize| signal[window.clone()].iter().map(|v| v[axis]).collect();
+            (0..3).map(|axis| spectrum(along(axis))).collect()
+        };
+        let elongation = motion.elongation.iter().map(|one| spectrum(one[window.clone()].to_vec()));
+        Ok(Self {
+            force: axes(&motion.force)?,
+            reading: axes(&motion.acceleration)?,
+            elongation: elongation.collect::<Result<_>>()?,
+        })
+    }
+
+    fn at(
+        &self,
+        bin: usize,
+        s: Complex<f64>,
+        per_load: DMatrix<Complex<f64>>,
+        accelerance: MatrixXx3<Complex<f64>>,
+    ) -> Bin {
+        let each = |series: &[Vec<Complex<f64>>], index: usize| series[index][bin];
+        Bin {
+            s,
+            force: Vector3::from_fn(|axis, _| each(&self.force, axis)),
+            reading: Vector3::from_fn(|axis, _| each(&self.reading, axis)),
+            elongation: DVector::from_fn(self.elongation.len(), |dof, _| {
+                each(&self.elongation, dof)
+            }),
+            per_load,
+            accelerance,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -142,7 +226,6 @@ mod tests {
     use super::*;
     use crate::common::Dense;
     use crate::linear::motion;
-    use nalgebra::Vector3;
 
     type Spectrum = Vec<Vector3<Complex<f64>>>;
 

@@ -119,12 +119,7 @@ fn each_of_many(parameters: &[&Parameter]) -> Vec<Figure> {
 fn nearest_of_few(parameters: &[&Parameter]) -> Vec<Figure> {
     let nearest =
         |what, right: f64, limits: fn(&Parameter) -> [f64; 2], of: fn(&Parameter) -> f64, unit| {
-            let off = |p: &Parameter| match (of(p), limits(p)) {
-                (value, [least, _]) if value < right => (right - value) / (right - least),
-                // A share of 100 % of a few intervals is no fault.
-                (_, [_, most]) if most >= 100.0 => 0.0,
-                (value, [_, most]) => (value - right) / (most - right),
-            };
+            let off = |p: &Parameter| spread::off(of(p), right, limits(p));
             let nearest = parameters.iter().max_by(|a, b| off(a).total_cmp(&off(b)))?;
             let what = format!("{what}, of those identified in fewer the nearest to its limits");
             Some(

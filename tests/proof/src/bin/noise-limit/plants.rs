@@ -17,13 +17,18 @@ use rayon::prelude::*;
 use crate::common::Random;
 use crate::figure::{Figure, median};
 use crate::find::{Found, find, find_on_plant};
-use crate::intervals::Intervals;
+use crate::intervals::{Intervals, percent};
+use crate::oracle;
 use crate::records::{Record, Sensors, Signals};
 use crate::spread;
 use crate::study::{Purpose, Study, name, random};
 
 /// Limits of the share of the intervals that cover, percent.
 const COVER: [f64; 2] = [93.0, 98.0];
+/// The same of each parameter by itself.
+const EACH: [f64; 2] = [90.0, 99.0];
+/// Largest median standard deviation over that of an oracle.
+const OVER_ORACLE: f64 = 1.5;
 /// Standard deviations by which an interval misses grossly.
 const GROSS: f64 = 5.0;
 /// Largest share of intervals that miss grossly, percent.
@@ -39,12 +44,20 @@ const SPINDLE_HZ: f64 = 47.0;
 /// The result of one run.
 struct Outcome {
     is_consistent: bool,
-    /// Errors of the identified parameters, in standard deviations.
-    scores: Vec<f64>,
-    /// Their standard deviations.
-    widths: Vec<f64>,
+    identified: Vec<Identified>,
     /// Number of parameters that a perfect model identifies on a perfect plant.
     at_noise_limit: usize,
+}
+
+/// An identified parameter.
+struct Identified {
+    index: usize,
+    /// Standard deviation of the logarithm.
+    deviation: f64,
+    /// Error in standard deviations.
+    score: f64,
+    /// Standard deviation over that of an oracle.
+    over_oracle: f64,
 }
 
 /// As [`prove`], of the scenario of six joints.
@@ -61,13 +74,17 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
     let least = spread::percentages(robots, EXPLAINED / 100.0, [EXPLAINED, 100.0])[0];
     let held = 100.0 * explained as f64 >= least * robots as f64;
     let mut intervals = Intervals::default();
-    for Outcome { scores, .. } in &all {
-        intervals.push(scores.iter().copied());
+    for Outcome { identified, .. } in &all {
+        intervals.push(identified.iter().map(|one| one.score));
     }
-    let scores: Vec<f64> = all.iter().flat_map(|outcome| outcome.scores.iter().copied()).collect();
-    let widths: Vec<f64> = all.iter().flat_map(|outcome| outcome.widths.iter().copied()).collect();
-    let gross = scores.iter().filter(|score| score.abs() > GROSS).count();
-    let share = 100.0 * gross as f64 / scores.len().max(1) as f64;
+    if details {
+        eprintln!("independent intervals per interval: {:.2}", intervals.independence()[0]);
+    }
+    let identified: Vec<&Identified> = all.iter().flat_map(|outcome| &outcome.identified).collect();
+    let gross = identified.iter().filter(|one| one.score.abs() > GROSS).count();
+    let share = 100.0 * gross as f64 / identified.len().max(1) as f64;
+    let middle =
+        |of: fn(&Identified) -> f64| median(identified.iter().map(|one| of(one)).collect());
     let at_noise_limit: usize = all.iter().map(|outcome| outcome.at_noise_limit).sum();
     Ok(vec![
         Figure::count(
@@ -78,6 +95,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
             &format!("at least {least:.0} %"),
         ),
         intervals.cover_within("drawn plants, identified", COVER),
+        each(&identified, 12 * study.chain.joints().len()),
         Figure::at_most(
             "drawn plants: intervals that miss by over 5 σ",
             robots,
@@ -85,14 +103,24 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
             share,
             " %",
         ),
+        Figure::at_most(
+            "drawn plants: median standard deviation over that of an oracle that knows the priors",
+            robots,
+            OVER_ORACLE,
+            middle(|one| one.over_oracle),
+            "",
+        ),
         Figure::count(
             "drawn plants: parameters that are identified, of those that are at the noise limit",
             at_noise_limit,
-            100.0 * scores.len() as f64 >= KEPT * at_noise_limit as f64,
-            scores.len(),
+            100.0 * identified.len() as f64 >= KEPT * at_noise_limit as f64,
+            identified.len(),
             &format!("at least {KEPT:.0} %"),
         )
-        .remark(format_args!("median standard deviation {:.2} %", 100.0 * median(widths))),
+        .remark(format_args!(
+            "median standard deviation {:.2} %",
+            100.0 * middle(|one| one.deviation)
+        )),
     ])
 }
 
@@ -107,20 +135,39 @@ fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Out
     let perfect = self::records(study, cuts, &Plant::default(), robot)?;
     let at_noise_limit = find(&study.task(), &perfect, random(Purpose::Search, robot).0)?;
     let errors = found.errors(&truth);
-    let identified: Vec<usize> =
-        (0..errors.len()).filter(|index| found.identifies(*index)).collect();
-    let scores: Vec<f64> =
-        identified.iter().map(|&index| errors[index] / found.deviations[index]).collect();
+    let oracle = oracle::deviations(study, &truth, cuts, &accuracies)?;
+    let one = |index: usize| {
+        let deviation = found.deviations[index];
+        let [score, over_oracle] = [errors[index] / deviation, deviation / oracle[index]];
+        Identified { index, deviation, score, over_oracle }
+    };
+    let identified: Vec<_> =
+        (0..errors.len()).filter(|&index| found.identifies(index)).map(one).collect();
     if details {
-        print(robot, &found, &identified, &scores);
+        print(robot, &found, &identified);
         eprintln!("    at the noise limit {} identified", at_noise_limit.identified());
     }
     Ok(Outcome {
         is_consistent: found.is_consistent(),
-        scores,
-        widths: identified.iter().map(|&index| found.deviations[index]).collect(),
+        identified,
         at_noise_limit: at_noise_limit.identified(),
     })
+}
+
+/// The share that covers that is nearest to its limits, of each parameter by itself.
+fn each(identified: &[&Identified], parameters: usize) -> Figure {
+    let of = |index: usize| -> Vec<f64> {
+        identified.iter().filter(|one| one.index == index).map(|one| one.score).collect()
+    };
+    let limits = |scores: &[f64]| spread::percentages(scores.len(), 0.95, EACH);
+    let off = |scores: &[f64]| spread::off(percent(scores), 95.0, limits(scores));
+    let all = (0..parameters).map(|index| (index, of(index)));
+    let all = all.filter(|(_, scores)| !scores.is_empty());
+    let nearest = all.max_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
+    let (index, scores) = nearest.unwrap_or_default();
+    let what =
+        "drawn plants: 95 % intervals that cover, of each parameter the nearest to its limits";
+    Figure::within(what, scores.len(), limits(&scores), percent(&scores), " %").remark(name(index))
 }
 
 /// A perfect plant with one error.
@@ -168,11 +215,11 @@ pub(crate) fn found(
     Ok((study.robot(number), found))
 }
 
-fn print(robot: u64, found: &Found, identified: &[usize], scores: &[f64]) {
+fn print(robot: u64, found: &Found, identified: &[Identified]) {
     let estimate = &found.estimate;
-    let worst = (0..scores.len()).max_by(|&a, &b| scores[a].abs().total_cmp(&scores[b].abs()));
+    let worst = identified.iter().max_by(|a, b| a.score.abs().total_cmp(&b.score.abs()));
     let worst = worst.map_or_else(String::new, |worst| {
-        format!(", worst {} by {:.1} σ", name(identified[worst]), scores[worst])
+        format!(", worst {} by {:.1} σ", name(worst.index), worst.score)
     });
     eprintln!(
         "robot {robot}: {:?}, χ²/dof {:.3}, whiteness {:.1}, {} starts, {} identified{worst}",
@@ -182,6 +229,13 @@ fn print(robot: u64, found: &Found, identified: &[usize], scores: &[f64]) {
         found.starts,
         identified.len()
     );
+    for Identified { index, deviation, score, over_oracle } in identified {
+        eprintln!(
+            "    {}: {:.2} %, {over_oracle:.2} of the oracle's, off by {score:.1} σ",
+            name(*index),
+            100.0 * deviation
+        );
+    }
 }
 
 /// A plant whose every error is drawn from a normal distribution.

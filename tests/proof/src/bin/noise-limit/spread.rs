@@ -36,6 +36,18 @@ pub(crate) fn percentages(trials: usize, share: f64, [least, most]: [f64; 2]) ->
     [least.min(fewest), most.max(largest)]
 }
 
+/// Distance of a figure from the `right` one, as a part of that of its limits.
+pub(crate) fn off(value: f64, right: f64, [least, most]: [f64; 2]) -> f64 {
+    if value < right {
+        (right - value) / (right - least)
+    } else if most >= 100.0 {
+        // A share of 100 % of a few intervals is no fault.
+        0.0
+    } else {
+        (value - right) / (most - right)
+    }
+}
+
 /// Limits of the root mean square of standard normal errors, `[least, most]` (Wilson and Hilferty, 1931).
 pub(crate) fn root_mean_squares(errors: usize) -> [f64; 2] {
     let variance = 2.0 / (9.0 * errors.max(1) as f64);

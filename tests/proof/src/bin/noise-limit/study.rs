@@ -130,8 +130,12 @@ impl Study {
     ) -> Vec<Vec<Cut>> {
         let draw = |number| {
             let mut random = random(Purpose::Cut, 2 * number + which);
-            let cut =
-                |one| Cut::new(&experiment(one), &self.scenario.cutting, &sampling, &mut random.0);
+            let cut = |one| {
+                let cut =
+                    Cut::new(&experiment(one), &self.scenario.cutting, &sampling, &mut random.0);
+                let Measurement { gravity, accelerometer, mounting, .. } = self.measurement;
+                Cut { gravity: gravity.into(), accelerometer, mounting, ..cut }
+            };
             self.scenario.experiments.iter().take(self.experiments).map(cut).collect()
         };
         (0..DRAWS).into_par_iter().map(draw).collect()

@@ -1,0 +1,374 @@
+//! Derivatives of a reading by the imperfections of a plant, by the dense model.
+//!
+//! The prediction is `A = R (s²M + sD + K)⁻¹ P F`: the measured force F pushes, and the accelerometer reads `R = s² R₂ + R₀`. With the
+//! elongations q of the perfect plant, an imperfection of the matrices adds
+//!
+//! ```text
+//! δA = δR q + R Z⁻¹ (δP F − δZ q)      Z = s²M + sD + K
+//! ```
+//!
+//! The matrices' changes are differences of those of the simulator's robots, whose plants differ in this imperfection alone. A sensor's
+//! imperfections are multiples of its signal. What the imperfections mean, [`Imperfection`] says.
+
+use std::f64::consts::{FRAC_2_PI, TAU};
+
+use anyhow::{Result, anyhow};
+use flexid_core::chain::{Chain, JointKind};
+use flexid_core::imperfection::{Accuracies, Imperfection, Sensor};
+use flexid_simulation::experiment::Cut;
+use flexid_simulation::plant::Plant;
+use nalgebra::{Complex, DMatrix, DVector, Isometry3, Matrix3, Translation3, Vector3};
+
+use crate::bound::{Column, Milled};
+use crate::linear::Equation;
+use crate::plants::with;
+
+/// Step of a difference, in standard deviations. Chosen: curvature and rounding change a difference by less than 1e-4 of it.
+const STEP: f64 = 1e-2;
+/// Rate from which on a drive is stiffer, 1/s.
+const SERVO: f64 = TAU * 10.0;
+
+/// All imperfections of a robot with so many joints, milling so many records, each with its standard deviation.
+pub(crate) fn all(own: &Accuracies, joints: usize, records: usize) -> Vec<(Imperfection, f64)> {
+    use Imperfection as I;
+    let mut all = vec![(I::Delay, own.delay), (I::Hysteresis, own.hysteresis), (I::Load, own.load)];
+    for (sensor, own) in [(Sensor::Force, &own.force), (Sensor::Accelerometer, &own.accelerometer)]
+    {
+        all.push((I::Resonance(sensor), own.resonance));
+        all.push((I::HighPass(sensor), own.high_pass));
+        for axis in 0..3 {
+            all.push((I::Gain(sensor, axis), own.gain));
+            all.push((I::Turn(sensor, axis), own.angle));
+            let others = [1, 2].map(|further| (axis + further) % 3);
+            all.extend(others.map(|other| (I::Crosstalk(sensor, axis, other), own.crosstalk)));
+        }
+    }
+    for axis in 0..3 {
+        all.push((I::ToolTurn(axis), own.tool_angle));
+        all.push((I::ToolCentrePoint(axis), own.tool_centre_point));
+        all.push((I::AccelerometerPlace(axis), own.accelerometer_place));
+    }
+    for joint in 0..joints {
+        all.push((I::Mass(joint), own.mass));
+        all.push((I::Inertia(joint), own.inertia));
+        all.push((I::JointAngle(joint), own.joint_angle));
+        all.push((I::Servo(joint), own.servo));
+        for axis in 0..3 {
+            all.push((I::CentreOfMass(joint, axis), own.centre_of_mass));
+            all.push((I::ElasticCentre(joint, axis), own.elastic_centre));
+        }
+    }
+    for record in 0..records {
+        all.push((I::RecordDelay(record), own.record_delay));
+        all.push((I::RecordStiffness(record), own.record_stiffness));
+    }
+    all
+}
+
+/// Derivative of the reading of record `number` by an imperfection, in its standard deviation.
+pub(crate) fn column(
+    milled: &Milled<'_>,
+    number: usize,
+    imperfection: Imperfection,
+    deviation: f64,
+) -> Result<Column> {
+    use Imperfection as I;
+    let column: Column = match imperfection {
+        I::Delay => of_reading(|s| -s),
+        I::RecordDelay(record) if record == number => of_reading(|s| -s),
+        I::RecordDelay(_) => of_reading(|_| Complex::ZERO),
+        I::Resonance(Sensor::Accelerometer) => of_reading(|s| -(s * s)),
+        I::Resonance(Sensor::Force) => of_force(|s| s * s),
+        I::HighPass(Sensor::Accelerometer) => of_reading(|s| -s.inv()),
+        I::HighPass(Sensor::Force) => of_force(|s| s.inv()),
+        I::Gain(sensor, axis) => mixed(sensor, axis, axis),
+        I::Crosstalk(sensor, of, by) => mixed(sensor, of, by),
+        I::Hysteresis => hysteresis(milled),
+        I::Servo(joint) => {
+            let drive = 6 * joint + drive(milled.chain, joint);
+            let growth = |s: Complex<f64>| s / (s + SERVO);
+            softened(on(milled, drive, stiffnesses(milled)[drive]), growth)
+        }
+        I::Load => softened(loads(milled)?, |_| Complex::ONE),
+        I::RecordStiffness(record) if record == number => {
+            softened(stiffnesses(milled), |_| Complex::ONE)
+        }
+        I::RecordStiffness(_) => of_reading(|_| Complex::ZERO),
+        I::Turn(..)
+        | I::ToolTurn(_)
+        | I::ToolCentrePoint(_)
+        | I::AccelerometerPlace(_)
+        | I::Mass(_)
+        | I::CentreOfMass(..)
+        | I::JointAngle(_)
+        | I::ElasticCentre(..)
+        | I::Inertia(_) => of_matrices(milled, imperfection, STEP * deviation)?,
+    };
+    Ok(Box::new(move |bin| column(bin) * Complex::from(deviation)))
+}
+
+/// The plant whose only imperfection has this value; it is one of the matrices.
+fn plant(imperfection: Imperfection, joints: usize, value: f64) -> Plant {
+    use Imperfection as I;
+    with(|plant| {
+        let Plant { force_sensor, accelerometer, tool, robot, .. } = plant;
+        match imperfection {
+            I::Turn(Sensor::Force, axis) => force_sensor.angle_rad[axis] = value,
+            I::Turn(Sensor::Accelerometer, axis) => accelerometer.angle_rad[axis] = value,
+            I::ToolTurn(axis) => tool.angle_rad[axis] = value,
+            I::ToolCentrePoint(axis) => tool.tcp_m[axis] = value,
+            I::AccelerometerPlace(axis) => accelerometer.offset_m[axis] = value,
+            I::Mass(link) => {
+                robot.mass = vec![1.0; joints];
+                robot.mass[link] = value.exp();
+            }
+            I::Inertia(link) => {
+                robot.inertia = vec![1.0; joints];
+                robot.inertia[link] = value.exp();
+            }
+            I::JointAngle(joint) => {
+                robot.joint_angle_rad = vec![0.0; joints];
+                robot.joint_angle_rad[joint] = value;
+            }
+            I::CentreOfMass(link, axis) => {
+                robot.centre_of_mass_m = vec![[0.0; 3]; joints];
+                robot.centre_of_mass_m[link][axis] = value;
+            }
+            I::ElasticCentre(joint, axis) => {
+                robot.elastic_centre_m = vec![[0.0; 3]; joints];
+                robot.elastic_centre_m[joint][axis] = value;
+            }
+            _ => {}
+        }
+    })
+}
+
+/// The matrices of a prediction, or their derivatives.
+struct Matrices {
+    mass: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
+    /// P, N×3.
+    pushed: DMatrix<f64>,
+    /// R₂ and R₀, 3×N.
+    read: [DMatrix<f64>; 2],
+}
+
+impl Matrices {
+    fn of(plant: &Plant, milled: &Milled<'_>) -> Result<Self> {
+        let Milled { chain, bushings, cut, .. } = *milled;
+        let pose = plant.true_pose(&cut.pose, 0.0);
+        let robot = plant.robot(chain, &pose, bushings, &cut.mounting);
+        let robot = robot.map_err(|error| anyhow!("no robot has this plant: {error:?}"))?;
+        let still = Cut { pose: vec![0.0; pose.len()], force: Vec::new(), ..*cut };
+        let at_tcp = Equation::new(&robot.chain, bushings, &still);
+        let place = Translation3::from(robot.mounting.accelerometer);
+        let sensor: Isometry3<f64> = robot.chain.tcp() * place;
+        let sensing = Chain::new(robot.chain.joints(), sensor);
+        let sensing = sensing.map_err(|error| anyhow!("no chain has this sensor: {error:?}"))?;
+        let at_sensor = Equation::new(&sensing, bushings, &still);
+        let along =
+            |axes: &nalgebra::Rotation3<f64>| -> Matrix3<f64> { axes.inverse().into_inner() };
+        let axes = along(&robot.mounting.accelerometer_axes);
+        let pushed = along(&robot.mounting.force_axes) * &at_tcp.tip;
+        let read = [at_sensor.tip, at_sensor.tilt].map(|of| dense(axes * of));
+        let Equation { mass, stiffness, .. } = at_tcp;
+        Ok(Self { mass, stiffness, pushed: dense(pushed).transpose(), read })
+    }
+}
+
+fn dense(of: nalgebra::Matrix3xX<f64>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(3, of.ncols(), of.as_slice())
+}
+
+fn of_matrices(milled: &Milled<'_>, imperfection: Imperfection, step: f64) -> Result<Column> {
+    let joints = milled.chain.joints().len();
+    let at = |value: f64| Matrices::of(&plant(imperfection, joints, value), milled);
+    let (up, down) = (at(step)?, at(-step)?);
+    let slope = |of: &dyn Fn(&Matrices) -> &DMatrix<f64>| {
+        ((of(&up) - of(&down)) / (2.0 * step)).map(Complex::from)
+    };
+    let (mass, stiffness) = (slope(&|it| &it.mass), slope(&|it| &it.stiffness));
+    let pushed = slope(&|it| &it.pushed);
+    let read = [slope(&|it| &it.read[0]), slope(&|it| &it.read[1])];
+    Ok(Box::new(move |bin| {
+        let q = &bin.elongation;
+        let squared = bin.s * bin.s;
+        let load = &pushed * bin.force - &mass * q * squared - &stiffness * q;
+        three(&read[0] * q * squared + &read[1] * q + &bin.per_load * load)
+    }))
+}
+
+fn three(vector: DVector<Complex<f64>>) -> Vector3<Complex<f64>> {
+    Vector3::from_fn(|axis, _| vector[axis])
+}
+
+/// The reading times a transfer function.
+fn of_reading(factor: fn(Complex<f64>) -> Complex<f64>) -> Column {
+    Box::new(move |bin| bin.reading * factor(bin.s))
+}
+
+/// What the force times a transfer function gives.
+fn of_force(factor: fn(Complex<f64>) -> Complex<f64>) -> Column {
+    Box::new(move |bin| three(&bin.accelerance * bin.force * factor(bin.s)))
+}
+
+/// A part of axis `by` of a sensor, in the reading of axis `of`. The true force has it less.
+fn mixed(sensor: Sensor, of: usize, by: usize) -> Column {
+    Box::new(move |bin| match sensor {
+        Sensor::Accelerometer => Vector3::ith(of, bin.reading[by]),
+        Sensor::Force => three(bin.accelerance.column(of) * -bin.force[by]),
+    })
+}
+
+/// What these further stiffnesses give, times a transfer function.
+fn softened(further: DVector<f64>, factor: fn(Complex<f64>) -> Complex<f64>) -> Column {
+    Box::new(move |bin| {
+        let load = further.map(Complex::from).component_mul(&bin.elongation);
+        three(&bin.per_load * load * -factor(bin.s))
+    })
+}
+
+/// Each damper `s d` gives way to `d ω₀ (i + 2/π ln(ω/ω₀))`, with ω₀ the middle of the band.
+fn hysteresis(milled: &Milled<'_>) -> Column {
+    let [lowest, highest] = milled.study.measurement.band_hz;
+    let middle = TAU * (lowest * highest).sqrt();
+    let dampings = milled.bushings.iter().flat_map(|bushing| bushing.damping);
+    let dampings = DVector::from_iterator(6 * milled.bushings.len(), dampings).map(Complex::from);
+    Box::new(move |bin| {
+        let elastic = FRAC_2_PI * (bin.s.im / middle).ln();
+        let excess = Complex::new(elastic, 1.0) * middle - bin.s;
+        three(&bin.per_load * dampings.component_mul(&bin.elongation) * -excess)
+    })
+}
+
+fn stiffnesses(milled: &Milled<'_>) -> DVector<f64> {
+    let all = milled.bushings.iter().flat_map(|bushing| bushing.stiffness);
+    DVector::from_iterator(6 * milled.bushings.len(), all)
+}
+
+/// A value on one degree of freedom, and none on the others.
+fn on(milled: &Milled<'_>, dof: usize, value: f64) -> DVector<f64> {
+    let mut on = DVector::zeros(6 * milled.bushings.len());
+    on[dof] = value;
+    on
+}
+
+/// Stiffness of each drive times the load of gravity on it.
+fn loads(milled: &Milled<'_>) -> Result<DVector<f64>> {
+    let Milled { chain, bushings, cut, .. } = *milled;
+    let still = chain.linearise(&cut.pose, cut.gravity, bushings);
+    let still = still.map_err(|error| anyhow!("gravity leaves no rest: {error:?}"))?;
+    let mut loads = DVector::zeros(6 * bushings.len());
+    for (joint, (bushing, at_rest)) in bushings.iter().zip(&still.joints).enumerate() {
+        let drive = drive(chain, joint);
+        let stiffness = bushing.stiffness[drive];
+        loads[6 * joint + drive] = stiffness * (stiffness * at_rest.sag[drive]).abs();
+    }
+    Ok(loads)
+}
+
+/// Degree of freedom of a drive.
+fn drive(chain: &Chain, joint: usize) -> usize {
+    let joint = &chain.joints()[joint];
+    let first = if joint.kind == JointKind::Prismatic { 0 } else { 3 };
+    first + joint.axis.iamax()
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_core::sensors::Accelerometer;
+    use flexid_simulation::plant::motion::{Surroundings, Work};
+    use realfft::RealFftPlanner;
+
+    use super::*;
+    use crate::linear::motion;
+    use crate::records::SAMPLES;
+    use crate::study::{Purpose, Study, random};
+
+    /// Plants whose only imperfection has this value; `plant` knows those of the matrices.
+    fn imperfect(imperfection: Imperfection, value: f64) -> Plant {
+        match imperfection {
+            Imperfection::Delay => with(|plant| plant.accelerometer.clock.late_s = value),
+            Imperfection::Hysteresis => with(|plant| {
+                plant.joints.hysteretic = value;
+                plant.joints.hysteretic_at_hz = 20.0;
+            }),
+            Imperfection::Servo(_) => with(|plant| plant.joints.servo = value),
+            Imperfection::Load => with(|plant| plant.joints.loaded_per_knm = 1e3 * value),
+            other => plant(other, 3, value),
+        }
+    }
+
+    /// The test compares with differences of what the simulated sensors read in time: of the acceleration, less what the model makes
+    /// of the difference of the force. Both are unknowns of the same records, so that the information about the two says by which part
+    /// they differ beyond the ends. The force is so small that the robot is linear.
+    #[test]
+    fn columns_are_differences_of_the_simulated_readings() {
+        let study = Study::load().unwrap();
+        let mut cut = study.unseen(1).swap_remove(0);
+        cut.gravity = Vector3::new(0.0, 0.0, -9.80665);
+        cut.accelerometer = Accelerometer::Strapdown;
+        cut.force.iter_mut().for_each(|force| *force *= 1e-3);
+        let bushings = study.robot(0);
+        let (chain, motion) = (&study.chain, motion(&study.chain, &bushings, &cut));
+        let milled =
+            Milled { study: &study, chain, bushings: &bushings, cut: &cut, motion: &motion };
+        let read = |imperfection, value| {
+            let spindle = vec![0.0; SAMPLES];
+            let still = Surroundings { force_noise: 0.0, acceleration_noise: 0.0, spindle };
+            let work = Work { cut: &cut, model: chain, bushings: &bushings, number: 0 };
+            let plant = imperfect(imperfection, value);
+            let read = plant.readings(work, &still, &mut random(Purpose::Plant, 0).0).unwrap();
+            [read.force, read.acceleration].map(|series| spectrum(&series))
+        };
+        use Imperfection as I;
+        // The growths of drives are the same for all in the simulator.
+        for (all, deviation, has_negative) in [
+            (vec![I::Delay], 20e-6, true),
+            (vec![I::Turn(Sensor::Force, 1)], 1e-3, true),
+            (vec![I::ToolTurn(0)], 1e-3, true),
+            (vec![I::ToolCentrePoint(2)], 1e-3, true),
+            (vec![I::AccelerometerPlace(0)], 1e-3, true),
+            (vec![I::Mass(1)], 0.01, true),
+            (vec![I::Inertia(2)], 0.01, true),
+            (vec![I::CentreOfMass(1, 2)], 1e-3, true),
+            (vec![I::JointAngle(1)], 1e-3, true),
+            (vec![I::ElasticCentre(2, 1)], 1e-3, true),
+            (vec![I::Hysteresis], 1e-3, false),
+            (vec![I::Servo(0), I::Servo(1), I::Servo(2)], 1e-3, false),
+            (vec![I::Load], 1e-7, false),
+        ] {
+            let first = all[0];
+            let up = read(first, deviation);
+            let (down, times) =
+                if has_negative { (read(first, -deviation), 0.5) } else { (read(first, 0.0), 1.0) };
+            let hz_per_bin = cut.rate_hz / SAMPLES as f64;
+            let simulated: Column = Box::new(move |bin| {
+                let index = (bin.s.im / TAU / hz_per_bin).round() as usize;
+                let [force, acceleration] =
+                    [0, 1].map(|of| (up[of][index] - down[of][index]) * Complex::from(times));
+                acceleration - three(&bin.accelerance * force)
+            });
+            let each = all.iter().map(|one| column(&milled, 0, *one, deviation).unwrap());
+            let each: Vec<Column> = each.collect();
+            let ours: Column = Box::new(move |bin| each.iter().map(|column| column(bin)).sum());
+            let gram = milled.information(0..SAMPLES, &[ours, simulated]).unwrap();
+            let [a, b] = [36, 37];
+            let apart = gram[(a, a)] - 2.0 * gram[(a, b)] + gram[(b, b)];
+            let apart = (apart / gram[(b, b)]).sqrt();
+            println!("{first:?}: {apart:e}");
+            assert!(apart < 0.01, "{first:?}: {apart:e}");
+        }
+    }
+
+    fn spectrum(series: &[Vector3<f64>]) -> Vec<Vector3<Complex<f64>>> {
+        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(series.len());
+        let axes = [0, 1, 2].map(|axis| {
+            let mut along: Vec<f64> = series.iter().map(|value| value[axis]).collect();
+            let mut spectrum = transform.make_output_vec();
+            transform.process(&mut along, &mut spectrum).unwrap();
+            spectrum
+        });
+        (0..axes[0].len()).map(|bin| Vector3::from_fn(|axis, _| axes[axis][bin])).collect()
+    }
+}
