@@ -11,30 +11,14 @@ use anyhow::{Context, Result};
 use flexid_core::chain::Chain;
 use flexid_core::parameters::Bushing;
 use flexid_simulation::experiment::Cut;
-use nalgebra::{Complex, DMatrix, DVector, Matrix3x6, MatrixXx3, Vector3};
-use realfft::RealFftPlanner;
+use nalgebra::{Complex, DMatrix, DVector, Matrix3x6, Vector3};
 
 use crate::linear::{Equation, Motion};
+use crate::spectra::{Bin, Spectra};
 use crate::study::Study;
 
 /// Ridge on the normalised columns of the ends, since some of them hardly differ in the band.
 const RIDGE: f64 = 1e-12;
-
-/// The true robot at a frequency.
-pub(crate) struct Bin {
-    /// iω, 1/s.
-    pub(crate) s: Complex<f64>,
-    /// Force at the TCP, along its axes.
-    pub(crate) force: Vector3<Complex<f64>>,
-    /// Reading of the accelerometer.
-    pub(crate) reading: Vector3<Complex<f64>>,
-    /// Elongation of each degree of freedom.
-    pub(crate) elongation: DVector<Complex<f64>>,
-    /// Reading per unit load on each degree of freedom, 3×N.
-    pub(crate) per_load: DMatrix<Complex<f64>>,
-    /// Reading per unit force.
-    pub(crate) accelerance: MatrixXx3<Complex<f64>>,
-}
 
 /// Derivative of the reading that the force predicts, by a further unknown.
 pub(crate) type Column = Box<dyn Fn(&Bin) -> Vector3<Complex<f64>>>;
@@ -169,54 +153,6 @@ pub(crate) fn deviations(information: &DMatrix<f64>) -> Result<Vec<f64>> {
 pub(crate) fn distance(information: &DMatrix<f64>, errors: &[f64]) -> f64 {
     let errors = DVector::from_column_slice(errors);
     (errors.dot(&(information * &errors)) / errors.len() as f64).sqrt()
-}
-
-/// Discrete Fourier transforms of a motion in the window.
-struct Spectra {
-    force: Vec<Vec<Complex<f64>>>,
-    reading: Vec<Vec<Complex<f64>>>,
-    elongation: Vec<Vec<Complex<f64>>>,
-}
-
-impl Spectra {
-    fn new(motion: &Motion, window: Range<usize>) -> Result<Self> {
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(window.len());
-        let spectrum = |mut series: Vec<f64>| {
-            let mut spectrum = transform.make_output_vec();
-            transform.process(&mut series, &mut spectrum)?;
-            Ok(spectrum)
-        };
-        let axes = |signal: &[Vector3<f64>]| -> Result<Vec<_>> {
-            let along = |axis: usize| signal[window.clone()].iter().map(|v| v[axis]).collect();
-            (0..3).map(|axis| spectrum(along(axis))).collect()
-        };
-        let elongation = motion.elongation.iter().map(|one| spectrum(one[window.clone()].to_vec()));
-        Ok(Self {
-            force: axes(&motion.force)?,
-            reading: axes(&motion.acceleration)?,
-            elongation: elongation.collect::<Result<_>>()?,
-        })
-    }
-
-    fn at(
-        &self,
-        bin: usize,
-        s: Complex<f64>,
-        per_load: DMatrix<Complex<f64>>,
-        accelerance: MatrixXx3<Complex<f64>>,
-    ) -> Bin {
-        let each = |series: &[Vec<Complex<f64>>], index: usize| series[index][bin];
-        Bin {
-            s,
-            force: Vector3::from_fn(|axis, _| each(&self.force, axis)),
-            reading: Vector3::from_fn(|axis, _| each(&self.reading, axis)),
-            elongation: DVector::from_fn(self.elongation.len(), |dof, _| {
-                each(&self.elongation, dof)
-            }),
-            per_load,
-            accelerance,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -26,6 +26,7 @@ mod oracle;
 mod plants;
 mod records;
 mod run;
+mod spectra;
 mod spread;
 mod study;
 mod unexcited;

@@ -94,7 +94,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
             explained,
             &format!("at least {least:.0} %"),
         ),
-        intervals.cover_within("drawn plants, identified", COVER),
+        intervals.cover_on_plants("drawn plants, identified", COVER),
         each(&identified, 12 * study.chain.joints().len()),
         Figure::at_most(
             "drawn plants: intervals that miss by over 5 σ",
