@@ -101,7 +101,7 @@ impl LeftOut {
 pub enum StaticTestError {
     /// There are this many tests, more than [`MAX_STATIC_TESTS`].
     Count(usize),
-    /// The pose of this test has another number of angles than the chain has joints.
+    /// The pose of this test has another number of angles than the chain has driven joints.
     Pose(usize),
     /// A number of this test is not finite.
     NotFinite(usize),
@@ -118,7 +118,7 @@ impl fmt::Display for StaticTestError {
                 write!(f, "{count} static tests: give at most {MAX_STATIC_TESTS}")
             }
             Self::Pose(test) => {
-                write!(f, "pose of static test {}: give one angle per joint", test + 1)
+                write!(f, "pose of static test {}: give one angle per driven joint", test + 1)
             }
             Self::NotFinite(test) => {
                 write!(f, "numbers of static test {}: must be finite", test + 1)
@@ -142,11 +142,11 @@ impl Default for Gauge {
 }
 
 impl Gauge {
-    /// The same gauge, which reads along the axes of the base at this pose (rad or m, one per joint). The turn of the tool by gravity,
+    /// The same gauge, which reads along the axes of the base at this pose (rad or m, one per driven joint). The turn of the tool by gravity,
     /// a few mrad, is left out.
     pub fn along_base(self, chain: &Chain, pose: &[f64]) -> Self {
-        let joints = chain.joints().iter().zip(pose);
-        let tip = joints.fold(Isometry3::identity(), |tip, (joint, q)| tip * joint.frame(*q));
+        let joints = chain.joints().iter().zip(chain.angles(pose));
+        let tip = joints.fold(Isometry3::identity(), |tip, (joint, q)| tip * joint.frame(q));
         let to_tcp = (tip * chain.tcp()).rotation.inverse();
         let along = |axis| (to_tcp * Vector3::ith(axis, 1.0)).into();
         Self { axes: [0, 1, 2].map(along), ..self }
@@ -167,19 +167,19 @@ impl StaticTest {
     }
 }
 
-/// Checks that a fit of a chain of `joints` can take these tests.
+/// Checks that a fit of a chain with so many `driven` joints can take these tests.
 ///
 /// # Errors
 ///
 /// Returns an error if there are more tests than [`MAX_STATIC_TESTS`], or for the first test whose pose does not have one angle
-/// per joint, whose numbers are not finite, whose standard deviations are not positive or whose gauge has axes that are no unit
+/// per driven joint, whose numbers are not finite, whose standard deviations are not positive or whose gauge has axes that are no unit
 /// vectors.
-pub fn check(tests: &[StaticTest], joints: usize) -> Result<(), StaticTestError> {
+pub fn check(tests: &[StaticTest], driven: usize) -> Result<(), StaticTestError> {
     if tests.len() > MAX_STATIC_TESTS {
         return Err(StaticTestError::Count(tests.len()));
     }
     for (index, test) in tests.iter().enumerate() {
-        if test.pose.len() != joints {
+        if test.pose.len() != driven {
             return Err(StaticTestError::Pose(index));
         }
         let numbers = test.pose.iter().chain(&test.wrench).copied();

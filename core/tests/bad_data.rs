@@ -383,7 +383,10 @@ fn errors_name_the_place_and_the_remedy() {
             Some(SpectrumError::Bins(9000).into()),
             "the record's band holds 9000 bins, more than fit: narrow the band or record for less time",
         ),
-        (Some(StaticTestError::Pose(0).into()), "pose of static test 1: give one angle per joint"),
+        (
+            Some(StaticTestError::Pose(0).into()),
+            "pose of static test 1: give one angle per driven joint",
+        ),
     ];
     for (error, message) in errors {
         let error = error.expect(message).to_string();

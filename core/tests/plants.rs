@@ -67,7 +67,7 @@ fn an_identifier_goes_on_from_any_step() {
     let test = || {
         let truth = Random::new(71).bushings(3);
         let experiments = experiments(&truth);
-        let mut plant = Box::new(Plant::new(&Accuracies::typical(), 3));
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &mill3()));
         let mut identifier = identifier(parameters(3));
         identifier.renew(&experiments);
         let mut step = 0;

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use flexid_core::calibration::Calibration;
+use flexid_core::chain::Chain;
 use flexid_core::chain::linearise::LinearChain;
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::lanes::Scalar;
@@ -28,8 +29,12 @@ fn strapdown() -> Sensors {
 
 fn case(seed: u64, joints: usize, gravity: Vector3<f64>) -> Case {
     let mut random = Random::new(seed);
-    let (chain, pose) = (random.chain(joints), random.pose(joints));
-    let bushings = random.bushings(joints);
+    let robot = (random.chain(joints), random.pose(joints));
+    case_of(&mut random, robot, gravity)
+}
+
+fn case_of(random: &mut Random, (chain, pose): (Chain, Vec<f64>), gravity: Vector3<f64>) -> Case {
+    let bushings = random.bushings(chain.joints().len());
     let linear = chain.linearise(&pose, gravity, &bushings).unwrap();
     let sag: Vec<[f64; 6]> = linear.joints.iter().map(|joint| joint.sag.into()).collect();
     let dense = Dense::new(&chain, &pose, gravity, &sag);
@@ -76,6 +81,19 @@ fn equals_a_dense_solve_with_gravity() {
         worst = worst.max(dense_error(&case(seed, 1 + (seed % 7) as usize, EARTH)));
     }
     assert!(worst < 1e-9, "{worst:e}");
+}
+
+/// Pedestals and bolted extensions anywhere in the chain. A pose has angles of the driven joints alone.
+#[test]
+fn equals_a_dense_solve_where_some_joints_are_fixed() {
+    let (mut worst, mut fixed) = (0.0_f64, 0);
+    for seed in 0..300 {
+        let mut random = Random::new(seed);
+        let robot = random.partly_fixed(1 + (seed % 7) as usize);
+        fixed += robot.0.joints().len() - robot.1.len();
+        worst = worst.max(dense_error(&case_of(&mut random, robot, EARTH)));
+    }
+    assert!(worst < 1e-9 && fixed > 400, "{worst:e}, {fixed} fixed joints");
 }
 
 #[test]

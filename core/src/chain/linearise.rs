@@ -82,7 +82,7 @@ pub enum LinearisationError {
 impl fmt::Display for LinearisationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Angles(count) => write!(f, "a pose of {count} angles: give one per joint"),
+            Self::Angles(count) => write!(f, "a pose of {count} angles: give one per driven joint"),
             Self::Bushings(count) => write!(f, "{count} bushings: give one per joint"),
             Self::NoEquilibrium(joint) => {
                 write!(f, "joint {} does not come to rest under gravity: stiffen it", joint + 1)
@@ -97,20 +97,20 @@ impl fmt::Display for LinearisationError {
 impl Error for LinearisationError {}
 
 impl Chain {
-    /// Linearises the chain about its static equilibrium at joint angles `pose` (one per joint, rad or m) under `gravity`
+    /// Linearises the chain about its static equilibrium at joint angles `pose` (one per driven joint, rad or m) under `gravity`
     /// (base axes, m/s²). The bushings affect the result only through the sag: without gravity the result does not depend on
     /// them.
     ///
     /// # Errors
     ///
-    /// Returns an error if there is not one angle and one bushing per joint, or if the bushings are too soft for gravity.
+    /// Returns an error if there is not one angle per driven joint and one bushing per joint, or if the bushings are too soft for gravity.
     pub fn linearise(
         &self,
         pose: &[f64],
         gravity: Vector3<f64>,
         bushings: &[Bushing],
     ) -> Result<LinearChain, LinearisationError> {
-        if pose.len() != self.joints.len() {
+        if pose.len() != self.driven() {
             return Err(LinearisationError::Angles(pose.len()));
         }
         if bushings.len() != self.joints.len() {
@@ -120,7 +120,7 @@ impl Chain {
         Ok(self.linearise_at(pose, gravity, &sag))
     }
 
-    /// Linearises the chain about these elongations of its bushings, m and rad. There is one angle of `pose` per joint.
+    /// Linearises the chain about these elongations of its bushings, m and rad. There is one angle of `pose` per driven joint.
     pub(crate) fn linearise_at(
         &self,
         pose: &[f64],
@@ -235,7 +235,7 @@ impl Sagged {
         let mut joints: Vec<SaggedJoint, MAX_JOINTS> = Vec::new();
         let mut before = Rotation3::identity();
         let mut gravity = gravity;
-        for ((joint, &q), sag) in chain.joints.iter().zip(pose).zip(sag) {
+        for ((joint, q), sag) in chain.joints.iter().zip(chain.angles(pose)).zip(sag) {
             let drive = joint.frame(q);
             let slide = Translation3::new(sag[0], sag[1], sag[2]);
             let step =

@@ -32,16 +32,18 @@ pub enum JointKind {
     Revolute,
     /// The drive slides along the axis, m.
     Prismatic,
+    /// There is no drive, as between ground and robot (pedestal) or at a bolted extension. A pose has no angle of it.
+    Fixed,
 }
 
-/// A driven joint with a bushing: the drive sets the joint frame, and the bushing lets the link move relative to this frame.
+/// A joint with a bushing: the drive sets the joint frame, and the bushing lets the link move relative to this frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
     /// Pose of the joint frame at joint angle 0, in the frame of the joint before (or the base).
     pub origin: Isometry3<f64>,
-    /// Axis of the drive, in the joint frame.
+    /// Axis of the drive, in the joint frame. Without a meaning for a fixed joint.
     pub axis: Unit<Vector3<f64>>,
-    /// Whether the drive turns about the axis or slides along it.
+    /// Whether the drive turns about the axis or slides along it, or whether there is none.
     pub kind: JointKind,
     /// The link that the joint carries.
     pub link: Link,
@@ -92,13 +94,13 @@ pub struct Chain {
 }
 
 impl Joint {
-    /// Degree of freedom along (or about) the axis of the drive: that of the axis' largest component.
-    pub(crate) fn drive(&self) -> usize {
-        let first = match self.kind {
-            JointKind::Prismatic => 0,
-            JointKind::Revolute => 3,
-        };
-        first + self.axis.iamax()
+    /// Degree of freedom along (or about) the axis of the drive: that of the axis' largest component. `None` for a fixed joint.
+    pub fn drive(&self) -> Option<usize> {
+        match self.kind {
+            JointKind::Prismatic => Some(self.axis.iamax()),
+            JointKind::Revolute => Some(3 + self.axis.iamax()),
+            JointKind::Fixed => None,
+        }
     }
 }
 
@@ -140,6 +142,32 @@ impl Chain {
         &self.joints
     }
 
+    /// Number of driven joints. A pose has one angle (or stroke) for each of them, base first.
+    pub fn driven(&self) -> usize {
+        self.joints.iter().filter(|joint| joint.kind != JointKind::Fixed).count()
+    }
+
+    /// Motion of each joint's drive, base first.
+    pub(crate) fn kinds(&self) -> Vec<JointKind, MAX_JOINTS> {
+        self.joints.iter().map(|joint| joint.kind).collect()
+    }
+
+    /// Place of a joint's angle in a pose; `None` for a fixed joint.
+    pub(crate) fn place_in_pose(&self, joint: usize) -> Option<usize> {
+        let (before, from) = self.joints.split_at(joint);
+        let is_driven = |joint: &&Joint| joint.kind != JointKind::Fixed;
+        from.first().filter(is_driven).map(|_| before.iter().filter(is_driven).count())
+    }
+
+    /// Angle (or stroke) of each joint at a pose, base first: 0 for a fixed one.
+    pub fn angles(&self, pose: &[f64]) -> impl Iterator<Item = f64> {
+        let mut driven = pose.iter();
+        self.joints.iter().map_while(move |joint| match joint.kind {
+            JointKind::Fixed => Some(0.0),
+            JointKind::Revolute | JointKind::Prismatic => driven.next().copied(),
+        })
+    }
+
     /// The same chain with the mass and inertia of each link multiplied by its entry of `scale`, base first. The entries must
     /// be positive. Links without an entry keep their mass and inertia.
     pub fn weighing(&self, scale: &[f64]) -> Self {
@@ -158,7 +186,8 @@ impl Chain {
 }
 
 impl Joint {
-    /// Pose of the joint frame in the frame of the joint before, at joint angle `q`, rad (or stroke, m).
+    /// Pose of the joint frame in the frame of the joint before, at joint angle `q`, rad (or stroke, m). That of a fixed joint does not
+    /// depend on it.
     pub fn frame(&self, q: f64) -> Isometry3<f64> {
         self.origin
             * match self.kind {
@@ -167,6 +196,7 @@ impl Joint {
                     UnitQuaternion::from_axis_angle(&self.axis, q),
                 ),
                 JointKind::Prismatic => Translation3::from(self.axis.into_inner() * q).into(),
+                JointKind::Fixed => Isometry3::identity(),
             }
     }
 }
@@ -184,5 +214,26 @@ impl Link {
         let moments = inertia.symmetric_eigenvalues();
         let (sum, largest) = (moments.sum(), moments.max());
         moments.min() > 0.0 && sum - largest >= largest * (1.0 - 1e-6)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    #[test]
+    fn a_pose_has_an_angle_for_each_driven_joint() {
+        use JointKind::{Fixed, Prismatic, Revolute};
+        let chain = crate::refine::tests::chain();
+        let joint = |kind| Joint { kind, ..chain.joints[0] };
+        let joints = [Fixed, Revolute, Fixed, Prismatic].map(joint);
+        let chain = Chain::new(&joints, chain.tcp).unwrap();
+        assert_eq!(chain.driven(), 2);
+        assert_eq!(chain.angles(&[0.3, -0.1]).collect::<Vec<_>>(), [0.0, 0.3, 0.0, -0.1]);
+        let places = [0, 1, 2, 3].map(|joint| chain.place_in_pose(joint));
+        assert_eq!(places, [None, Some(0), None, Some(1)]);
+        assert_eq!(joints.map(|joint| joint.drive().is_some()), [false, true, false, true]);
     }
 }

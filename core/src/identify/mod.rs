@@ -182,7 +182,7 @@ impl<R: Rng> Identifier<R> {
     /// # Errors
     /// The first test that no fit can take.
     pub fn add_statics(&mut self, tests: &[StaticTest]) -> Result<(), StaticTestError> {
-        statics::check(tests, self.chain.joints().len())?;
+        statics::check(tests, self.chain.driven())?;
         self.statics = tests.iter().cloned().collect();
         Ok(())
     }
@@ -271,7 +271,7 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
         plant: &mut Plant,
     ) -> Phase {
-        assert_eq!(plant.joints(), self.chain.joints().len(), "a plant of another robot");
+        assert!(plant.is_of(&self.chain), "a plant of another robot");
         let plant = Some(plant).filter(|plant| !plant.is_perfect());
         self.advance(experiments, plant)
     }

@@ -23,7 +23,7 @@ pub struct PlantEstimate {
 
 impl<R> Identifier<R> {
     /// Refines the settled estimate together with the imperfections of `plant`. The identifier keeps its own estimate.
-    /// Returns `None` without a settled estimate of experiments, and for a plant without imperfections or of another number of joints.
+    /// Returns `None` without a settled estimate of experiments, and for a plant without imperfections or of other joints.
     /// `go_on` is asked before each step; once it says no, `None` is returned.
     // A fit is large: inlined, it would take room on the stack of the caller.
     #[inline(never)]
@@ -34,7 +34,7 @@ impl<R> Identifier<R> {
         mut go_on: impl FnMut() -> bool,
     ) -> Option<PlantEstimate> {
         let settled = self.estimate.clone().filter(|_| self.phase == Phase::Settled)?;
-        let fits = plant.joints() == self.chain.joints().len();
+        let fits = plant.is_of(&self.chain);
         if experiments.is_empty() || plant.is_perfect() || !fits {
             return None;
         }

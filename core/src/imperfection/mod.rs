@@ -14,6 +14,7 @@ use heapless::Vec;
 pub use accuracies::{Accuracies, SensorAccuracies};
 
 use crate::MAX_JOINTS;
+use crate::chain::JointKind;
 use crate::search::MAX_EXPERIMENTS;
 
 /// Number of kinds of imperfections.
@@ -86,16 +87,17 @@ pub enum Imperfection {
     RecordStiffness(usize),
 }
 
-/// All imperfections that have an accuracy, each with its standard deviation, of a robot with so many joints and so many records.
+/// All imperfections that have an accuracy, each with its standard deviation, of a robot with these joints, base first, and so many
+/// records. A fixed joint has no angle and no drive.
 pub(crate) fn all(
     accuracies: &Accuracies,
-    joints: usize,
+    joints: &[JointKind],
     records: usize,
 ) -> Vec<(Imperfection, f64), MAX_IMPERFECTIONS> {
     use Imperfection as I;
     use Sensor::{Accelerometer, Force};
     let axes = || 0..3_usize;
-    let links = || 0..joints.min(MAX_JOINTS);
+    let links = joints.iter().take(MAX_JOINTS).enumerate();
     let Accuracies { force, accelerometer, .. } = accuracies;
     let sensors = || [(Force, force), (Accelerometer, accelerometer)].into_iter();
     let pairs =
@@ -114,20 +116,19 @@ pub(crate) fn all(
             (I::AccelerometerPlace(axis), accuracies.accelerometer_place),
         ]
     });
-    let of_links = links().flat_map(|link| {
+    let of_links = links.flat_map(|(link, kind)| {
         let of_axes = axes().flat_map(move |axis| {
             [
                 (I::CentreOfMass(link, axis), accuracies.centre_of_mass),
                 (I::ElasticCentre(link, axis), accuracies.elastic_centre),
             ]
         });
-        let others = [
-            (I::Mass(link), accuracies.mass),
-            (I::Inertia(link), accuracies.inertia),
-            (I::JointAngle(link), accuracies.joint_angle),
-            (I::Servo(link), accuracies.servo),
-        ];
-        others.into_iter().chain(of_axes)
+        let of_body = [(I::Mass(link), accuracies.mass), (I::Inertia(link), accuracies.inertia)];
+        let of_drive =
+            [(I::JointAngle(link), accuracies.joint_angle), (I::Servo(link), accuracies.servo)];
+        let is_driven = *kind != JointKind::Fixed;
+        let of_drive = of_drive.into_iter().filter(move |_| is_driven);
+        of_body.into_iter().chain(of_drive).chain(of_axes)
     });
     let of_bushings = [(I::Hysteresis, accuracies.hysteresis), (I::Load, accuracies.load)];
     let of_records = (0..records.min(MAX_EXPERIMENTS)).flat_map(|record| {
@@ -208,7 +209,8 @@ mod tests {
 
     #[test]
     fn there_is_room_for_all() {
-        let all = all(&Accuracies::typical(), MAX_JOINTS, MAX_EXPERIMENTS);
+        let joints = [JointKind::Revolute; MAX_JOINTS];
+        let all = all(&Accuracies::typical(), &joints, MAX_EXPERIMENTS);
         assert_eq!(all.len(), MAX_IMPERFECTIONS);
         let mut counts = [0; KINDS];
         for (imperfection, _) in &all {
@@ -220,6 +222,17 @@ mod tests {
             [joints, 3 * joints, joints, 3 * joints, joints, 1, joints, 1, records, records];
         assert_eq!(counts[..14], of_sensors);
         assert_eq!(counts[14..], others);
-        assert!(super::all(&Accuracies::default(), MAX_JOINTS, MAX_EXPERIMENTS).is_empty());
+        assert!(
+            super::all(&Accuracies::default(), &[JointKind::Revolute], MAX_EXPERIMENTS).is_empty()
+        );
+    }
+
+    #[test]
+    fn a_fixed_joint_has_a_body_and_a_bushing_alone() {
+        let of = |kind| all(&Accuracies::typical(), &[JointKind::Revolute, kind], 2);
+        let of_drive = [Imperfection::JointAngle(1), Imperfection::Servo(1)];
+        let mut expected = of(JointKind::Revolute);
+        expected.retain(|(imperfection, _)| !of_drive.contains(imperfection));
+        assert_eq!(of(JointKind::Fixed), expected);
     }
 }

@@ -25,7 +25,7 @@ impl Target {
     ///
     /// # Errors
     ///
-    /// Returns an error if there is not one angle per joint.
+    /// Returns an error if there is not one angle per driven joint.
     pub fn new(
         chain: &Chain,
         measurement: &Measurement,

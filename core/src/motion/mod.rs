@@ -85,7 +85,7 @@ struct Pose {
 }
 
 impl EquationOfMotion {
-    /// The equation of motion at joint angles `pose` (one per joint, rad or m) under `gravity` (base axes, m/s²). The TCP at
+    /// The equation of motion at joint angles `pose` (one per driven joint, rad or m) under `gravity` (base axes, m/s²). The TCP at
     /// rest is that of the static equilibrium.
     ///
     /// # Errors
@@ -110,7 +110,7 @@ impl EquationOfMotion {
     ///
     /// # Errors
     ///
-    /// Returns an error if there is not one angle and one bushing per joint.
+    /// Returns an error if there is not one angle per driven joint and one bushing per joint.
     pub fn about(
         chain: &Chain,
         pose: &[f64],
@@ -118,7 +118,7 @@ impl EquationOfMotion {
         bushings: &[Bushing],
         rest: Coordinates,
     ) -> Result<Self, LinearisationError> {
-        if pose.len() != chain.joints().len() {
+        if pose.len() != chain.driven() {
             return Err(LinearisationError::Angles(pose.len()));
         }
         if bushings.len() != chain.joints().len() {
@@ -131,7 +131,12 @@ impl EquationOfMotion {
         };
         let tcp = chain.tcp();
         let mut equation = Self {
-            links: chain.joints().iter().zip(pose).map(|(joint, &q)| Link::new(joint, q)).collect(),
+            links: chain
+                .joints()
+                .iter()
+                .zip(chain.angles(pose))
+                .map(|(joint, q)| Link::new(joint, q))
+                .collect(),
             stiffness: per_joint(|bushing| bushing.stiffness),
             damping: per_joint(|bushing| bushing.damping),
             gravity,

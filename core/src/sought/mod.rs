@@ -165,8 +165,8 @@ impl Sought {
         self.expects_stiffnesses = true;
     }
 
-    /// Seeks one stiffness per joint, that along or about the axis of its drive; all else is fixed, as [`STIFF`] as can be and with as
-    /// little damping as makes no difference. Dampings of the drives are sought.
+    /// Seeks one stiffness per driven joint, that along or about the axis of its drive; all else of the joint is fixed, as [`STIFF`] as can
+    /// be and with as little damping as makes no difference. Dampings of the drives are sought. Fixed joints keep what is sought of them.
     ///
     /// # Errors
     ///
@@ -176,7 +176,8 @@ impl Sought {
             return Err(SoughtError::JointCount(chain.joints().len()));
         }
         for (joint, own) in chain.joints().iter().enumerate() {
-            for dof in (0..DOF).filter(|dof| *dof != own.drive()) {
+            let Some(drive) = own.drive() else { continue };
+            for dof in (0..DOF).filter(|dof| *dof != drive) {
                 self.fix(Coordinate::Stiffness { joint, dof }, STIFF)?;
                 self.fix(Coordinate::Damping { joint, dof }, STIFF * LOSS)?;
             }

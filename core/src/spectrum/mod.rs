@@ -74,7 +74,7 @@ pub enum SpectrumError {
     Length(usize),
     /// The band holds this many bins; a spectrum has at least 8, and at most as many as the capacity.
     Bins(usize),
-    /// The record's pose has this many angles, not one per joint.
+    /// The record's pose has this many angles, not one per driven joint.
     Pose(usize),
     /// The record holds a value that is not finite: a sample, an angle, or a noise.
     NotFinite,
@@ -100,7 +100,7 @@ impl fmt::Display for SpectrumError {
                 "the record's band holds {bins} bins, more than fit: narrow the band or record for less time"
             ),
             Self::Pose(angles) => {
-                write!(f, "the record's pose has {angles} angles: give one per joint")
+                write!(f, "the record's pose has {angles} angles: give one per driven joint")
             }
             Self::NotFinite => {
                 f.write_str("the record holds a value that is not finite: leave it out")
@@ -162,7 +162,7 @@ impl<const B: usize> Experiment<B> {
         if !(fft::MIN_SAMPLES..=fft::MAX_SAMPLES).contains(&samples) || !samples.is_power_of_two() {
             return Err(SpectrumError::Length(samples));
         }
-        if record.pose.len() != chain.joints().len() {
+        if record.pose.len() != chain.driven() {
             return Err(SpectrumError::Pose(record.pose.len()));
         }
         let signals = || record.force.iter().chain(&record.acceleration);

@@ -70,6 +70,20 @@ impl Random {
         Chain::new(&joints, tcp).expect("a random chain is physical")
     }
 
+    /// A chain some of whose joints are fixed, at least one of them driven, and a pose of the driven ones.
+    pub(crate) fn partly_fixed(&mut self, joints: usize) -> (Chain, Vec<f64>) {
+        let chain = self.chain(joints);
+        let driven = self.uniform(0.0, joints as f64) as usize;
+        let mut own = chain.joints().to_vec();
+        for (index, joint) in own.iter_mut().enumerate() {
+            if index != driven && self.uniform(0.0, 1.0) < 0.5 {
+                joint.kind = JointKind::Fixed;
+            }
+        }
+        let driven = own.iter().filter(|joint| joint.kind != JointKind::Fixed).count();
+        (Chain::new(&own, *chain.tcp()).expect("the same bodies"), self.pose(driven))
+    }
+
     pub(crate) fn pose(&mut self, joints: usize) -> Vec<f64> {
         (0..joints).map(|_| self.uniform(-2.0, 2.0)).collect()
     }
@@ -124,8 +138,12 @@ impl Dense {
         let mut axes = Vec::new();
         let mut links = Vec::new();
         let mut frame = Isometry3::identity();
-        for ((joint, &q), sag) in chain.joints().iter().zip(pose).zip(sag) {
-            frame *= joint.frame(q);
+        let mut angles = pose.iter();
+        for (joint, sag) in chain.joints().iter().zip(sag) {
+            frame *= match joint.kind {
+                JointKind::Fixed => joint.origin,
+                _ => joint.frame(*angles.next().expect("an angle for each driven joint")),
+            };
             for dof in 0..6 {
                 let direction = frame.rotation * Vector3::ith(dof % 3, 1.0);
                 axes.push(Axis { origin: frame.translation.vector, direction, slide: dof < 3 });

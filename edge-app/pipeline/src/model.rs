@@ -13,11 +13,12 @@ use crate::input::{self, BadInput};
 const HEAVIEST_KG: f64 = 1e6;
 
 const HEADER: &str = "\
-# A robot as flexid sees it: a chain of driven joints from the base to the tool centre point (TCP).
+# A robot as flexid sees it: a chain of joints from the base to the tool centre point (TCP).
 # SI units: m, kg, kg m^2; angles in rad. origin_* is the pose of the joint's frame at angle (or stroke) 0
 # in the frame of the joint before, or of the base; rpy turns about the fixed axes x, then y, then z.
 # inertia_kg_m2 = [ixx, iyy, izz, ixy, ixz, iyz], about the centre of mass, along the joint frame's axes.
 # The tcp stands in the last joint's frame.
+# A joint of kind \"fixed\" gives way like any other, but has no drive: no axis, no limits, no angle. A pedestal is one.
 
 ";
 
@@ -27,14 +28,14 @@ const HEADER: &str = "\
 pub struct Model {
     /// Name of the robot.
     pub name: String,
-    /// Driven joints with the links that they carry, base first.
+    /// Joints with the links that they carry, base first.
     #[serde(rename = "joint")]
     pub joints: Vec<ModelJoint>,
     /// Tool centre point, where the tool cuts. The sensors sit there unless `[mounting]` in `EDGE.toml` places them elsewhere.
     pub tcp: Tcp,
 }
 
-/// One driven joint and its link.
+/// One joint and its link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelJoint {
@@ -46,9 +47,12 @@ pub struct ModelJoint {
     pub origin_xyz_m: [f64; 3],
     /// Orientation of the joint frame in the frame of the joint before: turns about the fixed axes x, then y, then z, rad.
     pub origin_rpy_rad: [f64; 3],
-    /// Axis of the drive in the joint frame, of any length but zero.
+    /// Axis of the drive in the joint frame, of any length but zero. Zero, and left out of the file, for a fixed joint.
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub axis: [f64; 3],
-    /// Lower and upper limit of the angle (rad) or stroke (m). Infinite where there is no limit.
+    /// Lower and upper limit of the angle (rad) or stroke (m). Infinite where there is no limit. Zero, and left out of the file, for a
+    /// fixed joint.
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub limits: [f64; 2],
     /// Mass of the link, kg.
     pub mass_kg: f64,
@@ -66,6 +70,8 @@ pub enum Kind {
     Revolute,
     /// The drive slides along the axis.
     Prismatic,
+    /// There is no drive.
+    Fixed,
 }
 
 /// The tool centre point.
@@ -91,6 +97,19 @@ pub enum ModelError {
     NotFinite {
         /// Place of the number: `joint "joint_1"` or `tcp`.
         place: String,
+        /// Key in the file.
+        key: &'static str,
+    },
+    /// No joint has a drive.
+    #[error("has fixed joints alone: the robot's joints are \"revolute\" or \"prismatic\"")]
+    NoDrive,
+    /// A fixed joint has what describes a drive.
+    #[error(
+        "joint {joint:?}: {key} is that of a drive, and a fixed joint has none: remove {key}, or change kind"
+    )]
+    Fixed {
+        /// Name of the joint.
+        joint: String,
         /// Key in the file.
         key: &'static str,
     },
@@ -151,6 +170,11 @@ impl Model {
         Ok(HEADER.to_string() + &toml::to_string(self)?)
     }
 
+    /// Returns the driven joints, base first. A pose has one angle (or stroke) for each.
+    pub fn driven(&self) -> impl Iterator<Item = &ModelJoint> + Clone {
+        self.joints.iter().filter(|joint| joint.kind != Kind::Fixed)
+    }
+
     /// Returns the chain on which core works.
     ///
     /// # Errors
@@ -161,6 +185,9 @@ impl Model {
             if self.joints[..index].iter().any(|other| other.name == joint.name) {
                 return Err(ModelError::Twice(joint.name.clone()));
             }
+        }
+        if !self.joints.is_empty() && self.driven().next().is_none() {
+            return Err(ModelError::NoDrive);
         }
         finite("tcp", "xyz_m", &self.tcp.xyz_m)?;
         finite("tcp", "rpy_rad", &self.tcp.rpy_rad)?;
@@ -192,6 +219,13 @@ impl ModelJoint {
         }
         finite(&place, "centre_of_mass_m", &self.centre_of_mass_m)?;
         finite(&place, "inertia_kg_m2", &self.inertia_kg_m2)?;
+        if self.kind == Kind::Fixed {
+            let given = [("axis", !is_zero(&self.axis)), ("limits", !is_zero(&self.limits))];
+            return match given.into_iter().find(|(_, is_given)| *is_given) {
+                Some((key, _)) => Err(ModelError::Fixed { joint: self.name.clone(), key }),
+                None => Ok(()),
+            };
+        }
         if Vector3::from(self.axis).norm() == 0.0 {
             return Err(ModelError::Axis(self.name.clone()));
         }
@@ -206,10 +240,14 @@ impl ModelJoint {
         let [ixx, iyy, izz, ixy, ixz, iyz] = self.inertia_kg_m2;
         Joint {
             origin: pose(self.origin_xyz_m, self.origin_rpy_rad),
-            axis: Unit::new_normalize(self.axis.into()),
+            axis: match self.kind {
+                Kind::Fixed => Vector3::z_axis(),
+                Kind::Revolute | Kind::Prismatic => Unit::new_normalize(self.axis.into()),
+            },
             kind: match self.kind {
                 Kind::Revolute => JointKind::Revolute,
                 Kind::Prismatic => JointKind::Prismatic,
+                Kind::Fixed => JointKind::Fixed,
             },
             link: Link {
                 mass: self.mass_kg,
@@ -218,6 +256,10 @@ impl ModelJoint {
             },
         }
     }
+}
+
+fn is_zero<const N: usize>(numbers: &[f64; N]) -> bool {
+    *numbers == [0.0; N]
 }
 
 fn finite(place: &str, key: &'static str, numbers: &[f64]) -> Result<(), ModelError> {
@@ -257,11 +299,20 @@ mod tests {
         Model { name: "arm".to_string(), joints: vec![joint("a"), joint("b")], tcp }
     }
 
+    fn fix(joint: &mut ModelJoint) {
+        (joint.kind, joint.axis, joint.limits) = (Kind::Fixed, [0.0; 3], [0.0; 2]);
+    }
+
     #[test]
     fn what_is_written_is_read_again() {
-        let text = model().to_toml().unwrap();
+        let mut model = model();
+        fix(&mut model.joints[1]);
+        let text = model.to_toml().unwrap();
         assert!(text.starts_with("# A robot"));
-        assert_eq!(Model::parse(Path::new("m.toml"), &text).unwrap(), model());
+        // A fixed joint has neither.
+        assert_eq!([text.matches("axis =").count(), text.matches("limits =").count()], [1, 1]);
+        assert_eq!(Model::parse(Path::new("m.toml"), &text).unwrap(), model);
+        assert_eq!(model.chain().unwrap().driven(), 1);
     }
 
     #[test]
@@ -276,7 +327,7 @@ mod tests {
     #[test]
     fn mistakes_name_the_joint() {
         type Mistake = fn(&mut Model);
-        let table: [(Mistake, &str); 9] = [
+        let table: [(Mistake, &str); 12] = [
             (|m| m.joints.clear(), "has 0 joints: flexid identifies 1 to 7"),
             (|m| m.joints[1].mass_kg = -1.0, r#"joint "b": mass_kg is -1: must be positive"#),
             (|m| m.joints[1].name = "a".into(), r#"joint "a": the name is there twice"#),
@@ -285,6 +336,15 @@ mod tests {
             (|m| m.joints[0].limits = [f64::NAN, 1.0], r#"joint "a": limits are [NaN, 1]"#),
             (|m| m.joints[1].origin_xyz_m[2] = f64::NAN, r#"joint "b": origin_xyz_m has a number"#),
             (|m| m.joints[1].inertia_kg_m2[0] = 9.0, r#"joint "b": no body has this inertia"#),
+            (
+                |m| m.joints[0].kind = Kind::Fixed,
+                r#"joint "a": axis is that of a drive, and a fixed joint has none: remove axis"#,
+            ),
+            (
+                |m| (m.joints[0].kind, m.joints[0].axis) = (Kind::Fixed, [0.0; 3]),
+                r#"joint "a": limits is that of a drive"#,
+            ),
+            (|m| m.joints.iter_mut().for_each(fix), "has fixed joints alone: the robot's"),
             (|m| m.tcp.xyz_m[0] = f64::INFINITY, "tcp: xyz_m has a number that is not finite"),
         ];
         for (mistake, message) in table {
@@ -301,7 +361,7 @@ mod tests {
         let error = Model::parse(Path::new("m.toml"), &text).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "m.toml:16: [[joint]] mass: unknown key `mass`: did you mean `mass_kg` (in kg)?"
+            "m.toml:17: [[joint]] mass: unknown key `mass`: did you mean `mass_kg` (in kg)?"
         );
     }
 }

@@ -84,6 +84,23 @@ fn robots_of_one_to_seven_joints_are_read() {
     }
 }
 
+/// A fixed joint, such as a pedestal, has no column: q1 is the angle of the first driven joint, q2 that of the second.
+#[test]
+fn a_fixed_joint_has_no_column() {
+    let mut model = Model::parse(Path::new("model.toml"), MODEL).unwrap();
+    let fixed = &mut model.joints[1];
+    (fixed.kind, fixed.axis, fixed.limits) = (Kind::Fixed, [0.0; 3], [0.0; 2]);
+    let parse = |text: &str| statics::parse(Path::new("static.csv"), text, &model);
+    let error = parse(GAUGE).unwrap_err().to_string();
+    assert!(error.contains("unknown column \"q3\": known are q1,q2,fx,fy"), "{error}");
+    // The second driven joint is joint_3.
+    let text = GAUGE.replace("q1,q2,q3", "q1,q2").replace("-0.45, ", "").replace("-1.1, ", "");
+    let tests = parse(&text).unwrap().tests;
+    assert_eq!(tests[0].pose[..], [0.0, 0.95]);
+    let error = parse(&text.replace("0.95", "95")).unwrap_err().to_string();
+    assert!(error.contains("column q2 is 95: joint \"joint_3\" moves in"), "{error}");
+}
+
 #[test]
 fn mistakes_name_line_column_and_mend() {
     let table = [

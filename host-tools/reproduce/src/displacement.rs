@@ -78,7 +78,7 @@ impl Reference {
     /// The reference from the response of the reference model at `pose`, from rest.
     ///
     /// # Errors
-    /// The pose does not have one angle per joint.
+    /// The pose does not have one angle per driven joint.
     pub fn new(
         chain: &Chain,
         pose: &[f64],

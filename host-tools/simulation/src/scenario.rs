@@ -209,18 +209,18 @@ impl Scenario {
     /// or ± 1 m where there is none). Its spindle speeds are drawn from the ranges of the reference scenario, 600 to 900 rpm at the
     /// start and 3000 to 5400 rpm at the end, and its feed from the three axes.
     pub fn draw_experiment(&self, model: &Model, rng: &mut impl Rng) -> Experiment {
-        let pose = model.joints.iter().map(|joint| uniform(rng, reach(joint))).collect();
+        let pose = model.driven().map(|joint| uniform(rng, reach(joint))).collect();
         let feed = [Feed::X, Feed::Y, Feed::Z][uniform(rng, [0.0, 3.0]) as usize];
         let spindle_rpm = [uniform(rng, [600.0, 900.0]), uniform(rng, [3000.0, 5400.0])];
         Experiment { name: "drawn".into(), pose, spindle_rpm, feed }
     }
 }
 
-/// Range of a joint, rad (m): its limits, or ± π or ± 1 m where there is none.
+/// Range of a driven joint, rad (m): its limits, or ± π or ± 1 m where there is none.
 pub fn reach(joint: &ModelJoint) -> [f64; 2] {
     let open = match joint.kind {
-        Kind::Revolute => std::f64::consts::PI,
         Kind::Prismatic => 1.0,
+        Kind::Revolute | Kind::Fixed => std::f64::consts::PI,
     };
     let [lower, upper] = joint.limits;
     let limits = |limit: f64| limit.abs() < 1e3;
@@ -275,14 +275,15 @@ pub(crate) fn check(bushing: &Bushing, ranges: &Ranges) -> Result<(), String> {
 impl Experiment {
     fn check(&self, model: &Model) -> Result<(), String> {
         let place = format!("[[experiment]] \"{}\"", self.name);
-        if self.pose.len() != model.joints.len() {
+        let driven = model.driven().count();
+        if self.pose.len() != driven {
             return Err(format!(
-                "{place} pose has {}, but the model has {}: one angle a joint, base first",
+                "{place} pose has {}, but the model has {}: one angle a driven joint, base first",
                 count(self.pose.len() as u64, "angle"),
-                count(model.joints.len() as u64, "joint")
+                count(driven as u64, "driven joint")
             ));
         }
-        for (&angle, joint) in self.pose.iter().zip(&model.joints) {
+        for (&angle, joint) in self.pose.iter().zip(model.driven()) {
             let [lower, upper] = joint.limits;
             if !(lower..=upper).contains(&angle) {
                 return Err(format!(

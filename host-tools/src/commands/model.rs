@@ -8,7 +8,7 @@ use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::text::count;
 
 use crate::output::Output;
-use crate::urdf;
+use crate::urdf::{self, Base};
 
 /// The subcommands.
 #[derive(Debug, clap::Subcommand)]
@@ -25,6 +25,9 @@ pub(super) struct ImportArgs {
     /// Link at whose origin force and acceleration are measured, along its axes
     #[arg(long, value_name = "LINK")]
     tcp: String,
+    /// The base gives way: seek six stiffnesses and dampings under it, as of a joint
+    #[arg(long)]
+    pedestal: bool,
     /// Where the model goes
     #[arg(short, long, value_name = "MODEL.toml")]
     output: PathBuf,
@@ -33,18 +36,21 @@ pub(super) struct ImportArgs {
 pub(super) fn run(Command::Import(args): &Command) -> Result<()> {
     let file = &args.urdf;
     let text = input::read(file)?;
-    let imported = urdf::import(&text, &args.tcp).map_err(|error| BadInput::new(file, error))?;
+    let base = if args.pedestal { Base::Pedestal } else { Base::Rigid };
+    let imported =
+        urdf::import(&text, &args.tcp, base).map_err(|error| BadInput::new(file, error))?;
     for warning in &imported.warnings {
         complain(&format!("warning: {}: {warning}", file.display()));
     }
     let model = imported.model;
     Output::create(&args.output)?.finish(&model.to_toml()?)?;
-    let mass: f64 = model.joints.iter().map(|joint| joint.mass_kg).sum();
+    let mass: f64 = model.driven().map(|joint| joint.mass_kg).sum();
     Ok(print(&format!(
-        "{}: {} with {} and {mass:.1} kg of moving mass, tool at '{}'\n",
+        "{}: {} with {}{} and {mass:.1} kg of moving mass, tool at '{}'\n",
         args.output.display(),
         model.name,
-        count(model.joints.len() as u64, "joint"),
+        count(model.driven().count() as u64, "joint"),
+        if args.pedestal { " on a pedestal" } else { "" },
         model.tcp.name
     ))?)
 }

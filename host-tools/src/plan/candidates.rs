@@ -164,9 +164,9 @@ impl Candidates<'_> {
 
     /// Poses spread evenly between the joints' limits: points of a Sobol sequence.
     pub fn poses(&self, count: usize) -> Vec<Vec<f64>> {
-        let joints = &self.config.model.joints;
+        let joints = || self.config.model.driven();
         let pose = |index: usize| {
-            let angles = joints.iter().zip(0..).map(|(joint, dimension)| {
+            let angles = joints().zip(0..).map(|(joint, dimension)| {
                 let [lower, upper] = reach(joint);
                 let part = sobol_burley::sample(index as u32, dimension, SEED);
                 lower + (upper - lower) * f64::from(part)
@@ -194,7 +194,7 @@ impl Candidates<'_> {
         };
         Box::new(Record {
             start_s: 0.0,
-            pose: self.config.model.joints.iter().map(|_| 0.0).collect(),
+            pose: self.config.model.driven().map(|_| 0.0).collect(),
             rate_hz: sampling.rate_hz,
             force: [0, 1, 2].map(along),
             acceleration: [0, 1, 2].map(|_| std::iter::repeat_n(0.0, samples).collect()),

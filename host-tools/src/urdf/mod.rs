@@ -4,6 +4,7 @@
 //! link before them. It lumps side branches in as well, and holds their movable joints at 0.
 
 mod body;
+mod pedestal;
 mod plausibility;
 mod tree;
 
@@ -31,6 +32,15 @@ pub struct Imported {
     pub model: Model,
     /// Warnings for the engineer, one sentence each.
     pub warnings: Vec<String>,
+}
+
+/// What the first driven joint stands on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Base {
+    /// A ground that does not give way.
+    Rigid,
+    /// A body that gives way against the ground: base plate, pedestal, frame. It is a fixed joint of the model.
+    Pedestal,
 }
 
 /// Why a URDF file is refused.
@@ -103,6 +113,12 @@ pub enum UrdfError {
         /// The TCP link.
         tcp: String,
     },
+    /// No room for the pedestal beside the movable joints.
+    #[error(
+        "{0} movable joints and a pedestal: at most {MAX_JOINTS} joints are supported in all; leave out --pedestal, and state \
+         structure_m_per_n in [accuracy]"
+    )]
+    NoRoomForPedestal(usize),
     /// A joint that does not have exactly one driven axis.
     #[error(
         "joint '{joint}' is {kind}: only revolute, continuous, prismatic and fixed joints are supported"
@@ -159,11 +175,12 @@ pub enum UrdfError {
     Model(ModelError),
 }
 
-/// Reads the chain from the root to the link `tcp` out of the text of a URDF file.
+/// Reads the chain from the root to the link `tcp` out of the text of a URDF file. On a pedestal, what the file has before the first
+/// movable joint becomes the pedestal's body.
 ///
 /// # Errors
 /// The error names the link or the joint, and the correction.
-pub fn import(text: &str, tcp: &str) -> Result<Imported, UrdfError> {
+pub fn import(text: &str, tcp: &str, base: Base) -> Result<Imported, UrdfError> {
     // An expanded file may still declare the name space, but uses no element of it.
     if text.contains("<xacro:") {
         return Err(UrdfError::Xacro);
@@ -212,8 +229,9 @@ pub fn import(text: &str, tcp: &str) -> Result<Imported, UrdfError> {
         xyz_m: tidy(pose.translation.vector.into()),
         rpy_rad: tidy(pose.rotation.euler_angles().into()),
     };
-    let model = Model { name: robot.name.clone(), joints, tcp };
-    let chain = model.chain().map_err(|error| match error {
+    let mut model = Model { name: robot.name.clone(), joints, tcp };
+    let refused = |error: ModelError, model: &Model, carried: &[(String, Matrix3<f64>)]| match error
+    {
         ModelError::JointCount(count) => {
             UrdfError::TooManyJoints { count, tcp: model.tcp.name.clone() }
         }
@@ -223,10 +241,22 @@ pub fn import(text: &str, tcp: &str) -> Result<Imported, UrdfError> {
             UrdfError::Inertia { link: link.clone(), moments: principal_moments(inertia) }
         }
         other => UrdfError::Model(other),
-    })?;
+    };
+    let chain = model.chain().map_err(|error| refused(error, &model, &carried))?;
+    if base == Base::Pedestal {
+        let count = model.joints.len();
+        if count == MAX_JOINTS {
+            return Err(UrdfError::NoRoomForPedestal(count));
+        }
+        let moving_kg = model.joints.iter().map(|joint| joint.mass_kg).sum();
+        let (pedestal, link, inertia) = importer.pedestal(&path, moving_kg)?;
+        model.joints.insert(0, pedestal);
+        carried.insert(0, (link, inertia));
+        model.chain().map_err(|error| refused(error, &model, &carried))?;
+    }
     let mut warnings = importer.warnings;
-    let names: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
-    warnings.extend(plausibility::warnings(&chain, &names));
+    let moving: Vec<&str> = model.driven().map(|joint| joint.name.as_str()).collect();
+    warnings.extend(plausibility::warnings(&chain, &moving));
     // Names may hold line breaks.
     let warnings = warnings.iter().map(|warning| one_line(warning)).collect();
     Ok(Imported { model, warnings })
@@ -272,6 +302,25 @@ impl Importer<'_> {
             }
         }
         Ok(body)
+    }
+
+    /// The pedestal, with the name of the root and the inertia of what hangs on it up to the first movable joint.
+    fn pedestal(
+        &mut self,
+        path: &[&urdf_rs::Joint],
+        moving_kg: f64,
+    ) -> Result<(ModelJoint, String, Matrix3<f64>), UrdfError> {
+        let root = path.first().map(|joint| joint.parent.link.clone()).unwrap_or_default();
+        let mut body = self.carried(path, &root)?;
+        if body.mass <= 0.0 {
+            body = pedestal::assumed(moving_kg);
+            self.warnings.push(format!(
+                "no mass before the first movable joint: the pedestal is taken as {:.1} kg, a fifth of what moves; put its own \
+                 mass_kg and inertia_kg_m2 into the model file",
+                body.mass
+            ));
+        }
+        Ok((pedestal::joint(&body), root, body.central_inertia()))
     }
 
     /// The body of one link alone; `pose` is the pose of the link in the frame of the result.

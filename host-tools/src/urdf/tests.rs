@@ -50,7 +50,7 @@ fn one_joint(arm: &str, joint: &str) -> String {
 
 #[test]
 fn the_reference_robot_is_read_as_it_stands() {
-    let robot = import(MILL3, "tcp").unwrap();
+    let robot = import(MILL3, "tcp", Base::Rigid).unwrap();
     assert_eq!(robot.warnings, Vec::<String>::new());
     let model = robot.model;
     assert_eq!(model.name, "mill3");
@@ -66,11 +66,33 @@ fn the_reference_robot_is_read_as_it_stands() {
     assert_eq!(model.tcp.xyz_m, [1.35, 0.0, -0.30]);
 }
 
+/// The base of the UR10e's file weighs 4 kg, that of the reference robot has no mass.
+#[test]
+fn a_pedestal_is_the_body_before_the_first_movable_joint() {
+    let file = format!("{}/tests/urdf/universal_ur10e.urdf", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(file).unwrap();
+    let [rigid, pedestal] = [Base::Rigid, Base::Pedestal].map(|base| import(&text, "tool0", base));
+    let (rigid, pedestal) = (rigid.unwrap(), pedestal.unwrap());
+    assert_eq!(pedestal.warnings, rigid.warnings);
+    assert_eq!(pedestal.model.joints[1..], rigid.model.joints);
+    let base = &pedestal.model.joints[0];
+    assert_eq!((base.name.as_str(), base.kind, base.mass_kg), ("pedestal", Kind::Fixed, 4.0));
+
+    let assumed = import(MILL3, "tcp", Base::Pedestal).unwrap();
+    let base = &assumed.model.joints[0];
+    assert_eq!(base.mass_kg, 0.2 * (558.0 + 485.0 + 451.0));
+    // A cube of 2000 kg/m³ has m (m/2000)^(2/3) / 6 about each axis.
+    let moment = 298.8 * (298.8_f64 / 2000.0).powf(2.0 / 3.0) / 6.0;
+    assert!((base.inertia_kg_m2[0] - moment).abs() < 1e-9 && base.inertia_kg_m2[3] == 0.0);
+    assert_eq!(assumed.warnings.len(), 1);
+    assert!(assumed.warnings[0].contains("the pedestal is taken as 298.8 kg"));
+}
+
 #[test]
 fn published_arms_give_a_model_or_a_clear_reason() {
     let arm = |name: &str, tcp: &str| {
         let file = format!("{}/tests/urdf/{name}.urdf", env!("CARGO_MANIFEST_DIR"));
-        import(&std::fs::read_to_string(file).unwrap(), tcp)
+        import(&std::fs::read_to_string(file).unwrap(), tcp, Base::Rigid)
     };
     let iiwa = arm("kuka_iiwa14", "iiwa_link_ee").unwrap();
     assert_eq!((iiwa.model.joints.len(), iiwa.warnings.len()), (7, 0), "{:?}", iiwa.warnings);
@@ -95,7 +117,7 @@ fn published_arms_give_a_model_or_a_clear_reason() {
 fn what_cannot_be_simulated_is_refused_with_place_and_mend() {
     let body = inertial(10.0, [1.0, 1.0, 1.0]);
     let arm = |inside: &str| one_joint(inside, "");
-    let reason = |text: &str, tcp: &str| import(text, tcp).unwrap_err().to_string();
+    let reason = |text: &str, tcp: &str| import(text, tcp, Base::Rigid).unwrap_err().to_string();
     let table = [
         (reason("<robot", "tool"), "not a URDF: "),
         (reason("", "tool"), "not a URDF: "),
@@ -175,9 +197,13 @@ fn eight_joints_are_one_too_many() {
         .windows(2)
         .map(|pair| (pair[1].as_str(), "continuous", pair[0].as_str(), pair[1].as_str(), ""))
         .collect();
-    let error = import(&urdf(&links, &joints), "l8").unwrap_err().to_string();
+    let error = import(&urdf(&links, &joints), "l8", Base::Rigid).unwrap_err().to_string();
     assert_eq!(error, "8 movable joints between the root and 'l8': at most 7 are supported");
-    assert_eq!(import(&urdf(&links, &joints), "l7").unwrap().model.joints.len(), 7);
+    assert_eq!(import(&urdf(&links, &joints), "l7", Base::Rigid).unwrap().model.joints.len(), 7);
+    let error = import(&urdf(&links, &joints), "l7", Base::Pedestal).unwrap_err().to_string();
+    assert!(error.starts_with("7 movable joints and a pedestal: at most 7 joints"), "{error}");
+    let on_pedestal = import(&urdf(&links, &joints), "l6", Base::Pedestal).unwrap();
+    assert_eq!(on_pedestal.model.joints.len(), 7);
 }
 
 #[test]
@@ -198,7 +224,7 @@ fn branches_are_lumped_in_and_said() {
             ("mount", "fixed", "arm", "tool", "<origin xyz=\"1 0 0\"/>"),
         ],
     );
-    let robot = import(&text, "tool").unwrap();
+    let robot = import(&text, "tool", Base::Rigid).unwrap();
     let lift = &robot.model.joints[0];
     assert_eq!((lift.kind, lift.axis, lift.limits), (Kind::Prismatic, [0.0, 0.0, 1.0], [0.0, 1.0]));
     assert_eq!(lift.mass_kg, 30.0);
@@ -237,7 +263,7 @@ fn fixed_joints_before_a_drive_end_up_in_its_origin() {
             ),
         ],
     );
-    let chain = import(&text, "arm").unwrap().model.chain().unwrap();
+    let chain = import(&text, "arm", Base::Rigid).unwrap().model.chain().unwrap();
     let wanted = Isometry3::from_parts(
         Translation3::new(0.0, 1.0, 1.0),
         UnitQuaternion::from_euler_angles(0.0, 0.0, FRAC_PI_2)
@@ -260,6 +286,6 @@ proptest! {
         let mut bytes = MILL3.as_bytes().to_vec();
         let end = (at + length).min(bytes.len());
         bytes.splice(at..end, patch.bytes());
-        let _ = import(&String::from_utf8_lossy(&bytes), "tcp");
+        let _ = import(&String::from_utf8_lossy(&bytes), "tcp", Base::Rigid);
     }
 }

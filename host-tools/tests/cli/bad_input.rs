@@ -6,7 +6,7 @@ use crate::setup::{edit, flexid, folder, stderr};
 fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
     // Arguments; file, text and its replacement; what stderr says.
     type Case = (&'static str, Option<[&'static str; 3]>, &'static [&'static str]);
-    let cases: [Case; 38] = [
+    let cases: [Case; 41] = [
         ("model import gone.urdf --tcp tcp -o m.toml", None, &["gone.urdf: cannot be read"]),
         (
             "model import mill3.urdf --tcp hand -o m.toml",
@@ -18,6 +18,30 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
             "model import mill3.urdf --tcp tcp -o m.toml",
             Some(["mill3.urdf", "<mass value=\"485\"/>", "<mass value=\"0\"/>"]),
             &["mill3.urdf: no mass on link 'link_2' (moved by 'joint_2')", "<mass value=\"kg\"/>"],
+        ),
+        // The model says that joint_1 has no drive, and then no joint angle is of it.
+        (
+            "simulate --config edge.toml --candump o.log",
+            Some(["mill3-model.toml", "kind = \"revolute\"", "kind = \"fixed\""]),
+            &["mill3-model.toml: joint \"joint_1\": axis is that of a drive", "remove axis"],
+        ),
+        (
+            "simulate --config edge.toml --candump o.log",
+            Some([
+                "mill3-model.toml",
+                "kind = \"revolute\"\norigin_xyz_m = [0.0, 0.0, 0.5]\norigin_rpy_rad = [0.0, 0.0, 0.0]\n\
+                 axis = [0.0, 0.0, 1.0]\nlimits = [-3.2, 3.2]",
+                "kind = \"fixed\"\norigin_xyz_m = [0.0, 0.0, 0.5]\norigin_rpy_rad = [0.0, 0.0, 0.0]",
+            ]),
+            &[
+                "edge.toml: [signals] joints names 3 signals, but",
+                "has 2 driven joints: name one signal per driven joint",
+            ],
+        ),
+        (
+            "simulate --config edge.toml --candump o.log",
+            Some(["mill3-model.toml", "kind = \"revolute\"", "kind = \"rigid\""]),
+            &["mill3-model.toml:", "unknown variant `rigid`", "`fixed`"],
         ),
         ("simulate --config gone.toml --candump o.log", None, &["gone.toml: cannot be read"]),
         (

@@ -6,6 +6,7 @@ mod bad_input;
 mod common;
 mod demo;
 mod identify;
+mod pedestal;
 mod pipes;
 mod plan;
 mod recordings;

@@ -19,7 +19,7 @@ fuzz_target!(|text: &str| {
     match statics::parse(Path::new("static.csv"), text, &MODEL) {
         Ok(StaticTests { tests, lines }) => {
             assert!(!tests.is_empty() && tests.len() == lines.len());
-            assert_eq!(flexid_core::statics::check(&tests, MODEL.joints.len()), Ok(()));
+            assert_eq!(flexid_core::statics::check(&tests, MODEL.driven().count()), Ok(()));
         }
         Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
     }

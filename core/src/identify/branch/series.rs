@@ -78,7 +78,8 @@ impl Pair {
         let next = self.joint + 1;
         let [row, column] = self.dofs.map(|dof| dof % 3);
         poses.all(|pose| {
-            let axes = chain.joints()[next].frame(pose[next]).rotation.to_rotation_matrix();
+            let q = chain.angles(pose).nth(next).unwrap_or_default();
+            let axes = chain.joints()[next].frame(q).rotation.to_rotation_matrix();
             axes[(row, column)].abs() >= PARALLEL
         })
     }

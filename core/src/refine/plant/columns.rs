@@ -45,8 +45,8 @@ pub(super) struct Imperfections {
     pub(super) accelerometer_filter: Filter<f64>,
     /// Reference of the hysteresis, rad/s.
     pub(super) reference: f64,
-    /// Degree of freedom of each drive.
-    pub(super) drives: Vec<usize, MAX_JOINTS>,
+    /// Degree of freedom of each joint's drive; `None` for a fixed joint.
+    pub(super) drives: Vec<Option<usize>, MAX_JOINTS>,
     /// Number of the record.
     pub(super) record: usize,
 }
@@ -90,8 +90,8 @@ impl Imperfections {
             Imperfection::Servo(own) => {
                 let drive = self.drives[own];
                 let stiffness = |joint: usize, dof: usize| {
-                    let is_driven = joint == own && dof == drive;
-                    if is_driven { model.terms.joints[own].stiffness[drive] } else { 0.0 }
+                    let is_driven = joint == own && drive == Some(dof);
+                    if is_driven { model.terms.joints[own].stiffness[dof] } else { 0.0 }
                 };
                 return by_impedance(&model.terms, response, per_growth(batch.s), stiffness);
             }

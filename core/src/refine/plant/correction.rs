@@ -7,6 +7,8 @@ use heapless::Vec;
 
 use super::Plant;
 use super::imperfect::Imperfect;
+use crate::MAX_JOINTS;
+use crate::chain::JointKind;
 use crate::imperfection::{self, Accuracies, Imperfection, MAX_IMPERFECTIONS};
 use crate::search::MAX_EXPERIMENTS;
 
@@ -25,6 +27,7 @@ impl Correction {
 
     /// Whether a robot with so many joints can have these imperfections.
     pub(crate) fn is_of(&self, joints: usize) -> bool {
+        let joints = &[JointKind::Revolute; MAX_JOINTS][..joints.min(MAX_JOINTS)];
         let known = imperfection::all(&Accuracies::typical(), joints, MAX_EXPERIMENTS);
         let is_known =
             |own: &Imperfection| known.iter().any(|(imperfection, _)| imperfection == own);

@@ -17,7 +17,7 @@ impl Refinement {
     pub(crate) fn restart_plant(&self, plant: &mut Plant, records: usize) {
         plant.point =
             Point { coordinates: self.coordinates, imperfections: [0.0; MAX_IMPERFECTIONS] };
-        plant.imperfections.all = imperfection::all(&plant.accuracies, plant.joints, records);
+        plant.imperfections.all = imperfection::all(&plant.accuracies, &plant.joints, records);
         plant.go_to(&self.workspace.correction);
         plant.restated = Restated::default();
         plant.crawl = Crawl::NONE;

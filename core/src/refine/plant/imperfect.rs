@@ -109,9 +109,14 @@ impl Imperfect {
             Imperfection::CentreOfMass(link, axis) => {
                 chain.joints[link].link.centre_of_mass += along(axis);
             }
-            Imperfection::JointAngle(joint) => pose[joint] += value,
+            Imperfection::JointAngle(joint) => {
+                if let Some(place) = chain.place_in_pose(joint) {
+                    pose[place] += value;
+                }
+            }
             Imperfection::ElasticCentre(joint, axis) => {
-                move_bushing(chain, joint, pose[joint], &along(axis));
+                let q = chain.angles(pose).nth(joint).unwrap_or_default();
+                move_bushing(chain, joint, q, &along(axis));
             }
             Imperfection::Crosstalk(Sensor::Accelerometer, of, by) => {
                 self.accelerometer_crosstalk[(of, by)] += value;
@@ -185,7 +190,7 @@ impl Imperfect {
         for ((terms, joint), part) in
             terms.joints.iter_mut().zip(&self.chain.joints).zip(self.servo)
         {
-            terms.growth = (part != 0.0).then(|| Growth { dof: joint.drive(), part });
+            terms.growth = joint.drive().filter(|_| part != 0.0).map(|dof| Growth { dof, part });
         }
         Ok(Model {
             terms: if problem.sought.seeks_masses() { terms.with_masses() } else { terms },
@@ -201,9 +206,10 @@ impl Imperfect {
         let mut loaded = bushings.clone();
         let joints = self.chain.joints.iter().zip(&linear.joints);
         for (bushing, (joint, linear)) in loaded.iter_mut().zip(joints) {
-            let drive = joint.drive();
-            let load = linear.sag[drive] * bushing.stiffness[drive];
-            bushing.stiffness[drive] *= 1.0 + self.load * load.abs();
+            if let Some(drive) = joint.drive() {
+                let load = linear.sag[drive] * bushing.stiffness[drive];
+                bushing.stiffness[drive] *= 1.0 + self.load * load.abs();
+            }
             bushing.stiffness.iter_mut().for_each(|stiffness| *stiffness *= self.stiffness);
         }
         loaded
@@ -222,7 +228,7 @@ fn move_bushing(chain: &mut Chain, joint: usize, q: f64, by: &Vector3<f64>) {
     let Joint { origin, axis, kind, link } = &mut chain.joints[joint];
     let before_drive = match kind {
         JointKind::Revolute => Rotation3::from_axis_angle(axis, q) * by,
-        JointKind::Prismatic => *by,
+        JointKind::Prismatic | JointKind::Fixed => *by,
     };
     *origin *= Translation3::from(before_drive);
     link.centre_of_mass -= by;

@@ -37,6 +37,8 @@ use heapless::Vec;
 
 use super::levenberg_marquardt::{LevenbergMarquardt, Limits};
 use super::summary::Summary;
+use crate::MAX_JOINTS;
+use crate::chain::{Chain, JointKind};
 use crate::imperfection::{self, Accuracies, Imperfection, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
 use crate::receptance::Filter;
@@ -78,7 +80,8 @@ pub struct Plant {
     summary: Summary,
     /// Standard deviation of each imperfection where the last fit has ended, in that of its prior.
     deviations: [f64; MAX_IMPERFECTIONS],
-    joints: usize,
+    /// Motion of the drive of each joint of the robot.
+    joints: Vec<JointKind, MAX_JOINTS>,
 }
 
 /// An imperfection that a fit has found.
@@ -95,11 +98,12 @@ pub struct FoundImperfection {
 }
 
 impl Plant {
-    /// A plant of these accuracies, and of a robot with so many joints.
-    pub fn new(accuracies: &Accuracies, joints: usize) -> Self {
+    /// A plant of these accuracies, and of a robot with the joints of `chain`.
+    pub fn new(accuracies: &Accuracies, chain: &Chain) -> Self {
+        let joints = chain.kinds();
         Self {
             imperfections: Imperfections {
-                all: imperfection::all(accuracies, joints, 0),
+                all: imperfection::all(accuracies, &joints, 0),
                 from_parent: Vec::new(),
                 changes: Vec::new(),
                 accelerometer_filter: Filter::default(),
@@ -135,7 +139,7 @@ impl Plant {
     pub fn is_perfect(&self) -> bool {
         let Accuracies { structure_translation, structure_rotation, .. } = self.accuracies;
         let is_rigid = structure_translation == 0.0 && structure_rotation == 0.0;
-        is_rigid && imperfection::all(&self.accuracies, self.joints, 2).is_empty()
+        is_rigid && imperfection::all(&self.accuracies, &self.joints, 2).is_empty()
     }
 
     /// Whether the records that are fitted can have imperfections that a fit seeks.
@@ -143,9 +147,9 @@ impl Plant {
         !self.imperfections.all.is_empty()
     }
 
-    /// Number of joints of the robot.
-    pub(crate) fn joints(&self) -> usize {
-        self.joints
+    /// Whether the robot has the joints of `chain`.
+    pub(crate) fn is_of(&self, chain: &Chain) -> bool {
+        self.joints == chain.kinds()
     }
 
     /// The imperfections where the last fit has ended.

@@ -126,12 +126,13 @@ mod tests {
     use std::boxed::Box;
 
     use super::*;
-    use crate::imperfection::Accuracies;
+    use crate::imperfection::{self, Accuracies};
+    use crate::refine::tests::chain;
 
     /// Two masses, ten times as far off as stated: q is 2 + 3 √4, and τ is √(200/8).
     #[test]
     fn contradicted_accuracies_are_restated_once() {
-        let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain()));
         let p = |imperfection| match imperfection {
             Imperfection::Mass(0) => 10.0,
             Imperfection::Mass(_) => -10.0,
@@ -162,9 +163,10 @@ mod tests {
 
     #[test]
     fn plausible_accuracies_stand() {
-        let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain()));
         plant.point.imperfections.fill(1.5);
         assert!(!plant.restate_accuracies());
-        assert!(plant.imperfections.all == crate::imperfection::all(&Accuracies::typical(), 2, 0));
+        let stated = imperfection::all(&Accuracies::typical(), &chain().kinds(), 0);
+        assert!(plant.imperfections.all == stated);
     }
 }

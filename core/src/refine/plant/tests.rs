@@ -92,8 +92,8 @@ proptest! {
         let s = Complex { re: 0.0, im: omega };
         let seam = [[Complex { re: load, im: -0.3 * load }; DOF]; MAX_JOINTS];
 
-        let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
-        plant.imperfections.all = imperfection::all(&Accuracies::typical(), 2, 2);
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain));
+        plant.imperfections.all = imperfection::all(&Accuracies::typical(), &chain.kinds(), 2);
         let count = plant.imperfections.all.len();
         plant.point.coordinates = sought.coordinates(&bushings());
         plant.point.imperfections[..count].fill(away);
@@ -157,7 +157,7 @@ fn check_gradient(seed: u64, places: &[[f64; 3]; 4], tool_mass: f64) -> Result<(
     let record = record(&mut Xoshiro256PlusPlus::seed_from_u64(seed));
     let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
     let experiments = [experiment.unwrap()];
-    let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
+    let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain));
     plant.point.coordinates = sought.coordinates(&bushings());
     let point = plant.point;
     let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
@@ -248,7 +248,7 @@ fn the_jackknife_agrees_with_the_noise() {
         });
         let accuracies =
             Accuracies { delay: 1e-6, structure_rotation: 1e-9, ..Accuracies::default() };
-        let mut plant = Box::new(Plant::new(&accuracies, 2));
+        let mut plant = Box::new(Plant::new(&accuracies, &chain));
         let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
         refinement.restart_plant(&mut plant, 2);
         while refinement.step_plant(&problem, &experiments, &mut plant) == Outcome::Improving {}
@@ -293,7 +293,7 @@ fn a_corrected_model_is_that_of_the_plant() {
             let record = record(&mut random);
             Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]).unwrap()
         });
-        let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain));
         let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
         refinement.restart_plant(&mut plant, 2);
         let count = plant.imperfections.all.len();

@@ -183,7 +183,7 @@ impl Config {
         StreamConfig {
             rate_hz: self.rate_hz,
             record_samples: self.record_samples,
-            joints: self.model.joints.len(),
+            joints: self.model.driven().count(),
             counter_bits: self.signals.counter_bits,
             force_resolution: self.signals.force_resolution,
             acceleration_resolution: self.signals.acceleration_resolution,

@@ -58,12 +58,13 @@ impl Recording {
         check_band(&measurement).map_err(bad)?;
         let interface = interface(&bus.interface).map_err(bad)?;
         let record_samples = record_samples(&measurement).map_err(bad)?;
-        if signals.joints.len() != model.joints.len() {
+        let driven = model.driven().count();
+        if signals.joints.len() != driven {
             return Err(bad(format!(
-                "[signals] joints names {}, but {} has {}: name one signal per joint, base first",
+                "[signals] joints names {}, but {} has {}: name one signal per driven joint, base first",
                 count(signals.joints.len() as u64, "signal"),
                 model_file.display(),
-                count(model.joints.len() as u64, "joint"),
+                count(driven as u64, "driven joint"),
             )));
         }
         let base = file.parent().unwrap_or(Path::new(""));

@@ -16,7 +16,6 @@ use flexid_wire::state::State;
 use flexid_wire::text::clipped;
 
 use crate::config::Config;
-use crate::names::joint_name;
 use crate::record::{Record, SAMPLES};
 use crate::signals::{NoReading, SignalTable};
 use crate::source::{Arrival, Flow, Frame, FrameKind, FrameSource};
@@ -184,7 +183,7 @@ impl<'a> Intake<'a> {
         if !self.seen.acceleration {
             return State::NoAcceleration;
         }
-        let silent = config.model.joints.iter().zip(self.seen.joints).filter(|(_, seen)| !seen);
+        let silent = config.model.driven().zip(self.seen.joints).filter(|(_, seen)| !seen);
         let silent: heapless::Vec<_, MAX_JOINTS> =
             silent.map(|(joint, _)| clipped(&joint.name)).collect();
         if !silent.is_empty() {
@@ -197,8 +196,10 @@ impl<'a> Intake<'a> {
             let seconds = config.record_samples as f64 / config.rate_hz;
             let faint_force_n = plausibility::faint_force(readings);
             State::AwaitingRecord { seconds, faint_force_n, implausible }
-        } else if let Some(joint) = self.stream.missing_joint() {
-            State::AngleStopped { joint: joint_name(&config.model, joint), implausible }
+        } else if let Some(place) = self.stream.missing_joint() {
+            let joint = config.model.driven().nth(place);
+            let joint = joint.map(|joint| clipped(&joint.name)).unwrap_or_default();
+            State::AngleStopped { joint, implausible }
         } else {
             State::Measuring { implausible }
         }

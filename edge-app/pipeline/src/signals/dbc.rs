@@ -130,7 +130,7 @@ impl<'a> Lookup<'a> {
                 names.force_counter, names.acceleration_counter
             )));
         }
-        for (index, (name, joint)) in names.joints.iter().zip(&model.joints).enumerate() {
+        for (index, (name, joint)) in names.joints.iter().zip(model.driven()).enumerate() {
             let found = self.find("joints", name)?;
             let quantity = if joint.kind == Kind::Revolute { ANGLE } else { STROKE };
             let value = self.scaled(found, &quantity)?;

@@ -231,7 +231,7 @@ impl Solver {
         identifier.seek(sought.clone()).map_err(unchecked)?;
         let static_deviation = identifier.estimate_static_deviation::<BINS>();
         let stiffest = config.bounds.stiffest(sought.joints());
-        let mut plant = Box::new(Plant::new(&config.accuracies, sought.joints()));
+        let mut plant = Box::new(Plant::new(&config.accuracies, &chain));
         plant.adopt(config.adopts_explanations);
         Ok(Self {
             config: Arc::new(config.clone()),

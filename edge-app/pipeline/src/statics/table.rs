@@ -7,7 +7,7 @@ use flexid_core::chain::Chain;
 use flexid_core::statics::{DIAL_GAUGE, Gauge, RESOLVED, Reading, StaticTest};
 use nalgebra::Vector3;
 
-use crate::model::{Kind, Model};
+use crate::model::{Kind, Model, ModelJoint};
 
 /// Columns of the load, each with its unit.
 const LOAD: [(&str, &str); 6] =
@@ -32,14 +32,14 @@ const LARGEST_DISTANCE_M: f64 = 5.0;
 
 /// Returns the names of the columns that a file needs, and of the standard deviations.
 pub(super) fn needed(model: &Model) -> Vec<String> {
-    let joints = (1..=model.joints.len()).map(|joint| format!("q{joint}"));
+    let joints = (1..=model.driven().count()).map(|joint| format!("q{joint}"));
     let others = LOAD.iter().map(|(name, _)| *name).chain(DISPLACEMENT[0]).chain(DEVIATION);
     joints.chain(others.map(str::to_string)).collect()
 }
 
 /// Returns the names of all columns.
 fn known(model: &Model) -> Vec<String> {
-    let degrees = model.joints.iter().enumerate().filter(|(_, joint)| joint.kind == Kind::Revolute);
+    let degrees = model.driven().enumerate().filter(|(_, joint)| joint.kind == Kind::Revolute);
     let degrees = degrees.map(|(joint, _)| format!("q{}_deg", joint + 1));
     let others = LOAD_POINT.into_iter().chain(GAUGE_POINT).chain(DISPLACEMENT[1]);
     needed(model).into_iter().chain(degrees).chain(others.map(str::to_string)).collect()
@@ -47,9 +47,8 @@ fn known(model: &Model) -> Vec<String> {
 
 /// Places of the columns in a line.
 pub(super) struct Table<'a> {
-    model: &'a Model,
     cells: usize,
-    joints: Vec<Angle>,
+    joints: Vec<Angle<'a>>,
     load: [usize; 6],
     load_point: [Option<usize>; 3],
     displacement: [usize; 3],
@@ -61,8 +60,9 @@ pub(super) struct Table<'a> {
     gauge_point: [Option<usize>; 3],
 }
 
-/// Column of a joint.
-struct Angle {
+/// Column of a driven joint.
+struct Angle<'a> {
+    joint: &'a ModelJoint,
     cell: usize,
     name: String,
     unit: &'static str,
@@ -111,9 +111,9 @@ impl<'a> Table<'a> {
         }
         let chain =
             of_base.map(|_| model.chain()).transpose().map_err(|error| error.to_string())?;
-        let joints = (0..model.joints.len()).map(|joint| Angle::new(joint, model, find, place));
+        let joints = model.driven().zip(1..);
+        let joints = joints.map(|(joint, number)| Angle::new(joint, number, find, place));
         Ok(Self {
-            model,
             cells: header.len(),
             joints: joints.collect::<Result<_, _>>()?,
             load,
@@ -132,7 +132,7 @@ impl<'a> Table<'a> {
             let (own, cells) = (line.len(), self.cells);
             return Err(format!("has {own} cells, the first line {cells}: write as many"));
         }
-        let pose = (0..self.joints.len()).map(|joint| self.angle(line, joint));
+        let pose = self.joints.iter().map(|joint| joint.angle(line));
         let pose = pose.collect::<Result<heapless::Vec<_, _>, _>>()?;
         let wrench = self.wrench(line)?;
         let mut displacement = [None; 3];
@@ -149,26 +149,6 @@ impl<'a> Table<'a> {
             gauge = gauge.along_base(chain, &pose);
         }
         Ok(StaticTest { pose, wrench, gauge, displacement })
-    }
-
-    /// Returns the angle of a joint, which must lie within the joint's limits. An angle in degrees hardly ever does.
-    fn angle(&self, line: &StringRecord, joint: usize) -> Result<f64, String> {
-        let (own, Angle { cell, name, unit, scale }) =
-            (&self.model.joints[joint], &self.joints[joint]);
-        let angle = number(&line[*cell], name, unit)?
-            .ok_or_else(|| format!("column {name} is empty: must be a number (in {unit})"))?;
-        let [lower, upper] = own.limits.map(|limit| limit / scale);
-        if !(lower..=upper).contains(&angle) {
-            let [lower, upper] = match *unit {
-                "deg" => [format!("{lower:.1}"), format!("{upper:.1}")],
-                _ => [lower.to_string(), upper.to_string()],
-            };
-            return Err(format!(
-                "column {name} is {angle}: joint {:?} moves in [{lower}, {upper}] {unit}",
-                own.name
-            ));
-        }
-        Ok(angle * scale)
     }
 
     /// Returns force and torque about the TCP. A force f at the point p has the torque `p × f`.
@@ -217,27 +197,43 @@ impl<'a> Table<'a> {
     }
 }
 
-impl Angle {
-    /// Finds the column of a joint by `find`, or refuses by `place`.
+impl<'a> Angle<'a> {
+    /// Finds the column of the driven joint of this number, from 1, by `find`, or refuses by `place`.
     fn new(
-        joint: usize,
-        model: &Model,
+        joint: &'a ModelJoint,
+        number: usize,
         find: impl Fn(&str) -> Option<usize>,
         place: impl Fn(&str) -> Result<usize, String>,
     ) -> Result<Self, String> {
-        let name = format!("q{}", joint + 1);
+        let name = format!("q{number}");
         let degrees = format!("{name}_deg");
         if let Some(cell) = find(&degrees) {
             if find(&name).is_some() {
                 return Err(format!("columns {name} and {degrees} are the same angle: name one"));
             }
-            return Ok(Self { cell, name: degrees, unit: "deg", scale: 1_f64.to_radians() });
+            return Ok(Self { joint, cell, name: degrees, unit: "deg", scale: 1_f64.to_radians() });
         }
-        let unit = match model.joints[joint].kind {
-            Kind::Revolute => "rad",
-            Kind::Prismatic => "m",
-        };
-        Ok(Self { cell: place(&name)?, name, unit, scale: 1.0 })
+        let unit = if joint.kind == Kind::Revolute { "rad" } else { "m" };
+        Ok(Self { joint, cell: place(&name)?, name, unit, scale: 1.0 })
+    }
+
+    /// Returns the angle of a joint, which must lie within the joint's limits. An angle in degrees hardly ever does.
+    fn angle(&self, line: &StringRecord) -> Result<f64, String> {
+        let Self { joint, cell, name, unit, scale } = self;
+        let angle = number(&line[*cell], name, unit)?
+            .ok_or_else(|| format!("column {name} is empty: must be a number (in {unit})"))?;
+        let [lower, upper] = joint.limits.map(|limit| limit / scale);
+        if !(lower..=upper).contains(&angle) {
+            let [lower, upper] = match *unit {
+                "deg" => [format!("{lower:.1}"), format!("{upper:.1}")],
+                _ => [lower.to_string(), upper.to_string()],
+            };
+            return Err(format!(
+                "column {name} is {angle}: joint {:?} moves in [{lower}, {upper}] {unit}",
+                joint.name
+            ));
+        }
+        Ok(angle * scale)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What joints are beside linear springs and dampers.
 
 use flexid_core::DOF_NAMES;
-use flexid_core::chain::{Chain, JointKind};
+use flexid_core::chain::Chain;
 use flexid_core::motion::Coordinates;
 use flexid_core::parameters::Bushing;
 use nalgebra::Vector6;
@@ -92,8 +92,9 @@ impl Joints {
             .map(|((joint, bushing), load)| {
                 let mut own = *bushing;
                 own.stiffness.iter_mut().for_each(|k| *k *= warm);
-                let drive = drive(joint);
-                own.stiffness[drive] *= 1.0 + self.loaded_per_knm * load[drive].abs() / 1e3;
+                if let Some(drive) = joint.drive() {
+                    own.stiffness[drive] *= 1.0 + self.loaded_per_knm * load[drive].abs() / 1e3;
+                }
                 own
             })
             .collect()
@@ -134,20 +135,21 @@ impl Joints {
     ) -> Vec<Element> {
         let mut elements = Vec::new();
         for ((joint, bushing), &index) in chain.joints().iter().zip(bushings).zip(index) {
-            let drive = drive(joint);
-            let stiffness = bushing.stiffness[drive];
             let mut add = |dof: usize, law: Law| elements.push(Element::new(index, dof, law));
-            if self.servo != 0.0 {
-                let rate = TAU * self.servo_hz;
-                add(drive, Law::Maxwell { stiffness: self.servo * stiffness, rate });
-            }
-            if self.friction > 0.0 {
-                let stiffness = self.friction_stiffness * stiffness;
-                add(drive, Law::Friction { stiffness, limit: self.friction });
-            }
-            if self.backlash > 0.0 {
-                let (half, at_rest) = (0.5 * self.backlash, rest[index][drive]);
-                add(drive, Law::Play { stiffness, half, at_rest });
+            if let Some(drive) = joint.drive() {
+                let stiffness = bushing.stiffness[drive];
+                if self.servo != 0.0 {
+                    let rate = TAU * self.servo_hz;
+                    add(drive, Law::Maxwell { stiffness: self.servo * stiffness, rate });
+                }
+                if self.friction > 0.0 {
+                    let stiffness = self.friction_stiffness * stiffness;
+                    add(drive, Law::Friction { stiffness, limit: self.friction });
+                }
+                if self.backlash > 0.0 {
+                    let (half, at_rest) = (0.5 * self.backlash, rest[index][drive]);
+                    add(drive, Law::Play { stiffness, half, at_rest });
+                }
             }
             if self.cubic_rad > 0.0 {
                 for dof in 3..6 {
@@ -197,12 +199,3 @@ const LOWEST_HZ: f64 = 0.02;
 const HIGHEST_HZ: f64 = 20_000.0;
 /// Factor between neighbouring rates.
 const RATIO: f64 = 3.0;
-
-/// Degree of freedom along (or about) the axis of a joint's drive: that of the axis' largest component.
-fn drive(joint: &flexid_core::chain::Joint) -> usize {
-    let first = match joint.kind {
-        JointKind::Prismatic => 0,
-        JointKind::Revolute => 3,
-    };
-    first + joint.axis.iamax()
-}

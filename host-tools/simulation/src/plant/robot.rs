@@ -23,7 +23,7 @@ pub struct Tool {
     pub tcp_m: [f64; 3],
 }
 
-/// Errors of the model. Lists hold one entry per joint, base first; an empty list holds none.
+/// Errors of the model. Lists hold one entry per joint (those of angles one per driven joint), base first; an empty list holds none.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Robot {
@@ -43,7 +43,7 @@ pub struct Robot {
     pub feed_rad_per_s: Vec<f64>,
 }
 
-/// A bushing between the ground and the base.
+/// A bushing between the ground and the base, beside what the model may have there.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pedestal {
@@ -102,7 +102,7 @@ impl Tool {
 
 impl Robot {
     pub(super) fn check(&self, model: &Model) -> Result<(), String> {
-        let joints = model.joints.len();
+        let (joints, driven) = (model.joints.len(), model.driven().count());
         let flat = |vectors: &[[f64; 3]]| vectors.as_flattened().to_vec();
         for (key, count, values, limits) in [
             ("mass", self.mass.len(), self.mass.clone(), [0.01, 100.0]),
@@ -127,9 +127,13 @@ impl Robot {
             ),
             ("feed_rad_per_s", self.feed_rad_per_s.len(), self.feed_rad_per_s.clone(), [-1.0, 1.0]),
         ] {
-            if count != 0 && count != joints {
+            let (wanted, which) = match key {
+                "joint_angle_rad" | "feed_rad_per_s" => (driven, "driven joint"),
+                _ => (joints, "joint"),
+            };
+            if count != 0 && count != wanted {
                 return Err(format!(
-                    "[robot] {key} has {count}, but the model has {joints} joints: one per joint"
+                    "[robot] {key} has {count}, but the model has {wanted} {which}s: one per {which}"
                 ));
             }
             all_between(&format!("[robot] {key}"), &values, limits)?;
@@ -197,9 +201,9 @@ impl Plant {
         }
         // What follows, seen from the frame of the last bushing, has moved by this.
         let mut moved = Isometry3::identity();
-        for (joint, modelled) in model.joints().iter().enumerate() {
+        for ((joint, modelled), q) in model.joints().iter().enumerate().zip(model.angles(pose)) {
             let centre = Translation3::from(vector(&self.robot.elastic_centre_m, joint));
-            let origin = moved * modelled.frame(pose[joint]) * centre;
+            let origin = moved * modelled.frame(q) * centre;
             let link = self.link(modelled, joint);
             moved = centre.inverse().into();
             let next = match model.joints().get(joint + 1) {

@@ -54,7 +54,7 @@ fn on_large_stack(run: impl FnOnce() + Send + 'static) {
 /// A plant whose fit has ended at these rows, masses restated.
 fn plant(random: &mut Xoshiro256PlusPlus) -> (Box<Plant>, Rows) {
     let mut uniform = || random.next_u32() as f64 / u32::MAX as f64 * 2.0 - 1.0;
-    let mut plant = Box::new(Plant::new(&Accuracies::typical(), 2));
+    let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain()));
     let mut soft = bushings();
     soft[0].stiffness[ON_BOUND] = 1e5;
     plant.point.coordinates = sought().coordinates(&soft);

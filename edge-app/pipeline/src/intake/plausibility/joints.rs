@@ -58,7 +58,7 @@ impl Joints {
             let margin = MARGIN[usize::from(joint.kind == Kind::Prismatic)];
             [lower - margin, upper + margin]
         };
-        Self { ranges: model.joints.iter().map(range).collect(), beyond: [None; MAX_JOINTS] }
+        Self { ranges: model.driven().map(range).collect(), beyond: [None; MAX_JOINTS] }
     }
 
     /// Takes an angle that came after `frames` force frames. Returns the worse of this angle and the one before, if both are
@@ -95,7 +95,7 @@ pub(super) fn warning(
     joints: &[Option<Excess>; MAX_JOINTS],
     config: &Config,
 ) -> Option<BeyondLimits> {
-    let all = config.signals.joints.iter().zip(&config.model.joints).zip(joints);
+    let all = config.signals.joints.iter().zip(config.model.driven()).zip(joints);
     let beyond = || all.clone().filter_map(|(joint, excess)| Some((joint, (*excess)?)));
     let ((signal, joint), Excess { value, .. }) =
         beyond().max_by(|(_, one), (_, other)| one.by.total_cmp(&other.by))?;

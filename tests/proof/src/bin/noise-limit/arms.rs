@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow};
+use flexid::urdf::{Base, import};
 use flexid_core::chain::Chain;
 use flexid_core::parameters::{Bounds, Bushing, Bushings, DAMPING_RATIO};
 use flexid_core::sensors::Accelerometer;
@@ -125,7 +126,7 @@ impl Arm {
     fn chain(&self) -> Result<Chain> {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("arms").join(self.file);
         let text = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
-        let model = flexid::urdf::import(&text, self.tcp).with_context(|| self.name)?.model;
+        let model = import(&text, self.tcp, Base::Rigid).with_context(|| self.name)?.model;
         let bare = model.chain()?.weighing(&[self.mass; 7]);
         with_spindle(&bare)
     }

@@ -79,7 +79,7 @@ pub(crate) fn find_on_plant(
     let mut experiments = experiments.collect::<Result<Vec<_>>>()?;
     ensure!(!experiments.is_empty(), "no record");
     let mut identifier = task.identifier(random)?;
-    let mut plant = Box::new(Plant::new(accuracies, task.chain.joints().len()));
+    let mut plant = Box::new(Plant::new(accuracies, task.chain));
     for round in 0.. {
         identifier.renew(&experiments);
         while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
