@@ -14,11 +14,21 @@ stiffness = [1e9, 1e9, 1e9, 1e9, 1e9, 1e9]
 damping = [1e5, 1e5, 1e5, 1e5, 1e5, 1e5]
 ";
 
-/// Numbers of parameters of the robot's three joints that are identified, and of their intervals that hold the truth.
-fn held(found: &Value, truth: &Value) -> [usize; 2] {
+/// The same ranges as of the joints, but stiffer.
+const BOUNDS: &str = "
+[bounds.joints.pedestal]
+stiffness_translation_n_per_m = [1.0e8, 1.0e10]
+stiffness_rotation_nm_per_rad = [1.0e8, 1.0e10]
+damping_translation_ns_per_m = [1.0e4, 1.0e6]
+damping_rotation_nms_per_rad = [1.0e4, 1.0e6]
+
+[bus]";
+
+/// Of the parameters of the robot's three joints those that are identified, and those of them whose intervals do not hold the truth.
+fn identified_and_missed(found: &Value, truth: &Value) -> [usize; 2] {
     let joints = found["joints"].as_array().unwrap().iter();
     let intervals = found["confidence"]["joints"].as_array().unwrap();
-    let (mut identified, mut held) = (0, 0);
+    let (mut identified, mut missed) = (0, 0);
     for (joint, of) in joints.zip(intervals) {
         let Some(truth) = truth["truth"].get(joint["name"].as_str().unwrap()) else { continue };
         for kind in ["stiffness", "damping"] {
@@ -26,33 +36,32 @@ fn held(found: &Value, truth: &Value) -> [usize; 2] {
                 if joint[format!("{kind}_verdict")][dof] == "identified" {
                     let interval = &of[format!("{kind}_interval")][dof];
                     let [lower, upper] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+                    let truth = truth[kind][dof].as_f64().unwrap();
                     identified += 1;
-                    held +=
-                        usize::from((lower..=upper).contains(&truth[kind][dof].as_f64().unwrap()));
+                    missed += usize::from(!(lower..=upper).contains(&truth));
                 }
             }
         }
     }
-    [identified, held]
+    [identified, missed]
 }
 
+/// The cuts turn joint 1 by up to 1.3 rad. Found: without the pedestal 36 parameters identified, and 16 intervals too narrow; with it 34,
+/// and 1. Of 34 intervals of 95 % more than 5 miss once in 200 times, if they are independent.
 #[test]
 fn a_pedestal_in_the_model_takes_what_gives_way_under_the_robot() {
     let folder = folder();
     let folder = folder.path();
     fs::write(folder.join("plant.toml"), PLANT).unwrap();
     let edge = folder.join("edge.toml");
-    let typical = || {
-        edit(&edge, "assume = \"perfect\"", "");
-        let text = fs::read_to_string(&edge).unwrap();
-        let (before, bounds) = text.split_once("[bounds]").unwrap();
-        let (_, after) = bounds.split_once("[bus]").unwrap();
-        fs::write(&edge, format!("{before}[bus]{after}")).unwrap();
-    };
+    let typical = || edit(&edge, "assume = \"perfect\"", "");
     let simulation = "--plant plant.toml --truth-json t.json";
     let (_, without) = identified(folder, simulation, typical);
     let truth = json(folder, "t.json");
-    println!("without {:?} {}", held(&without, &truth), without["fit"]["acceptance"]);
+    let [found, missed] = identified_and_missed(&without, &truth);
+    // Nothing shows that it is missing.
+    assert_eq!(without["fit"]["acceptance"], "consistent");
+    assert!(found >= 33 && missed >= 10, "{missed} of {found} intervals miss the truth");
 
     let import = "model import mill3.urdf --tcp tcp --pedestal -o mill3-model.toml";
     let imported = flexid(folder, import);
@@ -60,11 +69,24 @@ fn a_pedestal_in_the_model_takes_what_gives_way_under_the_robot() {
     assert!(stderr(&imported).contains("the pedestal is taken as 298.8 kg"));
     let said = String::from_utf8(imported.stdout).unwrap();
     assert!(said.contains("mill3 with 3 joints on a pedestal and 1494.0 kg"), "{said}");
+    edit(&edge, "\n[bus]", BOUNDS);
     let output = flexid(folder, "identify --config edge.toml o.log --json o.json");
     assert!(output.status.success(), "{}", stderr(&output));
     let with = json(folder, "o.json");
-    println!("with {:?} {}", held(&with, &truth), with["fit"]["acceptance"]);
-    println!("{}", String::from_utf8(output.stdout).unwrap());
+    assert_eq!(with["fit"]["acceptance"], "consistent");
+    let [found, missed] = identified_and_missed(&with, &truth);
+    assert!(found >= 30 && missed <= 5, "{missed} of {found} intervals miss the truth");
     let names: Vec<_> = with["joints"].as_array().unwrap().iter().map(|j| &j["name"]).collect();
     assert_eq!(names, ["pedestal", "joint_1", "joint_2", "joint_3"]);
+    // Along and about the axis of joint 1 no pose tells it from that joint; across the axis they do, roughly.
+    let pedestal = &with["joints"][0];
+    for dof in [2, 5] {
+        assert_eq!(pedestal["stiffness_verdict"][dof], "not_observable", "{pedestal}");
+    }
+    for dof in [0, 1] {
+        let [lower, upper] = [0, 1].map(|end| {
+            with["confidence"]["joints"][0]["stiffness_interval"][dof][end].as_f64().unwrap()
+        });
+        assert!((lower..=upper).contains(&1e9) && upper < 3.0 * lower, "{lower} to {upper}");
+    }
 }
