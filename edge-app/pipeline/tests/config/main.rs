@@ -478,8 +478,8 @@ fn mistakes_in_the_config_name_place_and_mend() {
         (
             "[\"q1\", \"q2\", \"q3\"]",
             "[\"q1\", \"q2\"]",
-            "edge.toml: [signals] joints names 2 signals, but mill3-model.toml has 3 joints: name one signal \
-             per joint, base first",
+            "edge.toml: [signals] joints names 2 signals, but mill3-model.toml has 3 driven joints: name \
+             one signal per driven joint, base first",
         ),
         (
             "[\"q1\", \"q2\", \"q3\"]",
