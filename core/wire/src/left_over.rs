@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::report::MAX_JOINTS;
 
 /// Largest number of places of a report.
-pub const MAX_LEFT_OVER: usize = 5;
+pub const MAX_LEFT_OVER: usize = 6;
 /// Names of the axes of a sensor.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -55,6 +55,13 @@ pub enum LeftOver {
     Force {
         /// This power.
         exponent: f64,
+        /// Its standard deviation.
+        std: f64,
+    },
+    /// All stiffnesses at the same pose go with the force.
+    Stiffness {
+        /// By which part they grow where the force doubles.
+        growth: f64,
         /// Its standard deviation.
         std: f64,
     },
@@ -104,6 +111,13 @@ impl fmt::Display for LeftOver {
                     "at the same pose as force^{exponent:.1} ± {std:.1}, not force^1: nonlinear: {family}"
                 )
             }
+            Self::Stiffness { growth, std } => write!(
+                f,
+                "at the same pose all stiffnesses grow by {:.1} ± {:.1} % where the force doubles: the joints are nonlinear: cut with \
+                 the force of the process",
+                100.0 * growth,
+                100.0 * std
+            ),
         }
     }
 }

@@ -335,6 +335,7 @@ fn every_kind_is_frozen() {
             LeftOver::Record { record: 2, pose: [0.3, -0.45].into_iter().collect(), times: 2.0 },
             LeftOver::Time { from: 0.875, to: 1.0, times: 1.75 },
             LeftOver::Force { exponent: 3.0, std: 0.25 },
+            LeftOver::Stiffness { growth: 0.03125, std: 0.0078125 },
         ],
     );
     frozen.one("LeftOver", &LeftOver::Force { exponent: 0.0, std: 0.25 });

@@ -7,12 +7,19 @@
 //! ```text
 //! ln(mean square − 1) = c_pose + 2 p ln F
 //! ```
+//!
+//! A plant has a stiffness of its own in each record. Joints that are not linear let it go with the force, too: its growth g is fitted to
+//!
+//! ```text
+//! ln(stiffness of the record) = c_pose + g log₂ F
+//! ```
 
 use heapless::Vec;
 
 use super::cells::Cell;
 use crate::MAX_JOINTS;
-use crate::search::MAX_EXPERIMENTS;
+use crate::imperfection::Imperfection;
+use crate::refine::FoundImperfection;
 
 /// Largest difference of two joint angles of the same pose, rad (m). Chosen: it changes a receptance by about 1 %.
 const SAME: f64 = 0.01;
@@ -51,41 +58,75 @@ impl OfRecord {
     }
 }
 
+/// A straight line through points `[x, y, weight]`, one at most for each record, with an ordinate of its own for each pose.
+struct Line {
+    slope: f64,
+    /// Σ w (x − x̄)², with the mean of the pose.
+    squares: f64,
+    /// Σ w (y − ȳ − slope (x − x̄))².
+    scatter: f64,
+    /// Number of points less that of their poses.
+    free: f64,
+}
+
+impl Line {
+    fn through(records: &[OfRecord], point: impl Fn(usize) -> Option<[f64; 3]>) -> Self {
+        let (mut xx, mut xy, mut yy, mut free) = (0.0, 0.0, 0.0, 0.0);
+        let first = |own: &OfRecord| records.iter().position(|other| other.shares_pose(own));
+        for pose in 0..records.len() {
+            let members = || {
+                (0..records.len())
+                    .filter(|&it| first(&records[it]) == Some(pose))
+                    .filter_map(&point)
+            };
+            let weight: f64 = members().map(|[.., w]| w).sum();
+            let mean = |part: usize| members().map(|it| it[2] * it[part]).sum::<f64>() / weight;
+            let means = [mean(0), mean(1)];
+            for [x, y, w] in members() {
+                let [x, y] = [x - means[0], y - means[1]];
+                (xx, xy, yy) = (xx + w * x * x, xy + w * x * y, yy + w * y * y);
+                free += 1.0;
+            }
+            free -= if weight > 0.0 { 1.0 } else { 0.0 };
+        }
+        let slope = if xx > 0.0 { xy / xx } else { 0.0 };
+        Self { slope, squares: xx, scatter: (yy - slope * xy).max(0.0), free }
+    }
+}
+
 /// The exponent and its standard deviation, if it is not that of a linear model. `None` without records of one pose and unlike forces.
 pub(super) fn exponent(records: &[OfRecord]) -> Option<[f64; 2]> {
-    let mut groups: Vec<(&OfRecord, Vec<[f64; 2], MAX_EXPERIMENTS>), MAX_EXPERIMENTS> = Vec::new();
-    for record in records {
-        let Some(logarithms) = record.logarithms() else { continue };
-        match groups.iter_mut().find(|(first, _)| first.shares_pose(record)) {
-            // There is room for as many as there are records.
-            Some((_, group)) => {
-                let _ = group.push(logarithms);
-            }
-            None => {
-                let _ = groups.push((record, [logarithms].into_iter().collect()));
-            }
-        }
-    }
-    let (mut xx, mut xy, mut yy, mut free) = (0.0, 0.0, 0.0, -1.0);
-    for (_, group) in &groups {
-        let size = group.len() as f64;
-        let mean = |part: usize| group.iter().map(|values| values[part]).sum::<f64>() / size;
-        let [x, y] = [mean(0), mean(1)];
-        for values in group {
-            let [x, y] = [values[0] - x, values[1] - y];
-            (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
-        }
-        free += size - 1.0;
-    }
+    let line =
+        Line::through(records, |record| records[record].logarithms().map(|[x, y]| [x, y, 1.0]));
     // Two records whose squared forces differ by this have half its square.
     let least = 2.0 * libm::log(UNLIKE);
-    if xx < 0.5 * least * least {
+    if line.squares < 0.5 * least * least {
         return None;
     }
-    let exponent = xy / xx;
-    let scatter = if free > 0.0 { libm::sqrt(((yy - exponent * xy) / free).max(0.0)) } else { 0.0 };
-    let deviation = scatter.max(SCATTER) / libm::sqrt(xx);
-    ((exponent - 1.0).abs() > CERTAIN * deviation).then_some([exponent, deviation])
+    let free = line.free - 1.0;
+    let scatter = if free > 0.0 { libm::sqrt(line.scatter / free) } else { 0.0 };
+    let deviation = scatter.max(SCATTER) / libm::sqrt(line.squares);
+    ((line.slope - 1.0).abs() > CERTAIN * deviation).then_some([line.slope, deviation])
+}
+
+/// Growth of all stiffnesses where the force doubles, and its standard deviation, if the stiffnesses of the records that a plant was found
+/// to have go with their forces. `None` without records of one pose and unlike forces.
+pub(super) fn stiffening(records: &[OfRecord], found: &[FoundImperfection]) -> Option<[f64; 2]> {
+    let of_record = |record: usize| {
+        let own = Imperfection::RecordStiffness(record);
+        let own = found.iter().find(|it| it.imperfection == own)?;
+        let weight = 1.0 / (own.deviation * own.deviation);
+        let force = libm::log2(records[record].rms_force);
+        (weight.is_finite() && force.is_finite()).then_some([force, own.value, weight])
+    };
+    let line = Line::through(records, of_record);
+    if line.squares <= 0.0 {
+        return None;
+    }
+    // Where the points scatter by more than their deviations, so does the slope.
+    let scatter = libm::sqrt((line.scatter / (line.free - 1.0).max(1.0)).max(1.0));
+    let deviation = scatter / libm::sqrt(line.squares);
+    (line.slope.abs() > CERTAIN * deviation).then_some([line.slope, deviation])
 }
 
 #[cfg(test)]
@@ -115,6 +156,31 @@ mod tests {
             let expected = 0.5 / (0.5 * (4.0_f64.ln().powi(2) + 3.0_f64.ln().powi(2)) * 4.0).sqrt();
             assert!((deviation - expected).abs() < 1e-9, "{deviation}");
         }
+    }
+
+    #[test]
+    fn the_growth_is_that_of_the_stiffnesses() {
+        let records = at_forces(1.0);
+        let found = |growth: f64, deviation: f64| {
+            let one = |record: usize| {
+                let OfRecord { pose, rms_force, .. } = &records[record];
+                FoundImperfection {
+                    imperfection: Imperfection::RecordStiffness(record),
+                    prior: 1e-3,
+                    // Stiffnesses differ between the poses, too.
+                    value: growth * rms_force.log2() + 0.1 * pose[0].floor(),
+                    deviation,
+                }
+            };
+            [3, 1, 2, 0].map(one)
+        };
+        let [growth, deviation] = stiffening(&records, &found(0.02, 1e-3)).unwrap();
+        assert!((growth - 0.02).abs() < 1e-12, "{growth}");
+        let expected = 1e-3 / (0.5 * (4.0 + 3.0_f64.log2().powi(2))).sqrt();
+        assert!((deviation - expected).abs() < 1e-12, "{deviation}");
+        assert_eq!(stiffening(&records, &found(0.02, 2e-2)), None);
+        assert_eq!(stiffening(&records, &found(0.02, 1e-3)[..1]), None);
+        assert_eq!(stiffening(&records, &[]), None);
     }
 
     #[test]

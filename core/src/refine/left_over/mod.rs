@@ -23,11 +23,11 @@ use crate::search::MAX_EXPERIMENTS;
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 use cells::{Cell, worst};
-use force::{OfRecord, exponent};
+use force::{OfRecord, exponent, stiffening};
 use time::{EIGHTHS, InTime};
 
-/// Largest number of places: one for each margin.
-pub const MAX_LEFT_OVER: usize = 5;
+/// Largest number of places: one for each margin, and the stiffness.
+pub const MAX_LEFT_OVER: usize = 6;
 /// Most bands.
 const MAX_BANDS: usize = 16;
 /// Bands in an octave. Chosen: the half width of a resonance that the band shows well is less.
@@ -75,6 +75,13 @@ pub enum LeftOver {
         /// Its standard deviation.
         deviation: f64,
     },
+    /// All stiffnesses at the same pose go with the force.
+    Stiffness {
+        /// By which part they grow where the force doubles.
+        growth: f64,
+        /// Its standard deviation.
+        deviation: f64,
+    },
 }
 
 impl Refinement {
@@ -96,7 +103,10 @@ impl Refinement {
             let Ok(model) = model else { return Vec::new() };
             self.workspace.add_left_over(problem, &model, experiment, &mut margins);
         }
-        margins.left_over()
+        let mut places = margins.left_over();
+        let growth = plant.and_then(|plant| stiffening(&margins.records, &plant.found()));
+        places.extend(growth.map(|[growth, deviation]| LeftOver::Stiffness { growth, deviation }));
+        places
     }
 }
 
