@@ -3,6 +3,7 @@
 use super::align::{Aligned, Instant};
 use super::clock::Clock;
 use super::stretch::Stretch;
+use super::untold::Known;
 use super::{Record, StreamConfig, StreamHealth, bridge, noise, spikes};
 use crate::spectrum::fft::MIN_SAMPLES;
 
@@ -16,6 +17,7 @@ pub(super) struct Cutter<'a, const N: usize> {
     pub(super) stretch: &'a mut Stretch<N>,
     pub(super) record: &'a mut Record<N>,
     pub(super) quiet: &'a mut Option<noise::Noise>,
+    pub(super) known: &'a mut Known,
 }
 
 impl<const N: usize> Cutter<'_, N> {
@@ -105,7 +107,7 @@ impl<const N: usize> Cutter<'_, N> {
         health: &mut StreamHealth,
         sink: &mut impl FnMut(&Record<N>),
     ) {
-        let Self { config, clock, stretch, record, quiet } = self;
+        let Self { config, clock, stretch, record, quiet, known } = self;
         let rate = clock.rate();
         if rate.is_wrong || rate.is_doubtful || rate.is_refused {
             health.measured_rate_hz = rate.measured_hz as f32;
@@ -131,6 +133,27 @@ impl<const N: usize> Cutter<'_, N> {
         }
         stretch.discard(samples, config.rate_hz);
         stretch.look_for_cut(config);
+        let is_lost = |value: &&f32| value.is_nan();
+        let lost = [&record.force[0], &record.acceleration[0]]
+            .map(|signal| signal.iter().filter(is_lost).count());
+        let untold = [
+            known.remove_of_force(&mut record.force),
+            known.remove_of_acceleration(&mut record.acceleration),
+        ];
+        for (sensor, untold) in untold.iter().enumerate() {
+            for axis in 0..3 {
+                health.clipped[3 * sensor + axis] += untold.clipped[axis] as u64;
+                health.held[3 * sensor + axis] += untold.held[axis] as u64;
+            }
+        }
+        let are_clipped = untold.iter().any(|untold| untold.clipped_are_many);
+        let are_held = untold.iter().any(|untold| untold.held_are_many);
+        health.refused_clipped += u64::from(are_clipped);
+        health.refused_held += u64::from(are_held);
+        if are_clipped || are_held {
+            health.samples_discarded += samples as u64;
+            return;
+        }
         let spikes = [
             spikes::remove(&mut record.force, config.force_resolution),
             spikes::remove(&mut record.acceleration, config.acceleration_resolution),
@@ -178,8 +201,7 @@ impl<const N: usize> Cutter<'_, N> {
             record.acceleration_noise_shape[axis] = acceleration.shape;
         }
         record.starts_at_rest = noise.starts_at_rest;
-        let missing = |sensor: usize| bridged[3 * sensor].samples - spikes[sensor][0];
-        health.bridged += (missing(0) + missing(1)) as u64;
+        health.bridged += (lost[0] + lost[1]) as u64;
         health.records += 1;
         sink(record);
     }

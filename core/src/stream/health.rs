@@ -9,12 +9,22 @@ pub struct StreamHealth {
     pub frames: u64,
     /// Force and acceleration readings that are missing by their counters.
     pub frames_lost: u64,
-    /// Bridged samples of emitted records; force and acceleration count separately. Spikes are not among them.
+    /// Bridged samples of emitted records; force and acceleration count separately. Only samples that were
+    /// lost are among them.
     pub bridged: u64,
     /// Single wrong samples in records: of the force's axes, then of the acceleration's. Those of emitted records were bridged.
     pub spikes: [u64; 6],
     /// Records refused since more than one in two hundred samples of an axis is such a spike.
     pub spiked: u64,
+    /// Samples at the end of a sensor's range in records, axes as for `spikes`. Those of emitted records were bridged.
+    pub clipped: [u64; 6],
+    /// Records refused since too many samples of an axis are clipped, or too many in a row.
+    pub refused_clipped: u64,
+    /// Samples in records that repeat the one before although the axis should have moved, axes as for `spikes`. Those of emitted records
+    /// were bridged.
+    pub held: [u64; 6],
+    /// Records refused since too many samples of an axis are held, or too many in a row.
+    pub refused_held: u64,
     /// Restarts: a counter disagreed with the time that passed, since the sensor started anew or was silent.
     pub restarts: u64,
     /// Readings whose counter had come before.

@@ -15,6 +15,7 @@ mod pose;
 mod record;
 mod spikes;
 mod stretch;
+mod untold;
 
 use heapless::Vec;
 
@@ -26,6 +27,7 @@ pub use health::StreamHealth;
 use pose::Moved;
 pub use record::Record;
 use stretch::Stretch;
+use untold::Known;
 
 use crate::MAX_JOINTS;
 use crate::noise::NoiseShape;
@@ -72,6 +74,7 @@ pub struct Stream<const N: usize> {
     /// Noise of the newest record with a quiet stretch. The noise of the acceleration is that of the newest record in which the
     /// robot rested, if there is one.
     quiet: Option<noise::Noise>,
+    known: Known,
     /// Arrival of the newest reading, s.
     heard_s: Option<f64>,
     /// Newest angle of each joint and its arrival, s, from when the clock went back until a frame shows whether the same sequence
@@ -107,6 +110,7 @@ impl<const N: usize> Stream<N> {
             },
             health: StreamHealth::default(),
             quiet: None,
+            known: Known::new([config.force_resolution, config.acceleration_resolution]),
             heard_s: None,
             set_back: None,
         })
@@ -175,8 +179,8 @@ impl<const N: usize> Stream<N> {
     }
 
     fn split(&mut self) -> (&mut Aligner, &mut StreamHealth, Cutter<'_, N>) {
-        let Self { config, aligner, clock, stretch, record, health, quiet, .. } = self;
-        (aligner, health, Cutter { config, clock, stretch, record, quiet })
+        let Self { config, aligner, clock, stretch, record, health, quiet, known, .. } = self;
+        (aligner, health, Cutter { config, clock, stretch, record, quiet, known })
     }
 
     /// Counts and measurements so far.

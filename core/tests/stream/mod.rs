@@ -4,6 +4,7 @@ mod any;
 mod clock;
 mod restarts;
 mod spikes;
+mod untold;
 
 use std::f64::consts::TAU;
 

@@ -43,6 +43,19 @@ pub enum Implausible {
     Flat(Signals),
     /// Signals with single samples far beyond their neighbours.
     Spikes(Signals),
+    /// Signals that were clipped in records, at the end of the sensor's range.
+    Clipped(WrongSamples),
+    /// Signals that repeated their last value in records, although they should have moved.
+    Held(WrongSamples),
+}
+
+/// Wrong samples of records.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct WrongSamples {
+    /// Signals, each with the number of its wrong samples. Those of records that were not refused are bridged.
+    pub signals: Signals,
+    /// Number of records that were refused, since they have too many.
+    pub refused: u64,
 }
 
 /// A joint beyond its limits.
@@ -124,6 +137,14 @@ impl fmt::Display for Implausible {
                 "spikes of single samples: {}: check wiring, shield and supply",
                 enumerate(signals)
             ),
+            Self::Clipped(samples) => write!(
+                f,
+                "clipped: {samples}: take a sensor or a range that is larger, or cut less"
+            ),
+            Self::Held(samples) => write!(
+                f,
+                "repeated while others move: {samples}: check cable and sensor, and set its rate to that of the bus"
+            ),
         }
     }
 }
@@ -168,6 +189,16 @@ impl fmt::Display for AccelerationUnit {
             Self::MilliG => "mg or cm/s^2",
             Self::MillimetrePerS2 => "mm/s^2",
         })
+    }
+}
+
+impl fmt::Display for WrongSamples {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        enumerate(&self.signals).fmt(f)?;
+        match self.refused {
+            0 => f.write_str(" (bridged)"),
+            refused => write!(f, " ({} refused)", Count(refused, "record")),
+        }
     }
 }
 

@@ -66,7 +66,7 @@ fn signals(frames: &[u64]) -> Signals {
     names.zip(frames).map(|(signal, frames)| SignalFrames { signal, frames: *frames }).collect()
 }
 
-fn implausible() -> [Implausible; 6] {
+fn implausible() -> [Implausible; 8] {
     let joint = BeyondLimits {
         signal: clipped("q2"),
         joint: clipped("joint_2"),
@@ -87,6 +87,8 @@ fn implausible() -> [Implausible; 6] {
         Implausible::Stuck(signals(&[8192])),
         Implausible::Flat(signals(&[21, 20])),
         Implausible::Spikes(signals(&[1, 9, 3])),
+        Implausible::Clipped(WrongSamples { signals: signals(&[840, 12]), refused: 2 }),
+        Implausible::Held(WrongSamples { signals: signals(&[15]), refused: 0 }),
     ]
 }
 

@@ -117,7 +117,7 @@ impl<'a> Intake<'a> {
                 }
             }
         }
-        plausibility.note_spikes(stream.health().spikes);
+        plausibility.note_stream(&stream.health());
         counts.all += batch.len() as u64;
         flow
     }
@@ -128,7 +128,7 @@ impl<'a> Intake<'a> {
             self.plausibility.note_record(record);
             sink(record);
         });
-        self.plausibility.note_spikes(self.stream.health().spikes);
+        self.plausibility.note_stream(&self.stream.health());
     }
 
     /// Ends the present record after frames may have been missed. Passes to `sink` what is complete enough for a record, and

@@ -11,8 +11,8 @@ mod rest;
 mod scale;
 
 use flexid_core::MAX_JOINTS;
-use flexid_core::stream::Reading;
-use flexid_wire::implausible::{self, SignalFrames, Signals};
+use flexid_core::stream::{Reading, StreamHealth};
+use flexid_wire::implausible::{self, SignalFrames, Signals, WrongSamples};
 use flexid_wire::text::clipped;
 
 use crate::config::Config;
@@ -42,6 +42,14 @@ pub struct Implausible {
     pub stuck: [u64; 6],
     /// Number of samples at a value that the axis reaches again and again, but never exceeds.
     pub flat: [u64; 6],
+    /// Number of clipped samples of records.
+    pub clipped: [u64; 6],
+    /// Number of records that were refused because of them.
+    pub refused_clipped: u64,
+    /// Number of samples of records that repeat the one before although the axis should have moved.
+    pub held: [u64; 6],
+    /// Number of records that were refused because of them.
+    pub refused_held: u64,
     /// Angle or stroke of each joint that is farthest beyond its limits. A single angle that does not hold is left out.
     pub joints: [Option<Excess>; MAX_JOINTS],
     /// Mean acceleration of the newest record that was long enough, m/s².
@@ -65,8 +73,19 @@ pub(super) struct Plausibility {
     tallies: [Tally; 2],
     rest: Option<[f64; 3]>,
     largest_force: f32,
-    /// Number of spikes in records so far.
-    in_records: [u64; 6],
+    /// What the stream has found in records so far.
+    in_records: InRecords,
+}
+
+/// Wrong samples of records.
+#[derive(Clone, Copy, Debug, Default)]
+struct InRecords {
+    /// Number of single wrong samples, with less distance from their neighbours than spikes of the frames.
+    spikes: [u64; 6],
+    clipped: [u64; 6],
+    refused_clipped: u64,
+    held: [u64; 6],
+    refused_held: u64,
 }
 
 /// Implausible readings in a stretch of frames.
@@ -75,11 +94,23 @@ struct Tally {
     /// Number of force frames.
     frames: u64,
     spikes: [u64; 6],
-    /// Number of single wrong samples that the stream has found in records, with less distance from their neighbours.
-    in_records: [u64; 6],
+    in_records: InRecords,
     stuck: [u64; 6],
     ends: [Ends; 6],
     joints: [Option<Excess>; MAX_JOINTS],
+}
+
+impl InRecords {
+    /// Adds what came after `before`.
+    fn add(&mut self, now: &Self, before: &Self) {
+        for axis in 0..6 {
+            self.spikes[axis] += now.spikes[axis] - before.spikes[axis];
+            self.clipped[axis] += now.clipped[axis] - before.clipped[axis];
+            self.held[axis] += now.held[axis] - before.held[axis];
+        }
+        self.refused_clipped += now.refused_clipped - before.refused_clipped;
+        self.refused_held += now.refused_held - before.refused_held;
+    }
 }
 
 impl Tally {
@@ -101,7 +132,7 @@ impl Plausibility {
             tallies: [Tally::default(); 2],
             rest: None,
             largest_force: 0.0,
-            in_records: [0; 6],
+            in_records: InRecords::default(),
         }
     }
 
@@ -129,13 +160,14 @@ impl Plausibility {
         }
     }
 
-    /// Notes the number of spikes in all records so far.
-    pub(super) fn note_spikes(&mut self, in_records: [u64; 6]) {
-        for axis in 0..6 {
-            let new = in_records[axis] - self.in_records[axis];
-            self.tallies.iter_mut().for_each(|tally| tally.in_records[axis] += new);
+    /// Notes what the stream has found in all records so far.
+    pub(super) fn note_stream(&mut self, health: &StreamHealth) {
+        let &StreamHealth { spikes, clipped, refused_clipped, held, refused_held, .. } = health;
+        let now = InRecords { spikes, clipped, refused_clipped, held, refused_held };
+        let before = std::mem::replace(&mut self.in_records, now);
+        for tally in &mut self.tallies {
+            tally.in_records.add(&now, &before);
         }
-        self.in_records = in_records;
     }
 
     pub(super) fn implausible(&self) -> Implausible {
@@ -145,11 +177,15 @@ impl Plausibility {
         Implausible {
             spikes: std::array::from_fn(|axis| {
                 // Most of the former are among the latter.
-                let spikes = tally.spikes[axis].max(tally.in_records[axis]);
+                let spikes = tally.spikes[axis].max(tally.in_records.spikes[axis]);
                 if is_rare(spikes) { 0 } else { spikes }
             }),
             stuck: tally.stuck,
             flat: std::array::from_fn(flat),
+            clipped: tally.in_records.clipped,
+            refused_clipped: tally.in_records.refused_clipped,
+            held: tally.in_records.held,
+            refused_held: tally.in_records.refused_held,
             joints: tally.joints,
             rest: self.rest,
             largest_force: self.largest_force,
@@ -222,19 +258,27 @@ pub(crate) fn warnings(
     at_limit: &[u64; 6],
     config: &Config,
 ) -> Vec<implausible::Implausible> {
-    use implausible::Implausible::{BeyondLimits, Flat, Spikes, Stuck};
-    let flat =
-        std::array::from_fn(
-            |axis| if at_limit[axis] == 0 { implausible_readings.flat[axis] } else { 0 },
-        );
+    use implausible::Implausible::{BeyondLimits, Clipped, Flat, Held, Spikes, Stuck};
+    let Implausible { clipped, held, .. } = implausible_readings;
+    // What was found in records is named by that, and what is at the limit has a warning of its own.
+    let unless = |counts: &[u64; 6], named: &dyn Fn(usize) -> bool| -> [u64; 6] {
+        std::array::from_fn(|axis| if named(axis) { 0 } else { counts[axis] })
+    };
+    let cut_off = |axis: usize| clipped[axis] > 0 || at_limit[axis] > 0;
+    let stuck = unless(&implausible_readings.stuck, &|axis| held[axis] > 0);
+    let flat = unless(&implausible_readings.flat, &cut_off);
     // In a signal that is cut off, each sample that is not stands out like a spike.
-    let whole = |axis: usize| implausible_readings.flat[axis] == 0 && at_limit[axis] == 0;
-    let spikes =
-        std::array::from_fn(|axis| if whole(axis) { implausible_readings.spikes[axis] } else { 0 });
+    let is_flat = |axis: usize| implausible_readings.flat[axis] > 0 || cut_off(axis);
+    let spikes = unless(&implausible_readings.spikes, &is_flat);
+    let of_records = |counts: &[u64; 6], refused: u64| {
+        signals(counts, config).map(|signals| WrongSamples { signals, refused })
+    };
     let warnings = [
         joints::warning(&implausible_readings.joints, config).map(BeyondLimits),
         implausible_readings.rest.and_then(|mean| rest::warning(mean, config)),
-        signals(&implausible_readings.stuck, config).map(Stuck),
+        of_records(held, implausible_readings.refused_held).map(Held),
+        of_records(clipped, implausible_readings.refused_clipped).map(Clipped),
+        signals(&stuck, config).map(Stuck),
         signals(&flat, config).map(Flat),
         signals(&spikes, config).map(Spikes),
     ];

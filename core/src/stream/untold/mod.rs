@@ -1,0 +1,169 @@
+//! Samples that a sensor does not tell, although its frames come: [clipped] and [held] ones.
+//!
+//! Few of them, in runs of one or two, are bridged like lost samples. A record with more of them is refused.
+
+mod clipped;
+mod held;
+mod motion;
+
+use heapless::Vec;
+
+use super::bridge::MAX_GAP;
+use motion::{BLOCK, Motion};
+
+/// −ln of the largest probability at which chance explains a count: 1e-7. Of a million records with twelve ends and six axes one or
+/// two are taken for wrong.
+const CHANCE: f32 = 16.0;
+/// A record with more such samples of an axis than one in so many is refused. Chosen: of bridged samples there may be one in two
+/// hundred ([`super::bridge`]).
+const MANY: usize = 200;
+
+/// Samples of the axes of a sensor that were made missing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Untold {
+    pub(super) clipped: [usize; 3],
+    pub(super) held: [usize; 3],
+    /// Whether there are too many of them to be bridged, or too many in a row.
+    pub(super) clipped_are_many: bool,
+    /// The same of those that are held.
+    pub(super) held_are_many: bool,
+}
+
+/// Least and largest value of each axis at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rest([[f32; 2]; 3]);
+
+impl Rest {
+    /// Nothing is at rest.
+    const NONE: Self = Self([[f32::NAN; 2]; 3]);
+
+    /// That of the start of a record, if no axis moves clearly there.
+    fn of<const N: usize>(signals: &[Vec<f32, N>; 3], motions: &[Motion; 3]) -> Option<Self> {
+        let start = signals[0].len().min(BLOCK);
+        let moves =
+            |axis: usize| (1..start).any(|sample| motions[axis].is_clear(&signals[axis], sample));
+        let range = |axis: usize| {
+            let values = || signals[axis][..start].iter().copied();
+            let margin = motions[axis].small();
+            [values().fold(f32::NAN, f32::min) - margin, values().fold(f32::NAN, f32::max) + margin]
+        };
+        (!(0..3).any(moves)).then(|| Self(core::array::from_fn(range)))
+    }
+
+    fn is_at(&self, axis: usize, value: f32) -> bool {
+        let [least, largest] = self.0[axis];
+        (least..=largest).contains(&value)
+    }
+}
+
+/// What earlier records have shown of the sensors.
+#[derive(Clone, Debug)]
+pub(super) struct Known {
+    /// Smallest step of the signals of force and acceleration.
+    steps: [f32; 2],
+    /// The force at rest, in the newest record that begins with it.
+    rest: Option<Rest>,
+    /// Motion of the axes of the acceleration in the newest record in which all of them move.
+    motions: [Motion; 3],
+}
+
+impl Known {
+    /// Nothing is known yet but the smallest step of the signals of force and acceleration.
+    pub(super) fn new(steps: [f32; 2]) -> Self {
+        Self { steps, rest: None, motions: [Motion::none(steps[1]); 3] }
+    }
+
+    /// Makes the clipped and held samples of the force missing (NaN). A force whose rest is not known is not judged.
+    pub(super) fn remove_of_force<const N: usize>(
+        &mut self,
+        signals: &mut [Vec<f32, N>; 3],
+    ) -> Untold {
+        let motions = signals.each_ref().map(|signal| Motion::of(signal, self.steps[0]));
+        self.rest = Rest::of(signals, &motions).or(self.rest);
+        self.rest.map_or(Untold::default(), |rest| remove(signals, &motions, &rest))
+    }
+
+    /// The same of the acceleration, which does not rest in a cut. An axis that moves in earlier records, and not in this one, is stuck
+    /// if the others move as they did.
+    pub(super) fn remove_of_acceleration<const N: usize>(
+        &mut self,
+        signals: &mut [Vec<f32, N>; 3],
+    ) -> Untold {
+        let own = signals.each_ref().map(|signal| Motion::of(signal, self.steps[1]));
+        if own.iter().all(Motion::moves) {
+            self.motions = own;
+        }
+        let motions = core::array::from_fn(|axis| {
+            let mut others = (0..3).filter(|&other| other != axis);
+            let as_before = others.all(|other| own[other].is_like(&self.motions[other]));
+            if as_before && !own[axis].moves() { self.motions[axis] } else { own[axis] }
+        });
+        remove(signals, &motions, &Rest::NONE)
+    }
+}
+
+fn remove<const N: usize>(
+    signals: &mut [Vec<f32, N>; 3],
+    motions: &[Motion; 3],
+    rest: &Rest,
+) -> Untold {
+    let mut untold = Untold::default();
+    let before = signals.each_ref().map(|signal| longest_gap(signal));
+    untold.clipped = clipped::remove(signals, motions, rest);
+    untold.clipped_are_many = are_many(signals, &untold.clipped, &before);
+    let before = signals.each_ref().map(|signal| longest_gap(signal));
+    untold.held = held::remove(signals, motions, rest);
+    untold.held_are_many = are_many(signals, &untold.held, &before);
+    untold
+}
+
+/// Whether the samples that were made missing are too many to be bridged.
+fn are_many<const N: usize>(
+    signals: &[Vec<f32, N>; 3],
+    counts: &[usize; 3],
+    before: &[usize; 3],
+) -> bool {
+    (0..3).any(|axis| {
+        let gap = longest_gap(&signals[axis]);
+        counts[axis] * MANY > signals[axis].len() || (gap > MAX_GAP && gap > before[axis])
+    })
+}
+
+/// Most samples in a row that are missing.
+fn longest_gap(signal: &[f32]) -> usize {
+    let (mut longest, mut gap) = (0, 0);
+    for value in signal {
+        gap = if value.is_nan() { gap + 1 } else { 0 };
+        longest = longest.max(gap);
+    }
+    longest
+}
+
+/// Whether another axis of the sensor moves clearly from the sample before to this one.
+fn other_moves<const N: usize>(
+    signals: &[Vec<f32, N>; 3],
+    motions: &[Motion; 3],
+    axis: usize,
+    sample: usize,
+) -> bool {
+    let mut others = (0..3).filter(|&other| other != axis);
+    others.any(|other| motions[other].is_clear(&signals[other], sample))
+}
+
+/// Whether so many hits `of` all cases are more than chance explains that makes a `share` of hits, by Chernoff's bound on the tail of the
+/// binomial distribution (Hoeffding, Journal of the American Statistical Association 58, 1963, theorem 1):
+///
+/// ```text
+/// P ≤ exp(−n D)          D = p ln(p / q) + (1 − p) ln((1 − p) / (1 − q))          p hits of n, q expected
+/// ```
+fn beyond_chance(hits: usize, of: usize, share: f32) -> bool {
+    let part = hits as f32 / of.max(1) as f32;
+    if !(part > share) {
+        return false;
+    }
+    let term = |p: f32, q: f32| if p > 0.0 { p * libm::logf(p / q) } else { 0.0 };
+    of as f32 * (term(part, share) + term(1.0 - part, 1.0 - share)) > CHANCE
+}
+
+#[cfg(test)]
+mod tests;
