@@ -2,8 +2,8 @@
 
 use super::align::{Aligned, Instant};
 use super::clock::Clock;
+use super::invalid::Known;
 use super::stretch::Stretch;
-use super::untold::Known;
 use super::{Record, StreamConfig, StreamHealth, bridge, noise, spikes};
 use crate::spectrum::fft::MIN_SAMPLES;
 
@@ -136,18 +136,18 @@ impl<const N: usize> Cutter<'_, N> {
         let is_lost = |value: &&f32| value.is_nan();
         let lost = [&record.force[0], &record.acceleration[0]]
             .map(|signal| signal.iter().filter(is_lost).count());
-        let untold = [
+        let invalid = [
             known.remove_of_force(&mut record.force),
             known.remove_of_acceleration(&mut record.acceleration),
         ];
-        for (sensor, untold) in untold.iter().enumerate() {
+        for (sensor, invalid) in invalid.iter().enumerate() {
             for axis in 0..3 {
-                health.clipped[3 * sensor + axis] += untold.clipped[axis] as u64;
-                health.held[3 * sensor + axis] += untold.held[axis] as u64;
+                health.clipped[3 * sensor + axis] += invalid.clipped[axis] as u64;
+                health.held[3 * sensor + axis] += invalid.held[axis] as u64;
             }
         }
-        let are_clipped = untold.iter().any(|untold| untold.clipped_are_many);
-        let are_held = untold.iter().any(|untold| untold.held_are_many);
+        let are_clipped = invalid.iter().any(|invalid| invalid.clipped_are_many);
+        let are_held = invalid.iter().any(|invalid| invalid.held_are_many);
         health.refused_clipped += u64::from(are_clipped);
         health.refused_held += u64::from(are_held);
         if are_clipped || are_held {

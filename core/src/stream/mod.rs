@@ -10,12 +10,12 @@ mod clock;
 mod config;
 mod cutter;
 mod health;
+mod invalid;
 mod noise;
 mod pose;
 mod record;
 mod spikes;
 mod stretch;
-mod untold;
 
 use heapless::Vec;
 
@@ -24,10 +24,10 @@ use clock::{Clock, SET_BACK_S};
 pub use config::{StreamConfig, StreamError};
 use cutter::Cutter;
 pub use health::StreamHealth;
+use invalid::Known;
 use pose::Moved;
 pub use record::Record;
 use stretch::Stretch;
-use untold::Known;
 
 use crate::MAX_JOINTS;
 use crate::noise::NoiseShape;

@@ -2,9 +2,9 @@
 
 mod any;
 mod clock;
+mod invalid;
 mod restarts;
 mod spikes;
-mod untold;
 
 use std::f64::consts::TAU;
 

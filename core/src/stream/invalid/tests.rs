@@ -39,11 +39,11 @@ fn cut(seed: u32, noise: f32, step: f32) -> [Vec<f32, SAMPLES>; 3] {
     })
 }
 
-fn of_force(signals: &mut [Vec<f32, SAMPLES>; 3]) -> Untold {
+fn of_force(signals: &mut [Vec<f32, SAMPLES>; 3]) -> Invalid {
     Known::new([STEP; 2]).remove_of_force(signals)
 }
 
-fn of_acceleration(signals: &mut [Vec<f32, SAMPLES>; 3]) -> Untold {
+fn of_acceleration(signals: &mut [Vec<f32, SAMPLES>; 3]) -> Invalid {
     Known::new([STEP; 2]).remove_of_acceleration(signals)
 }
 
@@ -62,8 +62,8 @@ fn right_signals_stay_whatever_their_noise_and_their_step() {
                         }
                     }
                     let before = signals.clone();
-                    let untold = of_force(&mut signals);
-                    assert_eq!(untold, Untold::default(), "{seed} {noise} {step} {rests:?}");
+                    let invalid = of_force(&mut signals);
+                    assert_eq!(invalid, Invalid::default(), "{seed} {noise} {step} {rests:?}");
                     assert_eq!(signals, before);
                 }
             }
@@ -83,8 +83,8 @@ fn slow_tones_stay() {
                         .map(|n| rounded(tone(n) + noise * noises.next(), STEP))
                         .collect::<Vec<f32, SAMPLES>>()
                 });
-                let untold = of_acceleration(&mut signals);
-                assert_eq!(untold, Untold::default(), "{size} {turn} {noise}");
+                let invalid = of_acceleration(&mut signals);
+                assert_eq!(invalid, Invalid::default(), "{size} {turn} {noise}");
             }
         }
     }
@@ -97,9 +97,9 @@ fn clipped_peaks_are_made_missing() {
         let beyond = signals[0].iter().filter(|value| **value >= limit).count();
         assert!(beyond as f32 > share * SAMPLES as f32, "{beyond}");
         signals[0].iter_mut().for_each(|value| *value = value.min(limit));
-        let untold = of_force(&mut signals);
-        assert_eq!((untold.clipped, untold.held), ([beyond, 0, 0], [0; 3]));
-        assert!(untold.clipped_are_many && !untold.held_are_many);
+        let invalid = of_force(&mut signals);
+        assert_eq!((invalid.clipped, invalid.held), ([beyond, 0, 0], [0; 3]));
+        assert!(invalid.clipped_are_many && !invalid.held_are_many);
         assert!(signals[0].iter().all(|value| value.is_nan() || *value < limit));
     }
 }
@@ -113,9 +113,9 @@ fn few_clipped_samples_are_few() {
     });
     signals[2].iter_mut().skip(100).step_by(400).for_each(|value| *value = -80.0);
     signals[2].iter_mut().skip(101).step_by(400).for_each(|value| *value = -80.0);
-    let untold = of_acceleration(&mut signals);
-    assert_eq!((untold.clipped, untold.held), ([0, 0, 42], [0; 3]));
-    assert!(untold.clipped_are_many, "one in 195");
+    let invalid = of_acceleration(&mut signals);
+    assert_eq!((invalid.clipped, invalid.held), ([0, 0, 42], [0; 3]));
+    assert!(invalid.clipped_are_many, "one in 195");
     signals[2].iter_mut().skip(100).step_by(400).for_each(|value| *value = 0.5);
 }
 
@@ -124,9 +124,9 @@ fn an_axis_that_sticks_is_held() {
     let mut signals = cut(4, 0.16, STEP);
     let last = signals[1][5000];
     signals[1][5000..].fill(last);
-    let untold = of_force(&mut signals);
-    assert_eq!((untold.clipped, untold.held), ([0; 3], [0, SAMPLES - 5001, 0]));
-    assert!(untold.held_are_many && !untold.clipped_are_many);
+    let invalid = of_force(&mut signals);
+    assert_eq!((invalid.clipped, invalid.held), ([0; 3], [0, SAMPLES - 5001, 0]));
+    assert!(invalid.held_are_many && !invalid.clipped_are_many);
 }
 
 /// An axis that moved in an earlier record, and is stuck throughout this one.
@@ -135,16 +135,16 @@ fn an_axis_that_is_stuck_for_a_whole_record_is_held() {
     let mut known = Known::new([STEP; 2]);
     let mut stuck = cut(5, 0.16, STEP);
     stuck[2].fill(1.5);
-    assert_eq!(known.remove_of_acceleration(&mut stuck.clone()), Untold::default());
-    assert_eq!(known.remove_of_acceleration(&mut cut(6, 0.16, STEP)), Untold::default());
-    let untold = known.remove_of_acceleration(&mut stuck.clone());
-    assert_eq!(untold.held, [0, 0, SAMPLES - 1]);
-    assert!(untold.held_are_many);
+    assert_eq!(known.remove_of_acceleration(&mut stuck.clone()), Invalid::default());
+    assert_eq!(known.remove_of_acceleration(&mut cut(6, 0.16, STEP)), Invalid::default());
+    let invalid = known.remove_of_acceleration(&mut stuck.clone());
+    assert_eq!(invalid.held, [0, 0, SAMPLES - 1]);
+    assert!(invalid.held_are_many);
     // A cut that hardly moves the others may leave this one at rest.
     for signal in &mut stuck[..2] {
         signal.iter_mut().for_each(|value| *value = rounded(0.1 * *value, STEP));
     }
-    assert_eq!(known.remove_of_acceleration(&mut stuck), Untold::default());
+    assert_eq!(known.remove_of_acceleration(&mut stuck), Invalid::default());
 }
 
 #[test]
@@ -154,12 +154,12 @@ fn a_sensor_at_half_of_the_rate_is_held() {
         for signal in &mut signals[axes.clone()] {
             (1..SAMPLES).step_by(2).for_each(|n| signal[n] = signal[n - 1]);
         }
-        let untold = of_force(&mut signals);
+        let invalid = of_force(&mut signals);
         for axis in 0..3 {
-            let held = untold.held[axis];
-            assert_eq!(held > SAMPLES / 8, axes.contains(&axis), "{axes:?}: {:?}", untold.held);
+            let held = invalid.held[axis];
+            assert_eq!(held > SAMPLES / 8, axes.contains(&axis), "{axes:?}: {:?}", invalid.held);
         }
-        assert!(untold.held_are_many && untold.clipped == [0; 3]);
+        assert!(invalid.held_are_many && invalid.clipped == [0; 3]);
     }
 }
 
@@ -171,9 +171,9 @@ fn few_repeated_samples_are_few() {
     for signal in &mut signals {
         late.clone().for_each(|n| signal[n] = signal[n - 1]);
     }
-    let untold = of_force(&mut signals);
+    let invalid = of_force(&mut signals);
     // Some fall between two teeth.
-    assert_eq!((untold.held, untold.held_are_many), ([15; 3], false));
+    assert_eq!((invalid.held, invalid.held_are_many), ([15; 3], false));
     assert_eq!(late.filter(|&n| signals[0][n].is_nan()).count(), 15);
 }
 

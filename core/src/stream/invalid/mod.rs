@@ -20,7 +20,7 @@ const MANY: usize = 200;
 
 /// Samples of the axes of a sensor that were made missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Untold {
+pub(super) struct Invalid {
     pub(super) clipped: [usize; 3],
     pub(super) held: [usize; 3],
     /// Whether there are too many of them to be bridged, or too many in a row.
@@ -77,10 +77,10 @@ impl Known {
     pub(super) fn remove_of_force<const N: usize>(
         &mut self,
         signals: &mut [Vec<f32, N>; 3],
-    ) -> Untold {
+    ) -> Invalid {
         let motions = signals.each_ref().map(|signal| Motion::of(signal, self.steps[0]));
         self.rest = Rest::of(signals, &motions).or(self.rest);
-        self.rest.map_or(Untold::default(), |rest| remove(signals, &motions, &rest))
+        self.rest.map_or(Invalid::default(), |rest| remove(signals, &motions, &rest))
     }
 
     /// The same of the acceleration, which does not rest in a cut. An axis that moves in earlier records, and not in this one, is stuck
@@ -88,7 +88,7 @@ impl Known {
     pub(super) fn remove_of_acceleration<const N: usize>(
         &mut self,
         signals: &mut [Vec<f32, N>; 3],
-    ) -> Untold {
+    ) -> Invalid {
         let own = signals.each_ref().map(|signal| Motion::of(signal, self.steps[1]));
         if own.iter().all(Motion::moves) {
             self.motions = own;
@@ -106,15 +106,15 @@ fn remove<const N: usize>(
     signals: &mut [Vec<f32, N>; 3],
     motions: &[Motion; 3],
     rest: &Rest,
-) -> Untold {
-    let mut untold = Untold::default();
+) -> Invalid {
+    let mut invalid = Invalid::default();
     let before = signals.each_ref().map(|signal| longest_gap(signal));
-    untold.clipped = clipped::remove(signals, motions, rest);
-    untold.clipped_are_many = are_many(signals, &untold.clipped, &before);
+    invalid.clipped = clipped::remove(signals, motions, rest);
+    invalid.clipped_are_many = are_many(signals, &invalid.clipped, &before);
     let before = signals.each_ref().map(|signal| longest_gap(signal));
-    untold.held = held::remove(signals, motions, rest);
-    untold.held_are_many = are_many(signals, &untold.held, &before);
-    untold
+    invalid.held = held::remove(signals, motions, rest);
+    invalid.held_are_many = are_many(signals, &invalid.held, &before);
+    invalid
 }
 
 /// Whether the samples that were made missing are too many to be bridged.
