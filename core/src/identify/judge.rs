@@ -23,14 +23,14 @@ impl<R: Rng> Identifier<R> {
     ) {
         let Some(mut found) = self.come_to(experiments, plant.as_deref_mut()) else { return };
         self.inherit_judgement(&mut found);
-        if let Some(plant) = plant
-            && self.is_to_be_judged_on_plant(&found, experiments)
+        if self.is_to_be_judged_on_plant(&found, experiments)
+            && let Some(plant) = plant.as_deref_mut()
         {
             self.refinement.restart_plant(plant, experiments.len());
-            self.purpose = Purpose::Plant { found, accepted: None };
+            self.purpose = Purpose::Plant { found, accepted: None, is_last: false };
             return;
         }
-        self.decide(found, experiments);
+        self.decide(found, experiments, plant);
     }
 
     /// Judges a minimum after the imperfections of the plant have been fitted from there, or without them if there is no plant any more.
@@ -41,17 +41,20 @@ impl<R: Rng> Identifier<R> {
         mut plant: Option<&mut Plant>,
     ) {
         let purpose = mem::take(&mut self.purpose);
-        let Purpose::Plant { mut found, accepted } = purpose else { return };
+        let Purpose::Plant { mut found, accepted, is_last } = purpose else { return };
         let on_plant = plant
             .as_deref_mut()
             .and_then(|plant| self.fitted_to_plant(&mut found, experiments, plant));
         let judged = on_plant.filter(|fit| fit.is_reached).map(|fit| fit.judged);
         found.of_plant = Some(judged.unwrap_or_else(|| Judged::of(&found.fit)));
-        if let (Some(plant), Some(on_plant)) = (plant, on_plant)
+        if let (Some(plant), Some(on_plant)) = (plant.as_deref_mut(), on_plant)
             && plant.has_imperfections()
             && on_plant.corrects(&found, self.corrected.as_ref())
         {
             return self.correct_by(plant, on_plant.judged);
+        }
+        if is_last {
+            return self.settle(&mut found, Acceptance::Unsettled, experiments);
         }
         if self.corrected.is_some() {
             // It compares with the others by its residuals in the model that all have.
@@ -67,7 +70,7 @@ impl<R: Rng> Identifier<R> {
             self.replace_by_branch();
         }
         self.stand_at(&found, experiments);
-        self.decide(found, experiments);
+        self.decide(found, experiments, plant);
     }
 
     /// Goes on in the model with the imperfections of the plant. What was found in another model does not compare.
@@ -150,7 +153,12 @@ impl<R: Rng> Identifier<R> {
 
     /// Carries out the decision on a minimum, at which the refinement stands.
     #[inline(never)]
-    fn decide<const B: usize>(&mut self, mut found: Minimum, experiments: &[Experiment<B>]) {
+    fn decide<const B: usize>(
+        &mut self,
+        mut found: Minimum,
+        experiments: &[Experiment<B>],
+        plant: Option<&mut Plant>,
+    ) {
         let tried_alone = matches!(self.purpose, Purpose::Alone(_));
         if tried_alone {
             self.reconcile(&mut found);
@@ -176,7 +184,7 @@ impl<R: Rng> Identifier<R> {
             }
             OfFound::Compare { branch } => {
                 if !(branch && self.branch_off(&found, None, experiments)) {
-                    self.compare(found, experiments);
+                    self.compare(found, experiments, plant);
                 }
             }
         }
@@ -185,7 +193,12 @@ impl<R: Rng> Identifier<R> {
     /// Accepts the better of `found` and the best minimum so far, or searches again.
     // A minimum is large: inlined, those here would take room on the stack of the caller.
     #[inline(never)]
-    fn compare<const B: usize>(&mut self, found: Minimum, experiments: &[Experiment<B>]) {
+    fn compare<const B: usize>(
+        &mut self,
+        found: Minimum,
+        experiments: &[Experiment<B>],
+        plant: Option<&mut Plant>,
+    ) {
         let mut best = match self.best.take() {
             Some(mut best) => {
                 let distance = self.refinement.distance(&self.sought, &best.coordinates);
@@ -202,12 +215,33 @@ impl<R: Rng> Identifier<R> {
                     return;
                 }
                 if !search {
-                    return self.settle(&mut best, Acceptance::Unsettled, experiments);
+                    return self.end_searches(best, experiments, plant);
                 }
                 best.is_branched |= branch && !self.excludes_branches();
                 self.best = Some(best);
                 self.start_search(experiments);
             }
+        }
+    }
+
+    /// Settles on the best minimum, which noise does not explain, after the imperfections of the plant have been fitted from there to the
+    /// end: a fit that crawls for a while is given up before. If they explain the records, they become part of the model instead.
+    #[inline(never)]
+    fn end_searches<const B: usize>(
+        &mut self,
+        mut best: Minimum,
+        experiments: &[Experiment<B>],
+        plant: Option<&mut Plant>,
+    ) {
+        let may_be_corrected = !self.refinement.is_corrected() && !best.contradicted;
+        match plant {
+            Some(plant) if may_be_corrected => {
+                self.stand_at(&best, experiments);
+                self.refinement.restart_plant(plant, experiments.len());
+                self.purpose = Purpose::Plant { found: best, accepted: None, is_last: true };
+                self.phase = Phase::Refining;
+            }
+            _ => self.settle(&mut best, Acceptance::Unsettled, experiments),
         }
     }
 

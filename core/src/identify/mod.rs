@@ -81,6 +81,8 @@ enum Purpose {
         found: Minimum,
         /// How the best minimum has been accepted, of which this one is a branch.
         accepted: Option<Acceptance>,
+        /// The budget of searches is spent: the fit is not given up, and if it explains nothing the identifier settles.
+        is_last: bool,
     },
 }
 
@@ -295,10 +297,14 @@ impl<R: Rng> Identifier<R> {
                 let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
                 let problem =
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
-                if matches!(self.purpose, Purpose::Plant { .. }) {
+                if let Purpose::Plant { is_last, .. } = self.purpose {
                     let is_over = plant.as_deref_mut().is_none_or(|plant| {
-                        refinement.step_plant_or_give_up(&problem, experiments, plant)
-                            != Outcome::Improving
+                        let outcome = if is_last {
+                            refinement.step_plant(&problem, experiments, plant)
+                        } else {
+                            refinement.step_plant_or_give_up(&problem, experiments, plant)
+                        };
+                        outcome != Outcome::Improving
                     });
                     if is_over {
                         self.judge_on_plant(experiments, plant);

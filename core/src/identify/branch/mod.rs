@@ -259,7 +259,8 @@ impl<R: Rng> Identifier<R> {
             {
                 // The minimum has been accepted by its residuals on the plant: so must be what replaces it.
                 self.refinement.restart_plant(plant, experiments.len());
-                self.purpose = Purpose::Plant { found: branch, accepted: Some(acceptance) };
+                let (accepted, is_last) = (Some(acceptance), false);
+                self.purpose = Purpose::Plant { found: branch, accepted, is_last };
                 self.best = Some(minimum);
                 return None;
             }
