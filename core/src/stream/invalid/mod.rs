@@ -158,7 +158,7 @@ fn other_moves<const N: usize>(
 /// ```
 fn beyond_chance(hits: usize, of: usize, share: f32) -> bool {
     let part = hits as f32 / of.max(1) as f32;
-    if !(part > share) {
+    if part <= share {
         return false;
     }
     let term = |p: f32, q: f32| if p > 0.0 { p * libm::logf(p / q) } else { 0.0 };
