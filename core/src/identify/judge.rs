@@ -128,16 +128,9 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
     ) -> bool {
         let is_alone = matches!(self.purpose, Purpose::Alone(_));
-        let is_explained = found.is_explained() && !found.whiteness_objects();
-        // These the imperfections cannot mend.
-        let is_hopeless = found.contradicted || !found.is_tested();
         let is_judged = found.of_plant.is_some();
-        !(experiments.is_empty()
-            || is_alone
-            || is_explained
-            || is_hopeless
-            || is_judged
-            || self.is_of_correction(found))
+        may_be_mended(found)
+            && !(experiments.is_empty() || is_alone || is_judged || self.is_of_correction(found))
     }
 
     /// Whether a fit to the plant would lead back to the imperfections that the model has.
@@ -233,7 +226,7 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
         plant: Option<&mut Plant>,
     ) {
-        let may_be_corrected = !self.refinement.is_corrected() && !best.contradicted;
+        let may_be_corrected = may_be_mended(&best) && !self.refinement.is_corrected();
         match plant {
             Some(plant) if may_be_corrected => {
                 self.stand_at(&best, experiments);
@@ -272,4 +265,10 @@ impl<R: Rng> Identifier<R> {
             *found = together;
         }
     }
+}
+
+/// Whether noise does not explain a minimum, and imperfections of the plant may.
+fn may_be_mended(found: &Minimum) -> bool {
+    let is_explained = found.is_explained() && !found.whiteness_objects();
+    !is_explained && !found.contradicted && found.is_tested()
 }

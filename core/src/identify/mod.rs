@@ -267,7 +267,7 @@ impl<R: Rng> Identifier<R> {
     /// imperfections leave. The estimate takes the imperfections as perfectly known; see [`Identifier::estimate_of_plant`].
     ///
     /// # Panics
-    /// If `plant` is of another number of joints.
+    /// If `plant` is of other joints.
     pub fn step_on_plant<const B: usize>(
         &mut self,
         experiments: &[Experiment<B>],

@@ -2,7 +2,7 @@
 
 use super::align::{Aligned, Instant};
 use super::clock::Clock;
-use super::invalid::Known;
+use super::invalid::Earlier;
 use super::stretch::Stretch;
 use super::{Record, StreamConfig, StreamHealth, bridge, noise, spikes};
 use crate::spectrum::fft::MIN_SAMPLES;
@@ -17,7 +17,7 @@ pub(super) struct Cutter<'a, const N: usize> {
     pub(super) stretch: &'a mut Stretch<N>,
     pub(super) record: &'a mut Record<N>,
     pub(super) quiet: &'a mut Option<noise::Noise>,
-    pub(super) known: &'a mut Known,
+    pub(super) earlier: &'a mut Earlier,
 }
 
 impl<const N: usize> Cutter<'_, N> {
@@ -107,7 +107,7 @@ impl<const N: usize> Cutter<'_, N> {
         health: &mut StreamHealth,
         sink: &mut impl FnMut(&Record<N>),
     ) {
-        let Self { config, clock, stretch, record, quiet, known } = self;
+        let Self { config, clock, stretch, record, quiet, earlier } = self;
         let rate = clock.rate();
         if rate.is_wrong || rate.is_doubtful || rate.is_refused {
             health.measured_rate_hz = rate.measured_hz as f32;
@@ -137,8 +137,8 @@ impl<const N: usize> Cutter<'_, N> {
         let lost = [&record.force[0], &record.acceleration[0]]
             .map(|signal| signal.iter().filter(is_lost).count());
         let invalid = [
-            known.remove_of_force(&mut record.force),
-            known.remove_of_acceleration(&mut record.acceleration),
+            earlier.remove_of_force(&mut record.force),
+            earlier.remove_of_acceleration(&mut record.acceleration),
         ];
         for (sensor, invalid) in invalid.iter().enumerate() {
             for axis in 0..3 {

@@ -24,7 +24,7 @@ use clock::{Clock, SET_BACK_S};
 pub use config::{StreamConfig, StreamError};
 use cutter::Cutter;
 pub use health::StreamHealth;
-use invalid::Known;
+use invalid::Earlier;
 use pose::Moved;
 pub use record::Record;
 use stretch::Stretch;
@@ -74,7 +74,7 @@ pub struct Stream<const N: usize> {
     /// Noise of the newest record with a quiet stretch. The noise of the acceleration is that of the newest record in which the
     /// robot rested, if there is one.
     quiet: Option<noise::Noise>,
-    known: Known,
+    earlier: Earlier,
     /// Arrival of the newest reading, s.
     heard_s: Option<f64>,
     /// Newest angle of each joint and its arrival, s, from when the clock went back until a frame shows whether the same sequence
@@ -110,7 +110,7 @@ impl<const N: usize> Stream<N> {
             },
             health: StreamHealth::default(),
             quiet: None,
-            known: Known::new([config.force_resolution, config.acceleration_resolution]),
+            earlier: Earlier::new([config.force_resolution, config.acceleration_resolution]),
             heard_s: None,
             set_back: None,
         })
@@ -179,8 +179,8 @@ impl<const N: usize> Stream<N> {
     }
 
     fn split(&mut self) -> (&mut Aligner, &mut StreamHealth, Cutter<'_, N>) {
-        let Self { config, aligner, clock, stretch, record, health, quiet, known, .. } = self;
-        (aligner, health, Cutter { config, clock, stretch, record, quiet, known })
+        let Self { config, aligner, clock, stretch, record, health, quiet, earlier, .. } = self;
+        (aligner, health, Cutter { config, clock, stretch, record, quiet, earlier })
     }
 
     /// Counts and measurements so far.

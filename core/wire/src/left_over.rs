@@ -113,9 +113,10 @@ impl fmt::Display for LeftOver {
             }
             Self::Stiffness { growth, std } => write!(
                 f,
-                "at the same pose all stiffnesses grow by {:.1} ± {:.1} % where the force doubles: the joints are nonlinear: cut with \
+                "at the same pose all stiffnesses {} by {:.1} ± {:.1} % where the force doubles: the joints are nonlinear: cut with \
                  the force of the process",
-                100.0 * growth,
+                if *growth < 0.0 { "fall" } else { "grow" },
+                100.0 * growth.abs(),
                 100.0 * std
             ),
         }

@@ -1,9 +1,10 @@
-//! Clipped samples: the signal is beyond the range of the sensor, which tells the end of its range again and again.
+//! Clipped samples: the quantity is beyond the range of the sensor, whose signal stays at the end of its range.
 //!
 //! A signal that is not clipped has few samples in the last step of its range, and many in the steps below it: of the samples of a sine
 //! in the last w steps, `1 / √w` are in the last one; of anything with noise in it fewer are. A clipped axis has more there than chance
-//! explains, in runs. A sensor stays where it is while it rests, too: samples count only while another axis moves, and no end counts
-//! that is the force at rest.
+//! explains, in runs that the signal enters by more than a small difference: it creeps into the top of a slow oscillation, which coarse
+//! steps make flat. A sensor stays where it is while it rests, too: samples count only while another axis moves, and no end counts that is
+//! the force at rest.
 
 use heapless::Vec;
 
@@ -40,10 +41,15 @@ fn remove_end<const N: usize>(
     }
     let near = NEAR_END * (end + of(-sign));
     let (mut stays, mut below) = (0, 0);
+    // Whether the signal has entered the present run by more than a small difference.
+    let mut is_entered = false;
     for sample in 1..signal.len() {
-        let distance = end - sign * signal[sample];
+        let [before, distance] = [sample - 1, sample].map(|at| end - sign * signal[at]);
+        if distance == 0.0 && before != 0.0 {
+            is_entered = before > motions[axis].small();
+        }
         if distance < near && other_moves(signals, motions, axis, sample) {
-            stays += usize::from(distance == 0.0 && signal[sample - 1] == signal[sample]);
+            stays += usize::from(distance == 0.0 && before == 0.0 && is_entered);
             below += usize::from(distance > 0.0);
         }
     }

@@ -1,4 +1,4 @@
-//! Samples that a sensor does not tell, although its frames come: [clipped] and [held] ones.
+//! Samples that are no measurement although their frames come: [clipped] and [held] ones.
 //!
 //! Few of them, in runs of one or two, are bridged like lost samples. A record with more of them is refused.
 
@@ -58,7 +58,7 @@ impl Rest {
 
 /// What earlier records have shown of the sensors.
 #[derive(Clone, Debug)]
-pub(super) struct Known {
+pub(super) struct Earlier {
     /// Smallest step of the signals of force and acceleration.
     steps: [f32; 2],
     /// The force at rest, in the newest record that begins with it.
@@ -67,7 +67,7 @@ pub(super) struct Known {
     motions: [Motion; 3],
 }
 
-impl Known {
+impl Earlier {
     /// Nothing is known yet but the smallest step of the signals of force and acceleration.
     pub(super) fn new(steps: [f32; 2]) -> Self {
         Self { steps, rest: None, motions: [Motion::none(steps[1]); 3] }
@@ -96,7 +96,8 @@ impl Known {
         let motions = core::array::from_fn(|axis| {
             let mut others = (0..3).filter(|&other| other != axis);
             let as_before = others.all(|other| own[other].is_like(&self.motions[other]));
-            if as_before && !own[axis].moves() { self.motions[axis] } else { own[axis] }
+            let has_stopped = self.motions[axis].moves() && !own[axis].moves();
+            if as_before && has_stopped { self.motions[axis] } else { own[axis] }
         });
         remove(signals, &motions, &Rest::NONE)
     }

@@ -73,7 +73,7 @@ impl Motion {
     /// Whether the axis moves by more than small differences just before the samples from `first` on, and just after those before `end`.
     pub(super) fn moves_beside(&self, signal: &[f32], first: usize, end: usize) -> bool {
         let moves = |part: &[f32]| {
-            part.len() < 2 || part.windows(2).any(|pair| !self.is_small(pair[1] - pair[0]))
+            part.len() < 2 || part.windows(2).any(|pair| (pair[1] - pair[0]).abs() > self.small())
         };
         moves(&signal[first.saturating_sub(BESIDE)..=first])
             && moves(&signal[end - 1..(end + BESIDE).min(signal.len())])

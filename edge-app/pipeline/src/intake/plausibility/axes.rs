@@ -6,11 +6,15 @@
 //! the band. All 48 ways to take three axes in another order and with other signs are tried, for either sensor. In few records several of
 //! them may leave the power positive: then none is named.
 
+use std::collections::VecDeque;
+
 use flexid_core::mounting::Mounting;
 use flexid_core::spectrum::{Experiment, Spectrum};
 use flexid_wire::axes::{SignedAxis, WrongAxes};
 use flexid_wire::warning::Warning;
 use nalgebra::{Complex, Matrix3, Vector3};
+
+use crate::record::MAX_EXPERIMENTS;
 
 /// Ways to take three axes.
 const WAYS: usize = 48;
@@ -29,11 +33,11 @@ const CLEAR: f64 = 0.3;
 pub(crate) struct Axes {
     /// Turns the accelerometer's axes into the force sensor's.
     turn: Matrix3<f64>,
-    force: [Power; WAYS],
-    acceleration: [Power; WAYS],
+    /// Of the newest records: with the ways to take the axes of the force sensor, and those of the accelerometer.
+    records: VecDeque<[[Power; WAYS]; 2]>,
 }
 
-/// Power over the bins of all records.
+/// Power over the bins of one record, or of several.
 #[derive(Clone, Copy, Debug, Default)]
 struct Power {
     /// Sum of the negative powers, without their sign.
@@ -45,15 +49,14 @@ struct Power {
 impl Axes {
     pub(crate) fn new(mounting: &Mounting) -> Self {
         let turn = mounting.force_axes.inverse() * mounting.accelerometer_axes;
-        let none = [Power::default(); WAYS];
-        Self { turn: turn.into_inner(), force: none, acceleration: none }
+        Self { turn: turn.into_inner(), records: VecDeque::new() }
     }
 
     /// Adds the power of a record that starts at rest. In the spectra of any other its motion before
     /// counts, too.
     pub(crate) fn note<const B: usize>(&mut self, experiment: &Experiment<B>) {
-        let Self { turn, force, acceleration } = self;
-        let turn = turn.map(Complex::from);
+        let turn = self.turn.map(Complex::from);
+        let [mut force, mut acceleration] = [[Power::default(); WAYS]; 2];
         let thinned = &experiment.thinned;
         if thinned.alpha == 0.0 {
             return;
@@ -66,23 +69,38 @@ impl Axes {
             let along = |f: Vector3<Complex<f64>>, v: Vector3<Complex<f64>>| {
                 (f.conjugate() * v.transpose()).map(|p: Complex<f64>| p.re)
             };
-            add(acceleration, &along(turn.transpose() * f, v));
-            add(force, &along(f, turn * v).transpose());
+            add(&mut acceleration, &along(turn.transpose() * f, v));
+            add(&mut force, &along(f, turn * v).transpose());
         }
+        if self.records.len() == MAX_EXPERIMENTS {
+            self.records.pop_front();
+        }
+        self.records.push_back([force, acceleration]);
     }
 
     /// Returns a warning if the robot gives off energy, and takes it up with other axes of a sensor.
     pub(crate) fn warning(&self) -> Option<Warning> {
-        let Self { force, acceleration, .. } = self;
-        let best = [force, acceleration].map(best);
+        let [force, acceleration] = [0, 1].map(|sensor| self.sums(sensor));
+        let best = [&force, &acceleration].map(best);
         let named = |ways: &[Power; WAYS], best: Option<usize>| {
             best.filter(|&best| is_clear(ways, best)).map(axes)
         };
         best.iter().any(Option::is_some).then(|| {
             Warning::WrongAxes(WrongAxes {
                 share: force[0].share(),
-                force: named(force, best[0]),
-                acceleration: named(acceleration, best[1]),
+                force: named(&force, best[0]),
+                acceleration: named(&acceleration, best[1]),
+            })
+        })
+    }
+
+    /// Power over all records with the ways of one sensor.
+    fn sums(&self, sensor: usize) -> [Power; WAYS] {
+        std::array::from_fn(|way| {
+            let of_records = self.records.iter().map(|record| record[sensor][way]);
+            of_records.fold(Power::default(), |sum, own| Power {
+                negative: sum.negative + own.negative,
+                absolute: sum.absolute + own.absolute,
             })
         })
     }
