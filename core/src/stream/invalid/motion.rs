@@ -70,10 +70,11 @@ impl Motion {
         difference > (CLEARLY * self.usual).max(self.small())
     }
 
-    /// Whether the axis moves by more than small differences just before the samples from `first` on, and just after those before `end`.
+    /// Whether the axis moves by more than small differences just before the samples from `first` on, and just after those before `end`. A
+    /// missing sample counts as motion: it may be a held one that was removed just before.
     pub(super) fn moves_beside(&self, signal: &[f32], first: usize, end: usize) -> bool {
         let moves = |part: &[f32]| {
-            part.len() < 2 || part.windows(2).any(|pair| (pair[1] - pair[0]).abs() > self.small())
+            part.len() < 2 || part.windows(2).any(|pair| !self.is_small(pair[1] - pair[0]))
         };
         moves(&signal[first.saturating_sub(BESIDE)..=first])
             && moves(&signal[end - 1..(end + BESIDE).min(signal.len())])
