@@ -54,7 +54,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 12] = [
+const PARTS: [Part; 13] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 30] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 60] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 10] },
@@ -67,6 +67,7 @@ const PARTS: [Part; 12] = [
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
     Part { name: "arms", prove: arms::prove, robots: [100, 4] },
     Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 10] },
+    Part { name: "no-bounds", prove: wide_bounds::prove_from_masses, robots: [100, 10] },
 ];
 
 /// Proves that the identification reaches the noise limit, and that its intervals are honest.

@@ -1,4 +1,4 @@
-//! Identification without an expert: bounds ten times as wide on both sides.
+//! Identification without an expert: bounds ten times as wide on both sides, and those that follow from the masses.
 
 use anyhow::{Result, anyhow};
 use flexid_core::parameters::{Bounds, Ranges};
@@ -19,8 +19,27 @@ const WIDER: f64 = 10.0;
 const FOUND: f64 = 2.0;
 
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
+    prove_in(widened(&study.scenario.bounds)?, "bounds ten times as wide", study, robots, details)
+}
+
+/// As [`prove`], within the bounds of a configuration without `[bounds]`.
+pub(crate) fn prove_from_masses(
+    study: &Study,
+    robots: usize,
+    details: bool,
+) -> Result<Vec<Figure>> {
+    prove_in(Bounds::of(&study.chain), "bounds from the masses", study, robots, details)
+}
+
+fn prove_in(
+    bounds: Bounds,
+    what: &str,
+    study: &Study,
+    robots: usize,
+    details: bool,
+) -> Result<Vec<Figure>> {
     let cuts = study.cuts();
-    let task = Task { bounds: widened(&study.scenario.bounds)?, ..study.task() };
+    let task = Task { bounds, ..study.task() };
     let one = |robot| Run::new(study, &task, &cuts, robot);
     let runs = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
     if details {
@@ -35,7 +54,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
     let least = if robots < 100 { spread::counts(robots, LEAST)[0] } else { demanded };
     Ok(vec![
         Figure::count(
-            "robots found in bounds ten times as wide",
+            format!("robots found in {what}"),
             robots,
             found >= least,
             found,
@@ -43,7 +62,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
         )
         .remark(format_args!("{first} at the first start")),
         Figure::count(
-            "others of which a parameter is called identified",
+            format!("{what}: others of which a parameter is called identified"),
             robots,
             false_claims == 0,
             false_claims,
