@@ -40,6 +40,7 @@ impl<const B: usize> ThinnedSpectra<B> {
         let samples = record.force[0].len();
         let duration = samples as f64 / record.rate_hz;
         let alpha = if record.starts_at_rest { DECAY / duration } else { 0.0 };
+        let onset = if record.starts_at_rest { onset(record) } else { 0 };
         let thinned = band.len().div_ceil(THINNING);
         if thinned.next_multiple_of(GROUP) > B {
             return Err(SpectrumError::Bins(band.len()));
@@ -52,7 +53,7 @@ impl<const B: usize> ThinnedSpectra<B> {
             let mut spectrum = Spectrum::EMPTY;
             for (axis, signal) in signals.iter().enumerate() {
                 let buffer = &mut buffer[..samples];
-                weight(signal, alpha / record.rate_hz, buffer);
+                weight(signal, onset, alpha / record.rate_hz, buffer);
                 let transformed =
                     fft::real_transform(buffer).ok_or(SpectrumError::Length(samples))?;
                 for bin in band.clone().step_by(THINNING) {
@@ -92,24 +93,102 @@ impl<const B: usize> ThinnedSpectra<B> {
     }
 }
 
-/// `x_n e^(−αn)`; the mean of the rest before the cut is the zero of the sensor.
-fn weight(signal: &[f32], alpha: f64, weighted: &mut [f32]) {
+/// `x_n e^(−α(n−o))` from the onset `o` on, and zero before it. The mean of the rest before the cut is the zero of the sensor.
+fn weight(signal: &[f32], onset: usize, alpha: f64, weighted: &mut [f32]) {
     let decay = libm::exp(-alpha);
-    let offset = if alpha > 0.0 { signal[..REST].iter().sum::<f32>() / REST as f32 } else { 0.0 };
+    let rest = &signal[..onset.max(REST)];
+    let offset = if alpha > 0.0 { rest.iter().sum::<f32>() / rest.len() as f32 } else { 0.0 };
     let mut factor = 1.0_f64;
-    for (weighted, &value) in weighted.iter_mut().zip(signal) {
+    weighted[..onset].fill(0.0);
+    for (weighted, &value) in weighted.iter_mut().zip(signal).skip(onset) {
         *weighted = (value - offset) * factor as f32;
         factor *= decay;
     }
 }
 
-/// Samples at the start of a record from which the sensors' zero is read.
+/// Sample at which a record that starts at rest is taken to leave it: shortly before a sensor shows more than its noise. The weight
+/// `e^(−αn)` begins there. If it began at the first sample, a rest of a quarter of the record would leave a signal of `e^(−5)` beside
+/// the whole noise of the rest.
+fn onset<const N: usize>(record: &Record<N>) -> usize {
+    let onset_of = |signal: &[f32], noise: f32| {
+        let zero = signal[..REST].iter().sum::<f32>() / REST as f32;
+        signal.iter().position(|value| (value - zero).abs() > AT_REST * noise)
+    };
+    let force = record.force.iter().zip(record.force_noise);
+    let acceleration = record.acceleration.iter().zip(record.acceleration_noise);
+    let onsets = force.chain(acceleration).filter_map(|(signal, noise)| onset_of(signal, noise));
+    let most = record.force[0].len() / LONGEST_REST;
+    onsets.min().unwrap_or(0).saturating_sub(REST).min(most)
+}
+
+/// Samples at the start of a record from which the sensors' zero is read. The weight begins as many before the onset, so that the
+/// sensors may be apart by that.
 const REST: usize = 64;
+/// Standard deviations of the noise within which a sensor is at rest: of 1e5 normal samples one in 5,000 records exceeds them.
+const AT_REST: f32 = 6.0;
+/// The rest that is left out is at most this part of a record, so that the weight still ends at `e^(−10)`.
+const LONGEST_REST: usize = 2;
 
 fn fill<const B: usize>(spectrum: &mut Spectrum<B>) {
     for part in spectrum.re.iter_mut().chain(&mut spectrum.im) {
         while part.len() % GROUP != 0 {
             let _ = part.push(0.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Complex;
+
+    use super::*;
+
+    const N: usize = 2048;
+    const RATE_HZ: f64 = 500.0;
+    const NOISE: f32 = 0.01;
+    /// Samples by which the acceleration follows the force, and its size over that of the force.
+    const LATER: usize = 5;
+    const TIMES: f32 = 3.0;
+
+    /// A decaying force that begins at this sample, and an acceleration after it. Both have alternating noise.
+    fn record(onset: usize) -> Record<N> {
+        let signal = |from: usize, size: f32| {
+            let force = |n: usize| size * libm::expf(-0.02 * (n - from) as f32);
+            let noise = |n: usize| if n.is_multiple_of(2) { NOISE } else { -NOISE };
+            let signal = |n: usize| noise(n) + if n < from { 0.0 } else { force(n) };
+            core::array::from_fn(|_| (0..N).map(signal).collect())
+        };
+        Record {
+            start_s: 0.0,
+            pose: Default::default(),
+            rate_hz: RATE_HZ,
+            has_doubtful_rate: false,
+            force: signal(onset, 1.0),
+            acceleration: signal(onset + LATER, TIMES),
+            force_noise: [NOISE; 3],
+            acceleration_noise: [NOISE; 3],
+            force_noise_shape: Default::default(),
+            acceleration_noise_shape: Default::default(),
+            starts_at_rest: true,
+        }
+    }
+
+    /// `A = 3 e^(−5s/rate) F` at each bin, however long the rest: the noise of a long rest does not outweigh the cut.
+    #[test]
+    fn the_rest_before_the_cut_is_left_out() {
+        for onset in [100, N / 4, N / 2, 3 * N / 5] {
+            let band = 20..200;
+            let spectra = ThinnedSpectra::<64>::new(&record(onset), band, &mut [0.0; N]).unwrap();
+            let [force, acceleration] = [&spectra.force, &spectra.acceleration];
+            for bin in 0..spectra.bins {
+                let complex = |re: f32, im: f32| Complex::new(f64::from(re), f64::from(im));
+                let [f, a] = [force, acceleration].map(|of| complex(of.re[0][bin], of.im[0][bin]));
+                let s = complex(spectra.alpha, spectra.omega[bin]);
+                let later = (s * (-(LATER as f64) / RATE_HZ)).exp() * f64::from(TIMES);
+                let ratio = a / f;
+                let off = (ratio / later - 1.0).norm();
+                assert!(off < 0.02, "onset {onset}, bin {bin}: {off}");
+            }
         }
     }
 }
