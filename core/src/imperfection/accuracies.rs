@@ -54,10 +54,15 @@ pub struct Accuracies {
     pub record_delay: f64,
     /// Logarithm of all stiffnesses in one record.
     pub record_stiffness: f64,
-    /// Compliance of base or link in series with each joint, along each axis, m/N.
+    /// Compliance of a link in series with each joint but the first, along each axis, m/N.
     pub structure_translation: f64,
     /// The same about each axis, rad/Nm.
     pub structure_rotation: f64,
+    /// Compliance of the ground in series with the first joint, along each axis, m/N. A fixed first joint is the ground's own: it has that
+    /// of a link.
+    pub ground_translation: f64,
+    /// The same about each axis, rad/Nm.
+    pub ground_rotation: f64,
 }
 
 impl Accuracies {
@@ -85,8 +90,10 @@ impl Accuracies {
     /// | the same with the load      | 1 % per kNm        | assumed: gears that stiffen by some per cent up to the rated torque |
     /// | delay of a record           | 5 µs               | assumed: sensors that start without a hardware trigger              |
     /// | stiffness of a record       | 0.1 %              | assumed: a gear that warms up                                       |
-    /// | base or link                | 1e-10 m/N          | assumed: cast links, a base bolted to concrete: 10 GN/m             |
+    /// | link                        | 1e-10 m/N          | assumed: cast links: 10 GN/m                                        |
     /// |                             | 1e-10 rad/Nm       | assumed, for the same: 10 GNm/rad                                   |
+    /// | ground                      | 3e-10 m/N          | assumed: between concrete, 1e-10, and a steel pedestal, 1e-9        |
+    /// |                             | 3e-10 rad/Nm       | assumed, for the same                                               |
     pub fn typical() -> Self {
         let squared_period = |hz: f64| 1.0 / (TAU * hz * TAU * hz);
         Self {
@@ -120,6 +127,8 @@ impl Accuracies {
             record_stiffness: 1e-3,
             structure_translation: 1e-10,
             structure_rotation: 1e-10,
+            ground_translation: 3e-10,
+            ground_rotation: 3e-10,
         }
     }
 }

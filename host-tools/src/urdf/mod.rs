@@ -116,7 +116,7 @@ pub enum UrdfError {
     /// No room for the pedestal beside the movable joints.
     #[error(
         "{0} movable joints and a pedestal: at most {MAX_JOINTS} joints are supported in all; leave out --pedestal, and state \
-         structure_m_per_n in [accuracy]"
+         ground_m_per_n in [accuracy]"
     )]
     NoRoomForPedestal(usize),
     /// A joint that does not have exactly one driven axis.

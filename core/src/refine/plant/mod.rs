@@ -138,7 +138,10 @@ impl Plant {
     /// Whether nothing is off, in any number of records.
     pub fn is_perfect(&self) -> bool {
         let Accuracies { structure_translation, structure_rotation, .. } = self.accuracies;
-        let is_rigid = structure_translation == 0.0 && structure_rotation == 0.0;
+        let Accuracies { ground_translation, ground_rotation, .. } = self.accuracies;
+        let compliances =
+            [structure_translation, structure_rotation, ground_translation, ground_rotation];
+        let is_rigid = compliances == [0.0; 4];
         is_rigid && imperfection::all(&self.accuracies, &self.joints, 2).is_empty()
     }
 

@@ -1,4 +1,4 @@
-//! Base and links that give way, in series with the joints.
+//! Ground and links that give way, in series with the joints.
 //!
 //! The data hardly tell their compliance c from that of a joint along the same degree of freedom. It is therefore not sought. It widens
 //! the intervals (a _considered_ parameter): with `k ← k/(1 + k c)` and `d ← d/(1 + k c)²`, c small, they add
@@ -11,11 +11,24 @@
 
 use super::Plant;
 use crate::DOF;
+use crate::chain::JointKind;
+use crate::imperfection::Accuracies;
 use crate::parameters::Bushings;
 use crate::refine::fit::Fit;
 use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
 impl Plant {
+    /// Compliance in series with a joint, m/N, and rad/Nm. The ground is that of a driven first joint.
+    fn in_series_with(&self, joint: usize) -> [f64; 2] {
+        let Accuracies { ground_translation, ground_rotation, .. } = self.accuracies;
+        let Accuracies { structure_translation, structure_rotation, .. } = self.accuracies;
+        if joint == 0 && self.joints.first() != Some(&JointKind::Fixed) {
+            [ground_translation, ground_rotation]
+        } else {
+            [structure_translation, structure_rotation]
+        }
+    }
+
     /// Widens the standard deviations of a fit that found `bushings`. They are later multiplied by `inflation`, the structure's part is not.
     pub(crate) fn widen_by_structure(
         &self,
@@ -24,9 +37,8 @@ impl Plant {
         bushings: &Bushings,
         inflation: f64,
     ) {
-        let [translation, rotation] =
-            [self.accuracies.structure_translation, self.accuracies.structure_rotation];
         for (joint, bushing) in bushings.iter().enumerate() {
+            let [translation, rotation] = self.in_series_with(joint);
             for dof in 0..DOF {
                 let compliance = if dof < 3 { translation } else { rotation };
                 let relative = bushing.stiffness[dof] * compliance;

@@ -36,6 +36,8 @@ pub(super) fn accuracies(
         record_stiffness,
         structure_translation,
         structure_rotation,
+        ground_translation,
+        ground_rotation,
     } = &mut accuracies;
     let part = "0.01 is 1 %";
     let mut load_per_knm = 0.0;
@@ -85,6 +87,20 @@ pub(super) fn accuracies(
             structure_rotation,
             1e-5,
             "in rad/Nm: 1e-10 is 1e10 Nm/rad",
+        ),
+        (
+            "ground_m_per_n",
+            section.ground_m_per_n,
+            ground_translation,
+            1e-6,
+            "in m/N: 1e-9 is 1e9 N/m",
+        ),
+        (
+            "ground_rad_per_nm",
+            section.ground_rad_per_nm,
+            ground_rotation,
+            1e-5,
+            "in rad/Nm: 1e-9 is 1e9 Nm/rad",
         ),
         ("stiffness_of_record", section.stiffness_of_record, record_stiffness, 0.2, part),
     ] {

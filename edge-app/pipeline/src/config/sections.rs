@@ -150,6 +150,8 @@ pub(super) struct AccuracySection {
     pub(super) stiffness_of_record: Option<f64>,
     pub(super) structure_m_per_n: Option<f64>,
     pub(super) structure_rad_per_nm: Option<f64>,
+    pub(super) ground_m_per_n: Option<f64>,
+    pub(super) ground_rad_per_nm: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]

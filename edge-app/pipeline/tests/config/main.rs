@@ -214,8 +214,8 @@ fn accuracies_are_those_stated_or_assumed() {
     let own = accuracies("link_mass = 0.1\nforce_high_pass_hz = 0.0");
     assert_eq!((own.mass, own.force.high_pass, own.delay), (0.1, 0.0, typical.delay));
     let own =
-        accuracies("drive_growth_per_knm = 0.5\nstructure_rad_per_nm = 0.0\nlink_inertia = 0.1");
-    assert_eq!((own.load, own.structure_rotation, own.inertia), (5e-4, 0.0, 0.1));
+        accuracies("drive_growth_per_knm = 0.5\nstructure_rad_per_nm = 0.0\nground_m_per_n = 2e-9");
+    assert_eq!((own.load, own.structure_rotation, own.ground_translation), (5e-4, 0.0, 2e-9));
     // What is sought with a prior of its own has no second one.
     let sought = accuracies("[calibration]\ndelay_s = 1e-3");
     assert_eq!((sought.delay, sought.mass), (0.0, typical.mass));

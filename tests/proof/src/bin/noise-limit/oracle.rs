@@ -52,8 +52,14 @@ pub(crate) fn deviations(
     let covariance = covariance(&information)?;
     let structure = |index: usize| {
         let (bushing, dof) = (&bushings[index / 12], index % 6);
-        let compliance =
-            if dof < 3 { accuracies.structure_translation } else { accuracies.structure_rotation };
+        let Accuracies { structure_translation, structure_rotation, .. } = accuracies;
+        let Accuracies { ground_translation, ground_rotation, .. } = accuracies;
+        let compliance = match (index / 12, dof < 3) {
+            (0, true) => ground_translation,
+            (0, false) => ground_rotation,
+            (_, true) => structure_translation,
+            (_, false) => structure_rotation,
+        };
         let relative = bushing.stiffness[dof] * compliance;
         if index % 12 < 6 { relative } else { 2.0 * relative }
     };
