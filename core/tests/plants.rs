@@ -73,7 +73,7 @@ fn an_identifier_goes_on_from_any_step() {
         let mut step = 0;
         while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {
             step += 1;
-            if step % 20 == 0 {
+            if step % 40 == 0 {
                 let (mut renewed, mut lost) = (identifier.clone(), identifier.clone());
                 renewed.renew(&experiments);
                 assert_right(&finish(&mut renewed, &experiments, &mut plant.clone()), &truth, step);
