@@ -7,6 +7,7 @@ use flexid_core::imperfection::{Accuracies, Imperfection, Sensor};
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::{Explanation, Plant};
 use flexid_core::spectrum::Experiment;
+use flexid_core::stream::Record;
 
 use crate::common::fits::{Generator, identifier, mean_square, parameters, relative, scores};
 use crate::common::milling::{Conditions, SAMPLES, STEPS, cut, record};
@@ -17,19 +18,30 @@ const STACK: usize = 32 << 20;
 /// True gain of the accelerometer's y.
 const GAIN: f64 = 1.03;
 
-/// Records of a robot whose acceleration is 0.1 ms late and 3 % too large along y.
-fn experiments(truth: &Bushings) -> Vec<Experiment<BINS>> {
+/// Records of a robot, with what is off in them.
+fn experiments(
+    truth: &Bushings,
+    conditions: &Conditions,
+    spoil: impl Fn(&mut Record<SAMPLES>),
+) -> Vec<Experiment<BINS>> {
     let mut random = Random::new(72);
     let mut buffer = [0.0; SAMPLES];
-    let conditions = Conditions { late: STEPS / 5, ..Conditions::default() };
     let one = |(pose, rpm, feed): &([f64; 3], [f64; 2], usize)| {
         let force = cut(&mut random, *rpm, *feed);
-        let mut record = record(&mill3(), pose, truth, &force, &conditions, &mut random);
-        record.acceleration[1].iter_mut().for_each(|value| *value *= GAIN as f32);
-        record.acceleration_noise[1] *= GAIN as f32;
+        let mut record = record(&mill3(), pose, truth, &force, conditions, &mut random);
+        spoil(&mut record);
         Experiment::new(&mill3(), &MEASUREMENT, &record, &mut buffer).expect("a good record")
     };
     EXPERIMENTS.iter().map(one).collect()
+}
+
+/// Those of a robot whose acceleration is 0.1 ms late and 3 % too large along y.
+fn late_and_too_large(truth: &Bushings) -> Vec<Experiment<BINS>> {
+    let conditions = Conditions { late: STEPS / 5, ..Conditions::default() };
+    experiments(truth, &conditions, |record| {
+        record.acceleration[1].iter_mut().for_each(|value| *value *= GAIN as f32);
+        record.acceleration_noise[1] *= GAIN as f32;
+    })
 }
 
 fn finish(
@@ -66,7 +78,7 @@ fn assert_right(found: &PlantEstimate, truth: &Bushings, step: usize) {
 fn an_identifier_goes_on_from_any_step() {
     let test = || {
         let truth = Random::new(71).bushings(3);
-        let experiments = experiments(&truth);
+        let experiments = late_and_too_large(&truth);
         let mut plant = Box::new(Plant::new(&Accuracies::typical(), &mill3()));
         let mut identifier = identifier(parameters(3));
         identifier.renew(&experiments);
@@ -97,6 +109,30 @@ fn an_identifier_goes_on_from_any_step() {
             adopted.imperfections.iter().find(|one| one.imperfection == Imperfection::Delay);
         assert!((delay.unwrap().value - largest.value).abs() < 0.1 * largest.deviation);
         assert!(*times > 3.0 && *times < 10.0, "{times}");
+    };
+    thread::Builder::new().stack_size(STACK).spawn(test).unwrap().join().unwrap();
+}
+
+/// Where the cut has twice the noise of the rest, the residuals are larger than that of the rest, but random: the fit is consistent, and
+/// its intervals are as much wider.
+#[test]
+fn noise_that_is_larger_in_the_cut_widens_the_intervals() {
+    let test = || {
+        let truth = Random::new(71).bushings(3);
+        let experiments = experiments(&truth, &Conditions::default(), |record| {
+            // What is read at rest is half of what the cut has.
+            record.acceleration_noise.iter_mut().for_each(|noise| *noise *= 0.5);
+        });
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &mill3()));
+        let mut identifier = identifier(parameters(3));
+        identifier.renew(&experiments);
+        let PlantEstimate { estimate, .. } = finish(&mut identifier, &experiments, &mut plant);
+        assert_eq!(estimate.acceptance, Acceptance::Consistent);
+        assert!(estimate.size_objects && !estimate.whiteness_objects, "{}", estimate.whiteness);
+        assert!((2.0..4.5).contains(&estimate.consistency), "{}", estimate.consistency);
+        let scores = scores(&estimate.bushings, &truth, &relative(&estimate));
+        assert!(scores.iter().all(|score| score.abs() < 4.0), "{scores:?}");
+        assert!((0.05..2.0).contains(&mean_square(&scores)), "{scores:?}");
     };
     thread::Builder::new().stack_size(STACK).spawn(test).unwrap().join().unwrap();
 }

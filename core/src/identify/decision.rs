@@ -97,6 +97,7 @@ pub(super) fn of_best(best: &Minimum, starts: u32) -> OfBest {
     let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
         (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
         (true, true) if !structured => (TIMES_SUSPECT, Acceptance::Consistent),
+        _ if best.is_noisier_than_at_rest() => (TIMES_CONSISTENT, Acceptance::Consistent),
         _ => (TIMES_SUSPECT, Acceptance::ModelSuspect),
     };
     if best.times >= TIMES_CONSISTENT && best.contradicted {
@@ -183,8 +184,12 @@ mod tests {
             (2000.0, 5.0, 3, 3, go_on(true, true)),
             (2000.0, 5.0, 4, 4, OfBest::Conclude(Consistent)),
             (2000.0, 20.0, 4, 4, OfBest::Conclude(ModelSuspect)),
-            (4000.0, 0.0, 3, 3, go_on(true, true)),
-            (4000.0, 0.0, 4, 4, OfBest::Conclude(ModelSuspect)),
+            // Random, but larger than the noise at rest.
+            (4000.0, 0.0, 1, 1, go_on(true, true)),
+            (4000.0, 0.0, 2, 2, OfBest::Conclude(Consistent)),
+            (4000.0, 5.0, 3, 3, go_on(true, true)),
+            (4000.0, 5.0, 4, 4, OfBest::Conclude(ModelSuspect)),
+            (22000.0, 0.0, 4, 4, OfBest::Conclude(ModelSuspect)),
             (2e5, 0.0, 3, 8, go_on(false, false)),
         ] {
             let mut best = minimum(sum_of_squares, 0.0);

@@ -6,6 +6,7 @@ use super::FoundBy;
 use super::judged::Judged;
 use crate::refine::{Fit, Remaining};
 use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
+use crate::verdict::FOREIGN;
 
 /// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a
 /// few hundred quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
@@ -163,6 +164,14 @@ impl Minimum {
         !self.size_objects() && !self.statics_object() && !self.noise_is_too_loud()
     }
 
+    /// The residuals are larger than the noise at rest, but random: the cut has more noise than the rest. A wrong model or minimum
+    /// leaves structure.
+    pub(super) fn is_noisier_than_at_rest(&self) -> bool {
+        let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged();
+        let is_sane = sum_of_squares <= FOREIGN * degrees_of_freedom;
+        is_sane && self.size_objects() && !self.whiteness_objects() && !self.statics_object()
+    }
+
     /// Noise explains the residuals, and hides nothing; and no older record objects.
     pub(super) fn is_explained(&self) -> bool {
         self.is_consistent() && self.stands_clear() && !self.contradicted
@@ -173,9 +182,10 @@ impl Minimum {
         self.is_reached() && self.is_explained() && !self.whiteness_objects()
     }
 
-    /// Kept and retired records agree in it.
+    /// Noise explains the residuals, be it larger than at rest, and kept and retired records agree in it.
     pub(super) fn agrees(&self) -> bool {
-        self.is_reached() && self.is_consistent() && !self.contradicted
+        let is_noise = self.is_consistent() || self.is_noisier_than_at_rest();
+        self.is_reached() && is_noise && !self.contradicted
     }
 
     /// Its residuals are so small that one of its branches may be the right minimum.

@@ -34,7 +34,7 @@ pub enum Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[serde(rename_all = "snake_case")]
 pub enum Acceptance {
-    /// The residuals are as large as the noise explains.
+    /// The residuals are as large as the noise explains, or they are random and up to ten times as large.
     Consistent,
     /// The same minimum was reached more than once, and its residuals are larger than the noise explains, or have structure
     /// that no noise has.
