@@ -5,7 +5,7 @@ use std::thread;
 use flexid_core::identify::{Acceptance, Identifier, Phase, PlantEstimate};
 use flexid_core::imperfection::{Accuracies, Imperfection, Sensor};
 use flexid_core::parameters::Bushings;
-use flexid_core::refine::{Explanation, Plant};
+use flexid_core::refine::{Explanation, LeftOver, Plant};
 use flexid_core::spectrum::Experiment;
 use flexid_core::stream::Record;
 
@@ -113,15 +113,14 @@ fn an_identifier_goes_on_from_any_step() {
     thread::Builder::new().stack_size(STACK).spawn(test).unwrap().join().unwrap();
 }
 
-/// Where the cut has twice the noise of the rest, the residuals are larger than that of the rest, but random: the fit is consistent, and
-/// its intervals are as much wider.
-#[test]
-fn noise_that_is_larger_in_the_cut_widens_the_intervals() {
+/// Where the cut has twice the noise of the rest along these axes, the residuals are larger than that of the rest, but random: the fit is
+/// consistent, and its intervals are as much wider. Returns χ²/dof, and where more is left than elsewhere.
+fn noisier_in_the_cut(axes: &'static [usize]) -> (f64, Vec<LeftOver>) {
     let test = || {
         let truth = Random::new(71).bushings(3);
         let experiments = experiments(&truth, &Conditions::default(), |record| {
             // What is read at rest is half of what the cut has.
-            record.acceleration_noise.iter_mut().for_each(|noise| *noise *= 0.5);
+            axes.iter().for_each(|axis| record.acceleration_noise[*axis] *= 0.5);
         });
         let mut plant = Box::new(Plant::new(&Accuracies::typical(), &mill3()));
         let mut identifier = identifier(parameters(3));
@@ -129,10 +128,27 @@ fn noise_that_is_larger_in_the_cut_widens_the_intervals() {
         let PlantEstimate { estimate, .. } = finish(&mut identifier, &experiments, &mut plant);
         assert_eq!(estimate.acceptance, Acceptance::Consistent);
         assert!(estimate.size_objects && !estimate.whiteness_objects, "{}", estimate.whiteness);
-        assert!((2.0..4.5).contains(&estimate.consistency), "{}", estimate.consistency);
         let scores = scores(&estimate.bushings, &truth, &relative(&estimate));
         assert!(scores.iter().all(|score| score.abs() < 4.0), "{scores:?}");
         assert!((0.05..2.0).contains(&mean_square(&scores)), "{scores:?}");
+        let left_over = identifier.left_over(&experiments, Some(&plant), &estimate);
+        (estimate.consistency, left_over.into_iter().collect())
     };
-    thread::Builder::new().stack_size(STACK).spawn(test).unwrap().join().unwrap();
+    thread::Builder::new().stack_size(STACK).spawn(test).unwrap().join().unwrap()
+}
+
+#[test]
+fn noise_that_is_larger_in_the_cut_widens_the_intervals() {
+    let (consistency, left_over) = noisier_in_the_cut(&[0, 1, 2]);
+    assert!((2.0..4.5).contains(&consistency), "{consistency}");
+    assert!(left_over.is_empty(), "{left_over:?}");
+}
+
+/// Power of four against that of one.
+#[test]
+fn what_is_left_over_names_the_axis_that_is_noisier() {
+    let (consistency, left_over) = noisier_in_the_cut(&[2]);
+    assert!((1.3..2.5).contains(&consistency), "{consistency}");
+    let [LeftOver::Direction { axis: 2, times }] = left_over[..] else { panic!("{left_over:?}") };
+    assert!((2.0..4.5).contains(&times), "{times}");
 }

@@ -87,12 +87,7 @@ impl Standing {
         let possible = of_rivals.all(|rival| rival.away.is_finite() && rival.gap >= 0.0);
         // Infinite where another point leaves an unknown undetermined.
         let positive = self.deviations_elsewhere.iter().all(|deviation| *deviation >= 0.0);
-        let sane = self.correction.is_of(sought.joints())
-            && within
-            && rivals
-            && finite
-            && possible
-            && positive;
+        let sane = within && rivals && finite && possible && positive;
         if sane { Ok(coordinates) } else { Err(StandingError::Coordinates) }
     }
 }
@@ -126,6 +121,9 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
     ) -> Result<(), StandingError> {
         let coordinates = standing.coordinates(&self.sought, &self.bounds)?;
+        if !standing.correction.is_of(&self.chain.kinds()) {
+            return Err(StandingError::Coordinates);
+        }
         self.refinement
             .resume(&self.sought, &coordinates, &standing.retired)
             .ok_or(StandingError::Retired)?;

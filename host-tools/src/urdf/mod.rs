@@ -248,6 +248,9 @@ pub fn import(text: &str, tcp: &str, base: Base) -> Result<Imported, UrdfError> 
         if count == MAX_JOINTS {
             return Err(UrdfError::NoRoomForPedestal(count));
         }
+        if model.joints.iter().any(|joint| joint.name == pedestal::NAME) {
+            return Err(UrdfError::DuplicateJoint(pedestal::NAME.to_owned()));
+        }
         let moving_kg = model.joints.iter().map(|joint| joint.mass_kg).sum();
         let (pedestal, link, inertia) = importer.pedestal(&path, moving_kg)?;
         model.joints.insert(0, pedestal);

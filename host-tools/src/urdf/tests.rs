@@ -204,6 +204,11 @@ fn eight_joints_are_one_too_many() {
     assert!(error.starts_with("7 movable joints and a pedestal: at most 7 joints"), "{error}");
     let on_pedestal = import(&urdf(&links, &joints), "l6", Base::Pedestal).unwrap();
     assert_eq!(on_pedestal.model.joints.len(), 7);
+    let mut named = joints.clone();
+    named[0].0 = "pedestal";
+    let error = import(&urdf(&links, &named), "l6", Base::Pedestal).unwrap_err().to_string();
+    assert_eq!(error, "joint 'pedestal' is defined twice: rename one");
+    assert!(import(&urdf(&links, &named), "l6", Base::Rigid).is_ok());
 }
 
 #[test]

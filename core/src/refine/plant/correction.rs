@@ -7,7 +7,6 @@ use heapless::Vec;
 
 use super::Plant;
 use super::imperfect::Imperfect;
-use crate::MAX_JOINTS;
 use crate::chain::JointKind;
 use crate::imperfection::{self, Accuracies, Imperfection, MAX_IMPERFECTIONS};
 use crate::search::MAX_EXPERIMENTS;
@@ -25,9 +24,8 @@ impl Correction {
         self.0.is_empty()
     }
 
-    /// Whether a robot with so many joints can have these imperfections.
-    pub(crate) fn is_of(&self, joints: usize) -> bool {
-        let joints = &[JointKind::Revolute; MAX_JOINTS][..joints.min(MAX_JOINTS)];
+    /// Whether a robot with these joints can have these imperfections.
+    pub(crate) fn is_of(&self, joints: &[JointKind]) -> bool {
         let known = imperfection::all(&Accuracies::typical(), joints, MAX_EXPERIMENTS);
         let is_known =
             |own: &Imperfection| known.iter().any(|(imperfection, _)| imperfection == own);
@@ -68,12 +66,18 @@ mod tests {
     #[test]
     fn a_correction_is_of_a_robot() {
         let of = |imperfection, value| Correction([(imperfection, value)].into_iter().collect());
-        assert!(Correction::NONE.is_of(2));
-        assert!(of(Imperfection::Gain(Sensor::Force, 2), 0.1).is_of(2));
-        assert!(!of(Imperfection::Gain(Sensor::Force, 3), 0.1).is_of(2));
-        assert!(!of(Imperfection::Gain(Sensor::Force, 2), f64::NAN).is_of(2));
-        assert!(
-            of(Imperfection::Mass(1), 0.1).is_of(2) && !of(Imperfection::Mass(2), 0.1).is_of(2)
-        );
+        let joints = &[JointKind::Fixed, JointKind::Revolute];
+        assert!(Correction::NONE.is_of(joints));
+        for (imperfection, value, is_of) in [
+            (Imperfection::Gain(Sensor::Force, 2), 0.1, true),
+            (Imperfection::Gain(Sensor::Force, 3), 0.1, false),
+            (Imperfection::Gain(Sensor::Force, 2), f64::NAN, false),
+            (Imperfection::Mass(1), 0.1, true),
+            (Imperfection::Mass(2), 0.1, false),
+            (Imperfection::JointAngle(1), 0.1, true),
+            (Imperfection::JointAngle(0), 0.1, false),
+        ] {
+            assert_eq!(of(imperfection, value).is_of(joints), is_of, "{imperfection:?} {value}");
+        }
     }
 }
