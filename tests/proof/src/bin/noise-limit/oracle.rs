@@ -90,7 +90,8 @@ mod tests {
         };
         let thread = std::thread::Builder::new().stack_size(STACK).spawn(compare);
         let ratios = thread.unwrap().join().unwrap();
-        assert!(ratios.len() > 30, "{ratios:?}");
+        // Not the dampings of the first joint, which the ground leaves open.
+        assert!(ratios.len() > 27, "{ratios:?}");
         println!("{ratios:.2?}");
         // A parameter that is one standard deviation off has the deviations of another robot.
         assert!((0.97..1.03).contains(&median(ratios.clone())), "{ratios:?}");
