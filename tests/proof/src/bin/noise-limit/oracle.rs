@@ -80,7 +80,11 @@ mod tests {
     #[test]
     fn is_what_the_fit_reports_of_a_perfect_plant() {
         let compare = || {
-            let (study, accuracies) = (Study::load().unwrap(), Accuracies::typical());
+            let study = Study::load().unwrap();
+            // Ground of concrete: that of typical accuracies leaves some dampings of the first joint open.
+            let [ground_translation, ground_rotation] = [1e-10, 2e-10];
+            let accuracies =
+                Accuracies { ground_translation, ground_rotation, ..Accuracies::typical() };
             let cuts = study.cuts().swap_remove(1);
             let records = records(&study, &cuts, &Plant::default(), 1).unwrap();
             let (truth, found) = found(&study, &records, &accuracies, 1).unwrap();
@@ -90,8 +94,7 @@ mod tests {
         };
         let thread = std::thread::Builder::new().stack_size(STACK).spawn(compare);
         let ratios = thread.unwrap().join().unwrap();
-        // Not the dampings of the first joint, which the ground leaves open.
-        assert!(ratios.len() > 27, "{ratios:?}");
+        assert!(ratios.len() > 30, "{ratios:?}");
         println!("{ratios:.2?}");
         // A parameter that is one standard deviation off has the deviations of another robot.
         assert!((0.97..1.03).contains(&median(ratios.clone())), "{ratios:?}");
