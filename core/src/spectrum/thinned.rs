@@ -16,7 +16,8 @@ pub(crate) const THINNING: usize = 4;
 /// Bins come in groups of this many, the widest vector; the last group is filled with zeros.
 const GROUP: usize = 16;
 
-/// Every fourth bin of one record, weighted so that its end hardly matters.
+/// Every fourth bin of one record, weighted so that its end hardly matters. The time of both spectra of a record that starts at rest
+/// begins shortly before the cut.
 #[derive(Clone, Debug)]
 pub struct ThinnedSpectra<const B: usize> {
     /// Real part of the complex frequencies, 1/s: 20/T of a record of length T that starts at rest, else 0.
@@ -82,7 +83,7 @@ impl<const B: usize> ThinnedSpectra<B> {
     }
 
     /// Part of a record's noise power that is left on the line: `(1 − e^(−2αT)) / (2αT)` under the weight `e^(−αt)`, 3/8 under
-    /// Hann's window. `spacing` is 2π/T, rad/s.
+    /// Hann's window. `spacing` is 2π/T, rad/s. A rest that is left out makes it smaller by no more than a part of `e^(−αT)`.
     pub(crate) fn noise_left(&self, spacing: f64) -> f64 {
         if self.alpha > 0.0 {
             let decay = 2.0 * f64::from(self.alpha) * TAU / spacing;

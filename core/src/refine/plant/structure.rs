@@ -18,7 +18,8 @@ use crate::refine::fit::Fit;
 use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
 impl Plant {
-    /// Compliance in series with a joint, m/N, and rad/Nm. The ground is that of a driven first joint.
+    /// Standard deviations of the compliance in series with a joint: translation, m/N, and rotation, rad/Nm. The ground is in series with a
+    /// driven first joint.
     fn in_series_with(&self, joint: usize) -> [f64; 2] {
         let Accuracies { ground_translation, ground_rotation, .. } = self.accuracies;
         let Accuracies { structure_translation, structure_rotation, .. } = self.accuracies;
