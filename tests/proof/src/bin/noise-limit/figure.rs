@@ -1,7 +1,6 @@
 //! A number with its limit, and the table of all numbers.
 
 use std::fmt;
-use std::time::Duration;
 
 use crate::spread;
 
@@ -25,10 +24,9 @@ pub(crate) struct Figure {
 pub(crate) struct Proven {
     pub(crate) part: &'static str,
     pub(crate) figures: Vec<Figure>,
-    pub(crate) took: Duration,
 }
 
-/// All parts as a Markdown table, and below it their durations.
+/// All parts as a Markdown table.
 pub(crate) struct Table(pub(crate) Vec<Proven>);
 
 impl Figure {
@@ -134,13 +132,7 @@ impl fmt::Display for Table {
                 writeln!(f, "| {part} | {what} | {limit} | {measured} | {held} | {runs} |")?;
             }
         }
-        let whole: Duration = self.0.iter().map(|proven| proven.took).sum();
-        write!(f, "\nTook {:.0} s:", whole.as_secs_f64())?;
-        for (index, Proven { part, took, .. }) in self.0.iter().enumerate() {
-            let comma = if index > 0 { "," } else { "" };
-            write!(f, "{comma} {part} {:.0} s", took.as_secs_f64())?;
-        }
-        writeln!(f)
+        Ok(())
     }
 }
 
