@@ -54,7 +54,7 @@ fn finish(
 }
 
 fn assert_right(found: &PlantEstimate, truth: &Bushings, step: usize) {
-    let PlantEstimate { estimate, imperfections, explanations } = found;
+    let PlantEstimate { estimate, imperfections, explanations, .. } = found;
     assert_eq!(estimate.acceptance, Acceptance::Consistent, "renewed after {step} steps");
     let scores = scores(&estimate.bushings, truth, &relative(estimate));
     assert!(scores.iter().all(|score| score.abs() < 4.0), "after {step}: {scores:?}");

@@ -252,6 +252,7 @@ impl Reader<'_> {
         self.keep_last(&mut intake, sender);
         Ok(End::Outcome(Box::new(Outcome {
             finding: None,
+            robot: None,
             statics: None,
             counts: intake.counts(),
             state: intake.state(&config),

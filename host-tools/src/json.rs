@@ -4,6 +4,7 @@
 //! string, `"imposed_parameters"`; any other kind is an object with one entry, `{"bus_errors": {"errors": 3}}`.
 
 use flexid_pipeline::report::StaticReport;
+use flexid_pipeline::robot::FoundRobot;
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, JointIntervals, Nuisance};
 use flexid_wire::directions::WeakDirection;
 use flexid_wire::explanation::Explanation;
@@ -32,6 +33,9 @@ pub(crate) struct ResultJson<'a> {
     /// Each static test in the fit. Left out without static tests, and of a daemon.
     #[serde(skip_serializing_if = "Option::is_none")]
     static_tests: Option<&'a StaticReport>,
+    /// What predicts the robot's motion. Left out of a daemon's result.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    robot: Option<&'a FoundRobot>,
 }
 
 #[derive(Serialize)]
@@ -111,14 +115,19 @@ impl<'a> From<&'a Finding> for ResultJson<'a> {
             warning_kinds: warnings,
             confidence: confidence.into(),
             static_tests: None,
+            robot: None,
         }
     }
 }
 
 impl<'a> ResultJson<'a> {
-    /// The same, with what the fit says of each static test.
-    pub(crate) fn with_statics(self, static_tests: Option<&'a StaticReport>) -> Self {
-        Self { static_tests, ..self }
+    /// The same, with what predicts the robot's motion, and what the fit says of each static test.
+    pub(crate) fn with(
+        self,
+        robot: Option<&'a FoundRobot>,
+        static_tests: Option<&'a StaticReport>,
+    ) -> Self {
+        Self { robot, static_tests, ..self }
     }
 }
 

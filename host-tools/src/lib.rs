@@ -8,6 +8,7 @@ mod exit;
 mod json;
 mod output;
 pub mod plan;
+mod predict;
 mod progress;
 pub mod recording;
 mod show;

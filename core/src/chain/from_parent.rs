@@ -1,6 +1,6 @@
 //! Transformation of displacements from a link to the next.
 
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::{Matrix3, Matrix6, SMatrix};
 
 /// `X` transforms a displacement of the link before (the parent) to the frame of this joint, as Featherstone's `ⁱX_λ(i)` (_Rigid
 /// Body Dynamics Algorithms_, 2008, section 2.8), but translation first, and rotations as turns of the bushings:
@@ -23,6 +23,15 @@ pub struct FromParent {
 }
 
 impl FromParent {
+    /// X as a matrix.
+    pub fn matrix(&self) -> Matrix6<f64> {
+        let mut matrix = Matrix6::zeros();
+        matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.rotation);
+        matrix.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.lever);
+        matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.turns);
+        matrix
+    }
+
     /// `Xᵀ f`: the loads on the parent that are equivalent to the loads f on this link, one load per column, N and Nm.
     pub(crate) fn loads_on_parent(&self, loads: &SMatrix<f64, 6, 3>) -> SMatrix<f64, 6, 3> {
         let (force, torque) = (loads.fixed_rows::<3>(0), loads.fixed_rows::<3>(3));

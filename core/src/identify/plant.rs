@@ -8,6 +8,7 @@ use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::MAX_IMPERFECTIONS;
 use crate::refine::{Explanation, FoundImperfection, MAX_EXPLANATIONS, Outcome, Plant, Problem};
 use crate::spectrum::Experiment;
+use crate::verdict::WEAK;
 
 /// An estimate that holds whatever the imperfections of the plant are, within their accuracies.
 #[derive(Clone, Debug)]
@@ -19,6 +20,9 @@ pub struct PlantEstimate {
     /// The accuracies that the data contradict, the one that explains most of the misfit first. If there is none, what explains most
     /// within its accuracy.
     pub explanations: Vec<Explanation, MAX_EXPLANATIONS>,
+    /// Factor on the standard deviations that follow from [`Plant::information`]: √(χ²/dof), at least 1, times by how much robust ones are
+    /// larger, as a root mean square over the unknowns that the data determine.
+    pub widening: f64,
 }
 
 impl<R> Identifier<R> {
@@ -70,6 +74,16 @@ impl<R> Identifier<R> {
             .leaves_misfit()
             .then(|| refinement.jackknife_plant(&problem, experiments, plant, inflation));
         let robust = robust.flatten();
+        let own = |unknown: usize| minimum.fit.covariance.deviation(unknown);
+        let times = robust.as_ref().map_or(1.0, |robust| {
+            let ratios = (0..sought.unknowns())
+                .filter(|&unknown| own(unknown) <= WEAK)
+                .map(|unknown| (robust[unknown] / own(unknown)).max(1.0));
+            let (count, sum) =
+                ratios.fold((0.0, 0.0), |(count, sum), ratio| (count + 1.0, sum + ratio * ratio));
+            if count > 0.0 { libm::sqrt(sum / count) } else { 1.0 }
+        });
+        let widening = inflation.max(1.0) * times;
         if let Some(deviations) = &robust {
             minimum.fit.raise(sought, deviations);
         }
@@ -104,6 +118,6 @@ impl<R> Identifier<R> {
         estimate.is_robust = robust.is_some() && are_plausible;
         let imperfections = plant.found();
         refinement.restart_at(&settled.coordinates);
-        Some(PlantEstimate { estimate, imperfections, explanations })
+        Some(PlantEstimate { estimate, imperfections, explanations, widening })
     }
 }

@@ -14,7 +14,7 @@ use heapless::Vec;
 pub use accuracies::{Accuracies, SensorAccuracies};
 
 use crate::MAX_JOINTS;
-use crate::chain::JointKind;
+use crate::chain::{Chain, JointKind};
 use crate::search::MAX_EXPERIMENTS;
 
 /// Number of kinds of imperfections.
@@ -33,7 +33,11 @@ const OF_RECORDS: usize = 2;
 
 /// A sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "snake_case")
+)]
 pub enum Sensor {
     /// The force sensor.
     Force,
@@ -43,7 +47,11 @@ pub enum Sensor {
 
 /// What is off. Axes are numbered 0 to 2, joints and links from 0, base first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "snake_case")
+)]
 pub enum Imperfection {
     /// Delay of the acceleration after the force, s.
     Delay,
@@ -85,6 +93,39 @@ pub enum Imperfection {
     RecordDelay(usize),
     /// Logarithm of all stiffnesses in one record, by its number from 0.
     RecordStiffness(usize),
+}
+
+impl Imperfection {
+    /// Whether a robot of this chain can have it, in one of the records that a fit takes.
+    pub fn is_of(self, chain: &Chain) -> bool {
+        let all = all(&Accuracies::typical(), &chain.kinds(), MAX_EXPERIMENTS);
+        all.iter().any(|(own, _)| *own == self)
+    }
+
+    /// Whether it changes how the robot moves, and not only what its sensors read or a single record.
+    pub fn is_of_robot(self) -> bool {
+        match self {
+            Self::ToolTurn(_)
+            | Self::ToolCentrePoint(_)
+            | Self::Mass(_)
+            | Self::CentreOfMass(..)
+            | Self::JointAngle(_)
+            | Self::ElasticCentre(..)
+            | Self::Inertia(_)
+            | Self::Hysteresis
+            | Self::Servo(_)
+            | Self::Load => true,
+            Self::Delay
+            | Self::Gain(..)
+            | Self::Crosstalk(..)
+            | Self::Turn(..)
+            | Self::AccelerometerPlace(_)
+            | Self::Resonance(_)
+            | Self::HighPass(_)
+            | Self::RecordDelay(_)
+            | Self::RecordStiffness(_) => false,
+        }
+    }
 }
 
 /// All imperfections that have an accuracy, each with its standard deviation, of a robot with these joints, base first, and so many

@@ -40,7 +40,7 @@ pub(crate) struct Rates<V> {
 
 impl<V: Lanes> Rates<V> {
     #[inline(always)]
-    pub(super) fn new(hysteresis: &Hysteresis<V::Scalar>, has_growth: bool, s: Complex<V>) -> Self {
+    pub(crate) fn new(hysteresis: &Hysteresis<V::Scalar>, has_growth: bool, s: Complex<V>) -> Self {
         let mut rates = Self::plain(s);
         if hysteresis.part.to_f64() != 0.0 {
             let excess = per_hysteretic_part(s, hysteresis.reference.to_f64());

@@ -33,6 +33,6 @@ pub use gradient::{PerDof, Response};
 pub(crate) use law::{Hysteresis, Rates, per_growth, per_hysteretic_part};
 pub(crate) use observation::{Loads, Observation};
 pub use recursion::receptance;
-pub(crate) use terms::Growth;
 pub use terms::Terms;
+pub(crate) use terms::{Growth, JointTerms};
 pub(crate) use tool::ToolTerms;

@@ -64,7 +64,10 @@ pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};
 use model::Model;
 pub(crate) use plant::Correction;
-pub use plant::{Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Plant};
+pub use plant::{
+    Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Plant,
+    PlantInformation,
+};
 pub use problem::Problem;
 use record::Workspace;
 pub use residuals::Agreement;

@@ -18,6 +18,7 @@ mod offline;
 mod outcome;
 mod record;
 pub mod report;
+pub mod robot;
 pub mod signals;
 pub mod solver;
 pub mod source;

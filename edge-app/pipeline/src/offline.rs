@@ -18,6 +18,7 @@ use crate::intake::{Counts, Intake};
 use crate::outcome::Outcome;
 use crate::record::Record;
 use crate::report::StaticReport;
+use crate::robot::FoundRobot;
 use crate::solver::Solver;
 use crate::source::{Flow, FrameSource};
 use crate::stop::Stop;
@@ -36,15 +37,17 @@ pub fn run_offline(
     on_a_large_stack(|| run(config, source, on_progress))
 }
 
-/// Identifies the stiffnesses from the static tests alone, and says how each test goes with the others. Returns `None` without static
-/// tests.
+/// Identifies the stiffnesses from the static tests alone, says how each test goes with the others, and returns what predicts the robot's
+/// motion. Returns `None` without static tests.
 ///
 /// # Errors
 /// The system cannot start a thread.
-pub fn run_statics(config: &Config) -> io::Result<Option<(Finding, StaticReport)>> {
+pub fn run_statics(config: &Config) -> io::Result<Option<(Finding, StaticReport, FoundRobot)>> {
     on_a_large_stack(|| {
         let solver = Solver::of_statics(config)?;
-        Ok(solver.finding(&Counts::default(), &[]).zip(solver.static_report()))
+        let finding = solver.finding(&Counts::default(), &[]);
+        let parts = finding.zip(solver.static_report()).zip(solver.robot());
+        Ok(parts.map(|((finding, statics), robot)| (finding, statics, robot)))
     })
 }
 
@@ -86,6 +89,6 @@ fn run(
     if let Some(finding) = &mut finding {
         finding.explain(&state);
     }
-    let statics = solver.static_report();
-    Ok(Outcome { finding, statics, counts, state, troubles, broken })
+    let (robot, statics) = (solver.robot(), solver.static_report());
+    Ok(Outcome { finding, robot, statics, counts, state, troubles, broken })
 }

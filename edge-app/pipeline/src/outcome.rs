@@ -8,12 +8,15 @@ use flexid_wire::trouble::Trouble;
 
 use crate::intake::Counts;
 use crate::report::StaticReport;
+use crate::robot::FoundRobot;
 
 /// Results of a run at the end of its frames.
 #[derive(Debug)]
 pub struct Outcome {
     /// Report and confidence. `None` if there is no estimate.
     pub finding: Option<Finding>,
+    /// What predicts the robot's motion, and its covariance. `None` if there is no estimate.
+    pub robot: Option<FoundRobot>,
     /// What the estimate says of each static test. `None` without one of the two.
     pub statics: Option<StaticReport>,
     /// Counts of what has come in.

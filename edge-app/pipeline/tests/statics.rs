@@ -267,7 +267,7 @@ fn the_config_names_the_file() {
 /// Two tests and no record: a report, and no parameter in it that passes for found.
 #[test]
 fn static_tests_alone_make_a_report() {
-    let (finding, statics) =
+    let (finding, statics, _) =
         run_statics(&config(Some(GAUGE)).unwrap()).unwrap().expect("a finding");
     assert_eq!(statics.tests.iter().map(|test| test.line).collect::<Vec<_>>(), [3, 4]);
     let report = finding.report;
@@ -373,7 +373,7 @@ fn the_line_with_a_gross_error_is_named() {
         {
             let trial = trial(wrong, error);
             let config = config_of(Some(&trial), change, Config::load_statics).unwrap();
-            let (finding, statics) = run_statics(&config).unwrap().expect("a finding");
+            let (finding, statics, _) = run_statics(&config).unwrap().expect("a finding");
             let summary = Summary(&finding.report).to_string();
             assert_eq!(outlier(&finding.report.warnings), named, "{summary}");
             let StaticReport { deviation_m, deviation_is_estimated, tests } = statics;
@@ -390,7 +390,7 @@ fn the_line_with_a_gross_error_is_named() {
 #[test]
 fn drives_alone_are_sought() {
     let config = config_of(Some(&trial(0, 0.0)), only_drives, Config::load_statics).unwrap();
-    let (finding, _) = run_statics(&config).unwrap().expect("a finding");
+    let (finding, ..) = run_statics(&config).unwrap().expect("a finding");
     for (joint, drive) in finding.report.joints.iter().zip(DRIVES) {
         for dof in 0..6 {
             let (own, verdict) = (joint.stiffness[dof], joint.stiffness_verdict[dof]);

@@ -8,6 +8,7 @@ use flexid_edge::console::print;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::StaticReport;
+use flexid_pipeline::robot::FoundRobot;
 use flexid_pipeline::{Outcome, run_offline, run_statics};
 use flexid_simulation::scenario::Scenario;
 use flexid_simulation::{truth, validation};
@@ -55,18 +56,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
         _ => None,
     };
     let json = args.json.as_deref().map(Output::create).transpose()?;
-    let Identified { finding, statics, broken } = match args.logs.as_slice() {
+    let Identified { finding, robot, statics, broken } = match args.logs.as_slice() {
         [] => {
             let nothing = "nothing to identify from: name a LOG of candump -L, or give static tests in [static]";
             let identified = run_statics(&config)?;
-            let (finding, statics) =
+            let (finding, statics, robot) =
                 identified.ok_or_else(|| BadInput::new(&args.config, nothing))?;
-            Identified { finding, statics: Some(statics), broken: None }
+            Identified { finding, robot: Some(robot), statics: Some(statics), broken: None }
         }
         logs => from_logs(&config, logs)?,
     };
     if let Some(json) = json {
-        let result = ResultJson::from(&finding).with_statics(statics.as_ref());
+        let result = ResultJson::from(&finding).with(robot.as_ref(), statics.as_ref());
         json.finish(&(serde_json::to_string_pretty(&result)? + "\n"))?;
     }
     let mut text = table::finding(&finding, statics.as_ref(), truth.as_deref());
@@ -99,6 +100,8 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
 /// What has been identified.
 struct Identified {
     finding: Finding,
+    /// What predicts the robot's motion.
+    robot: Option<FoundRobot>,
     /// What the fit says of each static test, if there are any.
     statics: Option<StaticReport>,
     /// The error that prevented reading the logs to their end, if there was one.
@@ -109,13 +112,13 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let meter = Meter::new();
     let mut source = recording::open(logs, &config.interface, &meter)?;
     let mut work = Work::default();
-    let Outcome { finding, statics, state, troubles, broken, .. } =
+    let Outcome { finding, robot, statics, state, troubles, broken, .. } =
         run_offline(config, &mut source, |progress| meter.show(&mut work, progress))?;
     meter.finish();
 
     let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
     if let Some(finding) = finding {
-        return Ok(Identified { finding, statics, broken });
+        return Ok(Identified { finding, robot, statics, broken });
     }
     let [first, others @ ..] = logs else { return Err(anyhow!("no log, and nothing found")) };
     let others = match others.len() {

@@ -5,6 +5,7 @@ mod identify;
 mod man;
 mod model;
 mod plan;
+mod predict;
 mod reproduce;
 mod simulate;
 mod watch;
@@ -34,6 +35,8 @@ enum Command {
     Identify(identify::Args),
     /// Plans which experiments to do next
     Plan(plan::Args),
+    /// Predicts modes, receptance, compliance and deflection of an identified robot in any pose
+    Predict(predict::Args),
     /// Reproduces the paper's tables and figures
     Reproduce(reproduce::Args),
     /// Shows what a running daemon finds
@@ -51,6 +54,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(args),
         Command::Identify(args) => identify::run(args),
         Command::Plan(args) => plan::run(args),
+        Command::Predict(args) => predict::run(args),
         Command::Reproduce(args) => reproduce::run(args),
         Command::Watch(args) => watch::run(args),
         Command::Completions(args) => completions::run(args, Cli::command()),

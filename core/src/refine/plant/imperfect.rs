@@ -49,17 +49,28 @@ impl Imperfect {
         pose: &[f64],
         record: usize,
     ) -> Self {
-        let [lower, upper] = problem.measurement.band_hz;
-        // A band from zero on has no geometric middle.
-        let lower = lower.max(LEAST * upper);
         let chain = if problem.sought.seeks_masses() {
             problem.chain.weighing(&calibration.mass)
         } else {
             problem.chain.clone()
         };
+        let sensors = problem.measurement.sensors(calibration);
+        Self::of(chain, sensors, problem.measurement.band_hz, pose, record)
+    }
+
+    /// A chain with these sensors at a pose, without imperfections, in the record of this number. The band, Hz, is that of the fit.
+    pub(super) fn of(
+        chain: Chain,
+        sensors: Sensors,
+        [lower, upper]: [f64; 2],
+        pose: &[f64],
+        record: usize,
+    ) -> Self {
+        // A band from zero on has no geometric middle.
+        let lower = lower.max(LEAST * upper);
         Self {
             chain,
-            sensors: problem.measurement.sensors(calibration),
+            sensors,
             pose: pose.iter().copied().take(MAX_JOINTS).collect(),
             accelerometer_filter: Filter::default(),
             force_filter: Filter::default(),
@@ -157,7 +168,16 @@ impl Imperfect {
         problem: &Problem<'_>,
         bushings: &Bushings,
     ) -> Result<LinearChain, LinearisationError> {
-        self.chain.linearise(&self.pose, problem.measurement.gravity(), bushings)
+        self.linearise_under(problem.measurement.gravity(), bushings)
+    }
+
+    /// The chain about its static equilibrium with these bushings, under `gravity`, base axes, m/s².
+    pub(super) fn linearise_under(
+        &self,
+        gravity: Vector3<f64>,
+        bushings: &Bushings,
+    ) -> Result<LinearChain, LinearisationError> {
+        self.chain.linearise(&self.pose, gravity, bushings)
     }
 
     /// The chain about these elongations of its bushings, m and rad.
@@ -182,16 +202,10 @@ impl Imperfect {
         let inverse = Matrix3::from_diagonal(&gains.map(|gain| 1.0 / gain).into());
         let of_accelerometer = gain * self.accelerometer_crosstalk * inverse;
         let bushings = self.loaded(linear, bushings);
-        let mut terms = Terms::new(linear, &bushings, &self.sensors)?.with_sensor_errors(
+        let terms = self.terms(linear, &bushings, &self.sensors)?.with_sensor_errors(
             self.accelerometer_filter,
             [&of_accelerometer, &self.force_crosstalk],
         );
-        terms.hysteresis = self.hysteresis;
-        for ((terms, joint), part) in
-            terms.joints.iter_mut().zip(&self.chain.joints).zip(self.servo)
-        {
-            terms.growth = joint.drive().filter(|_| part != 0.0).map(|dof| Growth { dof, part });
-        }
         Ok(Model {
             terms: if problem.sought.seeks_masses() { terms.with_masses() } else { terms },
             calibration: self.sensors.calibration,
@@ -201,8 +215,25 @@ impl Imperfect {
 }
 
 impl Imperfect {
+    /// The terms of the chain with these bushings and sensors.
+    pub(super) fn terms(
+        &self,
+        linear: &LinearChain,
+        bushings: &Bushings,
+        sensors: &Sensors,
+    ) -> Result<Terms<f64>, LinearisationError> {
+        let mut terms = Terms::new(linear, bushings, sensors)?;
+        terms.hysteresis = self.hysteresis;
+        for ((terms, joint), part) in
+            terms.joints.iter_mut().zip(&self.chain.joints).zip(self.servo)
+        {
+            terms.growth = joint.drive().filter(|_| part != 0.0).map(|dof| Growth { dof, part });
+        }
+        Ok(terms)
+    }
+
     /// The bushings as stiff as they are under the load of gravity in this record.
-    fn loaded(&self, linear: &LinearChain, bushings: &Bushings) -> Bushings {
+    pub(super) fn loaded(&self, linear: &LinearChain, bushings: &Bushings) -> Bushings {
         let mut loaded = bushings.clone();
         let joints = self.chain.joints.iter().zip(&linear.joints);
         for (bushing, (joint, linear)) in loaded.iter_mut().zip(joints) {

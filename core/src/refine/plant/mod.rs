@@ -13,6 +13,8 @@
 //! | `fit`, `crawl`                  | its minimum, and when a fit is given up                         |
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | base and links that give way                                    |
+//! | `information`                   | what records and priors say of unknowns and imperfections       |
+//! | `mechanics`                     | the robot that a fit has found, without its sensors             |
 //! | `restated`                      | accuracies that the data contradict                             |
 //! | `diagnosis`                     | which of them are wrong, and what explains as much              |
 //! | `explanation`, `evidence`       | the misfit as a function of the imperfections                   |
@@ -26,7 +28,9 @@ mod evidence;
 mod explanation;
 mod fit;
 pub(super) mod imperfect;
+mod information;
 mod jackknife;
+mod mechanics;
 mod motion;
 mod objective;
 mod restated;
@@ -47,6 +51,8 @@ use columns::Imperfections;
 pub(crate) use correction::Correction;
 use crawl::Crawl;
 pub use diagnosis::{Explanation, MAX_EXPLANATIONS, MAX_RIVALS};
+pub use information::PlantInformation;
+pub use mechanics::Mechanics;
 use objective::Point;
 use restated::Restated;
 use sizes::{OF_ALL, OF_RECORD};

@@ -32,6 +32,7 @@ use crate::intake::Counts;
 use crate::intake::plausibility::{Axes, Scale};
 use crate::record::{BINS, Experiment, MAX_EXPERIMENTS, Pose, Record, SAMPLES};
 use crate::report::{self, Basis, Details, StaticReport, confidence, report};
+use crate::robot::FoundRobot;
 use crate::stop::Stop;
 use crate::text::count;
 use crate::unchecked;
@@ -493,6 +494,12 @@ impl Solver {
     /// Returns what the present estimate says of each static test. Returns `None` without an estimate or without static tests.
     pub fn static_report(&self) -> Option<StaticReport> {
         StaticReport::new(&self.config.statics, self.estimate()?, self.static_deviation)
+    }
+
+    /// Returns what predicts the robot's motion by the present estimate, if there is one.
+    pub fn robot(&self) -> Option<FoundRobot> {
+        let plant = self.plant.as_deref().zip(self.of_plant.as_deref());
+        Some(FoundRobot::new(&self.config, &self.sought, self.estimate()?, plant, &self.poses))
     }
 
     fn estimate(&self) -> Option<&Estimate> {

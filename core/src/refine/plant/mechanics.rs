@@ -1,0 +1,79 @@
+//! The mechanics of a robot as a fit has found it, without its sensors: what predicts how it moves.
+
+use nalgebra::Vector3;
+
+use super::imperfect::Imperfect;
+use crate::chain::Chain;
+use crate::chain::linearise::{LinearChain, LinearisationError};
+use crate::imperfection::Imperfection;
+use crate::parameters::Bushings;
+use crate::receptance::{Complex, JointTerms, Rates, Terms, bushing};
+use crate::sensors::Sensors;
+use crate::{DOF, MAX_JOINTS};
+
+/// No record has this number: what differs from record to record is left out.
+const NO_RECORD: usize = usize::MAX;
+
+/// A robot at a pose, linearised about its static equilibrium, with bushings whose impedance depends on the frequency.
+#[derive(Clone, Debug)]
+pub struct Mechanics {
+    chain: LinearChain,
+    terms: Terms<f64>,
+}
+
+impl Mechanics {
+    /// A robot of these bushings, one per joint, at joint angles `pose`, one per driven joint (rad, m), under `gravity` (base axes, m/s²).
+    /// `imperfections` have the unit of each; those of sensors and of records have no effect. Hysteretic dampings are those in the
+    /// middle of `band_hz`, that of the fit.
+    ///
+    /// # Errors
+    /// There is not one angle per driven joint and one bushing per joint, or the bushings are too soft for gravity.
+    ///
+    /// # Panics
+    /// If an imperfection is [of another robot](Imperfection::is_of).
+    pub fn new(
+        chain: &Chain,
+        gravity: Vector3<f64>,
+        band_hz: [f64; 2],
+        pose: &[f64],
+        bushings: &Bushings,
+        imperfections: &[(Imperfection, f64)],
+    ) -> Result<Self, LinearisationError> {
+        if pose.len() != chain.driven() {
+            return Err(LinearisationError::Angles(pose.len()));
+        }
+        let sensors = Sensors::default();
+        let mut robot = Imperfect::of(chain.clone(), sensors, band_hz, pose, NO_RECORD);
+        for (imperfection, value) in imperfections.iter().filter(|(own, _)| own.is_of_robot()) {
+            assert!(imperfection.is_of(chain), "{imperfection:?} of another robot");
+            robot.add(*imperfection, *value);
+        }
+        let chain = robot.linearise_under(gravity, bushings)?;
+        let terms = robot.terms(&chain, &robot.loaded(&chain, bushings), &sensors)?;
+        Ok(Self { chain, terms })
+    }
+
+    /// The chain, linearised about its static equilibrium.
+    pub fn chain(&self) -> &LinearChain {
+        &self.chain
+    }
+
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.terms.joints.len().min(MAX_JOINTS)
+    }
+
+    /// Load per elongation of a joint, from 0, along each of its degrees of freedom, N/m and Nm/rad, at the complex frequency `s`, rad/s: that
+    /// of the spring, k apart from a drive that stiffens, and that of the damper, `s d` apart from hysteresis. Hysteresis has no value at
+    /// 0.
+    ///
+    /// # Panics
+    /// If there is no such joint.
+    pub fn impedance(&self, joint: usize, s: Complex<f64>) -> [[Complex<f64>; DOF]; 2] {
+        let whole = self.terms.joints[joint];
+        let springs = JointTerms { damping: [0.0; DOF], ..whole };
+        let rates = Rates::new(&self.terms.hysteresis, whole.growth.is_some(), s);
+        let (whole, springs) = (bushing(&whole, &rates), bushing(&springs, &rates));
+        [springs, core::array::from_fn(|dof| whole[dof] - springs[dof])]
+    }
+}

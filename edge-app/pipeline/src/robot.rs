@@ -1,0 +1,190 @@
+//! The robot as it was found, with the covariance of all that predicts its motion.
+
+use flexid_core::identify::{Estimate, PlantEstimate};
+use flexid_core::imperfection::Imperfection;
+use flexid_core::parameters::Bounds;
+use flexid_core::refine::{Plant, PlantInformation};
+use flexid_core::sought::{Coordinate, Sought};
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use crate::config::Config;
+use crate::model::Model;
+
+/// All that predicts how a robot moves: its model, its bushings, its imperfections, and how far each may be off.
+///
+/// The covariance is that of the logarithms of all parameters, joint by joint the stiffnesses and the dampings, and behind them of the
+/// imperfections, each in its unit. What is fixed has variance zero. What the records do not determine has the variance of a logarithm
+/// that may lie anywhere within its bounds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FoundRobot {
+    /// The robot without imperfections.
+    pub model: Model,
+    /// Gravity in base axes, m/s².
+    pub gravity_m_per_s2: [f64; 3],
+    /// Lower and upper edge of the band that was fitted, Hz.
+    pub band_hz: [f64; 2],
+    /// Poses of the records, rad (m).
+    pub poses: Vec<Vec<f64>>,
+    /// Lower and upper bound of the stiffnesses and of the dampings of each joint.
+    pub bounds: Vec<JointBounds>,
+    /// Imperfections of the robot, and their most likely values.
+    pub imperfections: Vec<FoundValue>,
+    /// Lower triangle of the covariance, row by row.
+    pub covariance: Vec<f64>,
+}
+
+/// Bounds of a joint's parameters, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointBounds {
+    /// Of each stiffness, N/m and Nm/rad.
+    pub stiffness: [[f64; 2]; 6],
+    /// Of each damping, Ns/m and Nms/rad.
+    pub damping: [[f64; 2]; 6],
+}
+
+/// An imperfection and its value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FoundValue {
+    /// What is off.
+    pub imperfection: Imperfection,
+    /// By how much, in the unit of the imperfection.
+    pub value: f64,
+}
+
+/// Smallest eigenvalue of a scaled information matrix that is more than rounding: a hundred unknowns, each with the rounding of a double.
+const ROUNDING: f64 = 1e-14;
+
+/// Unknowns of a fit, and the way from them to the coordinates of the robot.
+struct Unknowns<'a> {
+    sought: &'a Sought,
+    bounds: &'a Bounds,
+}
+
+impl FoundRobot {
+    pub(crate) fn new(
+        config: &Config,
+        sought: &Sought,
+        estimate: &Estimate,
+        plant: Option<(&Plant, &PlantEstimate)>,
+        poses: &[impl AsRef<[f64]>],
+    ) -> Self {
+        let unknowns = Unknowns { sought, bounds: &config.bounds };
+        let (of_plant, widening, mut imperfections) = match plant {
+            Some((plant, found)) => {
+                let information = plant.information();
+                let found_values = found.imperfections.iter().map(|found| FoundValue {
+                    imperfection: found.imperfection,
+                    value: found.value,
+                });
+                let values: Vec<FoundValue> = found_values.collect();
+                (unknowns.covariance_on_plant(&information), found.widening, values)
+            }
+            None => {
+                let widening = estimate.consistency.max(1.0).sqrt();
+                (unknowns.covariance(estimate), widening, Vec::new())
+            }
+        };
+        let count = imperfections.len();
+        let is_kept = |found: &FoundValue| found.imperfection.is_of_robot();
+        let kept: Vec<usize> = (0..count).filter(|&index| is_kept(&imperfections[index])).collect();
+        imperfections.retain(is_kept);
+        // Each coordinate of the robot is a multiple of an unknown, or does not vary.
+        let joints = config.model.joints.len();
+        let parameters = (0..joints)
+            .flat_map(coordinates)
+            .map(|coordinate| sought.unknown(coordinate).map(|unknown| (count + unknown, 1.0)));
+        let of_plant_units = plant.map(|(plant, _)| plant.information().imperfections().to_vec());
+        let unit = |index: usize| of_plant_units.as_ref().map_or(0.0, |all| all[index].1);
+        let mut places: Vec<Option<(usize, f64)>> = parameters.collect();
+        places.extend(kept.iter().map(|&index| Some((index, unit(index)))));
+        for nuisance in &estimate.nuisances {
+            let Coordinate::Mass(link) = nuisance.coordinate else { continue };
+            let Some(unknown) = sought.unknown(nuisance.coordinate) else { continue };
+            let value = nuisance.value.ln();
+            imperfections.push(FoundValue { imperfection: Imperfection::Mass(link), value });
+            places.push(Some((count + unknown, sought.width(nuisance.coordinate))));
+        }
+        let entry = |row: usize, column: usize| match (places[row], places[column]) {
+            (Some((i, of_i)), Some((j, of_j))) => {
+                of_plant[(i, j)] * of_i * of_j * widening * widening
+            }
+            _ => 0.0,
+        };
+        let lower = (0..places.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        let bounds = config.bounds.joints.iter().take(joints);
+        Self {
+            model: config.model.clone(),
+            gravity_m_per_s2: config.gravity,
+            band_hz: config.band_hz,
+            poses: poses.iter().map(|pose| pose.as_ref().to_vec()).collect(),
+            bounds: bounds
+                .map(|own| JointBounds { stiffness: own.stiffness, damping: own.damping })
+                .collect(),
+            imperfections,
+            covariance: lower.map(|(row, column)| entry(row, column)).collect(),
+        }
+    }
+}
+
+/// Parameters of a joint: stiffnesses, then dampings.
+fn coordinates(joint: usize) -> impl Iterator<Item = Coordinate> {
+    let stiffnesses = (0..6).map(move |dof| Coordinate::Stiffness { joint, dof });
+    stiffnesses.chain((0..6).map(move |dof| Coordinate::Damping { joint, dof }))
+}
+
+impl Unknowns<'_> {
+    /// Variance of the logarithm of a parameter that may lie anywhere within its bounds: that of a uniform distribution. `None` of what
+    /// has no bounds.
+    fn anywhere(&self, unknown: usize) -> Option<f64> {
+        let of = |joint: usize| self.bounds.joints.get(joint);
+        let [lower, upper] = match self.sought.coordinate(unknown)? {
+            Coordinate::Stiffness { joint, dof } => of(joint)?.stiffness[dof],
+            Coordinate::Damping { joint, dof } => of(joint)?.damping[dof],
+            _ => return None,
+        };
+        let width = (upper / lower).ln();
+        (width > 0.0 && width.is_finite()).then_some(width * width / 12.0)
+    }
+
+    /// The inverse of the information about imperfections and unknowns, and of that of the bounds.
+    fn covariance_on_plant(&self, information: &PlantInformation<'_>) -> DMatrix<f64> {
+        let (size, count) = (information.size(), information.imperfections().len());
+        let mut all = DMatrix::from_fn(size, size, |i, j| information.get(i, j));
+        for unknown in 0..size - count {
+            if let Some(variance) = self.anywhere(unknown) {
+                all[(count + unknown, count + unknown)] += 1.0 / variance;
+            }
+        }
+        // Scaled to a unit diagonal: information spans twenty decades.
+        let scale: Vec<f64> = (0..size)
+            .map(|i| if all[(i, i)] > 0.0 { all[(i, i)].sqrt().recip() } else { 0.0 })
+            .collect();
+        let scaled = DMatrix::from_fn(size, size, |i, j| match i == j {
+            true => 1.0,
+            false => all[(i, j)] * scale[i] * scale[j],
+        });
+        let mut eigen = scaled.symmetric_eigen();
+        eigen.eigenvalues.apply(|value| *value = value.max(ROUNDING).recip());
+        let inverse = eigen.recompose();
+        DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] * scale[i] * scale[j])
+    }
+
+    /// The covariance of the unknowns alone.
+    fn covariance(&self, estimate: &Estimate) -> DMatrix<f64> {
+        let covariance = &estimate.covariance;
+        let size = covariance.unknowns();
+        let deviation = |unknown: usize| {
+            let most = self.anywhere(unknown).map_or(f64::INFINITY, f64::sqrt);
+            let own = covariance.deviation(unknown).min(most);
+            if own.is_finite() { own } else { 0.0 }
+        };
+        DMatrix::from_fn(size, size, |i, j| {
+            let correlation = if i == j { 1.0 } else { covariance.correlation(i, j) };
+            correlation * deviation(i) * deviation(j)
+        })
+    }
+}

@@ -1,0 +1,60 @@
+//! The matrices of a linearised chain, over the elongations e of its bushings, joint by joint.
+//!
+//! ```text
+//! η_j = T_j e       T_j = X_j T_{j−1} + E_j       M = Σ T_jᵀ I_j T_j
+//! K_g = Σ E_jᵀ Γ_j E_j + E_jᵀ C_jᵀ x_j + (E_jᵀ C_jᵀ x_j)ᵀ         x_j: turns of X_j T_{j−1}
+//! P = T_Jᵀ [ forces | torques ]
+//! ```
+//!
+//! E_j selects the elongations of joint j. M is the mass matrix, K_g the stiffness due to gravity
+//! ([`flexid_core::chain::linearise`]), and P has the loads of unit forces and torques at the tool centre point.
+
+use flexid_core::chain::linearise::LinearChain;
+use nalgebra::{DMatrix, Matrix6xX};
+
+/// M, K_g and P: kg; N/m; each with the units of its rows and columns.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Matrices {
+    pub(crate) mass: DMatrix<f64>,
+    pub(crate) gravity: DMatrix<f64>,
+    pub(crate) tip: DMatrix<f64>,
+}
+
+impl Matrices {
+    pub(crate) fn new(chain: &LinearChain) -> Self {
+        let n = 6 * chain.joints.len();
+        let (mut mass, mut gravity) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+        let mut link = Matrix6xX::<f64>::zeros(n);
+        for (joint, linear) in chain.joints.iter().enumerate() {
+            let carried = linear.from_parent.matrix() * &link;
+            let coupling = linear.gravity_coupling * carried.rows(3, 3);
+            let first = 6 * joint;
+            let mut rows = gravity.rows_mut(first, 6);
+            rows += &coupling;
+            let transposed = coupling.transpose();
+            let mut columns = gravity.columns_mut(first, 6);
+            columns += &transposed;
+            let mut turns = gravity.view_mut((first + 3, first + 3), (3, 3));
+            turns += linear.gravity_turns;
+            link = carried;
+            for dof in 0..6 {
+                link[(dof, first + dof)] += 1.0;
+            }
+            mass += link.transpose() * linear.inertia * &link;
+        }
+        let mut loads = DMatrix::<f64>::zeros(6, 6);
+        loads.columns_mut(0, 3).copy_from(&chain.tip_force);
+        loads.columns_mut(3, 3).copy_from(&chain.tip_torque);
+        let tip = link.transpose() * loads;
+        Self { mass, gravity, tip }
+    }
+
+    /// `self − other`, over `by`.
+    pub(crate) fn difference(self, other: &Self, by: f64) -> Self {
+        Self {
+            mass: (self.mass - &other.mass) / by,
+            gravity: (self.gravity - &other.gravity) / by,
+            tip: (self.tip - &other.tip) / by,
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! A result file of `flexid identify --json`, checked.
+
+use std::path::Path;
+
+use flexid_pipeline::input::{self, BadInput};
+use flexid_pipeline::robot::FoundRobot;
+use flexid_wire::report::{Fit, JointReport};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use crate::robot::Robot;
+
+/// Version of result files that this program reads.
+pub const SCHEMA: u32 = 1;
+
+/// What was found.
+#[derive(Debug)]
+pub struct Found {
+    /// Parameters of each joint, base first, with standard deviations and verdicts.
+    pub joints: Vec<JointReport>,
+    /// Quality of the fit.
+    pub fit: Fit,
+    /// Warnings, a line each.
+    pub warnings: Vec<String>,
+    /// The robot and its covariance.
+    pub robot: Robot,
+}
+
+#[derive(Deserialize)]
+struct Version {
+    #[serde(default = "first")]
+    schema: u32,
+}
+
+#[derive(Deserialize)]
+struct Document {
+    joints: Vec<JointReport>,
+    fit: Fit,
+    #[serde(default)]
+    warnings: Vec<String>,
+    robot: Option<FoundRobot>,
+}
+
+/// Version of the files that do not state theirs.
+fn first() -> u32 {
+    1
+}
+
+impl Found {
+    /// Reads and checks a result file.
+    ///
+    /// # Errors
+    /// The file cannot be read, is no result, or is not one of a robot. The error is one line that names file, place and mend.
+    pub fn load(file: &Path) -> Result<Self, BadInput> {
+        Self::parse(file, &input::read(file)?)
+    }
+
+    /// As [`Found::load`], of the `text` of a file.
+    ///
+    /// # Errors
+    /// Those of [`Found::load`].
+    pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
+        let bad = |message: String| BadInput::new(file, message);
+        let Version { schema } = read(file, text)?;
+        if schema > SCHEMA {
+            return Err(bad(format!(
+                "is of schema {schema}, this flexid reads {SCHEMA}: install the newer flexid"
+            )));
+        }
+        let Document { joints, fit, warnings, robot } = read(file, text)?;
+        let Some(robot) = robot else {
+            return Err(bad(
+                "has no robot, as results of the daemon and of older programs: run `flexid identify --json` on a recording".into(),
+            ));
+        };
+        let names = robot.model.joints.iter().map(|joint| joint.name.as_str());
+        if !names.eq(joints.iter().map(|joint| joint.name.as_str()))
+            && joints.len() != robot.model.joints.len()
+        {
+            return Err(bad("joints and robot.model are of different robots: run `flexid identify --json` again".into()));
+        }
+        let robot = Robot::new(robot, &joints).map_err(|error| bad(format!("robot: {error}")))?;
+        Ok(Self { joints, fit, warnings, robot })
+    }
+}
+
+fn read<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, BadInput> {
+    serde_json::from_str(text).map_err(|error| {
+        BadInput::new(file, format!("{error}: give a file as `flexid identify --json` writes it"))
+    })
+}

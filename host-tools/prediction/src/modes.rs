@@ -1,0 +1,166 @@
+//! Natural frequencies, damping ratios and mode shapes.
+//!
+//! A mode is a solution of `Z(λ) φ = 0`. Without damping `−ω² M φ + K φ = 0` is a symmetric problem, whose solutions are where the inverse
+//! iteration of the whole one begins (Güttel and Tisseur, "The nonlinear eigenvalue problem", Acta Numerica 26, 2017, section 4.3):
+//!
+//! ```text
+//! x = Z(λ)⁻¹ Z'(λ) φ        φ ← x/|x|        λ ← λ − φᵀ Z(λ) φ / φᵀ Z'(λ) φ
+//! f = |λ|/2π                ζ = −Re λ/|λ|    ∂λ = −φᵀ ∂Z φ / φᵀ Z'(λ) φ
+//! ```
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, DMatrix, DVector};
+use serde::Serialize;
+
+use crate::dynamics::{Dynamics, Place};
+use crate::estimate::PositiveEstimate;
+
+/// Most iterations from an undamped mode. Chosen: the convergence is cubic, and takes three to six.
+const ITERATIONS: usize = 40;
+/// Change of λ, relative, at which an iteration has converged.
+const CONVERGED: f64 = 1e-12;
+/// Distance of two λ, relative, that are the same mode.
+const SAME: f64 = 1e-6;
+/// Part of |λ| by which a derivative along the imaginary axis differs.
+const STEP: f64 = 1e-5;
+
+/// A mode.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mode {
+    /// Natural frequency, Hz.
+    pub frequency_hz: PositiveEstimate,
+    /// Damping ratio.
+    pub damping_ratio: PositiveEstimate,
+    /// Part of the strain energy in each degree of freedom of each joint, base first, `tx ty tz rx ry rz`. The sum is 1.
+    pub energy: Vec<[f64; 6]>,
+    /// Motion of the tool along its axes: translation and rotation, real and imaginary part, scaled to unit modal mass, 1/√kg and
+    /// rad/(m √kg).
+    pub tool: [[f64; 2]; 6],
+}
+
+impl Dynamics<'_> {
+    /// The modes whose undamped natural frequency is at most `highest_hz`, in ascending order. A mode that damping has made aperiodic is
+    /// left out.
+    pub fn modes(&self, highest_hz: f64) -> Vec<Mode> {
+        let mut found: Vec<(Complex<f64>, DVector<Complex<f64>>)> = Vec::new();
+        for (omega, shape) in self.undamped() {
+            if omega > TAU * highest_hz {
+                break;
+            }
+            let Some((lambda, shape)) = self.damped(omega, shape) else { continue };
+            let is_new =
+                found.iter().all(|(other, _)| (other - lambda).norm() > SAME * lambda.norm());
+            if is_new && lambda.im > 0.0 {
+                found.push((lambda, shape));
+            }
+        }
+        found.sort_by(|(a, _), (b, _)| a.norm().total_cmp(&b.norm()));
+        found.into_iter().map(|(lambda, shape)| self.mode(lambda, &shape)).collect()
+    }
+
+    /// Natural frequency, rad/s, and shape of the modes without damping, the lowest first.
+    fn undamped(&self) -> Vec<(f64, DVector<f64>)> {
+        let matrices = self.matrices();
+        let [springs, _] = self.impedances(self.at_rest());
+        let mut stiffness = matrices.gravity.clone();
+        for (i, spring) in springs.iter().enumerate() {
+            stiffness[(i, i)] += spring.re;
+        }
+        // Links have mass and inertia, so that M is positive.
+        let Some(factor) = matrices.mass.clone().cholesky() else { return Vec::new() };
+        let l = factor.l();
+        let whitened = |matrix: &DMatrix<f64>| l.solve_lower_triangular(matrix);
+        let Some(half) = whitened(&stiffness) else { return Vec::new() };
+        let Some(full) = whitened(&half.transpose()) else { return Vec::new() };
+        let eigen = (0.5 * (&full + full.transpose())).symmetric_eigen();
+        let mut modes: Vec<(f64, DVector<f64>)> = Vec::new();
+        for (index, square) in eigen.eigenvalues.iter().enumerate() {
+            let shape = l.tr_solve_lower_triangular(&eigen.eigenvectors.column(index));
+            if let Some(shape) = shape.filter(|_| *square > 0.0) {
+                modes.push((square.sqrt(), shape));
+            }
+        }
+        modes.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        modes
+    }
+
+    /// λ and φ of the mode that begins as an undamped one. `None` if the iteration does not converge.
+    fn damped(
+        &self,
+        omega: f64,
+        shape: DVector<f64>,
+    ) -> Option<(Complex<f64>, DVector<Complex<f64>>)> {
+        let mut lambda = Complex::new(0.0, omega);
+        let mut shape = shape.map(Complex::from);
+        for _ in 0..ITERATIONS {
+            let slope = self.slope(lambda);
+            let solved = self.stiffness(Place::At(lambda)).lu().solve(&(&slope * &shape));
+            // At the solution itself Z has no inverse.
+            if let Some(solved) = solved {
+                let norm = solved.norm();
+                if norm.is_finite() && norm > 0.0 {
+                    shape = solved.unscale(norm);
+                }
+            }
+            let z = self.stiffness(Place::At(lambda));
+            let step = shape.dot(&(z * &shape)) / shape.dot(&(slope * &shape));
+            lambda -= step;
+            if !lambda.norm().is_finite() {
+                return None;
+            }
+            if step.norm() <= CONVERGED * lambda.norm() {
+                return Some((lambda, shape));
+            }
+        }
+        None
+    }
+
+    /// `Z'(λ)`.
+    fn slope(&self, lambda: Complex<f64>) -> DMatrix<Complex<f64>> {
+        let by = Complex::new(0.0, STEP * lambda.norm());
+        let sum = |at: Complex<f64>| {
+            let [springs, dampers] = self.impedances(Place::At(at));
+            springs + dampers
+        };
+        let mut slope = self.matrices().mass.map(|entry| 2.0 * lambda * entry);
+        let change = sum(lambda + by) - sum(lambda - by);
+        for (i, change) in change.iter().enumerate() {
+            slope[(i, i)] += change / (2.0 * by);
+        }
+        slope
+    }
+
+    fn mode(&self, lambda: Complex<f64>, shape: &DVector<Complex<f64>>) -> Mode {
+        let size = lambda.norm();
+        let slope = shape.dot(&(self.slope(lambda) * shape));
+        let column = DMatrix::from_column_slice(shape.len(), 1, shape.as_slice());
+        let per = self.per_coordinate(Place::At(lambda), &column);
+        // ∂ ln λ: its real part is that of ln |λ|. With λ = |λ| (−ζ + i √(1 − ζ²)), ∂ζ = √(1 − ζ²) times its imaginary part.
+        let relative: Vec<Complex<f64>> =
+            per.iter().map(|own| -own[(0, 0)] / slope / lambda).collect();
+        let std = |part: fn(&Complex<f64>) -> f64| {
+            let gradient = DVector::from_iterator(relative.len(), relative.iter().map(part));
+            self.robot().std_of(&gradient)
+        };
+        let ratio = -lambda.re / size;
+        let ratio_std = (1.0 - ratio * ratio).max(0.0).sqrt() * std(|own| own.im);
+        let [springs, _] = self.impedances(Place::At(lambda));
+        let energies: Vec<f64> =
+            shape.iter().zip(&springs).map(|(own, spring)| own.norm_sqr() * spring.re).collect();
+        let total: f64 = energies.iter().sum();
+        let (of_joints, _) = energies.as_chunks::<6>();
+        // Unit modal mass: φᵀ Z'(λ) φ = 2 λ.
+        let scale = (2.0 * lambda / slope).sqrt();
+        let tool = self.matrices().tip.map(Complex::from).transpose() * shape;
+        Mode {
+            frequency_hz: PositiveEstimate::new(size / TAU, std(|own| own.re)),
+            damping_ratio: PositiveEstimate::new(ratio, ratio_std / ratio),
+            energy: of_joints.iter().map(|own| own.map(|energy| energy / total)).collect(),
+            tool: std::array::from_fn(|axis| {
+                let own = tool[axis] * scale;
+                [own.re, own.im]
+            }),
+        }
+    }
+}

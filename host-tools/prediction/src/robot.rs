@@ -1,0 +1,196 @@
+//! The robot that was found, and the covariance of all that is uncertain in it.
+
+use flexid_core::chain::Chain;
+use flexid_core::chain::linearise::LinearisationError;
+use flexid_core::imperfection::Imperfection;
+use flexid_core::parameters::{Bushing, Bushings};
+use flexid_core::refine::Mechanics;
+use flexid_pipeline::model::{Model, ModelError};
+use flexid_pipeline::robot::FoundRobot;
+use flexid_wire::report::JointReport;
+use nalgebra::{DMatrix, DVector};
+
+use crate::dynamics::Dynamics;
+
+/// Parameters of a joint.
+pub(crate) const OF_JOINT: usize = 12;
+/// Largest negative eigenvalue of a covariance, in parts of the largest one, that is rounding of its file.
+const ROUNDING: f64 = 1e-6;
+
+/// A robot that was identified.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    found: FoundRobot,
+    chain: Chain,
+    bushings: Bushings,
+    imperfections: Vec<(Imperfection, f64)>,
+    covariance: DMatrix<f64>,
+}
+
+/// Why a robot in a file is none.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RobotError {
+    /// The model is wrong.
+    #[error("model {0}")]
+    Model(#[from] ModelError),
+    /// A parameter is no positive number.
+    #[error("joint {0}: a stiffness or damping is not positive")]
+    Parameter(String),
+    /// The file has parameters of another number of joints.
+    #[error("has {model} joints, and the parameters are of {parameters}")]
+    Joints {
+        /// Joints of the model.
+        model: usize,
+        /// Joints that have parameters.
+        parameters: usize,
+    },
+    /// The robot cannot have such an imperfection.
+    #[error("imperfections[{0}] is of another robot, or no number")]
+    Imperfection(usize),
+    /// The covariance has a wrong number of entries.
+    #[error("covariance has {given} entries: {wanted} are those of this robot")]
+    CovarianceLength {
+        /// Entries in the file.
+        given: usize,
+        /// Entries of the lower triangle.
+        wanted: usize,
+    },
+    /// The covariance is none.
+    #[error("covariance is none: a variance is negative or no number")]
+    Covariance,
+    /// The band is none.
+    #[error("band_hz must be two positive numbers, the lower first")]
+    Band,
+    /// Gravity is no vector.
+    #[error("gravity_m_per_s2 has a number that is not finite")]
+    Gravity,
+}
+
+impl Robot {
+    /// The robot of a result, whose parameters are those of `joints`, base first.
+    ///
+    /// # Errors
+    /// An entry is wrong, or of another robot.
+    pub fn new(found: FoundRobot, joints: &[JointReport]) -> Result<Self, RobotError> {
+        let chain = found.model.chain()?;
+        if joints.len() != chain.joints().len() {
+            let (model, parameters) = (chain.joints().len(), joints.len());
+            return Err(RobotError::Joints { model, parameters });
+        }
+        let [lower, upper] = found.band_hz;
+        if !(lower >= 0.0 && lower < upper && upper.is_finite()) {
+            return Err(RobotError::Band);
+        }
+        if !found.gravity_m_per_s2.iter().all(|component| component.is_finite()) {
+            return Err(RobotError::Gravity);
+        }
+        let mut bushings = Bushings::new();
+        for joint in joints {
+            let values = joint.stiffness.iter().chain(&joint.damping);
+            if !values.clone().all(|value| *value > 0.0 && value.is_finite()) {
+                return Err(RobotError::Parameter(joint.name.to_string()));
+            }
+            // There are as many as joints of a chain.
+            let _ = bushings.push(Bushing { stiffness: joint.stiffness, damping: joint.damping });
+        }
+        let imperfections: Vec<(Imperfection, f64)> =
+            found.imperfections.iter().map(|own| (own.imperfection, own.value)).collect();
+        let is_of = |(own, value): &(Imperfection, f64)| own.is_of(&chain) && value.is_finite();
+        if let Some(wrong) = imperfections.iter().position(|own| !is_of(own)) {
+            return Err(RobotError::Imperfection(wrong));
+        }
+        let size = OF_JOINT * joints.len() + imperfections.len();
+        let covariance = symmetric(size, &found.covariance)?;
+        Ok(Self { found, chain, bushings, imperfections, covariance })
+    }
+
+    /// Its model.
+    pub fn model(&self) -> &Model {
+        &self.found.model
+    }
+
+    /// What the file says of it.
+    pub fn found(&self) -> &FoundRobot {
+        &self.found
+    }
+
+    /// Stiffness and damping of every joint, base first.
+    pub fn bushings(&self) -> &Bushings {
+        &self.bushings
+    }
+
+    /// Lower and upper edge of the band that was fitted, Hz.
+    pub fn band_hz(&self) -> [f64; 2] {
+        self.found.band_hz
+    }
+
+    /// The dynamics at joint angles `pose`, one per driven joint, rad (m).
+    ///
+    /// # Errors
+    /// There is another number of driven joints, or a bushing is too soft for gravity.
+    pub fn at(&self, pose: &[f64]) -> Result<Dynamics<'_>, LinearisationError> {
+        Dynamics::new(self, pose)
+    }
+
+    /// The mechanics at a pose, where the imperfection of this index, if any, is larger by `shift`.
+    pub(crate) fn mechanics(
+        &self,
+        pose: &[f64],
+        shifted: Option<(usize, f64)>,
+    ) -> Result<Mechanics, LinearisationError> {
+        let mut imperfections = self.imperfections.clone();
+        if let Some((index, shift)) = shifted {
+            imperfections[index].1 += shift;
+        }
+        let gravity = self.found.gravity_m_per_s2.into();
+        let Self { chain, bushings, .. } = self;
+        Mechanics::new(chain, gravity, self.band_hz(), pose, bushings, &imperfections)
+    }
+
+    /// Standard deviations of the imperfections, in the unit of each.
+    pub(crate) fn imperfection_stds(&self) -> impl Iterator<Item = f64> {
+        let first = OF_JOINT * self.bushings.len();
+        (first..self.covariance.nrows())
+            .map(|index| self.covariance[(index, index)].max(0.0).sqrt())
+    }
+
+    /// Number of uncertain coordinates: the logarithms of the parameters, and behind them the imperfections.
+    pub fn coordinates(&self) -> usize {
+        self.covariance.nrows()
+    }
+
+    /// Standard deviation of what has this gradient by the coordinates: `√(gᵀ C g)`.
+    ///
+    /// # Panics
+    /// If the gradient has another length than there are [coordinates](Robot::coordinates).
+    pub fn std_of(&self, gradient: &DVector<f64>) -> f64 {
+        gradient.dot(&(&self.covariance * gradient)).max(0.0).sqrt()
+    }
+
+    /// The covariance of the coordinates.
+    pub fn covariance(&self) -> &DMatrix<f64> {
+        &self.covariance
+    }
+}
+
+/// The symmetric matrix of this lower triangle, given row by row.
+fn symmetric(size: usize, entries: &[f64]) -> Result<DMatrix<f64>, RobotError> {
+    let wanted = size * (size + 1) / 2;
+    if entries.len() != wanted {
+        return Err(RobotError::CovarianceLength { given: entries.len(), wanted });
+    }
+    if !entries.iter().all(|entry| entry.is_finite()) {
+        return Err(RobotError::Covariance);
+    }
+    let at = |i: usize, j: usize| entries[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)];
+    let matrix = DMatrix::from_fn(size, size, at);
+    // Scaled: a delay's variance is twenty decades below that of a logarithm.
+    let scale: Vec<f64> = (0..size)
+        .map(|i| if matrix[(i, i)] > 0.0 { matrix[(i, i)].sqrt().recip() } else { 0.0 })
+        .collect();
+    let scaled = DMatrix::from_fn(size, size, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let eigenvalues = scaled.symmetric_eigenvalues();
+    let is_covariance = matrix.diagonal().iter().all(|variance| *variance >= 0.0)
+        && eigenvalues.min() >= -ROUNDING * eigenvalues.max().max(1.0);
+    if is_covariance { Ok(matrix) } else { Err(RobotError::Covariance) }
+}

@@ -1,0 +1,116 @@
+//! `flexid predict`: what the robot does in a pose.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use flexid_edge::console::print;
+use flexid_pipeline::input::BadInput;
+use flexid_prediction::document::Found;
+
+use crate::exit::BadArgument;
+use crate::output::Output;
+use crate::predict::{Format, Prediction, Request, table};
+
+/// Example: flexid predict found.json --pose 0.1,-0.5,0.4 --force 0,200,0
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  flexid predict found.json --pose 0.1,-0.5,0.4 --force 0,200,0")]
+pub(super) struct Args {
+    /// A result, as `identify --json` writes it
+    #[arg(value_name = "FOUND.json")]
+    found: PathBuf,
+    /// Joint angles, base first, rad (m); may be given more than once [default: the poses of the records]
+    #[arg(long, value_name = "Q1,Q2,...", value_parser = numbers, allow_hyphen_values = true)]
+    pose: Vec<Numbers>,
+    /// Force on the tool along the axes of the tool centre point, N, whose deflection is computed
+    #[arg(long, value_name = "FX,FY,FZ", value_parser = numbers, allow_hyphen_values = true)]
+    force: Option<Numbers>,
+    /// Highest natural frequency, Hz [default: twice the upper edge of the band that was fitted]
+    #[arg(long, value_name = "HZ")]
+    highest: Option<f64>,
+    /// Write the receptance along the band: OUT.csv, or OUT.uff (universal file, data set 58)
+    #[arg(long, value_name = "OUT.csv|OUT.uff")]
+    receptance: Option<PathBuf>,
+    /// Number of frequencies of the receptance
+    #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u32).range(2..=20_000))]
+    points: u32,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Numbers, separated by commas.
+#[derive(Clone, Debug)]
+struct Numbers(Vec<f64>);
+
+fn numbers(text: &str) -> Result<Numbers, String> {
+    let number = |part: &str| match part.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("{part:?} is no number: give numbers with commas between")),
+    };
+    text.split(',').map(number).collect::<Result<_, _>>().map(Numbers)
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let found = Found::load(&args.found)?;
+    let driven = found.robot.model().driven().count();
+    let force = match &args.force {
+        None => None,
+        Some(Numbers(force)) => Some(<[f64; 3]>::try_from(force.as_slice()).map_err(|_| {
+            BadArgument(format!("--force has {} numbers: give three", force.len()))
+        })?),
+    };
+    if let Some(highest) = args.highest.filter(|highest| !(*highest > 0.0)) {
+        return Err(BadArgument(format!("--highest is {highest}: must be above 0 Hz")).into());
+    }
+    for Numbers(pose) in &args.pose {
+        if pose.len() != driven {
+            let message =
+                format!("--pose has {} angles: this robot has {driven} driven joints", pose.len());
+            return Err(BadArgument(message).into());
+        }
+    }
+    let output = match &args.receptance {
+        None => None,
+        Some(file) => Some((Format::of(file)?, Output::create(file)?)),
+    };
+    let request = Request {
+        force,
+        highest_hz: args.highest.unwrap_or(2.0 * found.robot.band_hz()[1]),
+        points: output.as_ref().map(|_| args.points as usize),
+    };
+    let poses: Vec<Vec<f64>> = match args.pose.as_slice() {
+        [] => distinct(&found.robot.found().poses),
+        given => given.iter().map(|Numbers(pose)| pose.clone()).collect(),
+    };
+    if poses.is_empty() {
+        let message = "rests on static tests alone, and names no pose: give --pose";
+        return Err(BadInput::new(&args.found, message).into());
+    }
+    let predictions = poses
+        .iter()
+        .map(|pose| {
+            Prediction::new(&found.robot, pose, &request)
+                .map_err(|fault| BadInput::new(&args.found, format!("pose {pose:?}: {fault}")))
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    if let Some((format, output)) = output {
+        output.finish(&format.text(&predictions)?)?;
+    }
+    let text = if args.json {
+        serde_json::to_string_pretty(&predictions)? + "\n"
+    } else {
+        table::predictions(&found, &predictions)
+    };
+    Ok(print(&text)?)
+}
+
+/// Each pose once, in their order.
+fn distinct(poses: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut distinct: Vec<Vec<f64>> = Vec::new();
+    for pose in poses {
+        if !distinct.contains(pose) {
+            distinct.push(pose.clone());
+        }
+    }
+    distinct
+}

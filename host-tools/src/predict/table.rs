@@ -1,0 +1,97 @@
+//! Predictions as tables for people.
+
+use comfy_table::{CellAlignment, Table};
+use flexid_prediction::document::Found;
+use flexid_prediction::{Estimate, PositiveEstimate};
+use flexid_wire::report::Acceptance;
+
+use super::Prediction;
+use crate::show::table::STYLE;
+
+const DOF: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+/// Springs named beside a mode, at most.
+const SPRINGS: usize = 3;
+/// Least part of a mode's strain energy of a spring that is named.
+const LEAST: f64 = 0.1;
+
+/// All predictions as text.
+pub(crate) fn predictions(found: &Found, predictions: &[Prediction]) -> String {
+    let verdict = match found.fit.acceptance {
+        Acceptance::Consistent => "",
+        Acceptance::ModelSuspect => {
+            "MODEL SUSPECT: the fit leaves more than noise, and what is predicted may be off by more than the intervals say\n"
+        }
+        Acceptance::Unsettled => {
+            "NOT SETTLED: the fit may have missed the right minimum, and the intervals do not allow for that\n"
+        }
+    };
+    let parts = predictions.iter().map(|own| one(found, own));
+    format!("{verdict}{}", parts.collect::<Vec<_>>().join("\n"))
+}
+
+fn one(found: &Found, prediction: &Prediction) -> String {
+    let pose: Vec<String> = prediction.pose.iter().map(|angle| format!("{angle:.4}")).collect();
+    let mut text = format!("pose [{}]\n", pose.join(", "));
+    let mut table = Table::new();
+    table.load_style(STYLE);
+    table.set_header(["mode", "Hz", "95 % interval", "damping", "95 % interval", "springs"]);
+    for (number, mode) in (1..).zip(&prediction.modes) {
+        let PositiveEstimate { value: hz, interval: [low, high], .. } = mode.frequency_hz;
+        let damping = mode.damping_ratio;
+        let [least, most] = damping.interval;
+        let percent = |ratio: f64| format!("{:.2} %", 100.0 * ratio);
+        let springs = springs(found, &mode.energy);
+        table.add_row([
+            number.to_string(),
+            format!("{hz:.2}"),
+            format!("{low:.2} to {high:.2}"),
+            percent(damping.value),
+            format!("{} to {}", percent(least), percent(most)),
+            springs,
+        ]);
+    }
+    for column in table.column_iter_mut().take(5) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    text += &format!("{table}\n");
+    let stiffness = (0..3).map(|axis| {
+        let own: Estimate = prediction.compliance[axis][axis];
+        let [least, most] = own.interval.map(|compliance| 1.0 / compliance);
+        // A compliance whose interval reaches zero has no largest stiffness.
+        let least_first = if least > 0.0 {
+            format!("{most:.3e} to {least:.3e}")
+        } else {
+            format!("above {most:.3e}")
+        };
+        format!(" {} {:.3e} ({least_first})", ["x", "y", "z"][axis], 1.0 / own.value)
+    });
+    let stiffness: Vec<String> = stiffness.collect();
+    text += &format!(" stiffness at the tool, N/m:{}\n", stiffness.join(","));
+    if let Some(deflection) = &prediction.deflection {
+        let of = |estimates: &[Estimate; 3], scale: f64| {
+            let each = estimates.iter().zip(["x", "y", "z"]).map(|(own, axis)| {
+                let [low, high] = own.interval.map(|end| scale * end);
+                format!(" {axis} {:.2} ({low:.2} to {high:.2})", scale * own.value)
+            });
+            each.collect::<Vec<_>>().join(",")
+        };
+        text += &format!(" deflection, µm:{}\n", of(&deflection.translation, 1e6));
+        text += &format!(" rotation, µrad:{}\n", of(&deflection.rotation, 1e6));
+    }
+    text
+}
+
+/// The springs with most of the strain energy of a mode.
+fn springs(found: &Found, energy: &[[f64; 6]]) -> String {
+    let mut all: Vec<(f64, String)> = Vec::new();
+    for (joint, parts) in found.joints.iter().zip(energy) {
+        for (part, dof) in parts.iter().zip(DOF) {
+            all.push((*part, format!("{} {dof}", joint.name)));
+        }
+    }
+    all.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    let named = all.iter().take(SPRINGS).take_while(|(part, _)| *part >= LEAST);
+    let named: Vec<String> =
+        named.map(|(part, name)| format!("{name} {:.0} %", 100.0 * part)).collect();
+    named.join(", ")
+}
