@@ -15,6 +15,7 @@ const PACKAGES: &[&str] = &[
     "flexid-edge",
     "flexid-simulation",
     "flexid-reproduce",
+    "flexid-export",
     "flexid",
 ];
 
@@ -49,7 +50,11 @@ fn wire_is_plain_numbers() {
 fn the_edge_reaches_no_host_tool() {
     for package in ["flexid-edge", "flexid-pipeline"] {
         let reached = reached(package);
-        never(package, &reached, &["flexid", "flexid-simulation", "flexid-reproduce"]);
+        never(
+            package,
+            &reached,
+            &["flexid", "flexid-simulation", "flexid-reproduce", "flexid-export"],
+        );
         never(package, &reached, FRONT);
     }
 }
@@ -60,8 +65,8 @@ fn the_pipeline_reaches_no_daemon() {
 }
 
 #[test]
-fn simulation_and_reproduction_reach_no_command() {
-    for package in ["flexid-simulation", "flexid-reproduce"] {
+fn simulation_reproduction_and_export_reach_no_command() {
+    for package in ["flexid-simulation", "flexid-reproduce", "flexid-export"] {
         never(package, &reached(package), &["flexid", "flexid-edge", "clap"]);
     }
 }

@@ -1,0 +1,8 @@
+//! Exported robots: their structure, and what other programs make of them.
+
+#[path = "../../../core/tests/common/mod.rs"]
+mod common;
+mod mujoco;
+mod python;
+mod scenario;
+mod structure;

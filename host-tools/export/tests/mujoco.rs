@@ -1,0 +1,144 @@
+//! MuJoCo's robot against flexid's: natural frequencies from the dense model, receptance from the recursion.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::process::Command;
+
+use flexid_core::parameters::Bushing;
+use flexid_core::receptance::{Complex, Terms, receptance};
+use flexid_core::sensors::Sensors;
+use flexid_export::{Format, Robot, export};
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use crate::common::Dense;
+use crate::python::{FOLDER, run, with_mujoco};
+use crate::scenario::{EARTH, Scenario};
+
+/// Frequencies at which receptances are compared.
+const BINS: usize = 100;
+/// Band in which receptances are compared, Hz.
+const BAND_HZ: [f64; 2] = [2.0, 200.0];
+/// Largest relative deviation of a natural frequency, and of the receptance from its largest element at a frequency.
+/// Finite differences of MuJoCo's forces leave 1e-8.
+const EXACT: f64 = 1e-6;
+/// Largest relative deviation of a natural frequency in [`BAND_HZ`] that the steps of time may cause. The integrator is of first
+/// order: a mode of 200 Hz and a damping ratio of 0.3 deviates by 1 % at 50 µs.
+const STEPPED: f64 = 1e-2;
+
+/// A robot at one pose for `mujoco_check.py`.
+#[derive(Serialize)]
+struct Case {
+    mjcf: String,
+    /// Natural frequencies without damping, rising.
+    natural_hz: Vec<f64>,
+    hz: Vec<f64>,
+    /// Receptance per frequency, packed as `xx yx yy zx zy zz`, `[re, im]`.
+    receptance: Vec<[[f64; 2]; 6]>,
+}
+
+/// What `mujoco_check.py` prints of a case.
+#[derive(Debug, Deserialize)]
+struct Deviation {
+    /// Distance of the keyframe from the static equilibrium, in units of the largest elongation there; absolute without gravity.
+    rest: f64,
+    /// Largest relative deviation of a natural frequency.
+    frequency: f64,
+    /// Largest deviation of an element of the receptance over the largest element at its frequency.
+    receptance: f64,
+    /// The same with the steps of time, of natural frequencies in the band.
+    stepped: f64,
+    /// Product of the step and the highest natural frequency, rad.
+    step_angle: f64,
+}
+
+fn case(robot: &Robot, mjcf: &Path) -> Case {
+    std::fs::write(mjcf, export(robot, Format::Mjcf).unwrap()).unwrap();
+    let chain = robot.model.chain().unwrap();
+    let bushings: Vec<Bushing> = robot
+        .joints
+        .iter()
+        .map(|joint| Bushing { stiffness: joint.stiffness, damping: joint.damping })
+        .collect();
+    let gravity = robot.gravity_m_per_s2.into();
+    let linear = chain.linearise(robot.pose, gravity, &bushings).unwrap();
+    let terms = Terms::<f64>::new(&linear, &bushings, &Sensors::default()).unwrap();
+    let [lowest, highest] = BAND_HZ;
+    let at = |bin: usize| lowest * (highest / lowest).powf(bin as f64 / (BINS - 1) as f64);
+    let hz: Vec<f64> = (0..BINS).map(at).collect();
+    let pairs = |hz: &f64| {
+        receptance(&terms, Complex { re: 0.0, im: TAU * hz })
+            .map(|element| [element.re, element.im])
+    };
+    let sag: Vec<[f64; 6]> = linear.joints.iter().map(|joint| joint.sag.into()).collect();
+    Case {
+        mjcf: mjcf.to_string_lossy().into_owned(),
+        natural_hz: natural_hz(&Dense::new(&chain, robot.pose, gravity, &sag), &bushings),
+        receptance: hz.iter().map(pairs).collect(),
+        hz,
+    }
+}
+
+/// Natural frequencies without damping, Hz, rising: `K v = ω² M v`.
+fn natural_hz(dense: &Dense, bushings: &[Bushing]) -> Vec<f64> {
+    let mut stiffness = dense.gravity_stiffness();
+    for (joint, bushing) in bushings.iter().enumerate() {
+        for dof in 0..6 {
+            stiffness[(6 * joint + dof, 6 * joint + dof)] += bushing.stiffness[dof];
+        }
+    }
+    let factor = dense.mass().cholesky().unwrap().l();
+    let half: DMatrix<f64> = factor.solve_lower_triangular(&stiffness).unwrap();
+    let whole = factor.solve_lower_triangular(&half.transpose()).unwrap();
+    let mut hz: Vec<f64> =
+        whole.symmetric_eigenvalues().iter().map(|square| square.sqrt() / TAU).collect();
+    hz.sort_by(f64::total_cmp);
+    hz
+}
+
+/// Compares the robot at all its poses.
+fn is_the_same(name: &str, scenario: &Scenario) {
+    let folder = Path::new(FOLDER);
+    let cases: Vec<Case> = (0..scenario.poses.len())
+        .map(|pose| case(&scenario.robot(pose), &folder.join(format!("{name}-{pose}.xml"))))
+        .collect();
+    let file = folder.join(format!("{name}.json"));
+    std::fs::write(&file, serde_json::to_vec(&cases).unwrap()).unwrap();
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mujoco_check.py");
+    let output = run(Command::new(with_mujoco()).arg(script).arg(&file)).unwrap();
+    let deviations: Vec<Deviation> = serde_json::from_str(&output).unwrap();
+    assert_eq!(deviations.len(), cases.len());
+    for (pose, deviation) in deviations.iter().enumerate() {
+        println!("{name}, pose {pose}: {deviation:?}");
+        assert!(deviation.rest < EXACT, "{name}, pose {pose}: {deviation:?}");
+        assert!(deviation.frequency < EXACT, "{name}, pose {pose}: {deviation:?}");
+        assert!(deviation.receptance < EXACT, "{name}, pose {pose}: {deviation:?}");
+        assert!(deviation.stepped < STEPPED, "{name}, pose {pose}: {deviation:?}");
+        assert!(deviation.step_angle <= 0.5, "{name}, pose {pose}: {deviation:?}");
+    }
+}
+
+#[test]
+fn mill3_is_the_same_in_mujoco() {
+    is_the_same("mill3", &Scenario::load("mill3", [0.0; 3]));
+}
+
+#[test]
+fn mill6_is_the_same_in_mujoco_under_gravity() {
+    is_the_same("mill6", &Scenario::load("mill6", EARTH));
+}
+
+#[test]
+fn a_robot_with_a_pedestal_a_slide_and_turned_frames_is_the_same_in_mujoco() {
+    is_the_same("skewed", &Scenario::skewed());
+}
+
+/// The step of time becomes shorter where a spring is hard.
+#[test]
+fn a_hard_robot_is_stable_in_mujoco() {
+    let mut scenario = Scenario::load("mill6", EARTH);
+    for joint in &mut scenario.joints {
+        joint.stiffness = joint.stiffness.map(|value| 1000.0 * value);
+    }
+    is_the_same("hard", &scenario);
+}
