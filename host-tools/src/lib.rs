@@ -6,6 +6,7 @@ pub mod commands;
 pub mod demo;
 mod exit;
 mod json;
+mod numbers;
 mod output;
 pub mod plan;
 mod predict;

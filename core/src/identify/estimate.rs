@@ -69,6 +69,9 @@ pub struct Estimate {
     /// Whether the standard deviations hold also where the residuals are not those of noise: they are no smaller than those by the scatter
     /// between blocks of the records.
     pub is_robust: bool,
+    /// Whether the records need imperfections that no plausible plant has: the minimum may be a wrong one, or a parameter fixed at a wrong
+    /// value.
+    pub is_of_implausible_plant: bool,
     /// How well a fit to the others predicts each experiment, in their order; empty if there are no others.
     pub held_out: Vec<Agreement, MAX_EXPERIMENTS>,
     /// The nuisances that were sought with the parameters.
@@ -130,6 +133,7 @@ impl Estimate {
             stands_clear: minimum.stands_clear(),
             weak_directions,
             is_robust: false,
+            is_of_implausible_plant: false,
             held_out: Vec::new(),
             experiments,
             nuisances: problem.sought.found(&minimum.coordinates, &fit.covariance),
@@ -142,11 +146,13 @@ impl Estimate {
         }
     }
 
-    /// How far its parameters can be trusted: none is identified in a fit that did not settle, that static tests contradict, or
+    /// How far its parameters can be trusted: none is identified in a fit that did not settle, that static tests contradict, that needs imperfections of no plausible plant, or
     /// whose residuals are both larger and more alike than noise makes them, so that the model is wrong, unless its standard deviations
     /// are robust.
     pub fn trust(&self) -> Trust {
-        let settled = self.acceptance != Acceptance::Unsettled && !self.statics_object;
+        let settled = self.acceptance != Acceptance::Unsettled
+            && !self.statics_object
+            && !self.is_of_implausible_plant;
         if self.is_robust {
             return Trust::robust(self.consistency, settled);
         }

@@ -97,7 +97,7 @@ impl<R: Rng> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
         let (size, count) = plant.size();
-        if are_implausible(size, count) {
+        if are_implausible(size, count) || plant.is_restated_beyond_plausible() {
             return None;
         }
         let is_reached = remaining.gain <= REACHED;

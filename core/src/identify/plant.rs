@@ -59,7 +59,7 @@ impl<R> Identifier<R> {
             }
         };
         let (size, count) = plant.size();
-        let are_plausible = !are_implausible(size, count);
+        let are_plausible = !are_implausible(size, count) && !plant.is_restated_beyond_plausible();
         let coordinates = *refinement.coordinates();
         let mut minimum = Minimum::new(coordinates, settled.found_by, fit, &remaining, sought);
         minimum.apart.clone_from(&settled.apart);
@@ -116,6 +116,7 @@ impl<R> Identifier<R> {
         estimate.held_out = settled.held_out;
         // Where no plausible plant explains the records, the minimum may be a wrong one.
         estimate.is_robust = robust.is_some() && are_plausible;
+        estimate.is_of_implausible_plant = !are_plausible;
         let imperfections = plant.found();
         refinement.restart_at(&settled.coordinates);
         Some(PlantEstimate { estimate, imperfections, explanations, widening })

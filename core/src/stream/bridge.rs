@@ -15,6 +15,9 @@ const NEIGHBOURS: usize = 2 * REACH;
 /// Mean distance of the positions at which the weights are fitted: twice the golden ratio. The multiples of an irrational number
 /// are spread evenly over the phases of any period (Weyl, 1916), so that a periodic cut is met in all its phases.
 const STRIDE: f64 = 3.236_067_977_499_79;
+/// Least number of positions at which the weights are fitted: ten for each. With fewer, the error that is left is not that of a bridged
+/// sample (a rule of thumb for regressions: Harrell, _Regression Modeling Strategies_, 2015, section 4.4).
+const LEAST_POSITIONS: usize = 10 * NEIGHBOURS;
 /// Most gaps of one signal in a record.
 const MAX_GAPS: usize = 1024;
 /// Number of rounds in which gaps close together settle.
@@ -33,7 +36,7 @@ pub(super) struct Bridged {
     pub(super) mean_square_error: f32,
 }
 
-/// The signal has more gaps than can be bridged, or a longer one.
+/// The signal has more gaps than can be bridged, a longer one, or no stretches without a gap from which to learn how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Unbridgeable;
 
@@ -47,9 +50,9 @@ pub(super) fn bridge(signal: &mut [f32]) -> Result<Bridged, Unbridgeable> {
         return Ok(Bridged::default());
     }
     // The weights depend on the length of the gap and the place in it.
-    let single = fit(signal, 1, 0);
+    let single = fit(signal, 1, 0)?;
     let double = if gaps.iter().any(|&(_, length)| length == 2) {
-        [fit(signal, 2, 0), fit(signal, 2, 1)]
+        [fit(signal, 2, 0)?, fit(signal, 2, 1)?]
     } else {
         [single; 2]
     };
@@ -112,7 +115,7 @@ fn weighted(signal: &[f32], first: usize, length: usize, weights: &Weights) -> f
 }
 
 /// The weights for place `place` of a gap of `length`, and their mean square error.
-fn fit(signal: &[f32], length: usize, place: usize) -> (Weights, f32) {
+fn fit(signal: &[f32], length: usize, place: usize) -> Result<(Weights, f32), Unbridgeable> {
     const WIDTH: usize = NEIGHBOURS + 1;
     let mut normal = Normal::<{ packed(WIDTH) }>::new();
     normal.reset(NEIGHBOURS);
@@ -136,6 +139,9 @@ fn fit(signal: &[f32], length: usize, place: usize) -> (Weights, f32) {
             filled = 0;
         }
     }
+    if count < LEAST_POSITIONS {
+        return Err(Unbridgeable);
+    }
     for row in &mut rows[filled..] {
         row.fill(0.0);
     }
@@ -144,7 +150,7 @@ fn fit(signal: &[f32], length: usize, place: usize) -> (Weights, f32) {
     let mut weights = [0.0; NEIGHBOURS];
     normal.substitute(NEIGHBOURS, &mut weights);
     let freedom = (count as f64 - NEIGHBOURS as f64).max(1.0);
-    (weights.map(|weight| weight as f32), (normal.sum_of_squares() / freedom) as f32)
+    Ok((weights.map(|weight| weight as f32), (normal.sum_of_squares() / freedom) as f32))
 }
 
 /// Mean square of the difference of two samples [`MAX_GAP`] apart, near `place`.
@@ -195,6 +201,16 @@ mod tests {
             }
         }
         (truth, signal)
+    }
+
+    /// No stretch of thirteen samples is without a gap: nothing tells how to bridge.
+    #[test]
+    fn losses_that_leave_no_stretch_are_refused() {
+        let mut signal: StdVec<f32> = (0..8192).map(wave).collect();
+        for n in (20..8170).step_by(10) {
+            signal[n] = f32::NAN;
+        }
+        assert_eq!(bridge(&mut signal), Err(Unbridgeable));
     }
 
     #[test]

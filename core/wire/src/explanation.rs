@@ -111,7 +111,7 @@ impl fmt::Display for Explanation {
         if self.is_contradicted() {
             write!(f, "{times:.1} times")?;
         } else {
-            f.write_str("within")?;
+            f.write_str("allowed by")?;
         }
         write!(f, " {}", deviation.stated())
     }
@@ -171,7 +171,7 @@ mod tests {
         };
         assert_eq!(
             within.to_string(),
-            "TCP z 3.12 ± 0.05 mm explains 97 % of the misfit: within its accuracy (tcp_m, 1.00 mm)"
+            "TCP z 3.12 ± 0.05 mm explains 97 % of the misfit: allowed by its accuracy (tcp_m, 1.00 mm)"
         );
         assert!(within.alternatives().is_none() && within.remedy().is_none());
         let rivals = [gain, tcp()].into_iter().collect();

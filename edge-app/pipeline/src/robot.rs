@@ -65,7 +65,9 @@ struct Unknowns<'a> {
 }
 
 impl FoundRobot {
-    pub(crate) fn new(
+    /// The robot of an estimate, with the information of the fit to a `plant` that gave it, unless that is perfect. The plant must stand
+    /// where this fit has ended. `poses` are those of the records.
+    pub fn new(
         config: &Config,
         sought: &Sought,
         estimate: &Estimate,

@@ -1,7 +1,7 @@
 //! Natural frequencies, damping ratios and mode shapes.
 //!
-//! A mode is a solution of `Z(λ) φ = 0`. Without damping `−ω² M φ + K φ = 0` is a symmetric problem, whose solutions are where the inverse
-//! iteration of the whole one begins (Güttel and Tisseur, "The nonlinear eigenvalue problem", Acta Numerica 26, 2017, section 4.3):
+//! A mode is a solution of `Z(λ) φ = 0`. With springs and dampers that do not depend on the frequency it is an eigenvalue problem, whose
+//! solutions are where the inverse iteration of the whole one begins (Güttel and Tisseur, "The nonlinear eigenvalue problem", Acta Numerica 26, 2017, section 4.3):
 //!
 //! ```text
 //! x = Z(λ)⁻¹ Z'(λ) φ        φ ← x/|x|        λ ← λ − φᵀ Z(λ) φ / φᵀ Z'(λ) φ
@@ -13,11 +13,18 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
+use crate::assembly::Matrices;
 use crate::dynamics::{Dynamics, Place};
 use crate::estimate::PositiveEstimate;
 
-/// Most iterations from an undamped mode. Chosen: the convergence is cubic, and takes three to six.
+/// Most iterations. Chosen: the convergence is cubic, and takes three to six.
 const ITERATIONS: usize = 40;
+/// Iterations in which λ stays, until φ is along the mode. Chosen: λ is within a per cent.
+const ALIGNING: usize = 2;
+/// How far beyond the highest frequency a start may lie, as a factor.
+const BEYOND: f64 = 1.2;
+/// Least lower edge of a band, as a part of its upper edge, of which the middle is taken.
+const LEAST: f64 = 1e-3;
 /// Change of λ, relative, at which an iteration has converged.
 const CONVERGED: f64 = 1e-12;
 /// Distance of two λ, relative, that are the same mode.
@@ -40,18 +47,18 @@ pub struct Mode {
 }
 
 impl Dynamics<'_> {
-    /// The modes whose undamped natural frequency is at most `highest_hz`, in ascending order. A mode that damping has made aperiodic is
+    /// The modes whose natural frequency is at most `highest_hz`, in ascending order. A mode that damping has made aperiodic is
     /// left out.
     pub fn modes(&self, highest_hz: f64) -> Vec<Mode> {
         let mut found: Vec<(Complex<f64>, DVector<Complex<f64>>)> = Vec::new();
-        for (omega, shape) in self.undamped() {
-            if omega > TAU * highest_hz {
-                break;
+        for start in self.viscous() {
+            if start.norm() > BEYOND * TAU * highest_hz {
+                continue;
             }
-            let Some((lambda, shape)) = self.damped(omega, shape) else { continue };
+            let Some((lambda, shape)) = self.mode_near(start) else { continue };
             let is_new =
                 found.iter().all(|(other, _)| (other - lambda).norm() > SAME * lambda.norm());
-            if is_new && lambda.im > 0.0 {
+            if is_new && lambda.im > 0.0 && lambda.norm() <= TAU * highest_hz {
                 found.push((lambda, shape));
             }
         }
@@ -59,41 +66,41 @@ impl Dynamics<'_> {
         found.into_iter().map(|(lambda, shape)| self.mode(lambda, &shape)).collect()
     }
 
-    /// Natural frequency, rad/s, and shape of the modes without damping, the lowest first.
-    fn undamped(&self) -> Vec<(f64, DVector<f64>)> {
-        let matrices = self.matrices();
-        let [springs, _] = self.impedances(self.at_rest());
-        let mut stiffness = matrices.gravity.clone();
-        for (i, spring) in springs.iter().enumerate() {
-            stiffness[(i, i)] += spring.re;
-        }
+    /// λ of the modes whose springs and dampers are those at the middle of the band, where the imaginary part is positive: eigenvalues of
+    /// the first-order form, with time in units of 1/ω₀.
+    ///
+    /// ```text
+    /// [        0           1         ]
+    /// [ −M⁻¹ K/ω₀²   −M⁻¹ D/ω₀ ] (x, v)ᵀ = λ/ω₀ (x, v)ᵀ
+    /// ```
+    fn viscous(&self) -> Vec<Complex<f64>> {
+        let [lower, upper] = self.robot().band_hz();
+        let omega = TAU * (lower.max(LEAST * upper) * upper).sqrt();
+        let Matrices { mass, gravity, .. } = self.matrices();
         // Links have mass and inertia, so that M is positive.
-        let Some(factor) = matrices.mass.clone().cholesky() else { return Vec::new() };
-        let l = factor.l();
-        let whitened = |matrix: &DMatrix<f64>| l.solve_lower_triangular(matrix);
-        let Some(half) = whitened(&stiffness) else { return Vec::new() };
-        let Some(full) = whitened(&half.transpose()) else { return Vec::new() };
-        let eigen = (0.5 * (&full + full.transpose())).symmetric_eigen();
-        let mut modes: Vec<(f64, DVector<f64>)> = Vec::new();
-        for (index, square) in eigen.eigenvalues.iter().enumerate() {
-            let shape = l.tr_solve_lower_triangular(&eigen.eigenvectors.column(index));
-            if let Some(shape) = shape.filter(|_| *square > 0.0) {
-                modes.push((square.sqrt(), shape));
-            }
+        let Some(inverse) = mass.clone().cholesky() else { return Vec::new() };
+        let [springs, dampers] = self.impedances(Place::At(Complex::new(0.0, omega)));
+        let mut stiffness = gravity.clone();
+        let mut damping = DMatrix::zeros(self.size(), self.size());
+        for (i, (spring, damper)) in springs.iter().zip(&dampers).enumerate() {
+            stiffness[(i, i)] += spring.re + damper.re;
+            damping[(i, i)] = (spring.im + damper.im) / omega;
         }
-        modes.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        modes
+        let n = self.size();
+        let mut first_order = DMatrix::zeros(2 * n, 2 * n);
+        first_order.view_mut((0, n), (n, n)).fill_diagonal(1.0);
+        let [stiffness, damping] = [stiffness / -(omega * omega), damping / -omega];
+        first_order.view_mut((n, 0), (n, n)).copy_from(&inverse.solve(&stiffness));
+        first_order.view_mut((n, n), (n, n)).copy_from(&inverse.solve(&damping));
+        let eigenvalues = first_order.complex_eigenvalues();
+        eigenvalues.iter().map(|own| own * omega).filter(|lambda| lambda.im > 0.0).collect()
     }
 
-    /// λ and φ of the mode that begins as an undamped one. `None` if the iteration does not converge.
-    fn damped(
-        &self,
-        omega: f64,
-        shape: DVector<f64>,
-    ) -> Option<(Complex<f64>, DVector<Complex<f64>>)> {
-        let mut lambda = Complex::new(0.0, omega);
-        let mut shape = shape.map(Complex::from);
-        for _ in 0..ITERATIONS {
+    /// λ and φ of the mode near this λ. `None` if the iteration does not converge.
+    fn mode_near(&self, mut lambda: Complex<f64>) -> Option<(Complex<f64>, DVector<Complex<f64>>)> {
+        // Any vector has a part along the mode. The phases keep it from being at right angles to one by symmetry.
+        let mut shape = DVector::from_fn(self.size(), |i, _| Complex::cis(i as f64));
+        for iteration in 0..ITERATIONS {
             let slope = self.slope(lambda);
             let solved = self.stiffness(Place::At(lambda)).lu().solve(&(&slope * &shape));
             // At the solution itself Z has no inverse.
@@ -102,6 +109,9 @@ impl Dynamics<'_> {
                 if norm.is_finite() && norm > 0.0 {
                     shape = solved.unscale(norm);
                 }
+            }
+            if iteration < ALIGNING {
+                continue;
             }
             let z = self.stiffness(Place::At(lambda));
             let step = shape.dot(&(z * &shape)) / shape.dot(&(slope * &shape));

@@ -1,6 +1,7 @@
 //! The commands, one file for each.
 
 mod completions;
+mod export;
 mod identify;
 mod man;
 mod model;
@@ -37,6 +38,8 @@ enum Command {
     Plan(plan::Args),
     /// Predicts modes, receptance, compliance and deflection of an identified robot in any pose
     Predict(predict::Args),
+    /// Exports an identified robot for MuJoCo, Simscape, Drake, or as CSV
+    Export(export::Args),
     /// Reproduces the paper's tables and figures
     Reproduce(reproduce::Args),
     /// Shows what a running daemon finds
@@ -55,6 +58,7 @@ pub fn main() -> ExitCode {
         Command::Identify(args) => identify::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Predict(args) => predict::run(args),
+        Command::Export(args) => export::run(args),
         Command::Reproduce(args) => reproduce::run(args),
         Command::Watch(args) => watch::run(args),
         Command::Completions(args) => completions::run(args, Cli::command()),

@@ -21,8 +21,8 @@ use crate::plan::start::Start;
 use crate::plan::{self, table};
 use crate::progress;
 
-/// Room for a record and its spectra, bytes.
-const STACK: usize = 16 << 20;
+/// Room for records, spectra and normal equations of several jobs, of which a thread may take one while it waits for another, bytes.
+const STACK: usize = 64 << 20;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -8,10 +8,10 @@ use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
 
 use crate::exit::BadArgument;
+use crate::numbers::{Numbers, numbers};
 use crate::output::Output;
 use crate::predict::{Format, Prediction, Request, table};
 
-/// Example: flexid predict found.json --pose 0.1,-0.5,0.4 --force 0,200,0
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  flexid predict found.json --pose 0.1,-0.5,0.4 --force 0,200,0")]
 pub(super) struct Args {
@@ -36,18 +36,6 @@ pub(super) struct Args {
     /// Print JSON
     #[arg(long)]
     json: bool,
-}
-
-/// Numbers, separated by commas.
-#[derive(Clone, Debug)]
-struct Numbers(Vec<f64>);
-
-fn numbers(text: &str) -> Result<Numbers, String> {
-    let number = |part: &str| match part.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("{part:?} is no number: give numbers with commas between")),
-    };
-    text.split(',').map(number).collect::<Result<_, _>>().map(Numbers)
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {

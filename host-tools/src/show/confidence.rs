@@ -211,7 +211,7 @@ left over    8.0 to 90 Hz: 3.4 times the rest: a filter or resonance of a sensor
 explained    TCP z 2.0 ± 0.4 mm explains 60 % of the misfit: 2.2 times its accuracy (tcp_m, 1.00 mm)
                as likely: TCP y 2.0 ± 0.4 mm
                measure the TCP and correct it in the model, or state tcp_m as it is
-             TCP x 2.0 ± 0.4 mm explains 60 % of the misfit: within its accuracy (tcp_m, 1.00 mm)
+             TCP x 2.0 ± 0.4 mm explains 60 % of the misfit: allowed by its accuracy (tcp_m, 1.00 mm)
 held out     each of 2 records predicted from the others: FRAC 99.00 % (worst 50.00 %), VAF 97.00 % (worst -60.00 %)
 retired      24 older records, no longer kept: their information is in the numbers
 weak         a and b trade off in these poses (not determined at all)

@@ -1,11 +1,11 @@
 //! Standard deviations that hold where the residuals are not those of noise.
 //!
 //! What the model leaves of the records beside noise is not independent from bin to bin: it is alike over a band of a resonance's width,
-//! along all directions. The scatter of the estimate is then read from the data: blocks c of a record and a band are left out, one at a
-//! time, and the estimate moves by d_c, one step of Gauss and Newton.
+//! along all directions, and alike in records of one pose. The scatter of the estimate is then read from the data: blocks c of a pose and a
+//! band are left out, one at a time, and the estimate moves by d_c, one step of Gauss and Newton for each record of the pose.
 //!
 //! ```text
-//! V = (C − 1)/C Σ (d_c − d̄) (d_c − d̄)ᵀ          d_c = (N − N_c)⁻¹ (−g_c)          d̄ the mean of d_c
+//! V = (C − 1)/C Σ (d_c − d̄) (d_c − d̄)ᵀ          d_c = Σ_r (N − N_cr)⁻¹ (−g_cr)          d̄ the mean of d_c
 //! ```
 //!
 //! This is the cluster-robust covariance in its jackknife form, CR3, which accounts for the leverage of a block (Cameron and Miller, "A
@@ -26,7 +26,10 @@ use crate::spectrum::Experiment;
 /// Blocks that three or more records have together, about. Chosen: the deviation is then known to a tenth; of one record to a fifth.
 const BLOCKS: usize = 48;
 /// Bands of a record, least and most. Chosen: a band is wider than the resonance of a robot's joint, some tens of hertz at most.
-const BANDS: [usize; 2] = [4, 16];
+const BANDS: [usize; 2] = [4, MOST_BANDS];
+const MOST_BANDS: usize = 16;
+/// Difference of joint angles up to which two records share a pose, rad (m). Chosen: a model's error hardly changes over so little.
+const SAME_POSE: f64 = 0.01;
 
 impl Refinement {
     /// Standard deviation of each unknown where the plant stands, after [`Refinement::fit_plant`], by the scatter between blocks of the
@@ -60,7 +63,8 @@ impl Refinement {
         self.minimiser.linearised = false;
         let seam_unknowns = problem.seam_unknowns();
         let [least, most] = BANDS;
-        let bands = (BLOCKS / experiments.len().max(1)).clamp(least, most);
+        let poses = (0..experiments.len()).filter(|&it| is_last_of_pose(experiments, it)).count();
+        let bands = (BLOCKS / poses.max(1)).clamp(least, most);
         let mut objective = PlantSumOfSquares {
             problem,
             experiments,
@@ -74,7 +78,8 @@ impl Refinement {
         // Those that are there may be of a trial step that was rejected.
         objective.workspace.seams.clear();
         let (mut blocks, mut sums, mut squares) = (0.0, [0.0; ALL], [0.0; ALL]);
-        for (index, experiment) in experiments.iter().enumerate() {
+        let mut moves = [[0.0; ALL]; MOST_BANDS];
+        for (index, experiment) in in_poses(experiments) {
             let (model, seam) = objective.prepare(point, index, experiment).ok()?;
             let bins = Bins::of(experiment);
             objective.assemble_bins(&model, &seam, Bins::of(experiment));
@@ -91,11 +96,20 @@ impl Refinement {
                 factor.add_complement(objective.record, seam_unknowns);
                 let (step, _) = propose::<_, ALL>(factor, &room, 0.0);
                 factor.subtract_complement(objective.record, seam_unknowns);
+                for (sum, moved) in moves[band].iter_mut().zip(&step) {
+                    *sum += moved;
+                }
+            }
+            if !is_last_of_pose(experiments, index) {
+                continue;
+            }
+            for block in &mut moves[..bands] {
                 blocks += 1.0;
-                for (column, moved) in step.iter().enumerate() {
+                for (column, moved) in block.iter().enumerate() {
                     sums[column] += moved;
                     squares[column] += moved * moved;
                 }
+                block.fill(0.0);
             }
         }
         let variance = |column: usize| {
@@ -110,4 +124,28 @@ impl Refinement {
         };
         Some(core::array::from_fn(|column| libm::sqrt(variance(column))))
     }
+}
+
+/// All experiments with their numbers, those of one pose one after the other.
+fn in_poses<const B: usize>(
+    experiments: &[Experiment<B>],
+) -> impl Iterator<Item = (usize, &Experiment<B>)> {
+    let all = move || experiments.iter().enumerate();
+    (0..experiments.len())
+        .flat_map(move |pose| all().filter(move |&(it, _)| first_of_pose(experiments, it) == pose))
+}
+
+/// Number of the first experiment that has the pose of this one.
+fn first_of_pose<const B: usize>(experiments: &[Experiment<B>], index: usize) -> usize {
+    let shares = |other: &Experiment<B>| {
+        let both = other.pose.iter().zip(&experiments[index].pose);
+        both.into_iter().all(|(one, other)| (one - other).abs() <= SAME_POSE)
+    };
+    experiments.iter().position(shares).unwrap_or(index)
+}
+
+/// Whether this experiment is the last of its pose.
+fn is_last_of_pose<const B: usize>(experiments: &[Experiment<B>], index: usize) -> bool {
+    let own = first_of_pose(experiments, index);
+    (index + 1..experiments.len()).all(|other| first_of_pose(experiments, other) != own)
 }

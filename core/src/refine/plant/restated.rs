@@ -24,6 +24,10 @@ const MAX_ADOPTIONS: u32 = 3;
 /// Change of τ below which it stays. Chosen: what a prior adds to the information then changes by less than half.
 const SAME: f64 = 1.2;
 
+/// τ beyond which a plant is not plausible, however well it explains the records. Chosen: errors of thirty times their accuracy are
+/// explained rightly (tests/README, one error at a time); a parameter fixed at a wrong value is explained by accuracies far beyond.
+const FARTHEST: f64 = 50.0;
+
 /// Factor τ of each kind.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Restated {
@@ -106,6 +110,11 @@ impl Plant {
         let count = self.imperfections.all.len();
         let squares = self.point.imperfections[..count].iter().map(|p| p * p);
         (squares.sum::<f64>() + self.cost_of_restating(), count)
+    }
+
+    /// Whether some accuracy would have to be far worse than that of a plausible plant.
+    pub(crate) fn is_restated_beyond_plausible(&self) -> bool {
+        self.restated.factors.iter().any(|factor| *factor > FARTHEST)
     }
 
     /// `Σ n ln τ²`: what restated accuracies cost, since they would explain less than those that were stated.

@@ -175,7 +175,10 @@ pub(super) fn accuracies(
     ] {
         let Some(stated) = stated else { continue };
         if !(least..=most).contains(&stated) {
-            return Err(format!("[accuracy] {key} is {stated}: must be {least} to {most} (in Hz)"));
+            let [least, most] = [least, most].map(|hz: f64| (1e3 * hz).round() / 1e3);
+            return Err(format!(
+                "[accuracy] {key} is {stated}: must be {least} to {most} (in Hz), well outside band_hz: narrow that, or correct the filter"
+            ));
         }
         *target = of_omega(TAU * stated);
     }

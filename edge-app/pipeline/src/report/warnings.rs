@@ -59,7 +59,7 @@ pub(super) fn warnings(
     warnings.extend(basis.contradicted.clone());
     let parameters = sought.unknowns() - estimate.nuisances.len();
     if settled
-        && residuals.size_objects
+        && (residuals.size_objects || basis.contradicted.is_some())
         && parameters < 2 * DOF_NAMES.len() * config.model.joints.len()
     {
         warnings.push(Warning::ImposedParameters);
@@ -74,6 +74,7 @@ pub(super) fn warnings(
         && !residuals.size_objects
         && !estimate.is_structured_beyond_noise()
         && !estimate.statics_object
+        && !estimate.is_of_implausible_plant
     {
         warnings.push(Warning::RecordsContradict);
     }

@@ -182,7 +182,7 @@ fn mistakes_in_accuracies_name_place_and_mend() {
         ),
         (
             "force_resonance_hz = 2.0",
-            "[accuracy] force_resonance_hz is 2: must be 600 to 1000000 (in Hz)",
+            "[accuracy] force_resonance_hz is 2: must be 600 to 1000000 (in Hz), well outside band_hz: narrow that, or correct the filter",
         ),
         (
             "structure_m_per_n = 1e10",

@@ -46,7 +46,7 @@ impl Default for Joints {
     fn default() -> Self {
         Self {
             hysteretic: 0.0,
-            hysteretic_at_hz: 40.0,
+            hysteretic_at_hz: 20.0,
             servo: 0.0,
             servo_hz: 10.0,
             friction: 0.0,

@@ -24,6 +24,7 @@ mod nonlinear;
 mod nuisances;
 mod oracle;
 mod plants;
+mod predictions;
 mod records;
 mod run;
 mod spectra;
@@ -55,7 +56,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 13] = [
+const PARTS: [Part; 14] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 30] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 40] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 10] },
@@ -64,6 +65,7 @@ const PARTS: [Part; 13] = [
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 1] },
     Part { name: "plants", prove: plants::prove, robots: [200, 4] },
     Part { name: "plants-of-six", prove: plants::prove_of_six_joints, robots: [200, 1] },
+    Part { name: "predictions", prove: predictions::prove, robots: [20, 4] },
     Part { name: "deviations", prove: deviations::prove, robots: [516, 8] },
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
     Part { name: "arms", prove: arms::prove, robots: [100, 3] },

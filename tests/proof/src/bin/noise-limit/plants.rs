@@ -248,7 +248,12 @@ fn print(robot: u64, found: &Found, identified: &[Identified]) {
 }
 
 /// A plant whose every error is drawn from a normal distribution.
-fn drawn(accuracies: &Accuracies, joints: usize, band_hz: [f64; 2], random: &mut Random) -> Plant {
+pub(crate) fn drawn(
+    accuracies: &Accuracies,
+    joints: usize,
+    band_hz: [f64; 2],
+    random: &mut Random,
+) -> Plant {
     let sensor = |own: &SensorAccuracies, random: &mut Random| {
         let resonance = own.resonance * random.normal().abs();
         Sensor {

@@ -141,6 +141,15 @@ impl Study {
         (0..DRAWS).into_par_iter().map(draw).collect()
     }
 
+    /// Poses of these numbers, drawn within the joints' limits, which no identification sees.
+    pub(crate) fn unseen_poses(&self, numbers: Range<u64>) -> Vec<Vec<f64>> {
+        let draw = |number| {
+            let mut random = random(Purpose::Cut, 2_000_000 + number);
+            self.scenario.draw_experiment(&self.config.model, &mut random.0).pose
+        };
+        numbers.map(draw).collect()
+    }
+
     /// `count` cuts at poses drawn within the joints' limits, which no identification sees.
     pub(crate) fn unseen(&self, count: u64) -> Vec<Cut> {
         let draw = |number| {

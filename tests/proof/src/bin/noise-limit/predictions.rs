@@ -1,0 +1,205 @@
+//! What is predicted of drawn robots in poses that no identification has seen: the 95 % bands of receptance, deflection and natural
+//! frequencies hold those of the true robot.
+//!
+//! The plants are those of `plants`, and perfect ones. The truth is evaluated as the predictions are, which a test of that crate proves
+//! against a dense model.
+
+use anyhow::{Context, Result, ensure};
+use flexid_core::identify::Phase;
+use flexid_core::imperfection::{Accuracies, Imperfection as I};
+use flexid_core::parameters::Bushings;
+use flexid_core::refine;
+use flexid_pipeline::robot::{FoundRobot, FoundValue};
+use flexid_prediction::Robot;
+use flexid_prediction::receptance::grid;
+use flexid_simulation::experiment::Cut;
+use flexid_simulation::plant::Plant;
+use flexid_wire::report::{JointReport, Verdict};
+use flexid_wire::text::clipped;
+use rayon::prelude::*;
+
+use crate::figure::Figure;
+use crate::intervals::Intervals;
+use crate::plants::{drawn, records};
+use crate::records::experiment;
+use crate::study::{Purpose, Study, random};
+
+/// Poses of each robot.
+const POSES: u64 = 2;
+/// Frequencies of the receptance in each of them.
+const FREQUENCIES: usize = 12;
+/// Natural frequencies.
+const MODES: usize = 3;
+/// Forces on the tool along its axes, N; no moments.
+const FORCE: [f64; 6] = [120.0, -80.0, 200.0, 0.0, 0.0, 0.0];
+/// Shares of bands that hold, percent.
+const COVER: [f64; 2] = [93.0, 97.0];
+
+/// Errors of what is predicted of a robot, in standard deviations.
+#[derive(Default)]
+struct Scores {
+    receptance: Vec<f64>,
+    deflection: Vec<f64>,
+    frequencies: Vec<f64>,
+}
+
+/// Predictions of as many robots, on perfect and on drawn plants.
+pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
+    let cuts = study.cuts();
+    let mut figures = Vec::new();
+    for (name, accuracies) in
+        [("perfect plants", Accuracies::default()), ("drawn plants", Accuracies::typical())]
+    {
+        let one = |robot: u64| {
+            scores(study, &cuts[robot as usize % cuts.len()], &accuracies, robot, details)
+        };
+        let all = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
+        let kinds: [(&str, fn(&Scores) -> &Vec<f64>); 3] = [
+            ("receptance", |scores| &scores.receptance),
+            ("deflection", |scores| &scores.deflection),
+            ("first three natural frequencies", |scores| &scores.frequencies),
+        ];
+        for (kind, of) in kinds {
+            let mut intervals = Intervals::default();
+            for scores in all.iter().flatten() {
+                intervals.push(of(scores).iter().copied());
+            }
+            figures.push(intervals.cover_on_plants(&format!("{name}: {kind}, 95 % bands"), COVER));
+        }
+    }
+    Ok(figures)
+}
+
+/// `None` of a robot that gives way.
+fn scores(
+    study: &Study,
+    cuts: &[Cut],
+    accuracies: &Accuracies,
+    number: u64,
+    details: bool,
+) -> Result<Option<Scores>> {
+    let joints = study.chain.joints().len();
+    let mut draw = random(Purpose::Draw, number);
+    let plant = match *accuracies == Accuracies::default() {
+        true => Plant::default(),
+        false => drawn(accuracies, joints, study.measurement.band_hz, &mut draw),
+    };
+    let records = records(study, cuts, &plant, number)?;
+    if records.is_empty() {
+        return Ok(None);
+    }
+    let experiments = records.iter().map(|one| experiment(&study.chain, &study.measurement, one));
+    let experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let mut identifier = study.task().identifier(random(Purpose::Search, number).0)?;
+    let mut fitted = Box::new(refine::Plant::new(accuracies, &study.chain));
+    identifier.renew(&experiments);
+    while identifier.step_on_plant(&experiments, &mut fitted) != Phase::Settled {}
+    let of_plant = identifier.estimate_of_plant(&experiments, &mut fitted, || true);
+    let estimate = match &of_plant {
+        Some(of_plant) => &of_plant.estimate,
+        None => identifier.estimate().context("a settled identifier without an estimate")?,
+    };
+    let on_plant = of_plant.as_ref().map(|of_plant| (&*fitted, of_plant));
+    let poses: [&[f64]; 0] = [];
+    let sought = identifier.sought();
+    let found = FoundRobot::new(&study.config, sought, estimate, on_plant, &poses);
+    let mut truth = FoundRobot { imperfections: imperfections(&plant, joints), ..found.clone() };
+    let size = 12 * joints + truth.imperfections.len();
+    truth.covariance = vec![0.0; size * (size + 1) / 2];
+    let found = Robot::new(found, &reports(study, &estimate.bushings))?;
+    let truth = Robot::new(truth, &reports(study, &study.robot(number)))?;
+
+    let mut scores = Scores::default();
+    for pose in study.unseen_poses(POSES * number..POSES * (number + 1)) {
+        let (at, true_at) = (found.at(&pose)?, truth.at(&pose)?);
+        let frequencies = grid(found.band_hz(), FREQUENCIES);
+        for hz in frequencies {
+            let point = at.receptance(hz).context("no response")?;
+            let expected = true_at.receptance_value(hz).context("no response")?;
+            for row in 0..3 {
+                for column in 0..=row {
+                    let own = point.magnitude[row][column];
+                    let error = (expected[row][column].norm() / own.value).ln();
+                    scores.receptance.push(error / own.relative_std);
+                    if details && error.abs() > 3.0 * own.relative_std {
+                        let [error, std] = [error, own.relative_std].map(|part| 100.0 * part);
+                        eprintln!(
+                            "robot {number}, {row}{column} at {hz:.0} Hz: {error:.2} % off, ± {std:.2} %"
+                        );
+                    }
+                }
+            }
+        }
+        let deflected = |at: &flexid_prediction::Dynamics<'_>| {
+            at.compliance().map(|compliance| at.deflection(&compliance, FORCE).translation)
+        };
+        let own = deflected(&at).context("no stiffness")?;
+        let expected = deflected(&true_at).context("no stiffness")?;
+        scores.deflection.extend(
+            own.iter().zip(expected).map(|(own, truth)| (truth.value - own.value) / own.std),
+        );
+        let highest = 2.0 * found.band_hz()[1];
+        let (own, expected) = (at.modes(highest), true_at.modes(highest));
+        ensure!(own.len().min(expected.len()) >= MODES, "fewer than {MODES} modes");
+        scores.frequencies.extend(own.iter().zip(&expected).take(MODES).map(|(own, truth)| {
+            let own = own.frequency_hz;
+            (truth.frequency_hz.value / own.value).ln() / own.relative_std
+        }));
+    }
+    if details {
+        let share = |scores: &[f64]| {
+            let within = scores.iter().filter(|score| score.abs() < 1.96).count();
+            format!("{within} of {}", scores.len())
+        };
+        eprintln!(
+            "robot {number}: {:?}, bands that hold: receptance {}, deflection {}, frequencies {}",
+            estimate.acceptance,
+            share(&scores.receptance),
+            share(&scores.deflection),
+            share(&scores.frequencies)
+        );
+    }
+    Ok(Some(scores))
+}
+
+/// Parameters as in a result file.
+fn reports(study: &Study, bushings: &Bushings) -> Vec<JointReport> {
+    let joints = study.config.model.joints.iter().zip(bushings);
+    joints
+        .map(|(joint, bushing)| JointReport {
+            name: clipped(&joint.name),
+            stiffness: bushing.stiffness,
+            stiffness_std: [None; 6],
+            stiffness_verdict: [Verdict::Identified; 6],
+            damping: bushing.damping,
+            damping_std: [None; 6],
+            damping_verdict: [Verdict::Identified; 6],
+        })
+        .collect()
+}
+
+/// The imperfections of a drawn plant that move the robot.
+fn imperfections(plant: &Plant, joints: usize) -> Vec<FoundValue> {
+    let Plant { tool, robot, joints: bushings, .. } = plant;
+    let mut all = Vec::new();
+    for axis in 0..3 {
+        all.push((I::ToolTurn(axis), tool.angle_rad[axis]));
+        all.push((I::ToolCentrePoint(axis), tool.tcp_m[axis]));
+    }
+    for joint in 0..joints {
+        let of = |values: &[f64], none: f64| values.get(joint).copied().unwrap_or(none);
+        all.push((I::Mass(joint), of(&robot.mass, 1.0).ln()));
+        all.push((I::Inertia(joint), of(&robot.inertia, 1.0).ln()));
+        all.push((I::JointAngle(joint), of(&robot.joint_angle_rad, 0.0)));
+        all.push((I::Servo(joint), bushings.servo));
+        for axis in 0..3 {
+            let of = |values: &[[f64; 3]]| values.get(joint).map_or(0.0, |own| own[axis]);
+            all.push((I::CentreOfMass(joint, axis), of(&robot.centre_of_mass_m)));
+            all.push((I::ElasticCentre(joint, axis), of(&robot.elastic_centre_m)));
+        }
+    }
+    all.push((I::Hysteresis, bushings.hysteretic));
+    all.push((I::Load, 1e-3 * bushings.loaded_per_knm));
+    let values = all.into_iter().map(|(imperfection, value)| FoundValue { imperfection, value });
+    values.collect()
+}
