@@ -22,7 +22,7 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
         let share = lost as f64 / (stream.frames + lost) as f64;
         let severity = if share > LOST { Doubtful } else { Note };
         let finding = format!(
-            "{} of force and acceleration lost ({}), {} of records bridged",
+            "{} of force and acceleration lost ({}), {} bridged",
             count(lost, "frame"),
             percent(share),
             count(stream.bridged, "sample"),
@@ -35,7 +35,8 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
     }
     if stream.restarts > 0 {
         // Counters may begin anew with each recording.
-        let severity = if stream.restarts > stream.records { Doubtful } else { Note };
+        let is_often = stream.records > 0 && stream.restarts > stream.records;
+        let severity = if is_often { Doubtful } else { Note };
         let finding = format!("{} of the counters", count(stream.restarts, "restart"));
         let mend = "right between recordings; else check supply and cables of the sensors";
         findings.push(Finding::new(severity, ABOUT, finding, mend));

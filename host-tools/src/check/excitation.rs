@@ -27,10 +27,8 @@ pub(super) fn judge(survey: &Survey) -> Option<Finding> {
     }
     let silent = silent(&best);
     if silent.is_empty() {
-        let finding = format!(
-            "the force stands clear of its noise in {} of the bins or more",
-            percent(least)
-        );
+        let finding =
+            format!("the force stands clear of its noise in {} of the bins", at_least(least));
         return Some(Finding::right(ABOUT, finding));
     }
     let finding = format!(
@@ -39,6 +37,10 @@ pub(super) fn judge(survey: &Survey) -> Option<Finding> {
     );
     let mend = "cut harder, let the tooth frequency sweep these bands, or narrow band_hz";
     Some(Finding::new(Doubtful, ABOUT, finding, mend))
+}
+
+fn at_least(share: f64) -> String {
+    if share < 1.0 { format!("at least {}", percent(share)) } else { "all".to_owned() }
 }
 
 /// Bands of neighbouring octaves that are not excited, Hz.

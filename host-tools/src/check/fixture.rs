@@ -26,6 +26,7 @@ pub(super) fn identifier(id: u16, signals: &[&str], frames: u64) -> Identifier {
             intervals,
             seconds: intervals as f64 / 2000.0,
             newest_s: intervals as f64 / 2000.0,
+            silences: 0,
         },
     }
 }

@@ -121,7 +121,9 @@ fn of_rates(config: &Config, survey: &Survey) -> Vec<Finding> {
         })
         .collect();
     if findings.is_empty() && !rates.is_empty() {
-        let rates = enumerate(rates.iter().map(|(_, rate)| format!("{rate:.1}")));
+        let mut texts: Vec<String> = rates.iter().map(|(_, rate)| format!("{rate:.1}")).collect();
+        texts.dedup();
+        let rates = enumerate(texts);
         let finding =
             format!("force and acceleration come at {rates} Hz, and rate_hz is {configured_hz}");
         findings.push(Finding::right("rate", finding));

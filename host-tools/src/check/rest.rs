@@ -21,7 +21,7 @@ pub(super) fn judge(survey: &Survey) -> Option<Finding> {
     Some(match (shortest_s, &without[..]) {
         (None, []) => return None,
         (Some(shortest_s), []) => {
-            let finding = format!("each record begins with {shortest_s:.2} s of rest or more");
+            let finding = format!("each record begins with at least {shortest_s:.2} s of rest");
             Finding::right(ABOUT, finding)
         }
         (Some(_), without) => {
@@ -51,7 +51,7 @@ mod tests {
         assert_eq!(judge(&survey).unwrap().severity, Right);
         assert_eq!(
             judge(&survey).unwrap().finding,
-            "each record begins with 0.19 s of rest or more"
+            "each record begins with at least 0.19 s of rest"
         );
         survey.records[1].quiet_samples = 64;
         let note = judge(&survey).unwrap();

@@ -76,7 +76,7 @@ mod tests {
         };
         let cut = BadInput { line: Some(7), ..BadInput::new(Path::new("a.log"), "") };
         survey.troubles = vec![garbage(7)];
-        let [only] = &judge(&survey, &[cut.clone()])[..] else { panic!("one finding") };
+        let [only] = &judge(&survey, std::slice::from_ref(&cut))[..] else { panic!("one finding") };
         assert_eq!(
             (only.severity, only.finding.as_str()),
             (Wrong, "a.log:7: the last line is cut off")

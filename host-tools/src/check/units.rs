@@ -14,8 +14,7 @@ const LARGEST_CUT_N: f32 = 1e5;
 
 /// Judges the units of a survey.
 pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
-    let mut findings: Vec<Finding> =
-        survey.implausible.iter().filter_map(|readings| of_readings(readings)).collect();
+    let mut findings: Vec<Finding> = survey.implausible.iter().filter_map(of_readings).collect();
     findings.extend(of_angles(survey));
     findings.extend(survey.at_rest.map(of_rest));
     findings.extend(of_force(survey));

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use flexid_edge::console::print;
+use flexid_edge::console::{PrintError, print};
 use flexid_pipeline::check::{Survey, survey};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
@@ -68,8 +68,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(error) = cut_off.into_iter().next() {
         return Err(error.into());
     }
-    printed?;
-    if is_ready { Ok(()) } else { Err(Told.into()) }
+    match printed {
+        // A reader that closes the pipe does not make it ready.
+        Ok(()) | Err(PrintError::Closed) if !is_ready => Err(Told.into()),
+        printed => Ok(printed?),
+    }
 }
 
 fn of_logs(config: &Config, logs: &[PathBuf]) -> Result<Survey> {

@@ -12,10 +12,10 @@ use crate::intake::frame_id;
 use crate::signals::SignalTable;
 use crate::source::{Arrival, Flow, FrameKind, FrameSource, SourceHealth};
 
-/// Time without a frame of force or acceleration that does not count for the rate, s. The stream takes a longer one for a silence, too
-/// ([`flexid_core::stream::Stream::push`]).
+/// Time without any frame, or without one of force or acceleration, that does not count for the rate, s. The stream takes a longer one for
+/// a silence, too ([`flexid_core::stream::Stream::push`]).
 const SILENCE_S: f64 = 0.5;
-/// The same for any other frame, s. The stream takes joint angles in a slower cycle for angles sent on change (`CYCLE_S` in
+/// The same for frames of any other identifier, s. The stream takes joint angles in a slower cycle for angles sent on change (`CYCLE_S` in
 /// `core/src/stream/pose.rs`).
 const CYCLE_S: f64 = 2.0;
 /// Most identifiers without a signal that are told apart.
@@ -45,21 +45,24 @@ pub struct Traffic {
     pub seconds: f64,
     /// Time of the newest frame, s.
     pub newest_s: f64,
+    /// Number of silences of the whole bus before that.
+    pub silences: u64,
 }
 
 impl Traffic {
-    fn note(&mut self, time_s: f64, silence_s: f64) {
+    fn note(&mut self, time_s: f64, silences: u64, longest_s: f64) {
         let interval = time_s - self.newest_s;
-        if self.frames > 0 && (0.0..=silence_s).contains(&interval) {
+        let goes_on = self.frames > 0 && self.silences == silences;
+        if goes_on && (0.0..=longest_s).contains(&interval) {
             self.intervals += 1;
             self.seconds += interval;
         }
         self.frames += 1;
-        self.newest_s = time_s;
+        (self.newest_s, self.silences) = (time_s, silences);
     }
 
-    /// Returns the mean rate, Hz, silences left out: 0.5 s without a frame of force or acceleration, 2 s without another one. Returns
-    /// `None` for fewer than two frames between silences.
+    /// Returns the mean rate, Hz, silences left out: 0.5 s without any frame, 0.5 s without one of force or acceleration, 2 s without one
+    /// of another identifier. Returns `None` for fewer than two frames between silences.
     pub fn rate_hz(&self) -> Option<f64> {
         (self.seconds > 0.0).then(|| self.intervals as f64 / self.seconds)
     }
@@ -71,13 +74,17 @@ pub(super) struct Watched<'a> {
     table: &'a SignalTable,
     expected: HashMap<Id, Traffic>,
     unexpected: HashMap<Id, Traffic>,
+    /// Time of the newest frame, s.
+    heard_s: Option<f64>,
+    /// Number of times that no frame came.
+    silences: u64,
 }
 
 impl<'a> Watched<'a> {
     pub(super) fn new(config: &'a Config, source: &'a mut dyn FrameSource) -> Self {
         let table = &config.signals;
         let expected = table.identifiers().into_iter().map(|id| (id, Traffic::default())).collect();
-        Self { source, table, expected, unexpected: HashMap::new() }
+        Self { source, table, expected, unexpected: HashMap::new(), heard_s: None, silences: 0 }
     }
 
     /// Returns the identifiers of the table with their frames, in its order.
@@ -108,11 +115,14 @@ impl<'a> Watched<'a> {
         if frame.kind == FrameKind::Error {
             return;
         }
+        let before_s = self.heard_s.replace(*time_s).unwrap_or(*time_s);
+        self.silences += u64::from(!(0.0..=SILENCE_S).contains(&(time_s - before_s)));
+        let silences = self.silences;
         if let Some(traffic) = self.expected.get_mut(&frame.id) {
-            let silence_s = if self.table.is_sampled(frame.id) { SILENCE_S } else { CYCLE_S };
-            traffic.note(*time_s, silence_s);
+            let longest_s = if self.table.is_sampled(frame.id) { SILENCE_S } else { CYCLE_S };
+            traffic.note(*time_s, silences, longest_s);
         } else if self.unexpected.contains_key(&frame.id) || self.unexpected.len() < MOST {
-            self.unexpected.entry(frame.id).or_default().note(*time_s, CYCLE_S);
+            self.unexpected.entry(frame.id).or_default().note(*time_s, silences, CYCLE_S);
         }
     }
 }
@@ -140,11 +150,20 @@ mod tests {
         assert_eq!(traffic.rate_hz(), None);
         for start in [100.0, 200.0, 50.0] {
             for sample in 0..1001 {
-                traffic.note(start + 0.001 * f64::from(sample), SILENCE_S);
+                traffic.note(start + 0.001 * f64::from(sample), 0, SILENCE_S);
             }
         }
         assert_eq!(traffic.frames, 3003);
         let rate = traffic.rate_hz().unwrap();
         assert!((rate - 1000.0).abs() < 1e-6, "{rate}");
+        // Joint angles come every 0.1 s, and the bus is silent for 1 s.
+        let mut traffic = Traffic::default();
+        for (silences, start) in [(0, 0.0), (1, 2.0)] {
+            for reading in 0..11 {
+                traffic.note(start + 0.1 * f64::from(reading), silences, CYCLE_S);
+            }
+        }
+        let rate = traffic.rate_hz().unwrap();
+        assert!((rate - 10.0).abs() < 1e-6, "{rate}");
     }
 }
