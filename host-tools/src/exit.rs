@@ -11,10 +11,15 @@ use flexid_pipeline::input::BadInput;
 /// Exit status for bad input or usage.
 const BAD_INPUT: u8 = 2;
 
-/// Bad input that is no file: an argument, an interface, an address.
+/// Bad input that is no file, such as an argument, an interface or an address, or a file that the text names already.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct BadArgument(pub(crate) String);
+
+/// A failure that standard output has told. Nothing is printed on standard error.
+#[derive(Debug, thiserror::Error)]
+#[error("standard output says why")]
+pub(crate) struct Told;
 
 /// Runs this program with the arguments that it was started with.
 pub(crate) fn main<A: Parser>(run: impl FnOnce(&A) -> Result<()>) -> ExitCode {
@@ -26,6 +31,9 @@ pub(crate) fn main<A: Parser>(run: impl FnOnce(&A) -> Result<()>) -> ExitCode {
     // A reader that closes the pipe has read all that it needs.
     if matches!(error.downcast_ref(), Some(PrintError::Closed)) {
         return ExitCode::SUCCESS;
+    }
+    if error.is::<Told>() {
+        return ExitCode::FAILURE;
     }
     complain(&format!("{}: {error:#}", A::command().get_name()));
     let bad_input = error.is::<BadInput>() || error.is::<BadArgument>();

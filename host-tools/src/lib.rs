@@ -1,6 +1,7 @@
 //! The engineer's tools around flexid: import a robot, simulate it, identify it, watch it.
 #![forbid(unsafe_code)]
 
+mod check;
 pub mod client;
 pub mod commands;
 pub mod demo;

@@ -116,7 +116,7 @@ impl Error for SpectrumError {}
 
 /// A record is of no use if its force power in the band is at most this many times that of the noise. The fit weighs its estimate
 /// of the force as if no noise were left in it.
-const LEAST_FORCE: f64 = 10.0;
+pub const LEAST_FORCE: f64 = 10.0;
 /// Fewest bins of a fit.
 const MIN_BINS: usize = 8;
 

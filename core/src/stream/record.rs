@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::noise;
 use crate::MAX_JOINTS;
 use crate::noise::NoiseShape;
 
@@ -33,4 +34,16 @@ pub struct Record<const N: usize> {
     pub acceleration_noise_shape: [NoiseShape; 3],
     /// Whether the robot rests when the record starts.
     pub starts_at_rest: bool,
+}
+
+impl<const N: usize> Record<N> {
+    /// Number of samples at the start of the record in which nothing is cut: whole blocks of 64, 0 without any. The robot may ring
+    /// in them. `force_step` is the smallest step of the force signal, N.
+    pub fn quiet_samples(&self, force_step: f32) -> usize {
+        let signals = || self.force.iter().chain(&self.acceleration);
+        let samples = signals().map(|signal| signal.len()).min().unwrap_or_default();
+        let [force, acceleration] = [&self.force, &self.acceleration]
+            .map(|sensor| sensor.each_ref().map(|signal| &signal[..samples]));
+        noise::leading_quiet(force, acceleration, force_step)
+    }
 }

@@ -7,8 +7,10 @@
 //! | [`model`]: the robot                     | [`intake`]: frames to records, and what is implausible in them    |
 //! | [`signals`]: what frames hold            | [`solver`]: records to an estimate, and what is kept of them      |
 //! | [`statics`]: static tests                | [`report`]: an estimate to a finding                              |
+//! |                                          | [`check`]: frames to what is right and wrong in them, without a fit |
 #![forbid(unsafe_code)]
 
+pub mod check;
 pub mod config;
 pub mod input;
 pub mod intake;

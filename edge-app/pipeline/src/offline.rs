@@ -51,7 +51,9 @@ pub fn run_statics(config: &Config) -> io::Result<Option<(Finding, StaticReport,
     })
 }
 
-fn on_a_large_stack<T: Send>(work: impl FnOnce() -> io::Result<T> + Send) -> io::Result<T> {
+pub(crate) fn on_a_large_stack<T: Send>(
+    work: impl FnOnce() -> io::Result<T> + Send,
+) -> io::Result<T> {
     thread::scope(|scope| {
         let worker = thread::Builder::new().name("flexid-offline".into()).stack_size(STACK);
         let worker = worker.spawn_scoped(scope, work)?;

@@ -25,6 +25,8 @@ pub struct SignalTable {
     pub axes: [String; 6],
     /// Names of the signals of the joints, base first.
     pub joints: Vec<String>,
+    /// Names of the DBC file's other signals in a unit of angles, in the order of the file.
+    pub other_angles: Vec<String>,
 }
 
 /// Whether each value of a frame lies at the limit of its signal: force x, y, z, acceleration x, y, z.
@@ -72,6 +74,7 @@ impl SignalTable {
             acceleration_resolution: 0.0,
             axes: Default::default(),
             joints: Vec::new(),
+            other_angles: Vec::new(),
         }
     }
 
@@ -91,6 +94,25 @@ impl SignalTable {
         let mut messages: Vec<_> = self.messages.iter().collect();
         messages.sort_by_key(first);
         messages.into_iter().map(|(&id, _)| id).collect()
+    }
+
+    /// Returns the names of the values in the frames of an identifier, without counters.
+    pub fn names(&self, id: Id) -> Vec<&str> {
+        let contents = self.messages.get(&id).map_or(&[][..], |message| &message.contents);
+        let names = contents.iter().flat_map(|content| match content {
+            Content::Force { .. } => &self.axes[..3],
+            Content::Acceleration { .. } => &self.axes[3..],
+            Content::Joint { index, .. } => {
+                self.joints.get(usize::from(*index)).map_or(&[][..], std::slice::from_ref)
+            }
+        });
+        names.map(String::as_str).collect()
+    }
+
+    /// Returns whether the frames of an identifier carry force or acceleration.
+    pub fn is_sampled(&self, id: Id) -> bool {
+        let is_of_sensor = |content: &Content| !matches!(content, Content::Joint { .. });
+        self.messages.get(&id).is_some_and(|message| message.contents.iter().any(is_of_sensor))
     }
 
     /// Passes every reading in `frame` to `sink`. Returns which values are at their limit.
@@ -263,6 +285,17 @@ mod tests {
             decode(&table, &joint),
             Ok(vec![Reading::Joint { index: 1, value: -450_000.0 * 1e-6 }])
         );
+    }
+
+    #[test]
+    fn identifiers_name_what_they_carry() {
+        let table = mill3();
+        let names: Vec<_> = table.identifiers().into_iter().map(|id| table.names(id)).collect();
+        let [q1, q2, q3] = [vec!["q1"], vec!["q2"], vec!["q3"]];
+        assert_eq!(names, [vec!["Fx", "Fy", "Fz"], vec!["ax", "ay", "az"], q1, q2, q3]);
+        let sampled = [0x101, 0x102, 0x111, 0x100].map(|id| table.is_sampled(standard(id)));
+        assert_eq!(sampled, [true, true, false, false]);
+        assert!(table.names(standard(0x100)).is_empty() && table.other_angles.is_empty());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The commands, one file for each.
 
+mod check;
 mod completions;
 mod export;
 mod identify;
@@ -32,6 +33,8 @@ enum Command {
     Model(model::Command),
     /// Simulates a milling robot that sends frames, onto a CAN bus or into a log
     Simulate(simulate::Args),
+    /// Checks configuration, DBC file and logs before anybody identifies from them
+    Check(check::Args),
     /// Identifies the joints from candump logs and static tests, as the daemon would
     Identify(identify::Args),
     /// Plans which experiments to do next
@@ -55,6 +58,7 @@ pub fn main() -> ExitCode {
     exit::main(|cli: &Cli| match &cli.command {
         Command::Model(command) => model::run(command),
         Command::Simulate(args) => simulate::run(args),
+        Command::Check(args) => check::run(args),
         Command::Identify(args) => identify::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Predict(args) => predict::run(args),

@@ -2,12 +2,13 @@
 //!
 //! Each byte of a file counts twice: once when it is read, and once when the work on its record is done. The bar
 //! therefore moves where a long recording holds few records, and where the work on a record takes longer than reading
-//! it. Bytes from a pipe do not count, since their number is unknown.
+//! it. Without work on the records, each byte counts once. Bytes from a pipe do not count, since their number is unknown.
 
 use std::io::{self, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use flexid_pipeline::text::count;
 use flexid_wire::messages::{Phase, Progress};
 use indicatif::ProgressBar;
 
@@ -18,6 +19,8 @@ use crate::progress;
 pub(crate) struct Meter {
     bar: ProgressBar,
     bytes: Arc<AtomicU64>,
+    /// How often each byte counts.
+    times: u64,
 }
 
 /// The state of the work on the records, which [`Meter::show`] updates.
@@ -35,7 +38,12 @@ pub(crate) struct Work {
 impl Meter {
     /// A meter whose bar has no end until bytes are expected.
     pub(crate) fn new() -> Self {
-        Self { bar: progress::endless("reading"), bytes: Arc::default() }
+        Self { bar: progress::endless("reading"), bytes: Arc::default(), times: 2 }
+    }
+
+    /// A meter of reading alone, whose bar has no end until bytes are expected.
+    pub(crate) fn of_reading() -> Self {
+        Self { times: 1, ..Self::new() }
     }
 
     /// A meter that counts and shows no bar.
@@ -46,6 +54,7 @@ impl Meter {
         Self {
             bar: ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden()),
             bytes: Arc::default(),
+            times: 2,
         }
     }
 
@@ -55,7 +64,7 @@ impl Meter {
             self.bar.set_style(progress::estimated());
             0
         });
-        self.bar.set_length(expected + 2 * bytes);
+        self.bar.set_length(expected + self.times * bytes);
     }
 
     /// A reader that counts the bytes that it reads.
@@ -69,6 +78,11 @@ impl Meter {
         work.note(read, progress);
         self.bar.set_position(read + work.bytes());
         self.bar.set_message(doing(progress));
+    }
+
+    /// Shows the number of records that reading has given.
+    pub(crate) fn show_records(&self, records: u64) {
+        self.bar.set_message(format!("reading, {}", count(records, "record")));
     }
 
     /// Removes the bar.

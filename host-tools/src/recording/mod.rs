@@ -4,8 +4,10 @@
 //! | ----------- | --------------------------------------------------- |
 //! | [`packed`]  | gzip and zstd, recognised by their first bytes      |
 //! | [`foreign`] | other formats, and how to convert them              |
+//! | `ending`    | whether the last line of a log is whole             |
 //! | `meter`     | the progress of reading and of the work             |
 
+pub(crate) mod ending;
 pub mod foreign;
 pub(crate) mod meter;
 pub mod packed;

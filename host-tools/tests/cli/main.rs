@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod bad_input;
+mod check;
 #[path = "../common/mod.rs"]
 mod common;
 mod demo;

@@ -185,6 +185,15 @@ pub(super) fn estimate(force: [&[f32]; 3], acceleration: [&[f32]; 3], force_step
     noise
 }
 
+/// Number of quiet samples at the start of a record without holes, signals of equal length. `force_step` is as for [`estimate`].
+pub(super) fn leading_quiet(
+    force: [&[f32]; 3],
+    acceleration: [&[f32]; 3],
+    force_step: f32,
+) -> usize {
+    Blocks::judge(force, acceleration, force_step).leading().len()
+}
+
 /// Power of the sixth differences of a line, over that of white noise of the same power.
 fn sixth_gain(frequency: f32) -> f32 {
     libm::powf(2.0 * libm::sinf(core::f32::consts::PI * frequency), 12.0) / SIXTH

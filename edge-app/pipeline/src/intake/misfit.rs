@@ -8,7 +8,7 @@ use flexid_wire::misfits::{FrameId, Misfit, MisfitKind};
 use crate::source::Frame;
 
 /// Converts an identifier for the wire.
-pub(super) fn frame_id(id: Id) -> FrameId {
+pub(crate) fn frame_id(id: Id) -> FrameId {
     match id {
         Id::Standard(id) => FrameId::Standard(id.as_raw()),
         Id::Extended(id) => FrameId::Extended(id.as_raw()),

@@ -35,7 +35,7 @@ impl ReadingFaults {
 
 /// Returns why the frames give no record. An identifier without any readable frame and a wrong rate come first, then
 /// the largest obstacle, if it is large enough to be reported.
-pub(super) fn obstacle(counts: &Counts, config: &Config) -> Option<Obstacle> {
+pub(crate) fn obstacle(counts: &Counts, config: &Config) -> Option<Obstacle> {
     let &Counts { ref stream, misfit, .. } = counts;
     if let Some(misfit) = misfit.filter(|misfit| !misfit.others_fit) {
         return Some(Obstacle::Misfit(misfit));

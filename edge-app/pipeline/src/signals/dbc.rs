@@ -148,7 +148,26 @@ impl<'a> Lookup<'a> {
             acceleration_resolution: coarsest(&acceleration),
             axes: [axis(fx)?, axis(fy)?, axis(fz)?, axis(ax)?, axis(ay)?, axis(az)?],
             joints: names.joints.iter().map(axis).collect::<Result<_, _>>()?,
+            other_angles: self.other_angles(names)?,
         })
+    }
+
+    /// Returns the names of the signals in a unit of angles that the config does not name.
+    fn other_angles(&self, names: &SignalsSection) -> Result<Vec<String>, BadInput> {
+        let named = names.all().map(|(key, name)| self.find(key, name));
+        let named = named.collect::<Result<Vec<_>, _>>()?;
+        let is_angle = |found: &Found| {
+            ANGLE.1.iter().any(|(unit, _)| *unit == found.signal.unit.trim())
+                && !named.iter().any(|other| std::ptr::eq(other.signal, found.signal))
+        };
+        Ok(self.all().filter(is_angle).map(|found| found.signal.name.clone()).collect())
+    }
+
+    /// All signals, without those that no message has.
+    fn all(&self) -> impl Iterator<Item = Found<'a>> + use<'a> {
+        let messages = self.dbc.messages.iter().filter(|message| message.name != NO_MESSAGE);
+        messages
+            .flat_map(|message| message.signals.iter().map(move |signal| Found { message, signal }))
     }
 
     /// Checks that no bit has two meanings. No signal has two names, no two signals overlap, and no two messages share an
@@ -226,20 +245,15 @@ impl<'a> Lookup<'a> {
             Some((message, signal)) => (Some(message), signal),
             None => (None, name),
         };
-        let all = || {
-            let messages = self.dbc.messages.iter().filter(|message| message.name != NO_MESSAGE);
-            messages.flat_map(|message| {
-                message.signals.iter().map(move |signal| Found { message, signal })
-            })
-        };
-        let matching: Vec<Found<'a>> = all()
+        let matching: Vec<Found<'a>> = self
+            .all()
             .filter(|found| found.signal.name == signal_name)
             .filter(|found| message_name.is_none_or(|name| found.message.name == name))
             .collect();
         match matching[..] {
             [found] => Ok(found),
             [] => {
-                let known: Vec<&str> = all().map(|found| found.signal.name.as_str()).collect();
+                let known: Vec<&str> = self.all().map(|found| found.signal.name.as_str()).collect();
                 Err(self.bad_config(format!(
                     "[signals] {key}: {name:?} is not in {}, which has {}",
                     self.dbc_file.display(),

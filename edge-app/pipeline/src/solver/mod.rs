@@ -1,5 +1,6 @@
 //! Makes an estimate of the parameters from records.
 
+mod experiment;
 mod repeats;
 mod retention;
 mod state;
@@ -36,8 +37,10 @@ use crate::robot::FoundRobot;
 use crate::stop::Stop;
 use crate::text::count;
 use crate::unchecked;
-use repeats::{Fingerprint, Taken};
-use retention::{Entry, Room, find_room, same_pose};
+pub(crate) use experiment::experiment;
+pub(crate) use repeats::{Fingerprint, Taken};
+pub(crate) use retention::same_pose;
+use retention::{Entry, Room, find_room};
 pub use state::State;
 use state::{MAX_WAITING, Settled};
 use work::Work;
@@ -526,12 +529,7 @@ impl Solver {
 
     /// Makes the experiment of a record.
     fn experiment(&mut self, record: &Record) -> Result<Experiment, RecordFault> {
-        let gravity = self.measurement.gravity.into();
-        if let Err(error) = self.chain.linearise(&record.pose, gravity, &self.stiffest) {
-            return Err(report::without_equilibrium(error, &self.config.model, &record.pose));
-        }
-        Experiment::new(&self.chain, &self.measurement, record, &mut self.buffer)
-            .map_err(report::without_spectrum)
+        experiment(&self.config, &self.chain, &self.stiffest, record, &mut self.buffer)
     }
 
     /// Notes how the acceleration of a record agrees with the model's masses.

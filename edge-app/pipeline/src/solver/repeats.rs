@@ -27,10 +27,10 @@ const REMEMBERED: usize = 4096;
 /// Fingerprint of a record, which does not depend on the sample where the record begins: the smallest FNV-1a hashes of its
 /// windows, in ascending order. Files contain them, so that the hash function must not change.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Fingerprint([u64; KEPT]);
+pub(crate) struct Fingerprint([u64; KEPT]);
 
 impl Fingerprint {
-    pub(super) fn of(record: &Record) -> Self {
+    pub(crate) fn of(record: &Record) -> Self {
         let signals = record.force.iter().chain(&record.acceleration);
         Self::of_signals(&signals.map(|signal| &signal[..]).collect::<Vec<_>>())
     }
@@ -59,7 +59,7 @@ impl Fingerprint {
 
 /// Fingerprints of the records that a fit rests on, kept or retired, with their numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Taken {
+pub(crate) struct Taken {
     records: VecDeque<(u64, Fingerprint)>,
     /// Number of records that came again.
     repeats: u64,
@@ -69,16 +69,21 @@ pub(super) struct Taken {
 
 impl Taken {
     /// Returns whether record `number` has been taken before. If so, counts it.
-    pub(super) fn has(&mut self, number: u64, fingerprint: &Fingerprint) -> bool {
-        let same = self.records.iter().find(|(_, taken)| taken.is_of_same(fingerprint));
-        let Some(&(original, _)) = same else { return false };
+    pub(crate) fn has(&mut self, number: u64, fingerprint: &Fingerprint) -> bool {
+        let Some(original) = self.original(fingerprint) else { return false };
         self.repeats += 1;
         self.first.get_or_insert((number, original));
         true
     }
 
+    /// Returns the number of the record that a record of this fingerprint repeats.
+    pub(crate) fn original(&self, fingerprint: &Fingerprint) -> Option<u64> {
+        let same = self.records.iter().find(|(_, taken)| taken.is_of_same(fingerprint));
+        same.map(|(original, _)| *original)
+    }
+
     /// Adds a record.
-    pub(super) fn add(&mut self, number: u64, fingerprint: Fingerprint) {
+    pub(crate) fn add(&mut self, number: u64, fingerprint: Fingerprint) {
         if self.records.len() == REMEMBERED {
             self.records.pop_front();
         }
@@ -86,12 +91,12 @@ impl Taken {
     }
 
     /// Removes a record of which nothing is left in the fit, so that it may come again.
-    pub(super) fn forget(&mut self, number: u64) {
+    pub(crate) fn forget(&mut self, number: u64) {
         self.records.retain(|(own, _)| *own != number);
     }
 
     /// Returns the warning about records that came again.
-    pub(super) fn repeated(&self) -> Option<Warning> {
+    pub(crate) fn repeated(&self) -> Option<Warning> {
         let (again, original) = self.first?;
         Some(Warning::Repeated { records: self.repeats, again, original })
     }

@@ -32,7 +32,7 @@ impl Entry<'_> {
 }
 
 /// Returns whether two poses (rad, m) are the same.
-pub(super) fn same_pose(one: &[f64], other: &[f64]) -> bool {
+pub(crate) fn same_pose(one: &[f64], other: &[f64]) -> bool {
     one.iter().zip(other).all(|(a, b)| (a - b).abs() <= SAME_POSE)
 }
 

@@ -7,7 +7,7 @@
 mod axes;
 mod channel;
 mod joints;
-mod rest;
+pub(crate) mod rest;
 mod scale;
 
 use flexid_core::MAX_JOINTS;

@@ -20,6 +20,34 @@ const UNITS: [(f64, AccelerationUnit); 3] = [
     (1000.0 * GRAVITY, AccelerationUnit::MillimetrePerS2),
 ];
 
+/// What a strapdown accelerometer reads at rest, where gravity acts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AtRest {
+    /// Gravity, to 5 %.
+    Gravity,
+    /// Hardly anything, less than 5 % of gravity: the sensor removes its reading at rest, or does not measure it.
+    Nothing(f64),
+    /// Another acceleration of this size, m/s², which is gravity in no known unit.
+    Other(f64),
+}
+
+/// Returns what the accelerometer reads at rest. Returns `None` if the configuration has no gravity or an accelerometer that does not
+/// feel it, or if [`warning`] names the unit.
+pub(crate) fn at_rest(mean: [f64; 3], config: &Config) -> Option<AtRest> {
+    let size = |vector: [f64; 3]| vector.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let [reading, gravity] = [mean, config.gravity].map(size);
+    let feels = config.accelerometer == Accelerometer::Strapdown && gravity > 0.0;
+    if !feels || warning(mean, config).is_some() {
+        None
+    } else if (reading / gravity - 1.0).abs() <= OFF {
+        Some(AtRest::Gravity)
+    } else if reading <= OFF * gravity {
+        Some(AtRest::Nothing(reading))
+    } else {
+        Some(AtRest::Other(reading))
+    }
+}
+
 /// Returns the mean acceleration along each axis, m/s². Returns `None` for a record that is too short.
 pub(super) fn mean(record: &Record) -> Option<[f64; 3]> {
     let samples = record.acceleration[0].len() as f64;
@@ -73,6 +101,18 @@ mod tests {
             let line = warning(mean, &config).unwrap().to_string();
             assert!(line.contains(unit), "{line}");
         }
+    }
+
+    #[test]
+    fn what_is_read_at_rest_is_told_apart() {
+        let mut config = config();
+        let read = |config: &Config, size: f64| at_rest([0.6 * size, 0.0, -0.8 * size], config);
+        assert_eq!(read(&config, 9.6), Some(AtRest::Gravity));
+        assert!(matches!(read(&config, 0.3), Some(AtRest::Nothing(_))));
+        assert!(matches!(read(&config, 5.0), Some(AtRest::Other(_))));
+        assert_eq!(read(&config, 1.0), None, "the unit has a warning");
+        config.accelerometer = Accelerometer::Inertial;
+        assert_eq!(read(&config, 0.3), None);
     }
 
     #[test]

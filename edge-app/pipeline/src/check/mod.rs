@@ -1,0 +1,139 @@
+//! Surveys frames before anybody identifies from them: what came, at which rate, and which records it gives. Nothing is fitted.
+//!
+//! | module       | holds                                                |
+//! | ------------ | ---------------------------------------------------- |
+//! | `traffic`    | the frames of each identifier, and their rate        |
+//! | `record`     | one record: its pose, its rest, what it repeats      |
+//! | `excitation` | where the force of a record stands clear of its noise |
+//!
+//! The intake and the judgements of a record are those of the daemon: what the survey refuses, the daemon refuses.
+
+mod excitation;
+mod record;
+mod traffic;
+
+use std::io;
+use std::time::Duration;
+
+use flexid_wire::implausible::{Implausible, Signals};
+use flexid_wire::rate::{RateUsed, WrongRate};
+use flexid_wire::state::{Obstacle, State};
+use flexid_wire::text::clipped;
+use flexid_wire::trouble::Trouble;
+use flexid_wire::warning::Warning;
+
+use crate::config::Config;
+use crate::intake::{Counts, Intake, obstacle, plausibility, rate_used, wrong_rate};
+use crate::offline::on_a_large_stack;
+use crate::record::Record;
+use crate::source::{Flow, FrameSource};
+pub use excitation::{Excitation, Octave};
+pub use record::Examined;
+use record::Examiner;
+use traffic::Watched;
+pub use traffic::{Identifier, Traffic};
+
+pub use crate::intake::plausibility::rest::AtRest;
+
+/// What frames hold, as far as it shows without a fit.
+#[derive(Debug)]
+pub struct Survey {
+    /// Counts of the intake.
+    pub counts: Counts,
+    /// Obstacle to records, or what the intake waited for at the end.
+    pub state: State,
+    /// Identifiers of the DBC file's signals: force, acceleration, then the joints, base first.
+    pub expected: Vec<Identifier>,
+    /// Identifiers without a signal, the most frequent first. At most 256 are told apart.
+    pub unexpected: Vec<Identifier>,
+    /// Records in the order in which they came.
+    pub records: Vec<Examined>,
+    /// Reason why most frames cannot become records. Records may have come all the same.
+    pub obstacle: Option<Obstacle>,
+    /// Kinds of implausible readings, the gravest first.
+    pub implausible: Vec<Implausible>,
+    /// Signals with readings at the limit of their range.
+    pub at_limit: Option<Signals>,
+    /// What the accelerometer read at rest in the newest record of at least 1 s, if it should feel gravity.
+    pub at_rest: Option<AtRest>,
+    /// Largest force, N, if a cut has a larger one.
+    pub faint_force_n: Option<f32>,
+    /// Warning that force and acceleration do not agree with the model's masses.
+    pub scale: Option<Warning>,
+    /// Warning that axes of a sensor are swapped or have the wrong sign.
+    pub axes: Option<Warning>,
+    /// Measured rate, and which one the records have, if it is not that of the config.
+    pub rate: Option<(WrongRate, RateUsed)>,
+    /// Troubles of the source. The reason why it broke is the first.
+    pub troubles: Vec<Trouble>,
+    /// Error with which the source broke. `None` if it ended. The frames before the error have been surveyed.
+    pub broken: Option<io::Error>,
+}
+
+impl Survey {
+    /// Returns the records that a fit would take: those without a fault that repeat no other record.
+    pub fn usable(&self) -> impl Iterator<Item = &Examined> {
+        self.records.iter().filter(|record| record.is_usable())
+    }
+
+    /// Returns the number of poses of the records that a fit would take.
+    pub fn poses(&self) -> usize {
+        let mut poses: Vec<u64> = self.usable().map(|record| record.pose_number).collect();
+        poses.sort_unstable();
+        poses.dedup();
+        poses.len()
+    }
+}
+
+/// Surveys all frames of `source`. Calls `on_record` after each record with the number of records so far.
+///
+/// A recording that cannot be read to its end is no error: the part that was read is surveyed, and the survey contains the reason.
+///
+/// # Errors
+/// The system cannot start a thread.
+pub fn survey(
+    config: &Config,
+    source: &mut dyn FrameSource,
+    on_record: impl FnMut(u64) + Send,
+) -> io::Result<Survey> {
+    on_a_large_stack(|| run(config, source, on_record))
+}
+
+fn run(
+    config: &Config,
+    source: &mut dyn FrameSource,
+    mut on_record: impl FnMut(u64),
+) -> io::Result<Survey> {
+    let mut intake = Intake::new(config)?;
+    let mut examiner = Examiner::new(config)?;
+    let mut source = Watched::new(config, source);
+    let mut take = |record: &Record| on_record(examiner.examine(record));
+    let broken = loop {
+        match intake.read(&mut source, Duration::MAX, &mut take) {
+            Ok(Flow::Open) => {}
+            Ok(Flow::Ended) => break None,
+            Err(error) => break Some(error),
+        }
+    };
+    intake.finish(&mut take);
+    let breaks = broken.iter().map(|error| Trouble::RecordingBroken(clipped(error)));
+    let counts = intake.counts();
+    let readings = &counts.implausible;
+    Ok(Survey {
+        state: intake.state(config),
+        obstacle: obstacle(&counts, config),
+        troubles: breaks.chain(source.health().troubles).collect(),
+        expected: source.expected(),
+        unexpected: source.unexpected(),
+        implausible: plausibility::warnings(readings, &counts.at_limit, config),
+        at_limit: plausibility::signals(&counts.at_limit, config),
+        at_rest: readings.rest.and_then(|mean| plausibility::rest::at_rest(mean, config)),
+        faint_force_n: plausibility::faint_force(readings),
+        scale: examiner.scale(),
+        axes: examiner.axes(),
+        rate: wrong_rate(&counts, config).map(|rate| (rate, rate_used(&counts.stream))),
+        records: examiner.records,
+        counts,
+        broken,
+    })
+}

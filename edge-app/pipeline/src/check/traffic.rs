@@ -1,0 +1,169 @@
+//! The frames of each identifier, counted on their way to the intake.
+
+use std::collections::HashMap;
+use std::io;
+use std::time::Duration;
+
+use embedded_can::Id;
+use flexid_wire::misfits::FrameId;
+
+use crate::config::Config;
+use crate::intake::frame_id;
+use crate::signals::SignalTable;
+use crate::source::{Arrival, Flow, FrameKind, FrameSource, SourceHealth};
+
+/// Time without any frame, or without one of force or acceleration, that does not count for the rate, s. The stream takes a longer one for
+/// a silence, too ([`flexid_core::stream::Stream::push`]).
+const SILENCE_S: f64 = 0.5;
+/// The same for frames of any other identifier, s. The stream takes joint angles in a slower cycle for angles sent on change (`CYCLE_S` in
+/// `core/src/stream/pose.rs`).
+const CYCLE_S: f64 = 2.0;
+/// Most identifiers without a signal that are told apart.
+const MOST: usize = 256;
+
+/// An identifier and its frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identifier {
+    /// The identifier.
+    pub id: FrameId,
+    /// Names of the values that the DBC file has in it, as far as the config names them.
+    pub signals: Vec<String>,
+    /// Whether its frames carry force or acceleration, and come at the sampling rate.
+    pub is_sampled: bool,
+    /// Frames that came.
+    pub traffic: Traffic,
+}
+
+/// Frames of one identifier.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Traffic {
+    /// Number of frames.
+    pub frames: u64,
+    /// Number of intervals between frames, without silences.
+    pub intervals: u64,
+    /// Sum of these intervals, s.
+    pub seconds: f64,
+    /// Time of the newest frame, s.
+    pub newest_s: f64,
+    /// Number of silences of the whole bus before that.
+    pub silences: u64,
+}
+
+impl Traffic {
+    fn note(&mut self, time_s: f64, silences: u64, longest_s: f64) {
+        let interval = time_s - self.newest_s;
+        let goes_on = self.frames > 0 && self.silences == silences;
+        if goes_on && (0.0..=longest_s).contains(&interval) {
+            self.intervals += 1;
+            self.seconds += interval;
+        }
+        self.frames += 1;
+        (self.newest_s, self.silences) = (time_s, silences);
+    }
+
+    /// Returns the mean rate, Hz, silences left out: 0.5 s without any frame, 0.5 s without one of force or acceleration, 2 s without one
+    /// of another identifier. Returns `None` for fewer than two frames between silences.
+    pub fn rate_hz(&self) -> Option<f64> {
+        (self.seconds > 0.0).then(|| self.intervals as f64 / self.seconds)
+    }
+}
+
+/// A source whose frames are counted.
+pub(super) struct Watched<'a> {
+    source: &'a mut dyn FrameSource,
+    table: &'a SignalTable,
+    expected: HashMap<Id, Traffic>,
+    unexpected: HashMap<Id, Traffic>,
+    /// Time of the newest frame, s.
+    heard_s: Option<f64>,
+    /// Number of times that no frame came.
+    silences: u64,
+}
+
+impl<'a> Watched<'a> {
+    pub(super) fn new(config: &'a Config, source: &'a mut dyn FrameSource) -> Self {
+        let table = &config.signals;
+        let expected = table.identifiers().into_iter().map(|id| (id, Traffic::default())).collect();
+        Self { source, table, expected, unexpected: HashMap::new(), heard_s: None, silences: 0 }
+    }
+
+    /// Returns the identifiers of the table with their frames, in its order.
+    pub(super) fn expected(&self) -> Vec<Identifier> {
+        let all = self.table.identifiers().into_iter();
+        all.map(|id| self.identifier(id, self.expected.get(&id).copied().unwrap_or_default()))
+            .collect()
+    }
+
+    /// Returns the other identifiers, the most frequent first, and equally frequent ones in ascending order.
+    pub(super) fn unexpected(&self) -> Vec<Identifier> {
+        let all = self.unexpected.iter().map(|(id, traffic)| self.identifier(*id, *traffic));
+        let mut all: Vec<_> = all.collect();
+        all.sort_by_key(|other| (u64::MAX - other.traffic.frames, other.id));
+        all
+    }
+
+    fn identifier(&self, id: Id, traffic: Traffic) -> Identifier {
+        Identifier {
+            id: frame_id(id),
+            signals: self.table.names(id).into_iter().map(str::to_owned).collect(),
+            is_sampled: self.table.is_sampled(id),
+            traffic,
+        }
+    }
+
+    fn note(&mut self, Arrival { time_s, frame }: &Arrival) {
+        if frame.kind == FrameKind::Error {
+            return;
+        }
+        let before_s = self.heard_s.replace(*time_s).unwrap_or(*time_s);
+        self.silences += u64::from(!(0.0..=SILENCE_S).contains(&(time_s - before_s)));
+        let silences = self.silences;
+        if let Some(traffic) = self.expected.get_mut(&frame.id) {
+            let longest_s = if self.table.is_sampled(frame.id) { SILENCE_S } else { CYCLE_S };
+            traffic.note(*time_s, silences, longest_s);
+        } else if self.unexpected.contains_key(&frame.id) || self.unexpected.len() < MOST {
+            self.unexpected.entry(frame.id).or_default().note(*time_s, silences, CYCLE_S);
+        }
+    }
+}
+
+impl FrameSource for Watched<'_> {
+    fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
+        let before = batch.len();
+        let flow = self.source.read(batch, timeout);
+        batch[before..].iter().for_each(|arrival| self.note(arrival));
+        flow
+    }
+
+    fn health(&self) -> SourceHealth {
+        self.source.health()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rate_leaves_out_silences() {
+        let mut traffic = Traffic::default();
+        assert_eq!(traffic.rate_hz(), None);
+        for start in [100.0, 200.0, 50.0] {
+            for sample in 0..1001 {
+                traffic.note(start + 0.001 * f64::from(sample), 0, SILENCE_S);
+            }
+        }
+        assert_eq!(traffic.frames, 3003);
+        let rate = traffic.rate_hz().unwrap();
+        assert!((rate - 1000.0).abs() < 1e-6, "{rate}");
+        // Joint angles come every 0.1 s, and the bus is silent for 1 s.
+        let mut traffic = Traffic::default();
+        for (silences, start) in [(0, 0.0), (1, 2.0)] {
+            for reading in 0..11 {
+                traffic.note(start + 0.1 * f64::from(reading), silences, CYCLE_S);
+            }
+        }
+        let rate = traffic.rate_hz().unwrap();
+        assert!((rate - 10.0).abs() < 1e-6, "{rate}");
+    }
+}

@@ -1,0 +1,27 @@
+//! Makes the experiment of a record, or says why the record is of no use.
+
+use flexid_core::chain::Chain;
+use flexid_core::parameters::Bushings;
+use flexid_wire::unused::RecordFault;
+
+use crate::config::Config;
+use crate::record::{Experiment, Record, SAMPLES};
+use crate::report::{without_equilibrium, without_spectrum};
+
+/// Makes the experiment of a record. `chain` is that of the config's model, `stiffest` the robot at the upper ends of its bounds.
+/// `buffer` is overwritten.
+///
+/// # Errors
+/// The record is of no use: this robot has no equilibrium at its pose, or the record has no spectrum.
+pub(crate) fn experiment(
+    config: &Config,
+    chain: &Chain,
+    stiffest: &Bushings,
+    record: &Record,
+    buffer: &mut [f32; SAMPLES],
+) -> Result<Experiment, RecordFault> {
+    if let Err(error) = chain.linearise(&record.pose, config.gravity.into(), stiffest) {
+        return Err(without_equilibrium(error, &config.model, &record.pose));
+    }
+    Experiment::new(chain, &config.measurement(), record, buffer).map_err(without_spectrum)
+}

@@ -1,0 +1,121 @@
+//! Judges the counters of force and acceleration: lost frames, restarts, counters that do not count.
+
+use flexid_pipeline::check::Survey;
+use flexid_pipeline::text::count;
+use flexid_wire::state::Obstacle;
+
+use super::Severity::{Doubtful, Note};
+use super::words::percent;
+use super::{Finding, unless_all_is_lost};
+
+const ABOUT: &str = "counters";
+/// Share of lost frames from which on bridging them costs accuracy. At this share the error of bridging is 4 to 7 times the noise of
+/// the force (measured on the reference scenario, with samples that were not lost).
+const LOST: f64 = 0.005;
+
+/// Judges the counters of a survey.
+pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
+    let stream = &survey.counts.stream;
+    let mut findings: Vec<Finding> = of_obstacle(survey).into_iter().collect();
+    let lost = stream.frames_lost;
+    if lost > 0 {
+        let share = lost as f64 / (stream.frames + lost) as f64;
+        let severity = if share > LOST { Doubtful } else { Note };
+        let finding = format!(
+            "{} of force and acceleration lost ({}), {} bridged",
+            count(lost, "frame"),
+            percent(share),
+            count(stream.bridged, "sample"),
+        );
+        let mend = "check the load of the bus, and record with `candump -r 8388608 -L`";
+        findings.push(Finding::new(severity, ABOUT, finding, mend));
+    } else if stream.frames > 0 {
+        let frames = stream.frames;
+        findings.push(Finding::right(ABOUT, format!("no frame of {frames} lost")));
+    }
+    if stream.restarts > 0 {
+        // Counters may begin anew with each recording.
+        let is_often = stream.records > 0 && stream.restarts > stream.records;
+        let severity = if is_often { Doubtful } else { Note };
+        let finding = format!("{} of the counters", count(stream.restarts, "restart"));
+        let mend = "right between recordings; else check supply and cables of the sensors";
+        findings.push(Finding::new(severity, ABOUT, finding, mend));
+    }
+    if stream.repeated as f64 > LOST * stream.frames as f64 {
+        let finding =
+            format!("{} of force and acceleration came again", count(stream.repeated, "frame"));
+        let mend = "see whether two senders or two listeners put the same frames into the log";
+        findings.push(Finding::new(Doubtful, ABOUT, finding, mend));
+    }
+    findings
+}
+
+/// What keeps most frames from becoming records.
+fn of_obstacle(survey: &Survey) -> Option<Finding> {
+    let (finding, mend) = match survey.obstacle.as_ref()? {
+        Obstacle::CounterStandsStill { sensor, frames } => (
+            format!("[signals] {sensor}_counter stands still in {}", count(*frames, "frame")),
+            "name the signal that counts the samples",
+        ),
+        Obstacle::CountersApart { jumps } => (
+            format!(
+                "the counters of force and acceleration do not go together: {}",
+                count(*jumps, "jump")
+            ),
+            "both must be equal at the same instant: start the sensors together",
+        ),
+        Obstacle::NotFinite { readings } => (
+            format!("{} not finite", count(*readings, "reading")),
+            "correct the factors in [bus] dbc",
+        ),
+        // The identifiers and their rates have findings of their own.
+        Obstacle::Misfit(_) | Obstacle::WrongRate(_) => return None,
+    };
+    Some(Finding::new(unless_all_is_lost(survey), ABOUT, finding, mend))
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_wire::state::Sensor;
+
+    use super::*;
+    use crate::check::Severity::{Right, Wrong};
+    use crate::check::fixture::{empty, good};
+
+    #[test]
+    fn lost_frames_are_doubtful_from_half_a_per_cent_on() {
+        let mut survey = good();
+        survey.counts.stream.frames = 10_000;
+        for (lost, severity) in [(0, Right), (10, Note), (100, Doubtful)] {
+            survey.counts.stream.frames_lost = lost;
+            assert_eq!(judge(&survey)[0].severity, severity, "{lost}");
+        }
+        assert!(
+            judge(&survey)[0]
+                .finding
+                .starts_with("100 frames of force and acceleration lost (1.0 %)")
+        );
+    }
+
+    #[test]
+    fn restarts_are_right_between_recordings() {
+        let mut survey = good();
+        let records = survey.counts.stream.records;
+        for (restarts, severity) in [(records - 1, Note), (records + 1, Doubtful)] {
+            survey.counts.stream.restarts = restarts;
+            assert_eq!(judge(&survey).last().unwrap().severity, severity);
+        }
+    }
+
+    #[test]
+    fn a_counter_that_stands_still_is_named() {
+        let mut survey = empty();
+        let still = Obstacle::CounterStandsStill { sensor: Sensor::Force, frames: 8000 };
+        survey.obstacle = Some(still);
+        let finding = &judge(&survey)[0];
+        assert_eq!(finding.severity, Wrong);
+        assert_eq!(finding.finding, "[signals] force_counter stands still in 8000 frames");
+        survey.obstacle = Some(Obstacle::NotFinite { readings: 2 });
+        assert_eq!(judge(&survey)[0].finding, "2 readings not finite");
+    }
+}

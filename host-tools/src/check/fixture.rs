@@ -1,0 +1,95 @@
+//! Surveys for tests, made by hand.
+
+use std::path::Path;
+
+use flexid_pipeline::check::{Examined, Excitation, Identifier, Octave, Survey, Traffic};
+use flexid_pipeline::config::Config;
+use flexid_pipeline::intake::Counts;
+use flexid_wire::misfits::FrameId;
+use flexid_wire::state::State;
+
+/// The configuration of the reference scenario.
+pub(super) fn config() -> Config {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-edge.toml");
+    Config::load(&file).unwrap()
+}
+
+/// An identifier whose frames came at 2 kHz.
+pub(super) fn identifier(id: u16, signals: &[&str], frames: u64) -> Identifier {
+    let intervals = frames.saturating_sub(1);
+    Identifier {
+        id: FrameId::Standard(id),
+        signals: signals.iter().map(|&name| name.to_owned()).collect(),
+        is_sampled: id <= 0x102,
+        traffic: Traffic {
+            frames,
+            intervals,
+            seconds: intervals as f64 / 2000.0,
+            newest_s: intervals as f64 / 2000.0,
+            silences: 0,
+        },
+    }
+}
+
+/// A full record at a pose of its own, with rest before its cut and force all over the band.
+pub(super) fn record(number: u64) -> Examined {
+    let octave = |from_hz: f64| Octave { band_hz: [from_hz, 2.0 * from_hz], bins: 40, clear: 40 };
+    Examined {
+        number,
+        start_s: 5.0 * number as f64,
+        seconds: 4.096,
+        rate_hz: 2000.0,
+        has_doubtful_rate: false,
+        pose: vec![0.1 * number as f64, -0.4, 0.9],
+        pose_number: number,
+        repeats: None,
+        quiet_samples: 384,
+        quiet_s: 0.192,
+        starts_at_rest: true,
+        excitation: Ok(Excitation {
+            rms_force_n: 150.0,
+            octaves: [2.0, 4.0, 8.0].map(octave).into(),
+        }),
+    }
+}
+
+/// A survey without a record.
+pub(super) fn empty() -> Survey {
+    Survey {
+        counts: Counts::default(),
+        state: State::AwaitingRecord { seconds: 4.096, faint_force_n: None, implausible: None },
+        expected: Vec::new(),
+        unexpected: Vec::new(),
+        records: Vec::new(),
+        obstacle: None,
+        implausible: Vec::new(),
+        at_limit: None,
+        at_rest: None,
+        faint_force_n: None,
+        scale: None,
+        axes: None,
+        rate: None,
+        troubles: Vec::new(),
+        broken: None,
+    }
+}
+
+/// A survey of three records without a fault.
+pub(super) fn good() -> Survey {
+    let mut survey = empty();
+    survey.state = State::Measuring { implausible: None };
+    survey.expected = [
+        (0x101, &["Fx", "Fy", "Fz"][..], 24_576),
+        (0x102, &["ax", "ay", "az"], 24_576),
+        (0x111, &["q1"], 123),
+        (0x112, &["q2"], 123),
+        (0x113, &["q3"], 123),
+    ]
+    .map(|(id, signals, frames)| identifier(id, signals, frames))
+    .into();
+    survey.records = (1..=3).map(record).collect();
+    survey.counts.stream.records = 3;
+    survey.counts.stream.frames = 49_152;
+    survey.counts.all = 49_521;
+    survey
+}

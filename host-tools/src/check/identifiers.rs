@@ -1,0 +1,189 @@
+//! Judges the identifiers that came, their lengths and their rates.
+
+use flexid_pipeline::check::{Identifier, Survey};
+use flexid_pipeline::config::Config;
+use flexid_pipeline::text::count;
+use flexid_wire::misfits::{Misfit, MisfitKind};
+use flexid_wire::rate::RateUsed;
+
+use super::Severity::{Doubtful, Note, Wrong};
+use super::words::enumerate;
+use super::{Finding, unless_all_is_lost};
+
+const ABOUT: &str = "identifiers";
+/// Relative difference from the configured rate from which on a mean rate is wrong. The stream uses no rate that is farther off
+/// (`StreamHealth::wrong_rate`). It measures smaller differences by its clock model, and [`Survey::rate`] has them.
+const RATE_OFF: f64 = 0.1;
+
+/// Judges the identifiers of a survey.
+pub(super) fn judge(config: &Config, survey: &Survey) -> Vec<Finding> {
+    let mut findings = vec![of_presence(survey)];
+    findings.extend(of_form(survey));
+    findings.extend(of_rates(config, survey));
+    let others: u64 = survey.unexpected.iter().map(|other| other.traffic.frames).sum();
+    if others > 0 {
+        let identifiers = match survey.unexpected.len() as u64 {
+            1 => "1 other identifier".to_owned(),
+            some => format!("{some} other identifiers"),
+        };
+        let mend = "right if other devices share the bus";
+        let finding = format!("{identifiers} in {}", count(others, "frame"));
+        findings.push(Finding::new(Note, ABOUT, finding, mend));
+    }
+    if survey.counts.bus_errors > 0 {
+        let errors = count(survey.counts.bus_errors, "error");
+        let mend = "check bit rate, wires and termination";
+        findings.push(Finding::new(Doubtful, "bus", format!("the bus reported {errors}"), mend));
+    }
+    findings
+}
+
+/// Name of an identifier: `0x101 (Fx, Fy, Fz)`.
+pub(super) fn name(identifier: &Identifier) -> String {
+    format!("{} ({})", identifier.id, identifier.signals.join(", "))
+}
+
+fn of_presence(survey: &Survey) -> Finding {
+    let is_missing = |identifier: &&Identifier| identifier.traffic.frames == 0;
+    let missing: Vec<_> = survey.expected.iter().filter(is_missing).collect();
+    if missing.is_empty() {
+        let all = survey.expected.len();
+        return Finding::right(ABOUT, format!("all {all} expected identifiers are in the log"));
+    }
+    let verb = if missing.len() == 1 { "is" } else { "are" };
+    let names = enumerate(missing.iter().map(|identifier| name(identifier)));
+    let came =
+        survey.unexpected.iter().map(|other| format!("{} ({})", other.id, other.traffic.frames));
+    let instead = match enumerate(came) {
+        none if none.is_empty() => String::new(),
+        came => format!("; unknown identifiers with their frames: {came}"),
+    };
+    let mend = format!("switch the sender on, or correct the identifier in [bus] dbc{instead}");
+    Finding::new(Wrong, ABOUT, format!("{names} {verb} not in the log"), mend)
+}
+
+/// Frames of another length or kind than in the DBC file.
+fn of_form(survey: &Survey) -> Option<Finding> {
+    let Misfit { id, kind, frames, others_fit } = survey.counts.misfit?;
+    let (what, mend) = match kind {
+        MisfitKind::Length { got, expected } => (
+            format!("{id} has {got} bytes, and {expected} in [bus] dbc"),
+            "correct the DBC file or the sender",
+        ),
+        // Other devices may send them, too.
+        MisfitKind::Remote if others_fit => return None,
+        MisfitKind::Remote => {
+            (format!("{id} has remote requests only"), "see whether the sensor answers")
+        }
+        MisfitKind::Fd => (format!("{id} has CAN FD frames"), "set the sender to classical CAN"),
+    };
+    let severity = if others_fit { unless_all_is_lost(survey) } else { Wrong };
+    Some(Finding::new(severity, ABOUT, format!("{what}: {}", count(frames, "frame")), mend))
+}
+
+fn of_rates(config: &Config, survey: &Survey) -> Vec<Finding> {
+    let configured_hz = config.rate_hz;
+    if let Some((rate, used)) = &survey.rate {
+        let (measured_hz, expected_hz) = (f64::from(rate.measured_hz), rate.rate_hz);
+        let (severity, use_of_it) = match used {
+            RateUsed::Measured => (Doubtful, "the records have the measured rate".to_owned()),
+            RateUsed::Configured => (
+                Doubtful,
+                "a sender was held up, and the records have the configured rate".to_owned(),
+            ),
+            RateUsed::TooFast => {
+                (unless_all_is_lost(survey), "such records are refused".to_owned())
+            }
+            RateUsed::Uncertain { std_hz } => {
+                (Wrong, format!("± {std_hz:.2} Hz is too uncertain to be used"))
+            }
+        };
+        let finding = format!(
+            "samples come at {measured_hz:.2} Hz, and rate_hz is {expected_hz}: {use_of_it}"
+        );
+        let mend = "set [measurement] rate_hz, or the sensors, to the right rate";
+        return vec![Finding::new(severity, "rate", finding, mend)];
+    }
+    let sampled = survey.expected.iter().filter(|identifier| identifier.is_sampled);
+    let rates: Vec<(&Identifier, f64)> = sampled
+        .filter_map(|identifier| Some((identifier, identifier.traffic.rate_hz()?)))
+        .collect();
+    let is_off = |rate: f64| (rate / configured_hz - 1.0).abs() > RATE_OFF;
+    let off = rates.iter().filter(|(_, rate)| is_off(*rate));
+    let mut findings: Vec<Finding> = off
+        .map(|(identifier, rate)| {
+            let finding = format!(
+                "{} comes at {rate:.0} Hz, and rate_hz is {configured_hz}",
+                name(identifier)
+            );
+            let mend = "set [measurement] rate_hz, or the sensor, to the right rate";
+            Finding::new(unless_all_is_lost(survey), "rate", finding, mend)
+        })
+        .collect();
+    if findings.is_empty() && !rates.is_empty() {
+        let mut texts: Vec<String> = rates.iter().map(|(_, rate)| format!("{rate:.1}")).collect();
+        texts.dedup();
+        let rates = enumerate(texts);
+        let finding =
+            format!("force and acceleration come at {rates} Hz, and rate_hz is {configured_hz}");
+        findings.push(Finding::right("rate", finding));
+    }
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_wire::misfits::FrameId;
+    use flexid_wire::rate::WrongRate;
+    use flexid_wire::text::clipped;
+
+    use super::*;
+    use crate::check::Severity;
+    use crate::check::fixture::{config, empty, good, identifier};
+
+    fn gravest(survey: &Survey) -> Finding {
+        judge(&config(), survey).into_iter().min_by_key(|finding| finding.severity).unwrap()
+    }
+
+    #[test]
+    fn missing_identifiers_are_named_with_what_came_instead() {
+        let mut survey = good();
+        assert_eq!(gravest(&survey).severity, Severity::Right);
+        survey.expected[4].traffic = Default::default();
+        survey.unexpected = vec![identifier(0x7F3, &[], 41)];
+        let missing = gravest(&survey);
+        assert_eq!(missing.severity, Wrong);
+        assert_eq!(missing.finding, "0x113 (q3) is not in the log");
+        assert!(missing.mend.ends_with("0x7F3 (41)"), "{}", missing.mend);
+    }
+
+    #[test]
+    fn frames_of_a_wrong_length_prevent_identification_if_no_other_fits() {
+        let mut survey = good();
+        for (others_fit, severity) in [(true, Doubtful), (false, Wrong)] {
+            let (id, kind) = (FrameId::Standard(0x101), MisfitKind::Length { got: 7, expected: 8 });
+            survey.counts.misfit = Some(Misfit { id, kind, frames: 9, others_fit });
+            let finding = gravest(&survey);
+            assert_eq!(finding.severity, severity);
+            assert_eq!(finding.finding, "0x101 has 7 bytes, and 8 in [bus] dbc: 9 frames");
+        }
+    }
+
+    #[test]
+    fn a_rate_that_is_off_is_doubtful_while_there_are_records() {
+        let mut survey = good();
+        let mut config = config();
+        let rate = |config: &Config, survey: &Survey| of_rates(config, survey)[0].clone();
+        assert_eq!(rate(&config, &survey).severity, Severity::Right);
+        config.rate_hz = 1500.0;
+        assert_eq!(rate(&config, &survey).severity, Doubtful);
+        survey.records.clear();
+        let wrong = rate(&config, &survey);
+        assert_eq!(wrong.severity, Wrong);
+        assert_eq!(wrong.finding, "0x101 (Fx, Fy, Fz) comes at 2000 Hz, and rate_hz is 1500");
+        let known = WrongRate { file: clipped("edge.toml"), rate_hz: 2000.0, measured_hz: 1996.5 };
+        survey.rate = Some((known, RateUsed::Uncertain { std_hz: 1.0 }));
+        assert_eq!(rate(&config, &survey).severity, Wrong);
+        assert!(of_rates(&config, &empty()).is_empty());
+    }
+}

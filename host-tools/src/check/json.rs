@@ -1,0 +1,128 @@
+//! The findings as JSON for scripts.
+
+use anyhow::Result;
+use flexid_pipeline::check::{Examined, Identifier};
+use serde::Serialize;
+
+use super::{Check, Finding};
+use crate::json::SCHEMA;
+
+#[derive(Serialize)]
+struct CheckJson<'a> {
+    schema: u32,
+    ready: bool,
+    verdict: String,
+    findings: &'a [Finding],
+    identifiers: Vec<IdentifierJson<'a>>,
+    records: Vec<RecordJson<'a>>,
+}
+
+/// An identifier of the DBC file, or another one that came.
+#[derive(Serialize)]
+struct IdentifierJson<'a> {
+    id: String,
+    is_expected: bool,
+    signals: &'a [String],
+    frames: u64,
+    /// Silences left out. `null` for fewer than two frames between silences.
+    rate_hz: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct RecordJson<'a> {
+    number: u64,
+    start_s: f64,
+    seconds: f64,
+    rate_hz: f64,
+    pose: &'a [f64],
+    pose_number: u64,
+    repeats: Option<u64>,
+    rest_s: f64,
+    /// Fault for which the record is refused.
+    fault: Option<String>,
+    rms_force_n: Option<f64>,
+    /// Share of the band's bins in which the force stands clear of its noise, 0 to 1.
+    clear: Option<f64>,
+    octaves: Vec<OctaveJson>,
+}
+
+#[derive(Serialize)]
+struct OctaveJson {
+    band_hz: [f64; 2],
+    clear: f64,
+}
+
+/// The check as JSON.
+///
+/// # Errors
+/// No check gives an error.
+pub(crate) fn text(check: &Check) -> Result<String> {
+    let survey = check.survey;
+    let expected = survey.map_or(&[][..], |survey| &survey.expected).iter();
+    let unexpected = survey.map_or(&[][..], |survey| &survey.unexpected).iter();
+    let identifiers = expected.map(|one| identifier(one, true));
+    let json = CheckJson {
+        schema: SCHEMA,
+        ready: check.is_ready(),
+        verdict: check.verdict(),
+        findings: &check.findings,
+        identifiers: identifiers.chain(unexpected.map(|one| identifier(one, false))).collect(),
+        records: survey.map_or(&[][..], |survey| &survey.records).iter().map(record).collect(),
+    };
+    Ok(serde_json::to_string_pretty(&json)? + "\n")
+}
+
+fn identifier(identifier: &Identifier, is_expected: bool) -> IdentifierJson<'_> {
+    IdentifierJson {
+        id: identifier.id.to_string(),
+        is_expected,
+        signals: &identifier.signals,
+        frames: identifier.traffic.frames,
+        rate_hz: identifier.traffic.rate_hz(),
+    }
+}
+
+fn record(record: &Examined) -> RecordJson<'_> {
+    let excitation = record.excitation.as_ref().ok();
+    let octaves = excitation.map_or(&[][..], |excitation| &excitation.octaves).iter();
+    RecordJson {
+        number: record.number,
+        start_s: record.start_s,
+        seconds: record.seconds,
+        rate_hz: record.rate_hz,
+        pose: &record.pose,
+        pose_number: record.pose_number,
+        repeats: record.repeats,
+        rest_s: record.quiet_s,
+        fault: record.excitation.as_ref().err().map(ToString::to_string),
+        rms_force_n: excitation.map(|excitation| excitation.rms_force_n),
+        clear: excitation.map(|excitation| excitation.share()),
+        octaves: octaves
+            .map(|octave| OctaveJson { band_hz: octave.band_hz, clear: octave.share() })
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+    use crate::check::fixture::{config, good};
+
+    #[test]
+    fn json_has_what_the_tables_have() {
+        let (config, survey) = (config(), good());
+        let check = Check::new(&config, Some(&survey), &[]);
+        let json: Value = serde_json::from_str(&text(&check).unwrap()).unwrap();
+        assert_eq!(json["ready"], true);
+        assert_eq!(json["verdict"], check.verdict());
+        assert_eq!(json["findings"].as_array().unwrap().len(), check.findings.len());
+        assert_eq!(json["identifiers"][0]["id"], "0x101");
+        assert_eq!(json["records"][2]["pose_number"], 3);
+        assert_eq!(json["records"][2]["octaves"][0]["clear"], 1.0);
+        let empty = Check::new(&config, None, &[]);
+        let json: Value = serde_json::from_str(&text(&empty).unwrap()).unwrap();
+        assert_eq!(json["records"].as_array().unwrap().len(), 0);
+    }
+}

@@ -1,0 +1,162 @@
+//! Judges configuration, DBC file and logs before anybody identifies: what is right, what is wrong, and what to do.
+//!
+//! | module        | judges                                                        |
+//! | ------------- | ------------------------------------------------------------- |
+//! | `setup`       | the configuration and its DBC file                            |
+//! | `identifiers` | identifiers and rates                                         |
+//! | `counters`    | lost frames, and the counters of the sensors                  |
+//! | `units`       | units of angles, acceleration and force                       |
+//! | `sensors`     | axes that are swapped, stuck or clipped; spikes               |
+//! | `rest`        | rest before each cut                                          |
+//! | `excitation`  | where the force stands clear of its noise                     |
+//! | `records`     | number, poses and repetitions of the records                  |
+//! | `source`      | logs that are no whole logs of `candump -L`                   |
+//! | `table`       | the findings as a table for people, `json` for scripts        |
+//!
+//! What frames hold is surveyed by [`flexid_pipeline::check`], with the thresholds of the daemon. The thresholds here stand at the top of
+//! their file, each with its source.
+
+mod counters;
+mod excitation;
+#[cfg(test)]
+mod fixture;
+mod identifiers;
+pub(crate) mod json;
+mod records;
+mod rest;
+mod sensors;
+mod setup;
+mod source;
+pub(crate) mod table;
+mod units;
+mod words;
+
+use flexid_pipeline::check::Survey;
+use flexid_pipeline::config::Config;
+use flexid_pipeline::input::BadInput;
+use flexid_pipeline::text::count;
+use serde::Serialize;
+
+/// How grave a finding is, the gravest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Severity {
+    /// It prevents identification, or makes every number wrong.
+    Wrong,
+    /// It costs accuracy, or a part of the data.
+    Doubtful,
+    /// It is to be known.
+    Note,
+    /// It is right.
+    Right,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Finding {
+    pub(crate) severity: Severity,
+    /// What it is about, for example `units`.
+    pub(crate) about: &'static str,
+    /// What was found, in words.
+    pub(crate) finding: String,
+    /// What to do. Empty where nothing is to be done.
+    pub(crate) mend: String,
+}
+
+impl Finding {
+    fn new(
+        severity: Severity,
+        about: &'static str,
+        finding: impl Into<String>,
+        mend: impl Into<String>,
+    ) -> Self {
+        Self { severity, about, finding: finding.into(), mend: mend.into() }
+    }
+
+    fn right(about: &'static str, finding: impl Into<String>) -> Self {
+        Self::new(Severity::Right, about, finding, "")
+    }
+}
+
+/// Severity of a fault that costs a part of the records: nothing can be identified if no record is left.
+fn unless_all_is_lost(survey: &Survey) -> Severity {
+    if survey.usable().next().is_some() { Severity::Doubtful } else { Severity::Wrong }
+}
+
+/// The findings on a configuration and its logs.
+pub(crate) struct Check<'a> {
+    config: &'a Config,
+    /// What the logs hold. `None` without a log.
+    survey: Option<&'a Survey>,
+    /// The gravest first, and of equally grave ones the causes before what they bring about.
+    pub(crate) findings: Vec<Finding>,
+}
+
+impl<'a> Check<'a> {
+    /// Judges a configuration, and what its logs hold. `cut_off` are the logs whose last line is not whole.
+    pub(crate) fn new(
+        config: &'a Config,
+        survey: Option<&'a Survey>,
+        cut_off: &[BadInput],
+    ) -> Self {
+        let mut findings = Vec::new();
+        if let Some(survey) = survey {
+            findings.extend(source::judge(survey, cut_off));
+            findings.extend(identifiers::judge(config, survey));
+            findings.extend(counters::judge(survey));
+            findings.extend(units::judge(survey));
+            findings.extend(sensors::judge(survey));
+            findings.extend(rest::judge(survey));
+            findings.extend(excitation::judge(survey));
+            let is_explained = findings.iter().any(|finding| finding.severity == Severity::Wrong);
+            findings.extend(records::judge(config, survey, is_explained));
+        }
+        findings.extend(setup::judge(config));
+        findings.sort_by_key(|finding| finding.severity);
+        Self { config, survey, findings }
+    }
+
+    /// Returns whether nothing prevents identification, or a recording if there is no log.
+    pub(crate) fn is_ready(&self) -> bool {
+        self.of(Severity::Wrong) == 0
+    }
+
+    /// Returns the verdict in one line.
+    pub(crate) fn verdict(&self) -> String {
+        if let Some(first) = self.findings.iter().find(|first| first.severity == Severity::Wrong) {
+            let more = match self.of(Severity::Wrong) - 1 {
+                0 => String::new(),
+                more => format!(" (and {more} more)"),
+            };
+            return format!("not ready: {}{more}", first.finding);
+        }
+        let doubts = match self.of(Severity::Doubtful) {
+            0 => String::new(),
+            doubts => format!("; {}", count(doubts, "doubt")),
+        };
+        let ready = match self.survey {
+            Some(survey) => {
+                let records = count(survey.usable().count() as u64, "record");
+                format!("ready to identify: {records} in {}", count(survey.poses() as u64, "pose"))
+            }
+            None if setup::has_signals(self.config) => {
+                let joints = self.config.signals.joints.len() as u64;
+                let identifiers = self.config.signals.identifiers().len() as u64;
+                format!(
+                    "ready to record: {} and {}",
+                    count(joints, "joint"),
+                    count(identifiers, "identifier")
+                )
+            }
+            None => {
+                let tests = self.config.statics.tests.len() as u64;
+                format!("ready to identify: {}", count(tests, "static test"))
+            }
+        };
+        ready + &doubts
+    }
+
+    fn of(&self, severity: Severity) -> u64 {
+        self.findings.iter().filter(|finding| finding.severity == severity).count() as u64
+    }
+}

@@ -1,0 +1,123 @@
+//! Judges the configuration and its DBC file. Mistakes in them have been refused before, each by one line.
+
+use flexid_core::imperfection::Accuracies;
+use flexid_pipeline::config::{Accelerometer, Config};
+use flexid_pipeline::text::count;
+
+use super::Finding;
+use super::Severity::Note;
+use super::words::{enumerate, hz};
+
+const ABOUT: &str = "configuration";
+
+/// Whether the configuration describes records, and not static tests alone.
+pub(super) fn has_signals(config: &Config) -> bool {
+    !config.signals.identifiers().is_empty()
+}
+
+/// Judges joints, band, gravity and accuracies.
+pub(super) fn judge(config: &Config) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    if has_signals(config) {
+        findings.extend(of_joints(config));
+        findings.push(Finding::right(ABOUT, of_the_record(config)));
+        findings.extend(of_gravity(config));
+    }
+    if !config.statics.tests.is_empty() {
+        let tests = count(config.statics.tests.len() as u64, "static test");
+        findings.push(Finding::right(ABOUT, format!("{tests} in [static] file")));
+    }
+    if config.accuracies == Accuracies::default() {
+        findings.push(Finding::new(
+            Note,
+            ABOUT,
+            "[accuracy] takes robot and sensors as perfect",
+            "right for a simulated robot; leave assume = \"perfect\" out for a real one",
+        ));
+    }
+    findings
+}
+
+/// The joints against the signals of the DBC file.
+fn of_joints(config: &Config) -> Vec<Finding> {
+    let signals = &config.signals;
+    let joints = count(signals.joints.len() as u64, "driven joint");
+    let named = enumerate(&signals.joints);
+    let mut findings =
+        vec![Finding::right(ABOUT, format!("{joints}, each with a signal in [bus] dbc: {named}"))];
+    if !signals.other_angles.is_empty() {
+        let others = &signals.other_angles;
+        findings.push(Finding::new(
+            Note,
+            ABOUT,
+            format!(
+                "[bus] dbc has {} that [signals] joints does not name: {}",
+                count(others.len() as u64, "further angle"),
+                enumerate(others)
+            ),
+            format!("right for a robot of {joints}; else import all of its joints"),
+        ));
+    }
+    findings
+}
+
+fn of_the_record(config: &Config) -> String {
+    let seconds = config.record_samples as f64 / config.rate_hz;
+    let [lower, upper] = config.band_hz;
+    // As the bins of an experiment are counted.
+    let bins = (upper * seconds).floor() - (lower * seconds).ceil() + 1.0;
+    format!(
+        "a record has {} samples ({seconds:.1} s), and {bins} bins from {} to {} Hz",
+        config.record_samples,
+        hz(lower),
+        hz(upper)
+    )
+}
+
+fn of_gravity(config: &Config) -> Option<Finding> {
+    let (is_zero, is_inertial) =
+        (config.gravity == [0.0; 3], config.accelerometer == Accelerometer::Inertial);
+    let stated = match (is_zero, is_inertial) {
+        (false, false) => return None,
+        (true, false) => "gravity_m_per_s2 is zero",
+        (false, true) => "accelerometer is \"inertial\"",
+        (true, true) => "gravity_m_per_s2 is zero and accelerometer is \"inertial\"",
+    };
+    let mend = "right for a simulated robot; leave it out for a real one";
+    Some(Finding::new(Note, ABOUT, stated, mend))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::check::fixture::config;
+
+    use super::*;
+
+    fn notes(config: &Config) -> Vec<String> {
+        let all = judge(config).into_iter();
+        all.filter(|finding| finding.severity == Note).map(|finding| finding.finding).collect()
+    }
+
+    #[test]
+    fn what_no_real_robot_has_is_noted() {
+        let mut config = config();
+        assert_eq!(notes(&config).len(), 2, "{:?}", notes(&config));
+        config.gravity = [0.0, 0.0, -9.8];
+        assert!(notes(&config)[0].starts_with("accelerometer is"));
+        config.accelerometer = Accelerometer::Strapdown;
+        config.accuracies = Accuracies::typical();
+        assert_eq!(notes(&config), Vec::<String>::new());
+        config.signals.other_angles = vec!["q4".into(), "q5".into()];
+        let note = "[bus] dbc has 2 further angles that [signals] joints does not name: q4 and q5";
+        assert_eq!(notes(&config), [note]);
+    }
+
+    #[test]
+    fn the_record_is_described() {
+        let config = config();
+        assert_eq!(
+            of_the_record(&config),
+            "a record has 8192 samples (4.1 s), and 811 bins from 2 to 200 Hz"
+        );
+    }
+}

@@ -1,0 +1,101 @@
+//! `flexid check`: what is right and what is wrong, before anybody identifies.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use flexid_edge::console::{PrintError, print};
+use flexid_pipeline::check::{Survey, survey};
+use flexid_pipeline::config::Config;
+use flexid_pipeline::input::BadInput;
+
+use crate::check::{Check, json, table};
+use crate::exit::{BadArgument, Told};
+use crate::recording;
+use crate::recording::ending;
+use crate::recording::meter::Meter;
+
+/// The help text with a sample and the exit status.
+const AFTER_HELP: &str = "Sample:
+  $ flexid check --config edge.toml cut.log
+  not ready: 0x113 (q3) is not in the log
+
+  state     about        finding                     what to do
+  ──────────────────────────────────────────────────────────────────────────────────────────
+  wrong     identifiers  0x113 (q3) is not in the    switch its sender on, or correct its
+                         log                         identifier in [bus] dbc
+  ...
+
+States: wrong prevents identification; doubtful costs accuracy, or part of the data; note is to be known; right is right.
+
+Exit status: 0 when the configuration and the logs are ready; 1 when something is wrong; 2 for bad input: a file that is missing, \
+empty or cut off, or a mistake in the configuration.";
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// The daemon's configuration
+    #[arg(long, value_name = "EDGE.toml")]
+    config: PathBuf,
+    /// Logs of candump -L, also packed (.gz, .zst), in the order in which they were recorded; - is standard input. Without any,
+    /// the configuration and its DBC file are checked
+    #[arg(value_name = "RECORDING.log")]
+    logs: Vec<PathBuf>,
+    /// Print the findings as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let config = match args.logs.as_slice() {
+        [] => Config::load_statics(&args.config)?,
+        _ => Config::load(&args.config)?,
+    };
+    let mut survey = match args.logs.as_slice() {
+        [] => None,
+        logs => Some(of_logs(&config, logs)?),
+    };
+    let cut_off: Vec<BadInput> =
+        args.logs.iter().filter_map(|log| ending::check(log, &config.signals).err()).collect();
+    let check = Check::new(&config, survey.as_ref(), &cut_off);
+    let text = if args.json { json::text(&check)? } else { table::text(&check) };
+    let is_ready = check.is_ready();
+    // What was found is printed even if a log breaks off, and the error is reported even if that cannot be printed.
+    let printed = print(&text);
+    if let Some(error) = survey.as_mut().and_then(|survey| survey.broken.take()) {
+        return Err(BadArgument(format!("{error}: copy or record it again")).into());
+    }
+    if let Some(error) = cut_off.into_iter().next() {
+        return Err(error.into());
+    }
+    match printed {
+        // A reader that closes the pipe does not make it ready.
+        Ok(()) | Err(PrintError::Closed) if !is_ready => Err(Told.into()),
+        printed => Ok(printed?),
+    }
+}
+
+fn of_logs(config: &Config, logs: &[PathBuf]) -> Result<Survey> {
+    logs.iter().try_for_each(|log| not_empty(log))?;
+    let meter = Meter::of_reading();
+    let mut source = recording::open(logs, &config.interface, &meter)?;
+    let survey = survey(config, &mut source, |records| meter.show_records(records))?;
+    meter.finish();
+    match (logs, &survey.broken) {
+        ([first, ..], None) if survey.counts.all == 0 => Err(no_frame(first).into()),
+        _ => Ok(survey),
+    }
+}
+
+/// Refuses an empty file: among others it would not be noticed.
+fn not_empty(log: &Path) -> Result<(), BadInput> {
+    let is_empty = fs::metadata(log).is_ok_and(|log| log.is_file() && log.len() == 0);
+    if is_empty { Err(no_frame(log)) } else { Ok(()) }
+}
+
+fn no_frame(log: &Path) -> BadInput {
+    BadInput::new(
+        log,
+        "holds no frame: record it with `candump -L can0 > cut.log`, or name another log",
+    )
+}

@@ -1,0 +1,109 @@
+//! Whether the last line of a log is whole. A copy that broke off, or a full disk, ends in the middle of a line.
+
+use std::fs::File;
+use std::io::{self, BufRead as _, BufReader, Read as _};
+use std::path::Path;
+use std::time::Duration;
+
+use flexid_pipeline::input::BadInput;
+use flexid_pipeline::signals::{NoReading, SignalTable};
+use flexid_pipeline::source::{CandumpLog, FrameSource as _};
+
+use super::packed;
+
+/// Longest line that is looked at, bytes. A line of `candump -L` has 80 at most, and one of a CAN FD frame 200.
+const LONGEST: usize = 4096;
+
+/// Checks the end of a log.
+///
+/// Packed logs, pipes and standard input are not looked at: a packed log that is cut off has an error of its own.
+///
+/// # Errors
+/// The last line has no end, and is no frame or one of another length than in the DBC file. The error names the line and the remedy.
+pub(crate) fn check(name: &Path, table: &SignalTable) -> Result<(), BadInput> {
+    // A log that cannot be read has been reported before.
+    match last_line(name) {
+        Ok(Some((line, text))) if !is_whole(&text, table) => Err(BadInput {
+            file: name.to_path_buf(),
+            line: Some(line),
+            message: "the last line is cut off: the log is not complete: copy or record it again"
+                .to_owned(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// The number, from 1, and the text of a last line without an end. Returns `None` for a log that ends with a line's end, is packed, or is
+/// no regular file.
+fn last_line(name: &Path) -> io::Result<Option<(usize, Vec<u8>)>> {
+    let file = File::open(name)?;
+    if !file.metadata()?.is_file() {
+        return Ok(None);
+    }
+    let mut file = BufReader::with_capacity(1 << 16, file);
+    if packed::is_packed(file.fill_buf()?) {
+        return Ok(None);
+    }
+    let (mut lines, mut last) = (0, Vec::new());
+    loop {
+        let part = file.fill_buf()?;
+        if part.is_empty() {
+            break;
+        }
+        let read = part.len();
+        let ends = part.iter().filter(|byte| **byte == b'\n').count();
+        let rest = part.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
+        if ends > 0 {
+            last.clear();
+        }
+        let room = LONGEST.saturating_sub(last.len()).min(rest.len());
+        last.extend_from_slice(&rest[..room]);
+        lines += ends;
+        file.consume(read);
+    }
+    Ok((!last.is_empty()).then_some((lines + 1, last)))
+}
+
+/// Whether this line is a frame that the table can read, or one that it does not know.
+fn is_whole(line: &[u8], table: &SignalTable) -> bool {
+    let mut frames = Vec::new();
+    let read =
+        CandumpLog::new(Path::new(""), line.chain(&b"\n"[..])).read(&mut frames, Duration::ZERO);
+    let [arrival] = &frames[..] else { return false };
+    read.is_ok()
+        && !matches!(table.decode(&arrival.frame, |_| {}), Err(NoReading::WrongLength { .. }))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use flexid_pipeline::config::Config;
+
+    use super::*;
+
+    const WHOLE: &str = "(1767000000.000060) can0 101#0102030405060708";
+
+    #[test]
+    fn a_line_in_the_middle_of_which_the_log_ends_is_named() {
+        let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-edge.toml");
+        let table = Config::load(&config).unwrap().signals;
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("a.log");
+        let checked = |text: &str| {
+            fs::write(&log, text).unwrap();
+            check(&log, &table)
+        };
+        // A frame that is not known may have any length.
+        let other = "(1767000000.000060) can0 7FF#01";
+        for text in ["", WHOLE, other, &format!("{WHOLE}\n"), &format!("{WHOLE}\n{WHOLE}")] {
+            assert_eq!(checked(text), Ok(()), "{text}");
+        }
+        for length in 1..WHOLE.len() {
+            let error = checked(&format!("{WHOLE}\n{WHOLE}\n{}", &WHOLE[..length])).unwrap_err();
+            assert_eq!(error.line, Some(3), "{length}");
+            assert!(error.to_string().contains("a.log:3: the last line is cut off"), "{error}");
+        }
+        assert_eq!(checked(&"x".repeat(100_000)).unwrap_err().line, Some(1));
+    }
+}
