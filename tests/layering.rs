@@ -16,6 +16,7 @@ const PACKAGES: &[&str] = &[
     "flexid-simulation",
     "flexid-reproduce",
     "flexid-export",
+    "flexid-prediction",
     "flexid",
 ];
 
@@ -53,7 +54,13 @@ fn the_edge_reaches_no_host_tool() {
         never(
             package,
             &reached,
-            &["flexid", "flexid-simulation", "flexid-reproduce", "flexid-export"],
+            &[
+                "flexid",
+                "flexid-simulation",
+                "flexid-reproduce",
+                "flexid-export",
+                "flexid-prediction",
+            ],
         );
         never(package, &reached, FRONT);
     }
@@ -66,7 +73,7 @@ fn the_pipeline_reaches_no_daemon() {
 
 #[test]
 fn simulation_reproduction_and_export_reach_no_command() {
-    for package in ["flexid-simulation", "flexid-reproduce", "flexid-export"] {
+    for package in ["flexid-simulation", "flexid-reproduce", "flexid-export", "flexid-prediction"] {
         never(package, &reached(package), &["flexid", "flexid-edge", "clap"]);
     }
 }

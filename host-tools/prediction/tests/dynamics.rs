@@ -1,6 +1,5 @@
 //! Predictions against a dense model that shares nothing with them, and their intervals against finite differences.
 
-#[allow(dead_code, reason = "core's tests need more of it")]
 #[path = "../../../core/tests/common/mod.rs"]
 mod common;
 

@@ -47,7 +47,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             BadArgument(format!("--force has {} numbers: give three", force.len()))
         })?),
     };
-    if let Some(highest) = args.highest.filter(|highest| !(*highest > 0.0)) {
+    if let Some(highest) = args.highest.filter(|highest| highest.is_nan() || *highest <= 0.0) {
         return Err(BadArgument(format!("--highest is {highest}: must be above 0 Hz")).into());
     }
     for Numbers(pose) in &args.pose {

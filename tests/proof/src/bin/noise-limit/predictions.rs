@@ -54,16 +54,14 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
             scores(study, &cuts[robot as usize % cuts.len()], &accuracies, robot, details)
         };
         let all = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
-        let kinds: [(&str, fn(&Scores) -> &Vec<f64>); 3] = [
-            ("receptance", |scores| &scores.receptance),
-            ("deflection", |scores| &scores.deflection),
-            ("first three natural frequencies", |scores| &scores.frequencies),
-        ];
-        for (kind, of) in kinds {
-            let mut intervals = Intervals::default();
-            for scores in all.iter().flatten() {
-                intervals.push(of(scores).iter().copied());
+        let mut kinds = [(); 3].map(|()| Intervals::default());
+        for Scores { receptance, deflection, frequencies } in all.into_iter().flatten() {
+            for (intervals, scores) in kinds.iter_mut().zip([receptance, deflection, frequencies]) {
+                intervals.push(scores.into_iter());
             }
+        }
+        let names = ["receptance", "deflection", "first three natural frequencies"];
+        for (kind, intervals) in names.into_iter().zip(&kinds) {
             figures.push(intervals.cover_on_plants(&format!("{name}: {kind}, 95 % bands"), COVER));
         }
     }
