@@ -18,11 +18,11 @@ use crate::recording::meter::Meter;
 /// The help text with a sample and the exit status.
 const AFTER_HELP: &str = "Sample:
   $ flexid check --config edge.toml cut.log
-  not ready: 0x113 (q3) is not in the log
+  not ready: 0x113 (q3) is not in the log (and 1 more)
 
   state     about        finding                     what to do
   ──────────────────────────────────────────────────────────────────────────────────────────
-  wrong     identifiers  0x113 (q3) is not in the    switch its sender on, or correct its
+  wrong     identifiers  0x113 (q3) is not in the    switch the sender on, or correct the
                          log                         identifier in [bus] dbc
   ...
 
