@@ -10,6 +10,7 @@ mod identify;
 mod pedestal;
 mod pipes;
 mod plan;
+mod predict;
 mod recordings;
 mod sensors;
 mod setup;

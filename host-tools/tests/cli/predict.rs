@@ -1,0 +1,162 @@
+//! What `flexid predict` and `flexid export` make of a result.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json as value};
+
+use crate::setup::{flexid, folder, identified, json, stderr};
+
+fn stdout(folder: &Path, arguments: &str) -> String {
+    let output = flexid(folder, arguments);
+    assert!(output.status.success(), "{arguments}: {}", stderr(&output));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The result with the parameters replaced by the truth, whose covariance is that of the fit.
+fn with_truth(folder: &Path, found: &Value) {
+    let truth = json(folder, "t.json");
+    let mut true_robot = found.clone();
+    for joint in true_robot["joints"].as_array_mut().unwrap() {
+        let own = &truth["truth"][joint["name"].as_str().unwrap()];
+        joint["stiffness"] = own["stiffness"].clone();
+        joint["damping"] = own["damping"].clone();
+    }
+    fs::write(folder.join("true.json"), true_robot.to_string()).unwrap();
+}
+
+#[test]
+fn intervals_hold_what_is_true_and_files_hold_what_is_printed() {
+    let folder = folder();
+    let folder = folder.path();
+    let (_, found) = identified(folder, "--truth-json t.json", || ());
+    with_truth(folder, &found);
+    let predicted = |file: &str| -> Value {
+        let arguments = format!(
+            "predict {file} --pose 0.4,-0.7,1.1 --force 120,-80,200 --json --receptance h.csv"
+        );
+        serde_json::from_str(&stdout(folder, &arguments)).unwrap()
+    };
+    let (own, truth) = (predicted("o.json"), predicted("true.json"));
+    let (own, truth) = (&own[0], &truth[0]);
+    let mut held = [0, 0];
+    let mut hold = |own: &Value, truth: &Value| {
+        let [low, high] = [0, 1].map(|end| own["interval"][end].as_f64().unwrap());
+        let truth = truth["value"].as_f64().unwrap();
+        // Neither is wide enough to hold all that there could be.
+        assert!((high - low).abs() < 0.1 * truth.abs().max(1e-7), "{own}");
+        held[0] += u32::from((low..=high).contains(&truth));
+        held[1] += 1;
+    };
+    for mode in 0..3 {
+        hold(&own["modes"][mode]["frequency_hz"], &truth["modes"][mode]["frequency_hz"]);
+    }
+    for axis in 0..3 {
+        let [own, truth] = [own, truth].map(|one| &one["deflection"]["translation"][axis]);
+        hold(own, truth);
+    }
+    for point in (0..400).step_by(20) {
+        let [own, truth] = [own, truth].map(|one| &one["receptance"][point]["magnitude"]);
+        for axis in 0..3 {
+            hold(&own[axis][axis], &truth[axis][axis]);
+        }
+    }
+    // Of 66 intervals of 95 %, as dependent as they are, fewer hold once in a thousand robots.
+    assert!(held[0] >= 50, "{held:?}");
+
+    // The file was written last of the true robot.
+    let csv = fs::read_to_string(folder.join("h.csv")).unwrap();
+    let mut lines = csv.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let first: Vec<f64> = lines.next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+    let column = |name: &str| first[header.iter().position(|own| *own == name).unwrap()];
+    assert_eq!(column("frequency_hz"), 2.0);
+    let printed = truth["receptance"][0]["magnitude"][0][0]["value"].as_f64().unwrap();
+    assert!((column("h_xx_m_per_n") / printed - 1.0).abs() < 1e-8);
+    assert_eq!(csv.lines().count(), 401);
+
+    let table = stdout(folder, "predict o.json --force 120,-80,200 --receptance h.uff");
+    for part in [" mode ", " Hz ", " deflection, µm: x ", " stiffness at the tool, N/m: x "] {
+        assert!(table.contains(part), "{part:?} is not in\n{table}");
+    }
+    // Nine entries in each of three poses.
+    let uff = fs::read_to_string(folder.join("h.uff")).unwrap();
+    assert_eq!(uff.lines().filter(|line| *line == "    58").count(), 27);
+    assert!(uff.lines().all(|line| line.len() <= 80));
+
+    for (format, part) in [
+        ("mjcf", "<mujoco"),
+        ("simscape", "Bushing Joint"),
+        ("drake", "LinearBushingRollPitchYaw"),
+        ("csv", "joint_1"),
+    ] {
+        stdout(folder, &format!("export o.json --format {format} --out out"));
+        let text = fs::read_to_string(folder.join("out")).unwrap();
+        assert!(text.contains(part), "{format}: {part:?} is not in\n{text}");
+    }
+}
+
+#[test]
+fn a_wrong_result_is_refused_with_its_place_and_mend() {
+    let folder = folder();
+    let folder = folder.path();
+    let (_, found) = identified(folder, "", || ());
+    type Change = fn(&mut Value);
+    let changes: [(Change, &str); 8] = [
+        (|found| found["schema"] = value!(9), "is of schema 9, this flexid reads 1"),
+        (|found| drop(found.as_object_mut().unwrap().remove("robot")), "has no robot"),
+        (
+            |found| drop(found["robot"]["covariance"].as_array_mut().unwrap().pop()),
+            "covariance has 665 entries: 666 are",
+        ),
+        (|found| found["robot"]["covariance"][0] = value!(-1.0), "covariance is none"),
+        (|found| found["joints"][0]["stiffness"][0] = value!(-1.0), "not positive"),
+        (
+            |found| {
+                found["robot"]["imperfections"] =
+                    value!([{"imperfection": {"mass": 7}, "value": 0.1}])
+            },
+            "imperfections[0] is of another robot",
+        ),
+        (|found| found["robot"]["band_hz"] = value!([200.0, 2.0]), "band_hz must be"),
+        (
+            |found| drop(found["joints"].as_array_mut().unwrap().pop()),
+            "joints and robot.model are of different robots",
+        ),
+    ];
+    let refusal = |arguments: &str| {
+        let output = flexid(folder, arguments);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {message}");
+        assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
+        message
+    };
+    for (change, expected) in changes {
+        let mut wrong = found.clone();
+        change(&mut wrong);
+        fs::write(folder.join("wrong.json"), wrong.to_string()).unwrap();
+        for command in ["predict wrong.json", "export wrong.json --format mjcf --out x"] {
+            let message = refusal(command);
+            assert!(message.contains("wrong.json: ") && message.contains(expected), "{message}");
+        }
+    }
+    fs::write(folder.join("empty.json"), "").unwrap();
+    let whole = fs::read_to_string(folder.join("o.json")).unwrap();
+    fs::write(folder.join("cut.json"), &whole[..whole.len() / 2]).unwrap();
+    for (arguments, expected) in [
+        ("predict gone.json", "gone.json: cannot be read"),
+        ("predict empty.json", "empty.json: EOF"),
+        ("predict cut.json", "give a file as `flexid identify --json` writes it"),
+        ("predict edge.toml", "edge.toml: "),
+        ("predict o.json --pose 0,0", "--pose has 2 angles: this robot has 3 driven joints"),
+        ("predict o.json --force 1,2", "--force has 2 numbers: give three"),
+        ("predict o.json --highest 0", "--highest is 0: must be above 0 Hz"),
+        ("predict o.json --receptance h.txt", "h.txt: a receptance is written as .csv or .uff"),
+        ("export o.json --format mjcf --pose 0 --out x", "--pose has 1 angles"),
+        ("export o.json --format mjcf --out gone/x", "its folder is not there"),
+    ] {
+        let message = refusal(arguments);
+        assert!(message.contains(expected), "{arguments}: {message}");
+    }
+    assert!(!folder.join("x").exists());
+}
