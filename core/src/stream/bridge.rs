@@ -267,11 +267,11 @@ mod tests {
 
     #[test]
     fn edges_are_held_and_long_gaps_refused() {
-        let mut signal: StdVec<f32> = (0..300).map(|n| n as f32).collect();
+        let mut signal: StdVec<f32> = (0..3000).map(|n| n as f32).collect();
         signal[0] = f32::NAN;
-        signal[299] = f32::NAN;
+        signal[2999] = f32::NAN;
         let bridged = bridge(&mut signal).expect("short gaps");
-        assert_eq!((signal[0], signal[299], bridged.samples), (1.0, 298.0, 2));
+        assert_eq!((signal[0], signal[2999], bridged.samples), (1.0, 2998.0, 2));
         signal[100..103].fill(f32::NAN);
         assert_eq!(bridge(&mut signal), Err(Unbridgeable));
     }

@@ -185,10 +185,17 @@ fn mistakes_are_named_with_place_and_mend() {
 #[test]
 fn hysteresis_that_leaves_no_stiffness_is_refused() {
     let (scenario, _) = mill3();
-    let error = parse("[joints]\nhysteretic = 1.0").unwrap().check_bushings(&scenario.truth);
+    let error = parse("[joints]\nhysteretic = 1.0\nhysteretic_at_hz = 40.0")
+        .unwrap()
+        .check_bushings(&scenario.truth);
     let error = error.unwrap_err();
     assert!(error.starts_with("[joints] hysteretic is 1: joint 1 "), "{error}");
-    assert!(parse("[joints]\nhysteretic = 0.3").unwrap().check_bushings(&scenario.truth).is_ok());
+    assert!(
+        parse("[joints]\nhysteretic = 0.3\nhysteretic_at_hz = 40.0")
+            .unwrap()
+            .check_bushings(&scenario.truth)
+            .is_ok()
+    );
 }
 
 /// Step of a record of 2 kHz, s.
