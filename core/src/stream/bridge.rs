@@ -15,9 +15,9 @@ const NEIGHBOURS: usize = 2 * REACH;
 /// Mean distance of the positions at which the weights are fitted: twice the golden ratio. The multiples of an irrational number
 /// are spread evenly over the phases of any period (Weyl, 1916), so that a periodic cut is met in all its phases.
 const STRIDE: f64 = 3.236_067_977_499_79;
-/// Least number of positions at which the weights are fitted: ten for each. With fewer, the error that is left is not that of a bridged
-/// sample (a rule of thumb for regressions: Harrell, _Regression Modeling Strategies_, 2015, section 4.4).
-const LEAST_POSITIONS: usize = 10 * NEIGHBOURS;
+/// Least number of positions at which the weights are fitted: three for each. The mean square error of a bridged sample is then known to
+/// √(2/24), a third.
+const LEAST_POSITIONS: usize = 3 * NEIGHBOURS;
 /// Most gaps of one signal in a record.
 const MAX_GAPS: usize = 1024;
 /// Number of rounds in which gaps close together settle.
