@@ -17,9 +17,7 @@ use flexid_wire::state::State;
 use flexid_wire::warning::Warning;
 use serde::{Deserialize, Serialize};
 
-/// Version of the result. An entry that is added does not change it. An entry that is renamed or removed, or whose meaning
-/// changes, does.
-pub(crate) const SCHEMA: u32 = 1;
+pub(crate) use flexid_prediction::document::SCHEMA;
 
 /// A finding as JSON.
 #[derive(Serialize)]

@@ -23,7 +23,7 @@ pub struct FromParent {
 }
 
 impl FromParent {
-    /// X as a matrix.
+    /// X, 6×6: rows are the displacement here, columns that of the parent; each is translation (m), then turns (rad).
     pub fn matrix(&self) -> Matrix6<f64> {
         let mut matrix = Matrix6::zeros();
         matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.rotation);

@@ -146,9 +146,9 @@ impl Estimate {
         }
     }
 
-    /// How far its parameters can be trusted: none is identified in a fit that did not settle, that static tests contradict, that needs imperfections of no plausible plant, or
-    /// whose residuals are both larger and more alike than noise makes them, so that the model is wrong, unless its standard deviations
-    /// are robust.
+    /// How far its parameters can be trusted: none is identified in a fit that did not settle, that static tests contradict, that needs
+    /// imperfections of no plausible plant, or whose residuals are both larger and more alike than noise makes them, so that the model is
+    /// wrong, unless its standard deviations are robust.
     pub fn trust(&self) -> Trust {
         let settled = self.acceptance != Acceptance::Unsettled
             && !self.statics_object

@@ -8,7 +8,7 @@ use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::MAX_IMPERFECTIONS;
 use crate::refine::{Explanation, FoundImperfection, MAX_EXPLANATIONS, Outcome, Plant, Problem};
 use crate::spectrum::Experiment;
-use crate::verdict::WEAK;
+use crate::verdict::{Covariance, WEAK};
 
 /// An estimate that holds whatever the imperfections of the plant are, within their accuracies.
 #[derive(Clone, Debug)]
@@ -59,7 +59,6 @@ impl<R> Identifier<R> {
             }
         };
         let (size, count) = plant.size();
-        let are_plausible = !are_implausible(size, count) && !plant.is_restated_beyond_plausible();
         let coordinates = *refinement.coordinates();
         let mut minimum = Minimum::new(coordinates, settled.found_by, fit, &remaining, sought);
         minimum.apart.clone_from(&settled.apart);
@@ -67,6 +66,11 @@ impl<R> Identifier<R> {
         let explanations = plant.explain(&problem, minimum.inflation(), &mut |shift| {
             minimum.remember_explanation(shift)
         });
+        // A parameter fixed at a wrong value is explained by wrong masses, gains or records.
+        let is_imposed =
+            sought.imposes() && explanations.iter().any(Explanation::is_contradicted_very_strongly);
+        let are_plausible =
+            !(are_implausible(size, count) || plant.is_restated_beyond_plausible() || is_imposed);
         minimum.spread(sought);
         // The trust in an estimate multiplies its deviations by the inflation.
         let inflation = libm::sqrt(minimum.inflation());
@@ -74,16 +78,9 @@ impl<R> Identifier<R> {
             .leaves_misfit()
             .then(|| refinement.jackknife_plant(&problem, experiments, plant, inflation));
         let robust = robust.flatten();
-        let own = |unknown: usize| minimum.fit.covariance.deviation(unknown);
-        let times = robust.as_ref().map_or(1.0, |robust| {
-            let ratios = (0..sought.unknowns())
-                .filter(|&unknown| own(unknown) <= WEAK)
-                .map(|unknown| (robust[unknown] / own(unknown)).max(1.0));
-            let (count, sum) =
-                ratios.fold((0.0, 0.0), |(count, sum), ratio| (count + 1.0, sum + ratio * ratio));
-            if count > 0.0 { libm::sqrt(sum / count) } else { 1.0 }
-        });
-        let widening = inflation.max(1.0) * times;
+        let covariance = &minimum.fit.covariance;
+        let times = robust.as_ref().map_or(1.0, |robust| times_wider(robust, covariance));
+        let widening = inflation * times;
         if let Some(deviations) = &robust {
             minimum.fit.raise(sought, deviations);
         }
@@ -121,4 +118,16 @@ impl<R> Identifier<R> {
         refinement.restart_at(&settled.coordinates);
         Some(PlantEstimate { estimate, imperfections, explanations, widening })
     }
+}
+
+/// How many times these standard deviations are larger than those of the covariance, where they are: root mean square over the unknowns that
+/// the data determine.
+fn times_wider(deviations: &[f64], covariance: &Covariance) -> f64 {
+    let own = |unknown: usize| covariance.deviation(unknown);
+    let ratios = (0..covariance.unknowns())
+        .filter(|&unknown| own(unknown) <= WEAK)
+        .map(|unknown| (deviations[unknown] / own(unknown)).max(1.0));
+    let (count, sum) =
+        ratios.fold((0.0, 0.0), |(count, sum), ratio| (count + 1.0, sum + ratio * ratio));
+    if count > 0.0 { libm::sqrt(sum / count) } else { 1.0 }
 }

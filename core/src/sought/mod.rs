@@ -224,6 +224,15 @@ impl Sought {
         self.unknowns
     }
 
+    /// Whether some parameter is fixed, or tied to another one.
+    pub fn imposes(&self) -> bool {
+        let is_parameter = |unknown: &usize| {
+            let coordinate = self.coordinate(*unknown);
+            matches!(coordinate, Some(Coordinate::Stiffness { .. } | Coordinate::Damping { .. }))
+        };
+        (0..self.unknowns).filter(is_parameter).count() < 2 * DOF * self.joints
+    }
+
     /// Unknown of a coordinate; `None` if the coordinate is not sought, or if the chain does not have it.
     pub fn unknown(&self, coordinate: Coordinate) -> Option<usize> {
         self.roles[coordinate.place()?].unknown()

@@ -5,7 +5,7 @@ use std::path::Path;
 use flexid_core::MAX_JOINTS;
 use flexid_core::chain::{Chain, ChainError, Joint, JointKind, Link};
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::input::{self, BadInput};
 
@@ -52,7 +52,7 @@ pub struct ModelJoint {
     pub axis: [f64; 3],
     /// Lower and upper limit of the angle (rad) or stroke (m). Infinite where there is no limit. Zero, and left out of the file, for a
     /// fixed joint.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_zero", deserialize_with = "limits")]
     pub limits: [f64; 2],
     /// Mass of the link, kg.
     pub mass_kg: f64,
@@ -258,6 +258,12 @@ impl ModelJoint {
     }
 }
 
+/// Limits of a joint. JSON has no infinity, and writes `null` where there is no limit.
+fn limits<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
+    let [lower, upper] = <[Option<f64>; 2]>::deserialize(deserializer)?;
+    Ok([lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)])
+}
+
 fn is_zero<const N: usize>(numbers: &[f64; N]) -> bool {
     *numbers == [0.0; N]
 }
@@ -313,6 +319,16 @@ mod tests {
         assert_eq!([text.matches("axis =").count(), text.matches("limits =").count()], [1, 1]);
         assert_eq!(Model::parse(Path::new("m.toml"), &text).unwrap(), model);
         assert_eq!(model.chain().unwrap().driven(), 1);
+    }
+
+    #[test]
+    fn a_joint_without_limits_is_read_again_from_either_format() {
+        let mut model = model();
+        model.joints[0].limits = [f64::NEG_INFINITY, f64::INFINITY];
+        model.joints[1].limits = [-1.0, f64::INFINITY];
+        assert_eq!(Model::parse(Path::new("m.toml"), &model.to_toml().unwrap()).unwrap(), model);
+        let json = serde_json::to_string(&model).unwrap();
+        assert_eq!(serde_json::from_str::<Model>(&json).unwrap(), model);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use flexid_core::identify::{Estimate, PlantEstimate};
 use flexid_core::imperfection::Imperfection;
 use flexid_core::parameters::Bounds;
-use flexid_core::refine::{Plant, PlantInformation};
+use flexid_core::refine::{FoundImperfection, Plant, PlantInformation};
 use flexid_core::sought::{Coordinate, Sought};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -75,44 +75,41 @@ impl FoundRobot {
         poses: &[impl AsRef<[f64]>],
     ) -> Self {
         let unknowns = Unknowns { sought, bounds: &config.bounds };
-        let (of_plant, widening, mut imperfections) = match plant {
+        let (covariance, widening) = match plant {
             Some((plant, found)) => {
-                let information = plant.information();
-                let found_values = found.imperfections.iter().map(|found| FoundValue {
-                    imperfection: found.imperfection,
-                    value: found.value,
-                });
-                let values: Vec<FoundValue> = found_values.collect();
-                (unknowns.covariance_on_plant(&information), found.widening, values)
+                (unknowns.covariance_on_plant(&plant.information()), found.widening)
             }
-            None => {
-                let widening = estimate.consistency.max(1.0).sqrt();
-                (unknowns.covariance(estimate), widening, Vec::new())
-            }
+            None => (unknowns.covariance(estimate), estimate.consistency.max(1.0).sqrt()),
         };
-        let count = imperfections.len();
-        let is_kept = |found: &FoundValue| found.imperfection.is_of_robot();
-        let kept: Vec<usize> = (0..count).filter(|&index| is_kept(&imperfections[index])).collect();
-        imperfections.retain(is_kept);
-        // Each coordinate of the robot is a multiple of an unknown, or does not vary.
+        let all = plant.map_or(&[][..], |(_, found)| &found.imperfections);
         let joints = config.model.joints.len();
-        let parameters = (0..joints)
+        // Row of the covariance and unit of each coordinate of the robot. `None` of one that does not vary.
+        let mut places: Vec<Option<(usize, f64)>> = (0..joints)
             .flat_map(coordinates)
-            .map(|coordinate| sought.unknown(coordinate).map(|unknown| (count + unknown, 1.0)));
-        let of_plant_units = plant.map(|(plant, _)| plant.information().imperfections().to_vec());
-        let unit = |index: usize| of_plant_units.as_ref().map_or(0.0, |all| all[index].1);
-        let mut places: Vec<Option<(usize, f64)>> = parameters.collect();
-        places.extend(kept.iter().map(|&index| Some((index, unit(index)))));
+            .map(|own| sought.unknown(own).map(|unknown| (all.len() + unknown, 1.0)))
+            .collect();
+        let mut imperfections = Vec::new();
+        if let Some((plant, _)) = plant {
+            let information = plant.information();
+            for (row, (found, (_, unit))) in all.iter().zip(information.imperfections()).enumerate()
+            {
+                let FoundImperfection { imperfection, value, .. } = *found;
+                if imperfection.is_of_robot() {
+                    imperfections.push(FoundValue { imperfection, value });
+                    places.push(Some((row, *unit)));
+                }
+            }
+        }
         for nuisance in &estimate.nuisances {
             let Coordinate::Mass(link) = nuisance.coordinate else { continue };
             let Some(unknown) = sought.unknown(nuisance.coordinate) else { continue };
             let value = nuisance.value.ln();
             imperfections.push(FoundValue { imperfection: Imperfection::Mass(link), value });
-            places.push(Some((count + unknown, sought.width(nuisance.coordinate))));
+            places.push(Some((all.len() + unknown, sought.width(nuisance.coordinate))));
         }
         let entry = |row: usize, column: usize| match (places[row], places[column]) {
             (Some((i, of_i)), Some((j, of_j))) => {
-                of_plant[(i, j)] * of_i * of_j * widening * widening
+                covariance[(i, j)] * of_i * of_j * widening * widening
             }
             _ => 0.0,
         };

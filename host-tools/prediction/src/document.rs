@@ -2,15 +2,18 @@
 
 use std::path::Path;
 
+use flexid_core::parameters::Bushing;
 use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::robot::FoundRobot;
 use flexid_wire::report::{Fit, JointReport};
+use flexid_wire::text::{Name, clipped};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use crate::robot::Robot;
 
-/// Version of result files that this program reads.
+/// Version of the result. An entry that is added does not change it. An entry that is renamed or removed, or whose meaning
+/// changes, does.
 pub const SCHEMA: u32 = 1;
 
 /// What was found.
@@ -73,13 +76,16 @@ impl Found {
                 "has no robot, as results of the daemon and of older programs: run `flexid identify --json` on a recording".into(),
             ));
         };
-        let names = robot.model.joints.iter().map(|joint| joint.name.as_str());
-        if !names.eq(joints.iter().map(|joint| joint.name.as_str()))
-            && joints.len() != robot.model.joints.len()
-        {
+        // The names of a report are clipped.
+        let names = robot.model.joints.iter().map(|joint| -> Name { clipped(&joint.name) });
+        if !names.eq(joints.iter().map(|joint| joint.name.clone())) {
             return Err(bad("joints and robot.model are of different robots: run `flexid identify --json` again".into()));
         }
-        let robot = Robot::new(robot, &joints).map_err(|error| bad(format!("robot: {error}")))?;
+        let bushings = joints
+            .iter()
+            .map(|joint| Bushing { stiffness: joint.stiffness, damping: joint.damping })
+            .collect();
+        let robot = Robot::new(robot, bushings).map_err(|error| bad(format!("robot: {error}")))?;
         Ok(Self { joints, fit, warnings, robot })
     }
 }

@@ -21,8 +21,6 @@ use crate::robot::{OF_JOINT, Robot};
 
 /// Shift of an imperfection for a difference, in its standard deviations. Chosen: the error of a central difference grows with its square.
 const SHIFT: f64 = 0.1;
-/// Least frequency, as a part of the upper edge of the band, at which a static stiffness is read where the band begins at zero.
-const LEAST: f64 = 1e-3;
 
 /// A robot at a pose.
 #[derive(Clone, Debug)]
@@ -99,8 +97,8 @@ impl<'a> Dynamics<'a> {
 
     /// Where static stiffnesses are read: at the lower edge of the band, the lowest frequency that the records show.
     pub(crate) fn at_rest(&self) -> Place {
-        let [lower, upper] = self.robot.band_hz();
-        Place::Static(TAU * lower.max(LEAST * upper))
+        let [lower, _] = self.robot.band_hz();
+        Place::Static(TAU * lower)
     }
 
     /// Impedances of all springs and of all dampers.

@@ -23,8 +23,6 @@ const ITERATIONS: usize = 40;
 const ALIGNING: usize = 2;
 /// How far beyond the highest frequency a start may lie, as a factor.
 const BEYOND: f64 = 1.2;
-/// Least lower edge of a band, as a part of its upper edge, of which the middle is taken.
-const LEAST: f64 = 1e-3;
 /// Change of λ, relative, at which an iteration has converged.
 const CONVERGED: f64 = 1e-12;
 /// Distance of two λ, relative, that are the same mode.
@@ -75,7 +73,7 @@ impl Dynamics<'_> {
     /// ```
     fn viscous(&self) -> Vec<Complex<f64>> {
         let [lower, upper] = self.robot().band_hz();
-        let omega = TAU * (lower.max(LEAST * upper) * upper).sqrt();
+        let omega = TAU * (lower * upper).sqrt();
         let Matrices { mass, gravity, .. } = self.matrices();
         // Links have mass and inertia, so that M is positive.
         let Some(inverse) = mass.clone().cholesky() else { return Vec::new() };

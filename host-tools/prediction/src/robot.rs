@@ -3,17 +3,18 @@
 use flexid_core::chain::Chain;
 use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::imperfection::Imperfection;
-use flexid_core::parameters::{Bushing, Bushings};
+use flexid_core::parameters::Bushings;
 use flexid_core::refine::Mechanics;
 use flexid_pipeline::model::{Model, ModelError};
 use flexid_pipeline::robot::FoundRobot;
-use flexid_wire::report::JointReport;
 use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
 
 /// Parameters of a joint.
 pub(crate) const OF_JOINT: usize = 12;
+/// Least lower edge of a band, as a part of its upper edge.
+const LEAST: f64 = 1e-3;
 /// Largest negative eigenvalue of a covariance, in parts of the largest one, that is rounding of its file.
 const ROUNDING: f64 = 1e-6;
 
@@ -67,14 +68,14 @@ pub enum RobotError {
 }
 
 impl Robot {
-    /// The robot of a result, whose parameters are those of `joints`, base first.
+    /// The robot of a result with these bushings, base first.
     ///
     /// # Errors
     /// An entry is wrong, or of another robot.
-    pub fn new(found: FoundRobot, joints: &[JointReport]) -> Result<Self, RobotError> {
+    pub fn new(found: FoundRobot, bushings: Bushings) -> Result<Self, RobotError> {
         let chain = found.model.chain()?;
-        if joints.len() != chain.joints().len() {
-            let (model, parameters) = (chain.joints().len(), joints.len());
+        if bushings.len() != chain.joints().len() {
+            let (model, parameters) = (chain.joints().len(), bushings.len());
             return Err(RobotError::Joints { model, parameters });
         }
         let [lower, upper] = found.band_hz;
@@ -84,14 +85,11 @@ impl Robot {
         if !found.gravity_m_per_s2.iter().all(|component| component.is_finite()) {
             return Err(RobotError::Gravity);
         }
-        let mut bushings = Bushings::new();
-        for joint in joints {
-            let values = joint.stiffness.iter().chain(&joint.damping);
-            if !values.clone().all(|value| *value > 0.0 && value.is_finite()) {
-                return Err(RobotError::Parameter(joint.name.to_string()));
+        for (bushing, joint) in bushings.iter().zip(&found.model.joints) {
+            let mut values = bushing.stiffness.iter().chain(&bushing.damping);
+            if !values.all(|value| *value > 0.0 && value.is_finite()) {
+                return Err(RobotError::Parameter(joint.name.clone()));
             }
-            // There are as many as joints of a chain.
-            let _ = bushings.push(Bushing { stiffness: joint.stiffness, damping: joint.damping });
         }
         let imperfections: Vec<(Imperfection, f64)> =
             found.imperfections.iter().map(|own| (own.imperfection, own.value)).collect();
@@ -99,7 +97,7 @@ impl Robot {
         if let Some(wrong) = imperfections.iter().position(|own| !is_of(own)) {
             return Err(RobotError::Imperfection(wrong));
         }
-        let size = OF_JOINT * joints.len() + imperfections.len();
+        let size = OF_JOINT * bushings.len() + imperfections.len();
         let covariance = symmetric(size, &found.covariance)?;
         Ok(Self { found, chain, bushings, imperfections, covariance })
     }
@@ -119,9 +117,11 @@ impl Robot {
         &self.bushings
     }
 
-    /// Lower and upper edge of the band that was fitted, Hz.
+    /// Lower and upper edge of the band that was fitted, Hz. The lower one is above 0: a thousandth of the upper one where the band begins
+    /// at 0, as for the middle of the band in a fit.
     pub fn band_hz(&self) -> [f64; 2] {
-        self.found.band_hz
+        let [lower, upper] = self.found.band_hz;
+        [lower.max(LEAST * upper), upper]
     }
 
     /// The dynamics at joint angles `pose`, one per driven joint, rad (m).

@@ -12,8 +12,6 @@ use flexid_core::parameters::Bushings;
 use flexid_pipeline::model::Model;
 use flexid_pipeline::robot::{FoundRobot, FoundValue, JointBounds};
 use flexid_prediction::Robot;
-use flexid_wire::report::{JointReport, Verdict};
-use flexid_wire::text::clipped;
 use nalgebra::{Complex, DMatrix};
 use proptest::prelude::*;
 
@@ -60,21 +58,7 @@ fn std(index: usize) -> f64 {
 /// The robot with these bushings and imperfections, each in its unit of the table. Only the coordinate `uncertain` varies.
 fn robot(bushings: &Bushings, values: &[f64], uncertain: Option<usize>) -> Robot {
     let model = model();
-    let joints: Vec<JointReport> = model
-        .joints
-        .iter()
-        .zip(bushings)
-        .map(|(joint, bushing)| JointReport {
-            name: clipped(&joint.name),
-            stiffness: bushing.stiffness,
-            stiffness_std: [None; 6],
-            stiffness_verdict: [Verdict::Identified; 6],
-            damping: bushing.damping,
-            damping_std: [None; 6],
-            damping_verdict: [Verdict::Identified; 6],
-        })
-        .collect();
-    let size = 12 * joints.len() + values.len();
+    let size = 12 * bushings.len() + values.len();
     let mut covariance = vec![0.0; size * (size + 1) / 2];
     if let Some(index) = uncertain {
         covariance[(index + 1) * (index + 2) / 2 - 1] = std(index).powi(2);
@@ -92,7 +76,7 @@ fn robot(bushings: &Bushings, values: &[f64], uncertain: Option<usize>) -> Robot
             .collect(),
         covariance,
     };
-    Robot::new(found, &joints).unwrap()
+    Robot::new(found, bushings.clone()).unwrap()
 }
 
 fn dense(robot: &Robot, pose: &[f64], bushings: &Bushings) -> Dense {

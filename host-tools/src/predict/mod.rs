@@ -49,9 +49,7 @@ impl Prediction {
         let deflection = request
             .force
             .map(|[x, y, z]| dynamics.deflection(&compliance, [x, y, z, 0.0, 0.0, 0.0]));
-        let [lower, upper] = robot.band_hz();
-        let lower = if lower > 0.0 { lower } else { 1e-3 * upper };
-        let points = grid([lower, upper], request.points.unwrap_or(0));
+        let points = grid(robot.band_hz(), request.points.unwrap_or(0));
         let receptance = points
             .map(|frequency| dynamics.receptance(frequency))
             .collect::<Option<Vec<_>>>()

@@ -20,9 +20,8 @@ use super::cells::Cell;
 use crate::MAX_JOINTS;
 use crate::imperfection::Imperfection;
 use crate::refine::FoundImperfection;
+use crate::refine::record::share_pose;
 
-/// Largest difference of two joint angles of the same pose, rad (m). Chosen: it changes a receptance by about 1 %.
-const SAME: f64 = 0.01;
 /// Least ratio of two forces that differ.
 const UNLIKE: f64 = 1.2;
 /// Least standard deviation of the left-hand side. Chosen: cuts with different spindle speeds excite the same error by other frequencies.
@@ -47,7 +46,7 @@ impl OfRecord {
     }
 
     fn shares_pose(&self, other: &Self) -> bool {
-        self.pose.iter().zip(&other.pose).all(|(one, other)| (one - other).abs() <= SAME)
+        share_pose(&self.pose, &other.pose)
     }
 
     /// Logarithms of the square of the force and of the mean square beyond noise, if there is anything.

@@ -50,6 +50,11 @@ impl Explanation {
     pub fn is_contradicted(&self) -> bool {
         self.evidence > 0.0
     }
+
+    /// Whether they contradict it very strongly.
+    pub fn is_contradicted_very_strongly(&self) -> bool {
+        self.evidence > VERY_STRONG
+    }
 }
 
 impl Plant {

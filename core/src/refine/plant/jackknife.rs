@@ -16,6 +16,7 @@
 use super::super::batch::Bins;
 use super::super::objective::Domain as _;
 use super::super::proposal::propose;
+use super::super::record::share_pose;
 use super::super::{Problem, Refinement};
 use super::Plant;
 use super::objective::{PlantDomain, PlantSumOfSquares, eliminate_seam};
@@ -28,8 +29,6 @@ const BLOCKS: usize = 48;
 /// Bands of a record, least and most. Chosen: a band is wider than the resonance of a robot's joint, some tens of hertz at most.
 const BANDS: [usize; 2] = [4, MOST_BANDS];
 const MOST_BANDS: usize = 16;
-/// Difference of joint angles up to which two records share a pose, rad (m). Chosen: a model's error hardly changes over so little.
-const SAME_POSE: f64 = 0.01;
 
 impl Refinement {
     /// Standard deviation of each unknown where the plant stands, after [`Refinement::fit_plant`], by the scatter between blocks of the
@@ -137,10 +136,7 @@ fn in_poses<const B: usize>(
 
 /// Number of the first experiment that has the pose of this one.
 fn first_of_pose<const B: usize>(experiments: &[Experiment<B>], index: usize) -> usize {
-    let shares = |other: &Experiment<B>| {
-        let both = other.pose.iter().zip(&experiments[index].pose);
-        both.into_iter().all(|(one, other)| (one - other).abs() <= SAME_POSE)
-    };
+    let shares = |other: &Experiment<B>| share_pose(&other.pose, &experiments[index].pose);
     experiments.iter().position(shares).unwrap_or(index)
 }
 

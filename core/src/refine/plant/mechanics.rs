@@ -3,13 +3,13 @@
 use nalgebra::Vector3;
 
 use super::imperfect::Imperfect;
+use crate::DOF;
 use crate::chain::Chain;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::imperfection::Imperfection;
 use crate::parameters::Bushings;
 use crate::receptance::{Complex, JointTerms, Rates, Terms, bushing};
 use crate::sensors::Sensors;
-use crate::{DOF, MAX_JOINTS};
 
 /// No record has this number: what differs from record to record is left out.
 const NO_RECORD: usize = usize::MAX;
@@ -60,7 +60,7 @@ impl Mechanics {
 
     /// Number of joints.
     pub fn joints(&self) -> usize {
-        self.terms.joints.len().min(MAX_JOINTS)
+        self.terms.joints.len()
     }
 
     /// Load per elongation of a joint, from 0, along each of its degrees of freedom, N/m and Nm/rad, at the complex frequency `s`, rad/s: that

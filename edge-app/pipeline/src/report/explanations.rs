@@ -14,13 +14,11 @@ use super::imperfections::{is_factor, name, unit};
 use super::residuals::Residuals;
 use crate::model::Model;
 
-/// Gain of −2 ln of the evidence from which on the data contradict an accuracy very strongly (Kass and Raftery, "Bayes factors", 1995,
-/// section 3.2).
-const VERY_STRONG: f64 = 10.0;
-
 /// The warning about the first accuracy that the data contradict very strongly, if there is one.
 pub(crate) fn contradicted(of_plant: Option<&PlantEstimate>, model: &Model) -> Option<Warning> {
-    let strong = explanations(of_plant, model).find(|one| one.evidence > VERY_STRONG)?;
+    let found = of_plant.into_iter().flat_map(|of_plant| &of_plant.explanations);
+    let mut all = found.zip(explanations(of_plant, model));
+    let (_, strong) = all.find(|(found, _)| found.is_contradicted_very_strongly())?;
     let Explanation { deviation, times, rivals, .. } = strong;
     Some(Warning::Contradicted { deviation, times, rivals: rivals.len() as u8 })
 }

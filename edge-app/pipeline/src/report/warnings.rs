@@ -57,11 +57,7 @@ pub(super) fn warnings(
     }
     warnings.extend(residuals.objection().map(Warning::Objection));
     warnings.extend(basis.contradicted.clone());
-    let parameters = sought.unknowns() - estimate.nuisances.len();
-    if settled
-        && (residuals.size_objects || basis.contradicted.is_some())
-        && parameters < 2 * DOF_NAMES.len() * config.model.joints.len()
-    {
+    if settled && (residuals.size_objects || basis.contradicted.is_some()) && sought.imposes() {
         warnings.push(Warning::ImposedParameters);
     }
     if let Some(excess) = estimate.static_consistency.filter(|_| estimate.statics_object) {

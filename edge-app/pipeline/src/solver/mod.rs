@@ -18,7 +18,7 @@ use flexid_core::identify::{
 use flexid_core::loss::target::Target;
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::{LeftOver, Plant};
-use flexid_core::sought::{Coordinate, Sought};
+use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
 use flexid_wire::finding::Finding;
 use flexid_wire::messages::{self, Progress};
@@ -463,14 +463,6 @@ impl Solver {
             // The intervals are those of a perfect plant.
             estimate.acceptance = Acceptance::Unsettled;
         }
-        let contradicted = report::contradicted(self.of_plant.as_deref(), &config.model);
-        if contradicted.is_some() && imposes(sought, config.model.joints.len()) {
-            // A parameter fixed at a wrong value is explained by wrong masses, gains or records.
-            estimate.is_of_implausible_plant = true;
-            if estimate.acceptance == Acceptance::Consistent {
-                estimate.acceptance = Acceptance::ModelSuspect;
-            }
-        }
         let records = self.poses.len() as u64 + estimate.retired;
         let left_out = self.settled.saturating_sub(records);
         let basis = Basis {
@@ -487,7 +479,7 @@ impl Solver {
             doubtful_rate,
             scale: self.scale.warning(),
             axes: self.axes.warning(),
-            contradicted,
+            contradicted: report::contradicted(self.of_plant.as_deref(), &config.model),
             lines: report::lines(&self.experiments),
             troubles,
         };
@@ -588,14 +580,6 @@ impl Solver {
         }
         self.dropped_poses += u64::from(last && !retired);
     }
-}
-
-/// Whether parameters are fixed or tied.
-fn imposes(sought: &Sought, joints: usize) -> bool {
-    let parameters = (0..sought.unknowns()).filter_map(|unknown| sought.coordinate(unknown));
-    let is_parameter =
-        |own: &Coordinate| matches!(own, Coordinate::Stiffness { .. } | Coordinate::Damping { .. });
-    parameters.filter(is_parameter).count() < 12 * joints
 }
 
 /// Whether the work may go on. Once `stop` requests the end, it may for the time of [`GRACE`].

@@ -7,15 +7,12 @@
 use anyhow::{Context, Result, ensure};
 use flexid_core::identify::Phase;
 use flexid_core::imperfection::{Accuracies, Imperfection as I};
-use flexid_core::parameters::Bushings;
 use flexid_core::refine;
 use flexid_pipeline::robot::{FoundRobot, FoundValue};
 use flexid_prediction::Robot;
 use flexid_prediction::receptance::grid;
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::plant::Plant;
-use flexid_wire::report::{JointReport, Verdict};
-use flexid_wire::text::clipped;
 use rayon::prelude::*;
 
 use crate::figure::Figure;
@@ -106,8 +103,8 @@ fn scores(
     let mut truth = FoundRobot { imperfections: imperfections(&plant, joints), ..found.clone() };
     let size = 12 * joints + truth.imperfections.len();
     truth.covariance = vec![0.0; size * (size + 1) / 2];
-    let found = Robot::new(found, &reports(study, &estimate.bushings))?;
-    let truth = Robot::new(truth, &reports(study, &study.robot(number)))?;
+    let found = Robot::new(found, estimate.bushings.clone())?;
+    let truth = Robot::new(truth, study.robot(number))?;
 
     let mut scores = Scores::default();
     for pose in study.unseen_poses(POSES * number..POSES * (number + 1)) {
@@ -160,22 +157,6 @@ fn scores(
         );
     }
     Ok(Some(scores))
-}
-
-/// Parameters as in a result file.
-fn reports(study: &Study, bushings: &Bushings) -> Vec<JointReport> {
-    let joints = study.config.model.joints.iter().zip(bushings);
-    joints
-        .map(|(joint, bushing)| JointReport {
-            name: clipped(&joint.name),
-            stiffness: bushing.stiffness,
-            stiffness_std: [None; 6],
-            stiffness_verdict: [Verdict::Identified; 6],
-            damping: bushing.damping,
-            damping_std: [None; 6],
-            damping_verdict: [Verdict::Identified; 6],
-        })
-        .collect()
 }
 
 /// The imperfections of a drawn plant that move the robot.
