@@ -11,8 +11,9 @@ use flexid_export::{Format, Robot, export};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
+use crate::FOLDER;
 use crate::common::Dense;
-use crate::python::{FOLDER, run, with_mujoco};
+use crate::packages::{run, with};
 use crate::scenario::{EARTH, Scenario};
 
 /// Frequencies at which receptances are compared.
@@ -105,7 +106,7 @@ fn is_the_same(name: &str, scenario: &Scenario) {
     let file = folder.join(format!("{name}.json"));
     std::fs::write(&file, serde_json::to_vec(&cases).unwrap()).unwrap();
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mujoco_check.py");
-    let output = run(Command::new(with_mujoco()).arg(script).arg(&file)).unwrap();
+    let output = run(Command::new(with("mujoco")).arg(script).arg(&file)).unwrap();
     let deviations: Vec<Deviation> = serde_json::from_str(&output).unwrap();
     assert_eq!(deviations.len(), cases.len());
     for (pose, deviation) in deviations.iter().enumerate() {

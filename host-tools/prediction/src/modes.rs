@@ -10,7 +10,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, Schur};
 use serde::Serialize;
 
 use crate::assembly::Matrices;
@@ -19,6 +19,8 @@ use crate::estimate::PositiveEstimate;
 
 /// Most iterations. Chosen: the convergence is cubic, and takes three to six.
 const ITERATIONS: usize = 40;
+/// Most iterations for the starts. Chosen: a few for each of eighty-four.
+const SCHUR_ITERATIONS: usize = 10_000;
 /// Iterations in which λ stays, until φ is along the mode. Chosen: λ is within a per cent.
 const ALIGNING: usize = 2;
 /// How far beyond the highest frequency a start may lie, as a factor.
@@ -90,7 +92,13 @@ impl Dynamics<'_> {
         let [stiffness, damping] = [stiffness / -(omega * omega), damping / -omega];
         first_order.view_mut((n, 0), (n, n)).copy_from(&inverse.solve(&stiffness));
         first_order.view_mut((n, n), (n, n)).copy_from(&inverse.solve(&damping));
-        let eigenvalues = first_order.complex_eigenvalues();
+        if !first_order.iter().all(|entry| entry.is_finite()) {
+            return Vec::new();
+        }
+        let Some(schur) = Schur::try_new(first_order, f64::EPSILON, SCHUR_ITERATIONS) else {
+            return Vec::new();
+        };
+        let eigenvalues = schur.complex_eigenvalues();
         eigenvalues.iter().map(|own| own * omega).filter(|lambda| lambda.im > 0.0).collect()
     }
 

@@ -7,7 +7,7 @@ use flexid_core::parameters::Bushings;
 use flexid_core::refine::Mechanics;
 use flexid_pipeline::model::{Model, ModelError};
 use flexid_pipeline::robot::FoundRobot;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::dynamics::Dynamics;
 
@@ -15,7 +15,9 @@ use crate::dynamics::Dynamics;
 pub(crate) const OF_JOINT: usize = 12;
 /// Least lower edge of a band, as a part of its upper edge.
 const LEAST: f64 = 1e-3;
-/// Largest negative eigenvalue of a covariance, in parts of the largest one, that is rounding of its file.
+/// Most iterations for the eigenvalues of a covariance. Chosen: a few for each of two hundred.
+const ITERATIONS: usize = 100_000;
+/// Largest negative eigenvalue of a correlation matrix, and largest excess of a correlation, that is rounding.
 const ROUNDING: f64 = 1e-6;
 
 /// A robot that was identified.
@@ -189,8 +191,12 @@ fn symmetric(size: usize, entries: &[f64]) -> Result<DMatrix<f64>, RobotError> {
         .map(|i| if matrix[(i, i)] > 0.0 { matrix[(i, i)].sqrt().recip() } else { 0.0 })
         .collect();
     let scaled = DMatrix::from_fn(size, size, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
-    let eigenvalues = scaled.symmetric_eigenvalues();
+    let is_scaled = scaled.iter().all(|entry| entry.abs() <= 1.0 + ROUNDING);
+    let least = || {
+        SymmetricEigen::try_new(scaled, f64::EPSILON, ITERATIONS).map(|own| own.eigenvalues.min())
+    };
     let is_covariance = matrix.diagonal().iter().all(|variance| *variance >= 0.0)
-        && eigenvalues.min() >= -ROUNDING * eigenvalues.max().max(1.0);
+        && is_scaled
+        && least().is_some_and(|least| least >= -ROUNDING);
     if is_covariance { Ok(matrix) } else { Err(RobotError::Covariance) }
 }

@@ -1,4 +1,4 @@
-//! `flexid export`: the robot for other programs.
+//! `flexid export`: the robot, or its receptance, for other programs.
 
 use std::path::PathBuf;
 use std::str::FromStr as _;
@@ -12,6 +12,10 @@ use flexid_wire::report::Acceptance;
 use crate::exit::BadArgument;
 use crate::numbers::{Numbers, numbers};
 use crate::output::Output;
+use crate::predict::{self, Prediction, Request};
+
+/// Number of frequencies of the receptance.
+const POINTS: usize = 400;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  flexid export found.json --format mjcf --out robot.xml")]
@@ -19,15 +23,32 @@ pub(super) struct Args {
     /// A result, as `identify --json` writes it
     #[arg(value_name = "FOUND.json")]
     found: PathBuf,
-    /// mjcf (MuJoCo), simscape (MATLAB), drake (Python) or csv. A URDF cannot carry a stiffness
-    #[arg(long, value_name = "FORMAT", value_parser = Format::from_str)]
-    format: Format,
+    /// mjcf (MuJoCo), simscape (MATLAB), drake (Python), csv, or uff (the receptance for modal analysis programs). A URDF cannot
+    /// carry a stiffness
+    #[arg(long, value_name = "FORMAT", value_parser = wanted)]
+    format: Wanted,
     /// File to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Joint angles in which the drives hold the robot, base first, rad (m) [default: the pose of the first record]
     #[arg(long, value_name = "Q1,Q2,...", value_parser = numbers, allow_hyphen_values = true)]
     pose: Option<Numbers>,
+}
+
+/// What is exported.
+#[derive(Clone, Copy, Debug)]
+enum Wanted {
+    /// The robot.
+    Robot(Format),
+    /// Its receptance along the band that was fitted, as a universal file.
+    Receptance,
+}
+
+fn wanted(name: &str) -> Result<Wanted, String> {
+    if name == "uff" {
+        return Ok(Wanted::Receptance);
+    }
+    Format::from_str(name).map(Wanted::Robot).map_err(|error| format!("{error}, uff"))
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
@@ -46,6 +67,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
         return Err(BadArgument(message).into());
     }
     let output = Output::create(&args.out)?;
+    let format = match args.format {
+        Wanted::Robot(format) => format,
+        Wanted::Receptance => {
+            let highest_hz = found.robot.band_hz()[1];
+            let request = Request { force: None, highest_hz, points: Some(POINTS) };
+            let prediction = Prediction::new(&found.robot, pose, &request)
+                .map_err(|fault| BadInput::new(&args.found, format!("pose {pose:?}: {fault}")))?;
+            return output.finish(&predict::Format::Uff.text(&[prediction])?);
+        }
+    };
     let verdict = match found.fit.acceptance {
         Acceptance::Consistent => "consistent: noise explains the residuals of the fit",
         Acceptance::ModelSuspect => "MODEL SUSPECT: the fit leaves more than noise",
@@ -58,6 +89,6 @@ pub(super) fn run(args: &Args) -> Result<()> {
         pose,
         verdict,
     };
-    let text = export(&exported, args.format).map_err(|error| BadInput::new(&args.found, error))?;
+    let text = export(&exported, format).map_err(|error| BadInput::new(&args.found, error))?;
     output.finish(&text)
 }

@@ -11,10 +11,13 @@ mod pedestal;
 mod pipes;
 mod plan;
 mod predict;
+#[path = "../common/python.rs"]
+mod python;
 mod recordings;
 mod sensors;
 mod setup;
 mod shell;
 mod simulate;
 mod statics;
+mod uff;
 mod watch;
