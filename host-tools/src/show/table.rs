@@ -35,8 +35,13 @@ pub(crate) fn finding(
     format!("{}{tests}\n{}", parameters(finding, truth), Summary(&finding.report))
 }
 
-/// All parameters and their confidence, without the summary of the fit and the warnings. Without records there are no dampings.
-pub(crate) fn parameters(
+/// All parameters and their confidence, without the summary of the fit and the warnings.
+pub(crate) fn parameters(finding: &Finding, truth: Option<&[Bushing]>) -> String {
+    format!("{}\n{}", numbers(finding, truth), confidence::lines(&finding.confidence))
+}
+
+/// All parameters with intervals and verdicts, and a note on the intervals. Without records there are no dampings.
+pub(crate) fn numbers(
     Finding { report, confidence }: &Finding,
     truth: Option<&[Bushing]>,
 ) -> String {
@@ -74,7 +79,7 @@ pub(crate) fn parameters(
         true => "N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them",
         false => "N/m along the axes of the joint frame, Nm/rad about them",
     };
-    format!("{table}\n {units}\n{}\n{}", caveat(report, confidence), confidence::lines(confidence))
+    format!("{table}\n {units}\n{}", caveat(report, confidence))
 }
 
 /// The note on intervals that are wider than the noise makes them, or on missing intervals of measured parameters.
@@ -121,7 +126,7 @@ fn cells(value: f64, interval: Option<Interval>, own: Verdict, truth: Option<f64
 }
 
 /// An interval in per cent of the value: one number where both sides are about equal.
-fn relative(value: f64, [lower, upper]: Interval) -> String {
+pub(crate) fn relative(value: f64, [lower, upper]: Interval) -> String {
     let (down, up) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
     if up - down <= 0.1 * up {
         let percent = 0.5 * (down + up);
