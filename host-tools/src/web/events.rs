@@ -38,12 +38,17 @@ pub(super) fn events(
     let mut reader = Reader {
         page,
         sent: array::from_fn(|_| None),
-        next: VecDeque::from([Event::default().event("version").data(version)]),
+        next: VecDeque::from([event("version", version)]),
         due: Instant::now(),
         _slot: slot,
     };
     reader.page.mark_changed();
     unfold(reader, Reader::step)
+}
+
+/// An event. Browsers leave out an event without data, and so does axum with data that are empty: a space stands for them.
+fn event(name: &str, data: &str) -> Event {
+    Event::default().event(name).data(if data.is_empty() { " " } else { data })
 }
 
 impl Reader {
@@ -57,7 +62,7 @@ impl Reader {
             match timeout(BEAT, self.page.changed()).await {
                 Ok(Ok(())) => self.take(),
                 Ok(Err(_)) => return None,
-                Err(_) => self.next.push_back(Event::default().event("beat").data("")),
+                Err(_) => self.next.push_back(event("beat", "")),
             }
             self.due = Instant::now() + PACE;
         }
@@ -68,7 +73,7 @@ impl Reader {
         let parts = self.page.borrow_and_update();
         for ((name, part), sent) in NAMES.iter().zip(&*parts).zip(&mut self.sent) {
             if sent.as_ref() != Some(part) {
-                self.next.push_back(Event::default().event(name).data(part));
+                self.next.push_back(event(name, part));
                 *sent = Some(Arc::clone(part));
             }
         }

@@ -35,7 +35,8 @@ function open() {
   });
   for (const part of parts) {
     stream.addEventListener(part.id, (event) => {
-      part.innerHTML = event.data;
+      // A space stands for an empty part.
+      part.innerHTML = event.data.trim();
       showTimes(part);
       alive();
       const verdict = document.querySelector("h1");
