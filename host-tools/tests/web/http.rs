@@ -7,6 +7,11 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use flexid_core::stream::Reading;
+use flexid_edge::latest::Latest;
+use flexid_edge::server::{Listener, serve};
+use flexid_pipeline::config::Listen;
+use flexid_pipeline::stop::Stop;
+use flexid_wire::messages::{FromEdge, Phase, Progress};
 
 use super::daemon::Daemon;
 use super::program::Web;
@@ -109,15 +114,48 @@ fn the_stream_brings_every_part_then_changes_and_beats() {
     daemon.send(Reading::Joint { index: 1, value: 0.5 });
     events.until("waiting for force frames");
     assert_eq!(events.1.matches("event: verdict\n").count(), verdicts, "it has not changed");
-    let begun = Instant::now();
-    let so_far = events.1.len();
-    for number in 0..200 {
-        daemon.send(Reading::Joint { index: number % 3, value: 0.01 * number as f32 });
-        thread::sleep(Duration::from_millis(10));
-    }
-    events.until("joint angles");
-    let changes = events.1[so_far..].matches("event: progress\n").count() as f64;
-    assert!(changes <= 1.0 + begun.elapsed().as_secs_f64() / 0.2, "{changes} changes");
+}
+
+/// The daemon's server, whose news come a hundred times a second.
+#[test]
+fn the_stream_has_at_most_five_changes_a_second_and_ends_with_the_newest() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
+    let (latest, stop) = (Latest::new(), Stop::new());
+    let progress = |starts| {
+        FromEdge::Progress(Progress {
+            phase: Phase::Searching,
+            fraction: 0.5,
+            starts,
+            search_evaluations: 0,
+            refine_iterations: 0,
+            search_loss: 0.1,
+            records: 1,
+        })
+    };
+    latest.publish(progress(0));
+    let outcome = thread::scope(|scope| {
+        scope.spawn(|| serve(&listeners, &latest, &stop));
+        let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            let web = Web::start(&path, "127.0.0.1:0", &[]);
+            let mut events = Events::open(web.address);
+            events.until("searching with record 1, start 0");
+            let (begun, so_far) = (Instant::now(), events.1.len());
+            for starts in 1..=200 {
+                latest.publish(progress(starts));
+                thread::sleep(Duration::from_millis(10));
+            }
+            events.until("searching with record 1, start 200");
+            let changes = events.1[so_far..].matches("event: progress\n").count() as f64;
+            let most = 1.0 + begun.elapsed().as_secs_f64() / 0.2;
+            assert!((5.0..=most).contains(&changes), "{changes} changes, at most {most}");
+        }));
+        latest.close();
+        stop.request();
+        outcome
+    });
+    outcome.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
 }
 
 /// Connections that say nothing, half a request, or too much, and streams that nobody reads, hold up nobody.
