@@ -59,7 +59,7 @@ pub(crate) fn full(view: &View, columns: usize) -> Vec<Line> {
     }
     if view.finding.is_some() {
         lines.push(Line::default());
-        lines.extend(parameters(view));
+        lines.extend(parameters(view, columns));
         lines.push(Line::default());
         lines.extend(confidence(view, columns));
     }
@@ -67,8 +67,8 @@ pub(crate) fn full(view: &View, columns: usize) -> Vec<Line> {
 }
 
 /// All parameters, with intervals and verdicts.
-pub(crate) fn parameters(view: &View) -> Vec<Line> {
-    let numbers = view.finding.as_ref().map(|finding| table::numbers(finding, None));
+pub(crate) fn parameters(view: &View, columns: usize) -> Vec<Line> {
+    let numbers = view.finding.as_ref().map(|finding| table::numbers(finding, None, columns));
     match numbers {
         Some(numbers) => numbers.lines().map(with_verdicts).collect(),
         None => vec!["no parameters yet".into()],

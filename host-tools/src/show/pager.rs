@@ -38,7 +38,7 @@ impl Pager {
         let rows = rows.saturating_sub(2);
         let mut lines = match self.page {
             0 => page::overview(view, rows, columns),
-            1 => page::parameters(view),
+            1 => page::parameters(view, columns),
             2 => page::confidence(view, columns),
             3 => page::warnings(view, columns),
             _ => page::bus(view, columns),
@@ -88,7 +88,9 @@ mod tests {
             let lines = pager.lines(&view, 24, 80);
             assert_eq!(lines.len(), 23, "{lines:#?}");
             let keys = lines[22].text();
-            assert!(lines[22].width() <= 80, "{keys}");
+            for line in &lines {
+                assert!(line.width() <= 80, "{line:?}");
+            }
             assert!(keys.contains(&format!("[{} {}]", page + 1, PAGES[page])), "{keys}");
             assert!(keys.ends_with("q quit"), "{keys}");
             let text: Vec<_> = lines.iter().map(Line::text).collect();
@@ -101,7 +103,7 @@ mod tests {
         let view = view(6, &[]);
         let mut pager = Pager::default();
         pager.press(Key::Next);
-        let all = page::parameters(&view).len();
+        let all = page::parameters(&view, 80).len();
         let top = pager.lines(&view, 24, 80);
         assert!(top[22].text().contains(&format!("1-22/{all}")), "{}", top[22].text());
         pager.press(Key::Up);

@@ -10,8 +10,9 @@ use super::parts::{NAMES, Parts};
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// Headings of the parts that can be folded.
-const FOLDED: [(&str, &str); 2] = [("confidence", "Confidence of the fit"), ("bus", "Bus")];
+/// Headings of the parts that can be folded, and whether they are open at first.
+const FOLDED: [(&str, &str, bool); 2] =
+    [("confidence", "Confidence of the fit", false), ("bus", "Bus", true)];
 
 /// The Content-Security-Policy: this style, this script, this server's stream, and nothing else.
 pub(super) fn policy() -> String {
@@ -60,8 +61,8 @@ pub(super) fn page(parts: &Parts, version: &str) -> Markup {
                         "Dot: value. Line: 95 % interval, on logarithmic axes that all joints share. tx ty tz along, rx ry rz about the \
                          axes of the joint frame."
                     }
-                    @for (name, heading) in FOLDED {
-                        details { summary { (heading) } (part(name)) }
+                    @for (name, heading, open) in FOLDED {
+                        details open[open] { summary { (heading) } (part(name)) }
                     }
                 }
                 script { (PreEscaped(SCRIPT)) }
