@@ -15,3 +15,4 @@ mod progress;
 pub mod recording;
 mod show;
 pub mod urdf;
+mod web;

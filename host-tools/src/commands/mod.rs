@@ -11,6 +11,7 @@ mod predict;
 mod reproduce;
 mod simulate;
 mod watch;
+mod web;
 
 use std::process::ExitCode;
 
@@ -47,6 +48,8 @@ enum Command {
     Reproduce(reproduce::Args),
     /// Shows what a running daemon finds
     Watch(watch::Args),
+    /// Serves what a running daemon finds as a page for browsers
+    Web(web::Args),
     /// Prints the completions of this command line for a shell
     Completions(completions::Args),
     /// Writes the manual pages
@@ -65,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Export(args) => export::run(args),
         Command::Reproduce(args) => reproduce::run(args),
         Command::Watch(args) => watch::run(args),
+        Command::Web(args) => web::run(args),
         Command::Completions(args) => completions::run(args, Cli::command()),
         Command::Man(args) => man::run(args, Cli::command()),
     })

@@ -9,15 +9,27 @@ use flexid_pipeline::stop::Stop;
 use crate::client::{self, Client};
 use crate::exit::BadArgument;
 use crate::show::screen::Screen;
-use crate::show::view::{REDRAW, View};
+use crate::show::view::View;
 
-/// The help text on the exit status.
-const EXIT_STATUS: &str = "Exit status: 0 when what --until names is reached, or without --until when the --timeout, Ctrl-C \
-or SIGTERM ends the watch; 1 when it is not reached, or there is no daemon any more; 2 for wrong arguments. Into a pipe or \
-a file go one line for each change and, at the end, the table.";
+/// Longest time until the command sees a key or a signal.
+const LOOK: Duration = Duration::from_millis(50);
+/// The help text on use and exit status.
+const USE: &str = "\
+Keys: 1 to 5, Tab and arrows turn the pages, up, down and space move a long one, q ends. NO_COLOR=1 leaves colours out.
+
+Example:
+  flexid watch unix:flexid.sock --until identified --records 3 --timeout 120 --json
+It prints lines, of which the last is the report:
+  {\"status\":{\"model\":\"mill3\",\"state\":\"waiting for frames\",...}}
+  {\"progress\":{\"phase\":\"searching\",\"fraction\":0.25,...}}
+  {\"schema\":1,\"joints\":[{\"name\":\"joint_1\",\"stiffness\":[6.0e7,...],...}],\"fit\":{\"records\":3,...},...}
+
+Exit status: 0 when what --until names is reached, or without --until when the --timeout, Ctrl-C, SIGTERM or the key q ends the
+watch; 1 when it is not reached, or there is no daemon any more; 2 for wrong arguments. Into a pipe or a file go one line for each
+change and, at the end, the table.";
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = EXIT_STATUS)]
+#[command(after_help = USE)]
 pub(super) struct Args {
     /// The daemon: unix:PATH or tcp:IP:PORT
     address: String,
@@ -52,10 +64,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut client = Client::connect(&address, deadline)?;
     let interrupted = Stop::on_signals().context("signals cannot be caught")?;
     let mut view = View::default();
-    let mut screen = Screen::new(args.json);
+    let mut screen = Screen::with_keys(args.json);
     loop {
-        let left = deadline.map_or(REDRAW, |end| end.saturating_duration_since(Instant::now()));
-        let message = match client.next(left.min(REDRAW)) {
+        let left = deadline.map_or(LOOK, |end| end.saturating_duration_since(Instant::now()));
+        let message = match client.next(left.min(LOOK)) {
             Ok(message) => message,
             Err(error) => {
                 screen.end(&view)?;
@@ -65,13 +77,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
         if let Some(finding) = message.and_then(|message| view.take(message)) {
             screen.hear(finding)?;
         }
+        let quits = screen.obey();
         screen.draw(&view)?;
         if args.until == Some(Until::Identified) && view.identified(args.records) {
             return screen.end(&view);
         }
         let when = if deadline.is_some_and(|end| Instant::now() >= end) {
             "within the --timeout"
-        } else if interrupted.requested() {
+        } else if quits || interrupted.requested() {
             "when it was interrupted"
         } else {
             continue;

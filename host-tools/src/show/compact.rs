@@ -5,6 +5,8 @@ use flexid_wire::confidence::{Interval, JointIntervals};
 use flexid_wire::finding::Finding;
 use flexid_wire::report::{JointReport, Verdict};
 
+use crate::show::headline::tone;
+use crate::show::line::Line;
 use crate::show::table::DOF_NAMES;
 
 /// Meaning of the marks, and the units.
@@ -29,7 +31,7 @@ enum Form {
 type Joint<'a> = (&'a JointReport, &'a JointIntervals);
 
 /// Two blocks of six lines with their headers, and a line with the legend or with what `columns` have no room for.
-pub(crate) fn parameters(finding: &Finding, columns: usize) -> Vec<String> {
+pub(crate) fn parameters(finding: &Finding, columns: usize) -> Vec<Line> {
     let joints: Vec<_> = finding.report.joints.iter().zip(&finding.confidence.joints).collect();
     let beside_dof = columns.saturating_sub(DOF_NAMES[0].len());
     let room = |joints: usize| beside_dof / joints.max(1);
@@ -45,10 +47,14 @@ pub(crate) fn parameters(finding: &Finding, columns: usize) -> Vec<String> {
     let cells: Vec<_> = joints.iter().map(|joint| cells(joint, form)).collect();
     let mut lines = Vec::new();
     for (block, what) in ["stiffness", "damping"].into_iter().enumerate() {
-        lines.push(header(what, joints, width));
+        lines.push(header(what, joints, width).into());
         for (dof, name) in DOF_NAMES.iter().enumerate() {
-            let row = cells.iter().map(|joint| format!("{:>width$}", joint[block][dof]));
-            lines.push(format!("{name}{}", row.collect::<String>()));
+            let mut line = Line::from(*name);
+            for ((report, _), joint) in joints.iter().zip(&cells) {
+                let verdicts = [&report.stiffness_verdict, &report.damping_verdict];
+                line.push(tone(verdicts[block][dof]), format!("{:>width$}", joint[block][dof]));
+            }
+            lines.push(line);
         }
     }
     let note = match hidden {
@@ -56,7 +62,7 @@ pub(crate) fn parameters(finding: &Finding, columns: usize) -> Vec<String> {
         [] => LEGEND.to_owned(),
         [(first, _), ..] => format!("from {} on hidden: widen the window", first.name),
     };
-    lines.push(truncate_str(&note, columns, "…").into_owned());
+    lines.push(truncate_str(&note, columns, "…").into());
     lines
 }
 
@@ -132,7 +138,7 @@ mod tests {
     use crate::show::page::tests::finding;
 
     fn fits(finding: &Finding, columns: usize) -> Vec<String> {
-        let lines = parameters(finding, columns);
+        let lines: Vec<_> = parameters(finding, columns).iter().map(Line::text).collect();
         assert_eq!(lines.len(), 15, "{lines:#?}");
         for line in &lines {
             assert!(measure_text_width(line) <= columns, "{line:?} is wider than {columns}");

@@ -6,16 +6,23 @@
 //! | `confidence` | what stands below the table                               |
 //! | `statics`    | the static tests in the fit                               |
 //! | `view`       | the latest messages of a daemon                           |
-//! | `page`       | the live page of `watch`, `compact` its table             |
+//! | `page`       | the live pages of `watch`, `compact` the short table      |
+//! | `pager`      | one page at a time, with the `keys` below                 |
+//! | `line`       | lines in colours                                          |
 //! | `screen`     | the output as page, lines or JSON                         |
+//! | `headline`   | the verdict on the fit, read first                        |
 //! | `news`       | JSON lines before the first report                        |
 
 mod compact;
-mod confidence;
+pub(crate) mod confidence;
+pub(crate) mod headline;
+mod keys;
+mod line;
 mod news;
 pub(crate) mod page;
+mod pager;
 pub(crate) mod screen;
 mod statics;
 pub(crate) mod table;
-mod verdict;
+pub(crate) mod verdict;
 pub(crate) mod view;

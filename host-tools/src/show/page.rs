@@ -1,55 +1,103 @@
-//! The live page, laid out for the window: everything if there is room, else all parameters in short and the gravest warnings.
+//! The live pages. The first is laid out for the window: everything if there is room, else all parameters in short and the gravest
+//! warnings.
 
-use console::measure_text_width;
 use flexid_pipeline::report::Summary;
 use flexid_pipeline::text::count;
 use flexid_wire::finding::Finding;
 use flexid_wire::messages::{Phase, Progress, Status};
+use flexid_wire::report::Verdict;
 use textwrap::wrap;
 
-use super::{compact, table};
+use super::headline::{Headline, Tone, tone};
+use super::line::Line;
+use super::verdict::verdict as word;
+use super::{compact, confidence, table};
 use crate::show::view::View;
 
-/// The lines for a window of `rows` and `columns`. The cursor needs the last row.
-pub(crate) fn lines(view: &View, rows: usize, columns: usize) -> Vec<String> {
-    let rows = rows.saturating_sub(1);
+/// What matters most, in `rows` lines at most.
+pub(crate) fn overview(view: &View, rows: usize, columns: usize) -> Vec<Line> {
     let full = full(view, columns);
-    let too_wide = |line: &String| measure_text_width(line) > columns;
-    if full.len() <= rows && !full.iter().any(too_wide) {
+    if full.len() <= rows && !full.iter().any(|line| line.width() > columns) {
         return full;
     }
     let Some(finding) = &view.finding else { return fitting(full, rows) };
     let model = view.status.as_ref().map_or("robot", |status| status.model.as_str());
-    let mut lines = bus(view, columns);
-    lines.extend(wrapped(&format!("{model}: {}", work(view)), columns));
-    lines.extend(fit(finding, columns));
-    lines.extend(compact::parameters(finding, columns));
-    lines.extend(warnings(finding, rows.saturating_sub(lines.len()), columns));
-    fitting(lines, rows)
+    let dead = view.dead_bus().is_some();
+    let mut head = if dead { bus(view, columns) } else { Vec::new() };
+    head.extend(verdict(view, columns));
+    let mut rest = wrapped(Tone::Neutral, &format!("{model}: {}", work(view)), columns);
+    if !dead {
+        rest.extend(bus(view, columns));
+    }
+    rest.extend(compact::parameters(finding, columns));
+    let room = rows.saturating_sub(head.len() + rest.len());
+    fitting([head, gravest(finding, room, columns), rest].concat(), rows)
 }
 
-/// The full page.
-pub(crate) fn full(view: &View, columns: usize) -> Vec<String> {
-    let mut lines = bus(view, columns);
+/// Everything on one page.
+pub(crate) fn full(view: &View, columns: usize) -> Vec<Line> {
+    let mut lines = Vec::new();
+    if view.dead_bus().is_some() {
+        lines.extend(bus(view, columns));
+    }
+    lines.extend(view.finding.iter().flat_map(|finding| {
+        let summary = Summary(&finding.report).to_string();
+        let counts = summary.lines().take(2).enumerate();
+        let tone = Headline::of(view).tone;
+        let toned =
+            |(index, line)| wrapped(if index == 0 { tone } else { Tone::Neutral }, line, columns);
+        counts.flat_map(toned).collect::<Vec<_>>()
+    }));
+    lines.extend(warnings(view, columns));
     if let Some(Status { model, joints, uptime_s, .. }) = &view.status {
         let joints = count((*joints).into(), "joint");
-        lines.push(format!("{model} ({joints}), up {uptime_s:.0} s"));
+        lines.push(format!("{model} ({joints}), up {uptime_s:.0} s").into());
     }
-    lines.extend(wrapped(&work(view), columns));
-    // The important lines stand above those that may not fit.
-    if let Some(finding) = &view.finding {
-        let summary = Summary(&finding.report).to_string();
-        lines.extend(summary.lines().flat_map(|line| wrapped(line, columns)));
-        lines.push(String::new());
-        let parameters = table::parameters(finding, None);
-        lines.extend(parameters.lines().map(str::to_owned));
+    lines.extend(wrapped(Tone::Neutral, &work(view), columns));
+    if view.dead_bus().is_none() {
+        lines.extend(bus(view, columns));
+    }
+    if view.finding.is_some() {
+        lines.push(Line::default());
+        lines.extend(parameters(view, columns));
+        lines.push(Line::default());
+        lines.extend(confidence(view, columns));
     }
     lines
 }
 
-/// The lines on the bus. They stand first, so that a dead bus is seen.
-fn bus(view: &View, columns: usize) -> Vec<String> {
-    view.bus_line().iter().flat_map(|line| wrapped(line, columns)).collect()
+/// All parameters, with intervals and verdicts.
+pub(crate) fn parameters(view: &View, columns: usize) -> Vec<Line> {
+    let numbers = view.finding.as_ref().map(|finding| table::numbers(finding, None, columns));
+    match numbers {
+        Some(numbers) => numbers.lines().map(with_verdicts).collect(),
+        None => vec!["no parameters yet".into()],
+    }
+}
+
+/// How far the numbers can be trusted.
+pub(crate) fn confidence(view: &View, columns: usize) -> Vec<Line> {
+    let Some(finding) = &view.finding else { return vec!["no fit yet".into()] };
+    let indent = " ".repeat(confidence::INDENT);
+    let options =
+        textwrap::Options::new(columns.max(2 * confidence::INDENT)).subsequent_indent(&indent);
+    let lines = confidence::lines(&finding.confidence);
+    let lines = lines.lines().flat_map(|line| wrap(line, &options));
+    lines.map(Line::from).collect()
+}
+
+/// All warnings, the gravest first.
+pub(crate) fn warnings(view: &View, columns: usize) -> Vec<Line> {
+    let warnings = view.finding.iter().flat_map(|finding| &finding.report.warnings);
+    let lines =
+        warnings.map(|warning| wrapped(Tone::Caution, &format!("warning: {warning}"), columns));
+    lines.collect::<Vec<_>>().concat()
+}
+
+/// Frames and errors of the bus.
+pub(crate) fn bus(view: &View, columns: usize) -> Vec<Line> {
+    let tone = if view.dead_bus().is_some() { Tone::Bad } else { Tone::Neutral };
+    view.bus_line().iter().flat_map(|line| wrapped(tone, line, columns)).collect()
 }
 
 /// State of the daemon, its progress, and the share of the next record that is recorded.
@@ -68,55 +116,75 @@ fn work(view: &View) -> String {
     work.join("; ")
 }
 
-/// A short summary of the fit.
-fn fit(finding: &Finding, columns: usize) -> Vec<String> {
-    let summary = Summary(&finding.report).to_string();
-    let mut lines = summary.lines();
-    // Frames and costs are left out.
-    let fit = lines.next().and_then(|line| line.split(';').next()).unwrap_or_default();
-    let fit = format!("{fit}; {}", count(finding.report.fit.records, "record"));
-    [fit.as_str(), lines.next().unwrap_or_default()]
-        .into_iter()
-        .flat_map(|line| wrapped(line, columns))
-        .collect()
+/// The verdict on the fit, and the numbers of the verdicts on the parameters.
+fn verdict(view: &View, columns: usize) -> Vec<Line> {
+    let Headline { tone, words, fit, verdicts } = Headline::of(view);
+    let mut lines = wrapped(tone, &format!("{words}: {}", fit.unwrap_or_default()), columns);
+    lines.extend(verdicts.iter().flat_map(|line| wrapped(Tone::Neutral, line, columns)));
+    lines
 }
 
 /// The gravest warnings that fit, and the number of the others.
-fn warnings(finding: &Finding, rows: usize, columns: usize) -> Vec<String> {
+fn gravest(finding: &Finding, rows: usize, columns: usize) -> Vec<Line> {
     let warnings = &finding.report.warnings;
     let mut lines = Vec::new();
     for (index, warning) in warnings.iter().enumerate() {
-        let warning = wrapped(&format!("warning: {warning}"), columns);
+        let warning = wrapped(Tone::Caution, &format!("warning: {warning}"), columns);
         let left = warnings.len() - index;
         // Unless the warning is the last, the line that counts the others must fit as well.
         let room = rows.saturating_sub(lines.len() + usize::from(left > 1));
         if warning.len() > room && !(lines.is_empty() && room > 0) {
-            lines.push(format!(
-                "... {} more: make the window higher",
-                count(left as u64, "warning")
+            let left = count(left as u64, "warning");
+            lines.push(Line::toned(
+                Tone::Caution,
+                format!("... {left} more: make the window higher"),
             ));
             break;
         }
         let cut = warning.len() > room;
         lines.extend(warning.into_iter().take(room));
         if let Some(last) = lines.last_mut().filter(|_| cut) {
-            *last = console::truncate_str(&format!("{last} …"), columns, "…").into_owned();
+            let text = format!("{} …", last.text());
+            *last = Line::toned(Tone::Caution, console::truncate_str(&text, columns, "…"));
         }
     }
     lines
 }
 
-fn wrapped(line: &str, columns: usize) -> Vec<String> {
-    wrap(line, columns.max(1)).into_iter().map(|line| line.into_owned()).collect()
+/// A line of the table, with the verdicts in their colours. They stand to the right of joint and direction.
+fn with_verdicts(line: &str) -> Line {
+    let mut coloured = Line::default();
+    let mut rest = line;
+    // No verdict is part of another.
+    let verdicts = [Verdict::Identified, Verdict::Weak, Verdict::NotObservable, Verdict::Fixed];
+    let next = |text: &str| {
+        let found = verdicts
+            .into_iter()
+            .filter_map(|own| Some((text.find(&format!(" {}", word(own)))?, own)));
+        found.min_by_key(|(place, _)| *place)
+    };
+    while let Some((place, own)) = next(rest) {
+        let (before, after) = rest.split_at(place + 1);
+        let (verdict, after) = after.split_at(word(own).len());
+        coloured.push(Tone::Neutral, before);
+        coloured.push(tone(own), verdict);
+        rest = after;
+    }
+    coloured.push(Tone::Neutral, rest);
+    coloured
+}
+
+fn wrapped(tone: Tone, line: &str, columns: usize) -> Vec<Line> {
+    wrap(line, columns.max(1)).into_iter().map(|line| Line::toned(tone, line)).collect()
 }
 
 /// The first of `lines` that fit into `rows`, and the number of the others.
-fn fitting(mut lines: Vec<String>, rows: usize) -> Vec<String> {
+fn fitting(mut lines: Vec<Line>, rows: usize) -> Vec<Line> {
     if lines.len() > rows {
         let shown = rows.saturating_sub(1);
         let more = format!("... {} lines more: make the window higher", lines.len() - shown);
         lines.truncate(shown);
-        lines.push(more);
+        lines.push(more.into());
     }
     lines
 }
@@ -125,7 +193,7 @@ fn fitting(mut lines: Vec<String>, rows: usize) -> Vec<String> {
 pub(crate) mod tests {
     use flexid_wire::confidence::{Confidence, Correlations, JointIntervals};
     use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge};
-    use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report, Verdict};
+    use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report};
     use flexid_wire::residuals::{Meaning, Objection, Residuals};
     use flexid_wire::state::State;
     use flexid_wire::text::clipped;
@@ -197,7 +265,7 @@ pub(crate) mod tests {
     }
 
     /// A view of a daemon that refines with a third record while the fourth is recorded.
-    fn view(joints: usize, warnings: &[Warning]) -> View {
+    pub(crate) fn view(joints: usize, warnings: &[Warning]) -> View {
         let mut view = View::default();
         view.take(FromEdge::Status(Status {
             uptime_s: 93.0,
@@ -252,18 +320,18 @@ pub(crate) mod tests {
         Warning::Objection(Objection::WrongMinimum { consistency: 84.0, whiteness: 12.0 });
 
     fn shown(joints: usize, warnings: &[Warning], rows: usize, columns: usize) -> Vec<String> {
-        let lines = lines(&view(joints, warnings), rows, columns);
-        assert!(lines.len() < rows, "{} lines in {rows} rows: {lines:#?}", lines.len());
+        let lines = overview(&view(joints, warnings), rows, columns);
+        assert!(lines.len() <= rows, "{} lines in {rows} rows: {lines:#?}", lines.len());
         for line in &lines {
-            assert!(measure_text_width(line) <= columns, "{line:?}");
+            assert!(line.width() <= columns, "{line:?}");
         }
-        lines
+        lines.iter().map(Line::text).collect()
     }
 
     #[test]
     fn eighty_by_twenty_four_shows_every_parameter_and_the_first_warning_whole() {
         for joints in [2, 3, 6] {
-            let lines = shown(joints, &[SHORT, LONG, LAST], 24, 80);
+            let lines = shown(joints, &[SHORT, LONG, LAST], 22, 80);
             let page = lines.join("\n");
             assert_eq!(page.matches("6.0").count(), 6 * joints, "{page}");
             assert_eq!(page.matches("±").count(), 12 * joints, "{page}");
@@ -279,9 +347,9 @@ pub(crate) mod tests {
                 assert!(page.contains(part), "{part:?} is not in\n{page}");
             }
             // The second warning needs three lines, and the line that counts the rest needs one.
-            assert_eq!(lines.last().unwrap(), "... 2 warnings more: make the window higher");
+            assert!(page.contains("\n... 2 warnings more: make the window higher\n"), "{page}");
         }
-        let lines = shown(3, &[LONG], 24, 80);
+        let lines = shown(3, &[LONG], 22, 80);
         assert!(lines.join(" ").contains("units of the signals"), "{lines:#?}");
     }
 
@@ -299,7 +367,10 @@ pub(crate) mod tests {
 
     #[test]
     fn what_does_not_fit_is_counted() {
-        let lines = |rows| fitting(["1", "2", "3", "4"].map(str::to_owned).into(), rows);
+        let lines = |rows| {
+            let lines = fitting(["1", "2", "3", "4"].map(Line::from).into(), rows);
+            lines.iter().map(Line::text).collect::<Vec<_>>()
+        };
         assert_eq!(lines(4), ["1", "2", "3", "4"]);
         assert_eq!(lines(3), ["1", "2", "... 2 lines more: make the window higher"]);
         assert_eq!(lines(0), ["... 4 lines more: make the window higher"]);

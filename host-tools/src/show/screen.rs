@@ -3,14 +3,15 @@
 use std::io::{IsTerminal as _, stdout};
 use std::time::Instant;
 
-use ::console::{Term, truncate_str};
+use ::console::Term;
 use anyhow::Result;
 use flexid_edge::console::{draw, print};
 use flexid_pipeline::report::Summary;
-use flexid_pipeline::text::printable;
 use flexid_wire::finding::Finding;
 
+use super::keys::{Key, Keys};
 use super::news::News;
+use super::pager::Pager;
 use super::view::{REDRAW, View};
 use super::{page, table};
 use crate::json::ResultJson;
@@ -22,7 +23,7 @@ const CLEAR: &str = "\x1b[H\x1b[J";
 pub(crate) enum Screen {
     Json(Box<News>),
     Lines { last: String },
-    Live { drawn: Option<Instant> },
+    Live { drawn: Option<Instant>, watched: Option<(Keys, Pager)> },
 }
 
 impl Screen {
@@ -31,10 +32,37 @@ impl Screen {
         if json {
             Self::Json(Box::new(News::new()))
         } else if stdout().is_terminal() {
-            Self::Live { drawn: None }
+            Self::Live { drawn: None, watched: None }
         } else {
             Self::Lines { last: String::new() }
         }
+    }
+
+    /// The same, but a live screen has pages and obeys keys, if the terminal has any.
+    pub(crate) fn with_keys(json: bool) -> Self {
+        match Self::new(json) {
+            Self::Live { drawn, .. } => {
+                Self::Live { drawn, watched: Keys::new().map(|keys| (keys, Pager::default())) }
+            }
+            other => other,
+        }
+    }
+
+    /// Obeys the keys that were pressed. Returns whether one of them ends the command.
+    pub(crate) fn obey(&mut self) -> bool {
+        let Self::Live { drawn, watched: watched @ Some(_) } = self else { return false };
+        let Some((keys, pager)) = watched else { return false };
+        let Ok(pressed) = keys.pressed() else {
+            *watched = None;
+            return false;
+        };
+        let quits = pressed.contains(&Key::Quit);
+        if !pressed.is_empty() {
+            // The page is drawn at once.
+            *drawn = drawn.and_then(|drawn| drawn.checked_sub(REDRAW));
+        }
+        pressed.into_iter().for_each(|key| pager.press(key));
+        quits
     }
 
     /// Prints the output for one finding.
@@ -62,7 +90,7 @@ impl Screen {
                 last.clone_from(&news);
                 Ok(print(&(news + "\n"))?)
             }
-            Self::Live { drawn } => {
+            Self::Live { drawn, watched } => {
                 if drawn.is_some_and(|drawn| drawn.elapsed() < REDRAW) {
                     return Ok(());
                 }
@@ -71,10 +99,14 @@ impl Screen {
                 *drawn = Some(Instant::now());
                 // Lines that do not fit would scroll the screen. The output at the end has all lines.
                 let (rows, columns) = Term::stdout().size();
-                for line in page::lines(view, rows.into(), columns.into()) {
-                    let line = printable(&line);
-                    let line = truncate_str(&line, columns.into(), "…");
-                    text += &format!("{line}\x1b[K\n");
+                let (rows, columns) = (rows.into(), columns.into());
+                let lines = match watched {
+                    Some((_, pager)) => pager.lines(view, rows, columns),
+                    // The cursor needs the last row.
+                    None => page::overview(view, rows.saturating_sub(1), columns),
+                };
+                for line in lines {
+                    text += &format!("{}\x1b[K\n", line.styled(columns));
                 }
                 Ok(draw(&(text + "\x1b[J"))?)
             }
@@ -93,8 +125,9 @@ impl Screen {
             }
             Self::Live { .. } => {
                 let (_, columns) = Term::stdout().size();
-                let page = page::full(view, columns.into()).join("\n");
-                Ok(draw(&(CLEAR.to_owned() + &printable(&page) + "\n"))?)
+                let lines = page::full(view, columns.into());
+                let lines = lines.iter().map(|line| line.styled(usize::MAX) + "\n");
+                Ok(draw(&(CLEAR.to_owned() + &lines.collect::<String>()))?)
             }
         }
     }
@@ -102,7 +135,7 @@ impl Screen {
     /// Clears the screen for other output.
     pub(crate) fn clear(self) -> Result<()> {
         match self {
-            Self::Live { drawn: Some(_) } => Ok(draw(CLEAR)?),
+            Self::Live { drawn: Some(_), .. } => Ok(draw(CLEAR)?),
             _ => Ok(()),
         }
     }

@@ -1,5 +1,7 @@
 //! The finding as a table for people.
 
+use std::ops::Range;
+
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use flexid_core::parameters::Bushing;
 pub(crate) use flexid_pipeline::names::DOF_NAMES;
@@ -35,17 +37,42 @@ pub(crate) fn finding(
     format!("{}{tests}\n{}", parameters(finding, truth), Summary(&finding.report))
 }
 
-/// All parameters and their confidence, without the summary of the fit and the warnings. Without records there are no dampings.
-pub(crate) fn parameters(
+/// All parameters and their confidence, without the summary of the fit and the warnings.
+pub(crate) fn parameters(finding: &Finding, truth: Option<&[Bushing]>) -> String {
+    format!("{}\n{}", numbers(finding, truth, usize::MAX), confidence::lines(&finding.confidence))
+}
+
+/// All parameters with intervals and verdicts, and a note on the intervals: dampings beside the stiffnesses, or below where `columns`
+/// have no room. Without records there are no dampings.
+pub(crate) fn numbers(finding: &Finding, truth: Option<&[Bushing]>, columns: usize) -> String {
+    let has_dampings = finding.report.fit.records > 0;
+    let beside = grid(finding, truth, 0..1 + usize::from(has_dampings));
+    let is_wide = beside.lines().any(|line| console::measure_text_width(line) > columns);
+    let tables = match has_dampings && is_wide {
+        true => [0..1, 1..2].map(|kind| grid(finding, truth, kind)).join("\n\n"),
+        false => beside,
+    };
+    let units = match (has_dampings, is_wide) {
+        (true, false) => {
+            "N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them"
+        }
+        (true, true) => "N/m, Ns/m along the axes of the joint frame; Nm/rad, Nms/rad about them",
+        (false, _) => "N/m along the axes of the joint frame, Nm/rad about them",
+    };
+    format!("{tables}\n {units}\n{}", caveat(&finding.report, &finding.confidence))
+}
+
+/// The table of stiffnesses (kind 0), dampings (kind 1), or both.
+fn grid(
     Finding { report, confidence }: &Finding,
     truth: Option<&[Bushing]>,
+    kinds: Range<usize>,
 ) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
     let mut header = vec!["joint", "DOF"];
-    let has_dampings = report.fit.records > 0;
-    for name in ["stiffness", "damping"].into_iter().take(1 + usize::from(has_dampings)) {
-        header.extend([name, "95 %", "verdict"]);
+    for name in &["stiffness", "damping"][kinds.clone()] {
+        header.extend([*name, "95 %", "verdict"]);
         if truth.is_some() {
             header.extend(["true", "off by"]);
         }
@@ -56,25 +83,26 @@ pub(crate) fn parameters(
         for (dof, name) in DOF_NAMES.iter().enumerate() {
             let joint_name = if dof == 0 { joint.name.as_str() } else { "" };
             let mut row = vec![joint_name.to_owned(), (*name).to_owned()];
-            let (value, interval) = (joint.stiffness[dof], intervals.stiffness_interval[dof]);
-            let true_value = truth.map(|truth| truth.stiffness[dof]);
-            row.extend(cells(value, interval, joint.stiffness_verdict[dof], true_value));
-            if has_dampings {
-                let (value, interval) = (joint.damping[dof], intervals.damping_interval[dof]);
-                let true_value = truth.map(|truth| truth.damping[dof]);
-                row.extend(cells(value, interval, joint.damping_verdict[dof], true_value));
-            }
+            let stiffness = cells(
+                joint.stiffness[dof],
+                intervals.stiffness_interval[dof],
+                joint.stiffness_verdict[dof],
+                truth.map(|truth| truth.stiffness[dof]),
+            );
+            let damping = cells(
+                joint.damping[dof],
+                intervals.damping_interval[dof],
+                joint.damping_verdict[dof],
+                truth.map(|truth| truth.damping[dof]),
+            );
+            row.extend([stiffness, damping][kinds.clone()].concat());
             table.add_row(row);
         }
     }
     for column in table.column_iter_mut().skip(2) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    let units = match has_dampings {
-        true => "N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them",
-        false => "N/m along the axes of the joint frame, Nm/rad about them",
-    };
-    format!("{table}\n {units}\n{}\n{}", caveat(report, confidence), confidence::lines(confidence))
+    table.to_string()
 }
 
 /// The note on intervals that are wider than the noise makes them, or on missing intervals of measured parameters.
@@ -121,7 +149,7 @@ fn cells(value: f64, interval: Option<Interval>, own: Verdict, truth: Option<f64
 }
 
 /// An interval in per cent of the value: one number where both sides are about equal.
-fn relative(value: f64, [lower, upper]: Interval) -> String {
+pub(crate) fn relative(value: f64, [lower, upper]: Interval) -> String {
     let (down, up) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
     if up - down <= 0.1 * up {
         let percent = 0.5 * (down + up);

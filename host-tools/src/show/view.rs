@@ -5,7 +5,9 @@ use std::time::Duration;
 use flexid_pipeline::text::count;
 use flexid_wire::finding::Finding;
 use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Phase, Progress, Status};
-use flexid_wire::report::{Acceptance, JointReport, Report, Verdict};
+use flexid_wire::report::{Acceptance, Report};
+
+use crate::show::headline::has_identified;
 
 /// Shortest time between two drawings of the screen.
 pub(crate) const REDRAW: Duration = Duration::from_millis(200);
@@ -50,14 +52,10 @@ impl View {
     /// Whether the work on at least `records` records has ended with an identified parameter, and noise explains the
     /// residuals.
     pub(crate) fn identified(&self, records: u64) -> bool {
-        let is_identified = |joint: &JointReport| {
-            let verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
-            verdicts.into_iter().any(|verdict| *verdict == Verdict::Identified)
-        };
         self.settled().is_some_and(|Report { joints, fit, .. }| {
             fit.records >= records
                 && fit.acceptance == Acceptance::Consistent
-                && joints.iter().any(is_identified)
+                && joints.iter().any(has_identified)
         })
     }
 

@@ -4,6 +4,7 @@ mod connection;
 mod end;
 mod news;
 mod printed;
+mod terminal;
 
 use std::path::Path;
 use std::process::{Command, Output};

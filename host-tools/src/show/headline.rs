@@ -1,0 +1,115 @@
+//! What people read first: the verdict on the fit, or that there is none.
+
+use flexid_pipeline::report::Summary;
+use flexid_pipeline::text::count;
+use flexid_wire::report::{Acceptance, JointReport, Verdict};
+
+use crate::show::view::View;
+
+/// How good or bad something is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tone {
+    /// Neither good nor bad.
+    Neutral,
+    /// Nothing objects.
+    Good,
+    /// It must be read before the numbers are used.
+    Caution,
+    /// The numbers must not be used, or none can come.
+    Bad,
+}
+
+/// The verdict on the fit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Headline {
+    pub(crate) tone: Tone,
+    /// The verdict.
+    pub(crate) words: String,
+    /// Size of the residuals, and number of records.
+    pub(crate) fit: Option<String>,
+    /// Number of parameters with each verdict.
+    pub(crate) verdicts: Option<String>,
+}
+
+impl Headline {
+    /// The headline of the latest messages.
+    pub(crate) fn of(view: &View) -> Self {
+        let Some(finding) = &view.finding else {
+            let dead = view.dead_bus().is_some();
+            let (tone, words) = match dead {
+                true => (Tone::Bad, "no result, and no frames can come"),
+                false => (Tone::Neutral, "no result yet"),
+            };
+            return Self { tone, words: words.to_owned(), fit: None, verdicts: None };
+        };
+        let report = &finding.report;
+        let tone = match report.fit.acceptance {
+            Acceptance::Consistent if report.joints.iter().any(has_identified) => Tone::Good,
+            Acceptance::Consistent | Acceptance::Unsettled => Tone::Caution,
+            Acceptance::ModelSuspect => Tone::Bad,
+        };
+        let summary = Summary(report).to_string();
+        let mut lines = summary.lines();
+        // Frames and costs are left out.
+        let first = lines.next().and_then(|line| line.split(';').next()).unwrap_or_default();
+        let (words, size) = first.split_once(": ").unwrap_or((first, ""));
+        Self {
+            tone,
+            words: words.to_owned(),
+            fit: Some(format!("{size}; {}", count(report.fit.records, "record"))),
+            verdicts: lines.next().map(str::to_owned),
+        }
+    }
+}
+
+/// Whether the data determine a parameter of the joint.
+pub(crate) fn has_identified(joint: &JointReport) -> bool {
+    let mut verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
+    verdicts.any(|verdict| *verdict == Verdict::Identified)
+}
+
+/// The tone of a parameter's verdict.
+pub(crate) fn tone(verdict: Verdict) -> Tone {
+    match verdict {
+        Verdict::Identified => Tone::Good,
+        Verdict::Weak => Tone::Caution,
+        Verdict::NotObservable => Tone::Bad,
+        Verdict::Fixed => Tone::Neutral,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_wire::messages::BusState;
+
+    use super::*;
+    use crate::show::page::tests::view;
+
+    #[test]
+    fn the_tone_follows_the_fit_and_its_parameters() {
+        let mut view = view(3, &[]);
+        let headline = |acceptance, verdict, view: &mut View| {
+            let report = &mut view.finding.as_mut().unwrap().report;
+            report.fit.acceptance = acceptance;
+            for joint in &mut report.joints {
+                joint.stiffness_verdict = [verdict; 6];
+            }
+            Headline::of(view)
+        };
+        for (acceptance, verdict, tone, words) in [
+            (Acceptance::Consistent, Verdict::Identified, Tone::Good, "consistent"),
+            (Acceptance::Consistent, Verdict::Weak, Tone::Caution, "consistent"),
+            (Acceptance::Unsettled, Verdict::Identified, Tone::Caution, "not settled"),
+            (Acceptance::ModelSuspect, Verdict::Identified, Tone::Bad, "MODEL SUSPECT"),
+        ] {
+            let headline = headline(acceptance, verdict, &mut view);
+            assert_eq!((headline.tone, headline.words.as_str()), (tone, words));
+            let fit = "χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records";
+            assert_eq!(headline.fit.as_deref(), Some(fit));
+        }
+        view.finding = None;
+        assert_eq!(Headline::of(&view).words, "no result yet");
+        view.bus.as_mut().unwrap().state = BusState::BusOff;
+        assert_eq!(Headline::of(&view).tone, Tone::Bad);
+    }
+}

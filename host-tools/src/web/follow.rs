@@ -1,0 +1,102 @@
+//! Follows the daemon: reads its messages, and connects anew whenever the connection ends.
+
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
+
+use flexid_pipeline::config::Listen;
+use tokio::sync::watch;
+
+use super::PACE;
+use super::parts::{self, Parts};
+use crate::client::{Client, ClientError};
+use crate::show::view::View;
+
+/// Interval between two attempts to connect.
+const RETRY: Duration = Duration::from_millis(500);
+/// Longest silence of a daemon that is reached. Chosen: ten times the interval at which a daemon tells its state.
+const SILENCE: Duration = Duration::from_secs(5);
+
+/// Connection to the daemon.
+#[derive(Clone, Debug)]
+pub(super) enum Link {
+    /// The daemon is reached.
+    Live,
+    /// The daemon is not reached, for this reason.
+    Lost(String),
+}
+
+/// The latest of a daemon.
+pub(super) struct State {
+    /// Address of the daemon.
+    pub(super) address: String,
+    /// Connection to the daemon.
+    pub(super) link: Link,
+    /// Time of the newest message.
+    pub(super) heard: Option<SystemTime>,
+    /// The newest messages. They stay when the connection ends.
+    pub(super) view: View,
+}
+
+/// A page of a daemon that is not reached yet.
+pub(crate) fn begin(address: &Listen) -> watch::Sender<Parts> {
+    watch::Sender::new(parts::render(&State::new(address)))
+}
+
+/// Follows the daemon at `address`, and publishes the parts of the page as they change. It does not return.
+pub(crate) fn follow(address: &Listen, page: &watch::Sender<Parts>) -> ! {
+    let mut state = State::new(address);
+    loop {
+        let Err(error) = listen(address, &mut state, page);
+        state.link = Link::Lost(error.to_string());
+        publish(&state, page);
+        thread::sleep(RETRY);
+    }
+}
+
+impl State {
+    fn new(address: &Listen) -> Self {
+        let link = Link::Lost("not connected yet".to_owned());
+        Self { address: address.to_string(), link, heard: None, view: View::default() }
+    }
+}
+
+/// Publishes messages until the connection ends.
+fn listen(
+    address: &Listen,
+    state: &mut State,
+    page: &watch::Sender<Parts>,
+) -> Result<std::convert::Infallible, ClientError> {
+    let mut client = Client::connect(address, None)?;
+    state.link = Link::Live;
+    state.view = View::default();
+    let (mut heard, mut published) = (Instant::now(), Instant::now());
+    let mut changed = true;
+    loop {
+        let due = PACE.saturating_sub(published.elapsed());
+        match client.next(if changed { due } else { SILENCE })? {
+            Some(message) => {
+                state.view.take(message);
+                state.heard = Some(SystemTime::now());
+                (heard, changed) = (Instant::now(), true);
+            }
+            None if heard.elapsed() >= SILENCE => return Err(ClientError::Silent(address.clone())),
+            None => {}
+        }
+        if changed && published.elapsed() >= PACE {
+            publish(state, page);
+            (published, changed) = (Instant::now(), false);
+        }
+    }
+}
+
+/// Publishes the parts if any differs.
+fn publish(state: &State, page: &watch::Sender<Parts>) {
+    let parts = parts::render(state);
+    page.send_if_modified(|shown| {
+        let modified = *shown != parts;
+        if modified {
+            *shown = parts;
+        }
+        modified
+    });
+}

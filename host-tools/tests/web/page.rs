@@ -1,0 +1,102 @@
+//! What a person sees in a browser.
+
+use std::net::TcpListener;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use flexid_core::stream::Reading;
+use serde_json::json;
+
+use super::browser::Browser;
+use super::daemon::Daemon;
+use super::program::Web;
+
+/// The parameters that the page shows.
+const DOTS: &str = "document.querySelectorAll('#parameters .dot').length";
+
+/// Everything in one test, since a browser takes seconds to start.
+#[test]
+fn the_page_loads_updates_and_survives_the_end_of_daemon_and_server() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let web = Web::start(&path, "127.0.0.1:0", &[]);
+    let mut browser = Browser::open(&web.url());
+    let text = browser.until("no connection to the daemon");
+    assert!(text.contains("nobody listens there") && text.contains("No result yet"), "{text}");
+    browser.evaluate("window.sameDocument = true");
+
+    let daemon = Daemon::start(&path);
+    browser.until("waiting for frames");
+    let text = browser.until("live: unix:");
+    assert!(text.contains("mill3 3 joints, vcan0"), "{text}");
+    daemon.send(Reading::Joint { index: 1, value: 0.5 });
+    browser.until("waiting for force frames");
+    assert_eq!(browser.evaluate(DOTS), 0);
+    daemon.cut();
+    browser.until("of 36 parameters identified");
+    assert_eq!(browser.evaluate(DOTS), 36);
+    let title = browser.evaluate("document.title").to_string();
+    assert!(title.contains(" - flexid"), "{title}");
+    let wide = "document.documentElement.scrollWidth - document.documentElement.clientWidth";
+    for width in [360, 768, 1024, 1920] {
+        let metrics =
+            json!({ "width": width, "height": 768, "deviceScaleFactor": 1, "mobile": false });
+        browser.call("Emulation.setDeviceMetricsOverride", metrics);
+        assert_eq!(browser.evaluate(wide), 0, "the page is wider than {width} pixels");
+    }
+
+    drop(daemon);
+    let text = browser.until("connection lost, last data from ");
+    let time = text.split("last data from ").nth(1).unwrap().get(..8).unwrap();
+    assert!(time.bytes().filter(u8::is_ascii_digit).count() == 6, "{time} is no hh:mm:ss");
+    assert_eq!(browser.evaluate(DOTS), 36, "what was known stays");
+    let daemon = Daemon::start(&path);
+    let text = browser.until("live: unix:");
+    assert!(!text.contains("connection lost"), "{text}");
+    browser.until("waiting for frames");
+    assert_eq!(browser.evaluate(DOTS), 0, "a new daemon knows nothing yet");
+    assert_eq!(browser.complaints, [""; 0]);
+
+    let address = web.address.to_string();
+    assert_eq!(web.end(), Some(0));
+    browser.until("flexid web does not answer");
+    let web = Web::start(&path, &address, &[]);
+    let begun = Instant::now();
+    while browser.evaluate("document.getElementById('silent').hidden") != true {
+        assert!(begun.elapsed() < Duration::from_secs(30), "the page does not come back");
+        thread::sleep(Duration::from_millis(100));
+    }
+    daemon.send(Reading::Joint { index: 1, value: 0.5 });
+    browser.until("waiting for force frames");
+    assert_eq!(browser.evaluate("window.sameDocument"), true, "the page was loaded again");
+    drop(web);
+}
+
+#[test]
+fn the_policy_forbids_outside_resources_and_other_scripts() {
+    let folder = tempfile::tempdir().unwrap();
+    let web = Web::start(&folder.path().join("flexid.sock"), "127.0.0.1:0", &[]);
+    let outside = TcpListener::bind("127.0.0.1:0").unwrap();
+    let mut browser = Browser::open(&web.url());
+    browser.until("no connection to the daemon");
+    let url = format!("http://{}/", outside.local_addr().unwrap());
+    browser.evaluate(&format!(
+        "new Promise(done => {{
+            const image = new Image();
+            image.onload = image.onerror = () => done(true);
+            image.src = '{url}';
+        }})"
+    ));
+    let fetched =
+        browser.evaluate(&format!("fetch('{url}').then(() => 'got it', () => 'refused')"));
+    assert_eq!(fetched, "refused");
+    browser.evaluate(
+        "document.body.append(Object.assign(document.createElement('script'), { text: 'window.injected = true' }))",
+    );
+    assert_eq!(browser.evaluate("window.injected === undefined"), true);
+    outside.set_nonblocking(true).unwrap();
+    assert!(outside.accept().is_err(), "the page connected to another server");
+    let forbidden =
+        browser.complaints.iter().filter(|text| text.contains("Content Security Policy"));
+    assert!(forbidden.count() >= 3, "{:?}", browser.complaints);
+}
