@@ -12,6 +12,7 @@ mod pipes;
 mod plan;
 mod predict;
 mod recordings;
+mod report;
 mod sensors;
 mod setup;
 mod shell;
