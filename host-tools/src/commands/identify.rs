@@ -81,11 +81,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
             .with(robot.as_ref(), statics.as_ref())
             .with_evidence(evidence.as_ref(), &origin);
         let text = serde_json::to_string_pretty(&result)? + "\n";
-        if let Some(page) = page {
-            page.finish(&page_of(args, &text)?)?;
-        }
         if let Some(json) = json {
             json.finish(&text)?;
+        }
+        if let Some(page) = page {
+            page.finish(&page_of(args, &text)?)?;
         }
     }
     let mut text = table::finding(&finding, statics.as_ref(), truth.as_deref());

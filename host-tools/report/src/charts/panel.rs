@@ -78,7 +78,7 @@ impl Panel {
             .draw()?;
         for band in &self.bands {
             let placed = |(at, ends): &(f64, [f64; 2])| {
-                Some((x.place(*at)?, [y.place(ends[0])?, y.place(ends[1])?]))
+                Some((x.place(*at)?, [y.end_place(ends[0])?, y.end_place(ends[1])?]))
             };
             let points: Vec<(f64, [f64; 2])> = band.points.iter().filter_map(placed).collect();
             let above = points.iter().map(|(at, [_, upper])| (*at, *upper));

@@ -77,6 +77,16 @@ impl Scale {
             .then(|| own.clamp(low, high))
     }
 
+    /// Where the end of an area or a whisker is drawn, which may lie at infinity, or at zero on a logarithmic axis: then on the end.
+    pub(crate) fn end_place(&self, value: f64) -> Option<f64> {
+        let [low, high] = self.ends;
+        match value {
+            _ if value.is_nan() => None,
+            f64::INFINITY => Some(high),
+            _ => Some(self.place(value).unwrap_or(low)),
+        }
+    }
+
     /// The number at a tick, as text.
     pub(crate) fn text(&self, tick: f64) -> String {
         if !self.is_logarithmic {
@@ -202,5 +212,8 @@ mod tests {
             assert_eq!(scale.place(none), None, "{none}");
         }
         assert_eq!(Scale::round([0.0, 1.0]).place(-3.0), Some(0.0));
+        // The ends of an interval that nothing bounds are the ends of the axis.
+        assert_eq!([0.0, f64::INFINITY].map(|own| scale.end_place(own)), [Some(0.0), Some(2.0)]);
+        assert_eq!(scale.end_place(f64::NAN), None);
     }
 }

@@ -3,6 +3,7 @@
 use flexid_wire::confidence::Correlations;
 use maud::{Markup, html};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::format::number;
 use super::missing;
@@ -92,7 +93,7 @@ fn picture(correlations: &Correlations) -> Markup {
     let unknowns = correlations.unknowns.len();
     let cell = f64::from(HEIGHT) / unknowns as f64;
     // Each name has at least the height of its letters.
-    let every = (f64::from(FONT as f32) * 1.15 / cell).ceil().max(1.0) as usize;
+    let every = (1.15 * FONT / cell).ceil().max(1.0) as usize;
     svg(HEIGHT, "Correlations between the unknowns", |canvas| {
         let place = |index: usize| (index as f64 * cell).round() as i32;
         let left = NAMES as i32 + (WIDTH as i32 - NAMES as i32 - HEIGHT as i32) / 2;
@@ -101,12 +102,8 @@ fn picture(correlations: &Correlations) -> Markup {
             let own = [(left + from, from), (left + to, to)];
             canvas.draw(&Rectangle::new(own, SOFT.mix(0.45).filled()))?;
             if index % every == 0 {
-                let style = TextStyle::from(("sans-serif", FONT).into_font()).pos(
-                    plotters::style::text_anchor::Pos::new(
-                        plotters::style::text_anchor::HPos::Right,
-                        plotters::style::text_anchor::VPos::Center,
-                    ),
-                );
+                let style = TextStyle::from(("sans-serif", FONT).into_font())
+                    .pos(Pos::new(HPos::Right, VPos::Center));
                 canvas.draw_text(
                     &correlations.unknowns[index],
                     &style,

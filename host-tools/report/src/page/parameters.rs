@@ -177,7 +177,7 @@ fn draw(canvas: &Canvas<'_>, title: &str, parameters: &[&Parameter]) -> Drawn {
         .draw()?;
     for (row, own) in parameters.iter().enumerate() {
         let row = -(row as f64);
-        let place = |value: f64| x.place(value);
+        let place = |value: f64| x.end_place(value);
         if let Some([low, high]) = own.bounds
             && let (Some(low), Some(high)) = (place(low), place(high))
         {
@@ -198,7 +198,7 @@ fn draw(canvas: &Canvas<'_>, title: &str, parameters: &[&Parameter]) -> Drawn {
                 chart.draw_series([PathElement::new(cap, style.stroke_width(4))])?;
             }
         }
-        if let Some(at) = place(own.value) {
+        if let Some(at) = x.place(own.value) {
             let filled = own.verdict != Verdict::NotObservable;
             let style = if filled { style.filled() } else { style.stroke_width(4) };
             chart.draw_series([Circle::new((at, row), 10, style)])?;

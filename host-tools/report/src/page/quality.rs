@@ -102,7 +102,8 @@ fn excitation(records: &[RecordEvidence]) -> Markup {
 }
 
 fn counts(quality: &DataQuality) -> Markup {
-    let lost = quality.lost as f64 / (quality.readings + quality.lost).max(1) as f64;
+    let came = quality.readings.saturating_add(quality.lost).max(1);
+    let lost = quality.lost as f64 / came as f64;
     let [spiked, clipped, held, fast] = quality.refused;
     let rows: [(&str, String); 9] = [
         ("frames", quality.frames.to_string()),
@@ -136,7 +137,8 @@ fn counts(quality: &DataQuality) -> Markup {
         ("clipped", quality.clipped),
         ("held", quality.held),
     ];
-    let wrong: u64 = samples.iter().flat_map(|(_, own)| own).sum();
+    let all = samples.iter().flat_map(|(_, own)| *own);
+    let wrong = all.fold(0, u64::saturating_add);
     html! {
         table.narrow {
             caption { strong { "What came in" } }
