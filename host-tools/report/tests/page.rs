@@ -257,7 +257,7 @@ fn a_page_of_many_poses_is_small() {
     result["robot"] = json!(robot);
     result.as_object_mut().unwrap().extend(evidence.as_object().unwrap().clone());
     let page = page(&result);
-    assert!(page.contains("10 further poses are not drawn"));
+    assert!(page.contains("10 further poses not drawn"));
     assert!(page.len() < 2 << 20, "{} bytes", page.len());
 }
 

@@ -98,8 +98,10 @@ impl From<&CoursePoint> for Step {
     }
 }
 
-fn same_pose(one: &[f64], other: &[f64]) -> bool {
-    one.iter().zip(other).all(|(one, other)| (one - other).abs() <= SAME_POSE)
+/// Whether two poses (rad, m) are the same.
+pub(crate) fn same_pose(one: &[f64], other: &[f64]) -> bool {
+    one.len() == other.len()
+        && one.iter().zip(other).all(|(one, other)| (one - other).abs() <= SAME_POSE)
 }
 
 /// A number to five digits.

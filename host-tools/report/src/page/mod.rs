@@ -12,9 +12,12 @@ mod receptance;
 mod residuals;
 mod verdict;
 
+use flexid_prediction::Dynamics;
+use flexid_prediction::modes::Mode;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::document::Document;
+use crate::evidence::same_pose;
 
 const STYLE: &str = include_str!("style.css");
 /// Names of the axes of the tool centre point.
@@ -28,7 +31,7 @@ const MOST_POSES: usize = 6;
 ///
 /// Parts that the file does not have leave a sentence.
 pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
-    let poses = poses(document);
+    let (poses, others) = poses(document);
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -42,7 +45,7 @@ pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
             body {
                 (verdict::section(document, name))
                 main {
-                    (receptance::section(document, &poses))
+                    (receptance::section(document, &poses, others))
                     (residuals::section(document))
                     (modes::section(document, &poses))
                     (parameters::section(document))
@@ -58,16 +61,37 @@ pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
     page.into_string()
 }
 
-/// Each pose of the records once, in their order.
-fn poses(document: &Document) -> Vec<Vec<f64>> {
-    let mut poses: Vec<Vec<f64>> = Vec::new();
+/// The robot in a pose of the records.
+struct Pose<'a> {
+    /// Joint angles, rad (m).
+    angles: Vec<f64>,
+    /// What the robot does there. `None` where it does not stand.
+    dynamics: Option<Dynamics<'a>>,
+    /// Modes up to the end of the band, the lowest first.
+    modes: Vec<Mode>,
+}
+
+impl<'a> Pose<'a> {
+    fn new(document: &'a Document, angles: Vec<f64>) -> Self {
+        let robot = &document.found.robot;
+        let [_, upper] = robot.band_hz();
+        let dynamics = robot.at(&angles).ok();
+        let modes = dynamics.as_ref().map(|own| own.modes(upper)).unwrap_or_default();
+        Self { angles, dynamics, modes }
+    }
+}
+
+/// The first poses of the records, each once, and the number of others.
+fn poses(document: &Document) -> (Vec<Pose<'_>>, usize) {
+    let mut poses: Vec<&Vec<f64>> = Vec::new();
     for pose in &document.found.robot.found().poses {
-        let is_known = |own: &Vec<f64>| own.iter().zip(pose).all(|(a, b)| (a - b).abs() <= 1e-3);
-        if !poses.iter().any(is_known) {
-            poses.push(pose.clone());
+        if !poses.iter().any(|own| same_pose(own, pose)) {
+            poses.push(pose);
         }
     }
-    poses
+    let others = poses.len().saturating_sub(MOST_POSES);
+    let first = poses.into_iter().take(MOST_POSES);
+    (first.map(|angles| Pose::new(document, angles.clone())).collect(), others)
 }
 
 /// What stands where an entry of the file is missing.

@@ -5,7 +5,7 @@ use flexid_prediction::modes::Mode;
 use maud::{Markup, html};
 
 use super::format::{count, digits, interval, percent, pose};
-use super::{DOFS, MOST_POSES};
+use super::{DOFS, Pose};
 use crate::document::Document;
 
 /// Most modes of a pose that are listed.
@@ -14,7 +14,7 @@ const MOST_MODES: usize = 12;
 const NAMED: f64 = 0.1;
 const MOST_NAMED: usize = 4;
 
-pub(super) fn section(document: &Document, poses: &[Vec<f64>]) -> Markup {
+pub(super) fn section(document: &Document, poses: &[Pose<'_>]) -> Markup {
     let [_, upper] = document.found.robot.band_hz();
     html! {
         section #modes {
@@ -23,18 +23,18 @@ pub(super) fn section(document: &Document, poses: &[Vec<f64>]) -> Markup {
                 "Modes up to " (digits(upper, 3)) "\u{a0}Hz, the end of the band that was fitted, with 95\u{a0}% intervals. A mode moves what \
                  holds its strain energy."
             }
-            @for (index, angles) in poses.iter().take(MOST_POSES).enumerate() {
-                @let modes = document.found.robot.at(angles).map(|own| own.modes(upper)).unwrap_or_default();
-                (table(document, index, angles, &modes))
+            @for (index, pose) in poses.iter().enumerate() {
+                (table(document, index, pose))
             }
         }
     }
 }
 
-fn table(document: &Document, index: usize, angles: &[f64], modes: &[Mode]) -> Markup {
+fn table(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
+    let modes = &own.modes;
     html! {
         table {
-            caption { strong { "Pose " (index + 1) } ", " (pose(angles)) " rad (m)" }
+            caption { strong { "Pose " (index + 1) } ", " (pose(&own.angles)) " rad (m)" }
             thead {
                 tr {
                     th { "mode" } th { "frequency / Hz" } th { "interval" } th { "damping ratio" } th { "interval" }

@@ -2,17 +2,17 @@
 
 use std::f64::consts::{PI, TAU};
 
+use flexid_prediction::TWO_SIDED;
 use flexid_prediction::receptance::ReceptancePoint;
-use flexid_prediction::{Dynamics, TWO_SIDED};
 use maud::{Markup, html};
 
-use super::format::{number, percent, pose};
-use super::{AXES, MOST_POSES, missing};
+use super::format::{count, number, percent, pose};
+use super::{AXES, Pose, missing};
 use crate::charts::panel::{Band, Curve, Labels, Panel};
 use crate::charts::scale::Scale;
 use crate::charts::{Colour, Drawn, Mark, legend, svg};
 use crate::document::Document;
-use crate::evidence::{MeasuredPoint, MeasuredReceptance};
+use crate::evidence::{MeasuredPoint, MeasuredReceptance, same_pose};
 
 /// Frequencies of a model's curve, but for those near its modes.
 const POINTS: usize = 120;
@@ -26,7 +26,7 @@ const BELOW: u32 = 106;
 /// Most decades of magnitude that are shown below the largest one. Chosen: what is smaller is neither felt nor measured.
 const DECADES: f64 = 5.0;
 
-pub(super) fn section(document: &Document, poses: &[Vec<f64>]) -> Markup {
+pub(super) fn section(document: &Document, poses: &[Pose<'_>], others: usize) -> Markup {
     html! {
         section #receptance {
             h2 { "Receptance: measured against modelled" }
@@ -44,23 +44,21 @@ pub(super) fn section(document: &Document, poses: &[Vec<f64>]) -> Markup {
                 ("measured", Colour::Blue, Mark::Line),
                 ("fitted acceleration, estimated as the measured one", Colour::Grey, Mark::Dashed),
             ]))
-            @for (index, pose) in poses.iter().take(MOST_POSES).enumerate() {
+            @for (index, pose) in poses.iter().enumerate() {
                 (figure(document, index, pose))
             }
-            @if poses.len() > MOST_POSES {
-                p { (poses.len() - MOST_POSES) " further poses are not drawn." }
+            @if others > 0 {
+                p { (count(others, "further pose")) " not drawn." }
             }
         }
     }
 }
 
-fn figure(document: &Document, index: usize, angles: &[f64]) -> Markup {
-    let measured =
-        document.measured_receptance.iter().flatten().find(|own| {
-            own.pose.iter().zip(angles).all(|(own, other)| (own - other).abs() <= 1e-3)
-        });
-    let modelled = document.found.robot.at(angles).ok().map(|own| curve(&own)).unwrap_or_default();
-    let title = format!("Pose {}, {} rad (m)", index + 1, pose(angles));
+fn figure(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
+    let mut all = document.measured_receptance.iter().flatten();
+    let measured = all.find(|other| same_pose(&other.pose, &own.angles));
+    let modelled = curve(own);
+    let title = format!("Pose {}, {} rad (m)", index + 1, pose(&own.angles));
     html! {
         figure {
             figcaption { strong { (title) } }
@@ -106,16 +104,16 @@ fn note(measured: Option<&MeasuredReceptance>) -> Markup {
 }
 
 /// The model's receptance at frequencies of equal ratios, and near its modes.
-fn curve(dynamics: &Dynamics<'_>) -> Vec<ReceptancePoint> {
+fn curve(pose: &Pose<'_>) -> Vec<ReceptancePoint> {
+    let Some(dynamics) = &pose.dynamics else { return Vec::new() };
     let [lower, upper] = dynamics.robot().band_hz();
     let even = (0..POINTS).map(|i| lower * (upper / lower).powf(i as f64 / (POINTS - 1) as f64));
-    let modes = dynamics.modes(upper);
-    let near = modes.iter().flat_map(|mode| {
+    let near = pose.modes.iter().flat_map(|mode| {
         let (centre, ratio) = (mode.frequency_hz.value, mode.damping_ratio.value);
         NEAR_MODE.map(|place| centre * (1.0 + place * ratio))
     });
-    let mut frequencies: Vec<f64> =
-        even.chain(near.filter(|hz| (lower..=upper).contains(hz))).collect();
+    let near = near.filter(|hz| (lower..=upper).contains(hz));
+    let mut frequencies: Vec<f64> = even.chain(near).collect();
     frequencies.sort_by(f64::total_cmp);
     frequencies.dedup_by(|one, other| *one / *other < 1.0 + 1e-4);
     frequencies.into_iter().filter_map(|hz| dynamics.receptance(hz)).collect()
