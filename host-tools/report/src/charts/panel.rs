@@ -11,6 +11,10 @@ const FONT: f64 = 34.0;
 /// Room for the labels of an axis, pixels.
 const LEFT: u32 = 150;
 const BELOW: u32 = 62;
+/// Room for a title, for half of a number at the end of an axis, and beside it, pixels.
+const TITLE: u32 = 50;
+const HALF_LINE: u32 = 18;
+const RIGHT: u32 = 48;
 /// Room for the description of an axis, pixels.
 const DESCRIPTION: u32 = 44;
 
@@ -19,7 +23,7 @@ const DESCRIPTION: u32 = 44;
 pub(crate) struct Panel {
     pub(crate) x: Scale,
     pub(crate) y: Scale,
-    /// In the upper right corner.
+    /// Above the right end.
     pub(crate) title: String,
     pub(crate) labels: Labels,
     pub(crate) bands: Vec<Band>,
@@ -61,7 +65,9 @@ impl Panel {
         };
         let mut chart = ChartBuilder::on(canvas)
             .margin(8)
-            .margin_right(24)
+            .margin_top(if self.title.is_empty() { HALF_LINE } else { TITLE })
+            .margin_bottom(if labels.x.is_none() { HALF_LINE } else { 0 })
+            .margin_right(RIGHT)
             .x_label_area_size(size(&labels.x, BELOW))
             .y_label_area_size(size(&labels.y, LEFT))
             .build_cartesian_2d(x.clone(), y.clone())?;
@@ -102,12 +108,13 @@ impl Panel {
                 }
             }
         }
-        let [width, _] = <[u32; 2]>::from(chart.plotting_area().dim_in_pixel());
-        let style = TextStyle::from(("sans-serif", FONT).into_font())
-            .color(&INK)
-            .pos(Pos::new(HPos::Right, VPos::Top));
-        let area = chart.plotting_area().strip_coord_spec();
-        area.draw_text(&self.title, &style, (width as i32 - 14, 10))?;
+        if !self.title.is_empty() {
+            let style = TextStyle::from(("sans-serif", FONT).into_font())
+                .color(&INK)
+                .pos(Pos::new(HPos::Right, VPos::Top));
+            let (width, _) = canvas.dim_in_pixel();
+            canvas.draw_text(&self.title, &style, ((width - RIGHT) as i32, 8))?;
+        }
         Ok(())
     }
 }

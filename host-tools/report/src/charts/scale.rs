@@ -4,6 +4,9 @@ use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
+/// Room around values, decades.
+const ROOM: f64 = 0.08;
+
 /// An axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Scale {
@@ -32,14 +35,11 @@ impl Scale {
         Self::linear([low, high], ticks)
     }
 
-    /// A linear one in multiples of a step, at most about eight, that holds all values.
-    pub(crate) fn steps(values: impl Iterator<Item = f64>, step: f64) -> Self {
-        let [low, high] = span(values).unwrap_or([0.0, step]);
-        let [low, high] = [(low / step).floor() * step, (high / step).ceil() * step];
-        let high = if high > low { high } else { low + step };
-        let every = ((high - low) / step / 8.0).ceil().max(1.0) * step;
-        let count = ((high - low) / every).floor() as usize;
-        Self::linear([low, high], (0..=count.min(16)).map(|i| low + i as f64 * every).collect())
+    /// A logarithmic one that holds all values above 0, with a little room.
+    pub(crate) fn around(values: impl Iterator<Item = f64>) -> Self {
+        let logarithms = values.filter(|value| *value > 0.0).map(f64::log10);
+        let [low, high] = span(logarithms).unwrap_or([0.0, 1.0]);
+        Self::logarithmic([low - ROOM, high + ROOM].map(|own| 10_f64.powf(own)))
     }
 
     /// A logarithmic one from end to end, both above 0. Ticks are the decades, and 2 and 5 times them where there are few.
@@ -68,23 +68,19 @@ impl Scale {
         Self::logarithmic([10_f64.powf(low), 10_f64.powf(high)])
     }
 
-    /// Where a value is drawn. `None` of one that has no place, as one that is not above 0 on a logarithmic axis. A value beyond an end is
-    /// drawn on it.
+    /// Where a value is drawn. `None` of one that lies outside, or has no place, as 0 on a logarithmic axis.
     pub(crate) fn place(&self, value: f64) -> Option<f64> {
         let own = if self.is_logarithmic { value.log10() } else { value };
         let [low, high] = self.ends;
-        (value.is_finite() && !own.is_nan() && (!self.is_logarithmic || value > 0.0))
-            .then(|| own.clamp(low, high))
+        let room = 1e-9 * (high - low);
+        (low - room..=high + room).contains(&own).then(|| own.clamp(low, high))
     }
 
-    /// Where the end of an area or a whisker is drawn, which may lie at infinity, or at zero on a logarithmic axis: then on the end.
+    /// Where the end of an area or a whisker is drawn: on the end of the axis if it lies outside. `None` of what is no number.
     pub(crate) fn end_place(&self, value: f64) -> Option<f64> {
+        let own = if self.is_logarithmic { value.max(0.0).log10() } else { value };
         let [low, high] = self.ends;
-        match value {
-            _ if value.is_nan() => None,
-            f64::INFINITY => Some(high),
-            _ => Some(self.place(value).unwrap_or(low)),
-        }
+        (!value.is_nan()).then(|| own.clamp(low, high))
     }
 
     /// The number at a tick, as text.
@@ -174,8 +170,8 @@ mod tests {
             Scale::round([0.0, 1.0]),
             Scale::round([3.0, 3.0]),
             Scale::round([-17.0, 4211.0]),
-            Scale::steps([-170.0, 95.0].into_iter(), 90.0),
-            Scale::steps([].into_iter(), 90.0),
+            Scale::around([2e7, 2.2e7].into_iter()),
+            Scale::around([].into_iter()),
             Scale::decades([3e-8, 0.0, f64::NAN, 7e-6].into_iter()),
         ];
         for scale in scales {
@@ -199,7 +195,7 @@ mod tests {
         assert_eq!(scale.text(scale.ticks[0]), "10⁻⁹");
         assert_eq!(scale.text(-7.0 + 2_f64.log10()), "2·10⁻⁷");
         assert_eq!(Scale::round([0.0, 1.0]).text(0.300_000_000_000_000_04), "0.3");
-        assert_eq!(Scale::steps([-180.0].into_iter(), 90.0).text(-180.0), "−180");
+        assert_eq!(Scale::linear([-180.0, 180.0], vec![]).text(-180.0), "−180");
         assert_eq!(superscript(-120), "⁻¹²⁰");
     }
 
@@ -207,11 +203,10 @@ mod tests {
     fn what_has_no_place_is_not_drawn() {
         let scale = Scale::logarithmic([1.0, 100.0]);
         assert_eq!(scale.place(10.0), Some(1.0));
-        assert_eq!(scale.place(1e9), Some(2.0));
-        for none in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        for none in [0.0, -1.0, 0.9, 101.0, f64::NAN, f64::INFINITY] {
             assert_eq!(scale.place(none), None, "{none}");
         }
-        assert_eq!(Scale::round([0.0, 1.0]).place(-3.0), Some(0.0));
+        assert_eq!(Scale::round([0.0, 1.0]).end_place(-3.0), Some(0.0));
         // The ends of an interval that nothing bounds are the ends of the axis.
         assert_eq!([0.0, f64::INFINITY].map(|own| scale.end_place(own)), [Some(0.0), Some(2.0)]);
         assert_eq!(scale.end_place(f64::NAN), None);

@@ -8,9 +8,20 @@
 //! H₁ = S_af S_ff⁻¹        γ²_a = (H₁ S_ff H₁ᴴ)_aa / S_aa        receptance = −H₁/ω²
 //! ```
 //!
-//! γ² is the multiple coherence: the part of a reading that all three forces explain linearly. Where the forces go together, S_ff has no
-//! useful inverse. The error of a column of H₁ is then √v times that with independent forces, v the diagonal of the inverse of S_ff
-//! scaled to a unit diagonal. A column with v above [`MOST_INFLATION`] is left out.
+//! γ² is the multiple coherence: the part of a reading that all three forces explain linearly. Where the forces go together, S_ff has
+//! hardly an inverse, and H₁ is uncertain. With n independent segments the variance of an entry is (the same, section 9.3; Goodman,
+//! "Measurement of matrix frequency response functions and multiple coherence functions", AFFDL-TR-65-56, 1965)
+//!
+//! ```text
+//! σ²_af = (1 − γ²_a) S_aa (S_ff⁻¹)_ff / (n − 3)
+//! ```
+//!
+//! An entry with σ above [`MOST_ERROR`] of its size is left out. What one cut always shows is the response to the force that was there:
+//! the first principal component p = uᴴ f of the forces, u the eigenvector of the largest eigenvalue σ₁ of S_ff,
+//!
+//! ```text
+//! H_ap = (S_af u)_a / σ₁
+//! ```
 //!
 //! A window widens every resonance, and leaves what rings on from before the segment. The acceleration that the fit gives for the same
 //! records goes through the same estimate, so that the two compare like with like.
@@ -18,19 +29,22 @@
 use std::f64::consts::{PI, TAU};
 
 use flexid_pipeline::solver::FittedRecord;
-use nalgebra::{Complex, Matrix3};
+use nalgebra::{Complex, Matrix3, Vector3};
 use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 
 use super::{rounded, thinned};
 
-/// Largest factor by which the variance of an entry may grow because the forces go together (Marquardt, "Generalized inverses, ridge
-/// regression, biased linear estimation, and nonlinear estimation", Technometrics 12, 1970).
-const MOST_INFLATION: f64 = 10.0;
+/// Largest standard deviation of an entry, in parts of its size. Chosen: beyond, three standard deviations are the entry itself.
+const MOST_ERROR: f64 = 1.0 / 3.0;
+/// Forces.
+const INPUTS: f64 = 3.0;
 /// What rounding may make of a spectrum that is zero, in parts of the forces' own: it keeps S_ff invertible.
 const ROUNDING: f64 = 1e-9;
 /// Fewest segments. Chosen: without any relation, the coherence of three forces reads 3 of the number of segments, here a fifth.
 const FEWEST_SEGMENTS: usize = 15;
+/// Correlation of segments with a Hann window that overlap by a half (Welch, 1967).
+const OVERLAP: f64 = 1.0 / 6.0;
 /// Longest segment, as a part of a record.
 const LONGEST_PART: usize = 4;
 /// Shortest segment, likewise.
@@ -52,7 +66,7 @@ pub struct MeasuredReceptance {
 }
 
 /// Receptance at one frequency. Rows are displacements along the accelerometer's axes, columns forces along the force sensor's, real and
-/// imaginary part, m/N. An entry is `None` where the forces go together too much.
+/// imaginary part, m/N. An entry is `None` where it is too uncertain, as where the forces go together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredPoint {
     /// Frequency, Hz.
@@ -61,6 +75,12 @@ pub struct MeasuredPoint {
     pub measured: [[Option<[f64; 2]>; 3]; 3],
     /// From the acceleration that the fit gives for the same records.
     pub modelled: [[Option<[f64; 2]>; 3]; 3],
+    /// Direction u of the force that was there, complex, of length 1. Its largest component is real.
+    pub direction: [[f64; 2]; 3],
+    /// Displacement per force along this direction, m/N, from the measured acceleration.
+    pub measured_along: [[f64; 2]; 3],
+    /// The same from the acceleration that the fit gives for the same records.
+    pub modelled_along: [[f64; 2]; 3],
     /// Multiple coherence of each axis of the measured acceleration, 0 to 1.
     pub coherence: [f64; 3],
 }
@@ -79,8 +99,14 @@ pub struct Signals {
 pub struct Estimated {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Reading (row) per force (column). `None` for a column whose force goes with the others.
-    pub columns: [Option<[Complex<f64>; 3]>; 3],
+    /// Reading (row) per force (column).
+    pub h: Matrix3<Complex<f64>>,
+    /// Standard deviation of each entry.
+    pub deviation: Matrix3<f64>,
+    /// Direction of the force that was there, of length 1.
+    pub direction: Vector3<Complex<f64>>,
+    /// Reading per force along this direction.
+    pub along: Vector3<Complex<f64>>,
     /// Multiple coherence of each reading, 0 to 1.
     pub coherence: [f64; 3],
 }
@@ -123,10 +149,25 @@ impl MeasuredReceptance {
         let frequencies: Vec<f64> = both.iter().map(|(own, _)| own.frequency_hz).collect();
         let points = thinned(&frequencies).into_iter().map(|index| {
             let (measured, modelled) = &both[index];
+            // Both are shown where the measured one is certain.
+            let is_sound = |row: usize, column: usize| {
+                measured.deviation[(row, column)] <= MOST_ERROR * measured.h[(row, column)].norm()
+            };
+            let entries = |own: &Estimated| {
+                let entry = |row: usize, column: usize| {
+                    is_sound(row, column).then(|| own.displacement(own.h[(row, column)]))
+                };
+                std::array::from_fn(|row| std::array::from_fn(|column| entry(row, column)))
+            };
+            let along =
+                |own: &Estimated| std::array::from_fn(|row| own.displacement(own.along[row]));
             MeasuredPoint {
                 frequency_hz: rounded(measured.frequency_hz),
-                measured: receptance(measured),
-                modelled: receptance(modelled),
+                measured: entries(measured),
+                modelled: entries(modelled),
+                direction: std::array::from_fn(|axis| parts(measured.direction[axis])),
+                measured_along: along(measured),
+                modelled_along: along(modelled),
                 coherence: measured.coherence.map(rounded),
             }
         });
@@ -141,15 +182,17 @@ impl MeasuredReceptance {
     }
 }
 
-/// Displacement per force from acceleration per force.
-fn receptance(estimated: &Estimated) -> [[Option<[f64; 2]>; 3]; 3] {
-    let omega = TAU * estimated.frequency_hz;
-    std::array::from_fn(|row| {
-        std::array::from_fn(|column| {
-            let own = estimated.columns[column]?[row] / -(omega * omega);
-            Some([rounded(own.re), rounded(own.im)])
-        })
-    })
+impl Estimated {
+    /// Displacement per force from acceleration per force, real and imaginary part.
+    fn displacement(&self, acceleration: Complex<f64>) -> [f64; 2] {
+        let omega = TAU * self.frequency_hz;
+        parts(acceleration / -(omega * omega))
+    }
+}
+
+/// Real and imaginary part.
+fn parts(value: Complex<f64>) -> [f64; 2] {
+    [rounded(value.re), rounded(value.im)]
 }
 
 impl Signals {
@@ -201,20 +244,24 @@ pub fn estimate(records: &[Signals], rate_hz: f64, segment: usize) -> Vec<Estima
     };
     let lines = segment / 2;
     let mut sums = vec![Sums::default(); lines];
+    let mut segments = 0.0;
     for record in records {
         let samples = record.force[0].len();
         for start in (0..=samples.saturating_sub(segment)).step_by((segment / 2).max(1)) {
             let cut = |signal: &Vec<f64>| transform(&signal[start..start + segment]);
             let (force, reading) =
                 (record.force.each_ref().map(cut), record.reading.each_ref().map(cut));
+            segments += 1.0;
             for (line, sums) in sums.iter_mut().enumerate() {
                 let at = |spectra: &[Vec<Complex<f64>>; 3]| spectra.each_ref().map(|own| own[line]);
                 sums.add(at(&force), at(&reading));
             }
         }
     }
-    let estimated =
-        |(line, sums): (usize, &Sums)| sums.estimated(line as f64 * rate_hz / segment as f64);
+    let independent = segments / (1.0 + 2.0 * OVERLAP * OVERLAP);
+    let estimated = |(line, sums): (usize, &Sums)| {
+        sums.estimated(line as f64 * rate_hz / segment as f64, independent)
+    };
     sums.iter().enumerate().skip(1).map(estimated).collect()
 }
 
@@ -238,7 +285,7 @@ impl Sums {
         }
     }
 
-    fn estimated(&self, frequency_hz: f64) -> Estimated {
+    fn estimated(&self, frequency_hz: f64, segments: f64) -> Estimated {
         // Scaled to a unit diagonal. A force that is not there has zeros.
         let scale: [f64; 3] = std::array::from_fn(|axis| {
             let own = self.forces[(axis, axis)].re.sqrt();
@@ -252,20 +299,31 @@ impl Sums {
         let unscaled =
             Matrix3::from_fn(|row, column| inverse[(row, column)] / (scale[row] * scale[column]));
         let h = self.across * unscaled;
-        let explained = self.across * unscaled * self.across.adjoint();
-        let column = |column: usize| {
-            let inflation = inverse[(column, column)].re;
-            let is_sound = (1.0 - 1e-6..=MOST_INFLATION).contains(&inflation);
-            is_sound.then(|| std::array::from_fn(|row| h[(row, column)]))
-        };
-        let coherence = |axis: usize| {
+        let explained = h * self.across.adjoint();
+        let coherence: [f64; 3] = std::array::from_fn(|axis| {
             let coherence = explained[(axis, axis)].re / self.readings[axis];
             if coherence.is_finite() { coherence.clamp(0.0, 1.0) } else { 0.0 }
-        };
-        Estimated {
-            frequency_hz,
-            columns: std::array::from_fn(column),
-            coherence: std::array::from_fn(coherence),
+        });
+        let deviation = Matrix3::from_fn(|row, column| {
+            let left = (1.0 - coherence[row]) * self.readings[row];
+            let inverse = unscaled[(column, column)].re.max(0.0);
+            (left * inverse / (segments - INPUTS).max(f64::MIN_POSITIVE)).sqrt()
+        });
+        let (largest, direction) = self.principal();
+        let along = self.across * direction / Complex::from(largest.max(f64::MIN_POSITIVE));
+        Estimated { frequency_hz, h, deviation, direction, along, coherence }
+    }
+
+    /// Largest eigenvalue of the forces' spectra, and its eigenvector with a real largest component.
+    fn principal(&self) -> (f64, Vector3<Complex<f64>>) {
+        let eigen = self.forces.symmetric_eigen();
+        let (index, largest) = eigen.eigenvalues.argmax();
+        let own: Vector3<Complex<f64>> = eigen.eigenvectors.column(index).into();
+        let component = own[own.map(|entry| entry.norm()).imax()];
+        if component.norm() > 0.0 {
+            (largest, own * (component.conj() / component.norm()))
+        } else {
+            (largest, own)
         }
     }
 }
@@ -285,31 +343,58 @@ mod tests {
 
     /// Of two forces that are the same, or not there, the readings tell nothing; of the third they tell all.
     #[test]
-    fn forces_that_go_together_are_left_out() {
+    fn forces_that_go_together_are_uncertain() {
         let (x, z) = (noise(1), noise(2));
+        let own = noise(3);
         for times in [0.0, 2.0] {
             let y = x.iter().map(|own| times * own).collect();
-            let reading = std::array::from_fn(|_| z.iter().map(|own| 3.0 * own).collect());
+            let reading =
+                z.iter().zip(&own).map(|(z, own)| 3.0 * z + 0.01 * own).collect::<Vec<_>>();
+            let reading = std::array::from_fn(|_| reading.clone());
             let force = [x.clone(), y, z.clone()];
             let estimated = estimate(&[Signals { force, reading }], 1000.0, 256);
             assert_eq!(estimated.len(), 127);
             for own in &estimated {
-                assert_eq!(own.columns[0].is_some(), times == 0.0, "{own:?}");
-                assert!(own.columns[1].is_none(), "{own:?}");
-                let third = own.columns[2].expect("an independent force")[1];
-                assert!((third - Complex::from(3.0)).norm() < 1e-6, "{own:?}");
-                assert!(own.coherence.iter().all(|own| *own > 0.999_999), "{own:?}");
+                assert!((own.h[(1, 2)] - Complex::from(3.0)).norm() < 0.05, "{own:?}");
+                assert!(own.deviation[(1, 2)] < 0.02, "{own:?}");
+                assert!(own.deviation[(1, 1)] > 1.0, "{own:?}");
+                assert_eq!(own.deviation[(1, 0)] < 0.02, times == 0.0, "{own:?}");
+                assert!(own.coherence.iter().all(|own| *own > 0.999), "{own:?}");
             }
         }
     }
 
-    /// What no force causes has the coherence of chance: 3 of about 29 independent segments.
+    /// Three forces from one source: only the response along their direction is known.
     #[test]
-    fn a_reading_of_its_own_has_no_coherence() {
+    fn one_source_has_one_direction() {
+        let source = noise(1);
+        let scaled = |by: f64| -> Vec<f64> { source.iter().map(|own| by * own).collect() };
+        let signals = Signals {
+            force: [scaled(1.0), scaled(-2.0), scaled(2.5)],
+            reading: [scaled(6.0), scaled(0.0), scaled(-3.0)],
+        };
+        let length = 11.25_f64.sqrt();
+        for own in estimate(&[signals], 1.0, 256) {
+            let expected = Vector3::new(1.0, -2.0, 2.5).map(|own| Complex::from(own / length));
+            assert!((own.direction - expected).norm() < 1e-6, "{own:?}");
+            let along = Vector3::new(6.0, 0.0, -3.0).map(|own| Complex::from(own / length));
+            assert!((own.along - along).norm() < 1e-6, "{own:?}");
+        }
+    }
+
+    /// The standard deviation is that of the scatter, and the coherence of noise is that of chance: 3 of 29 independent segments.
+    #[test]
+    fn deviation_and_coherence_of_noise_are_those_of_chance() {
         let force = [1, 2, 3].map(noise);
         let estimated = estimate(&[Signals { force, reading: [4, 5, 6].map(noise) }], 1.0, 256);
         let all: Vec<f64> = estimated.iter().flat_map(|own| own.coherence).collect();
         let mean = all.iter().sum::<f64>() / all.len() as f64;
         assert!((0.06..0.15).contains(&mean), "{mean}");
+        let squares = estimated.iter().map(|own| {
+            let times = own.h.zip_map(&own.deviation, |h, std| h.norm_sqr() / (std * std));
+            times.mean()
+        });
+        let mean = squares.sum::<f64>() / 127.0;
+        assert!((0.8..1.2).contains(&mean), "{mean}");
     }
 }

@@ -42,9 +42,26 @@ pub(super) fn percent(part: f64) -> String {
     format!("{}\u{a0}%", minus(&text))
 }
 
-/// An interval: `1.2 to 1.4`.
+/// An interval, to the digits that tell its ends apart: `1.2 to 1.4`.
 pub(super) fn interval([low, high]: [f64; 2]) -> String {
-    format!("{} to {}", number(low), number(high))
+    let own = digits_of([low, high]);
+    format!("{} to {}", digits(low, own), digits(high, own))
+}
+
+/// Digits that tell the ends of an interval apart, with one more.
+pub(super) fn digits_of([low, high]: [f64; 2]) -> usize {
+    let part = (high - low).abs() / low.abs().max(high.abs());
+    let wanted = if part > 0.0 && part.is_finite() { 2.0 - part.log10().ceil() } else { 3.0 };
+    wanted.clamp(3.0, 8.0) as usize
+}
+
+/// Agreement as per cent, with more digits near 1, and never rounded up to it.
+pub(super) fn agreement(part: f64) -> String {
+    if (0.99..1.0).contains(&part) {
+        format!("{:.2}\u{a0}%", (1e4 * part).floor() / 100.0)
+    } else {
+        percent(part)
+    }
 }
 
 /// Joint angles: `(0.10, −0.50, 0.40)`.
@@ -83,6 +100,12 @@ mod tests {
         assert_eq!(percent(0.0012), "0.1\u{a0}%");
         assert_eq!(percent(-0.25), "−25\u{a0}%");
         assert_eq!(interval([1.0, 20.0]), "1.00 to 20.0");
+        assert_eq!(interval([18.6851, 18.6932]), "18.685 to 18.693");
+        assert_eq!(interval([5.9961e7, 6.0055e7]), "5.996·10⁷ to 6.006·10⁷");
+        assert_eq!(
+            (agreement(0.999_96), agreement(0.5)),
+            ("99.99\u{a0}%".into(), "50\u{a0}%".into())
+        );
         assert_eq!(pose(&[0.1, -0.5]), "(0.100, −0.500)");
         assert_eq!((count(1, "pose"), count(2, "pose")), ("1 pose".into(), "2 poses".into()));
     }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::format::{percent, pose};
+use super::format::{agreement, pose};
 use super::{AXES, missing};
 use crate::document::Document;
 
@@ -43,9 +43,4 @@ pub(super) fn section(document: &Document) -> Markup {
             }
         }
     }
-}
-
-/// A part as per cent with more digits near one.
-fn agreement(part: f64) -> String {
-    if (0.99..1.0).contains(&part) { format!("{:.2}\u{a0}%", 100.0 * part) } else { percent(part) }
 }

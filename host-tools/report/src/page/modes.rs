@@ -4,7 +4,7 @@ use flexid_prediction::PositiveEstimate;
 use flexid_prediction::modes::Mode;
 use maud::{Markup, html};
 
-use super::format::{count, digits, interval, percent, pose};
+use super::format::{count, digits, digits_of, interval, percent, pose};
 use super::{DOFS, Pose};
 use crate::document::Document;
 
@@ -64,8 +64,9 @@ fn table(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
 /// The cells of a value and its interval.
 fn estimate(estimate: &PositiveEstimate, times: f64, unit: &str) -> Markup {
     html! {
-        td { (digits(times * estimate.value, 4)) (unit) }
-        td { (interval(estimate.interval.map(|own| times * own))) (unit) }
+        @let ends = estimate.interval.map(|own| times * own);
+        td { (digits(times * estimate.value, digits_of(ends))) (unit) }
+        td { (interval(ends)) (unit) }
     }
 }
 

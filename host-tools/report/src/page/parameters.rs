@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use plotters::prelude::*;
 
 use super::DOFS;
-use super::format::{interval, number, percent};
+use super::format::{digits, digits_of, interval, percent};
 use crate::charts::scale::Scale;
 use crate::charts::{Canvas, Colour, Drawn, Mark, SOFT, legend, svg};
 use crate::document::Document;
@@ -150,7 +150,7 @@ fn draw(canvas: &Canvas<'_>, title: &str, parameters: &[&Parameter]) -> Drawn {
             own.value,
         ]
     };
-    let x = Scale::decades(parameters.iter().flat_map(ends));
+    let x = Scale::around(parameters.iter().flat_map(ends));
     // The first row is on top.
     let rows = (0..parameters.len()).map(|row| -(row as f64));
     let y = Scale::linear([0.4 - parameters.len() as f64, 0.6], rows.collect());
@@ -201,7 +201,7 @@ fn draw(canvas: &Canvas<'_>, title: &str, parameters: &[&Parameter]) -> Drawn {
         if let Some(at) = x.place(own.value) {
             let filled = own.verdict != Verdict::NotObservable;
             let style = if filled { style.filled() } else { style.stroke_width(4) };
-            chart.draw_series([Circle::new((at, row), 10, style)])?;
+            chart.draw_series([Circle::new((at, row), 9, style)])?;
         }
     }
     Ok(())
@@ -252,7 +252,7 @@ fn table(document: &Document, parameters: &[Parameter]) -> Markup {
 
 fn cells(own: &Parameter) -> Markup {
     html! {
-        td.ours { (number(own.value)) }
+        td.ours { (digits(own.value, own.interval.map_or(3, digits_of))) }
         td { @match own.interval { Some(ends) => (interval(ends)), None => "–" } }
         td { @match own.std { Some(std) => (percent(std / own.value)), None => "–" } }
         td.left class=(class(own.verdict)) { (words(own.verdict)) }

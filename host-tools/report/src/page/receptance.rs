@@ -1,10 +1,10 @@
 //! Receptance, measured against modelled: magnitude, phase and coherence of each pose.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-use flexid_prediction::TWO_SIDED;
 use flexid_prediction::receptance::ReceptancePoint;
 use maud::{Markup, html};
+use nalgebra::Complex;
 
 use super::format::{count, number, percent, pose};
 use super::{AXES, Pose, missing};
@@ -19,12 +19,12 @@ const POINTS: usize = 120;
 /// Places near a mode, in half widths of its resonance: the peak and its flanks.
 const NEAR_MODE: [f64; 7] = [-4.0, -1.5, -0.6, 0.0, 0.6, 1.5, 4.0];
 /// Heights of the panels, pixels: magnitude, phase, coherence.
-const HEIGHTS: [u32; 3] = [400, 250, 250];
+const HEIGHTS: [u32; 3] = [440, 240, 270];
 /// Widths of what stands left of the first column, and below the last row, pixels.
 const LEFT: u32 = 194;
 const BELOW: u32 = 106;
 /// Most decades of magnitude that are shown below the largest one. Chosen: what is smaller is neither felt nor measured.
-const DECADES: f64 = 5.0;
+const DECADES: f64 = 6.0;
 
 pub(super) fn section(document: &Document, poses: &[Pose<'_>], others: usize) -> Markup {
     html! {
@@ -33,9 +33,14 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>], others: usize) ->
             p {
                 "Displacement of the tool per force on it, along the axes of the tool centre point. The model's curve comes from the fitted \
                  parameters, with its 95\u{a0}% band. The measured one comes from the records alone: H₁ of three forces, from segments of \
-                 the records. Such an estimate is blurred, because its segments are short and a lightly damped robot rings on. Therefore the \
-                 fitted acceleration of the same records goes through the same estimate (dashed): where measured and dashed agree, the \
-                 model is right, even where both leave the model's curve. The accelerometer's own motion and gravity are in both."
+                 the records. It is left out where its standard deviation is above a third of its size, as where the three forces of a cut \
+                 go together and cannot be told apart. The last rows therefore show what each cut does tell: the displacement per force along \
+                 the direction that the force had."
+            }
+            p {
+                "Such estimates are blurred, because segments are short and a lightly damped robot rings on. So the fitted acceleration of the \
+                 same records goes through the same estimate (dashed). Compare measured with dashed: where they agree, the model is right, even \
+                 where both leave the model's curve. What gravity and the place of the accelerometer add is in both."
             }
             @if document.measured_receptance.is_none() { (missing("measured_receptance")) }
             (legend(&[
@@ -65,7 +70,7 @@ fn figure(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
             @if modelled.is_empty() {
                 p { "The robot does not stand in this pose: it has no stiffness there." }
             } @else {
-                (chart(document, &modelled, measured, &title))
+                (chart(own, &modelled, measured, &title))
                 figcaption { (note(measured)) }
             }
         }
@@ -78,28 +83,16 @@ fn note(measured: Option<&MeasuredReceptance>) -> Markup {
         return html! { "No measured curve." };
     };
     let points = measured.points.len();
-    let out = |column: usize| {
-        measured.points.iter().filter(|own| own.measured[0][column].is_none()).count()
-    };
-    let columns: Vec<(usize, usize)> =
-        (0..3).map(|column| (column, out(column))).filter(|(_, out)| *out > 0).collect();
+    let entries = || measured.points.iter().flat_map(|own| own.measured.as_flattened());
+    let shown = entries().flatten().count() as f64 / entries().count().max(1) as f64;
     html! {
         "Record" @if measured.records.len() > 1 { "s" } " "
         @for (index, own) in measured.records.iter().enumerate() {
             @if index > 0 { ", " }
             (own)
         }
-        ": " (measured.segments) " segments of " (number(measured.segment_s)) "\u{a0}s, overlapping by a half, Hann window. "
-        @if columns.is_empty() {
-            "The three forces are independent enough at all " (points) " frequencies."
-        } @else {
-            "Left out, because a force goes with the others there: "
-            @for (index, (column, out)) in columns.iter().enumerate() {
-                @if index > 0 { ", " }
-                "force " (AXES[*column]) " at " (percent(*out as f64 / points as f64))
-            }
-            " of the " (points) " frequencies."
-        }
+        ": " (measured.segments) " segments of " (number(measured.segment_s)) "\u{a0}s, overlapping by a half, Hann window; " (points)
+        " frequencies. Of the nine entries, " (percent(shown)) " are certain enough to be shown."
     }
 }
 
@@ -120,12 +113,14 @@ fn curve(pose: &Pose<'_>) -> Vec<ReceptancePoint> {
 }
 
 fn chart(
-    document: &Document,
+    pose: &Pose<'_>,
     modelled: &[ReceptancePoint],
     measured: Option<&MeasuredReceptance>,
     title: &str,
 ) -> Markup {
-    let x = Scale::logarithmic(document.found.robot.band_hz());
+    let ends =
+        [modelled.first(), modelled.last()].map(|own| own.map_or(1.0, |own| own.frequency_hz));
+    let x = Scale::logarithmic(ends);
     let points = measured.map_or(&[][..], |own| &own.points);
     let largest = modelled
         .iter()
@@ -137,7 +132,7 @@ fn chart(
     let least = largest * 10_f64.powf(-DECADES);
     let magnitude = Scale::decades(shown.map(|own| own.max(least)));
     let [high, low, last] = HEIGHTS;
-    let height = 3 * (high + low) + last + BELOW;
+    let height = 4 * (high + low) + last + BELOW;
     let label = format!("Receptance, measured and modelled: {title}");
     svg(height, &label, |canvas| {
         let (width, _) = canvas.dim_in_pixel();
@@ -147,127 +142,138 @@ fn chart(
             let width = if column == 0 { LEFT + column_width } else { column_width };
             canvas.clone().shrink((left as i32, top as i32), (width, height))
         };
-        for row in 0..3 {
-            let phases: Vec<Vec<f64>> =
-                (0..3).map(|column| unwrapped(modelled, row, column)).collect();
-            for column in 0..3 {
-                let top = row as u32 * (high + low);
-                let y = |text: &str| (column == 0).then(|| text.to_owned());
-                Panel {
-                    x: x.clone(),
-                    y: magnitude.clone(),
-                    title: format!("{} per force {}", AXES[row], AXES[column]),
-                    labels: Labels { x: None, y: y("m/N") },
-                    bands: vec![Band {
-                        colour: Colour::Orange,
-                        points: modelled
-                            .iter()
-                            .map(|own| (own.frequency_hz, own.magnitude[row][column].interval))
-                            .collect(),
-                    }],
-                    curves: magnitudes(modelled, points, row, column),
-                }
-                .draw(&area(column, top, high))?;
-                let phase = Phase { modelled, unwrapped: &phases[column], row, column };
-                let curves = phase.curves(points);
-                Panel {
-                    x: x.clone(),
-                    y: phase_scale(&phases[column]),
-                    title: String::new(),
-                    labels: Labels { x: None, y: y("phase / °") },
-                    bands: vec![phase.band()],
-                    curves,
-                }
-                .draw(&area(column, top + high, low))?;
-            }
+        let entries = (0..9).map(|index| Entry::of(modelled, points, index / 3, index % 3));
+        let along = (0..3).map(|row| Entry::along(pose, points, row));
+        for (index, entry) in entries.chain(along).enumerate() {
+            let (row, column) = (index / 3, index % 3);
+            let top = row as u32 * (high + low);
+            let y = |text: &str| (column == 0).then(|| text.to_owned());
+            let labels = |text: &str| Labels { x: None, y: y(text) };
+            let phase = Scale::linear([-180.0, 180.0], vec![-180.0, -90.0, 0.0, 90.0, 180.0]);
+            entry.magnitude(&x, &magnitude, labels("m/N")).draw(&area(column, top, high))?;
+            entry.phase(&x, &phase, labels("phase / °")).draw(&area(column, top + high, low))?;
         }
         for column in 0..3 {
-            coherence(column, &x, points).draw(&area(column, 3 * (high + low), last + BELOW))?;
+            let top = 4 * (high + low);
+            coherence(column, &x, points).draw(&area(column, top, last + BELOW))?;
         }
         Drawn::Ok(())
     })
 }
 
-fn magnitudes(
-    modelled: &[ReceptancePoint],
-    points: &[MeasuredPoint],
-    row: usize,
-    column: usize,
-) -> Vec<Curve> {
-    let of = |entry: fn(&MeasuredPoint) -> &[[Option<[f64; 2]>; 3]; 3]| {
-        let size = |own: &MeasuredPoint| entry(own)[row][column].map(|[re, im]| re.hypot(im));
-        points.iter().map(|own| (own.frequency_hz, size(own))).collect()
-    };
-    let model = |own: &ReceptancePoint| (own.frequency_hz, Some(own.magnitude[row][column].value));
-    vec![
-        Curve { colour: Colour::Orange, width: 4, points: modelled.iter().map(model).collect() },
-        Curve { colour: Colour::Blue, width: 4, points: of(|own| &own.measured) },
-        Curve { colour: Colour::Grey, width: 3, points: of(|own| &own.modelled) },
-    ]
+/// What two panels show: curves, complex, m/N.
+struct Entry {
+    title: String,
+    /// Of the model, with the 95 % bands of magnitude and phase, rad, where they are known.
+    model: Vec<(f64, Option<Complex<f64>>)>,
+    bands: [Vec<(f64, [f64; 2])>; 2],
+    measured: Vec<(f64, Option<Complex<f64>>)>,
+    /// Of the fitted acceleration.
+    fitted: Vec<(f64, Option<Complex<f64>>)>,
 }
 
-/// The model's phase of an entry without jumps, rad.
-fn unwrapped(modelled: &[ReceptancePoint], row: usize, column: usize) -> Vec<f64> {
-    let mut last: Option<f64> = None;
-    modelled
-        .iter()
-        .map(|own| {
-            let phase = own.phase[row][column].value;
-            // A passive robot lags: of the first, 0 to −π.
-            let near = last.unwrap_or(-0.5 * PI);
-            let own = phase - TAU * ((phase - near) / TAU).round();
-            last = Some(own);
-            own
-        })
-        .collect()
-}
-
-fn phase_scale(phases: &[f64]) -> Scale {
-    let degrees = phases.iter().map(|own| own.to_degrees());
-    Scale::steps(degrees.flat_map(|own| [own - 30.0, own + 30.0]), 90.0)
-}
-
-/// The phase of one entry.
-struct Phase<'a> {
-    modelled: &'a [ReceptancePoint],
-    unwrapped: &'a [f64],
-    row: usize,
-    column: usize,
-}
-
-impl Phase<'_> {
-    fn band(&self) -> Band {
-        let points = self.modelled.iter().zip(self.unwrapped).map(|(own, phase)| {
-            let half = TWO_SIDED * own.phase[self.row][self.column].std.min(PI);
-            (own.frequency_hz, [phase - half, phase + half].map(f64::to_degrees))
-        });
-        Band { colour: Colour::Orange, points: points.collect() }
+impl Entry {
+    /// Displacement along one axis per force along another.
+    fn of(
+        modelled: &[ReceptancePoint],
+        points: &[MeasuredPoint],
+        row: usize,
+        column: usize,
+    ) -> Self {
+        let model = |own: &ReceptancePoint| {
+            let (size, phase) = (own.magnitude[row][column].value, own.phase[row][column].value);
+            (own.frequency_hz, Some(Complex::from_polar(size, phase)))
+        };
+        let magnitude =
+            |own: &ReceptancePoint| (own.frequency_hz, own.magnitude[row][column].interval);
+        let phase = |own: &ReceptancePoint| (own.frequency_hz, own.phase[row][column].interval);
+        let entry = |own: &MeasuredPoint, of: &[[Option<[f64; 2]>; 3]; 3]| {
+            (own.frequency_hz, of[row][column].map(complex))
+        };
+        Self {
+            title: format!("{} per force {}", AXES[row], AXES[column]),
+            model: modelled.iter().map(model).collect(),
+            bands: [modelled.iter().map(magnitude).collect(), modelled.iter().map(phase).collect()],
+            measured: points.iter().map(|own| entry(own, &own.measured)).collect(),
+            fitted: points.iter().map(|own| entry(own, &own.modelled)).collect(),
+        }
     }
 
-    fn curves(&self, points: &[MeasuredPoint]) -> Vec<Curve> {
-        let of = |entry: fn(&MeasuredPoint) -> &[[Option<[f64; 2]>; 3]; 3]| {
-            let phase = |own: &MeasuredPoint| {
-                let [re, im] = entry(own)[self.row][self.column]?;
-                let (phase, near) = (im.atan2(re), self.near(own.frequency_hz)?);
-                Some((phase - TAU * ((phase - near) / TAU).round()).to_degrees())
-            };
-            points.iter().map(|own| (own.frequency_hz, phase(own))).collect()
+    /// Displacement along an axis per force along the direction that it had.
+    fn along(pose: &Pose<'_>, points: &[MeasuredPoint], row: usize) -> Self {
+        let model = |own: &MeasuredPoint| {
+            let h = pose.dynamics.as_ref()?.receptance_value(own.frequency_hz)?;
+            let parts = h[row].iter().zip(own.direction);
+            Some(parts.map(|(entry, direction)| entry * complex(direction)).sum())
         };
-        let model = self.modelled.iter().zip(self.unwrapped);
-        let model =
-            model.map(|(own, phase)| (own.frequency_hz, Some(phase.to_degrees()))).collect();
+        let of =
+            |own: &MeasuredPoint, of: &[[f64; 2]; 3]| (own.frequency_hz, Some(complex(of[row])));
+        Self {
+            title: format!("{} along the force", AXES[row]),
+            model: points.iter().map(|own| (own.frequency_hz, model(own))).collect(),
+            bands: [Vec::new(), Vec::new()],
+            measured: points.iter().map(|own| of(own, &own.measured_along)).collect(),
+            fitted: points.iter().map(|own| of(own, &own.modelled_along)).collect(),
+        }
+    }
+
+    fn magnitude(&self, x: &Scale, y: &Scale, labels: Labels) -> Panel {
+        let size = |points: &[(f64, Option<Complex<f64>>)]| {
+            points.iter().map(|(hz, own)| (*hz, own.map(Complex::norm))).collect()
+        };
+        let bands = vec![Band { colour: Colour::Orange, points: self.bands[0].clone() }];
+        let (x, y, title) = (x.clone(), y.clone(), self.title.clone());
+        Panel { x, y, title, labels, bands, curves: self.curves(size) }
+    }
+
+    fn phase(&self, x: &Scale, y: &Scale, labels: Labels) -> Panel {
+        let bands = self.bands[1].chunk_by(|(_, [low, high]), (_, [next_low, next_high])| {
+            (low + high - next_low - next_high).abs() < TAU
+        });
+        let degrees = |(hz, ends): &(f64, [f64; 2])| (*hz, ends.map(f64::to_degrees));
+        let bands = bands
+            .map(|own| Band { colour: Colour::Orange, points: own.iter().map(degrees).collect() });
+        Panel {
+            x: x.clone(),
+            y: y.clone(),
+            title: String::new(),
+            labels,
+            bands: bands.collect(),
+            curves: self.curves(phases),
+        }
+    }
+
+    fn curves(
+        &self,
+        of: impl Fn(&[(f64, Option<Complex<f64>>)]) -> Vec<(f64, Option<f64>)>,
+    ) -> Vec<Curve> {
         vec![
-            Curve { colour: Colour::Orange, width: 4, points: model },
-            Curve { colour: Colour::Blue, width: 4, points: of(|own| &own.measured) },
-            Curve { colour: Colour::Grey, width: 3, points: of(|own| &own.modelled) },
+            Curve { colour: Colour::Orange, width: 4, points: of(&self.model) },
+            Curve { colour: Colour::Blue, width: 4, points: of(&self.measured) },
+            Curve { colour: Colour::Grey, width: 3, points: of(&self.fitted) },
         ]
     }
+}
 
-    /// The model's phase at the next frequency.
-    fn near(&self, frequency_hz: f64) -> Option<f64> {
-        let next = self.modelled.partition_point(|own| own.frequency_hz < frequency_hz);
-        self.unwrapped.get(next.min(self.unwrapped.len().checked_sub(1)?)).copied()
+fn complex([re, im]: [f64; 2]) -> Complex<f64> {
+    Complex::new(re, im)
+}
+
+/// Phases, degrees. The curve is broken where they jump by a whole turn.
+fn phases(points: &[(f64, Option<Complex<f64>>)]) -> Vec<(f64, Option<f64>)> {
+    let mut phases = Vec::new();
+    let mut last: Option<f64> = None;
+    for (hz, own) in points {
+        let phase = own.map(|own| own.arg().to_degrees());
+        if let (Some(last), Some(phase)) = (last, phase)
+            && (last - phase).abs() > 180.0
+        {
+            phases.push((*hz, None));
+        }
+        phases.push((*hz, phase));
+        last = phase;
     }
+    phases
 }
 
 fn coherence(row: usize, x: &Scale, points: &[MeasuredPoint]) -> Panel {

@@ -3,7 +3,7 @@
 use flexid_wire::report::{Acceptance, JointReport, Verdict};
 use maud::{Markup, html};
 
-use super::format::{count, percent};
+use super::format::{agreement, count, percent};
 use super::{DOFS, missing};
 use crate::document::Document;
 
@@ -167,7 +167,7 @@ fn trust(document: &Document) -> Vec<Markup> {
     let worst = all.fold(None, |worst: Option<f64>, own| Some(worst.map_or(own, |it| it.min(own))));
     if let Some(worst) = worst {
         lines.push(html! {
-            "Records that were held out are predicted by a fit to the others with a FRAC of at least " (percent(worst))
+            "Records that were held out are predicted by a fit to the others with a FRAC of at least " (agreement(worst))
             @if worst < POOR_FRAC { ": the worst has another shape than predicted" }
             "."
         });
