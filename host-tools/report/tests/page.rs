@@ -46,6 +46,9 @@ fn evidence(robot: &FoundRobot) -> Evidence {
             frequency_hz: *frequency_hz,
             measured: [[entry, None, entry]; 3],
             modelled: [[entry; 3]; 3],
+            direction: [[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]],
+            measured_along: [[1e-8, -1e-8]; 3],
+            modelled_along: [[1e-8, -1e-8]; 3],
             coherence: [0.9; 3],
         }
     };
@@ -210,13 +213,14 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
     // One receptance a pose, one residual a record, parameters, correlations, course.
     assert_eq!(charts.len(), 2 * POSES + 3);
     for chart in &charts[..POSES] {
-        // Magnitude and phase of nine entries; of the measured ones, three are left out.
-        assert_eq!(lines(chart, ORANGE), 18);
-        assert_eq!(lines(chart, BLUE), 12 + 3);
-        assert_eq!(lines(chart, GREY), 18);
+        // Magnitude and phase of nine entries and of three responses to the force; of the measured ones, three entries are left out. A phase
+        // that goes beyond its range is broken.
+        assert!(lines(chart, ORANGE) >= 24, "{}", lines(chart, ORANGE));
+        assert_eq!(lines(chart, BLUE), 12 + 6 + 3);
+        assert_eq!(lines(chart, GREY), 24);
         let bands = roxmltree::Document::parse(chart).unwrap();
         let bands = bands.descendants().filter(|node| node.tag_name().name() == "polygon").count();
-        assert_eq!(bands, 18);
+        assert!(bands >= 18, "{bands}");
     }
     for chart in &charts[POSES..2 * POSES] {
         assert_eq!([BLUE, RED, GREY].map(|colour| lines(chart, colour)), [3, 3, 3]);
@@ -225,7 +229,8 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "The fit explains the records, with reservations. 24 of 36 parameters are identified",
         "Measure the TCP.",
         "2 frames are &lt;odd&gt; &amp; lost",
-        "force y at 100\u{a0}%",
+        "Of the nine entries, 67\u{a0}% are certain enough",
+        "\u{2212}93\u{a0}%",
         "joint_1 tx stiffness 0.700",
         "flexid identify --config edge.toml cut.log",
         "00ff",
@@ -275,7 +280,8 @@ fn an_older_file_leaves_parts_out_and_says_so() {
     }
     let charts = charts(&page);
     assert_eq!(charts.len(), POSES + 1);
-    assert_eq!((lines(charts[0], ORANGE), lines(charts[0], BLUE)), (18, 0));
+    assert!(lines(charts[0], ORANGE) >= 18);
+    assert_eq!(lines(charts[0], BLUE), 0);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::format::number;
+use super::format::{number, percent};
 use super::missing;
 use crate::charts::{Colour, Mark, SOFT, WIDTH, legend, svg};
 use crate::document::Document;
@@ -18,6 +18,8 @@ const MOST_PAIRS: usize = 12;
 /// Height of the picture, pixels; room for the names beside it.
 const HEIGHT: u32 = 1500;
 const NAMES: u32 = 460;
+/// Room for half of the first name above, pixels.
+const ABOVE: u32 = 16;
 const FONT: f64 = 30.0;
 
 pub(super) fn section(document: &Document) -> Markup {
@@ -61,11 +63,11 @@ pub(super) fn section(document: &Document) -> Markup {
                         @if pairs.len() > MOST_PAIRS { "; " (pairs.len() - MOST_PAIRS) " further pairs are in the file" }
                     }
                     tbody {
-                        @for (row, column, percent) in pairs.iter().take(MOST_PAIRS) {
+                        @for (row, column, own) in pairs.iter().take(MOST_PAIRS) {
                             tr {
                                 td.left { (correlations.unknowns[*column]) }
                                 td.left { (correlations.unknowns[*row]) }
-                                td { (i32::from(*percent)) "\u{a0}%" }
+                                td { (percent(f64::from(*own) / 100.0)) }
                             }
                         }
                     }
@@ -94,7 +96,8 @@ fn picture(correlations: &Correlations) -> Markup {
     let cell = f64::from(HEIGHT) / unknowns as f64;
     // Each name has at least the height of its letters.
     let every = (1.15 * FONT / cell).ceil().max(1.0) as usize;
-    svg(HEIGHT, "Correlations between the unknowns", |canvas| {
+    svg(HEIGHT + ABOVE, "Correlations between the unknowns", |canvas| {
+        let canvas = canvas.clone().shrink((0, ABOVE), (WIDTH, HEIGHT));
         let place = |index: usize| (index as f64 * cell).round() as i32;
         let left = NAMES as i32 + (WIDTH as i32 - NAMES as i32 - HEIGHT as i32) / 2;
         for index in 0..unknowns {
@@ -111,11 +114,11 @@ fn picture(correlations: &Correlations) -> Markup {
                 )?;
             }
         }
-        for (row, column, percent) in correlations.pairs().filter(|(.., own)| own.abs() >= DRAWN) {
+        for (row, column, own) in correlations.pairs().filter(|(.., own)| own.abs() >= DRAWN) {
             let corners =
                 [(left + place(column), place(row)), (left + place(column + 1), place(row + 1))];
-            let colour = if percent > 0 { Colour::Orange } else { Colour::Blue };
-            let strength = f64::from(percent.abs()) / 100.0;
+            let colour = if own > 0 { Colour::Orange } else { Colour::Blue };
+            let strength = f64::from(own.abs()) / 100.0;
             canvas.draw(&Rectangle::new(corners, colour.rgb().mix(strength).filled()))?;
         }
         let outline =

@@ -1,7 +1,5 @@
 //! Receptance, measured against modelled: magnitude, phase and coherence of each pose.
 
-use std::f64::consts::TAU;
-
 use flexid_prediction::receptance::ReceptancePoint;
 use maud::{Markup, html};
 use nalgebra::Complex;
@@ -149,7 +147,7 @@ fn chart(
             let top = row as u32 * (high + low);
             let y = |text: &str| (column == 0).then(|| text.to_owned());
             let labels = |text: &str| Labels { x: None, y: y(text) };
-            let phase = Scale::linear([-180.0, 180.0], vec![-180.0, -90.0, 0.0, 90.0, 180.0]);
+            let phase = Scale::linear([-270.0, 90.0], vec![-270.0, -180.0, -90.0, 0.0, 90.0]);
             entry.magnitude(&x, &magnitude, labels("m/N")).draw(&area(column, top, high))?;
             entry.phase(&x, &phase, labels("phase / °")).draw(&area(column, top + high, low))?;
         }
@@ -227,10 +225,13 @@ impl Entry {
     }
 
     fn phase(&self, x: &Scale, y: &Scale, labels: Labels) -> Panel {
-        let bands = self.bands[1].chunk_by(|(_, [low, high]), (_, [next_low, next_high])| {
-            (low + high - next_low - next_high).abs() < TAU
-        });
-        let degrees = |(hz, ends): &(f64, [f64; 2])| (*hz, ends.map(f64::to_degrees));
+        let middle = |ends: &[f64; 2]| lagging((0.5 * (ends[0] + ends[1])).to_degrees());
+        let bands = self.bands[1]
+            .chunk_by(|(_, own), (_, next)| (middle(own) - middle(next)).abs() < 180.0);
+        let degrees = |(hz, ends): &(f64, [f64; 2])| {
+            let half = 0.5 * (ends[1] - ends[0]).to_degrees();
+            (*hz, [middle(ends) - half, middle(ends) + half])
+        };
         let bands = bands
             .map(|own| Band { colour: Colour::Orange, points: own.iter().map(degrees).collect() });
         Panel {
@@ -259,12 +260,17 @@ fn complex([re, im]: [f64; 2]) -> Complex<f64> {
     Complex::new(re, im)
 }
 
+/// A phase from −180° to 180° as one from −270° to 90°: a robot lags, and the ends of its range are not those of the axis.
+fn lagging(phase: f64) -> f64 {
+    if phase > 90.0 { phase - 360.0 } else { phase }
+}
+
 /// Phases, degrees. The curve is broken where they jump by a whole turn.
 fn phases(points: &[(f64, Option<Complex<f64>>)]) -> Vec<(f64, Option<f64>)> {
     let mut phases = Vec::new();
     let mut last: Option<f64> = None;
     for (hz, own) in points {
-        let phase = own.map(|own| own.arg().to_degrees());
+        let phase = own.map(|own| lagging(own.arg().to_degrees()));
         if let (Some(last), Some(phase)) = (last, phase)
             && (last - phase).abs() > 180.0
         {
