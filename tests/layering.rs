@@ -17,6 +17,7 @@ const PACKAGES: &[&str] = &[
     "flexid-reproduce",
     "flexid-export",
     "flexid-prediction",
+    "flexid-report",
     "flexid",
 ];
 
@@ -60,6 +61,7 @@ fn the_edge_reaches_no_host_tool() {
                 "flexid-reproduce",
                 "flexid-export",
                 "flexid-prediction",
+                "flexid-report",
             ],
         );
         never(package, &reached, FRONT);
@@ -72,8 +74,14 @@ fn the_pipeline_reaches_no_daemon() {
 }
 
 #[test]
-fn simulation_reproduction_and_export_reach_no_command() {
-    for package in ["flexid-simulation", "flexid-reproduce", "flexid-export", "flexid-prediction"] {
+fn what_commands_call_reaches_no_command() {
+    for package in [
+        "flexid-simulation",
+        "flexid-reproduce",
+        "flexid-export",
+        "flexid-prediction",
+        "flexid-report",
+    ] {
         never(package, &reached(package), &["flexid", "flexid-edge", "clap"]);
     }
 }

@@ -5,7 +5,7 @@ use std::thread;
 use flexid_core::identify::{Acceptance, Identifier, Phase, PlantEstimate};
 use flexid_core::imperfection::{Accuracies, Imperfection, Sensor};
 use flexid_core::parameters::Bushings;
-use flexid_core::refine::{Explanation, LeftOver, Plant};
+use flexid_core::refine::{BinLeft, Explanation, LeftOver, Plant};
 use flexid_core::spectrum::Experiment;
 use flexid_core::stream::Record;
 
@@ -114,8 +114,9 @@ fn an_identifier_goes_on_from_any_step() {
 }
 
 /// Where the cut has twice the noise of the rest along these axes, the residuals are larger than that of the rest, but random: the fit is
-/// consistent, and its intervals are as much wider. Returns χ²/dof, and where more is left than elsewhere.
-fn noisier_in_the_cut(axes: &'static [usize]) -> (f64, Vec<LeftOver>) {
+/// consistent, and its intervals are as much wider. Returns χ²/dof, where more is left than elsewhere, and the mean square of what is left
+/// in a bin in that of the noise, along each axis.
+fn noisier_in_the_cut(axes: &'static [usize]) -> (f64, Vec<LeftOver>, [f64; 3]) {
     let test = || {
         let truth = Random::new(71).bushings(3);
         let experiments = experiments(&truth, &Conditions::default(), |record| {
@@ -132,23 +133,39 @@ fn noisier_in_the_cut(axes: &'static [usize]) -> (f64, Vec<LeftOver>) {
         assert!(scores.iter().all(|score| score.abs() < 4.0), "{scores:?}");
         assert!((0.05..2.0).contains(&mean_square(&scores)), "{scores:?}");
         let left_over = identifier.left_over(&experiments, Some(&plant), &estimate);
-        (estimate.consistency, left_over.into_iter().collect())
+        let (mut places, mut times) = (Vec::new(), [0.0; 3]);
+        let mut take = |bin: &BinLeft| {
+            places.push((bin.record, bin.bin));
+            for (axis, times) in times.iter_mut().enumerate() {
+                let [re, im] = bin.left[axis];
+                *times += (re * re + im * im) / bin.noise[axis];
+            }
+        };
+        identifier.each_bin(&experiments, Some(&plant), &estimate, &mut take).unwrap();
+        let all = experiments.iter().enumerate();
+        let all = all.flat_map(|(record, own)| (0..own.bins()).map(move |bin| (record, bin)));
+        assert!(places.iter().copied().eq(all), "not every bin once, in order");
+        let times = times.map(|times| times / places.len() as f64);
+        (estimate.consistency, left_over.into_iter().collect(), times)
     };
     thread::Builder::new().stack_size(STACK).spawn(test).unwrap().join().unwrap()
 }
 
 #[test]
 fn noise_that_is_larger_in_the_cut_widens_the_intervals() {
-    let (consistency, left_over) = noisier_in_the_cut(&[0, 1, 2]);
+    let (consistency, left_over, times) = noisier_in_the_cut(&[0, 1, 2]);
     assert!((2.0..4.5).contains(&consistency), "{consistency}");
     assert!(left_over.is_empty(), "{left_over:?}");
+    assert!(times.iter().all(|times| (1.8..4.2).contains(times)), "{times:?}");
 }
 
 /// Power of four against that of one.
 #[test]
 fn what_is_left_over_names_the_axis_that_is_noisier() {
-    let (consistency, left_over) = noisier_in_the_cut(&[2]);
+    let (consistency, left_over, times) = noisier_in_the_cut(&[2]);
     assert!((1.3..2.5).contains(&consistency), "{consistency}");
+    assert!(times[..2].iter().all(|times| (0.8..1.2).contains(times)), "{times:?}");
+    assert!((1.8..4.2).contains(&times[2]), "{times:?}");
     let [LeftOver::Direction { axis: 2, times }] = left_over[..] else { panic!("{left_over:?}") };
     assert!((2.0..4.5).contains(&times), "{times}");
 }

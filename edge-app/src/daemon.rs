@@ -254,6 +254,8 @@ impl Reader<'_> {
             finding: None,
             robot: None,
             statics: None,
+            records: Vec::new(),
+            course: Vec::new(),
             counts: intake.counts(),
             state: intake.state(&config),
             troubles: match &broken {

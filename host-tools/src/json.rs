@@ -5,6 +5,7 @@
 
 use flexid_pipeline::report::StaticReport;
 use flexid_pipeline::robot::FoundRobot;
+use flexid_report::evidence::{Evidence, Origin};
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, JointIntervals, Nuisance};
 use flexid_wire::directions::WeakDirection;
 use flexid_wire::explanation::Explanation;
@@ -34,6 +35,12 @@ pub(crate) struct ResultJson<'a> {
     /// What predicts the robot's motion. Left out of a daemon's result.
     #[serde(skip_serializing_if = "Option::is_none")]
     robot: Option<&'a FoundRobot>,
+    /// What a report shows beside. Left out without records, and of a daemon.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    evidence: Option<&'a Evidence>,
+    /// Where the result comes from. Left out of a daemon's result.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    origin: Option<&'a Origin>,
 }
 
 #[derive(Serialize)]
@@ -114,6 +121,8 @@ impl<'a> From<&'a Finding> for ResultJson<'a> {
             confidence: confidence.into(),
             static_tests: None,
             robot: None,
+            evidence: None,
+            origin: None,
         }
     }
 }
@@ -126,6 +135,11 @@ impl<'a> ResultJson<'a> {
         static_tests: Option<&'a StaticReport>,
     ) -> Self {
         Self { robot, static_tests, ..self }
+    }
+
+    /// The same, with what a report shows beside, and where the result comes from.
+    pub(crate) fn with_evidence(self, evidence: Option<&'a Evidence>, origin: &'a Origin) -> Self {
+        Self { evidence, origin: Some(origin), ..self }
     }
 }
 

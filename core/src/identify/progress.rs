@@ -29,6 +29,8 @@ pub struct Progress {
     pub effort: Effort,
     /// Smallest loss of the present search (SSP).
     pub search_loss: f32,
+    /// Sum of squares of the whitened residuals and priors where the present refinement stands; NaN where none has been evaluated.
+    pub objective: f64,
 }
 
 impl<R> Identifier<R> {
@@ -49,6 +51,7 @@ impl<R> Identifier<R> {
             .min(1.0),
             effort: self.effort,
             search_loss: self.search.loss(),
+            objective: self.refinement.objective(),
         }
     }
 }

@@ -75,6 +75,7 @@ pub(crate) use retired::Retired;
 use retired::RetiredInformation;
 use seam::Seam;
 use sum_of_squares::SumOfSquares;
+pub use unexplained::BinLeft;
 pub(crate) use unexplained::Unexplained;
 
 /// How often a start without an equilibrium goes half the way to the stiffest robot. Chosen: ten times leave a hundredth of six decades.

@@ -8,6 +8,7 @@ use super::model::Model;
 use super::record::Workspace;
 use super::whitening::Whitening;
 use super::{Plant, Problem, Refinement};
+use crate::chain::linearise::LinearisationError;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Response};
 use crate::sought::Coordinates;
@@ -28,7 +29,56 @@ pub(crate) struct Unexplained<const B: usize> {
     pub(crate) response: Vec<f32, B>,
 }
 
+/// What a model leaves of the acceleration in one bin of a record, and the noise there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BinLeft {
+    /// Number of the record, from 0.
+    pub record: usize,
+    /// Number of the bin among those of the band, from 0.
+    pub bin: usize,
+    /// Measured less modelled acceleration, real and imaginary part along each of the accelerometer's axes, m/s.
+    pub left: [[f64; 2]; 3],
+    /// Mean square of the noise of both sensors along each axis, (m/s)².
+    pub noise: [f64; 3],
+}
+
 impl Refinement {
+    /// Calls `take` with what is left in each bin of all records at some coordinates, or where a plant stands, if there is one.
+    ///
+    /// # Errors
+    /// Gravity leaves the robot no equilibrium.
+    pub(crate) fn each_bin<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        coordinates: &Coordinates,
+        plant: Option<&Plant>,
+        experiments: &[Experiment<B>],
+        take: &mut dyn FnMut(&BinLeft),
+    ) -> Result<(), LinearisationError> {
+        for (record, experiment) in experiments.iter().enumerate() {
+            let model = match plant {
+                Some(plant) => plant.model(problem, &experiment.pose, record),
+                None => self.workspace.model(problem, coordinates, &experiment.pose, record),
+            }?;
+            let (seam, _) = self.workspace.fit_seam(problem, &model, experiment);
+            let assembly = Assembly {
+                model: &model,
+                record: Bins::of(experiment),
+                equations: Equations::All(&seam),
+                sought: problem.sought,
+                further: (),
+                normal: &mut self.workspace.record,
+                level: problem.level,
+            };
+            let mut bin = 0;
+            run(assembly, &mut |left| {
+                take(&BinLeft { record, bin, left: *left.left, noise: left.mean_square() });
+                bin += 1;
+            });
+        }
+        Ok(())
+    }
+
     /// What is left of a record of this number at some coordinates, or where a plant stands, if there is one. `None` where gravity leaves
     /// the robot no equilibrium.
     pub(crate) fn unexplained<const B: usize>(

@@ -92,5 +92,6 @@ fn run(
         finding.explain(&state);
     }
     let (robot, statics) = (solver.robot(), solver.static_report());
-    Ok(Outcome { finding, robot, statics, counts, state, troubles, broken })
+    let (records, course) = (solver.fitted_records(), solver.course().to_vec());
+    Ok(Outcome { finding, robot, statics, records, course, counts, state, troubles, broken })
 }

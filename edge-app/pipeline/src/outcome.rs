@@ -9,6 +9,7 @@ use flexid_wire::trouble::Trouble;
 use crate::intake::Counts;
 use crate::report::StaticReport;
 use crate::robot::FoundRobot;
+use crate::solver::{CoursePoint, FittedRecord};
 
 /// Results of a run at the end of its frames.
 #[derive(Debug)]
@@ -19,6 +20,10 @@ pub struct Outcome {
     pub robot: Option<FoundRobot>,
     /// What the estimate says of each static test. `None` without one of the two.
     pub statics: Option<StaticReport>,
+    /// Records that the estimate rests on, bin by bin. Empty if there is none, and of a daemon.
+    pub records: Vec<FittedRecord>,
+    /// Where the refinements stood in the course of the work. Empty of a daemon.
+    pub course: Vec<CoursePoint>,
     /// Counts of what has come in.
     pub counts: Counts,
     /// What the run still waited for, the obstacle to records, or the records that were not used.

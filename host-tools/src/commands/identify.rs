@@ -1,6 +1,7 @@
 //! `flexid identify`: the daemon's pipeline over recordings, or static tests alone.
 
-use std::path::PathBuf;
+use std::iter;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
 use flexid_core::imperfection::Accuracies;
@@ -10,6 +11,9 @@ use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::StaticReport;
 use flexid_pipeline::robot::FoundRobot;
 use flexid_pipeline::{Outcome, run_offline, run_statics};
+use flexid_report::document::Document;
+use flexid_report::evidence::{Evidence, Origin, sha256};
+use flexid_report::render;
 use flexid_simulation::scenario::Scenario;
 use flexid_simulation::{truth, validation};
 use flexid_wire::finding::Finding;
@@ -35,6 +39,9 @@ pub(super) struct Args {
     /// Write the result as JSON
     #[arg(long, value_name = "OUT.json")]
     json: Option<PathBuf>,
+    /// Write the page that `report` makes of the result
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
     /// Compare with the true parameters, as `simulate --truth-json` writes them
     #[arg(long, value_name = "TRUTH.json")]
     truth: Option<PathBuf>,
@@ -56,19 +63,30 @@ pub(super) fn run(args: &Args) -> Result<()> {
         _ => None,
     };
     let json = args.json.as_deref().map(Output::create).transpose()?;
-    let Identified { finding, robot, statics, broken } = match args.logs.as_slice() {
+    let page = args.report.as_deref().map(Output::create).transpose()?;
+    let Identified { finding, robot, statics, evidence, broken } = match args.logs.as_slice() {
         [] => {
             let nothing = "nothing to identify from: name a LOG of candump -L, or give static tests in [static]";
             let identified = run_statics(&config)?;
             let (finding, statics, robot) =
                 identified.ok_or_else(|| BadInput::new(&args.config, nothing))?;
-            Identified { finding, robot: Some(robot), statics: Some(statics), broken: None }
+            let (robot, statics) = (Some(robot), Some(statics));
+            Identified { finding, robot, statics, evidence: None, broken: None }
         }
         logs => from_logs(&config, logs)?,
     };
-    if let Some(json) = json {
-        let result = ResultJson::from(&finding).with(robot.as_ref(), statics.as_ref());
-        json.finish(&(serde_json::to_string_pretty(&result)? + "\n"))?;
+    if json.is_some() || page.is_some() {
+        let origin = origin(args, &config, evidence.as_ref());
+        let result = ResultJson::from(&finding)
+            .with(robot.as_ref(), statics.as_ref())
+            .with_evidence(evidence.as_ref(), &origin);
+        let text = serde_json::to_string_pretty(&result)? + "\n";
+        if let Some(json) = json {
+            json.finish(&text)?;
+        }
+        if let Some(page) = page {
+            page.finish(&page_of(args, &text)?)?;
+        }
     }
     let mut text = table::finding(&finding, statics.as_ref(), truth.as_deref());
     if let Some(truth) = truth {
@@ -81,6 +99,26 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Some(error) => Err(error),
         None => Ok(printed?),
     }
+}
+
+/// Where the result comes from.
+fn origin(args: &Args, config: &Config, evidence: Option<&Evidence>) -> Origin {
+    let configuration = iter::once(&config.file).chain(&config.named_files);
+    let configuration: Vec<&Path> = configuration.map(PathBuf::as_path).collect();
+    let logs: Vec<&Path> = args.logs.iter().map(PathBuf::as_path).collect();
+    let options: &[&str] = if args.explain { &["--explain"] } else { &[] };
+    let start_s = evidence.and_then(Evidence::start_s);
+    Origin::new("identify", options, &configuration, &logs, start_s)
+}
+
+/// The page that `report` makes of the result.
+fn page_of(args: &Args, result: &str) -> Result<String> {
+    // Without a result file the page names the configuration.
+    let file = args.json.as_deref().unwrap_or(&args.config);
+    let document = Document::parse(file, result)?;
+    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+    let hash = args.json.as_ref().map(|_| sha256(result.as_bytes()));
+    Ok(render(&document, &name, hash.as_deref()))
 }
 
 /// Whether there are records, and accuracies that they may contradict.
@@ -104,6 +142,8 @@ struct Identified {
     robot: Option<FoundRobot>,
     /// What the fit says of each static test, if there are any.
     statics: Option<StaticReport>,
+    /// What a report shows beside. `None` without records.
+    evidence: Option<Evidence>,
     /// The error that prevented reading the logs to their end, if there was one.
     broken: Option<anyhow::Error>,
 }
@@ -112,13 +152,14 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let meter = Meter::new();
     let mut source = recording::open(logs, &config.interface, &meter)?;
     let mut work = Work::default();
-    let Outcome { finding, robot, statics, state, troubles, broken, .. } =
-        run_offline(config, &mut source, |progress| meter.show(&mut work, progress))?;
+    let outcome = run_offline(config, &mut source, |progress| meter.show(&mut work, progress))?;
     meter.finish();
+    let evidence = Some(Evidence::of(&outcome)).filter(|evidence| !evidence.records.is_empty());
+    let Outcome { finding, robot, statics, state, troubles, broken, .. } = outcome;
 
     let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
     if let Some(finding) = finding {
-        return Ok(Identified { finding, robot, statics, broken });
+        return Ok(Identified { finding, robot, statics, evidence, broken });
     }
     let [first, others @ ..] = logs else { return Err(anyhow!("no log, and nothing found")) };
     let others = match others.len() {

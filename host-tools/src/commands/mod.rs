@@ -8,6 +8,7 @@ mod man;
 mod model;
 mod plan;
 mod predict;
+mod report;
 mod reproduce;
 mod simulate;
 mod watch;
@@ -44,6 +45,8 @@ enum Command {
     Predict(predict::Args),
     /// Exports an identified robot for MuJoCo, Simscape, Drake, or as CSV
     Export(export::Args),
+    /// Writes one page on a fit: verdict, receptance measured and modelled, residuals, modes, parameters
+    Report(report::Args),
     /// Reproduces the paper's tables and figures
     Reproduce(reproduce::Args),
     /// Shows what a running daemon finds
@@ -66,6 +69,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(args),
         Command::Predict(args) => predict::run(args),
         Command::Export(args) => export::run(args),
+        Command::Report(args) => report::run(args),
         Command::Reproduce(args) => reproduce::run(args),
         Command::Watch(args) => watch::run(args),
         Command::Web(args) => web::run(args),

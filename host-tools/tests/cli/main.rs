@@ -14,6 +14,7 @@ mod predict;
 #[path = "../common/python.rs"]
 mod python;
 mod recordings;
+mod report;
 mod sensors;
 mod setup;
 mod shell;

@@ -37,7 +37,7 @@ impl Octave {
 
 impl Excitation {
     /// Judges the bins of an experiment, whose band is `band_hz`.
-    pub(super) fn of<const B: usize>(experiment: &Experiment<B>, band_hz: [f64; 2]) -> Self {
+    pub(crate) fn of<const B: usize>(experiment: &Experiment<B>, band_hz: [f64; 2]) -> Self {
         let mut octaves = octaves(band_hz);
         for bin in 0..experiment.bins() {
             let frequency_hz = experiment.omega(bin) / TAU;

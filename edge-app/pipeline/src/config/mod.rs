@@ -39,6 +39,8 @@ pub use sections::SignalsSection;
 pub struct Config {
     /// File from which the config was read.
     pub file: PathBuf,
+    /// Files that it names and that were read with it: model, DBC file, static tests.
+    pub named_files: Vec<PathBuf>,
     /// Model of the robot.
     pub model: Model,
     /// Gravity in base axes, m/s².
@@ -120,6 +122,9 @@ impl Config {
             SocketAccess::new(raw.server.socket_mode, raw.server.socket_group).map_err(bad)?;
 
         let model_file = base.join(&raw.model.file);
+        let dbc_file = raw.bus.as_ref().map(|bus| base.join(&bus.dbc));
+        let statics_file = raw.statics.as_ref().map(|section| base.join(&section.file));
+        let named_files = [Some(model_file.clone()), dbc_file, statics_file];
         let model = Model::load(&model_file)?;
         let sections =
             Sections { bus: raw.bus, signals: raw.signals, measurement: raw.measurement };
@@ -140,6 +145,7 @@ impl Config {
 
         Ok(Self {
             file: file.to_path_buf(),
+            named_files: named_files.into_iter().flatten().collect(),
             model,
             gravity,
             bounds,

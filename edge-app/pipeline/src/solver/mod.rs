@@ -1,6 +1,8 @@
 //! Makes an estimate of the parameters from records.
 
+mod course;
 mod experiment;
+mod fitted;
 mod repeats;
 mod retention;
 mod state;
@@ -37,7 +39,10 @@ use crate::robot::FoundRobot;
 use crate::stop::Stop;
 use crate::text::count;
 use crate::unchecked;
+use course::Course;
+pub use course::CoursePoint;
 pub(crate) use experiment::experiment;
+pub use fitted::{FittedBin, FittedRecord};
 pub(crate) use repeats::{Fingerprint, Taken};
 pub(crate) use retention::same_pose;
 use retention::{Entry, Room, find_room};
@@ -113,6 +118,7 @@ pub struct Solver {
     axes: Axes,
     /// Progress of the work on the unsettled records.
     work: Work,
+    course: Course,
     spent: Duration,
 }
 
@@ -269,6 +275,7 @@ impl Solver {
             scale,
             axes: Axes::new(&config.mounting),
             work: Work::default(),
+            course: Course::new(),
             spent: Duration::ZERO,
         })
     }
@@ -320,12 +327,15 @@ impl Solver {
             self.identifier.renew(&self.experiments);
             self.work = Work::default();
         }
+        let residuals = self.experiments.iter().map(|experiment| 6 * experiment.bins()).sum();
         while is_in_time(stop, &mut self.deadline) {
             let phase = match &mut self.plant {
                 Some(plant) => self.identifier.step_on_plant(&self.experiments, plant),
                 None => self.identifier.step(&self.experiments),
             };
-            self.work.advance(&self.identifier.progress());
+            let progress = self.identifier.progress();
+            self.work.advance(&progress);
+            self.course.note(&progress, self.experiments.len() as u64, residuals);
             on_progress(&self.progress());
             if matches!(phase, Phase::Settled | Phase::Waiting) {
                 self.settled = self.records;
@@ -503,6 +513,11 @@ impl Solver {
     pub fn robot(&self) -> Option<FoundRobot> {
         let plant = self.plant.as_deref().zip(self.of_plant.as_deref());
         Some(FoundRobot::new(&self.config, &self.sought, self.estimate()?, plant, &self.poses))
+    }
+
+    /// Returns where the refinements stood in the course of the work: every step, or one of two, four, ... steps of long work.
+    pub fn course(&self) -> &[CoursePoint] {
+        self.course.points()
     }
 
     fn estimate(&self) -> Option<&Estimate> {

@@ -65,6 +65,7 @@ mod tests {
             fraction,
             effort: Effort { starts, ..Effort::default() },
             search_loss: 1.0,
+            objective: 1.0,
         }
     }
 

@@ -1,0 +1,114 @@
+//! The records of an estimate bin by bin: what was measured, what the fit leaves of it, and the noise.
+
+use std::f64::consts::TAU;
+
+use flexid_core::refine::BinLeft;
+use flexid_core::spectrum::Spectrum;
+
+use super::Solver;
+use crate::check::Excitation;
+use crate::record::{BINS, Experiment, Record};
+
+/// A record that an estimate rests on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedRecord {
+    /// Number among all records that came, from 1.
+    pub number: u64,
+    /// Time of the first sample, on the clock of the readings, s.
+    pub start_s: f64,
+    /// Sampling rate, Hz.
+    pub rate_hz: f64,
+    /// Whether the measured rate contradicts the configured one.
+    pub has_doubtful_rate: bool,
+    /// Number of samples of each signal.
+    pub samples: usize,
+    /// Whether the robot rests when the record starts.
+    pub starts_at_rest: bool,
+    /// Joint angles, rad (m).
+    pub pose: Vec<f64>,
+    /// Number of tones that have been subtracted from the acceleration.
+    pub tones: usize,
+    /// Where in the band the force stands clear of its noise.
+    pub excitation: Excitation,
+    /// Bins of the band, in ascending order, 1/T apart.
+    pub bins: Vec<FittedBin>,
+}
+
+/// A bin of a record. The spectra are DFTs times the sample period, real and imaginary part along each axis of their sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FittedBin {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Force, Ns.
+    pub force: [[f64; 2]; 3],
+    /// Mean square of the noise of the force, (Ns)².
+    pub force_noise: [f64; 3],
+    /// Acceleration, tones subtracted, m/s.
+    pub measured: [[f64; 2]; 3],
+    /// Measured less modelled acceleration, m/s.
+    pub left: [[f64; 2]; 3],
+    /// Mean square of what the noise of both sensors leaves, (m/s)².
+    pub noise: [f64; 3],
+}
+
+impl Solver {
+    /// Returns the records that the present estimate rests on. It is empty without an estimate, and while records are unsettled.
+    pub fn fitted_records(&mut self) -> Vec<FittedRecord> {
+        if !self.unsettled.is_empty() {
+            return Vec::new();
+        }
+        let Some(estimate) = self.estimate().cloned() else { return Vec::new() };
+        let Self { identifier, experiments, plant, of_plant, .. } = self;
+        let plant = plant.as_deref().filter(|_| of_plant.is_some());
+        let mut left: Vec<Vec<BinLeft>> = vec![Vec::new(); experiments.len()];
+        let mut take = |own: &BinLeft| left[own.record].push(*own);
+        if identifier.each_bin(experiments, plant, &estimate, &mut take).is_err() {
+            return Vec::new();
+        }
+        let records = self.experiments.iter().zip(&self.sources).zip(&self.numbers).zip(&left);
+        let band_hz = self.measurement.band_hz;
+        records
+            .map(|(((experiment, record), number), left)| {
+                FittedRecord::new(*number, record, experiment, left, band_hz)
+            })
+            .collect()
+    }
+}
+
+impl FittedRecord {
+    fn new(
+        number: u64,
+        record: &Record,
+        experiment: &Experiment,
+        left: &[BinLeft],
+        band_hz: [f64; 2],
+    ) -> Self {
+        let bin = |own: &BinLeft| {
+            let part =
+                |part: &[heapless::Vec<f32, BINS>; 3], axis: usize| f64::from(part[axis][own.bin]);
+            let both = |spectrum: &Spectrum<BINS>| {
+                std::array::from_fn(|axis| [part(&spectrum.re, axis), part(&spectrum.im, axis)])
+            };
+            FittedBin {
+                frequency_hz: experiment.omega(own.bin) / TAU,
+                force: both(&experiment.force),
+                force_noise: std::array::from_fn(|axis| part(&experiment.force_noise, axis)),
+                measured: both(&experiment.acceleration),
+                left: own.left,
+                noise: own.noise,
+            }
+        };
+        Self {
+            number,
+            start_s: record.start_s,
+            rate_hz: record.rate_hz,
+            has_doubtful_rate: record.has_doubtful_rate,
+            samples: record.force[0].len(),
+            starts_at_rest: record.starts_at_rest,
+            pose: record.pose.to_vec(),
+            tones: experiment.tones.len(),
+            excitation: Excitation::of(experiment, band_hz),
+            bins: left.iter().map(bin).collect(),
+        }
+    }
+}

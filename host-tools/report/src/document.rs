@@ -1,0 +1,206 @@
+//! A result file, read for the page.
+//!
+//! Files of older programs lack entries. The page then leaves out the parts that need them and says so. Without the robot there is no
+//! page.
+
+use std::path::Path;
+
+use flexid_pipeline::input::{self, BadInput};
+use flexid_prediction::document::Found;
+use flexid_wire::confidence::{Correlations, HeldOut, Nuisance};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use crate::evidence::{DataQuality, MeasuredReceptance, Origin, RecordEvidence, Step};
+
+/// A result, as far as the page shows it.
+#[derive(Debug)]
+pub struct Document {
+    /// Parameters, fit, warnings and robot.
+    pub found: Found,
+    /// What the file says of their trust. `None` in files of programs that did not write it.
+    pub confidence: Option<Confidence>,
+    /// Records that the fit rests on.
+    pub records: Option<Vec<RecordEvidence>>,
+    /// Receptance of each pose, from the records alone.
+    pub measured_receptance: Option<Vec<MeasuredReceptance>>,
+    /// Course of the work.
+    pub course: Option<Vec<Step>>,
+    /// Counts of what has come in.
+    pub data_quality: Option<DataQuality>,
+    /// Where the result comes from.
+    pub origin: Option<Origin>,
+}
+
+/// How far the result can be trusted. Lines of text are the file's.
+#[derive(Debug, Deserialize)]
+pub struct Confidence {
+    /// 95 % intervals of each joint.
+    #[serde(default)]
+    pub joints: Vec<Intervals>,
+    /// Nuisances and imperfections.
+    #[serde(default)]
+    pub nuisances: Vec<Nuisance>,
+    /// What explains the residuals.
+    #[serde(default)]
+    pub explanations: Vec<Explanation>,
+    /// Correlations between the unknowns.
+    pub correlations: Correlations,
+    /// Combinations of unknowns that the data determine badly.
+    #[serde(default)]
+    pub weak_directions: Vec<WeakDirection>,
+    /// Residuals of the fit.
+    pub residuals: Residuals,
+    /// Where more is left than elsewhere.
+    #[serde(default)]
+    pub left_over: Vec<Line>,
+    /// Agreement of each record with its prediction by the others.
+    #[serde(default)]
+    pub held_out: Vec<HeldOut>,
+}
+
+/// 95 % intervals of a joint, `tx ty tz rx ry rz`.
+#[derive(Debug, Deserialize)]
+pub struct Intervals {
+    /// Of each stiffness, N/m and Nm/rad.
+    pub stiffness_interval: [Option<[f64; 2]>; 6],
+    /// Of each damping, Ns/m and Nms/rad.
+    pub damping_interval: [Option<[f64; 2]>; 6],
+}
+
+/// An explanation in words.
+#[derive(Debug, Deserialize)]
+pub struct Explanation {
+    /// What explains how much.
+    pub text: String,
+    /// What to do.
+    #[serde(default)]
+    pub remedy: Option<String>,
+}
+
+/// A combination of unknowns that the data determine badly.
+#[derive(Debug, Deserialize)]
+pub struct WeakDirection {
+    /// It in words.
+    pub text: String,
+    /// Its largest components.
+    #[serde(default)]
+    pub shares: Vec<Share>,
+}
+
+/// A component of a direction.
+#[derive(Debug, Deserialize)]
+pub struct Share {
+    /// Name of the unknown.
+    pub name: String,
+    /// Component; the direction has the length 1.
+    pub weight: f64,
+}
+
+/// Residuals of the fit.
+#[derive(Debug, Deserialize)]
+pub struct Residuals {
+    /// They in words.
+    pub text: String,
+    /// Structure along the band, about N(0, 1) if there is none.
+    pub whiteness: Option<f64>,
+}
+
+/// Something in words.
+#[derive(Debug, Deserialize)]
+pub struct Line {
+    /// The words.
+    pub text: String,
+}
+
+/// The entries of a file that [`Found`] leaves out.
+#[derive(Deserialize)]
+struct Further {
+    confidence: Option<Confidence>,
+    records: Option<Vec<RecordEvidence>>,
+    measured_receptance: Option<Vec<MeasuredReceptance>>,
+    course: Option<Vec<Step>>,
+    data_quality: Option<DataQuality>,
+    origin: Option<Origin>,
+}
+
+impl Document {
+    /// Reads and checks a result file.
+    ///
+    /// # Errors
+    /// The file cannot be read, is no result, or has no robot. The error is one line that names file, place and mend.
+    pub fn load(file: &Path) -> Result<Self, BadInput> {
+        Self::parse(file, &input::read(file)?)
+    }
+
+    /// As [`Document::load`], of the `text` of a file.
+    ///
+    /// # Errors
+    /// Those of [`Document::load`].
+    pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
+        let found = Found::parse(file, text)?;
+        let further: Further = read(file, text)?;
+        let Further { confidence, records, measured_receptance, course, data_quality, origin } =
+            further;
+        let document =
+            Self { found, confidence, records, measured_receptance, course, data_quality, origin };
+        match document.fault() {
+            Some(fault) => Err(BadInput::new(file, fault)),
+            None => Ok(document),
+        }
+    }
+
+    /// Entries that the page needs in full and that the file lacks, by their names.
+    pub fn missing(&self) -> Vec<&'static str> {
+        let entries = [
+            ("confidence", self.confidence.is_none()),
+            ("records", self.records.is_none()),
+            ("measured_receptance", self.measured_receptance.is_none()),
+            ("course", self.course.is_none()),
+            ("data_quality", self.data_quality.is_none()),
+            ("origin", self.origin.is_none()),
+        ];
+        entries.into_iter().filter(|(_, is_missing)| *is_missing).map(|(name, _)| name).collect()
+    }
+
+    /// The first entry that does not go with the others.
+    fn fault(&self) -> Option<String> {
+        let again = "run `flexid identify --json` again";
+        let joints = self.found.joints.len();
+        if let Some(Confidence { joints: intervals, correlations, .. }) = &self.confidence {
+            let unknowns = correlations.unknowns.len();
+            if !intervals.is_empty() && intervals.len() != joints {
+                return Some(format!("confidence.joints is of another robot: {again}"));
+            }
+            if correlations.percent.len() != unknowns * unknowns.saturating_sub(1) / 2 {
+                return Some(format!(
+                    "confidence.correlations.percent does not go with its unknowns: {again}"
+                ));
+            }
+        }
+        for (index, record) in self.records.iter().flatten().enumerate() {
+            let spectra = &record.spectra;
+            let curves = [
+                &spectra.force,
+                &spectra.force_noise,
+                &spectra.measured,
+                &spectra.modelled,
+                &spectra.residual,
+                &spectra.noise,
+            ];
+            let points = spectra.frequency_hz.len();
+            if curves.into_iter().flatten().any(|curve| curve.len() != points) {
+                return Some(format!(
+                    "records[{index}].spectra has curves of different lengths: {again}"
+                ));
+            }
+        }
+        None
+    }
+}
+
+fn read<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, BadInput> {
+    serde_json::from_str(text).map_err(|error| {
+        BadInput::new(file, format!("{error}: give a file as `flexid identify --json` writes it"))
+    })
+}

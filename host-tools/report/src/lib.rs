@@ -1,0 +1,17 @@
+//! One page on a fit, for people: what is identified and whether to trust it, and the pictures that show why.
+//!
+//! | folder     | what                                                                            |
+//! | ---------- | ------------------------------------------------------------------------------- |
+//! | `evidence` | what the page shows beside the fit, as `flexid identify --json` writes it       |
+//! | `document` | a result file, read for the page                                                |
+//! | `page`     | the page, one file for each section                                             |
+//! | `charts`   | the charts, as SVG that follows the page's light and dark colours               |
+//!
+//! The page is a pure function of the result file: the same file gives the same bytes.
+
+mod charts;
+pub mod document;
+pub mod evidence;
+mod page;
+
+pub use page::render;

@@ -1,0 +1,129 @@
+//! Correlations between the unknowns, and directions that the records do not determine.
+
+use flexid_wire::confidence::Correlations;
+use maud::{Markup, html};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::format::{number, percent};
+use super::missing;
+use crate::charts::{Colour, Mark, SOFT, WIDTH, legend, svg};
+use crate::document::Document;
+
+/// Least correlation that is drawn and listed, per cent.
+const DRAWN: i8 = 30;
+const LISTED: i8 = 80;
+/// Most pairs that are listed.
+const MOST_PAIRS: usize = 12;
+/// Height of the picture, pixels; room for the names beside it.
+const HEIGHT: u32 = 1500;
+const NAMES: u32 = 460;
+/// Room for half of the first name above, pixels.
+const ABOVE: u32 = 16;
+const FONT: f64 = 30.0;
+
+pub(super) fn section(document: &Document) -> Markup {
+    let Some(confidence) = &document.confidence else {
+        return html! { section #correlations { h2 { "Correlations and weak directions" } (missing("confidence")) } };
+    };
+    let correlations = &confidence.correlations;
+    let mut pairs: Vec<_> = correlations.pairs().filter(|(.., own)| own.abs() >= LISTED).collect();
+    pairs.sort_by_key(|(.., own)| -i16::from(*own).abs());
+    html! {
+        section #correlations {
+            h2 { "Correlations and weak directions" }
+            p {
+                "Unknowns that are correlated trade off: the records fix a combination of them better than each alone. A weak direction is a \
+                 combination that the records hardly fix. Other poses separate them."
+            }
+            h3 { "Weak directions" }
+            @if confidence.weak_directions.is_empty() {
+                p { "None: the records determine every combination of the unknowns." }
+            } @else {
+                ul {
+                    @for direction in &confidence.weak_directions {
+                        li {
+                            (direction.text) ". Components: "
+                            @for (index, share) in direction.shares.iter().enumerate() {
+                                @if index > 0 { ", " }
+                                (share.name) " " (number(share.weight))
+                            }
+                            "."
+                        }
+                    }
+                }
+            }
+            h3 { "Correlations" }
+            @if pairs.is_empty() {
+                p { "No two unknowns are correlated by " (LISTED) "\u{a0}% or more." }
+            } @else {
+                table.narrow {
+                    caption {
+                        strong { "Strongest pairs" } ", from " (LISTED) "\u{a0}% on"
+                        @if pairs.len() > MOST_PAIRS { "; " (pairs.len() - MOST_PAIRS) " further pairs are in the file" }
+                    }
+                    tbody {
+                        @for (row, column, own) in pairs.iter().take(MOST_PAIRS) {
+                            tr {
+                                td.left { (correlations.unknowns[*column]) }
+                                td.left { (correlations.unknowns[*row]) }
+                                td { (percent(f64::from(*own) / 100.0)) }
+                            }
+                        }
+                    }
+                }
+            }
+            @if correlations.unknowns.len() > 1 {
+                (legend(&[
+                    ("above 0", Colour::Orange, Mark::Area),
+                    ("below 0", Colour::Blue, Mark::Area),
+                ]))
+                figure {
+                    (picture(correlations))
+                    figcaption {
+                        "Correlations of " (DRAWN) "\u{a0}% and more between all " (correlations.unknowns.len()) " unknowns; the stronger, the \
+                         darker. Both axes have the order of the names."
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The lower triangle, with the names of the unknowns beside it.
+fn picture(correlations: &Correlations) -> Markup {
+    let unknowns = correlations.unknowns.len();
+    let cell = f64::from(HEIGHT) / unknowns as f64;
+    // Each name has at least the height of its letters.
+    let every = (1.15 * FONT / cell).ceil().max(1.0) as usize;
+    svg(HEIGHT + ABOVE, "Correlations between the unknowns", |canvas| {
+        let canvas = canvas.clone().shrink((0, ABOVE), (WIDTH, HEIGHT));
+        let place = |index: usize| (index as f64 * cell).round() as i32;
+        let left = NAMES as i32 + (WIDTH as i32 - NAMES as i32 - HEIGHT as i32) / 2;
+        for index in 0..unknowns {
+            let (from, to) = (place(index), place(index + 1));
+            let own = [(left + from, from), (left + to, to)];
+            canvas.draw(&Rectangle::new(own, SOFT.mix(0.45).filled()))?;
+            if index % every == 0 {
+                let style = TextStyle::from(("sans-serif", FONT).into_font())
+                    .pos(Pos::new(HPos::Right, VPos::Center));
+                canvas.draw_text(
+                    &correlations.unknowns[index],
+                    &style,
+                    (left - 14, (from + to) / 2),
+                )?;
+            }
+        }
+        for (row, column, own) in correlations.pairs().filter(|(.., own)| own.abs() >= DRAWN) {
+            let corners =
+                [(left + place(column), place(row)), (left + place(column + 1), place(row + 1))];
+            let colour = if own > 0 { Colour::Orange } else { Colour::Blue };
+            let strength = f64::from(own.abs()) / 100.0;
+            canvas.draw(&Rectangle::new(corners, colour.rgb().mix(strength).filled()))?;
+        }
+        let outline =
+            [(left, 0), (left, HEIGHT as i32 - 1), (left + HEIGHT as i32, HEIGHT as i32 - 1)];
+        canvas.draw(&PathElement::new(outline, SOFT.stroke_width(2)))?;
+        Ok(())
+    })
+}

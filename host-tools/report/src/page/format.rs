@@ -1,0 +1,112 @@
+//! Numbers as people read them.
+
+use crate::charts::scale::superscript;
+
+/// A number to three digits: plain from 0.01 to 9999, with a power of ten beyond.
+pub(super) fn number(value: f64) -> String {
+    digits(value, 3)
+}
+
+/// A number to so many digits.
+pub(super) fn digits(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    // As it is rounded: 9.996 has the exponent of 10.0.
+    let text = format!("{value:.*e}", digits.max(1) - 1);
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let plain = if (-2..4).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{mantissa}·10{}", superscript(exponent))
+    };
+    minus(&plain)
+}
+
+/// A part as per cent.
+pub(super) fn percent(part: f64) -> String {
+    if !part.is_finite() {
+        return "–".to_owned();
+    }
+    let percent = 100.0 * part;
+    let text = match percent.abs() {
+        own if own >= 9.95 => format!("{percent:.0}"),
+        own if own >= 0.095 => format!("{percent:.1}"),
+        _ => format!("{percent:.2}"),
+    };
+    format!("{}\u{a0}%", minus(&text))
+}
+
+/// An interval, to the digits that tell its ends apart: `1.2 to 1.4`.
+pub(super) fn interval([low, high]: [f64; 2]) -> String {
+    let own = digits_of([low, high]);
+    format!("{} to {}", digits(low, own), digits(high, own))
+}
+
+/// Digits that tell the ends of an interval apart, with one more.
+pub(super) fn digits_of([low, high]: [f64; 2]) -> usize {
+    let part = (high - low).abs() / low.abs().max(high.abs());
+    let wanted = if part > 0.0 && part.is_finite() { 2.0 - part.log10().ceil() } else { 3.0 };
+    wanted.clamp(3.0, 8.0) as usize
+}
+
+/// Agreement as per cent, with more digits near 1, and never rounded up to it.
+pub(super) fn agreement(part: f64) -> String {
+    if (0.99..1.0).contains(&part) {
+        format!("{:.2}\u{a0}%", (1e4 * part).floor() / 100.0)
+    } else {
+        percent(part)
+    }
+}
+
+/// Joint angles: `(0.10, −0.50, 0.40)`.
+pub(super) fn pose(angles: &[f64]) -> String {
+    let angles: Vec<String> = angles.iter().map(|angle| minus(&format!("{angle:.3}"))).collect();
+    format!("({})", angles.join(", "))
+}
+
+/// A number of things: `1 record`, `2 records`.
+pub(super) fn count(number: usize, thing: &str) -> String {
+    format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
+}
+
+fn minus(text: &str) -> String {
+    text.replace('-', "\u{2212}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits() {
+        let cases = [
+            (0.0, "0"),
+            (9.996, "10.0"),
+            (1234.6, "1235"),
+            (0.012_34, "0.0123"),
+            (6.024e7, "6.02·10⁷"),
+            (-2.5e-9, "−2.50·10⁻⁹"),
+            (f64::NAN, "–"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(number(value), expected);
+        }
+        assert_eq!(percent(0.0012), "0.1\u{a0}%");
+        assert_eq!(percent(-0.25), "−25\u{a0}%");
+        assert_eq!(interval([1.0, 20.0]), "1.00 to 20.0");
+        assert_eq!(interval([18.6851, 18.6932]), "18.685 to 18.693");
+        assert_eq!(interval([5.9961e7, 6.0055e7]), "5.996·10⁷ to 6.006·10⁷");
+        assert_eq!(
+            (agreement(0.999_96), agreement(0.5)),
+            ("99.99\u{a0}%".into(), "50\u{a0}%".into())
+        );
+        assert_eq!(pose(&[0.1, -0.5]), "(0.100, −0.500)");
+        assert_eq!((count(1, "pose"), count(2, "pose")), ("1 pose".into(), "2 poses".into()));
+    }
+}

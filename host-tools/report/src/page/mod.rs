@@ -1,0 +1,105 @@
+//! The page: one file for each section, in the order in which a reader asks.
+
+mod correlations;
+mod course;
+mod format;
+mod held_out;
+mod modes;
+mod origin;
+mod parameters;
+mod quality;
+mod receptance;
+mod residuals;
+mod verdict;
+
+use flexid_prediction::Dynamics;
+use flexid_prediction::modes::Mode;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::document::Document;
+use crate::evidence::same_pose;
+
+const STYLE: &str = include_str!("style.css");
+/// Names of the axes of the tool centre point.
+const AXES: [&str; 3] = ["x", "y", "z"];
+/// Degrees of freedom of a joint.
+const DOFS: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+/// Most poses that are drawn. Chosen: with their charts the page stays below 2 MiB; a result has at most 16.
+const MOST_POSES: usize = 6;
+
+/// Renders the page of a result, of a file of this name and with this SHA-256.
+///
+/// Parts that the file does not have leave a sentence.
+pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
+    let (poses, others) = poses(document);
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { "flexid: " (name) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                (verdict::section(document, name))
+                main {
+                    (receptance::section(document, &poses, others))
+                    (residuals::section(document))
+                    (modes::section(document, &poses))
+                    (parameters::section(document))
+                    (correlations::section(document))
+                    (held_out::section(document))
+                    (course::section(document))
+                    (quality::section(document))
+                    (origin::section(document, name, sha256))
+                }
+            }
+        }
+    };
+    page.into_string()
+}
+
+/// The robot in a pose of the records.
+struct Pose<'a> {
+    /// Joint angles, rad (m).
+    angles: Vec<f64>,
+    /// What the robot does there. `None` where it does not stand.
+    dynamics: Option<Dynamics<'a>>,
+    /// Modes up to the end of the band, the lowest first.
+    modes: Vec<Mode>,
+}
+
+impl<'a> Pose<'a> {
+    fn new(document: &'a Document, angles: Vec<f64>) -> Self {
+        let robot = &document.found.robot;
+        let [_, upper] = robot.band_hz();
+        let dynamics = robot.at(&angles).ok();
+        let modes = dynamics.as_ref().map(|own| own.modes(upper)).unwrap_or_default();
+        Self { angles, dynamics, modes }
+    }
+}
+
+/// The first poses of the records, each once, and the number of others.
+fn poses(document: &Document) -> (Vec<Pose<'_>>, usize) {
+    let mut poses: Vec<&Vec<f64>> = Vec::new();
+    for pose in &document.found.robot.found().poses {
+        if !poses.iter().any(|own| same_pose(own, pose)) {
+            poses.push(pose);
+        }
+    }
+    let others = poses.len().saturating_sub(MOST_POSES);
+    let first = poses.into_iter().take(MOST_POSES);
+    (first.map(|angles| Pose::new(document, angles.clone())).collect(), others)
+}
+
+/// What stands where an entry of the file is missing.
+fn missing(entry: &str) -> Markup {
+    html! {
+        p.missing {
+            "The file has no entry " code { (entry) } ": an older flexid, or a fit without records, wrote it. Run "
+            code { "flexid identify --json" } " again to see this part."
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Natural frequencies, damping ratios, and which joints move.
+
+use flexid_prediction::PositiveEstimate;
+use flexid_prediction::modes::Mode;
+use maud::{Markup, html};
+
+use super::format::{count, digits, digits_of, interval, percent, pose};
+use super::{DOFS, Pose};
+use crate::document::Document;
+
+/// Most modes of a pose that are listed.
+const MOST_MODES: usize = 12;
+/// Least share of the strain energy of a degree of freedom that is named, and most of them.
+const NAMED: f64 = 0.1;
+const MOST_NAMED: usize = 4;
+
+pub(super) fn section(document: &Document, poses: &[Pose<'_>]) -> Markup {
+    let [_, upper] = document.found.robot.band_hz();
+    html! {
+        section #modes {
+            h2 { "Modes" }
+            p {
+                "Modes up to " (digits(upper, 3)) "\u{a0}Hz, the end of the band that was fitted, with 95\u{a0}% intervals. A mode moves what \
+                 holds its strain energy."
+            }
+            @for (index, pose) in poses.iter().enumerate() {
+                (table(document, index, pose))
+            }
+        }
+    }
+}
+
+fn table(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
+    let modes = &own.modes;
+    html! {
+        table {
+            caption { strong { "Pose " (index + 1) } ", " (pose(&own.angles)) " rad (m)" }
+            thead {
+                tr {
+                    th { "mode" } th { "frequency / Hz" } th { "interval" } th { "damping ratio" } th { "interval" }
+                    th.left { "strain energy in" }
+                }
+            }
+            tbody {
+                @for (number, mode) in modes.iter().take(MOST_MODES).enumerate() {
+                    tr {
+                        td { (number + 1) }
+                        (estimate(&mode.frequency_hz, 1.0, ""))
+                        (estimate(&mode.damping_ratio, 100.0, " %"))
+                        td.left { (movers(document, mode)) }
+                    }
+                }
+                @if modes.is_empty() {
+                    tr { td.left colspan="6" { "none in the band" } }
+                }
+            }
+        }
+        @if modes.len() > MOST_MODES {
+            p.note { (count(modes.len() - MOST_MODES, "further mode")) " up to the end of the band." }
+        }
+    }
+}
+
+/// The cells of a value and its interval.
+fn estimate(estimate: &PositiveEstimate, times: f64, unit: &str) -> Markup {
+    html! {
+        @let ends = estimate.interval.map(|own| times * own);
+        td { (digits(times * estimate.value, digits_of(ends))) (unit) }
+        td { (interval(ends)) (unit) }
+    }
+}
+
+/// The degrees of freedom that hold most of the strain energy.
+fn movers(document: &Document, mode: &Mode) -> String {
+    let joints = document.found.joints.iter().zip(&mode.energy);
+    let mut all: Vec<(f64, String)> = joints
+        .flat_map(|(joint, energy)| {
+            DOFS.into_iter()
+                .zip(energy)
+                .map(|(dof, share)| (*share, format!("{} {dof}", joint.name)))
+        })
+        .collect();
+    all.sort_by(|(one, _), (other, _)| other.total_cmp(one));
+    let named = all.iter().take(MOST_NAMED).enumerate();
+    let named = named.filter(|(place, (share, _))| *place == 0 || *share >= NAMED);
+    let named: Vec<String> =
+        named.map(|(_, (share, name))| format!("{name} {}", percent(*share))).collect();
+    named.join(", ")
+}

@@ -1,0 +1,260 @@
+//! Stiffnesses and dampings: as a picture, within their bounds, and as a table.
+
+use flexid_wire::report::Verdict;
+use maud::{Markup, html};
+use plotters::prelude::*;
+
+use super::DOFS;
+use super::format::{digits, digits_of, interval, percent};
+use crate::charts::scale::Scale;
+use crate::charts::{Canvas, Colour, Drawn, Mark, SOFT, legend, svg};
+use crate::document::Document;
+
+/// Height of a row of the picture, pixels; of axis and title.
+const ROW: u32 = 46;
+const AROUND: u32 = 190;
+const FONT: f64 = 34.0;
+
+/// Class of a verdict in the style sheet.
+pub(super) fn class(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Identified => "identified",
+        Verdict::Weak => "weak",
+        Verdict::NotObservable => "unobservable",
+        Verdict::Fixed => "fixed",
+    }
+}
+
+fn words(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Identified => "identified",
+        Verdict::Weak => "weak",
+        Verdict::NotObservable => "not observable",
+        Verdict::Fixed => "fixed",
+    }
+}
+
+fn colour(verdict: Verdict) -> Colour {
+    match verdict {
+        Verdict::Identified => Colour::Green,
+        Verdict::Weak => Colour::Red,
+        Verdict::NotObservable => Colour::Grey,
+        Verdict::Fixed => Colour::Blue,
+    }
+}
+
+/// A stiffness or a damping.
+#[derive(Clone, Debug)]
+struct Parameter {
+    joint: String,
+    dof: usize,
+    is_damping: bool,
+    value: f64,
+    std: Option<f64>,
+    interval: Option<[f64; 2]>,
+    bounds: Option<[f64; 2]>,
+    verdict: Verdict,
+}
+
+pub(super) fn section(document: &Document) -> Markup {
+    let parameters = parameters(document);
+    let have_none = parameters.iter().all(|own| own.interval.is_none());
+    html! {
+        section #parameters {
+            h2 { "Parameters" }
+            p {
+                "Each dot is a parameter, its whisker the 95\u{a0}% interval, the pale bar the bounds in which it was sought. Translations "
+                code { "tx ty tz" } " are along, rotations " code { "rx ry rz" } " about the axes of the joint's frame."
+                @if have_none { " There are no intervals: the fit is not trusted, or the file does not have them." }
+            }
+            (legend(&[
+                ("identified", Colour::Green, Mark::Dot),
+                ("weak", Colour::Red, Mark::Dot),
+                ("not observable", Colour::Grey, Mark::Dot),
+                ("fixed", Colour::Blue, Mark::Dot),
+            ]))
+            figure { (picture(&parameters)) }
+            (table(document, &parameters))
+        }
+    }
+}
+
+fn parameters(document: &Document) -> Vec<Parameter> {
+    let bounds = &document.found.robot.found().bounds;
+    let intervals = document.confidence.as_ref().map_or(&[][..], |own| &own.joints);
+    let mut all = Vec::new();
+    for (index, joint) in document.found.joints.iter().enumerate() {
+        for is_damping in [false, true] {
+            for dof in 0..6 {
+                let (value, std, verdict) = if is_damping {
+                    (joint.damping[dof], joint.damping_std[dof], joint.damping_verdict[dof])
+                } else {
+                    (joint.stiffness[dof], joint.stiffness_std[dof], joint.stiffness_verdict[dof])
+                };
+                let interval = intervals.get(index).and_then(|own| {
+                    if is_damping { own.damping_interval[dof] } else { own.stiffness_interval[dof] }
+                });
+                let bounds = bounds
+                    .get(index)
+                    .map(|own| if is_damping { own.damping[dof] } else { own.stiffness[dof] });
+                let joint = joint.name.to_string();
+                all.push(Parameter {
+                    joint,
+                    dof,
+                    is_damping,
+                    value,
+                    std,
+                    interval,
+                    bounds,
+                    verdict,
+                });
+            }
+        }
+    }
+    all
+}
+
+/// Four panels, one for each unit.
+fn picture(parameters: &[Parameter]) -> Markup {
+    let groups = [
+        ("stiffness of translations / (N/m)", false, 0..3),
+        ("stiffness of rotations / (Nm/rad)", false, 3..6),
+        ("damping of translations / (Ns/m)", true, 0..3),
+        ("damping of rotations / (Nms/rad)", true, 3..6),
+    ];
+    let of = |is_damping: bool, dofs: &std::ops::Range<usize>| -> Vec<&Parameter> {
+        let wanted = |own: &&Parameter| own.is_damping == is_damping && dofs.contains(&own.dof);
+        parameters.iter().filter(wanted).collect()
+    };
+    let rows = parameters.len() / 4;
+    let height = 2 * (rows as u32 * ROW + AROUND);
+    svg(height, "Parameters with their 95 % intervals within their bounds", |canvas| {
+        let panels = canvas.split_evenly((2, 2));
+        for ((title, is_damping, dofs), panel) in groups.iter().zip(&panels) {
+            draw(panel, title, &of(*is_damping, dofs))?;
+        }
+        Ok(())
+    })
+}
+
+fn draw(canvas: &Canvas<'_>, title: &str, parameters: &[&Parameter]) -> Drawn {
+    // Bounds that are far wider than what is found would hide it.
+    let ends = |own: &&Parameter| {
+        let bounds = own.bounds.unwrap_or([own.value; 2]);
+        let interval = own.interval.unwrap_or([own.value; 2]);
+        [
+            bounds[0],
+            bounds[1],
+            interval[0].max(0.1 * own.value),
+            interval[1].min(10.0 * own.value),
+            own.value,
+        ]
+    };
+    let x = Scale::around(parameters.iter().flat_map(ends));
+    // The first row is on top.
+    let rows = (0..parameters.len()).map(|row| -(row as f64));
+    let y = Scale::linear([0.4 - parameters.len() as f64, 0.6], rows.collect());
+    let mut chart = ChartBuilder::on(canvas)
+        .margin(8)
+        .margin_right(40)
+        .x_label_area_size(116)
+        .y_label_area_size(270)
+        .build_cartesian_2d(x.clone(), y)?;
+    let name = |row: &f64| {
+        let own = parameters.get(-row.round() as usize);
+        own.map_or_else(String::new, |own| format!("{} {}", short(&own.joint), DOFS[own.dof]))
+    };
+    chart
+        .configure_mesh()
+        .x_desc(title)
+        .max_light_lines(0)
+        .bold_line_style(SOFT.mix(0.25).stroke_width(2))
+        .axis_style(SOFT.stroke_width(2))
+        .label_style(("sans-serif", FONT))
+        .axis_desc_style(("sans-serif", FONT))
+        .set_all_tick_mark_size(8)
+        .y_label_formatter(&name)
+        .draw()?;
+    for (row, own) in parameters.iter().enumerate() {
+        let row = -(row as f64);
+        let place = |value: f64| x.end_place(value);
+        if let Some([low, high]) = own.bounds
+            && let (Some(low), Some(high)) = (place(low), place(high))
+        {
+            let bar =
+                Rectangle::new([(low, row - 0.28), (high, row + 0.28)], SOFT.mix(0.18).filled());
+            chart.draw_series([bar])?;
+        }
+        let style = colour(own.verdict).rgb();
+        if let Some([low, high]) = own.interval
+            && let (Some(low), Some(high)) = (place(low), place(high))
+        {
+            chart.draw_series([PathElement::new(
+                [(low, row), (high, row)],
+                style.stroke_width(5),
+            )])?;
+            for end in [low, high] {
+                let cap = [(end, row - 0.22), (end, row + 0.22)];
+                chart.draw_series([PathElement::new(cap, style.stroke_width(4))])?;
+            }
+        }
+        if let Some(at) = x.place(own.value) {
+            let filled = own.verdict != Verdict::NotObservable;
+            let style = if filled { style.filled() } else { style.stroke_width(4) };
+            chart.draw_series([Circle::new((at, row), 9, style)])?;
+        }
+    }
+    Ok(())
+}
+
+/// A name that fits beside the picture.
+fn short(name: &str) -> String {
+    const MOST: usize = 12;
+    if name.chars().count() <= MOST {
+        return name.to_owned();
+    }
+    let end: Vec<char> = name.chars().rev().take(MOST - 1).collect();
+    format!("…{}", end.into_iter().rev().collect::<String>())
+}
+
+fn table(document: &Document, parameters: &[Parameter]) -> Markup {
+    html! {
+        table.parameters {
+            caption {
+                strong { "Parameters with 95\u{a0}% intervals" } "; SI units: N/m and Nm/rad, Ns/m and Nms/rad. The standard deviation is in "
+                "per cent of the value."
+            }
+            thead {
+                tr { th {} th.group colspan="4" { "stiffness" } th.group colspan="4" { "damping" } }
+                tr {
+                    th {}
+                    @for _ in 0..2 {
+                        th { "value" } th { "interval" } th { "std" } th.left { "verdict" }
+                    }
+                }
+            }
+            @for (index, joint) in document.found.joints.iter().enumerate() {
+                tbody {
+                    tr.joint { th.left colspan="9" { (joint.name) } }
+                    @for dof in 0..6 {
+                        tr {
+                            th scope="row" { (DOFS[dof]) }
+                            @for kind in 0..2 {
+                                (cells(&parameters[12 * index + 6 * kind + dof]))
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn cells(own: &Parameter) -> Markup {
+    html! {
+        td.ours { (digits(own.value, own.interval.map_or(3, digits_of))) }
+        td { @match own.interval { Some(ends) => (interval(ends)), None => "–" } }
+        td { @match own.std { Some(std) => (percent(std / own.value)), None => "–" } }
+        td.left class=(class(own.verdict)) { (words(own.verdict)) }
+    }
+}

@@ -1,0 +1,233 @@
+//! What is identified and what is not, whether to trust it, and what to do next.
+
+use flexid_wire::report::{Acceptance, JointReport, Verdict};
+use maud::{Markup, html};
+
+use super::format::{agreement, count, percent};
+use super::{DOFS, missing};
+use crate::document::Document;
+
+/// FRAC below which a record that was held out is named. Chosen: the prediction then has another shape.
+const POOR_FRAC: f64 = 0.9;
+/// Share of an octave's bins with force, below which the octave is named: that of `flexid check`.
+const HARDLY_EXCITED: f64 = 0.5;
+
+pub(super) fn section(document: &Document, name: &str) -> Markup {
+    let fit = &document.found.fit;
+    let (class, headline) = headline(document);
+    html! {
+        header {
+            p.file { "flexid report on " code { (name) } }
+            h1 class=(class) { (headline) }
+        }
+        section #verdict {
+            h3 { "What is identified" }
+            (identified(&document.found.joints))
+            h3 { "Can I trust it?" }
+            ul {
+                @for line in trust(document) { li { (line) } }
+            }
+            h3 { "What to do next" }
+            ol {
+                @for line in next_steps(document) { li { (line) } }
+            }
+            @if !document.found.warnings.is_empty() {
+                h3 { (count(document.found.warnings.len(), "warning")) }
+                ul.warnings {
+                    @for warning in &document.found.warnings { li { (warning) } }
+                }
+            }
+            @if fit.records == 0 {
+                p { "The result rests on static tests alone: dampings are not determined." }
+            }
+            @let absent = document.missing();
+            @if !absent.is_empty() {
+                p.missing {
+                    "Parts of this page are left out, because the file has no entry "
+                    @for (index, entry) in absent.iter().enumerate() {
+                        @if index > 0 { ", " }
+                        code { (entry) }
+                    }
+                    "."
+                }
+            }
+        }
+    }
+}
+
+/// The class of the headline, and its words.
+fn headline(document: &Document) -> (&'static str, String) {
+    let all = of(&document.found.joints, None);
+    let identified = of(&document.found.joints, Some(Verdict::Identified));
+    let share = format!("{identified} of {all} parameters are identified");
+    match document.found.fit.acceptance {
+        Acceptance::Consistent if document.found.warnings.is_empty() => {
+            ("good", format!("The fit explains the records. {share}."))
+        }
+        Acceptance::Consistent => {
+            ("good", format!("The fit explains the records, with reservations. {share}."))
+        }
+        Acceptance::ModelSuspect => (
+            "bad",
+            format!("The model does not explain the records. {share}; see what to do next."),
+        ),
+        Acceptance::Unsettled => {
+            ("bad", "The fit is not settled: do not use these numbers yet.".to_owned())
+        }
+    }
+}
+
+/// Number of parameters with this verdict, or of all.
+fn of(joints: &[JointReport], wanted: Option<Verdict>) -> usize {
+    let verdicts =
+        joints.iter().flat_map(|own| own.stiffness_verdict.iter().chain(&own.damping_verdict));
+    verdicts.filter(|verdict| wanted.is_none_or(|wanted| **verdict == wanted)).count()
+}
+
+fn identified(joints: &[JointReport]) -> Markup {
+    let rows = [
+        (Verdict::Identified, "identified", "the standard deviation is up to 5 %"),
+        (Verdict::Weak, "weak", "up to 30 %, or the fit is doubtful"),
+        (
+            Verdict::NotObservable,
+            "not observable",
+            "the records do not tell: the number is no estimate",
+        ),
+        (Verdict::Fixed, "fixed", "given, not sought"),
+    ];
+    html! {
+        table.narrow {
+            @for (verdict, name, meaning) in rows {
+                @let number = of(joints, Some(verdict));
+                @if number > 0 {
+                    tr {
+                        th scope="row" class=(super::parameters::class(verdict)) { (number) " " (name) }
+                        td.left { (meaning) }
+                        td.left {
+                            @if verdict != Verdict::Identified { (names(joints, verdict)) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The parameters with this verdict, joint by joint.
+fn names(joints: &[JointReport], wanted: Verdict) -> String {
+    let of = |verdicts: &[Verdict; 6]| -> Vec<&str> {
+        DOFS.into_iter()
+            .zip(verdicts)
+            .filter(|(_, own)| **own == wanted)
+            .map(|(dof, _)| dof)
+            .collect()
+    };
+    let mut all = Vec::new();
+    for joint in joints {
+        for (verdicts, kind) in
+            [(&joint.stiffness_verdict, "stiffness"), (&joint.damping_verdict, "damping")]
+        {
+            let dofs = of(verdicts);
+            match dofs.len() {
+                0 => {}
+                6 => all.push(format!("{} {kind}: all", joint.name)),
+                _ => all.push(format!("{} {kind}: {}", joint.name, dofs.join(" "))),
+            }
+        }
+    }
+    all.join("; ")
+}
+
+fn trust(document: &Document) -> Vec<Markup> {
+    let fit = &document.found.fit;
+    let mut lines = vec![match fit.acceptance {
+        Acceptance::Consistent => html! {
+            "Yes, within the intervals: what the model leaves of the records is what noise leaves."
+        },
+        Acceptance::ModelSuspect => html! {
+            "Not as it is: several searches agree on these numbers, and what they leave of the records is more than noise. Something in \
+             the model or the sensors is other than stated."
+        },
+        Acceptance::Unsettled => html! {
+            "No: the searches do not agree on one result, or the records are too few to test it."
+        },
+    }];
+    let Some(confidence) = &document.confidence else {
+        lines.push(missing("confidence"));
+        return lines;
+    };
+    lines.push(html! { "Residuals: " (confidence.residuals.text) "." });
+    for line in &confidence.left_over {
+        lines.push(html! { "Left over: " (line.text) "." });
+    }
+    for explanation in &confidence.explanations {
+        lines.push(html! { (explanation.text) "." });
+    }
+    let all = confidence.held_out.iter().flat_map(|own| own.frac);
+    let worst = all.fold(None, |worst: Option<f64>, own| Some(worst.map_or(own, |it| it.min(own))));
+    if let Some(worst) = worst {
+        lines.push(html! {
+            "Records that were held out are predicted by a fit to the others with a FRAC of at least " (agreement(worst))
+            @if worst < POOR_FRAC { ": the worst has another shape than predicted" }
+            "."
+        });
+    }
+    lines
+}
+
+fn next_steps(document: &Document) -> Vec<Markup> {
+    let mut lines = Vec::new();
+    if let Some(confidence) = &document.confidence {
+        for remedy in confidence.explanations.iter().filter_map(|own| own.remedy.as_ref()) {
+            lines.push(html! { (capital(remedy)) "." });
+        }
+    }
+    match document.found.fit.acceptance {
+        Acceptance::Unsettled => lines.push(html! {
+            "Record further poses, each from a second before the cut, and identify from all logs together."
+        }),
+        Acceptance::ModelSuspect if lines.is_empty() => lines.push(html! {
+            "Check masses, TCP, sensor mounting, axes and units: " code { "flexid check" } " looks for the usual mistakes."
+        }),
+        _ => {}
+    }
+    for (band, share) in hardly_excited(document) {
+        lines.push(html! {
+            "Cut so that the force reaches " (super::format::number(band[0])) " to " (super::format::number(band[1]))
+            "\u{a0}Hz: no record has force in more than " (percent(share)) " of that octave."
+        });
+    }
+    let weak = document.confidence.as_ref().map_or(0, |own| own.weak_directions.len());
+    let open = of(&document.found.joints, Some(Verdict::Weak))
+        + of(&document.found.joints, Some(Verdict::NotObservable));
+    if open > 0 || weak > 0 {
+        lines.push(html! {
+            "Measure poses that separate what is weak or not observable: " code { "flexid plan" } " proposes them."
+        });
+    }
+    if document.found.fit.acceptance == Acceptance::Consistent {
+        lines.push(html! {
+            "Use the result: " code { "flexid predict" } " gives modes and deflection in any pose, " code { "flexid export" }
+            " writes models for simulation."
+        });
+    }
+    lines
+}
+
+/// Octaves in which no record has force in half of the bins, with the largest share.
+fn hardly_excited(document: &Document) -> Vec<([f64; 2], f64)> {
+    let records = document.records.as_deref().unwrap_or_default();
+    let Some(first) = records.first() else { return Vec::new() };
+    let best = |index: usize| {
+        let shares = records.iter().filter_map(|own| own.octaves.get(index)).map(|own| own.clear);
+        shares.fold(0.0, f64::max)
+    };
+    let all = first.octaves.iter().enumerate().map(|(index, own)| (own.band_hz, best(index)));
+    all.filter(|(_, share)| *share < HARDLY_EXCITED).collect()
+}
+
+/// A text that begins with a capital letter.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}

@@ -1,0 +1,33 @@
+//! `flexid report`: one page on a fit.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use flexid_report::document::Document;
+use flexid_report::evidence::OriginFile;
+use flexid_report::render;
+
+use crate::exit::BadArgument;
+use crate::output::Output;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A result, as `identify --json` writes it
+    #[arg(value_name = "FOUND.json")]
+    found: PathBuf,
+    /// The page to write [default: FOUND.html]
+    #[arg(long, value_name = "REPORT.html")]
+    out: Option<PathBuf>,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let document = Document::load(&args.found)?;
+    let page = args.out.clone().unwrap_or_else(|| args.found.with_extension("html"));
+    if page == args.found {
+        let message = format!("{} is the result itself: name the page by --out", page.display());
+        return Err(BadArgument(message).into());
+    }
+    let output = Output::create(&page)?;
+    let OriginFile { name, sha256 } = OriginFile::of(&args.found);
+    output.finish(&render(&document, &name, sha256.as_deref()))
+}
