@@ -107,9 +107,10 @@ impl Accuracy {
             Self::JointAngleRad => {
                 ["joint_angle_rad", "check the zeros of the joints and the signals of their angles"]
             }
-            Self::ElasticCentreM => {
-                ["elastic_centre_m", "look where the bearing is, and move the joint's origin there"]
-            }
+            Self::ElasticCentreM => [
+                "elastic_centre_m",
+                "look where the bearing is, and move the joint's origin there (below the first joint: model the pedestal, see --pedestal)",
+            ],
             Self::LinkInertia => ["link_inertia", "check the inertias of the model"],
             Self::Hysteresis => {
                 ["hysteresis", "nothing need be wrong: bolted and geared joints damp like that"]

@@ -57,11 +57,11 @@ struct Part {
 }
 
 const PARTS: [Part; 14] = [
-    Part { name: "noise-free", prove: noise_free::prove, robots: [200, 30] },
-    Part { name: "coverage", prove: coverage::prove, robots: [1000, 40] },
-    Part { name: "unexcited", prove: unexcited::prove, robots: [100, 10] },
+    Part { name: "noise-free", prove: noise_free::prove, robots: [200, 16] },
+    Part { name: "coverage", prove: coverage::prove, robots: [1000, 24] },
+    Part { name: "unexcited", prove: unexcited::prove, robots: [100, 5] },
     Part { name: "displacement", prove: displacement::prove, robots: [20, 1] },
-    Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 4] },
+    Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 2] },
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 1] },
     Part { name: "plants", prove: plants::prove, robots: [200, 4] },
     Part { name: "plants-of-six", prove: plants::prove_of_six_joints, robots: [200, 1] },
@@ -69,8 +69,8 @@ const PARTS: [Part; 14] = [
     Part { name: "deviations", prove: deviations::prove, robots: [516, 8] },
     Part { name: "folding", prove: folding::prove, robots: [100, 2] },
     Part { name: "arms", prove: arms::prove, robots: [100, 3] },
-    Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 10] },
-    Part { name: "no-bounds", prove: wide_bounds::prove_from_masses, robots: [100, 10] },
+    Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 6] },
+    Part { name: "no-bounds", prove: wide_bounds::prove_from_masses, robots: [100, 6] },
 ];
 
 /// Proves that the identification reaches the noise limit, and that its intervals are honest.
