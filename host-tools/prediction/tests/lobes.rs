@@ -118,7 +118,7 @@ impl Cut {
         state.view_mut((0, n), (n, n)).fill_diagonal(1.0);
         state.view_mut((n, 0), (n, n)).copy_from(&-(&inverse * of(|own| own.stiffness)));
         state.view_mut((n, n), (n, n)).copy_from(&-(&inverse * of(|own| own.damping)));
-        let tip = DMatrix::from_columns(&[plane.column(0), plane.column(1)]).transpose() * dense.tip().rows(0, 3);
+        let tip = plane.transpose() * dense.tip().rows(0, 3);
         state.view_mut((n, 2 * n), (n, 2)).copy_from(&(&inverse * tip.transpose()));
         // The force is constant within a step (Van Loan, 1978).
         let moved = (state * time_step).exp();

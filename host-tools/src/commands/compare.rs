@@ -41,7 +41,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let comparison =
         compare(&before, &after).map_err(|error| BadInput::new(&args.after, error))?;
     let agree = comparison.agree;
-    let compared = Compared::new([(&args.before, &before), (&args.after, &after)], comparison);
+    let compared = Compared::new([(args.before.as_path(), &before), (args.after.as_path(), &after)], comparison);
     let text = if args.json {
         serde_json::to_string_pretty(&compared)? + "\n"
     } else {

@@ -48,7 +48,7 @@ pub(crate) fn svg(map: &Map, robot: &Robot, positions: Option<[usize; 2]>) -> Re
             low..high.max(low + 1e-9)
         };
         let mut chart =
-            picture::axes(&body, (&names[0], range(|own| own.0)), (&names[1], range(|own| own.1)))?;
+            picture::axes(&body, (names[0].as_str(), range(|own| own.0)), (names[1].as_str(), range(|own| own.1)))?;
         let colour = |cell: &Cell| match cell.value {
             None => NONE,
             Some(own) => colour((scale * own.value - least) / (most - least)),
