@@ -228,9 +228,8 @@ fn covariance(found: &Found, places: &[&Place], stds: &[f64]) -> DMatrix<f64> {
 /// `dᵀ C⁻¹ d` over the combinations that C determines, and their number.
 fn mahalanobis(difference: &DVector<f64>, covariance: &DMatrix<f64>) -> (f64, usize) {
     let scale: Vec<f64> = covariance.diagonal().iter().map(|own| own.sqrt().recip()).collect();
-    let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
-        covariance[(i, j)] * scale[i] * scale[j]
-    });
+    let scaled =
+        DMatrix::from_fn(scale.len(), scale.len(), |i, j| covariance[(i, j)] * scale[i] * scale[j]);
     let eigen = scaled.symmetric_eigen();
     let difference = difference.component_mul(&DVector::from_vec(scale));
     let least = CONDITION * eigen.eigenvalues.max();

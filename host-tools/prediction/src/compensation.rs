@@ -71,10 +71,12 @@ impl Dynamics<'_> {
 impl Inverse {
     fn new(jacobian: &DMatrix<f64>) -> Self {
         let joints = jacobian.ncols();
-        let [of_translation, of_rotation] = [0, 3].map(|first| jacobian.rows(first, 3).into_owned());
+        let [of_translation, of_rotation] =
+            [0, 3].map(|first| jacobian.rows(first, 3).into_owned());
         let (first, is_first_singular) = pseudoinverse(&of_translation, joints.min(3));
         let rest = DMatrix::identity(joints, joints) - &first * &of_translation;
-        let (second, is_second_singular) = pseudoinverse(&(&of_rotation * rest), joints.saturating_sub(3).min(3));
+        let (second, is_second_singular) =
+            pseudoinverse(&(&of_rotation * rest), joints.saturating_sub(3).min(3));
         let mut matrix = DMatrix::zeros(joints, 6);
         matrix.columns_mut(0, 3).copy_from(&(&first - &second * &of_rotation * &first));
         matrix.columns_mut(3, 3).copy_from(&second);
@@ -90,7 +92,9 @@ fn pseudoinverse(matrix: &DMatrix<f64>, rank: usize) -> (DMatrix<f64>, bool) {
     let mut is_singular = false;
     for (place, value) in svd.singular_values.iter().enumerate().take(rank) {
         is_singular |= *value < SINGULAR;
-        inverse += v.row(place).transpose() * u.column(place).transpose() * (value / value.max(SINGULAR).powi(2));
+        inverse += v.row(place).transpose()
+            * u.column(place).transpose()
+            * (value / value.max(SINGULAR).powi(2));
     }
     (inverse, is_singular)
 }

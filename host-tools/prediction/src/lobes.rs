@@ -84,7 +84,10 @@ impl Sample {
         let apart = (half * half - own.determinant()).sqrt();
         let mut values = [half + apart, half - apart];
         let largest = values[0].norm().max(values[1].norm());
-        values.iter_mut().filter(|own| own.norm() < ROUNDING * largest).for_each(|own| *own = Complex::from(0.0));
+        values
+            .iter_mut()
+            .filter(|own| own.norm() < ROUNDING * largest)
+            .for_each(|own| *own = Complex::from(0.0));
         let covariance = [0, 1].map(|index| {
             let (value, other) = (values[index], values[1 - index]);
             // ∂μ = tr((A − μ' 1) ∂A) / (μ − μ'), with the other eigenvalue μ'.
@@ -152,7 +155,8 @@ impl Lobes {
                 break;
             }
             let between = samples.windows(2).zip(&rough).filter(|(_, rough)| **rough);
-            let places = between.map(|(pair, _)| (pair[0].frequency_hz + pair[1].frequency_hz) / 2.0);
+            let places =
+                between.map(|(pair, _)| (pair[0].frequency_hz + pair[1].frequency_hz) / 2.0);
             let mut middles = all(places.collect())?.into_iter();
             let (mut finer, mut rougher) = (vec![samples[0]], Vec::new());
             for (pair, rough) in samples.windows(2).zip(&rough) {
@@ -247,7 +251,8 @@ impl Lobes {
             let omega = TAU * hz(part);
             let slope = (end - start) / (TAU * (to.frequency_hz - from.frequency_hz));
             let turn = Complex::cis(-omega * period);
-            let per_omega = Complex::i() * period * turn / (Complex::from(1.0) - turn) - slope / at(part);
+            let per_omega =
+                Complex::i() * period * turn / (Complex::from(1.0) - turn) - slope / at(part);
             let along = Vector2::new(-1.0, per_omega.re / per_omega.im);
             let std = along.dot(&(covariance * along)).max(0.0).sqrt();
             let frequency_std = covariance[(1, 1)].max(0.0).sqrt() / (per_omega.im.abs() * omega);
@@ -265,7 +270,12 @@ impl Lobes {
 impl Dynamics<'_> {
     /// The lobes of a cutter whose [plane](crate::milling::plane) this is, with chatter frequencies from `lower` to `upper`, Hz. `None` where
     /// the robot has no response.
-    pub fn lobes(&self, cutter: Cutter, plane: &Matrix3x2<f64>, band_hz: [f64; 2]) -> Option<Lobes> {
+    pub fn lobes(
+        &self,
+        cutter: Cutter,
+        plane: &Matrix3x2<f64>,
+        band_hz: [f64; 2],
+    ) -> Option<Lobes> {
         let directional = cutter.directional();
         let plane = plane.map(Complex::from);
         let covariance = self.robot().covariance();

@@ -108,7 +108,8 @@ mod tests {
             let [entry, exit] = way.engagement(1.0);
             assert!(entry.abs() < 1e-12 && (exit - PI).abs() < 1e-12);
         }
-        let [x, y] = [0, 1].map(|own| plane([2.0, 0.0, 0.1], [0.0, 0.0, 1.0]).unwrap().column(own).into_owned());
+        let [x, y] = [0, 1]
+            .map(|own| plane([2.0, 0.0, 0.1], [0.0, 0.0, 1.0]).unwrap().column(own).into_owned());
         assert_eq!((x, y), (Vector3::x(), -Vector3::y()));
         assert!(plane([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).is_none());
         assert!(plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]).is_none());

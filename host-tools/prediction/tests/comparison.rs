@@ -147,7 +147,8 @@ fn what_is_not_determined_is_left_out_and_other_robots_are_refused() {
     let comparison = compare(&pair[0], &pair[1]).unwrap();
     assert_eq!(comparison.parameters.len(), PARAMETERS - 2);
     for joint in &mut pair[1].joints {
-        (joint.stiffness_verdict, joint.damping_verdict) = ([Verdict::Fixed; 6], [Verdict::Fixed; 6]);
+        (joint.stiffness_verdict, joint.damping_verdict) =
+            ([Verdict::Fixed; 6], [Verdict::Fixed; 6]);
     }
     assert_eq!(compare(&pair[0], &pair[1]).unwrap_err(), IncomparableError::Nothing);
     let mut found = pair[1].robot.found().clone();

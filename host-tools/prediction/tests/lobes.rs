@@ -43,7 +43,9 @@ fn robot(bushings: &Bushings, std: f64, uncertain: Option<usize>) -> Robot {
         poses: Vec::new(),
         bounds: vec![JointBounds { stiffness: [[1.0, 2.0]; 6], damping: [[1.0, 2.0]; 6] }; 3],
         imperfections: Vec::new(),
-        covariance: (0..size).flat_map(|row| (0..=row).map(move |column| variance(row, column))).collect(),
+        covariance: (0..size)
+            .flat_map(|row| (0..=row).map(move |column| variance(row, column)))
+            .collect(),
     };
     Robot::new(found, bushings.clone()).unwrap()
 }
@@ -58,7 +60,12 @@ fn lobes(dynamics: &Dynamics<'_>, cutter: Cutter) -> Lobes {
 #[test]
 fn one_mode_has_the_lobes_of_the_closed_form() {
     let (stiffness, natural, ratio) = (2e7, 60.0, 0.035);
-    let cutter = Cutter { teeth: 3, tangential: 6e8, radial_ratio: 0.4, engagement: Milling::Down.engagement(0.5) };
+    let cutter = Cutter {
+        teeth: 3,
+        tangential: 6e8,
+        radial_ratio: 0.4,
+        engagement: Milling::Down.engagement(0.5),
+    };
     let directional = cutter.directional();
     let response = |hz: f64| {
         let r = hz / natural;
@@ -135,13 +142,17 @@ impl Cut {
     /// Growth of the vibration, 1/s, after the other modes have decayed.
     fn growth(&self, cutter: &Cutter, depth: f64, seconds: f64) -> f64 {
         let n = self.step.nrows() / 2;
-        let mut state = DVector::from_fn(2 * n, |i, _| if i < n { 1e-6 * (i as f64).cos() } else { 0.0 });
+        let mut state =
+            DVector::from_fn(2 * n, |i, _| if i < n { 1e-6 * (i as f64).cos() } else { 0.0 });
         let mut before = vec![Vector2::zeros(); STEPS + 1];
         let count = (seconds / self.time_step) as usize;
         let mut sizes = [0.0_f64; 2];
         for step in 0..count {
             let now: Vector2<f64> = (&self.shown * &state).fixed_rows::<2>(0).into_owned();
-            let rate: Vector2<f64> = (&self.shown * state.rows(n, n).clone_owned().resize_vertically(2 * n, 0.0)).fixed_rows::<2>(0).into_owned();
+            let rate: Vector2<f64> = (&self.shown
+                * state.rows(n, n).clone_owned().resize_vertically(2 * n, 0.0))
+            .fixed_rows::<2>(0)
+            .into_owned();
             let middle = now + rate * (self.time_step / 2.0);
             let left = (before[step % (STEPS + 1)] + before[(step + 1) % (STEPS + 1)]) / 2.0;
             before[step % (STEPS + 1)] = now;
@@ -156,7 +167,8 @@ impl Cut {
                 let chip = Vector2::new(sin, cos).dot(&(middle - left));
                 let tangential = cutter.tangential * depth * chip;
                 let radial = cutter.radial_ratio * tangential;
-                force += Vector2::new(-tangential * cos - radial * sin, tangential * sin - radial * cos);
+                force +=
+                    Vector2::new(-tangential * cos - radial * sin, tangential * sin - radial * cos);
             }
             state = &self.step * state + &self.push * force;
             let part = step as f64 / count as f64;
@@ -258,8 +270,10 @@ fn intervals_hold_the_limits_of_drawn_robots() {
         let drawn = robot(&bushings, 0.0, None);
         let drawn = lobes(&drawn.at(&POSE).unwrap(), cutter);
         for &rpm in &speeds {
-            let ([low, high], truth) =
-                (found.limit(rpm).unwrap().depth_m.interval, drawn.limit(rpm).unwrap().depth_m.value);
+            let ([low, high], truth) = (
+                found.limit(rpm).unwrap().depth_m.interval,
+                drawn.limit(rpm).unwrap().depth_m.value,
+            );
             held += u32::from((low..=high).contains(&truth));
             all += 1;
         }

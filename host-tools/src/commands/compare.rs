@@ -38,10 +38,12 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let [before, after] = [Found::load(&args.before)?, Found::load(&args.after)?];
-    let comparison =
-        compare(&before, &after).map_err(|error| BadInput::new(&args.after, error))?;
+    let comparison = compare(&before, &after).map_err(|error| BadInput::new(&args.after, error))?;
     let agree = comparison.agree;
-    let compared = Compared::new([(args.before.as_path(), &before), (args.after.as_path(), &after)], comparison);
+    let compared = Compared::new(
+        [(args.before.as_path(), &before), (args.after.as_path(), &after)],
+        comparison,
+    );
     let text = if args.json {
         serde_json::to_string_pretty(&compared)? + "\n"
     } else {

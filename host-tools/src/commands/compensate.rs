@@ -47,9 +47,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .into_par_iter()
         .map(|place| {
             let line = place.line;
-            Compensated::new(&found.robot, place).map_err(|fault| {
-                BadInput { line: Some(line), ..BadInput::new(&args.path, fault) }
-            })
+            Compensated::new(&found.robot, place)
+                .map_err(|fault| BadInput { line: Some(line), ..BadInput::new(&args.path, fault) })
         })
         .collect::<Result<Vec<_>, _>>()?;
     output.finish(&csv(&compensated)?)?;

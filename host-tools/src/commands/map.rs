@@ -107,7 +107,10 @@ fn over(args: &Args, found: &Found) -> Result<Over, BadArgument> {
             let place = |name: &String| {
                 driven.iter().position(|joint| joint.name == *name).ok_or_else(|| {
                     let names: Vec<&str> = driven.iter().map(|joint| joint.name.as_str()).collect();
-                    BadArgument(format!("--over {name}: no driven joint has this name: there are {}", names.join(", ")))
+                    BadArgument(format!(
+                        "--over {name}: no driven joint has this name: there are {}",
+                        names.join(", ")
+                    ))
                 })
             };
             [place(first)?, place(second)?]

@@ -13,7 +13,11 @@ use crate::numbers::Numbers;
 ///
 /// # Errors
 /// There is none, or it has another number of angles than the robot has driven joints.
-pub(super) fn given_or_first(file: &Path, found: &Found, given: Option<&Numbers>) -> Result<Vec<f64>> {
+pub(super) fn given_or_first(
+    file: &Path,
+    found: &Found,
+    given: Option<&Numbers>,
+) -> Result<Vec<f64>> {
     let pose = match given {
         Some(Numbers(pose)) => pose.clone(),
         None => found.robot.found().poses.first().cloned().ok_or_else(|| {

@@ -9,7 +9,15 @@ use crate::show::table::STYLE;
 pub(crate) fn text(compared: &Compared) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
-    table.set_header(["parameter", "before", "after", "change, %", "95 %", "deviations", "changed"]);
+    table.set_header([
+        "parameter",
+        "before",
+        "after",
+        "change, %",
+        "95 %",
+        "deviations",
+        "changed",
+    ]);
     for own in &compared.comparison.parameters {
         let [before, after] = own.values;
         let [low, high] = own.ratio.interval.map(|ratio| 100.0 * (ratio - 1.0));

@@ -31,9 +31,8 @@ impl Compensated {
     pub(crate) fn new(robot: &Robot, place: Place) -> Result<Self, String> {
         let Place { line, pose, wrench } = place;
         let dynamics = robot.at(&pose).map_err(|error| error.to_string())?;
-        let compliance = dynamics
-            .compliance()
-            .ok_or("the robot does not stand there: it has no stiffness")?;
+        let compliance =
+            dynamics.compliance().ok_or("the robot does not stand there: it has no stiffness")?;
         let compensation = dynamics.compensation(&compliance, wrench);
         Ok(Self { line, pose, wrench, compensation })
     }
@@ -64,7 +63,8 @@ pub(crate) fn csv(path: &[Compensated]) -> Result<String> {
         let Compensation { deflection, along_base, offsets, left, is_singular } = compensation;
         let mut line: Vec<String> = pose.iter().chain(wrench).map(f64::to_string).collect();
         let moves = [deflection, along_base, left].into_iter();
-        let moves = moves.flat_map(|Deflection { translation, rotation }| translation.iter().chain(rotation));
+        let moves = moves
+            .flat_map(|Deflection { translation, rotation }| translation.iter().chain(rotation));
         for Estimate { value, interval: [low, high], .. } in moves.chain(offsets) {
             line.extend([value, low, high].map(|number| format!("{number:.9e}")));
         }

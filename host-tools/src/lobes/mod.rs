@@ -59,7 +59,14 @@ impl Diagram {
     pub(crate) fn csv(&self) -> Result<String> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record([
-            "rpm", "depth_mm", "low", "high", "chatter_hz", "chatter_low", "chatter_high", "lobe",
+            "rpm",
+            "depth_mm",
+            "low",
+            "high",
+            "chatter_hz",
+            "chatter_low",
+            "chatter_high",
+            "lobe",
         ])?;
         for Speed { rpm, limit } in &self.speeds {
             let mut line = vec![rpm.to_string()];

@@ -17,7 +17,10 @@ pub(crate) fn svg(diagram: &Diagram, top_mm: Option<f64>) -> Result<String> {
     let least = diagram.least_depth_m.map_or(1.0, |least| 1e3 * least.value);
     let top = top_mm.unwrap_or(TOP * least);
     let pose: Vec<String> = diagram.pose.iter().map(|angle| format!("{angle:.3}")).collect();
-    let title = format!("Depth of cut at which chatter begins, with 95 % interval; pose [{}]", pose.join(", "));
+    let title = format!(
+        "Depth of cut at which chatter begins, with 95 % interval; pose [{}]",
+        pose.join(", ")
+    );
     picture::svg(&title, |canvas| {
         let [first, last] = [diagram.speeds.first(), diagram.speeds.last()]
             .map(|speed| speed.map_or(0.0, |speed| speed.rpm));
@@ -32,7 +35,8 @@ pub(crate) fn svg(diagram: &Diagram, top_mm: Option<f64>) -> Result<String> {
             diagram.speeds.iter().map(of).collect()
         };
         let value = line(&|speed| Some(speed.limit?.depth_m.value));
-        let [low, high] = [0, 1].map(|end| line(&move |speed| Some(speed.limit?.depth_m.interval[end])));
+        let [low, high] =
+            [0, 1].map(|end| line(&move |speed| Some(speed.limit?.depth_m.interval[end])));
         let band: Vec<(f64, f64)> = low.into_iter().chain(high.into_iter().rev()).collect();
         let stable = value.iter().copied().chain([(last, 0.0), (first, 0.0)]).collect::<Vec<_>>();
         chart.draw_series([Polygon::new(stable, RGBColor(0, 158, 115).mix(0.12))])?;

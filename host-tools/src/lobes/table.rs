@@ -21,7 +21,8 @@ pub(crate) fn text(diagram: &Diagram) -> String {
     };
     let mut text = format!("stable at all speeds: depths below {} mm\n", millimetres(least));
     let deepest = diagram.speeds.iter().filter_map(|Speed { rpm, limit }| Some((rpm, (*limit)?)));
-    let deepest = deepest.max_by(|(_, a), (_, b)| a.depth_m.interval[0].total_cmp(&b.depth_m.interval[0]));
+    let deepest =
+        deepest.max_by(|(_, a), (_, b)| a.depth_m.interval[0].total_cmp(&b.depth_m.interval[0]));
     if let Some((rpm, limit)) = deepest {
         text += &format!("deepest for sure: {} mm at {rpm:.0} rpm\n", millimetres(limit.depth_m));
     }

@@ -138,7 +138,9 @@ impl Map {
         let mut writer = csv::Writer::from_writer(Vec::new());
         let joints = self.cells.first().map_or(0, |cell| cell.pose.len());
         let mut header: Vec<String> = (1..=joints).map(|joint| format!("q{joint}")).collect();
-        header.extend(["x", "y", "z", self.quantity.column(), "low", "high", "uncertain"].map(str::to_owned));
+        header.extend(
+            ["x", "y", "z", self.quantity.column(), "low", "high", "uncertain"].map(str::to_owned),
+        );
         writer.write_record(&header)?;
         for Cell { pose, tool, value, is_uncertain } in &self.cells {
             let mut line: Vec<String> = pose.iter().chain(tool).map(f64::to_string).collect();

@@ -29,7 +29,8 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub(crate) fn svg(map: &Map, robot: &Robot, positions: Option<[usize; 2]>) -> Result<String> {
     let (name, scale) = map.quantity.shown();
     let values = || map.cells.iter().filter_map(|cell| Some(scale * cell.value?.value));
-    let [least, most] = [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)];
+    let [least, most] =
+        [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)];
     let [least, most] = if least < most { [least, most] } else { [least - 0.5, least + 0.5] };
     let [least, most] = if least.is_finite() { [least, most] } else { [0.0, 1.0] };
     let outlines: Vec<[(f64, f64); 4]> =
@@ -44,27 +45,40 @@ pub(crate) fn svg(map: &Map, robot: &Robot, positions: Option<[usize; 2]>) -> Re
         let (body, side) = canvas.split_horizontally(width);
         let range = |of: fn(&(f64, f64)) -> f64| {
             let all = outlines.iter().flatten().map(of);
-            let [low, high] = [all.clone().fold(f64::INFINITY, f64::min), all.fold(f64::NEG_INFINITY, f64::max)];
+            let [low, high] =
+                [all.clone().fold(f64::INFINITY, f64::min), all.fold(f64::NEG_INFINITY, f64::max)];
             low..high.max(low + 1e-9)
         };
-        let mut chart =
-            picture::axes(&body, (names[0].as_str(), range(|own| own.0)), (names[1].as_str(), range(|own| own.1)))?;
+        let mut chart = picture::axes(
+            &body,
+            (names[0].as_str(), range(|own| own.0)),
+            (names[1].as_str(), range(|own| own.1)),
+        )?;
         let colour = |cell: &Cell| match cell.value {
             None => NONE,
             Some(own) => colour((scale * own.value - least) / (most - least)),
         };
-        chart.draw_series(map.cells.iter().zip(&outlines).map(|(cell, outline)| {
-            Polygon::new(outline.to_vec(), colour(cell).filled())
-        }))?;
+        chart.draw_series(
+            map.cells
+                .iter()
+                .zip(&outlines)
+                .map(|(cell, outline)| Polygon::new(outline.to_vec(), colour(cell).filled())),
+        )?;
         hatch(&mut chart, map, &outlines)?;
         legend(&side, [least, most])
     })
 }
 
 /// Corners of a cell, one after the other around it.
-fn outline(map: &Map, robot: &Robot, positions: Option<[usize; 2]>, index: usize) -> [(f64, f64); 4] {
+fn outline(
+    map: &Map,
+    robot: &Robot,
+    positions: Option<[usize; 2]>,
+    index: usize,
+) -> [(f64, f64); 4] {
     let over = &map.over;
-    let half = [0, 1].map(|which| (over.ranges[which][1] - over.ranges[which][0]) / (2 * over.points) as f64);
+    let half = [0, 1]
+        .map(|which| (over.ranges[which][1] - over.ranges[which][0]) / (2 * over.points) as f64);
     let pose = &map.cells[index].pose;
     [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|corner| {
         let angles = [0, 1].map(|which| pose[over.joints[which]] + corner[which] * half[which]);
@@ -83,11 +97,8 @@ fn hatch(chart: &mut Chart<'_, '_>, map: &Map, outlines: &[[(f64, f64); 4]]) -> 
     let between = |a: (f64, f64), b: (f64, f64)| ((a.0 + b.0) / 2.0, (a.1 + b.1) / 2.0);
     let uncertain = map.cells.iter().zip(outlines).filter(|(cell, _)| cell.is_uncertain);
     chart.draw_series(uncertain.flat_map(|(_, [a, b, c, d])| {
-        let strokes = [
-            [between(*a, *b), between(*b, *c)],
-            [*a, *c],
-            [between(*a, *d), between(*d, *c)],
-        ];
+        let strokes =
+            [[between(*a, *b), between(*b, *c)], [*a, *c], [between(*a, *d), between(*d, *c)]];
         strokes.map(|stroke| PathElement::new(stroke.to_vec(), WHITE.mix(0.8)))
     }))?;
     Ok(())

@@ -12,8 +12,15 @@ pub(crate) fn text(map: &Map) -> String {
     let by_value = |(_, a): &(&Cell, PositiveEstimate), (_, b): &(&Cell, PositiveEstimate)| {
         a.value.total_cmp(&b.value)
     };
-    let mut text = format!("{name}, over {} and {}, {} poses\n", map.over.names[0], map.over.names[1], map.cells.len());
-    for (word, found) in [("least", valued().min_by(by_value)), ("largest", valued().max_by(by_value))] {
+    let mut text = format!(
+        "{name}, over {} and {}, {} poses\n",
+        map.over.names[0],
+        map.over.names[1],
+        map.cells.len()
+    );
+    for (word, found) in
+        [("least", valued().min_by(by_value)), ("largest", valued().max_by(by_value))]
+    {
         let Some((cell, own)) = found else { continue };
         let pose: Vec<String> = cell.pose.iter().map(|angle| format!("{angle:.3}")).collect();
         let [x, y, z] = cell.tool;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json as value};
 
-use crate::setup::{flexid, found, json, refused, refuses_bad_results, stderr, unheard, FLEXID};
+use crate::setup::{FLEXID, flexid, found, json, refused, refuses_bad_results, stderr, unheard};
 
 /// Writes the result as `name`, changed.
 fn write(folder: &Path, name: &str, change: impl FnOnce(&mut Value)) {
@@ -31,7 +31,10 @@ fn the_exit_status_and_the_first_line_say_whether_fits_agree() {
     let folder = folder.path();
     let (status, text) = compared(folder, "compare o.json o.json");
     let first = text.lines().next().unwrap();
-    assert!(status == Some(0) && first.starts_with("agree: ") && first.contains(" of 36 parameters"), "{text}");
+    assert!(
+        status == Some(0) && first.starts_with("agree: ") && first.contains(" of 36 parameters"),
+        "{text}"
+    );
     assert!(text.contains(" joint_1 tx stiffness ") && !text.contains("yes"), "{text}");
 
     write(folder, "worn.json", |found| scale(&mut found["joints"][1]["stiffness"][4], 0.85));
@@ -48,10 +51,16 @@ fn the_exit_status_and_the_first_line_say_whether_fits_agree() {
     let changed = json["parameters"].as_array().unwrap();
     let changed: Vec<&Value> = changed.iter().filter(|own| own["has_changed"] == true).collect();
     let [own] = changed.as_slice() else { panic!("{json}") };
-    assert_eq!((&own["joint"], &own["dof"], &own["quantity"]), (&value!("joint_2"), &value!(4), &value!("stiffness")));
+    assert_eq!(
+        (&own["joint"], &own["dof"], &own["quantity"]),
+        (&value!("joint_2"), &value!(4), &value!("stiffness"))
+    );
     let [low, high] = [0, 1].map(|end| own["ratio"]["interval"][end].as_f64().unwrap());
     assert!(low > 1.0 && (low..high).contains(&(1.0 / 0.85)), "{own}");
-    assert!(json["chance"].as_f64().unwrap() < 0.025 && json["verdict"].as_str().unwrap().starts_with("differ: "));
+    assert!(
+        json["chance"].as_f64().unwrap() < 0.025
+            && json["verdict"].as_str().unwrap().starts_with("differ: ")
+    );
 
     // A reader that closes the pipe does not make them agree.
     assert_eq!(unheard(folder, FLEXID, "compare o.json worn.json").status.code(), Some(1));
@@ -88,10 +97,15 @@ fn what_cannot_be_compared_is_refused() {
         found["joints"][2]["name"] = value!("wrist");
     });
     let message = refused(folder, "compare o.json other.json");
-    assert!(message.contains("other.json: is of another robot: its joints are") && message.contains("wrist (revolute)"), "{message}");
+    assert!(
+        message.contains("other.json: is of another robot: its joints are")
+            && message.contains("wrist (revolute)"),
+        "{message}"
+    );
     write(folder, "fixed.json", |found| {
         for joint in found["joints"].as_array_mut().unwrap() {
-            joint["stiffness_verdict"] = value!(["fixed", "fixed", "fixed", "fixed", "fixed", "fixed"]);
+            joint["stiffness_verdict"] =
+                value!(["fixed", "fixed", "fixed", "fixed", "fixed", "fixed"]);
             joint["damping_verdict"] = joint["stiffness_verdict"].clone();
         }
     });

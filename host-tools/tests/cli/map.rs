@@ -11,7 +11,12 @@ fn the_words_the_files_and_json_hold_the_same_map() {
     let folder = found();
     let folder = folder.path();
     let text = stdout(folder, "map o.json --points 5 --out m.csv --out m.svg --positions x,z");
-    assert!(text.starts_with("compliance, softest direction, µm/N, over joint_2 and joint_3, 25 poses\n least "), "{text}");
+    assert!(
+        text.starts_with(
+            "compliance, softest direction, µm/N, over joint_2 and joint_3, 25 poses\n least "
+        ),
+        "{text}"
+    );
     assert!(text.contains("\n largest ") && text.contains("\n uncertain: "), "{text}");
     let svg = fs::read_to_string(folder.join("m.svg")).unwrap();
     assert!(svg.starts_with("<svg") && svg.contains("x of the tool in the base, m"));
@@ -20,14 +25,18 @@ fn the_words_the_files_and_json_hold_the_same_map() {
 
     let csv = fs::read_to_string(folder.join("m.csv")).unwrap();
     assert!(csv.starts_with("q1,q2,q3,x,y,z,compliance_m_per_n,low,high,uncertain\n"), "{csv}");
-    let json: Value = serde_json::from_str(&stdout(folder, "map o.json --points 5 --json")).unwrap();
+    let json: Value =
+        serde_json::from_str(&stdout(folder, "map o.json --points 5 --json")).unwrap();
     assert_eq!((json.as_array().unwrap().len(), csv.lines().count()), (25, 26));
-    let cells: Vec<f64> = csv.lines().nth(8).unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
+    let cells: Vec<f64> =
+        csv.lines().nth(8).unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
     let own = &json[7];
     assert!((own["value"]["value"].as_f64().unwrap() / cells[6] - 1.0).abs() < 1e-8);
     // The softest direction gives way as much as any axis, or more.
     let pose = format!("{},{},{}", cells[0], cells[1], cells[2]);
-    let at: Value = serde_json::from_str(&stdout(folder, &format!("predict o.json --pose {pose} --json"))).unwrap();
+    let at: Value =
+        serde_json::from_str(&stdout(folder, &format!("predict o.json --pose {pose} --json")))
+            .unwrap();
     for axis in 0..3 {
         assert!(at[0]["compliance"][axis][axis]["value"].as_f64().unwrap() <= cells[6] * 1.000_001);
     }
@@ -38,8 +47,12 @@ fn the_words_the_files_and_json_hold_the_same_map() {
     let frequencies: Value = serde_json::from_str(&stdout(folder, frequencies)).unwrap();
     for (map, column) in [(&deflected, 0), (&frequencies, 1)] {
         for cell in map.as_array().unwrap() {
-            let pose: Vec<String> = cell["pose"].as_array().unwrap().iter().map(ToString::to_string).collect();
-            let at = stdout(folder, &format!("predict o.json --pose {} --force 0,100,0 --json", pose.join(",")));
+            let pose: Vec<String> =
+                cell["pose"].as_array().unwrap().iter().map(ToString::to_string).collect();
+            let at = stdout(
+                folder,
+                &format!("predict o.json --pose {} --force 0,100,0 --json", pose.join(",")),
+            );
             let at: Value = serde_json::from_str(&at).unwrap();
             let expected = if column == 0 {
                 let moved = at[0]["deflection"]["translation"].as_array().unwrap().iter();
@@ -60,7 +73,10 @@ fn wrong_arguments_are_refused_with_their_mend() {
     refuses_bad_results(folder, "map FOUND");
     for (arguments, expected) in [
         ("map o.json --over joint_2", "--over"),
-        ("map o.json --over joint_2,elbow", "--over elbow: no driven joint has this name: there are joint_1, joint_2, joint_3"),
+        (
+            "map o.json --over joint_2,elbow",
+            "--over elbow: no driven joint has this name: there are joint_1, joint_2, joint_3",
+        ),
         ("map o.json --over joint_2,joint_2", "--over names joint_2 twice"),
         ("map o.json --pose 1,2", "--pose has 2 angles"),
         ("map o.json --points 1", "--points"),

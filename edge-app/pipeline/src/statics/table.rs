@@ -35,7 +35,11 @@ pub(super) fn needed(model: &Model) -> Vec<String> {
 /// Returns the names of all columns.
 fn known(model: &Model) -> Vec<String> {
     let others = LOAD_POINT.into_iter().chain(GAUGE_POINT).chain(DISPLACEMENT[1]);
-    needed(model).into_iter().chain(columns::degree_names(model)).chain(others.map(str::to_string)).collect()
+    needed(model)
+        .into_iter()
+        .chain(columns::degree_names(model))
+        .chain(others.map(str::to_string))
+        .collect()
 }
 
 /// Places of the columns in a line.
@@ -176,4 +180,3 @@ fn point(
     }
     Ok(point)
 }
-
