@@ -34,7 +34,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "FX,FY,FZ", value_parser = numbers, allow_hyphen_values = true, conflicts_with = "show")]
     force: Option<Numbers>,
     /// Names of the two driven joints over which it is shown [default: the second and the third]
-    #[arg(long, value_name = "JOINT,JOINT", value_delimiter = ',', num_args = 2)]
+    #[arg(long, value_name = "JOINT,JOINT", value_delimiter = ',')]
     over: Vec<String>,
     /// Angles of the other joints: a whole pose, base first, rad (m) [default: the pose of the first record]
     #[arg(long, value_name = "Q1,Q2,...", value_parser = numbers, allow_hyphen_values = true)]
@@ -43,7 +43,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", default_value_t = 21, value_parser = clap::value_parser!(u32).range(2..=200))]
     points: u32,
     /// Draw the places of the tool along two axes of the base, in place of the angles
-    #[arg(long, value_name = "AXIS,AXIS", value_delimiter = ',', num_args = 2)]
+    #[arg(long, value_name = "AXIS,AXIS", value_delimiter = ',')]
     positions: Vec<Axis>,
     /// Write all poses as OUT.csv, or a picture as OUT.svg; may be given more than once
     #[arg(long, value_name = "OUT.csv|OUT.svg")]
@@ -80,10 +80,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
         (None, Shown::Frequency) => Quantity::Frequency,
     };
     let over = over(args, &found)?;
+    let positions = match args.positions.as_slice() {
+        [] => None,
+        [first, second] => Some([*first as usize, *second as usize]),
+        axes => {
+            let count = axes.len();
+            return Err(BadArgument(format!("--positions has {count} axes: give two")).into());
+        }
+    };
     let outputs = outputs(&args.out)?;
     let map = Map::new(&found.robot, quantity, over, &pose);
-    let positions = <[Axis; 2]>::try_from(args.positions.as_slice());
-    let positions = positions.ok().map(|axes| axes.map(|axis| axis as usize));
     for (format, output) in outputs {
         output.finish(&match format {
             Format::Csv => map.csv()?,
@@ -115,11 +121,15 @@ fn over(args: &Args, found: &Found) -> Result<Over, BadArgument> {
             };
             [place(first)?, place(second)?]
         }
-        _ if driven.len() < 2 => {
+        [] if driven.len() < 2 => {
             return Err(BadArgument("this robot has one driven joint: a map is over two".into()));
         }
         // The first joint of an arm turns its stiffness with it.
-        _ => [driven.len().min(3) - 2, driven.len().min(3) - 1],
+        [] => [driven.len().min(3) - 2, driven.len().min(3) - 1],
+        names => {
+            let count = names.len();
+            return Err(BadArgument(format!("--over has {count} joints: give two")));
+        }
     };
     if joints[0] == joints[1] {
         return Err(BadArgument(format!("--over names {} twice: name two joints", args.over[0])));

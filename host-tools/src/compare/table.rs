@@ -25,8 +25,8 @@ pub(crate) fn text(compared: &Compared) -> String {
             name(own),
             format!("{before:.3e}"),
             format!("{after:.3e}"),
-            format!("{:+.1}", 100.0 * (own.ratio.value - 1.0)),
-            format!("{low:+.1} to {high:+.1}"),
+            format!("{:+.2}", 100.0 * (own.ratio.value - 1.0)),
+            format!("{low:+.2} to {high:+.2}"),
             format!("{:+.1}", own.deviations),
             if own.has_changed { "yes" } else { "" }.to_owned(),
         ]);

@@ -4,9 +4,9 @@ use anyhow::Result;
 use plotters::prelude::*;
 
 use super::{Diagram, Speed};
-use crate::picture::{self, BLUE, Chart, Drawn, INK};
+use crate::picture::{self, BLUE};
 
-/// Top of the picture, in limits of the worst speed. Chosen: pockets beyond are seldom used.
+/// Top of the picture, in limits of the worst of its speeds, at most. Chosen: pockets beyond are seldom used.
 const TOP: f64 = 6.0;
 
 /// The picture, up to a depth of `top_mm`.
@@ -14,11 +14,13 @@ const TOP: f64 = 6.0;
 /// # Errors
 /// None for numbers that are finite.
 pub(crate) fn svg(diagram: &Diagram, top_mm: Option<f64>) -> Result<String> {
-    let least = diagram.least_depth_m.map_or(1.0, |least| 1e3 * least.value);
-    let top = top_mm.unwrap_or(TOP * least);
+    let depths = diagram.speeds.iter().filter_map(|speed| Some(1e3 * speed.limit?.depth_m.value));
+    let [least, most] = [depths.clone().fold(f64::INFINITY, f64::min), depths.fold(0.0, f64::max)];
+    let own = if least.is_finite() { (TOP * least).min(1.1 * most) } else { 1.0 };
+    let top = top_mm.unwrap_or(own);
     let pose: Vec<String> = diagram.pose.iter().map(|angle| format!("{angle:.3}")).collect();
     let title = format!(
-        "Depth of cut at which chatter begins, with 95 % interval; pose [{}]",
+        "Depth of cut at which chatter begins, with 95 % interval (blue); stable (green); pose [{}]",
         pose.join(", ")
     );
     picture::svg(&title, |canvas| {
@@ -42,13 +44,6 @@ pub(crate) fn svg(diagram: &Diagram, top_mm: Option<f64>) -> Result<String> {
         chart.draw_series([Polygon::new(stable, RGBColor(0, 158, 115).mix(0.12))])?;
         chart.draw_series([Polygon::new(band, BLUE.mix(0.3))])?;
         chart.draw_series([PathElement::new(value, BLUE.stroke_width(2))])?;
-        label(&mut chart, first + 0.02 * (last - first), 0.06 * top, "stable")?;
-        label(&mut chart, first + 0.02 * (last - first), 0.95 * top, "chatter")
+        Ok(())
     })
-}
-
-fn label(chart: &mut Chart<'_, '_>, x: f64, y: f64, text: &'static str) -> Drawn {
-    let style = ("sans-serif", 16).into_font().color(&INK);
-    chart.draw_series([Text::new(text, (x, y), style)])?;
-    Ok(())
 }

@@ -38,8 +38,10 @@ pub(crate) fn doubt(fit: &Fit) -> Option<&'static str> {
 /// Three estimates along the axes, times `scale`, with their intervals.
 pub(crate) fn along_axes(estimates: &[Estimate; 3], scale: f64) -> String {
     let each = estimates.iter().zip(["x", "y", "z"]).map(|(own, axis)| {
-        let [low, high] = own.interval.map(|end| scale * end);
-        format!(" {axis} {:.2} ({low:.2} to {high:.2})", scale * own.value)
+        // What rounds to zero has no sign.
+        let scaled = |own: f64| if (scale * own).abs() < 0.005 { 0.0 } else { scale * own };
+        let [low, high] = own.interval.map(scaled);
+        format!(" {axis} {:.2} ({low:.2} to {high:.2})", scaled(own.value))
     });
     each.collect::<Vec<_>>().join(",")
 }

@@ -15,8 +15,12 @@ fn the_table_the_files_and_json_hold_the_same_limits() {
     let files = "--out l.csv --out l.svg --points 57";
     let slot = format!("lobes o.json {CUT} --milling up --immersion 1 {files}");
     let text = stdout(folder, &slot);
-    assert!(text.starts_with("stable at all speeds: depths below "), "{text}");
-    assert!(text.contains("deepest for sure: ") && text.contains(" depth, mm (95 %) "), "{text}");
+    assert!(text.starts_with("stable at these speeds: depths below "), "{text}");
+    assert!(
+        text.contains("\nstable at any speed: depths below ")
+            && text.contains(" depth, mm (95 %) "),
+        "{text}"
+    );
 
     let json: Value = serde_json::from_str(&stdout(folder, &format!("{slot} --json"))).unwrap();
     let speeds = json["speeds"].as_array().unwrap();

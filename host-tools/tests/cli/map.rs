@@ -72,7 +72,7 @@ fn wrong_arguments_are_refused_with_their_mend() {
     let folder = folder.path();
     refuses_bad_results(folder, "map FOUND");
     for (arguments, expected) in [
-        ("map o.json --over joint_2", "--over"),
+        ("map o.json --over joint_2", "--over has 1 joints: give two"),
         (
             "map o.json --over joint_2,elbow",
             "--over elbow: no driven joint has this name: there are joint_1, joint_2, joint_3",
@@ -84,6 +84,7 @@ fn wrong_arguments_are_refused_with_their_mend() {
         ("map o.json --force 1,0", "--force has 2 numbers: give three"),
         ("map o.json --force 1,0,0 --show frequency", "cannot be used with"),
         ("map o.json --positions x,q", "--positions"),
+        ("map o.json --positions x", "--positions has 1 axes: give two"),
         ("map o.json --out m.pdf", "m.pdf: is written as .csv or .svg"),
         ("map o.json --out gone/m.svg", "its folder is not there"),
     ] {
