@@ -64,7 +64,7 @@ fn one_mode_has_the_lobes_of_the_closed_form() {
         teeth: 3,
         tangential: 6e8,
         radial_ratio: 0.4,
-        engagement: Milling::Down.engagement(0.5),
+        engagement: Milling::Up.engagement(0.5),
     };
     let directional = cutter.directional();
     let response = |hz: f64| {
@@ -205,7 +205,7 @@ fn on_lobe(lobes: &Lobes, rpm: f64, lobe: u32) -> Option<Limit> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn standard_deviations_of_limits_are_those_of_finite_differences(
@@ -260,7 +260,7 @@ fn intervals_hold_the_limits_of_drawn_robots() {
     let speeds: Vec<f64> = (0..12).map(|index| 130.0 * 1.25_f64.powi(index)).collect();
     let mut random = Random::new(7);
     let (mut held, mut all) = (0, 0);
-    for _ in 0..60 {
+    for _ in 0..40 {
         let mut bushings = nominal();
         for bushing in &mut bushings {
             for value in bushing.stiffness.iter_mut().chain(&mut bushing.damping) {
@@ -279,6 +279,6 @@ fn intervals_hold_the_limits_of_drawn_robots() {
         }
     }
     let part = f64::from(held) / f64::from(all);
-    // Speeds of a robot depend on each other: sixty robots of 95 %, give or take three standard deviations.
-    assert!((0.866..=0.995).contains(&part), "{part}");
+    // Speeds of a robot depend on each other: forty robots of 95 %, give or take three standard deviations.
+    assert!((0.847..=0.997).contains(&part), "{part}");
 }
