@@ -4,11 +4,16 @@
 mod check;
 pub mod client;
 pub mod commands;
+mod compare;
+mod compensate;
 pub mod demo;
 mod exit;
 mod json;
+mod lobes;
+mod map;
 mod numbers;
 mod output;
+mod picture;
 pub mod plan;
 mod predict;
 mod progress;

@@ -1,4 +1,6 @@
-//! Numbers on the command line.
+//! Numbers on the command line, and estimates in words.
+
+use crate::exit::BadArgument;
 
 /// Numbers with commas between, all finite.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +18,30 @@ pub(crate) fn numbers(text: &str) -> Result<Numbers, String> {
     text.split(',').map(number).collect::<Result<_, _>>().map(Numbers)
 }
 
+impl Numbers {
+    /// So many numbers, of the argument `name`.
+    ///
+    /// # Errors
+    /// There are more or fewer.
+    pub(crate) fn exactly<const N: usize>(&self, name: &str) -> Result<[f64; N], BadArgument> {
+        let Self(all) = self;
+        all.as_slice().try_into().map_err(|_| {
+            let wanted = ["none", "one", "two", "three"].get(N).copied().unwrap_or("as many");
+            BadArgument(format!("{name} has {} numbers: give {wanted}", all.len()))
+        })
+    }
+}
+
+/// An estimate with its 95 % interval: `12.3 (11.9 to 12.8)`. The interval has two digits that count; a number without one has four.
+pub(crate) fn with_interval(value: f64, [low, high]: [f64; 2]) -> String {
+    let half = (high - low) / 2.0;
+    let (size, count) = if half > 0.0 && half.is_finite() { (half, 2) } else { (value.abs(), 4) };
+    let leading = if size > 0.0 && size.is_finite() { size.log10().floor() as i32 } else { 0 };
+    // Chosen: no more digits than a double has.
+    let digits = (count - 1 - leading).clamp(0, 15) as usize;
+    format!("{value:.digits$} ({low:.digits$} to {high:.digits$})")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -26,5 +52,18 @@ mod tests {
         for wrong in ["", "1,,2", "1;2", "nan", "1,inf"] {
             assert!(numbers(wrong).is_err(), "{wrong}");
         }
+        let three = numbers("1,2,3").unwrap();
+        assert_eq!(three.exactly::<3>("--force").unwrap(), [1.0, 2.0, 3.0]);
+        let error = three.exactly::<2>("--rpm").unwrap_err().to_string();
+        assert_eq!(error, "--rpm has 3 numbers: give two");
+    }
+
+    #[test]
+    fn intervals_have_two_digits_that_count() {
+        assert_eq!(with_interval(0.42134, [0.4087, 0.4343]), "0.421 (0.409 to 0.434)");
+        assert_eq!(with_interval(1234.6, [1100.0, 1400.0]), "1235 (1100 to 1400)");
+        assert_eq!(with_interval(-2.0, [-2.0, -2.0]), "-2.000 (-2.000 to -2.000)");
+        assert_eq!(with_interval(1.5, [0.0, f64::INFINITY]), "1.500 (0.000 to inf)");
+        assert_eq!(with_interval(0.0, [0.0, 0.0]), "0.000 (0.000 to 0.000)");
     }
 }

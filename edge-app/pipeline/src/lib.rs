@@ -7,10 +7,11 @@
 //! | [`model`]: the robot                     | [`intake`]: frames to records, and what is implausible in them    |
 //! | [`signals`]: what frames hold            | [`solver`]: records to an estimate, and what is kept of them      |
 //! | [`statics`]: static tests                | [`report`]: an estimate to a finding                              |
-//! |                                          | [`check`]: frames to what is right and wrong in them, without a fit |
+//! | [`path`]: the tool's path, with forces   | [`check`]: frames to what is right and wrong in them, without a fit |
 #![forbid(unsafe_code)]
 
 pub mod check;
+mod columns;
 pub mod config;
 pub mod input;
 pub mod intake;
@@ -18,6 +19,7 @@ pub mod model;
 pub mod names;
 mod offline;
 mod outcome;
+pub mod path;
 mod record;
 pub mod report;
 pub mod robot;

@@ -24,9 +24,9 @@ mod table;
 
 use std::path::Path;
 
-use csv::{Position, ReaderBuilder, Trim};
 use flexid_core::statics::{MAX_STATIC_TESTS, StaticTest};
 
+use crate::columns;
 use crate::input::{self, BadInput};
 use crate::model::Model;
 use table::Table;
@@ -53,45 +53,20 @@ pub fn load(file: &Path, model: &Model) -> Result<StaticTests, BadInput> {
 /// # Errors
 /// The errors are those of [`load`].
 pub fn parse(file: &Path, text: &str, model: &Model) -> Result<StaticTests, BadInput> {
-    // Files of spreadsheets begin with a byte order mark.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut reader = ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(Trim::All)
-        .flexible(true)
-        .has_headers(false)
-        .from_reader(text.as_bytes());
-    let mut table: Option<Table> = None;
     let mut all = StaticTests::default();
-    for record in reader.records() {
-        let record = record.map_err(|error| BadInput::new(file, error))?;
-        if record.iter().all(str::is_empty) {
-            continue;
+    let header = |header: &_| Table::new(header, model);
+    columns::read(file, text, header, |table, line, number| {
+        all.tests.push(table.test(line)?);
+        all.lines.push(number);
+        match all.tests.len() {
+            ..=MAX_STATIC_TESTS => Ok(()),
+            _ => Err(format!("is one test too many: at most {MAX_STATIC_TESTS} are used")),
         }
-        let line = record.position().map(|position| line(text, position));
-        let bad = |message| BadInput { line, ..BadInput::new(file, message) };
-        match &table {
-            None => table = Some(Table::new(&record, model).map_err(bad)?),
-            Some(table) => {
-                all.tests.push(table.test(&record).map_err(bad)?);
-                all.lines.push(line.unwrap_or_default());
-            }
-        }
-        if all.tests.len() > MAX_STATIC_TESTS {
-            return Err(bad(format!("is one test too many: at most {MAX_STATIC_TESTS} are used")));
-        }
-    }
+    })?;
     if all.tests.is_empty() {
         let needed = table::needed(model).join(",");
         let mend = format!("the first line is {needed}, each other a test");
         return Err(BadInput::new(file, format!("has no static test: {mend}")));
     }
     Ok(all)
-}
-
-/// Returns the line number of a record. The record's position is before the empty lines and comments that precede it.
-fn line(text: &str, position: &Position) -> usize {
-    let ahead = text.get(position.byte() as usize..).unwrap_or_default().lines();
-    let skipped = ahead.take_while(|line| line.is_empty() || line.starts_with('#')).count();
-    position.line() as usize + skipped
 }

@@ -26,6 +26,7 @@ const SHIFT: f64 = 0.1;
 #[derive(Clone, Debug)]
 pub struct Dynamics<'a> {
     robot: &'a Robot,
+    pose: Vec<f64>,
     mechanics: Mechanics,
     matrices: Matrices,
     /// By each imperfection; `None` for one without uncertainty.
@@ -78,12 +79,17 @@ impl<'a> Dynamics<'a> {
         };
         let per_imperfection = robot.imperfection_stds().enumerate().map(shifted);
         let per_imperfection = per_imperfection.collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { robot, mechanics, matrices, per_imperfection })
+        Ok(Self { robot, pose: pose.to_vec(), mechanics, matrices, per_imperfection })
     }
 
     /// The robot.
     pub fn robot(&self) -> &'a Robot {
         self.robot
+    }
+
+    /// Joint angles, one per driven joint, rad (m).
+    pub fn pose(&self) -> &[f64] {
+        &self.pose
     }
 
     /// Elongations of all bushings together.

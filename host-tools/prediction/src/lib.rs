@@ -10,15 +10,23 @@
 //! | `receptance` | displacement at the tool for a force there, along the band                    |
 //! | `modes`      | natural frequencies, damping ratios and shapes                                |
 //! | `statics`    | compliance and deflection                                                     |
+//! | `compensation` | joint offsets that take a deflection back                                   |
+//! | `milling`    | the force of a cutter per displacement of the tool                            |
+//! | `lobes`      | the depth of cut at which the tool chatters, by spindle speed                 |
+//! | `comparison` | whether two fits of a robot agree                                             |
 //!
 //! An interval follows from the covariance C of the fit and the gradient g of what is predicted, `σ² = gᵀ C g` (the delta method; Casella
 //! and Berger, _Statistical Inference_, 2002, section 5.5). Stiffnesses enter with the imperfections of the plant that were found with
 //! them: a mass that is 2 % too high makes all stiffnesses too high, and hardly moves what is predicted.
 
 mod assembly;
+pub mod comparison;
+pub mod compensation;
 pub mod document;
 mod dynamics;
 mod estimate;
+pub mod lobes;
+pub mod milling;
 pub mod modes;
 pub mod receptance;
 mod robot;

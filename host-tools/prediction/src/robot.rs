@@ -109,6 +109,11 @@ impl Robot {
         &self.found.model
     }
 
+    /// Its chain, without imperfections.
+    pub fn chain(&self) -> &Chain {
+        &self.chain
+    }
+
     /// What the file says of it.
     pub fn found(&self) -> &FoundRobot {
         &self.found

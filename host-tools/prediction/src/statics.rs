@@ -1,10 +1,10 @@
 //! Static compliance at the tool, and its deflection under a force.
 
-use nalgebra::{DMatrix, DVector, Vector6};
+use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 use serde::Serialize;
 
 use crate::dynamics::Dynamics;
-use crate::estimate::Estimate;
+use crate::estimate::{Estimate, PositiveEstimate};
 
 /// Displacement of the tool for loads there. Both are three translations, then three rotations, along the axes of the tool centre point.
 #[derive(Clone, Debug)]
@@ -38,17 +38,53 @@ impl Dynamics<'_> {
 
     /// Deflection under a wrench on the tool: force, N, then torque, Nm, along its axes.
     pub fn deflection(&self, compliance: &Compliance, wrench: [f64; 6]) -> Deflection {
+        let all = self.moved(compliance, wrench, &DMatrix::identity(6, 6));
+        let at = |first: usize| std::array::from_fn(|axis| all[first + axis]);
+        Deflection { translation: at(0), rotation: at(3) }
+    }
+
+    /// Displacement under a force along the softest direction, per force there, m/N: the largest eigenvalue of the compliance of
+    /// translations. Where two directions are equally soft, the interval is that of one of them.
+    pub fn softest(&self, compliance: &Compliance) -> PositiveEstimate {
+        let eigen = compliance.value.fixed_view::<3, 3>(0, 0).into_owned().symmetric_eigen();
+        let softest = eigen.eigenvalues.imax();
+        let (value, along) = (eigen.eigenvalues[softest], eigen.eigenvectors.column(softest));
+        // ∂λ = vᵀ ∂C v.
+        let per = compliance.gradient.iter();
+        let per = per.map(|own| along.dot(&(own.fixed_view::<3, 3>(0, 0) * along)) / value);
+        self.positive(value, per.collect())
+    }
+
+    /// Distance that the tool moves under a force on it along its axes, N, m.
+    pub fn moved_by(&self, compliance: &Compliance, force: [f64; 3]) -> PositiveEstimate {
+        let force = Vector3::from(force);
+        let of = |own: &DMatrix<f64>| own.fixed_view::<3, 3>(0, 0) * force;
+        let moved = of(&compliance.value);
+        let per = compliance.gradient.iter().map(|own| moved.dot(&of(own)) / moved.norm_squared());
+        self.positive(moved.norm(), per.collect())
+    }
+
+    /// A value whose logarithm has these derivatives.
+    fn positive(&self, value: f64, relative: Vec<f64>) -> PositiveEstimate {
+        PositiveEstimate::new(value, self.robot().std_of(&DVector::from_vec(relative)))
+    }
+
+    /// What moves with the deflection d under a wrench, as `matrix` d.
+    pub(crate) fn moved(
+        &self,
+        compliance: &Compliance,
+        wrench: [f64; 6],
+        matrix: &DMatrix<f64>,
+    ) -> Vec<Estimate> {
         let wrench = Vector6::from(wrench);
-        let value = &compliance.value * wrench;
-        let per: Vec<DVector<f64>> = compliance.gradient.iter().map(|own| own * wrench).collect();
+        let value = matrix * (&compliance.value * wrench);
+        let per: Vec<DVector<f64>> =
+            compliance.gradient.iter().map(|own| matrix * (own * wrench)).collect();
         let of = |row: usize| {
             let gradient = DVector::from_iterator(per.len(), per.iter().map(|own| own[row]));
             Estimate::new(value[row], self.robot().std_of(&gradient))
         };
-        Deflection {
-            translation: std::array::from_fn(of),
-            rotation: std::array::from_fn(|axis| of(3 + axis)),
-        }
+        (0..value.len()).map(of).collect()
     }
 
     /// The compliance with its standard deviations.

@@ -9,7 +9,7 @@ use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
 use flexid_wire::report::Acceptance;
 
-use crate::exit::BadArgument;
+use super::pose::given_or_first;
 use crate::numbers::{Numbers, numbers};
 use crate::output::Output;
 use crate::predict::{self, Prediction, Request};
@@ -54,18 +54,7 @@ fn wanted(name: &str) -> Result<Wanted, String> {
 pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
     let robot = found.robot.found();
-    let first = || robot.poses.first().map(Vec::as_slice);
-    let pose = args.pose.as_ref().map(|Numbers(pose)| pose.as_slice()).or_else(first);
-    let Some(pose) = pose else {
-        let message = "rests on static tests alone, and names no pose: give --pose";
-        return Err(BadInput::new(&args.found, message).into());
-    };
-    let driven = robot.model.driven().count();
-    if pose.len() != driven {
-        let message =
-            format!("--pose has {} angles: this robot has {driven} driven joints", pose.len());
-        return Err(BadArgument(message).into());
-    }
+    let pose = &given_or_first(&args.found, &found, args.pose.as_ref())?;
     let output = Output::create(&args.out)?;
     let format = match args.format {
         Wanted::Robot(format) => format,

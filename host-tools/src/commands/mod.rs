@@ -1,12 +1,17 @@
 //! The commands, one file for each.
 
 mod check;
+mod compare;
+mod compensate;
 mod completions;
 mod export;
 mod identify;
+mod lobes;
 mod man;
+mod map;
 mod model;
 mod plan;
+mod pose;
 mod predict;
 mod report;
 mod reproduce;
@@ -43,6 +48,14 @@ enum Command {
     Plan(plan::Args),
     /// Predicts modes, receptance, compliance and deflection of an identified robot in any pose
     Predict(predict::Args),
+    /// Says whether two fits of a robot agree within their intervals
+    Compare(compare::Args),
+    /// Predicts the depth of cut at which a robot that mills chatters, by spindle speed
+    Lobes(lobes::Args),
+    /// Takes the deflection along a path back by joint offsets
+    Compensate(compensate::Args),
+    /// Maps compliance, natural frequency or deflection over the workspace
+    Map(map::Args),
     /// Exports an identified robot for MuJoCo, Simscape, Drake, or as CSV
     Export(export::Args),
     /// Writes one page on a fit: verdict, receptance measured and modelled, residuals, modes, parameters
@@ -68,6 +81,10 @@ pub fn main() -> ExitCode {
         Command::Identify(args) => identify::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Predict(args) => predict::run(args),
+        Command::Compare(args) => compare::run(args),
+        Command::Lobes(args) => lobes::run(args),
+        Command::Compensate(args) => compensate::run(args),
+        Command::Map(args) => map::run(args),
         Command::Export(args) => export::run(args),
         Command::Report(args) => report::run(args),
         Command::Reproduce(args) => reproduce::run(args),

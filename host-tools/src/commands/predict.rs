@@ -7,6 +7,7 @@ use flexid_edge::console::print;
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
 
+use super::pose;
 use crate::exit::BadArgument;
 use crate::numbers::{Numbers, numbers};
 use crate::output::Output;
@@ -40,22 +41,12 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
-    let driven = found.robot.model().driven().count();
-    let force = match &args.force {
-        None => None,
-        Some(Numbers(force)) => Some(<[f64; 3]>::try_from(force.as_slice()).map_err(|_| {
-            BadArgument(format!("--force has {} numbers: give three", force.len()))
-        })?),
-    };
+    let force = args.force.as_ref().map(|force| force.exactly("--force")).transpose()?;
     if let Some(highest) = args.highest.filter(|highest| highest.is_nan() || *highest <= 0.0) {
         return Err(BadArgument(format!("--highest is {highest}: must be above 0 Hz")).into());
     }
     for Numbers(pose) in &args.pose {
-        if pose.len() != driven {
-            let message =
-                format!("--pose has {} angles: this robot has {driven} driven joints", pose.len());
-            return Err(BadArgument(message).into());
-        }
+        pose::check(&found, pose)?;
     }
     let output = match &args.receptance {
         None => None,

@@ -3,12 +3,13 @@
 use comfy_table::{CellAlignment, Table};
 use flexid_prediction::document::Found;
 use flexid_prediction::{Estimate, PositiveEstimate};
-use flexid_wire::report::Acceptance;
+use flexid_wire::report::{Acceptance, Fit};
 
 use super::Prediction;
 use crate::show::table::STYLE;
 
-const DOF: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+/// Names of the degrees of freedom of a joint.
+pub(crate) const DOF: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
 /// Springs named beside a mode, at most.
 const SPRINGS: usize = 3;
 /// Least part of a mode's strain energy of a spring that is named.
@@ -16,17 +17,33 @@ const LEAST: f64 = 0.1;
 
 /// All predictions as text.
 pub(crate) fn predictions(found: &Found, predictions: &[Prediction]) -> String {
-    let verdict = match found.fit.acceptance {
-        Acceptance::Consistent => "",
-        Acceptance::ModelSuspect => {
-            "MODEL SUSPECT: the fit leaves more than noise, and what is predicted may be off by more than the intervals say\n"
-        }
-        Acceptance::Unsettled => {
-            "NOT SETTLED: the fit may have missed the right minimum, and the intervals do not allow for that\n"
-        }
-    };
+    let doubt = doubt(&found.fit).map(|line| format!("{line}\n")).unwrap_or_default();
     let parts = predictions.iter().map(|own| one(found, own));
-    format!("{verdict}{}", parts.collect::<Vec<_>>().join("\n"))
+    format!("{doubt}{}", parts.collect::<Vec<_>>().join("\n"))
+}
+
+/// Why predictions from a fit may be off by more than their intervals say, if they may.
+pub(crate) fn doubt(fit: &Fit) -> Option<&'static str> {
+    match fit.acceptance {
+        Acceptance::Consistent => None,
+        Acceptance::ModelSuspect => Some(
+            "MODEL SUSPECT: the fit leaves more than noise, and what is predicted may be off by more than the intervals say",
+        ),
+        Acceptance::Unsettled => Some(
+            "NOT SETTLED: the fit may have missed the right minimum, and the intervals do not allow for that",
+        ),
+    }
+}
+
+/// Three estimates along the axes, times `scale`, with their intervals.
+pub(crate) fn along_axes(estimates: &[Estimate; 3], scale: f64) -> String {
+    let each = estimates.iter().zip(["x", "y", "z"]).map(|(own, axis)| {
+        // What rounds to zero has no sign.
+        let scaled = |own: f64| if (scale * own).abs() < 0.005 { 0.0 } else { scale * own };
+        let [low, high] = own.interval.map(scaled);
+        format!(" {axis} {:.2} ({low:.2} to {high:.2})", scaled(own.value))
+    });
+    each.collect::<Vec<_>>().join(",")
 }
 
 fn one(found: &Found, prediction: &Prediction) -> String {
@@ -68,15 +85,8 @@ fn one(found: &Found, prediction: &Prediction) -> String {
     let stiffness: Vec<String> = stiffness.collect();
     text += &format!(" stiffness at the tool, N/m:{}\n", stiffness.join(","));
     if let Some(deflection) = &prediction.deflection {
-        let of = |estimates: &[Estimate; 3], scale: f64| {
-            let each = estimates.iter().zip(["x", "y", "z"]).map(|(own, axis)| {
-                let [low, high] = own.interval.map(|end| scale * end);
-                format!(" {axis} {:.2} ({low:.2} to {high:.2})", scale * own.value)
-            });
-            each.collect::<Vec<_>>().join(",")
-        };
-        text += &format!(" deflection, µm:{}\n", of(&deflection.translation, 1e6));
-        text += &format!(" rotation, µrad:{}\n", of(&deflection.rotation, 1e6));
+        text += &format!(" deflection, µm:{}\n", along_axes(&deflection.translation, 1e6));
+        text += &format!(" rotation, µrad:{}\n", along_axes(&deflection.rotation, 1e6));
     }
     text
 }

@@ -5,8 +5,12 @@ mod bad_input;
 mod check;
 #[path = "../common/mod.rs"]
 mod common;
+mod compare;
+mod compensate;
 mod demo;
 mod identify;
+mod lobes;
+mod map;
 mod pedestal;
 mod pipes;
 mod plan;

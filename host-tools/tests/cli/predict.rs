@@ -5,13 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json as value};
 
-use crate::setup::{flexid, folder, identified, json, stderr};
-
-fn stdout(folder: &Path, arguments: &str) -> String {
-    let output = flexid(folder, arguments);
-    assert!(output.status.success(), "{arguments}: {}", stderr(&output));
-    String::from_utf8(output.stdout).unwrap()
-}
+use crate::setup::{folder, identified, json, refused, stdout};
 
 /// The result with the parameters replaced by the truth, whose covariance is that of the fit.
 fn with_truth(folder: &Path, found: &Value) {
@@ -124,19 +118,12 @@ fn a_wrong_result_is_refused_with_its_place_and_mend() {
             "joints and robot.model are of different robots",
         ),
     ];
-    let refusal = |arguments: &str| {
-        let output = flexid(folder, arguments);
-        let message = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{arguments}: {message}");
-        assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
-        message
-    };
     for (change, expected) in changes {
         let mut wrong = found.clone();
         change(&mut wrong);
         fs::write(folder.join("wrong.json"), wrong.to_string()).unwrap();
         for command in ["predict wrong.json", "export wrong.json --format mjcf --out x"] {
-            let message = refusal(command);
+            let message = refused(folder, command);
             assert!(message.contains("wrong.json: ") && message.contains(expected), "{message}");
         }
     }
@@ -155,7 +142,7 @@ fn a_wrong_result_is_refused_with_its_place_and_mend() {
         ("export o.json --format mjcf --pose 0 --out x", "--pose has 1 angles"),
         ("export o.json --format mjcf --out gone/x", "its folder is not there"),
     ] {
-        let message = refusal(arguments);
+        let message = refused(folder, arguments);
         assert!(message.contains(expected), "{arguments}: {message}");
     }
     assert!(!folder.join("x").exists());

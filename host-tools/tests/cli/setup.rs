@@ -3,8 +3,10 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
 
 use serde_json::Value;
+use tempfile::TempDir;
 
 pub(crate) use crate::common::{edit, folder};
 
@@ -58,4 +60,49 @@ pub(crate) fn identified(
     let output = flexid(folder, "identify --config edge.toml o.log --json o.json");
     assert!(output.status.success(), "{}", stderr(&output));
     (String::from_utf8(output.stdout).unwrap(), json(folder, "o.json"))
+}
+
+/// A folder with the result of the scenario as `o.json`, which is identified once.
+pub(crate) fn found() -> TempDir {
+    static FOUND: OnceLock<String> = OnceLock::new();
+    let folder = folder();
+    let text = FOUND.get_or_init(|| identified(folder.path(), "", || ()).1.to_string());
+    fs::write(folder.path().join("o.json"), text).unwrap();
+    folder
+}
+
+/// What a command prints that succeeds.
+pub(crate) fn stdout(folder: &Path, arguments: &str) -> String {
+    let output = flexid(folder, arguments);
+    assert!(output.status.success(), "{arguments}: {}", stderr(&output));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The line on stderr of a command that refuses its input.
+pub(crate) fn refused(folder: &Path, arguments: &str) -> String {
+    let output = flexid(folder, arguments);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{arguments}: {message}");
+    assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
+    message
+}
+
+/// Checks that a command refuses each result that is none: missing, empty, cut off, of another kind, too large. `FOUND` stands for its name in
+/// the arguments.
+pub(crate) fn refuses_bad_results(folder: &Path, arguments: &str) {
+    let whole = fs::read_to_string(folder.join("o.json")).unwrap();
+    fs::write(folder.join("empty.json"), "").unwrap();
+    fs::write(folder.join("cut.json"), &whole[..whole.len() / 2]).unwrap();
+    fs::File::create(folder.join("huge.json")).unwrap().set_len(17 << 20).unwrap();
+    for (file, expected) in [
+        ("gone.json", "cannot be read"),
+        ("empty.json", "EOF"),
+        ("cut.json", "give a file as `flexid identify --json` writes it"),
+        ("edge.toml", "give a file as `flexid identify --json` writes it"),
+        (".", "cannot be read"),
+        ("huge.json", "is larger than 16 MiB"),
+    ] {
+        let message = refused(folder, &arguments.replace("FOUND", file));
+        assert!(message.contains(&format!("{file}: ")) && message.contains(expected), "{message}");
+    }
 }

@@ -1,0 +1,184 @@
+//! Lines of a table that a spreadsheet exports: comma-separated, the first names the columns. Empty lines and lines that begin with `#` are
+//! left out.
+
+use std::path::Path;
+
+use csv::{Position, ReaderBuilder, StringRecord, Trim};
+
+use crate::input::BadInput;
+use crate::model::{Kind, Model, ModelJoint};
+
+/// Columns of a load on the tool, each with its unit.
+pub(crate) const LOAD: [(&str, &str); 6] =
+    [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "Nm"), ("my", "Nm"), ("mz", "Nm")];
+/// Largest load that is accepted, N or Nm. No robot bears more.
+pub(crate) const LARGEST_LOAD: f64 = 1e6;
+
+/// Reads the table of the `text` of `file`: `header` makes of the first line what `row` needs for each other, with its number from 1.
+///
+/// # Errors
+/// A line is no record, or one of both refuses it.
+pub(crate) fn read<T>(
+    file: &Path,
+    text: &str,
+    header: impl Fn(&StringRecord) -> Result<T, String>,
+    mut row: impl FnMut(&T, &StringRecord, usize) -> Result<(), String>,
+) -> Result<(), BadInput> {
+    // Files of spreadsheets begin with a byte order mark.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut reader = ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(Trim::All)
+        .flexible(true)
+        .has_headers(false)
+        .from_reader(text.as_bytes());
+    let mut table: Option<T> = None;
+    for record in reader.records() {
+        let record = record.map_err(|error| BadInput::new(file, error))?;
+        if record.iter().all(str::is_empty) {
+            continue;
+        }
+        let line = record.position().map(|position| line(text, position));
+        let bad = |message| BadInput { line, ..BadInput::new(file, message) };
+        match &table {
+            None => table = Some(header(&record).map_err(bad)?),
+            Some(table) => row(table, &record, line.unwrap_or_default()).map_err(bad)?,
+        }
+    }
+    Ok(())
+}
+
+/// Returns the line number of a record. The record's position is before the empty lines and comments that precede it.
+fn line(text: &str, position: &Position) -> usize {
+    let ahead = text.get(position.byte() as usize..).unwrap_or_default().lines();
+    let skipped = ahead.take_while(|line| line.is_empty() || line.starts_with('#')).count();
+    position.line() as usize + skipped
+}
+
+/// Refuses columns that are not `known`, and those that are there twice.
+pub(crate) fn check_names(header: &StringRecord, known: &[String]) -> Result<(), String> {
+    for (index, name) in header.iter().enumerate() {
+        if !known.iter().any(|known| known == name) {
+            if name.contains([';', '\t']) {
+                return Err(format!(
+                    "unknown column {name:?}: separate columns with commas, and write decimals with points"
+                ));
+            }
+            let known = known.join(",");
+            return Err(format!("unknown column {}: known are {known}", shown(name)));
+        }
+        if header.iter().skip(index + 1).any(|other| other == name) {
+            return Err(format!("column {name} is there twice: name each once"));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the place of a column in the line that names the columns.
+pub(crate) fn find(header: &StringRecord, name: &str) -> Option<usize> {
+    header.iter().position(|own| own == name)
+}
+
+/// Returns the names of the columns of the joint angles, in rad and m.
+pub(crate) fn angle_names(model: &Model) -> impl Iterator<Item = String> {
+    (1..=model.driven().count()).map(|joint| format!("q{joint}"))
+}
+
+/// Returns the names of the columns of the joint angles in degrees.
+pub(crate) fn degree_names(model: &Model) -> impl Iterator<Item = String> {
+    let degrees = model.driven().enumerate().filter(|(_, joint)| joint.kind == Kind::Revolute);
+    degrees.map(|(joint, _)| format!("q{}_deg", joint + 1))
+}
+
+/// Refuses a line of another number of cells than that of the columns.
+pub(crate) fn check_cells(line: &StringRecord, cells: usize) -> Result<(), String> {
+    match line.len() {
+        own if own == cells => Ok(()),
+        own => Err(format!("has {own} cells, the first line {cells}: write as many")),
+    }
+}
+
+/// Returns the load in a cell, in the column of this name and unit.
+pub(crate) fn load(cell: &str, name: &str, unit: &str) -> Result<f64, String> {
+    let value = number(cell, name, unit)?
+        .ok_or_else(|| format!("column {name} is empty: write 0 where there is no load"))?;
+    at_most(name, value, LARGEST_LOAD, unit)?;
+    Ok(value)
+}
+
+/// Column of a driven joint.
+pub(crate) struct Angle<'a> {
+    joint: &'a ModelJoint,
+    cell: usize,
+    name: String,
+    unit: &'static str,
+    /// The unit in rad, or m.
+    scale: f64,
+}
+
+impl<'a> Angle<'a> {
+    /// Finds the column of the driven joint of this number, from 1, by `find`, or refuses by `place`.
+    pub(crate) fn new(
+        joint: &'a ModelJoint,
+        number: usize,
+        find: impl Fn(&str) -> Option<usize>,
+        place: impl Fn(&str) -> Result<usize, String>,
+    ) -> Result<Self, String> {
+        let name = format!("q{number}");
+        let degrees = format!("{name}_deg");
+        if let Some(cell) = find(&degrees) {
+            if find(&name).is_some() {
+                return Err(format!("columns {name} and {degrees} are the same angle: name one"));
+            }
+            return Ok(Self { joint, cell, name: degrees, unit: "deg", scale: 1_f64.to_radians() });
+        }
+        let unit = if joint.kind == Kind::Revolute { "rad" } else { "m" };
+        Ok(Self { joint, cell: place(&name)?, name, unit, scale: 1.0 })
+    }
+
+    /// Returns the angle of a joint, which must lie within the joint's limits. An angle in degrees hardly ever does.
+    pub(crate) fn angle(&self, line: &StringRecord) -> Result<f64, String> {
+        let Self { joint, cell, name, unit, scale } = self;
+        let angle = number(&line[*cell], name, unit)?
+            .ok_or_else(|| format!("column {name} is empty: must be a number (in {unit})"))?;
+        let [lower, upper] = joint.limits.map(|limit| limit / scale);
+        if !(lower..=upper).contains(&angle) {
+            let [lower, upper] = match *unit {
+                "deg" => [format!("{lower:.1}"), format!("{upper:.1}")],
+                _ => [lower.to_string(), upper.to_string()],
+            };
+            return Err(format!(
+                "column {name} is {angle}: joint {:?} moves in [{lower}, {upper}] {unit}",
+                joint.name
+            ));
+        }
+        Ok(angle * scale)
+    }
+}
+
+/// Refuses what is larger than `most`, in either direction.
+pub(crate) fn at_most(column: &str, value: f64, most: f64, unit: &str) -> Result<(), String> {
+    if value.abs() <= most {
+        return Ok(());
+    }
+    Err(format!("column {column} is {value:e}: must be at most {most:e} (in {unit})"))
+}
+
+/// Returns the number in a cell, or `None` if the cell is empty.
+pub(crate) fn number(cell: &str, column: &str, unit: &str) -> Result<Option<f64>, String> {
+    if cell.is_empty() {
+        return Ok(None);
+    }
+    match cell.parse() {
+        Ok(number) if f64::is_finite(number) => Ok(Some(number)),
+        _ => Err(format!("column {column} is {}: must be a number (in {unit})", shown(cell))),
+    }
+}
+
+/// Returns a cell in quotes. Only the beginning of a very long cell is shown, since a quote may not be closed.
+fn shown(cell: &str) -> String {
+    match cell.char_indices().nth(40) {
+        Some((end, _)) => format!("{:?}... (is a quote not closed?)", &cell[..end]),
+        None => format!("{cell:?}"),
+    }
+}

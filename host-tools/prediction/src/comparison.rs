@@ -1,0 +1,296 @@
+//! Whether two fits of a robot agree.
+//!
+//! ```text
+//! dᵢ = ln θᵢ(after) − ln θᵢ(before)        C = C(before) + C(after) + diag (dᵢ²/2)²        D² = dᵀ C⁻¹ d ~ χ²(rank C)
+//! ```
+//!
+//! D is the Mahalanobis distance over the parameters that both fits determine (Casella and Berger, _Statistical Inference_, 2002, section
+//! 10.3). The records of the fits are independent. The imperfections of a robot, such as its masses, are common to both fits, and their
+//! part of d would cancel; here both covariances hold it. So the intervals are too wide rather than too narrow, and a change that is
+//! smaller than the accuracies of the robot is not seen.
+//!
+//! The last term is the remainder of the logarithms' linearisation: where two parameters trade off, a combination of them is known far
+//! better than either, and what a shift along the valley leaves of it grows with d² (Chosen: half of the square, as of a Taylor series).
+//!
+//! Each parameter is judged by itself, too, by Holm's method ("A simple sequentially rejective multiple test procedure", Scandinavian
+//! Journal of Statistics 6, 1979). Either test has half of the level, so that two fits of the same robot are called different in at
+//! most [`LEVEL`] of all cases (Bonferroni).
+
+use flexid_wire::report::{JointReport, Verdict};
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF as _};
+use statrs::function::erf::erfc;
+
+use crate::document::Found;
+use crate::estimate::PositiveEstimate;
+use crate::robot::OF_JOINT;
+
+/// Chance that two fits of the same robot are called different.
+pub const LEVEL: f64 = 0.05;
+/// Level of each of the two tests.
+const OF_TEST: f64 = LEVEL / 2.0;
+/// Smallest eigenvalue of a scaled covariance, in parts of the largest one, that is more than rounding. Chosen: the square root of what
+/// the inverse of an information matrix keeps, 1e-14, and a margin.
+const CONDITION: f64 = 1e-9;
+
+/// Parameters of a degree of freedom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// N/m or Nm/rad.
+    Stiffness,
+    /// Ns/m or Nms/rad.
+    Damping,
+}
+
+/// A parameter in both fits.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Change {
+    /// Name of its joint.
+    pub joint: String,
+    /// Degree of freedom, 0 to 5: `tx ty tz rx ry rz`.
+    pub dof: usize,
+    /// What it is.
+    pub quantity: Quantity,
+    /// Values before and after, in the unit of the quantity.
+    pub values: [f64; 2],
+    /// After over before.
+    pub ratio: PositiveEstimate,
+    /// Difference of the logarithms in standard deviations.
+    pub deviations: f64,
+    /// Chance of so large a difference of any of the parameters in two fits of the same robot (Holm).
+    pub chance: f64,
+    /// Whether the parameter has changed.
+    pub has_changed: bool,
+}
+
+/// Two fits of a robot, one beside the other.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Whether the fits agree within their intervals.
+    pub agree: bool,
+    /// Square of the Mahalanobis distance.
+    pub distance_squared: f64,
+    /// Its degrees of freedom: combinations of parameters that the fits determine.
+    pub freedoms: usize,
+    /// χ² that two fits of the same robot exceed with half of [`LEVEL`].
+    pub quantile: f64,
+    /// Chance of so large a distance in two fits of the same robot.
+    pub chance: f64,
+    /// Parameters that both fits determine, base first.
+    pub parameters: Vec<Change>,
+    /// Number of all parameters.
+    pub all: usize,
+}
+
+/// Why two fits cannot be compared.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum IncomparableError {
+    /// The robots have other joints.
+    #[error("is of another robot: its joints are {after}, those of the first {before}")]
+    Joints {
+        /// Names and kinds of the first robot's joints.
+        before: String,
+        /// Those of the second.
+        after: String,
+    },
+    /// No parameter is determined by both fits.
+    #[error("has no parameter in common with the first: none is identified or weak in both")]
+    Nothing,
+}
+
+/// A parameter and its place among the coordinates of the robot.
+struct Place {
+    joint: usize,
+    dof: usize,
+    quantity: Quantity,
+}
+
+impl Place {
+    fn coordinate(&self) -> usize {
+        let first = if self.quantity == Quantity::Damping { OF_JOINT / 2 } else { 0 };
+        OF_JOINT * self.joint + first + self.dof
+    }
+
+    /// Value, standard deviation of the logarithm, and verdict.
+    fn of(&self, joints: &[JointReport]) -> (f64, Option<f64>, Verdict) {
+        let (joint, dof) = (&joints[self.joint], self.dof);
+        let (value, std, verdict) = match self.quantity {
+            Quantity::Stiffness => {
+                (joint.stiffness[dof], joint.stiffness_std[dof], joint.stiffness_verdict[dof])
+            }
+            Quantity::Damping => {
+                (joint.damping[dof], joint.damping_std[dof], joint.damping_verdict[dof])
+            }
+        };
+        (value, std.map(|std| std / value), verdict)
+    }
+
+    /// Standard deviation of the logarithm where the fit determines it.
+    fn determined(&self, found: &Found) -> Option<f64> {
+        let (_, std, verdict) = self.of(&found.joints);
+        let is_determined = matches!(verdict, Verdict::Identified | Verdict::Weak);
+        std.filter(|std| is_determined && *std > 0.0 && std.is_finite())
+    }
+}
+
+/// Compares the fits of a robot `before` and `after`.
+///
+/// # Errors
+/// The robots have other joints, or no parameter is determined by both fits.
+pub fn compare(before: &Found, after: &Found) -> Result<Comparison, IncomparableError> {
+    let [of_before, of_after] = [before, after].map(joints);
+    if of_before != of_after {
+        return Err(IncomparableError::Joints { before: of_before, after: of_after });
+    }
+    let all = places(before.joints.len());
+    let (places, stds): (Vec<&Place>, Vec<[f64; 2]>) = all
+        .iter()
+        .filter_map(|own| Some((own, [own.determined(before)?, own.determined(after)?])))
+        .unzip();
+    if places.is_empty() {
+        return Err(IncomparableError::Nothing);
+    }
+    let values: Vec<[f64; 2]> =
+        places.iter().map(|own| [before, after].map(|found| own.of(&found.joints).0)).collect();
+    let difference =
+        DVector::from_iterator(values.len(), values.iter().map(|[from, to]| (to / from).ln()));
+    let [of_before, of_after] = [(before, 0), (after, 1)].map(|(found, fit)| {
+        let stds: Vec<f64> = stds.iter().map(|own| own[fit]).collect();
+        covariance(found, &places, &stds)
+    });
+    let mut covariance = of_before + of_after;
+    for (i, own) in difference.iter().enumerate() {
+        covariance[(i, i)] += (own * own / 2.0).powi(2);
+    }
+    let (distance_squared, freedoms) = mahalanobis(&difference, &covariance);
+    let (quantile, chance) = chi_squared(distance_squared, freedoms);
+    let deviations: Vec<f64> =
+        (0..values.len()).map(|i| difference[i] / covariance[(i, i)].sqrt()).collect();
+    let chances = holm(&deviations);
+    let parameters: Vec<Change> = (0..values.len())
+        .map(|i| Change {
+            joint: before.joints[places[i].joint].name.to_string(),
+            dof: places[i].dof,
+            quantity: places[i].quantity,
+            values: values[i],
+            ratio: PositiveEstimate::new(difference[i].exp(), covariance[(i, i)].sqrt()),
+            deviations: deviations[i],
+            chance: chances[i],
+            has_changed: chances[i] < OF_TEST,
+        })
+        .collect();
+    let agree = chance >= OF_TEST && !parameters.iter().any(|own| own.has_changed);
+    Ok(Comparison {
+        agree,
+        distance_squared,
+        freedoms,
+        quantile,
+        chance,
+        parameters,
+        all: all.len(),
+    })
+}
+
+/// Names and kinds of the joints, in words.
+fn joints(found: &Found) -> String {
+    let joints = found.robot.model().joints.iter();
+    let kinds = joints.map(|joint| format!("{} ({:?})", joint.name, joint.kind).to_lowercase());
+    kinds.collect::<Vec<_>>().join(", ")
+}
+
+fn places(joints: usize) -> Vec<Place> {
+    let of_joint = |joint| {
+        [Quantity::Stiffness, Quantity::Damping]
+            .into_iter()
+            .flat_map(move |quantity| (0..6).map(move |dof| Place { joint, dof, quantity }))
+    };
+    (0..joints).flat_map(of_joint).collect()
+}
+
+/// Covariance of the logarithms at these places. A variance that the report states larger, as by the scatter of its records, replaces
+/// that of the fit; correlations stay.
+fn covariance(found: &Found, places: &[&Place], stds: &[f64]) -> DMatrix<f64> {
+    let all = found.robot.covariance();
+    let at = |i: usize, j: usize| all[(places[i].coordinate(), places[j].coordinate())];
+    let widening: Vec<f64> = stds
+        .iter()
+        .enumerate()
+        .map(|(i, std)| if at(i, i) > 0.0 { (std / at(i, i).sqrt()).max(1.0) } else { 0.0 })
+        .collect();
+    DMatrix::from_fn(places.len(), places.len(), |i, j| match i == j {
+        true => (widening[i] * widening[i] * at(i, i)).max(stds[i] * stds[i]),
+        false => widening[i] * widening[j] * at(i, j),
+    })
+}
+
+/// `dᵀ C⁻¹ d` over the combinations that C determines, and their number.
+fn mahalanobis(difference: &DVector<f64>, covariance: &DMatrix<f64>) -> (f64, usize) {
+    let scale: Vec<f64> = covariance.diagonal().iter().map(|own| own.sqrt().recip()).collect();
+    let scaled =
+        DMatrix::from_fn(scale.len(), scale.len(), |i, j| covariance[(i, j)] * scale[i] * scale[j]);
+    let eigen = scaled.symmetric_eigen();
+    let difference = difference.component_mul(&DVector::from_vec(scale));
+    let least = CONDITION * eigen.eigenvalues.max();
+    let mut squares = Vec::new();
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > least {
+            squares.push(vector.dot(&difference).powi(2) / value);
+        }
+    }
+    (squares.iter().sum(), squares.len())
+}
+
+/// Quantile and chance of a χ² of so many degrees of freedom.
+fn chi_squared(value: f64, freedoms: usize) -> (f64, f64) {
+    let distribution = ChiSquared::new(freedoms as f64).expect("a degree of freedom or more");
+    (distribution.inverse_cdf(1.0 - OF_TEST), distribution.sf(value))
+}
+
+/// Chances of deviations as large as these, adjusted for their number by Holm's method.
+fn holm(deviations: &[f64]) -> Vec<f64> {
+    let own: Vec<f64> =
+        deviations.iter().map(|own| erfc(own.abs() / std::f64::consts::SQRT_2)).collect();
+    let mut order: Vec<usize> = (0..own.len()).collect();
+    order.sort_by(|a, b| own[*a].total_cmp(&own[*b]));
+    let mut adjusted = vec![0.0; own.len()];
+    let mut largest = 0.0_f64;
+    for (rank, place) in order.into_iter().enumerate() {
+        largest = largest.max(own[place] * (own.len() - rank) as f64).min(1.0);
+        adjusted[place] = largest;
+    }
+    adjusted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Holm's own example has chances 0.01, 0.02, 0.03 of three.
+    #[test]
+    fn chances_are_adjusted_from_the_smallest_on() {
+        let of = |chance: f64| {
+            let normal = statrs::distribution::Normal::standard();
+            normal.inverse_cdf(1.0 - chance / 2.0)
+        };
+        let adjusted = holm(&[of(0.03), -of(0.01), of(0.02), 0.0]);
+        for (found, expected) in adjusted.iter().zip([0.06, 0.04, 0.06, 1.0]) {
+            assert!((found - expected).abs() < 1e-9, "{adjusted:?}");
+        }
+    }
+
+    /// By hand: with correlation ρ, `D² = (a² − 2 ρ a b + b²) / (1 − ρ²)` in standard deviations a and b.
+    #[test]
+    fn the_distance_counts_correlations_and_leaves_out_what_is_singular() {
+        let covariance = DMatrix::from_row_slice(2, 2, &[4.0, 1.2, 1.2, 1.0]);
+        let (distance, freedoms) = mahalanobis(&DVector::from_vec(vec![2.0, -1.0]), &covariance);
+        assert!((distance - 3.2 / 0.64).abs() < 1e-12 && freedoms == 2, "{distance}");
+        let singular = DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 1.0]);
+        let (distance, freedoms) = mahalanobis(&DVector::from_vec(vec![1.0, 1.0]), &singular);
+        assert!((distance - 1.0).abs() < 1e-12 && freedoms == 1, "{distance}");
+        // A table of χ² has 9.35 and 0.0498 (Abramowitz and Stegun, table 26.7 and 26.8).
+        let (quantile, chance) = chi_squared(7.82, 3);
+        assert!((quantile - 9.348).abs() < 1e-3 && (chance - 0.0499).abs() < 1e-4, "{chance}");
+    }
+}

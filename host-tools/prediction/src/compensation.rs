@@ -1,0 +1,153 @@
+//! Joint offsets that take a deflection of the tool back.
+//!
+//! ```text
+//! δq = −A d        A = J_t⁺ + (J_r N)⁺ (R − J_r J_t⁺)        N = 1 − J_t⁺ J_t        left = d + J δq
+//! ```
+//!
+//! d is the deflection, three translations above three rotations, J the geometric Jacobian of the driven joints, split in the same way,
+//! and R selects the rotations. The translation comes first; what joints are left for then take the rotation back (task priority: Siciliano and
+//! Slotine, "A general framework for managing multiple tasks in highly redundant robotic systems", ICAR 1991). In a pseudoinverse a
+//! singular value σ below ε counts as `ε²/σ`, so that the offsets stay small near a singularity, and what they leave is told (as damped
+//! least squares do: Chiaverini, "Singularity-robust task-priority redundancy resolution", IEEE Transactions on Robotics and Automation
+//! 13, 1997).
+
+use flexid_core::chain::{Chain, JointKind};
+use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3, Vector6};
+use serde::Serialize;
+
+use crate::dynamics::Dynamics;
+use crate::estimate::Estimate;
+use crate::statics::{Compliance, Deflection};
+
+/// ε: m or rad that the tool moves for a joint's rad (m). Chosen: three degrees from a wrist whose axes are aligned.
+const SINGULAR: f64 = 0.05;
+
+/// What takes a deflection back.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Compensation {
+    /// Deflection of the tool along its axes.
+    pub deflection: Deflection,
+    /// The same along the axes of the base.
+    pub along_base: Deflection,
+    /// To be added to the commanded joint angles, base first, rad (m).
+    pub offsets: Vec<Estimate>,
+    /// Deflection that is left then, along the axes of the tool.
+    pub left: Deflection,
+    /// Whether the pose is so near a singularity that the offsets are held small.
+    pub is_singular: bool,
+}
+
+/// The way from a deflection to the joint offsets.
+struct Inverse {
+    /// A, joints by deflections.
+    matrix: DMatrix<f64>,
+    is_singular: bool,
+}
+
+impl Dynamics<'_> {
+    /// Joint offsets that take the deflection under a wrench on the tool back: force, N, then torque, Nm, along its axes.
+    pub fn compensation(&self, compliance: &Compliance, wrench: [f64; 6]) -> Compensation {
+        let chain = self.robot().chain();
+        let jacobian = jacobian(chain, self.pose());
+        let inverse = Inverse::new(&jacobian);
+        let own = DMatrix::identity(6, 6);
+        let base = both(tool(chain, self.pose()).rotation.to_rotation_matrix().matrix());
+        let left = &own - &jacobian * &inverse.matrix;
+        let of = |matrix: &DMatrix<f64>| {
+            let estimates = self.moved(compliance, wrench, matrix);
+            let at = |first: usize| std::array::from_fn(|axis| estimates[first + axis]);
+            Deflection { translation: at(0), rotation: at(3) }
+        };
+        Compensation {
+            deflection: of(&own),
+            along_base: of(&base),
+            offsets: self.moved(compliance, wrench, &-&inverse.matrix),
+            left: of(&left),
+            is_singular: inverse.is_singular,
+        }
+    }
+}
+
+impl Inverse {
+    fn new(jacobian: &DMatrix<f64>) -> Self {
+        let joints = jacobian.ncols();
+        let [of_translation, of_rotation] =
+            [0, 3].map(|first| jacobian.rows(first, 3).into_owned());
+        let (first, is_first_singular) = pseudoinverse(&of_translation, joints.min(3));
+        let rest = DMatrix::identity(joints, joints) - &first * &of_translation;
+        let (second, is_second_singular) =
+            pseudoinverse(&(&of_rotation * rest), joints.saturating_sub(3).min(3));
+        let mut matrix = DMatrix::zeros(joints, 6);
+        matrix.columns_mut(0, 3).copy_from(&(&first - &second * &of_rotation * &first));
+        matrix.columns_mut(3, 3).copy_from(&second);
+        Self { matrix, is_singular: is_first_singular || is_second_singular }
+    }
+}
+
+/// `V diag(σ / max(σ, ε)²) Uᵀ` over the `rank` largest singular values, and whether one of these is below ε.
+fn pseudoinverse(matrix: &DMatrix<f64>, rank: usize) -> (DMatrix<f64>, bool) {
+    let svd = matrix.clone().svd(true, true);
+    let (Some(u), Some(v)) = (svd.u, svd.v_t) else { unreachable!("both were asked for") };
+    let mut inverse = DMatrix::zeros(matrix.ncols(), matrix.nrows());
+    let mut is_singular = false;
+    for (place, value) in svd.singular_values.iter().enumerate().take(rank) {
+        is_singular |= *value < SINGULAR;
+        inverse += v.row(place).transpose()
+            * u.column(place).transpose()
+            * (value / value.max(SINGULAR).powi(2));
+    }
+    (inverse, is_singular)
+}
+
+/// Pose of the tool centre point in the base, without sag.
+pub fn tool(chain: &Chain, pose: &[f64]) -> Isometry3<f64> {
+    let joints = chain.joints().iter().zip(chain.angles(pose));
+    joints.fold(Isometry3::identity(), |tip, (joint, q)| tip * joint.frame(q)) * chain.tcp()
+}
+
+/// Geometric Jacobian of the driven joints, without sag: translation and rotation of the tool along its axes, m and rad per rad (m).
+fn jacobian(chain: &Chain, pose: &[f64]) -> DMatrix<f64> {
+    let tool = tool(chain, pose);
+    let to_tool = tool.rotation.inverse();
+    let mut columns = Vec::new();
+    let mut frame = Isometry3::identity();
+    for (joint, q) in chain.joints().iter().zip(chain.angles(pose)) {
+        frame *= joint.frame(q);
+        let axis = to_tool * (frame.rotation * joint.axis.into_inner());
+        let arm = to_tool * (tool.translation.vector - frame.translation.vector);
+        let [translation, rotation] = match joint.kind {
+            JointKind::Revolute => [axis.cross(&arm), axis],
+            JointKind::Prismatic => [axis, Vector3::zeros()],
+            JointKind::Fixed => continue,
+        };
+        columns.push(Vector6::from_iterator(translation.iter().chain(&rotation).copied()));
+    }
+    DMatrix::from_fn(6, columns.len(), |row, joint| columns[joint][row])
+}
+
+/// A rotation of translations and rotations.
+fn both(rotation: &Matrix3<f64>) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(6, 6);
+    for first in [0, 3] {
+        matrix.view_mut((first, first), (3, 3)).copy_from(rotation);
+    }
+    matrix
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_translation_comes_first_and_singular_directions_stay_small() {
+        // Two joints: one moves the tool along x and turns it, the other moves it by a hair along y.
+        let mut jacobian = DMatrix::zeros(6, 2);
+        (jacobian[(0, 0)], jacobian[(5, 0)], jacobian[(1, 1)]) = (2.0, 1.0, 1e-4);
+        let inverse = Inverse::new(&jacobian);
+        assert!(inverse.is_singular);
+        let matrix = inverse.matrix;
+        assert!((matrix[(0, 0)] - 0.5).abs() < 1e-12);
+        assert!((matrix[(1, 1)] - 1e-4 / SINGULAR.powi(2)).abs() < 1e-12);
+        assert!(matrix.columns(3, 3).amax() < 1e-12, "{matrix}");
+    }
+}

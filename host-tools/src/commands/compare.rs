@@ -1,0 +1,57 @@
+//! `flexid compare`: whether two fits of a robot agree.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use flexid_edge::console::{PrintError, print};
+use flexid_pipeline::input::BadInput;
+use flexid_prediction::comparison::compare;
+use flexid_prediction::document::Found;
+
+use crate::compare::{Compared, table};
+use crate::exit::Told;
+
+const AFTER_HELP: &str = "Sample:
+  $ flexid compare before.json after.json
+  differ: joint_2 rz stiffness fell by 12.1 % (9.2 to 14.9)
+
+   joint     DOF   quantity      before       after   change, %   95 %             deviations   changed
+  ──────────────────────────────────────────────────────────────────────────────────────────────────────
+   joint_2   rz    stiffness   3.702e7     3.254e7       -12.1   -14.9 to -9.2         -7.4    yes
+  ...
+
+Exit status: 0 when the fits agree within their intervals; 1 when they differ; 2 for bad input.";
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// The first result, as `identify --json` writes it
+    #[arg(value_name = "BEFORE.json")]
+    before: PathBuf,
+    /// The second result, of the same robot and from other records
+    #[arg(value_name = "AFTER.json")]
+    after: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let [before, after] = [Found::load(&args.before)?, Found::load(&args.after)?];
+    let comparison = compare(&before, &after).map_err(|error| BadInput::new(&args.after, error))?;
+    let agree = comparison.agree;
+    let compared = Compared::new(
+        [(args.before.as_path(), &before), (args.after.as_path(), &after)],
+        comparison,
+    );
+    let text = if args.json {
+        serde_json::to_string_pretty(&compared)? + "\n"
+    } else {
+        table::text(&compared)
+    };
+    match print(&text) {
+        // A reader that closes the pipe does not make them agree.
+        Ok(()) | Err(PrintError::Closed) if !agree => Err(Told.into()),
+        printed => Ok(printed?),
+    }
+}

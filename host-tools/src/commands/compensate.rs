@@ -1,0 +1,62 @@
+//! `flexid compensate`: joint offsets that take the deflection along a path back.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use flexid_edge::console::print;
+use flexid_pipeline::input::BadInput;
+use flexid_pipeline::path;
+use flexid_prediction::document::Found;
+use rayon::prelude::*;
+
+use crate::compensate::{Compensated, csv, text};
+use crate::output::Output;
+use crate::predict::table::doubt;
+
+const AFTER_HELP: &str = "Sample:
+  $ flexid compensate found.json path.csv -o offsets.csv
+  2 places
+   most deflected, line 2, µm: x 12.10 (11.90 to 12.30), y -3.00 (-3.10 to -2.90), z 80.20 (79.40 to 81.00)
+  ...
+
+path.csv has a place in each line, and names its columns in the first: q1,q2,... or q1_deg,... (joint angles), fx,fy,fz (N) and, if \
+wanted, mx,my,mz (Nm), on the tool along its axes.";
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// A result, as `identify --json` writes it
+    #[arg(value_name = "FOUND.json")]
+    found: PathBuf,
+    /// The path: joint angles and forces
+    #[arg(value_name = "PATH.csv")]
+    path: PathBuf,
+    /// File to write: deflections, offsets to be added to the commanded angles, and what they leave
+    #[arg(short, long, value_name = "OUT.csv")]
+    out: PathBuf,
+    /// Print all places as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let found = Found::load(&args.found)?;
+    let places = path::load(&args.path, found.robot.model())?;
+    let output = Output::create(&args.out)?;
+    let compensated = places
+        .into_par_iter()
+        .map(|place| {
+            let line = place.line;
+            Compensated::new(&found.robot, place)
+                .map_err(|fault| BadInput { line: Some(line), ..BadInput::new(&args.path, fault) })
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    output.finish(&csv(&compensated)?)?;
+    let text = if args.json {
+        serde_json::to_string_pretty(&compensated)? + "\n"
+    } else {
+        let doubt = doubt(&found.fit).map(|line| format!("{line}\n")).unwrap_or_default();
+        doubt + &text(&compensated)
+    };
+    Ok(print(&text)?)
+}

@@ -1,0 +1,134 @@
+//! Two fits of a robot, one beside the other, in words.
+
+pub(crate) mod table;
+
+use std::path::Path;
+
+use flexid_pipeline::model::Model;
+use flexid_prediction::comparison::{Change, Comparison, Quantity};
+use flexid_prediction::document::Found;
+use serde::Serialize;
+
+use crate::predict::table as prediction;
+
+/// Changes named in the verdict, at most.
+const NAMED: usize = 3;
+
+/// A comparison in words and numbers.
+#[derive(Debug, Serialize)]
+pub(crate) struct Compared {
+    /// The verdict, a line.
+    pub(crate) verdict: String,
+    /// What to know of the fits before the numbers are believed, a line each.
+    pub(crate) notes: Vec<String>,
+    /// The numbers.
+    #[serde(flatten)]
+    pub(crate) comparison: Comparison,
+}
+
+impl Compared {
+    /// Of the fits before and after, each with its file.
+    pub(crate) fn new(fits: [(&Path, &Found); 2], comparison: Comparison) -> Self {
+        let verdict = verdict(&comparison);
+        Self { verdict, notes: notes(fits), comparison }
+    }
+}
+
+/// Name of a parameter.
+pub(crate) fn name(change: &Change) -> String {
+    let quantity = match change.quantity {
+        Quantity::Stiffness => "stiffness",
+        Quantity::Damping => "damping",
+    };
+    format!("{} {} {quantity}", change.joint, prediction::DOF[change.dof])
+}
+
+fn verdict(comparison: &Comparison) -> String {
+    let Comparison { distance_squared, quantile, chance, parameters, all, .. } = comparison;
+    let below = if distance_squared <= quantile { "below" } else { "above" };
+    let whole = format!(
+        "squared distance {distance_squared:.1}, {below} {quantile:.1} (chance {})",
+        percent(*chance)
+    );
+    if comparison.agree {
+        return format!("agree: {} of {all} parameters compared, {whole}", parameters.len());
+    }
+    let mut changed: Vec<&Change> = parameters.iter().filter(|own| own.has_changed).collect();
+    changed.sort_by(|a, b| b.deviations.abs().total_cmp(&a.deviations.abs()));
+    if changed.is_empty() {
+        return format!("differ: all parameters together, and none by itself: {whole}");
+    }
+    let named: Vec<String> = changed.iter().take(NAMED).map(|own| in_words(own)).collect();
+    let more = match changed.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" (and {more} more)"),
+    };
+    format!("differ: {}{more}", named.join("; "))
+}
+
+/// A change in words.
+fn in_words(change: &Change) -> String {
+    let [low, high] = change.ratio.interval.map(|ratio| 100.0 * (ratio - 1.0));
+    let by = 100.0 * (change.ratio.value - 1.0);
+    let name = name(change);
+    if by < 0.0 {
+        format!("{name} fell by {:.1} % ({:.1} to {:.1})", -by, -high, -low)
+    } else {
+        format!("{name} rose by {by:.1} % ({low:.1} to {high:.1})")
+    }
+}
+
+/// A chance in per cent.
+pub(crate) fn percent(chance: f64) -> String {
+    let percent = 100.0 * chance;
+    if percent < 0.01 { "below 0.01 %".into() } else { format!("{percent:.2} %") }
+}
+
+fn notes(fits: [(&Path, &Found); 2]) -> Vec<String> {
+    let mut notes = Vec::new();
+    for (file, found) in fits {
+        if let Some(doubt) = prediction::doubt(&found.fit) {
+            notes.push(format!("{}: {doubt}", file.display()));
+        }
+    }
+    let [before, after] = fits.map(|(_, found)| found.robot.found());
+    let differing = differing(&before.model, &after.model);
+    if !differing.is_empty() {
+        notes.push(format!(
+            "the models differ in {}: what differs in a model shows in the parameters",
+            differing.join(", ")
+        ));
+    }
+    if before.band_hz != after.band_hz {
+        notes.push(format!(
+            "the bands differ, {:?} and {:?} Hz: with hysteresis the parameters are those in the middle of each",
+            before.band_hz, after.band_hz
+        ));
+    }
+    if before.gravity_m_per_s2 != after.gravity_m_per_s2 {
+        notes.push("the directions of gravity differ".into());
+    }
+    notes
+}
+
+/// Keys of the model file that differ. Limits are no part of what is fitted.
+fn differing(before: &Model, after: &Model) -> Vec<String> {
+    let mut keys = Vec::new();
+    for (own, other) in before.joints.iter().zip(&after.joints) {
+        let same = [
+            ("origin_xyz_m", own.origin_xyz_m == other.origin_xyz_m),
+            ("origin_rpy_rad", own.origin_rpy_rad == other.origin_rpy_rad),
+            ("axis", own.axis == other.axis),
+            ("mass_kg", own.mass_kg == other.mass_kg),
+            ("centre_of_mass_m", own.centre_of_mass_m == other.centre_of_mass_m),
+            ("inertia_kg_m2", own.inertia_kg_m2 == other.inertia_kg_m2),
+        ];
+        let own = same.iter().filter(|(_, same)| !same);
+        keys.extend(own.map(|(key, _)| format!("{} {key}", other.name)));
+    }
+    let (own, other) = (&before.tcp, &after.tcp);
+    if (own.xyz_m, own.rpy_rad) != (other.xyz_m, other.rpy_rad) {
+        keys.push("tcp".into());
+    }
+    keys
+}

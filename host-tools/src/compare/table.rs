@@ -1,0 +1,42 @@
+//! A comparison as a table for people.
+
+use comfy_table::{CellAlignment, Table};
+
+use super::{Compared, name};
+use crate::show::table::STYLE;
+
+/// The verdict in the first line, notes, and a line for each parameter.
+pub(crate) fn text(compared: &Compared) -> String {
+    let mut table = Table::new();
+    table.load_style(STYLE);
+    table.set_header([
+        "parameter",
+        "before",
+        "after",
+        "change, %",
+        "95 %",
+        "deviations",
+        "changed",
+    ]);
+    for own in &compared.comparison.parameters {
+        let [before, after] = own.values;
+        let [low, high] = own.ratio.interval.map(|ratio| 100.0 * (ratio - 1.0));
+        table.add_row([
+            name(own),
+            format!("{before:.3e}"),
+            format!("{after:.3e}"),
+            format!("{:+.2}", 100.0 * (own.ratio.value - 1.0)),
+            format!("{low:+.2} to {high:+.2}"),
+            format!("{:+.1}", own.deviations),
+            if own.has_changed { "yes" } else { "" }.to_owned(),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(1).take(5) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    let mut text = format!("{}\n", compared.verdict);
+    for note in &compared.notes {
+        text += &format!(" note: {note}\n");
+    }
+    format!("{text}\n{table}\n")
+}

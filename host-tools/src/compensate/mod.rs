@@ -1,0 +1,75 @@
+//! A path of the tool under its forces: deflection, and the joint offsets that take it back.
+
+mod table;
+
+use anyhow::Result;
+use flexid_pipeline::path::Place;
+use flexid_prediction::compensation::Compensation;
+use flexid_prediction::statics::Deflection;
+use flexid_prediction::{Estimate, Robot};
+use serde::Serialize;
+
+pub(crate) use table::text;
+
+/// A place of the path.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Compensated {
+    /// Line in the file of the path, from 1.
+    pub(crate) line: usize,
+    /// Joint angles, base first, rad (m).
+    pub(crate) pose: Vec<f64>,
+    /// Force, N, and torque, Nm, on the tool along its axes.
+    pub(crate) wrench: [f64; 6],
+    /// Deflection and offsets.
+    #[serde(flatten)]
+    pub(crate) compensation: Compensation,
+}
+
+impl Compensated {
+    /// # Errors
+    /// The robot does not stand in this pose: a line that says why.
+    pub(crate) fn new(robot: &Robot, place: Place) -> Result<Self, String> {
+        let Place { line, pose, wrench } = place;
+        let dynamics = robot.at(&pose).map_err(|error| error.to_string())?;
+        let compliance =
+            dynamics.compliance().ok_or("the robot does not stand there: it has no stiffness")?;
+        let compensation = dynamics.compensation(&compliance, wrench);
+        Ok(Self { line, pose, wrench, compensation })
+    }
+}
+
+/// A line for each place.
+///
+/// # Errors
+/// None for places of one robot.
+pub(crate) fn csv(path: &[Compensated]) -> Result<String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let joints = path.first().map_or(0, |own| own.pose.len());
+    let mut header: Vec<String> = (1..=joints).map(|joint| format!("q{joint}")).collect();
+    header.extend(["fx", "fy", "fz", "mx", "my", "mz"].map(str::to_owned));
+    let axes = ["x", "y", "z"];
+    let moves = ["", "_base", "_left"].into_iter().flat_map(|end| {
+        ["d", "r"].into_iter().flat_map(move |of| axes.map(|axis| format!("{of}{axis}{end}")))
+    });
+    let offsets = (1..=joints).map(|joint| format!("q{joint}_offset"));
+    for name in moves.chain(offsets) {
+        let ends = ["low", "high"].map(|end| format!("{name}_{end}"));
+        header.push(name);
+        header.extend(ends);
+    }
+    header.push("singular".into());
+    writer.write_record(&header)?;
+    for Compensated { pose, wrench, compensation, .. } in path {
+        let Compensation { deflection, along_base, offsets, left, is_singular } = compensation;
+        let mut line: Vec<String> = pose.iter().chain(wrench).map(f64::to_string).collect();
+        let moves = [deflection, along_base, left].into_iter();
+        let moves = moves
+            .flat_map(|Deflection { translation, rotation }| translation.iter().chain(rotation));
+        for Estimate { value, interval: [low, high], .. } in moves.chain(offsets) {
+            line.extend([value, low, high].map(|number| format!("{number:.9e}")));
+        }
+        line.push(u8::from(*is_singular).to_string());
+        writer.write_record(&line)?;
+    }
+    Ok(String::from_utf8(writer.into_inner()?)?)
+}

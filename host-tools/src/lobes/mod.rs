@@ -1,0 +1,87 @@
+//! The limit of the depth of cut over a range of spindle speeds.
+
+mod picture;
+mod table;
+
+use anyhow::Result;
+use flexid_prediction::PositiveEstimate;
+use flexid_prediction::lobes::{Limit, Lobes};
+use rayon::prelude::*;
+use serde::Serialize;
+
+pub(crate) use picture::svg;
+pub(crate) use table::text;
+
+/// What is stable.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Diagram {
+    /// Joint angles, base first, rad (m).
+    pub(crate) pose: Vec<f64>,
+    /// Lower and upper edge of the chatter frequencies, Hz.
+    pub(crate) band_hz: [f64; 2],
+    /// The limit of the worst speed, m. `None` where no depth chatters.
+    pub(crate) least_depth_m: Option<PositiveEstimate>,
+    /// Speeds, the lowest first.
+    pub(crate) speeds: Vec<Speed>,
+}
+
+/// A spindle speed.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Speed {
+    /// Turns a minute.
+    pub(crate) rpm: f64,
+    /// The limit there. `None` where no depth chatters.
+    pub(crate) limit: Option<Limit>,
+}
+
+impl Diagram {
+    /// At `points` speeds from `lower` to `upper`, turns a minute, equally far apart.
+    pub(crate) fn new(
+        pose: Vec<f64>,
+        band_hz: [f64; 2],
+        lobes: &Lobes,
+        [lower, upper]: [f64; 2],
+        points: usize,
+    ) -> Self {
+        let step = (upper - lower) / (points - 1) as f64;
+        let speed = |index| {
+            let rpm = lower + step * index as f64;
+            Speed { rpm, limit: lobes.limit(rpm) }
+        };
+        let speeds = (0..points).into_par_iter().map(speed).collect();
+        Self { pose, band_hz, least_depth_m: lobes.least(), speeds }
+    }
+
+    /// A line for each speed.
+    ///
+    /// # Errors
+    /// None.
+    pub(crate) fn csv(&self) -> Result<String> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record([
+            "rpm",
+            "depth_mm",
+            "low",
+            "high",
+            "chatter_hz",
+            "chatter_low",
+            "chatter_high",
+            "lobe",
+        ])?;
+        for Speed { rpm, limit } in &self.speeds {
+            let mut line = vec![rpm.to_string()];
+            match limit {
+                None => line.extend((0..7).map(|_| String::new())),
+                Some(Limit { depth_m, chatter_hz, lobe }) => {
+                    let [low, high] = depth_m.interval;
+                    line.extend([depth_m.value, low, high].map(|m| format!("{:.9e}", 1e3 * m)));
+                    let [low, high] = chatter_hz.interval;
+                    line.extend([chatter_hz.value, low, high].map(|hz| format!("{hz:.9e}")));
+                    line.push(lobe.to_string());
+                }
+            }
+            writer.write_record(&line)?;
+        }
+        Ok(String::from_utf8(writer.into_inner()?)?)
+    }
+}

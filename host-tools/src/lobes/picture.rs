@@ -1,0 +1,49 @@
+//! The lobes as a picture: the limit over the spindle speed, with its band of 95 %.
+
+use anyhow::Result;
+use plotters::prelude::*;
+
+use super::{Diagram, Speed};
+use crate::picture::{self, BLUE};
+
+/// Top of the picture, in limits of the worst of its speeds, at most. Chosen: pockets beyond are seldom used.
+const TOP: f64 = 6.0;
+
+/// The picture, up to a depth of `top_mm`.
+///
+/// # Errors
+/// None for numbers that are finite.
+pub(crate) fn svg(diagram: &Diagram, top_mm: Option<f64>) -> Result<String> {
+    let depths = diagram.speeds.iter().filter_map(|speed| Some(1e3 * speed.limit?.depth_m.value));
+    let [least, most] = [depths.clone().fold(f64::INFINITY, f64::min), depths.fold(0.0, f64::max)];
+    let own = if least.is_finite() { (TOP * least).min(1.1 * most) } else { 1.0 };
+    let top = top_mm.unwrap_or(own);
+    let pose: Vec<String> = diagram.pose.iter().map(|angle| format!("{angle:.3}")).collect();
+    let title = format!(
+        "Depth of cut at which chatter begins, with 95 % interval (blue); stable (green); pose [{}]",
+        pose.join(", ")
+    );
+    picture::svg(&title, |canvas| {
+        let [first, last] = [diagram.speeds.first(), diagram.speeds.last()]
+            .map(|speed| speed.map_or(0.0, |speed| speed.rpm));
+        let mut chart =
+            picture::axes(canvas, ("spindle speed, rpm", first..last), ("depth, mm", 0.0..top))?;
+        // Above the top, or where no depth chatters, the line follows the top.
+        let line = |depth: &dyn Fn(&Speed) -> Option<f64>| -> Vec<(f64, f64)> {
+            let of = |speed: &Speed| {
+                let depth = depth(speed).map_or(f64::INFINITY, |depth| 1e3 * depth);
+                (speed.rpm, if depth.is_nan() { top } else { depth.min(top) })
+            };
+            diagram.speeds.iter().map(of).collect()
+        };
+        let value = line(&|speed| Some(speed.limit?.depth_m.value));
+        let [low, high] =
+            [0, 1].map(|end| line(&move |speed| Some(speed.limit?.depth_m.interval[end])));
+        let band: Vec<(f64, f64)> = low.into_iter().chain(high.into_iter().rev()).collect();
+        let stable = value.iter().copied().chain([(last, 0.0), (first, 0.0)]).collect::<Vec<_>>();
+        chart.draw_series([Polygon::new(stable, RGBColor(0, 158, 115).mix(0.12))])?;
+        chart.draw_series([Polygon::new(band, BLUE.mix(0.3))])?;
+        chart.draw_series([PathElement::new(value, BLUE.stroke_width(2))])?;
+        Ok(())
+    })
+}

@@ -1,0 +1,60 @@
+//! The lobes as a table for people.
+
+use comfy_table::{CellAlignment, Table};
+use flexid_prediction::PositiveEstimate;
+use flexid_prediction::lobes::Limit;
+
+use super::{Diagram, Speed};
+use crate::numbers::with_interval;
+use crate::show::table::STYLE;
+
+/// Speeds in the table, at most.
+const ROWS: usize = 13;
+
+/// The depths that are stable at all of these speeds, at the best, and at any, and a line for some speeds.
+pub(crate) fn text(diagram: &Diagram) -> String {
+    let [lower, upper] = diagram.band_hz;
+    let Some(least) = diagram.least_depth_m else {
+        return format!("no depth chatters between {lower:.1} and {upper:.1} Hz\n");
+    };
+    let limits: Vec<(f64, PositiveEstimate)> =
+        diagram.speeds.iter().filter_map(|own| Some((own.rpm, own.limit?.depth_m))).collect();
+    let worst = limits.iter().min_by(|(_, a), (_, b)| a.value.total_cmp(&b.value));
+    let deepest = limits.iter().max_by(|(_, a), (_, b)| a.interval[0].total_cmp(&b.interval[0]));
+    let mut text = String::new();
+    for (word, found) in
+        [("stable at these speeds: depths below", worst), ("deepest for sure:", deepest)]
+    {
+        if let Some((rpm, depth)) = found {
+            text += &format!("{word} {} mm, at {rpm:.0} rpm\n", millimetres(depth));
+        }
+    }
+    text += &format!("stable at any speed: depths below {} mm\n", millimetres(&least));
+    let mut table = Table::new();
+    table.load_style(STYLE);
+    table.set_header(["rpm", "depth, mm (95 %)", "chatter, Hz (95 %)", "lobe"]);
+    let step = diagram.speeds.len().div_ceil(ROWS);
+    for Speed { rpm, limit } in diagram.speeds.iter().step_by(step) {
+        let cells = match limit {
+            None => ["any".to_owned(), String::new(), String::new()],
+            Some(Limit { depth_m, chatter_hz, lobe }) => [
+                millimetres(depth_m),
+                with_interval(chatter_hz.value, chatter_hz.interval),
+                lobe.to_string(),
+            ],
+        };
+        let [depth, chatter, lobe] = cells;
+        table.add_row([format!("{rpm:.0}"), depth, chatter, lobe]);
+    }
+    for column in table.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    format!(
+        "{text}\n{table}\n chatter between {lower:.1} and {upper:.1} Hz: modes of spindle and tool are above the band that was fitted, \
+         and not among these\n"
+    )
+}
+
+fn millimetres(depth: &PositiveEstimate) -> String {
+    with_interval(1e3 * depth.value, depth.interval.map(|end| 1e3 * end))
+}

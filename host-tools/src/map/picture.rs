@@ -1,0 +1,139 @@
+//! A map as a picture: a coloured cell for each pose, hatched where its interval is wide.
+
+use anyhow::Result;
+use flexid_prediction::Robot;
+use flexid_prediction::compensation::tool;
+use plotters::prelude::*;
+
+use super::{Cell, Map};
+use crate::picture::{self, Canvas, Chart, Drawn, INK, tick};
+
+/// Colours from the least to the largest value: viridis (Smith and van der Walt, 2015), which grows lighter evenly.
+const COLOURS: [[f64; 3]; 5] = [
+    [68.0, 1.0, 84.0],
+    [59.0, 82.0, 139.0],
+    [33.0, 145.0, 140.0],
+    [94.0, 201.0, 98.0],
+    [253.0, 231.0, 37.0],
+];
+/// Colour of a pose without a value.
+const NONE: RGBColor = RGBColor(220, 220, 220);
+/// Width of the scale with its labels, pixels.
+const SCALE: u32 = 130;
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// The picture. Its plane is that of the angles, or of `positions` of the tool: two axes of the base, 0 to 2.
+///
+/// # Errors
+/// None for numbers that are finite.
+pub(crate) fn svg(map: &Map, robot: &Robot, positions: Option<[usize; 2]>) -> Result<String> {
+    let (name, scale) = map.quantity.shown();
+    let values = || map.cells.iter().filter_map(|cell| Some(scale * cell.value?.value));
+    let [least, most] =
+        [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)];
+    let [least, most] = if least < most { [least, most] } else { [least - 0.5, least + 0.5] };
+    let [least, most] = if least.is_finite() { [least, most] } else { [0.0, 1.0] };
+    let outlines: Vec<[(f64, f64); 4]> =
+        (0..map.cells.len()).map(|index| outline(map, robot, positions, index)).collect();
+    let names = match positions {
+        None => [0, 1].map(|which| format!("{}, rad (m)", map.over.names[which])),
+        Some(axes) => axes.map(|axis| format!("{} of the tool in the base, m", AXES[axis])),
+    };
+    let title = format!("{name}; hatched: 95 % interval wide");
+    picture::svg(&title, |canvas| {
+        let width = canvas.dim_in_pixel().0.saturating_sub(SCALE);
+        let (body, side) = canvas.split_horizontally(width);
+        let range = |of: fn(&(f64, f64)) -> f64| {
+            let all = outlines.iter().flatten().map(of);
+            let [low, high] =
+                [all.clone().fold(f64::INFINITY, f64::min), all.fold(f64::NEG_INFINITY, f64::max)];
+            low..high.max(low + 1e-9)
+        };
+        let mut chart = picture::axes(
+            &body,
+            (names[0].as_str(), range(|own| own.0)),
+            (names[1].as_str(), range(|own| own.1)),
+        )?;
+        let colour = |cell: &Cell| match cell.value {
+            None => NONE,
+            Some(own) => colour((scale * own.value - least) / (most - least)),
+        };
+        chart.draw_series(
+            map.cells
+                .iter()
+                .zip(&outlines)
+                .map(|(cell, outline)| Polygon::new(outline.to_vec(), colour(cell).filled())),
+        )?;
+        hatch(&mut chart, map, &outlines)?;
+        legend(&side, [least, most])
+    })
+}
+
+/// Corners of a cell, one after the other around it.
+fn outline(
+    map: &Map,
+    robot: &Robot,
+    positions: Option<[usize; 2]>,
+    index: usize,
+) -> [(f64, f64); 4] {
+    let over = &map.over;
+    let half = [0, 1]
+        .map(|which| (over.ranges[which][1] - over.ranges[which][0]) / (2 * over.points) as f64);
+    let pose = &map.cells[index].pose;
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|corner| {
+        let angles = [0, 1].map(|which| pose[over.joints[which]] + corner[which] * half[which]);
+        match positions {
+            None => angles.into(),
+            Some(axes) => {
+                let place = tool(robot.chain(), &over.pose(pose, angles)).translation.vector;
+                (place[axes[0]], place[axes[1]])
+            }
+        }
+    })
+}
+
+/// Strokes across the cells whose interval is wide: between the middles of neighbouring sides, and along a diagonal.
+fn hatch(chart: &mut Chart<'_, '_>, map: &Map, outlines: &[[(f64, f64); 4]]) -> Drawn {
+    let between = |a: (f64, f64), b: (f64, f64)| ((a.0 + b.0) / 2.0, (a.1 + b.1) / 2.0);
+    let uncertain = map.cells.iter().zip(outlines).filter(|(cell, _)| cell.is_uncertain);
+    chart.draw_series(uncertain.flat_map(|(_, [a, b, c, d])| {
+        let strokes =
+            [[between(*a, *b), between(*b, *c)], [*a, *c], [between(*a, *d), between(*d, *c)]];
+        strokes.map(|stroke| PathElement::new(stroke.to_vec(), WHITE.mix(0.8)))
+    }))?;
+    Ok(())
+}
+
+/// The scale of the colours.
+fn legend(side: &Canvas<'_>, [least, most]: [f64; 2]) -> Drawn {
+    let (_, height) = side.dim_in_pixel();
+    let (top, bottom) = (8, height as i32 - 52);
+    let steps = 64;
+    let at = |part: f64| bottom - ((bottom - top) as f64 * part).round() as i32;
+    for step in 0..steps {
+        let [low, high] = [step, step + 1].map(|step| f64::from(step) / f64::from(steps));
+        let colour = colour((low + high) / 2.0);
+        side.draw(&Rectangle::new([(8, at(high)), (28, at(low))], colour.filled()))?;
+    }
+    let style = ("sans-serif", 16).into_font().color(&INK);
+    for step in 0..=4 {
+        let part = f64::from(step) / 4.0;
+        let value = least + (most - least) * part;
+        // Four digits that count.
+        let digits = (3 - value.abs().max(1e-12).log10().floor() as i32).clamp(0, 12) as usize;
+        let rounded: f64 = format!("{value:.digits$}").parse()?;
+        side.draw(&Text::new(tick(&rounded), (36, at(part) - 8), style.clone()))?;
+    }
+    Ok(())
+}
+
+/// Colour of a part from 0 to 1 of the range.
+fn colour(part: f64) -> RGBColor {
+    let place = part.clamp(0.0, 1.0) * (COLOURS.len() - 1) as f64;
+    let first = (place.floor() as usize).min(COLOURS.len() - 2);
+    let within = place - first as f64;
+    let [r, g, b] = [0, 1, 2].map(|own| {
+        (COLOURS[first][own] * (1.0 - within) + COLOURS[first + 1][own] * within).round() as u8
+    });
+    RGBColor(r, g, b)
+}

@@ -1,0 +1,115 @@
+//! `flexid compare`: the verdict, the exit status, and what cannot be compared.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json as value};
+
+use crate::setup::{FLEXID, flexid, found, json, refused, refuses_bad_results, stderr, unheard};
+
+/// Writes the result as `name`, changed.
+fn write(folder: &Path, name: &str, change: impl FnOnce(&mut Value)) {
+    let mut found = json(folder, "o.json");
+    change(&mut found);
+    fs::write(folder.join(name), found.to_string()).unwrap();
+}
+
+/// Exit status, and what is printed.
+fn compared(folder: &Path, arguments: &str) -> (Option<i32>, String) {
+    let output = flexid(folder, arguments);
+    assert_eq!(stderr(&output), "", "{arguments}");
+    (output.status.code(), String::from_utf8(output.stdout).unwrap())
+}
+
+fn scale(parameter: &mut Value, factor: f64) {
+    *parameter = value!(parameter.as_f64().unwrap() * factor);
+}
+
+#[test]
+fn the_exit_status_and_the_first_line_say_whether_fits_agree() {
+    let folder = found();
+    let folder = folder.path();
+    let (status, text) = compared(folder, "compare o.json o.json");
+    let first = text.lines().next().unwrap();
+    assert!(
+        status == Some(0) && first.starts_with("agree: ") && first.contains(" of 36 parameters"),
+        "{text}"
+    );
+    assert!(text.contains(" joint_1 tx stiffness ") && !text.contains("yes"), "{text}");
+
+    write(folder, "worn.json", |found| scale(&mut found["joints"][1]["stiffness"][4], 0.85));
+    let (status, text) = compared(folder, "compare o.json worn.json");
+    assert_eq!(status, Some(1), "{text}");
+    let first = text.lines().next().unwrap();
+    assert!(first.starts_with("differ: joint_2 ry stiffness fell by 15.0 % ("), "{text}");
+    assert_eq!(text.lines().filter(|line| line.ends_with(" yes")).count(), 1, "{text}");
+
+    // Back again.
+    let (status, text) = compared(folder, "compare worn.json o.json --json");
+    let json: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((status, &json["agree"]), (Some(1), &value!(false)));
+    let changed = json["parameters"].as_array().unwrap();
+    let changed: Vec<&Value> = changed.iter().filter(|own| own["has_changed"] == true).collect();
+    let [own] = changed.as_slice() else { panic!("{json}") };
+    assert_eq!(
+        (&own["joint"], &own["dof"], &own["quantity"]),
+        (&value!("joint_2"), &value!(4), &value!("stiffness"))
+    );
+    let [low, high] = [0, 1].map(|end| own["ratio"]["interval"][end].as_f64().unwrap());
+    assert!(low > 1.0 && (low..high).contains(&(1.0 / 0.85)), "{own}");
+    assert!(
+        json["chance"].as_f64().unwrap() < 0.025
+            && json["verdict"].as_str().unwrap().starts_with("differ: ")
+    );
+
+    // A reader that closes the pipe does not make them agree.
+    assert_eq!(unheard(folder, FLEXID, "compare o.json worn.json").status.code(), Some(1));
+    assert_eq!(unheard(folder, FLEXID, "compare o.json o.json").status.code(), Some(0));
+}
+
+#[test]
+fn notes_name_doubts_and_models_that_differ() {
+    let folder = found();
+    let folder = folder.path();
+    write(folder, "heavy.json", |found| {
+        scale(&mut found["robot"]["model"]["joint"][1]["mass_kg"], 1.1);
+        found["robot"]["band_hz"] = value!([2.0, 150.0]);
+        found["fit"]["acceptance"] = value!("model_suspect");
+    });
+    let (_, text) = compared(folder, "compare o.json heavy.json");
+    for part in [
+        "note: heavy.json: MODEL SUSPECT",
+        "note: the models differ in joint_2 mass_kg:",
+        "note: the bands differ, [2.0, 200.0] and [2.0, 150.0] Hz",
+    ] {
+        assert!(text.contains(part), "{part:?} is not in\n{text}");
+    }
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused() {
+    let folder = found();
+    let folder = folder.path();
+    refuses_bad_results(folder, "compare FOUND o.json");
+    refuses_bad_results(folder, "compare o.json FOUND");
+    write(folder, "other.json", |found| {
+        found["robot"]["model"]["joint"][2]["name"] = value!("wrist");
+        found["joints"][2]["name"] = value!("wrist");
+    });
+    let message = refused(folder, "compare o.json other.json");
+    assert!(
+        message.contains("other.json: is of another robot: its joints are")
+            && message.contains("wrist (revolute)"),
+        "{message}"
+    );
+    write(folder, "fixed.json", |found| {
+        for joint in found["joints"].as_array_mut().unwrap() {
+            joint["stiffness_verdict"] =
+                value!(["fixed", "fixed", "fixed", "fixed", "fixed", "fixed"]);
+            joint["damping_verdict"] = joint["stiffness_verdict"].clone();
+        }
+    });
+    let message = refused(folder, "compare o.json fixed.json");
+    assert!(message.contains("fixed.json: has no parameter in common"), "{message}");
+    assert!(refused(folder, "compare o.json").contains("<AFTER.json>"));
+}

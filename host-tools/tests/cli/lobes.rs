@@ -1,0 +1,103 @@
+//! `flexid lobes`: table, files, and arguments that are none.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::setup::{found, refused, refuses_bad_results, stdout};
+
+const CUT: &str = "--teeth 4 --kt 700 --feed 1,0,0 --rpm 200,3000";
+
+#[test]
+fn the_table_the_files_and_json_hold_the_same_limits() {
+    let folder = found();
+    let folder = folder.path();
+    let files = "--out l.csv --out l.svg --points 57";
+    let slot = format!("lobes o.json {CUT} --milling up --immersion 1 {files}");
+    let text = stdout(folder, &slot);
+    assert!(text.starts_with("stable at these speeds: depths below "), "{text}");
+    assert!(
+        text.contains("\nstable at any speed: depths below ")
+            && text.contains(" depth, mm (95 %) "),
+        "{text}"
+    );
+
+    let json: Value = serde_json::from_str(&stdout(folder, &format!("{slot} --json"))).unwrap();
+    let speeds = json["speeds"].as_array().unwrap();
+    assert_eq!(
+        (speeds.len(), speeds[0]["rpm"].as_f64(), speeds[56]["rpm"].as_f64()),
+        (57, Some(200.0), Some(3000.0))
+    );
+    let least = json["least_depth_m"]["value"].as_f64().unwrap();
+    let csv = fs::read_to_string(folder.join("l.csv")).unwrap();
+    assert!(csv.starts_with("rpm,depth_mm,low,high,chatter_hz,"), "{csv}");
+    for (line, speed) in csv.lines().skip(1).zip(speeds) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let depth = &speed["limit"]["depth_m"];
+        let value = depth["value"].as_f64().unwrap();
+        assert!((cells[1] / 1e3 / value - 1.0).abs() < 1e-8 && value > 0.999 * least, "{line}");
+        assert!(cells[2] < cells[1] && cells[1] < cells[3], "{line}");
+        assert!((2.0..=200.0).contains(&cells[4]), "{line}");
+    }
+    assert_eq!(csv.lines().count(), 58);
+    let svg = fs::read_to_string(folder.join("l.svg")).unwrap();
+    assert!(
+        svg.starts_with("<svg")
+            && svg.trim_end().ends_with("</svg>")
+            && svg.contains("spindle speed, rpm")
+    );
+
+    // A slot by its angles is the same.
+    let angles = stdout(folder, &format!("lobes o.json {CUT} --angles 0,180 --points 57"));
+    assert_eq!(angles, text);
+    // Half of the width is stable at larger depths.
+    let half = format!("lobes o.json {CUT} --milling down --immersion 0.25 --json");
+    let half: Value = serde_json::from_str(&stdout(folder, &half)).unwrap();
+    assert!(half["least_depth_m"]["value"].as_f64().unwrap() > 1.3 * least, "{half}");
+}
+
+#[test]
+fn wrong_arguments_are_refused_with_their_mend() {
+    let folder = found();
+    let folder = folder.path();
+    refuses_bad_results(folder, &format!("lobes FOUND {CUT} --angles 0,90"));
+    let cut = |change: &str| format!("lobes o.json --teeth 4 --kt 700 {change}");
+    for (arguments, expected) in [
+        (format!("lobes o.json {CUT}"), "--milling <WAY>"),
+        (format!("lobes o.json {CUT} --milling up"), "--immersion <RATIO>"),
+        (
+            format!("lobes o.json {CUT} --milling up --immersion 1.2"),
+            "--immersion is 1.2: must be above 0, and at most 1",
+        ),
+        (
+            format!("lobes o.json {CUT} --angles 90,20"),
+            "--angles are 90,20: give two between 0 and 180 deg",
+        ),
+        (
+            format!("lobes o.json {CUT} --angles 0,90 --highest 1"),
+            "--highest is 1: must be above 2 Hz",
+        ),
+        (format!("lobes o.json {CUT} --angles 0,90 --depth 0"), "--depth is 0: must be above 0"),
+        (format!("lobes o.json {CUT} --angles 0,90 --kr=-1"), "--kr is -1: must not be negative"),
+        (
+            format!("lobes o.json {CUT} --angles 0,90 --pose 0"),
+            "--pose has 1 angles: this robot has 3 driven joints",
+        ),
+        (format!("lobes o.json {CUT} --angles 0,90 --axis 1,0,0"), "--feed is along --axis"),
+        (
+            format!("lobes o.json {CUT} --angles 0,90 --out l.png"),
+            "l.png: is written as .csv or .svg",
+        ),
+        (format!("lobes o.json {CUT} --angles 0,90 --out gone/l.svg"), "its folder is not there"),
+        (cut("--angles 0,90 --feed 1,0 --rpm 1,2"), "--feed has 2 numbers: give three"),
+        (
+            cut("--angles 0,90 --feed 1,0,0 --rpm 900,600"),
+            "--rpm is 900,600: give two speeds above 0, the lower first",
+        ),
+        ("lobes o.json --teeth 4 --kt -3 --angles 0,90 --feed 1,0,0 --rpm 1,2".into(), "--kt"),
+    ] {
+        let message = refused(folder, &arguments);
+        assert!(message.contains(expected), "{arguments}: {message}");
+    }
+    assert!(!folder.join("l.png").exists());
+}
