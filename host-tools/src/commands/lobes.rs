@@ -63,7 +63,7 @@ pub(super) struct Args {
     /// Highest frequency of the chatter, Hz [default: the upper edge of the band that was fitted]
     #[arg(long, value_name = "HZ")]
     highest: Option<f64>,
-    /// Top of the picture, mm [default: that of the deepest cut, or six times the least]
+    /// Top of the picture, mm [default: that of the deepest cut]
     #[arg(long, value_name = "MM")]
     depth: Option<f64>,
     /// Write all speeds as OUT.csv, or a picture as OUT.svg; may be given more than once
