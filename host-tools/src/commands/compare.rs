@@ -13,11 +13,11 @@ use crate::exit::Told;
 
 const AFTER_HELP: &str = "Sample:
   $ flexid compare before.json after.json
-  differ: joint_2 rz stiffness fell by 12.1 % (9.2 to 14.9)
+  differ: joint_2 ry stiffness fell by 15.2 % (12.5 to 17.9)
 
-   joint     DOF   quantity      before       after   change, %   95 %             deviations   changed
-  ──────────────────────────────────────────────────────────────────────────────────────────────────────
-   joint_2   rz    stiffness   3.702e7     3.254e7       -12.1   -14.9 to -9.2         -7.4    yes
+   parameter               before     after   change, %               95 %   deviations   changed
+  ────────────────────────────────────────────────────────────────────────────────────────────────
+   joint_1 tx stiffness   6.011e7   6.002e7       -0.16     -5.26 to +5.22         -0.1
   ...
 
 Exit status: 0 when the fits agree within their intervals; 1 when they differ; 2 for bad input.";

@@ -15,8 +15,8 @@ use crate::predict::table::doubt;
 
 const AFTER_HELP: &str = "Sample:
   $ flexid compensate found.json path.csv -o offsets.csv
-  2 places
-   most deflected, line 2, µm: x 12.10 (11.90 to 12.30), y -3.00 (-3.10 to -2.90), z 80.20 (79.40 to 81.00)
+  3 places
+   most deflected, line 2, µm: x -4.60 (-5.67 to -3.54), y -277.66 (-281.34 to -273.98), z 260.44 (257.37 to 263.52)
   ...
 
 path.csv has a place in each line, and names its columns in the first: q1,q2,... or q1_deg,... (joint angles), fx,fy,fz (N) and, if \

@@ -17,8 +17,8 @@ use crate::picture::{Format, outputs};
 use crate::predict::table::doubt;
 
 const AFTER_HELP: &str = "Sample:
-  $ flexid lobes found.json --teeth 4 --kt 700 --kr 0.3 --milling down --immersion 0.5 --feed 1,0,0 --rpm 600,6000 --out lobes.svg
-  stable at all speeds: depths below 0.1234 (0.1201 to 0.1268) mm
+  $ flexid lobes found.json --teeth 2 --kt 700 --kr 0.3 --milling down --immersion 0.5 --feed 1,0,0 --rpm 60,1200 --out lobes.svg
+  stable at these speeds: depths below 0.03955 (0.03902 to 0.04009) mm, at 177 rpm
   ...";
 
 #[derive(Debug, clap::Args)]
@@ -63,7 +63,7 @@ pub(super) struct Args {
     /// Highest frequency of the chatter, Hz [default: the upper edge of the band that was fitted]
     #[arg(long, value_name = "HZ")]
     highest: Option<f64>,
-    /// Top of the picture, mm [default: that of the deepest cut, or six times the least]
+    /// Top of the picture, mm [default: that of the deepest cut]
     #[arg(long, value_name = "MM")]
     depth: Option<f64>,
     /// Write all speeds as OUT.csv, or a picture as OUT.svg; may be given more than once

@@ -18,7 +18,7 @@ use crate::predict::table::doubt;
 const AFTER_HELP: &str = "Sample:
   $ flexid map found.json --over joint_2,joint_3 --positions x,z --out map.svg
   compliance, softest direction, µm/N, over joint_2 and joint_3, 441 poses
-   least    0.512 (0.507 to 0.517) in pose [0.000, -1.171, 2.505], tool at 0.61, 0.00, 1.12 m
+   least    0.7371 (0.7287 to 0.7455) in pose [0.000, -1.593, 2.495], tool at 1.07, 0.00, 1.10 m
   ...";
 
 #[derive(Debug, clap::Args)]
@@ -141,5 +141,6 @@ fn over(args: &Args, found: &Found) -> Result<Over, BadArgument> {
         _ => [0.0, 1.0],
     });
     let names = joints.map(|joint| driven[joint].name.clone());
-    Ok(Over { joints, names, ranges, points: args.points as usize })
+    let units = joints.map(|joint| if driven[joint].kind == Kind::Revolute { "rad" } else { "m" });
+    Ok(Over { joints, names, units, ranges, points: args.points as usize })
 }

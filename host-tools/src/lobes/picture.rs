@@ -6,8 +6,8 @@ use plotters::prelude::*;
 use super::{Diagram, Speed};
 use crate::picture::{self, BLUE};
 
-/// Top of the picture, in limits of the worst of its speeds, at most. Chosen: pockets beyond are seldom used.
-const TOP: f64 = 6.0;
+/// Top of the picture, in limits of the worst of its speeds, at most. Chosen: there the worst is three pixels high.
+const TOP: f64 = 150.0;
 
 /// The picture, up to a depth of `top_mm`.
 ///

@@ -67,6 +67,8 @@ pub(crate) struct Over {
     pub(crate) joints: [usize; 2],
     /// Their names.
     pub(crate) names: [String; 2],
+    /// Units of their angles: rad, or m.
+    pub(crate) units: [&'static str; 2],
     /// Their least and largest angle, rad (m).
     pub(crate) ranges: [[f64; 2]; 2],
     /// Number of angles of each.

@@ -36,7 +36,7 @@ pub(crate) fn svg(map: &Map, robot: &Robot, positions: Option<[usize; 2]>) -> Re
     let outlines: Vec<[(f64, f64); 4]> =
         (0..map.cells.len()).map(|index| outline(map, robot, positions, index)).collect();
     let names = match positions {
-        None => [0, 1].map(|which| format!("{}, rad (m)", map.over.names[which])),
+        None => [0, 1].map(|which| format!("{}, {}", map.over.names[which], map.over.units[which])),
         Some(axes) => axes.map(|axis| format!("{} of the tool in the base, m", AXES[axis])),
     };
     let title = format!("{name}; hatched: 95 % interval wide");
@@ -58,12 +58,13 @@ pub(crate) fn svg(map: &Map, robot: &Robot, positions: Option<[usize; 2]>) -> Re
             None => NONE,
             Some(own) => colour((scale * own.value - least) / (most - least)),
         };
-        chart.draw_series(
-            map.cells
-                .iter()
-                .zip(&outlines)
-                .map(|(cell, outline)| Polygon::new(outline.to_vec(), colour(cell).filled())),
-        )?;
+        for (cell, outline) in map.cells.iter().zip(&outlines) {
+            let colour = colour(cell);
+            chart.draw_series([Polygon::new(outline.to_vec(), colour.filled())])?;
+            // Without it the ground shines through between two cells.
+            let closed: Vec<_> = outline.iter().chain(outline.first()).copied().collect();
+            chart.draw_series([PathElement::new(closed, colour)])?;
+        }
         hatch(&mut chart, map, &outlines)?;
         legend(&side, [least, most])
     })
