@@ -14,7 +14,7 @@ use crate::verdict::{Covariance, WEAK};
 /// explains nearly all; of those that are not (pedestal, friction, hose) what is named instead explains up to a fourth.
 const EXPLAINED: f64 = 0.3;
 /// Distance of the first joint's elastic centre from its origin, in stated standard deviations, beyond which what the robot stands on gives
-/// way. Chosen: a bearing is hardly ever that far off, and a pedestal moves the centre down by a part of its own height.
+/// way, if those of the other joints are within half of it. Chosen: one bearing alone is hardly ever that far off.
 const FAR_CENTRE: f64 = 5.0;
 
 /// An estimate that holds whatever the imperfections of the plant are, within their accuracies.
@@ -75,7 +75,7 @@ impl<R> Identifier<R> {
         });
         let are_plausible = !(are_implausible(size, count)
             || plant.is_restated_beyond_plausible()
-            || stand_for_something_else(&explanations, sought.imposes()));
+            || stand_for_something_else(&explanations, &plant.found(), sought.imposes()));
         minimum.spread(sought);
         // The trust in an estimate multiplies its deviations by the inflation.
         let inflation = libm::sqrt(minimum.inflation());
@@ -129,14 +129,23 @@ impl<R> Identifier<R> {
 ///
 /// - A parameter fixed at a wrong value (`imposes`) is explained by wrong masses, gains or records.
 /// - What the menu lacks, friction say, is explained by many imperfections together, and the contradicted ones explain little of the misfit.
-/// - A pedestal that gives way is explained by an elastic centre of the first joint that lies far below it.
-fn stand_for_something_else(explanations: &[Explanation], imposes: bool) -> bool {
+/// - A pedestal that gives way is explained by an elastic centre of the first joint, alone, that lies far below it.
+fn stand_for_something_else(
+    explanations: &[Explanation],
+    found: &[FoundImperfection],
+    imposes: bool,
+) -> bool {
     let contradicted = explanations.iter().filter(|own| own.is_contradicted());
     let share: f64 = contradicted.map(|own| own.share).sum();
+    let is_far = |own: &FoundImperfection, times: f64| own.value.abs() > times * own.prior;
+    let is_of_another =
+        |own: &FoundImperfection| matches!(own.imperfection, Imperfection::ElasticCentre(1.., _));
     let is_pedestal = |own: &Explanation| {
-        let FoundImperfection { imperfection, prior, value, .. } = own.largest;
-        let is_of_first = matches!(imperfection, Imperfection::ElasticCentre(0, _));
-        is_of_first && value.abs() > FAR_CENTRE * prior
+        let is_of_first = matches!(own.largest.imperfection, Imperfection::ElasticCentre(0, _));
+        let mut others = found.iter().filter(|own| is_of_another(own));
+        is_of_first
+            && is_far(&own.largest, FAR_CENTRE)
+            && !others.any(|other| is_far(other, FAR_CENTRE / 2.0))
     };
     let is_elsewhere = |own: &Explanation| imposes || share < EXPLAINED || is_pedestal(own);
     let mut strongly = explanations.iter().filter(|own| own.is_contradicted_very_strongly());
@@ -171,19 +180,23 @@ mod tests {
         let mass = |share| explanation(Imperfection::Mass(1), 0.1, share);
         let centre = |joint, value| explanation(Imperfection::ElasticCentre(joint, 2), value, 1.0);
         let weakly = Explanation { evidence: 9.0, ..mass(0.05) };
-        for (explanations, imposes, expected) in [
-            (&[][..], true, false),
-            (&[mass(0.9)], false, false),
-            (&[mass(0.9)], true, true),
-            (&[mass(0.2)], false, true),
-            (&[mass(0.2), mass(0.15)], false, false),
-            (&[weakly], false, false),
-            (&[centre(0, -0.09)], false, true),
-            (&[centre(0, 0.04)], false, false),
-            (&[centre(1, 0.09)], false, false),
+        // Of the second joint, beside the largest.
+        let (near, far) = (0.02, 0.03);
+        for (explanations, other, imposes, expected) in [
+            (&[][..], near, true, false),
+            (&[mass(0.9)], near, false, false),
+            (&[mass(0.9)], near, true, true),
+            (&[mass(0.2)], near, false, true),
+            (&[mass(0.2), mass(0.15)], near, false, false),
+            (&[weakly], near, false, false),
+            (&[centre(0, -0.09)], near, false, true),
+            (&[centre(0, -0.09)], far, false, false),
+            (&[centre(0, 0.04)], near, false, false),
+            (&[centre(1, 0.09)], near, false, false),
         ] {
-            let elsewhere = stand_for_something_else(explanations, imposes);
-            assert_eq!(elsewhere, expected, "{explanations:?} {imposes}");
+            let found = [centre(0, -0.09), centre(1, other)].map(|own| own.largest);
+            let elsewhere = stand_for_something_else(explanations, &found, imposes);
+            assert_eq!(elsewhere, expected, "{explanations:?} {other} {imposes}");
         }
     }
 }
