@@ -112,9 +112,7 @@ fn hexadecimal(bytes: &[u8]) -> String {
 
 /// A time, s since 1970, as a date.
 fn date(seconds: f64) -> Option<String> {
-    if !(seconds >= DATES_BEGIN) {
-        return None;
-    }
+    let seconds = Some(seconds).filter(|seconds| *seconds >= DATES_BEGIN)?;
     // The conversion saturates, and what is beyond all dates is none.
     let at = UtcDateTime::from_unix_timestamp(seconds as i64).ok()?;
     let (year, month, day) = at.to_calendar_date();
@@ -149,7 +147,8 @@ mod tests {
     /// The vectors of FIPS 180-4, appendix B.
     #[test]
     fn a_hash_is_that_of_the_bytes() {
-        let file = std::env::temp_dir().join(format!("flexid-report-{}", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("abc");
         fs::write(&file, "abc").unwrap();
         let own = OriginFile::of(&file);
         fs::remove_file(&file).unwrap();
