@@ -60,7 +60,7 @@ mod tests {
 
     #[test]
     fn intervals_have_two_digits_that_count() {
-        assert_eq!(with_interval(0.42134, [0.4087, 0.4343]), "0.421 (0.409 to 0.434)");
+        assert_eq!(with_interval(0.42134, [0.4087, 0.4339]), "0.421 (0.409 to 0.434)");
         assert_eq!(with_interval(1234.6, [1100.0, 1400.0]), "1235 (1100 to 1400)");
         assert_eq!(with_interval(-2.0, [-2.0, -2.0]), "-2.000 (-2.000 to -2.000)");
         assert_eq!(with_interval(1.5, [0.0, f64::INFINITY]), "1.500 (0.000 to inf)");

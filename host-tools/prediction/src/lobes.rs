@@ -132,8 +132,9 @@ impl Sample {
         (0..2).all(|own| {
             let value = mid.stiffness[own];
             let error = value - (self.stiffness[own] + end.stiffness[own]) / 2.0;
-            // Not so where a direction does not respond.
-            !(error.norm() > SMOOTH * value.norm())
+            // False where a direction does not respond: there is nothing to resolve.
+            let is_rough = error.norm() > SMOOTH * value.norm();
+            !is_rough
         })
     }
 }
