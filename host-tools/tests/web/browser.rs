@@ -1,11 +1,13 @@
 //! A headless Chromium, driven by the DevTools protocol over pipes: JSON messages, each ended by a zero byte.
 
 use std::io::{BufRead as _, BufReader, Write as _};
+use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -86,6 +88,16 @@ impl Browser {
             assert!(begun.elapsed() < PATIENCE, "the page does not say {text:?}:\n{page}");
             thread::sleep(Duration::from_millis(50));
         }
+    }
+
+    /// Writes what is seen as PNG, in a window of this size.
+    pub(crate) fn picture(&mut self, file: &Path, [width, height]: [u32; 2]) {
+        let metrics =
+            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        self.call("Emulation.setDeviceMetricsOverride", metrics);
+        let picture = self.call("Page.captureScreenshot", json!({ "format": "png" }));
+        let bytes = BASE64_STANDARD.decode(picture["data"].as_str().unwrap()).unwrap();
+        std::fs::write(file, bytes).unwrap();
     }
 
     /// The result of a method of the protocol.

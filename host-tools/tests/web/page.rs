@@ -1,6 +1,7 @@
 //! What a person sees in a browser.
 
 use std::net::TcpListener;
+use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -37,6 +38,8 @@ fn the_page_loads_updates_and_survives_the_end_of_daemon_and_server() {
     assert_eq!(browser.evaluate(DOTS), 36);
     let title = browser.evaluate("document.title").to_string();
     assert!(title.contains(" - flexid"), "{title}");
+    // To be looked at; the manual shows it.
+    browser.picture(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("web.png"), [1024, 768]);
     let wide = "document.documentElement.scrollWidth - document.documentElement.clientWidth";
     for width in [360, 768, 1024, 1920] {
         let metrics =
