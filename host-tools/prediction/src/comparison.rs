@@ -1,7 +1,8 @@
 //! Whether two fits of a robot agree.
 //!
 //! ```text
-//! dᵢ = ln θᵢ(after) − ln θᵢ(before)        C = C(before) + C(after) + diag (dᵢ²/2)²        D² = dᵀ C⁻¹ d ~ χ²(rank C)
+//! dᵢ = ln θᵢ(after) − ln θᵢ(before)        C = C(before) + C(after)        D² = dᵀ (C + diag (rᵢ²/2)²)⁻¹ d ~ χ²(rank C)
+//!                                          rᵢ = min(|dᵢ|, 3 √Cᵢᵢ)
 //! ```
 //!
 //! D is the Mahalanobis distance over the parameters that both fits determine (Casella and Berger, _Statistical Inference_, 2002, section
@@ -9,8 +10,9 @@
 //! part of d would cancel; here both covariances hold it. So the intervals are too wide rather than too narrow, and a change that is
 //! smaller than the accuracies of the robot is not seen.
 //!
-//! The last term is the remainder of the logarithms' linearisation: where two parameters trade off, a combination of them is known far
-//! better than either, and what a shift along the valley leaves of it grows with d² (Chosen: half of the square, as of a Taylor series).
+//! The term with r is the remainder of the logarithms' linearisation: where two parameters trade off, a combination of them is known far
+//! better than either, and what a shift along the valley leaves of it grows with its square (Chosen: half of it, as of a Taylor series, up
+//! to where chance alone carries a parameter). It is of the distance alone, not of the intervals.
 //!
 //! Each parameter is judged by itself, too, by Holm's method ("A simple sequentially rejective multiple test procedure", Scandinavian
 //! Journal of Statistics 6, 1979). Either test has half of the level, so that two fits of the same robot are called different in at
@@ -30,9 +32,13 @@ use crate::robot::OF_JOINT;
 pub const LEVEL: f64 = 0.05;
 /// Level of each of the two tests.
 const OF_TEST: f64 = LEVEL / 2.0;
-/// Smallest eigenvalue of a scaled covariance, in parts of the largest one, that is more than rounding. Chosen: the square root of what
-/// the inverse of an information matrix keeps, 1e-14, and a margin.
+/// Smallest eigenvalue of a scaled covariance, in parts of the largest one, that is more than rounding. Chosen: between what the inverse of
+/// an information matrix keeps, 1e-14, and its square root.
 const CONDITION: f64 = 1e-9;
+/// Standard deviations of a logarithm that a fit can have. Chosen: what is beyond is no number of a fit, and its square may be none.
+const STDS: std::ops::Range<f64> = 1e-12..1e3;
+/// Distance up to which chance carries a parameter, in standard deviations. Chosen.
+const BY_CHANCE: f64 = 3.0;
 
 /// Parameters of a degree of freedom.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -131,7 +137,7 @@ impl Place {
     fn determined(&self, found: &Found) -> Option<f64> {
         let (_, std, verdict) = self.of(&found.joints);
         let is_determined = matches!(verdict, Verdict::Identified | Verdict::Weak);
-        std.filter(|std| is_determined && *std > 0.0 && std.is_finite())
+        std.filter(|std| is_determined && STDS.contains(std))
     }
 }
 
@@ -155,16 +161,21 @@ pub fn compare(before: &Found, after: &Found) -> Result<Comparison, Incomparable
     let values: Vec<[f64; 2]> =
         places.iter().map(|own| [before, after].map(|found| own.of(&found.joints).0)).collect();
     let difference =
-        DVector::from_iterator(values.len(), values.iter().map(|[from, to]| (to / from).ln()));
+        DVector::from_iterator(values.len(), values.iter().map(|[from, to]| to.ln() - from.ln()));
     let [of_before, of_after] = [(before, 0), (after, 1)].map(|(found, fit)| {
         let stds: Vec<f64> = stds.iter().map(|own| own[fit]).collect();
         covariance(found, &places, &stds)
     });
-    let mut covariance = of_before + of_after;
+    let covariance = of_before + of_after;
+    let mut curved = covariance.clone();
     for (i, own) in difference.iter().enumerate() {
-        covariance[(i, i)] += (own * own / 2.0).powi(2);
+        let reach = own.abs().min(BY_CHANCE * covariance[(i, i)].sqrt());
+        curved[(i, i)] += (reach * reach / 2.0).powi(2);
     }
-    let (distance_squared, freedoms) = mahalanobis(&difference, &covariance);
+    let (distance_squared, freedoms) = mahalanobis(&difference, &curved);
+    if freedoms == 0 {
+        return Err(IncomparableError::Nothing);
+    }
     let (quantile, chance) = chi_squared(distance_squared, freedoms);
     let deviations: Vec<f64> =
         (0..values.len()).map(|i| difference[i] / covariance[(i, i)].sqrt()).collect();
@@ -196,7 +207,10 @@ pub fn compare(before: &Found, after: &Found) -> Result<Comparison, Incomparable
 /// Names and kinds of the joints, in words.
 fn joints(found: &Found) -> String {
     let joints = found.robot.model().joints.iter();
-    let kinds = joints.map(|joint| format!("{} ({:?})", joint.name, joint.kind).to_lowercase());
+    let kinds = joints.map(|joint| {
+        let kind = format!("{:?}", joint.kind).to_lowercase();
+        format!("{} ({kind})", joint.name)
+    });
     kinds.collect::<Vec<_>>().join(", ")
 }
 
@@ -267,7 +281,7 @@ fn holm(deviations: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Holm's own example has chances 0.01, 0.02, 0.03 of three.
+    /// Chances of 0.01, 0.02, 0.03 and 1: times 4, 3 and 2, and never smaller than the one before.
     #[test]
     fn chances_are_adjusted_from_the_smallest_on() {
         let of = |chance: f64| {

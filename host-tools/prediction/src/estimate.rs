@@ -27,18 +27,27 @@ pub struct PositiveEstimate {
     pub interval: [f64; 2],
 }
 
+/// Square root of a variance. Rounding may have made it negative; what is no number stays so.
+pub(crate) fn root(variance: f64) -> f64 {
+    if variance < 0.0 { 0.0 } else { variance.sqrt() }
+}
+
 impl Estimate {
-    /// A value with this standard deviation.
+    /// A value with this standard deviation. Where that is no number, the interval has no end.
     pub fn new(value: f64, std: f64) -> Self {
+        let std = if std.is_nan() { f64::INFINITY } else { std };
         let reach = TWO_SIDED * std;
         Self { value, std, interval: [value - reach, value + reach] }
     }
 }
 
 impl PositiveEstimate {
-    /// A value whose logarithm has this standard deviation.
+    /// A value whose logarithm has this standard deviation. Where that is no number, as of a value of zero, the interval has no end.
     pub fn new(value: f64, relative_std: f64) -> Self {
         let factor = (TWO_SIDED * relative_std).exp();
+        if !factor.is_finite() {
+            return Self { value, relative_std: f64::INFINITY, interval: [0.0, f64::INFINITY] };
+        }
         Self { value, relative_std, interval: [value / factor, value * factor] }
     }
 }

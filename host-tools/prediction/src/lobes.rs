@@ -26,7 +26,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::dynamics::{Dynamics, Place};
-use crate::estimate::PositiveEstimate;
+use crate::estimate::{PositiveEstimate, root as variance_root};
 use crate::milling::Cutter;
 
 /// Samples of the receptance at the start, evenly spaced. Chosen: a mode of 1 % damping at 10 Hz is a tenth of a hertz wide, and refining
@@ -38,6 +38,8 @@ const SMOOTH: f64 = 1e-4;
 const ROUNDS: usize = 10;
 /// Parts of an interval between two samples in which the least depth is sought. Chosen: it misses the least by a ten-thousandth.
 const PARTS: usize = 8;
+/// Most waves between two teeth. Chosen: with more, the lobes leave no speed apart from the least depth.
+pub const MOST_WAVES: f64 = 1e4;
 /// Eigenvalue of α Φ, in parts of the other one, that is rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -181,9 +183,14 @@ impl Lobes {
         Some(Self { cutter, samples })
     }
 
-    /// The limit at a spindle speed, turns a minute. `None` where no depth chatters within the frequencies.
+    /// The limit at a spindle speed, turns a minute. `None` where no depth chatters within the frequencies, or where a tooth leaves more than
+    /// [`MOST_WAVES`].
     pub fn limit(&self, rpm: f64) -> Option<Limit> {
         let period = 60.0 / (f64::from(self.cutter.teeth) * rpm);
+        let waves = period * self.samples.last()?.frequency_hz;
+        if waves.is_nan() || waves > MOST_WAVES {
+            return None;
+        }
         let mut lowest: Option<Limit> = None;
         let mut ends = [f64::INFINITY; 2];
         for own in self.crossings(period) {
@@ -218,7 +225,7 @@ impl Lobes {
             .min_by(|a, b| depth(a).total_cmp(&depth(b)))?;
         // At the least depth ∂ ln b = −∂ ln Re μ.
         let along = Vector2::new(1.0, stiffness.im / stiffness.re);
-        let std = along.dot(&(covariance * along)).max(0.0).sqrt();
+        let std = variance_root(along.dot(&(covariance * along)));
         Some(PositiveEstimate::new(self.depth(stiffness), std))
     }
 
@@ -241,23 +248,30 @@ impl Lobes {
     fn between(&self, pair: &[Sample], own: usize, period: f64) -> Vec<Limit> {
         let [from, to] = [pair[0], pair[1]];
         let [start, end] = [from.stiffness[own], to.stiffness[own]];
-        let is_possible = |value: Complex<f64>| value.re > 0.0 && value.norm().is_finite();
-        if !is_possible(start) || !is_possible(end) {
+        if !(start.norm().is_finite() && end.norm().is_finite()) {
             return Vec::new();
         }
+        // The part of the interval in which Re μ is positive.
+        let zero = start.re / (start.re - end.re);
+        let ends = match [start.re > 0.0, end.re > 0.0] {
+            [true, true] => [0.0, 1.0],
+            [true, false] => [0.0, zero],
+            [false, true] => [zero, 1.0],
+            [false, false] => return Vec::new(),
+        };
         let at = |part: f64| start + (end - start) * part;
         let hz = |part: f64| from.frequency_hz + (to.frequency_hz - from.frequency_hz) * part;
         let waves = |part: f64| {
             let stiffness = at(part);
             hz(part) * period - stiffness.re.atan2(stiffness.im) / PI
         };
-        let [first, last] = [waves(0.0), waves(1.0)];
+        let [first, last] = ends.map(waves);
         let [low, high] = [first.min(last), first.max(last)];
         let mut found = Vec::new();
         let mut lobe = low.ceil().max(0.0);
         // The end belongs to the next interval.
         while lobe < high || (lobe == high && first == high) {
-            let part = root(|part| waves(part) - lobe);
+            let part = root(|part| waves(part) - lobe, ends);
             let covariance = from.covariance[own] * (1.0 - part) + to.covariance[own] * part;
             let omega = TAU * hz(part);
             let slope = (end - start) / (TAU * (to.frequency_hz - from.frequency_hz));
@@ -265,8 +279,8 @@ impl Lobes {
             let per_omega =
                 Complex::i() * period * turn / (Complex::from(1.0) - turn) - slope / at(part);
             let along = Vector2::new(-1.0, per_omega.re / per_omega.im);
-            let std = along.dot(&(covariance * along)).max(0.0).sqrt();
-            let frequency_std = covariance[(1, 1)].max(0.0).sqrt() / (per_omega.im.abs() * omega);
+            let std = variance_root(along.dot(&(covariance * along)));
+            let frequency_std = variance_root(covariance[(1, 1)]) / (per_omega.im.abs() * omega);
             found.push(Limit {
                 depth_m: PositiveEstimate::new(self.depth(at(part)), std),
                 chatter_hz: PositiveEstimate::new(hz(part), frequency_std),
@@ -303,10 +317,9 @@ impl Dynamics<'_> {
     }
 }
 
-/// Place between 0 and 1 where a function that changes its sign there is zero.
-fn root(function: impl Fn(f64) -> f64) -> f64 {
-    let (mut low, mut high) = (0.0, 1.0);
-    let rises = function(1.0) > function(0.0);
+/// Place between `low` and `high` where a function that changes its sign there is zero.
+fn root(function: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
+    let rises = function(high) > function(low);
     // To the last digit of a double.
     for _ in 0..53 {
         let mid = (low + high) / 2.0;

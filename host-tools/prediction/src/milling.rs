@@ -8,7 +8,7 @@
 //! α_yx = ½ [−sin 2φ + 2φ + K_r cos 2φ]             α_yy = ½ [−cos 2φ − 2 K_r φ − K_r sin 2φ]     from φ_st to φ_ex
 //! ```
 //!
-//! φ is the angle of a tooth from the normal y towards the feed x, b is the depth of cut along the axis, h is the thickness of the chip, and N/2π α is the
+//! φ is the angle of a tooth from the normal y towards the feed x, b is the depth of cut along the axis, h is the thickness of the chip, and N/4π α is the
 //! mean over a turn of all N teeth (Altintas and Budak, "Analytical prediction of stability lobes in milling", CIRP Annals 44, 1995).
 
 use std::f64::consts::PI;

@@ -10,6 +10,7 @@ use flexid_pipeline::robot::FoundRobot;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::dynamics::Dynamics;
+use crate::estimate::root;
 
 /// Parameters of a joint.
 pub(crate) const OF_JOINT: usize = 12;
@@ -157,8 +158,7 @@ impl Robot {
     /// Standard deviations of the imperfections, in the unit of each.
     pub(crate) fn imperfection_stds(&self) -> impl Iterator<Item = f64> {
         let first = OF_JOINT * self.bushings.len();
-        (first..self.covariance.nrows())
-            .map(|index| self.covariance[(index, index)].max(0.0).sqrt())
+        (first..self.covariance.nrows()).map(|index| root(self.covariance[(index, index)]))
     }
 
     /// Number of uncertain coordinates: the logarithms of the parameters, and behind them the imperfections.
@@ -171,7 +171,7 @@ impl Robot {
     /// # Panics
     /// If the gradient has another length than there are [coordinates](Robot::coordinates).
     pub fn std_of(&self, gradient: &DVector<f64>) -> f64 {
-        gradient.dot(&(&self.covariance * gradient)).max(0.0).sqrt()
+        root(gradient.dot(&(&self.covariance * gradient)))
     }
 
     /// The covariance of the coordinates.

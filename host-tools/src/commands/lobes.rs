@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use flexid_edge::console::print;
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
+use flexid_prediction::lobes::MOST_WAVES;
 use flexid_prediction::milling::{Cutter, Milling, plane};
 
 use super::pose::given_or_first;
@@ -97,6 +98,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let highest_hz = args.highest.unwrap_or(highest_hz);
     if !(highest_hz > least_hz && highest_hz.is_finite()) {
         let message = format!("--highest is {highest_hz}: must be above {least_hz} Hz");
+        return Err(BadArgument(message).into());
+    }
+    let slowest = 60.0 * highest_hz / (f64::from(args.teeth) * MOST_WAVES);
+    if lower < slowest {
+        let message = format!("--rpm begins at {lower}: begin at {slowest:.3} or above");
         return Err(BadArgument(message).into());
     }
     positive("--depth", args.depth.unwrap_or(1.0))?;

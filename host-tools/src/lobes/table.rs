@@ -29,6 +29,10 @@ pub(crate) fn text(diagram: &Diagram) -> String {
             text += &format!("{word} {} mm, at {rpm:.0} rpm\n", millimetres(depth));
         }
     }
+    let free = diagram.speeds.len() - limits.len();
+    if free > 0 {
+        text += &format!("no depth chatters at {free} of {} speeds\n", diagram.speeds.len());
+    }
     text += &format!("stable at any speed: depths below {} mm\n", millimetres(&least));
     let mut table = Table::new();
     table.load_style(STYLE);

@@ -46,7 +46,7 @@ impl Quantity {
         }
     }
 
-    /// Its value in a pose; `None` where the robot does not stand.
+    /// Its value in a pose; `None` where the robot does not stand, or has no mode up to twice the band.
     fn at(self, robot: &Robot, pose: &[f64]) -> Option<PositiveEstimate> {
         let dynamics = robot.at(pose).ok()?;
         match self {
@@ -91,7 +91,7 @@ pub(crate) struct Cell {
     pub(crate) pose: Vec<f64>,
     /// Place of the tool along the axes of the base, m.
     pub(crate) tool: [f64; 3],
-    /// The quantity, in its SI unit. `None` where the robot does not stand.
+    /// The quantity, in its SI unit. `None` where the robot does not stand, or has no mode up to twice the band.
     pub(crate) value: Option<PositiveEstimate>,
     /// Whether its interval is wide, or it has no value.
     pub(crate) is_uncertain: bool,
@@ -123,7 +123,8 @@ impl Map {
             let value = quantity.at(robot, &pose);
             let is_uncertain = value.is_none_or(|own| {
                 let [low, high] = own.interval;
-                high - low > 2.0 * UNCERTAIN * own.value
+                let is_narrow = high - low <= 2.0 * UNCERTAIN * own.value;
+                !is_narrow
             });
             let tool = tool(robot.chain(), &pose).translation.vector.into();
             Cell { pose, tool, value, is_uncertain }

@@ -28,6 +28,7 @@ impl Slots {
 
     /// A slot for `address`; `None` where all are taken, or the address has its share.
     pub(super) fn take(&self, address: IpAddr) -> Option<Slot> {
+        let address = network(address);
         let mut taken = self.lock();
         if taken.values().sum::<usize>() >= self.all {
             return None;
@@ -47,6 +48,14 @@ impl Slots {
     }
 }
 
+/// What one machine may choose its address from: an IPv4 address, or the first half of an IPv6 address.
+fn network(address: IpAddr) -> IpAddr {
+    match address.to_canonical() {
+        IpAddr::V6(own) => IpAddr::V6((u128::from(own) >> 64 << 64).into()),
+        own => own,
+    }
+}
+
 impl Drop for Slot {
     fn drop(&mut self) {
         let mut taken = self.slots.lock();
@@ -62,6 +71,14 @@ impl Drop for Slot {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_machine_has_one_share() {
+        let network = |text: &str| network(text.parse().unwrap()).to_string();
+        assert_eq!(network("2001:db8:1:2:3:4:5:6"), "2001:db8:1:2::");
+        assert_eq!(network("::ffff:10.0.0.1"), "10.0.0.1");
+        assert_eq!(network("10.0.0.1"), "10.0.0.1");
+    }
 
     #[test]
     fn an_address_has_its_share_and_gives_it_back() {

@@ -45,10 +45,8 @@ const ROUNDING: f64 = 1e-9;
 const FEWEST_SEGMENTS: usize = 15;
 /// Correlation of segments with a Hann window that overlap by a half (Welch, 1967).
 const OVERLAP: f64 = 1.0 / 6.0;
-/// Longest segment, as a part of a record.
-const LONGEST_PART: usize = 4;
-/// Shortest segment, likewise.
-const SHORTEST_PART: usize = 16;
+/// Longest and shortest segment, as parts of a record. An eighth gives a single record [`FEWEST_SEGMENTS`].
+const PARTS: [usize; 2] = [4, 8];
 
 /// The receptance of a pose from its records alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -126,11 +124,13 @@ impl MeasuredReceptance {
         let first_bin = (first.bins.first()?.frequency_hz * seconds).round() as usize;
         let last_bin = first_bin + first.bins.len() - 1;
         let samples = (2 * last_bin + 2).next_power_of_two();
-        let part = (2..).map(|power| 1 << power).find(|part| {
-            *part >= SHORTEST_PART || alike.len() * (2 * part - 1) >= FEWEST_SEGMENTS
-        })?;
-        let part = part.max(LONGEST_PART);
+        let [longest, shortest] = PARTS;
+        let is_enough = alike.len() * (2 * longest - 1) >= FEWEST_SEGMENTS;
+        let part = if is_enough { longest } else { shortest };
         let segment = samples / part;
+        if segment < 2 {
+            return None;
+        }
         let of = |left: f64| -> Vec<Signals> {
             alike.iter().map(|own| Signals::of(own, first_bin, samples, left)).collect()
         };

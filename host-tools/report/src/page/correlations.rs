@@ -11,8 +11,8 @@ use crate::charts::{Colour, Mark, SOFT, WIDTH, legend, svg};
 use crate::document::Document;
 
 /// Least correlation that is drawn and listed, per cent.
-const DRAWN: i8 = 30;
-const LISTED: i8 = 80;
+const DRAWN: u8 = 30;
+const LISTED: u8 = 80;
 /// Most pairs that are listed.
 const MOST_PAIRS: usize = 12;
 /// Height of the picture, pixels; room for the names beside it.
@@ -27,7 +27,8 @@ pub(super) fn section(document: &Document) -> Markup {
         return html! { section #correlations { h2 { "Correlations and weak directions" } (missing("confidence")) } };
     };
     let correlations = &confidence.correlations;
-    let mut pairs: Vec<_> = correlations.pairs().filter(|(.., own)| own.abs() >= LISTED).collect();
+    let mut pairs: Vec<_> =
+        correlations.pairs().filter(|(.., own)| own.unsigned_abs() >= LISTED).collect();
     pairs.sort_by_key(|(.., own)| -i16::from(*own).abs());
     html! {
         section #correlations {
@@ -114,11 +115,13 @@ fn picture(correlations: &Correlations) -> Markup {
                 )?;
             }
         }
-        for (row, column, own) in correlations.pairs().filter(|(.., own)| own.abs() >= DRAWN) {
+        for (row, column, own) in
+            correlations.pairs().filter(|(.., own)| own.unsigned_abs() >= DRAWN)
+        {
             let corners =
                 [(left + place(column), place(row)), (left + place(column + 1), place(row + 1))];
             let colour = if own > 0 { Colour::Orange } else { Colour::Blue };
-            let strength = f64::from(own.abs()) / 100.0;
+            let strength = f64::from(own.unsigned_abs()) / 100.0;
             canvas.draw(&Rectangle::new(corners, colour.rgb().mix(strength).filled()))?;
         }
         let outline =

@@ -60,17 +60,18 @@ fn headline(document: &Document) -> (&'static str, String) {
     let all = of(&document.found.joints, None);
     let identified = of(&document.found.joints, Some(Verdict::Identified));
     let share = format!("{identified} of {all} parameters are identified");
-    match document.found.fit.acceptance {
+    let fit = &document.found.fit;
+    let data = if fit.records == 0 { "static tests" } else { "records" };
+    match fit.acceptance {
         Acceptance::Consistent if document.found.warnings.is_empty() => {
-            ("good", format!("The fit explains the records. {share}."))
+            ("good", format!("The fit explains the {data}. {share}."))
         }
         Acceptance::Consistent => {
-            ("good", format!("The fit explains the records, with reservations. {share}."))
+            ("good", format!("The fit explains the {data}, with reservations. {share}."))
         }
-        Acceptance::ModelSuspect => (
-            "bad",
-            format!("The model does not explain the records. {share}; see what to do next."),
-        ),
+        Acceptance::ModelSuspect => {
+            ("bad", format!("The model does not explain the {data}. {share}; see what to do next."))
+        }
         Acceptance::Unsettled => {
             ("bad", "The fit is not settled: do not use these numbers yet.".to_owned())
         }

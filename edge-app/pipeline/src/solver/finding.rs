@@ -1,0 +1,94 @@
+//! What a solver has found.
+
+use flexid_core::identify::{Acceptance, Estimate};
+use flexid_wire::finding::Finding;
+use flexid_wire::trouble::Trouble;
+use flexid_wire::unused::Unused;
+
+use super::{CoursePoint, Solver};
+use crate::intake::Counts;
+use crate::report::{self, Basis, Details, StaticReport, confidence, report};
+use crate::robot::FoundRobot;
+
+impl Solver {
+    /// Returns report and confidence of the present estimate, if there is one. `counts` is what has come in, `troubles`
+    /// are those of the source.
+    pub fn finding(&self, counts: &Counts, troubles: &[Trouble]) -> Option<Finding> {
+        let Self { config, sought, .. } = self;
+        let counts = self.state.earlier.added_to(*counts);
+        let mut estimate = self.estimate()?.clone();
+        let doubtful_rate = self.sources.iter().any(|record| record.has_doubtful_rate);
+        if doubtful_rate {
+            // A wrong rate makes every parameter wrong by a factor, which the residuals do not show.
+            estimate.acceptance = Acceptance::Unsettled;
+        }
+        if self.plant.is_some() && self.of_plant.is_none() && estimate.experiments > 0 {
+            // The intervals are those of a perfect plant.
+            estimate.acceptance = Acceptance::Unsettled;
+        }
+        let records = self.poses.len() as u64 + estimate.retired;
+        let left_out = self.settled.saturating_sub(records);
+        let basis = Basis {
+            effort: self.identifier.progress().effort,
+            records,
+            counts,
+            seconds: self.spent.as_secs_f64(),
+            refused: self.refused(),
+            repeated: self.taken.repeated(),
+            unfinished: self.unfinished(),
+            dropped: left_out.saturating_sub(self.too_short + estimate.forgotten),
+            dropped_poses: self.dropped_poses,
+            too_short: self.too_short,
+            doubtful_rate,
+            scale: self.scale.warning(),
+            axes: self.axes.warning(),
+            contradicted: report::contradicted(self.of_plant.as_deref(), &config.model),
+            lines: report::lines(&self.experiments),
+            troubles,
+        };
+        let report = report(config, sought, &estimate, &basis);
+        let details = Details {
+            of_plant: self.of_plant.as_deref(),
+            left_over: &self.left_over,
+            poses: &self.poses,
+            left_out,
+        };
+        let confidence = confidence(config, sought, &estimate, &report, &details);
+        Some(Finding { report, confidence })
+    }
+
+    /// Returns what the present estimate says of each static test. Returns `None` without an estimate or without static tests.
+    pub fn static_report(&self) -> Option<StaticReport> {
+        StaticReport::new(&self.config.statics, self.estimate()?, self.static_deviation)
+    }
+
+    /// Returns what predicts the robot's motion by the present estimate, if there is one.
+    pub fn robot(&self) -> Option<FoundRobot> {
+        let plant = self.plant.as_deref().zip(self.of_plant.as_deref());
+        Some(FoundRobot::new(&self.config, &self.sought, self.estimate()?, plant, &self.poses))
+    }
+
+    /// Returns where the refinements stood in the course of the work: every step, or one of two, four, ... steps of long work.
+    pub fn course(&self) -> &[CoursePoint] {
+        self.course.points()
+    }
+
+    pub(super) fn estimate(&self) -> Option<&Estimate> {
+        self.of_plant.as_ref().map(|of_plant| &of_plant.estimate).or(self.identifier.estimate())
+    }
+
+    /// Returns the records that were not used. Returns `None` if all were used.
+    pub fn unused(&self) -> Option<Unused> {
+        self.refused().or_else(|| self.unfinished())
+    }
+
+    fn refused(&self) -> Option<Unused> {
+        let (records, first) = self.refused.clone()?;
+        Some(Unused::Refused { records, first })
+    }
+
+    fn unfinished(&self) -> Option<Unused> {
+        let records = self.records - self.settled + self.waiting;
+        (records > 0).then_some(Unused::Unfinished { records })
+    }
+}
