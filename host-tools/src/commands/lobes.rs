@@ -23,7 +23,7 @@ const AFTER_HELP: &str = "Sample:
   ...";
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = AFTER_HELP)]
+#[command(after_help = AFTER_HELP, allow_negative_numbers = true)]
 pub(super) struct Args {
     /// A result, as `identify --json` writes it
     #[arg(value_name = "FOUND.json")]

@@ -14,7 +14,10 @@ use crate::output::Output;
 use crate::predict::{Format, Prediction, Request, table};
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  flexid predict found.json --pose 0.1,-0.5,0.4 --force 0,200,0")]
+#[command(
+    after_help = "Example:\n  flexid predict found.json --pose 0.1,-0.5,0.4 --force 0,200,0",
+    allow_negative_numbers = true
+)]
 pub(super) struct Args {
     /// A result, as `identify --json` writes it
     #[arg(value_name = "FOUND.json")]

@@ -95,7 +95,7 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
             None,
             &[
                 "flexid: 'flexid' requires a subcommand",
-                "identify, plan, predict, export, reproduce, watch",
+                "identify, plan, predict, compare, lobes, compensate, map, export, report, reproduce, watch, web",
                 "(see --help)",
             ],
         ),

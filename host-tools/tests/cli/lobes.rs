@@ -50,10 +50,10 @@ fn the_table_the_files_and_json_hold_the_same_limits() {
     // A slot by its angles is the same.
     let angles = stdout(folder, &format!("lobes o.json {CUT} --angles 0,180 --points 57"));
     assert_eq!(angles, text);
-    // Half of the width is stable at larger depths.
-    let half = format!("lobes o.json {CUT} --milling down --immersion 0.25 --json");
-    let half: Value = serde_json::from_str(&stdout(folder, &half)).unwrap();
-    assert!(half["least_depth_m"]["value"].as_f64().unwrap() > 1.3 * least, "{half}");
+    // A quarter of the width, milled up, is stable at larger depths; milled down it need not be.
+    let quarter = format!("lobes o.json {CUT} --milling up --immersion 0.25 --json");
+    let quarter: Value = serde_json::from_str(&stdout(folder, &quarter)).unwrap();
+    assert!(quarter["least_depth_m"]["value"].as_f64().unwrap() > 1.3 * least, "{quarter}");
 }
 
 #[test]
@@ -94,7 +94,14 @@ fn wrong_arguments_are_refused_with_their_mend() {
             cut("--angles 0,90 --feed 1,0,0 --rpm 900,600"),
             "--rpm is 900,600: give two speeds above 0, the lower first",
         ),
-        ("lobes o.json --teeth 4 --kt -3 --angles 0,90 --feed 1,0,0 --rpm 1,2".into(), "--kt"),
+        (
+            "lobes o.json --teeth 4 --kt -3 --angles 0,90 --feed 1,0,0 --rpm 1,2".into(),
+            "--kt is -3: must be above 0",
+        ),
+        (
+            format!("lobes o.json {CUT} --angles 0,90").replace("200,", "1e-9,"),
+            "--rpm begins at 0.000000001: begin at 0.300 or above",
+        ),
     ] {
         let message = refused(folder, &arguments);
         assert!(message.contains(expected), "{arguments}: {message}");
