@@ -16,8 +16,9 @@
 //! ∂ ln b = −Re ∂ ln μ − Re J ∂ω        Im J ∂ω = −Im ∂ ln μ        J = iT e^{−iωT}/(1 − e^{−iωT}) + d ln μ/dω
 //! ```
 //!
-//! On a lobe the limit is smooth, so that its interval follows from the gradient (delta method). The lowest lobe counts. Where two cross,
-//! the limit has an edge: its interval reaches from the least lower end of all lobes to their least upper end, so that it has no step.
+//! On a lobe the limit is smooth, so that its interval follows from the gradient (delta method). The lowest lobe counts. Where others lie
+//! within its interval, the limit may be theirs: its interval then reaches from the least lower end of these lobes to their least upper
+//! end. No lower end is below that of the worst speed: on the steep flank of a lobe the gradient alone would say so.
 
 use std::f64::consts::{PI, TAU};
 
@@ -70,6 +71,8 @@ pub struct Limit {
 pub struct Lobes {
     cutter: Cutter,
     samples: Vec<Sample>,
+    /// The limit of the worst speed.
+    least: Option<PositiveEstimate>,
 }
 
 impl Sample {
@@ -118,7 +121,11 @@ impl Sample {
     fn matched(mut self, before: &Self) -> Self {
         let far = |a: usize, b: usize| {
             let (own, other) = (self.stiffness[a], before.stiffness[b]);
-            if own.re.is_finite() && other.re.is_finite() { (own / other).ln().norm() } else { 0.0 }
+            match (own.norm().is_finite(), other.norm().is_finite()) {
+                (true, true) => (own / other).ln().norm(),
+                (false, false) => 0.0,
+                _ => f64::INFINITY,
+            }
         };
         if far(0, 1) + far(1, 0) < far(0, 0) + far(1, 1) {
             self.stiffness.swap(0, 1);
@@ -180,7 +187,9 @@ impl Lobes {
         for place in 1..samples.len() {
             samples[place] = samples[place].matched(&samples[place - 1]);
         }
-        Some(Self { cutter, samples })
+        let mut lobes = Self { cutter, samples, least: None };
+        lobes.least = lobes.worst();
+        Some(lobes)
     }
 
     /// The limit at a spindle speed, turns a minute. `None` where no depth chatters within the frequencies, or where a tooth leaves more than
@@ -191,23 +200,28 @@ impl Lobes {
         if waves.is_nan() || waves > MOST_WAVES {
             return None;
         }
-        let mut lowest: Option<Limit> = None;
-        let mut ends = [f64::INFINITY; 2];
-        for own in self.crossings(period) {
+        let all: Vec<Limit> = self.crossings(period).collect();
+        let by_depth = |a: &&Limit, b: &&Limit| a.depth_m.value.total_cmp(&b.depth_m.value);
+        let mut lowest = *all.iter().min_by(by_depth)?;
+        let [_, reach] = lowest.depth_m.interval;
+        let mut ends = lowest.depth_m.interval;
+        for own in all.iter().filter(|own| own.depth_m.value <= reach) {
             for (least, end) in ends.iter_mut().zip(own.depth_m.interval) {
                 *least = least.min(end);
             }
-            if lowest.is_none_or(|lowest| own.depth_m.value < lowest.depth_m.value) {
-                lowest = Some(own);
-            }
         }
-        let mut lowest = lowest?;
-        lowest.depth_m.interval = ends;
+        let floor = self.least.map_or(0.0, |least| least.interval[0]);
+        lowest.depth_m.interval = [ends[0].max(floor), ends[1]];
         Some(lowest)
     }
 
     /// The limit of the worst speed, m: shallower cuts are stable at all speeds. `None` where no depth chatters within the frequencies.
     pub fn least(&self) -> Option<PositiveEstimate> {
+        self.least
+    }
+
+    /// The limit of the worst speed, from the samples.
+    fn worst(&self) -> Option<PositiveEstimate> {
         let depth = |own: &(Complex<f64>, Matrix2<f64>)| self.depth(own.0);
         let between = |own: usize, pair: &[Sample]| {
             let [from, to] = [pair[0], pair[1]];

@@ -220,7 +220,7 @@ proptest! {
             all.try_for_each(|value| { *value *= random.uniform(0.7, 1.4); Some(()) }).unwrap();
         }
         let cutter = Cutter { engagement: Milling::Down.engagement(0.6), ..slot() };
-        let std = 1e-3;
+        let std = 5e-3;
         let own = robot(&bushings, std, Some(uncertain));
         let own = lobes(&own.at(&POSE).unwrap(), cutter);
         let limit = own.limit(rpm).unwrap();
@@ -240,13 +240,14 @@ proptest! {
                 (limit.chatter_hz, above.chatter_hz, below.chatter_hz),
             ] {
                 let change = ((above.value / below.value).ln() / 2.0).abs();
-                // The receptance between two samples is off by 1e-4.
-                prop_assert!((found.relative_std - change).abs() < 0.03 * change + 2e-4 * 0.1, "{limit:?}: {change:e}");
+                // The receptance between two samples is off by 1e-4, and on a steep flank the limit is no straight line.
+                let off = (found.relative_std - change).abs();
+                prop_assert!(change > 0.1 || off < (0.05 + 2.0 * change) * change + 1e-4, "{limit:?}: {change:e}");
             }
         }
         let (least, above, below) = (own.least().unwrap(), up.1.unwrap(), down.1.unwrap());
         let change = ((above.value / below.value).ln() / 2.0).abs();
-        prop_assert!((least.relative_std - change).abs() < 0.05 * change + 3e-5, "{least:?}: {change:e}");
+        prop_assert!((least.relative_std - change).abs() < 0.05 * change + 1e-4, "{least:?}: {change:e}");
     }
 }
 
@@ -275,6 +276,7 @@ fn intervals_hold_the_limits_of_drawn_robots() {
                 drawn.limit(rpm).unwrap().depth_m.value,
             );
             held += u32::from((low..=high).contains(&truth));
+            assert!(low >= found.least().unwrap().interval[0], "{rpm} rpm");
             all += 1;
         }
     }
