@@ -141,9 +141,9 @@ impl Sample {
         (0..2).all(|own| {
             let value = mid.stiffness[own];
             let error = value - (self.stiffness[own] + end.stiffness[own]) / 2.0;
-            // False where a direction does not respond: there is nothing to resolve.
-            let is_rough = error.norm() > SMOOTH * value.norm();
-            !is_rough
+            // Where a direction does not respond, there is nothing to resolve.
+            let error = error.norm();
+            !error.is_finite() || error <= SMOOTH * value.norm()
         })
     }
 }
@@ -262,30 +262,23 @@ impl Lobes {
     fn between(&self, pair: &[Sample], own: usize, period: f64) -> Vec<Limit> {
         let [from, to] = [pair[0], pair[1]];
         let [start, end] = [from.stiffness[own], to.stiffness[own]];
-        if !(start.norm().is_finite() && end.norm().is_finite()) {
+        let is_possible = |value: Complex<f64>| value.re > 0.0 && value.norm().is_finite();
+        if !is_possible(start) || !is_possible(end) {
             return Vec::new();
         }
-        // The part of the interval in which Re μ is positive.
-        let zero = start.re / (start.re - end.re);
-        let ends = match [start.re > 0.0, end.re > 0.0] {
-            [true, true] => [0.0, 1.0],
-            [true, false] => [0.0, zero],
-            [false, true] => [zero, 1.0],
-            [false, false] => return Vec::new(),
-        };
         let at = |part: f64| start + (end - start) * part;
         let hz = |part: f64| from.frequency_hz + (to.frequency_hz - from.frequency_hz) * part;
         let waves = |part: f64| {
             let stiffness = at(part);
             hz(part) * period - stiffness.re.atan2(stiffness.im) / PI
         };
-        let [first, last] = ends.map(waves);
+        let [first, last] = [waves(0.0), waves(1.0)];
         let [low, high] = [first.min(last), first.max(last)];
         let mut found = Vec::new();
         let mut lobe = low.ceil().max(0.0);
         // The end belongs to the next interval.
         while lobe < high || (lobe == high && first == high) {
-            let part = root(|part| waves(part) - lobe, ends);
+            let part = root(|part| waves(part) - lobe);
             let covariance = from.covariance[own] * (1.0 - part) + to.covariance[own] * part;
             let omega = TAU * hz(part);
             let slope = (end - start) / (TAU * (to.frequency_hz - from.frequency_hz));
@@ -331,9 +324,10 @@ impl Dynamics<'_> {
     }
 }
 
-/// Place between `low` and `high` where a function that changes its sign there is zero.
-fn root(function: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
-    let rises = function(high) > function(low);
+/// Place between 0 and 1 where a function that changes its sign there is zero.
+fn root(function: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    let rises = function(1.0) > function(0.0);
     // To the last digit of a double.
     for _ in 0..53 {
         let mid = (low + high) / 2.0;

@@ -13,6 +13,7 @@ use flexid_prediction::Robot;
 use flexid_prediction::compensation::{Compensation, tool};
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 /// A robot of a scenario; the logarithm of one parameter varies by `std`.
 fn robot(scenario: &str, bushings: &Bushings, uncertain: Option<(usize, f64)>) -> Robot {
@@ -44,7 +45,7 @@ fn values(all: &[flexid_prediction::Estimate]) -> Vec<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     /// Where the tool stands after the offsets, by the chain itself, is where it stood, less the deflection, plus what is said to be left.
     #[test]

@@ -13,7 +13,7 @@ use crate::exit::Told;
 
 const AFTER_HELP: &str = "Sample:
   $ flexid compare before.json after.json
-  differ: joint_2 ry stiffness fell by 15.2 % (12.5 to 17.9)
+  differ: joint_2 ry stiffness fell by 15.2 % (13.7 to 16.8)
 
    parameter               before     after   change, %               95 %   deviations   changed
   ────────────────────────────────────────────────────────────────────────────────────────────────
