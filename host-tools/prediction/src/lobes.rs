@@ -37,8 +37,10 @@ const FIRST: usize = 128;
 const SMOOTH: f64 = 1e-4;
 /// Most rounds of splitting: to a thousandth of the first spacing.
 const ROUNDS: usize = 10;
-/// Parts of an interval between two samples in which the least depth is sought. Chosen: it misses the least by a ten-thousandth.
-const PARTS: usize = 8;
+/// Part of an interval that a golden section keeps.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+/// Golden sections in the search of the least depth. Chosen: the interval shrinks to a hundred-thousandth.
+const SECTIONS: usize = 24;
 /// Most waves between two teeth. Chosen: with more, the lobes leave no speed apart from the least depth.
 pub const MOST_WAVES: f64 = 1e4;
 /// Eigenvalue of α Φ, in parts of the other one, that is rounding.
@@ -188,7 +190,7 @@ impl Lobes {
             samples[place] = samples[place].matched(&samples[place - 1]);
         }
         let mut lobes = Self { cutter, samples, least: None };
-        lobes.least = lobes.worst();
+        lobes.least = lobes.worst(&sample);
         Some(lobes)
     }
 
@@ -220,27 +222,37 @@ impl Lobes {
         self.least
     }
 
-    /// The limit of the worst speed, from the samples.
-    fn worst(&self) -> Option<PositiveEstimate> {
-        let depth = |own: &(Complex<f64>, Matrix2<f64>)| self.depth(own.0);
-        let between = |own: usize, pair: &[Sample]| {
-            let [from, to] = [pair[0], pair[1]];
-            (0..=PARTS).map(move |part| {
-                let part = part as f64 / PARTS as f64;
-                let stiffness = from.stiffness[own] * (1.0 - part) + to.stiffness[own] * part;
-                (stiffness, from.covariance[own] * (1.0 - part) + to.covariance[own] * part)
-            })
+    /// The limit of the worst speed: by golden section between the samples beside the least one.
+    fn worst(&self, sample: impl Fn(f64) -> Option<Sample>) -> Option<PositiveEstimate> {
+        let depths =
+            self.samples.iter().map(|own| self.shallowest(own).map_or(f64::INFINITY, |own| own.0));
+        let (place, _) = depths.enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        let hz = |place: usize| self.samples[place.min(self.samples.len() - 1)].frequency_hz;
+        let [mut low, mut high] = [hz(place.saturating_sub(1)), hz(place + 1)];
+        let depth = |hz: f64| {
+            let shallowest = sample(hz).and_then(|own| self.shallowest(&own));
+            shallowest.map_or(f64::INFINITY, |(depth, _)| depth)
         };
-        let (stiffness, covariance) = self
-            .samples
-            .windows(2)
-            .flat_map(|pair| [0, 1].into_iter().flat_map(move |own| between(own, pair)))
-            .filter(|(stiffness, _)| stiffness.re > 0.0 && stiffness.norm().is_finite())
-            .min_by(|a, b| depth(a).total_cmp(&depth(b)))?;
+        for _ in 0..SECTIONS {
+            let reach = (high - low) * GOLDEN;
+            let [first, last] = [high - reach, low + reach];
+            if depth(first) < depth(last) { high = last } else { low = first }
+        }
+        let worst = sample((low + high) / 2.0)?;
+        let (depth, own) = self.shallowest(&worst)?;
         // At the least depth ∂ ln b = −∂ ln Re μ.
+        let stiffness = worst.stiffness[own];
         let along = Vector2::new(1.0, stiffness.im / stiffness.re);
-        let std = variance_root(along.dot(&(covariance * along)));
-        Some(PositiveEstimate::new(self.depth(stiffness), std))
+        let std = variance_root(along.dot(&(worst.covariance[own] * along)));
+        Some(PositiveEstimate::new(depth, std))
+    }
+
+    /// The least depth at the frequency of a sample, and the place of its eigenvalue. `None` where no depth chatters.
+    fn shallowest(&self, sample: &Sample) -> Option<(f64, usize)> {
+        let all = sample.stiffness.iter().enumerate();
+        all.filter(|(_, own)| own.re > 0.0 && own.norm().is_finite())
+            .map(|(place, own)| (self.depth(*own), place))
+            .min_by(|(a, _), (b, _)| a.total_cmp(b))
     }
 
     /// b of 1/μ.

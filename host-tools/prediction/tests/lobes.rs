@@ -248,7 +248,10 @@ proptest! {
         }
         let (least, above, below) = (own.least().unwrap(), up.1.unwrap(), down.1.unwrap());
         let change = ((above.value / below.value).ln() / 2.0).abs();
-        prop_assert!((least.relative_std - change).abs() < 0.05 * change + 1e-4, "{least:?}: {change:e}");
+        // Where another mode becomes the worst one, the least limit has a kink.
+        let kink = (above.value * below.value / least.value.powi(2)).ln().abs();
+        let off = (least.relative_std - change).abs();
+        prop_assert!(kink > 0.2 * change || off < 0.05 * change + 1e-4, "{least:?}: {change:e}");
     }
 }
 
