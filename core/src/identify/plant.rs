@@ -10,8 +10,9 @@ use crate::refine::{Explanation, FoundImperfection, MAX_EXPLANATIONS, Outcome, P
 use crate::spectrum::Experiment;
 use crate::verdict::{Covariance, WEAK};
 
-/// Share of the misfit that contradicted accuracies must explain. Shares overlap, so that their sum is the most that they explain. Chosen: of single errors that are on the menu the right one
-/// explains nearly all; of those that are not (pedestal, friction, hose) what is named instead explains up to a fourth.
+/// Share of the misfit that contradicted accuracies must explain. Shares overlap, so that their sum is the most that they explain.
+/// Chosen: of single errors that are on the menu the right one explains nearly all; of those that are not (pedestal, friction, hose) what is
+/// named instead explains up to a fourth.
 const EXPLAINED: f64 = 0.3;
 /// Distance of the first joint's elastic centre from its origin, in stated standard deviations, beyond which what the robot stands on gives
 /// way, if those of the other joints are within half of it. Chosen: one bearing alone is hardly ever that far off.
