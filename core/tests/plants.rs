@@ -133,18 +133,25 @@ fn noisier_in_the_cut(axes: &'static [usize]) -> (f64, Vec<LeftOver>, [f64; 3]) 
         assert!(scores.iter().all(|score| score.abs() < 4.0), "{scores:?}");
         assert!((0.05..2.0).contains(&mean_square(&scores)), "{scores:?}");
         let left_over = identifier.left_over(&experiments, Some(&plant), &estimate);
-        let (mut places, mut times) = (Vec::new(), [0.0; 3]);
+        let (mut places, mut all_left, mut times) = (Vec::new(), Vec::new(), [0.0; 3]);
         let mut take = |bin: &BinLeft| {
             places.push((bin.record, bin.bin));
+            all_left.push(*bin);
             for (axis, times) in times.iter_mut().enumerate() {
                 let [re, im] = bin.left[axis];
                 *times += (re * re + im * im) / bin.noise[axis];
             }
         };
-        identifier.each_bin(&experiments, Some(&plant), &estimate, &mut take).unwrap();
+        identifier.each_bin(&experiments, Some(&plant), &estimate, 0, &mut take).unwrap();
         let all = experiments.iter().enumerate();
         let all = all.flat_map(|(record, own)| (0..own.bins()).map(move |bin| (record, bin)));
         assert!(places.iter().copied().eq(all), "not every bin once, in order");
+        let mut newest = Vec::new();
+        let last = experiments.len() - 1;
+        let mut take = |bin: &BinLeft| newest.push(*bin);
+        identifier.each_bin(&experiments, Some(&plant), &estimate, last, &mut take).unwrap();
+        all_left.retain(|bin| bin.record == last);
+        assert_eq!(newest, all_left, "the last record alone");
         let times = times.map(|times| times / places.len() as f64);
         (estimate.consistency, left_over.into_iter().collect(), times)
     };

@@ -41,10 +41,11 @@ impl Latest {
         self.changed.notify_all();
     }
 
-    /// Removes the finding, since it belongs to another robot or another measurement.
+    /// Removes the finding and its spectra, since they belong to another robot or another measurement.
     pub fn withdraw_finding(&self) {
-        let finding = |message: &FromEdge| matches!(message, FromEdge::Finding(_));
-        self.lock().messages.retain(|(_, message)| !finding(message));
+        let found =
+            |message: &FromEdge| matches!(message, FromEdge::Finding(_) | FromEdge::Spectra(_));
+        self.lock().messages.retain(|(_, message)| !found(message));
     }
 
     /// Says that no message will follow.

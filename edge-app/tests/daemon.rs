@@ -17,6 +17,7 @@ use flexid_pipeline::stop::Stop;
 use flexid_wire::finding::Finding;
 use flexid_wire::framing::{Decoder, FRAME_BUFFER, encode};
 use flexid_wire::messages::{BusHealth, BusState, FromEdge, Hello, Status, ToEdge};
+use flexid_wire::spectra::Spectra;
 use flexid_wire::trouble::BusFaultKind;
 use nix::sys::socket::{AddressFamily, SockFlag, SockType, socketpair};
 use rand_core::{Rng, SeedableRng};
@@ -136,6 +137,18 @@ impl Client {
         }
     }
 
+    /// Waits for a finding. Returns it with the spectra that have come before.
+    fn finding(&mut self) -> (Finding, Option<Spectra>) {
+        let mut spectra = None;
+        loop {
+            match self.receive().expect("the daemon ended") {
+                FromEdge::Spectra(own) => spectra = Some(own),
+                FromEdge::Finding(finding) => return (finding, spectra),
+                _ => {}
+            }
+        }
+    }
+
     /// Waits for the bus to be as `wanted`.
     fn bus_health(&mut self, wanted: impl Fn(&BusHealth) -> bool) -> BusHealth {
         let begun = Instant::now();
@@ -234,15 +247,16 @@ fn a_bus_that_falls_silent_ends_the_record() {
             })
         });
         // No joint angle follows that would show that the robot stood still to the end.
-        let mut client = connect();
-        let Finding { report, confidence } = loop {
-            match client.receive().expect("the daemon ended") {
-                FromEdge::Finding(finding) => break finding,
-                _ => continue,
-            }
-        };
+        let (finding, spectra) = connect().finding();
+        let Finding { report, confidence } = &finding;
         assert_eq!((report.joints.len(), report.fit.frames), (3, 1280));
         assert_eq!(confidence.joints.len(), 3);
+        let spectra = spectra.expect("the spectra come before the finding");
+        assert_eq!((spectra.record, spectra.pose.len()), (1, 3));
+        // Of 256 samples the band has 17 bins.
+        assert_eq!(spectra.bands.len(), 17);
+        assert!(spectra.bands.is_sorted_by_key(|band| band.frequency_hz), "{spectra:?}");
+        assert_eq!(connect().finding(), (finding, Some(spectra)), "who comes later gets both");
         drop(bus);
     });
     assert!(outcome.finding.is_some());

@@ -14,6 +14,7 @@ use flexid_wire::left_over::LeftOver;
 use flexid_wire::messages::Status;
 use flexid_wire::report::{Fit, JointReport, Report};
 use flexid_wire::residuals::Residuals;
+use flexid_wire::spectra::Spectra;
 use flexid_wire::state::State;
 use flexid_wire::warning::Warning;
 use serde::{Deserialize, Serialize};
@@ -41,6 +42,9 @@ pub(crate) struct ResultJson<'a> {
     /// Where the result comes from. Left out of a daemon's result.
     #[serde(skip_serializing_if = "Option::is_none")]
     origin: Option<&'a Origin>,
+    /// Measured and modelled spectra of the newest record. Left out without records, and of a result that is not a daemon's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    spectra: Option<&'a Spectra>,
 }
 
 #[derive(Serialize)]
@@ -123,6 +127,7 @@ impl<'a> From<&'a Finding> for ResultJson<'a> {
             robot: None,
             evidence: None,
             origin: None,
+            spectra: None,
         }
     }
 }
@@ -140,6 +145,11 @@ impl<'a> ResultJson<'a> {
     /// The same, with what a report shows beside, and where the result comes from.
     pub(crate) fn with_evidence(self, evidence: Option<&'a Evidence>, origin: &'a Origin) -> Self {
         Self { evidence, origin: Some(origin), ..self }
+    }
+
+    /// The same, with the spectra that a daemon sends beside it.
+    pub(crate) fn with_spectra(self, spectra: Option<&'a Spectra>) -> Self {
+        Self { spectra, ..self }
     }
 }
 

@@ -8,8 +8,8 @@ use crate::refine::{BinLeft, LeftOver, MAX_LEFT_OVER, Plant, Problem};
 use crate::spectrum::Experiment;
 
 impl<R> Identifier<R> {
-    /// Calls `take` with what a settled `estimate` leaves of the acceleration in each bin, record by record. It is that of `plant` where its
-    /// last fit has ended, if there is one, or else the identifier's own.
+    /// Calls `take` with what a settled `estimate` leaves of the acceleration in each bin, record by record from
+    /// number `first` on. It is that of `plant` where its last fit has ended, if there is one, or else the identifier's own.
     ///
     /// # Errors
     /// Gravity leaves the robot no equilibrium.
@@ -19,11 +19,12 @@ impl<R> Identifier<R> {
         experiments: &[Experiment<B>],
         plant: Option<&Plant>,
         estimate: &Estimate,
+        first: usize,
         take: &mut dyn FnMut(&BinLeft),
     ) -> Result<(), LinearisationError> {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        refinement.each_bin(&problem, &estimate.coordinates, plant, experiments, take)
+        refinement.each_bin(&problem, &estimate.coordinates, plant, experiments, first, take)
     }
 
     /// Where the residuals of a settled `estimate` are larger than elsewhere. It is that of `plant` where its last fit has ended, if there is

@@ -43,7 +43,7 @@ pub struct BinLeft {
 }
 
 impl Refinement {
-    /// Calls `take` with what is left in each bin of all records at some coordinates, or where a plant stands, if there is one.
+    /// Calls `take` with what is left in each bin of the records from number `first` on at some coordinates, or where a plant stands, if there is one.
     ///
     /// # Errors
     /// Gravity leaves the robot no equilibrium.
@@ -53,9 +53,10 @@ impl Refinement {
         coordinates: &Coordinates,
         plant: Option<&Plant>,
         experiments: &[Experiment<B>],
+        first: usize,
         take: &mut dyn FnMut(&BinLeft),
     ) -> Result<(), LinearisationError> {
-        for (record, experiment) in experiments.iter().enumerate() {
+        for (record, experiment) in experiments.iter().enumerate().skip(first) {
             let model = match plant {
                 Some(plant) => plant.model(problem, &experiment.pose, record),
                 None => self.workspace.model(problem, coordinates, &experiment.pose, record),

@@ -178,9 +178,10 @@ mod tests {
 
     use super::*;
     use crate::messages::{FromEdge, Hello, Phase, Progress, Refusal, ToEdge};
+    use crate::spectra::{Band, Spectra};
     use crate::text::clipped;
 
-    fn some_messages() -> [FromEdge; 3] {
+    fn some_messages() -> [FromEdge; 4] {
         [
             FromEdge::Hello(Hello::new("flexid-edge 0.1.0")),
             FromEdge::Refused(Refusal { reason: clipped("because") }),
@@ -192,6 +193,19 @@ mod tests {
                 refine_iterations: 0,
                 search_loss: 0.3,
                 records: 3,
+            }),
+            FromEdge::Spectra(Spectra {
+                record: 3,
+                pose: [0.5, -1.0].into_iter().collect(),
+                band_hz: [2.0, 200.0],
+                bands: (1..8)
+                    .map(|index| Band {
+                        frequency_hz: index as f32,
+                        measured: [0.5; 3],
+                        modelled: [0.25, 0.5, 1.0],
+                        noise: [1e-3; 3],
+                    })
+                    .collect(),
             }),
         ]
     }

@@ -10,6 +10,7 @@
 //! | [`confidence`], [`residuals`], [`directions`] | how far to trust them                                |
 //! | [`explanation`], [`accuracy`] | what is off on the robot, by the records                             |
 //! | [`left_over`]                 | where a fit leaves more than elsewhere                               |
+//! | [`spectra`]                   | the newest record beside the model, along the band                   |
 //! | [`state`]                     | what the daemon waits for                                            |
 //! | [`axes`], [`implausible`], [`misfits`], [`rate`], [`trouble`], [`unused`] | what warnings and states name       |
 //! | [`framing`]                   | messages on a byte stream, length first, bounded                     |
@@ -35,6 +36,7 @@ pub mod misfits;
 pub mod rate;
 pub mod report;
 pub mod residuals;
+pub mod spectra;
 pub mod state;
 pub mod text;
 pub mod trouble;

@@ -4,7 +4,7 @@
 //! | ---- | ----------------- | --------------------------------------------------------------------- |
 //! | 1    | [`ToEdge::Hello`] |                                                                       |
 //! | 2    |                   | [`FromEdge::Hello`], or [`FromEdge::Refused`] and the connection ends |
-//! | then |                   | `Status`, `Progress`, `Finding` and `BusHealth`, as they change       |
+//! | then |                   | `Status`, `Progress`, `Spectra`, `Finding` and `BusHealth`, as they change |
 //!
 //! Postcard identifies variants and fields by their position alone, so that both sides must have the same messages. Any change of
 //! a message, or of a type that it holds, raises [`PROTOCOL_VERSION`]. [`Hello`], [`Refusal`] and their places in the enums never
@@ -15,12 +15,13 @@ use postcard_schema::key::Key;
 use serde::{Deserialize, Serialize};
 
 use crate::finding::Finding;
+use crate::spectra::Spectra;
 use crate::state::State;
 use crate::text::{Name, Text, clipped};
 use crate::trouble::BusFault;
 
 /// Version of the messages. Both sides must have the same version.
-pub const PROTOCOL_VERSION: u16 = 7;
+pub const PROTOCOL_VERSION: u16 = 8;
 
 /// Hash of the names and types of all messages. It distinguishes programs that were built between two versions.
 pub const SCHEMA_KEY: [u8; 8] = Key::for_path::<(ToEdge, FromEdge)>("flexid").to_bytes();
@@ -48,6 +49,8 @@ pub enum FromEdge {
     Finding(Finding),
     /// State of the bus, and its counters.
     BusHealth(BusHealth),
+    /// Measured and modelled spectra of the newest record. It comes before the finding of the same estimate, if that rests on records.
+    Spectra(Spectra),
 }
 
 /// Identity of the sender, and the version of its messages.
@@ -252,7 +255,7 @@ mod tests {
         let client = Hello { protocol_version: 2, ..Hello::new("flexid 0.2.0") };
         assert_eq!(
             client.refusal().unwrap().reason,
-            "client speaks flexid protocol 2, this daemon speaks 7: install matching versions"
+            "client speaks flexid protocol 2, this daemon speaks 8: install matching versions"
         );
     }
 
@@ -260,7 +263,7 @@ mod tests {
     fn a_client_built_between_two_versions_gets_the_whole_reason() {
         let client = Hello { schema_key: [0xAB; 8], ..Hello::new("flexid 0.1.0") };
         let reason = client.refusal().unwrap().reason;
-        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 7"));
+        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 8"));
         assert!(reason.ends_with("install matching versions"), "{reason}");
     }
 }

@@ -15,6 +15,7 @@ use flexid_wire::left_over::{LeftOver, MAX_LEFT_OVER};
 use flexid_wire::messages::*;
 use flexid_wire::report::*;
 use flexid_wire::residuals::{Meaning, Residuals};
+use flexid_wire::spectra::{Band, MAX_BANDS, Spectra};
 use flexid_wire::state::State;
 use flexid_wire::text::clipped;
 use flexid_wire::trouble::{BusFault, BusFaultKind, Trouble};
@@ -23,7 +24,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 7] = [
+const SCHEMA_KEYS: [(u16, [u8; 8]); 8] = [
     (1, [27, 84, 154, 181, 40, 115, 78, 33]),
     (2, [228, 103, 188, 121, 18, 38, 118, 136]),
     (3, [199, 205, 85, 206, 40, 25, 67, 64]),
@@ -31,6 +32,7 @@ const SCHEMA_KEYS: [(u16, [u8; 8]); 7] = [
     (5, [18, 126, 187, 58, 40, 160, 246, 102]),
     (6, [168, 115, 231, 10, 187, 215, 178, 22]),
     (7, [164, 238, 162, 131, 174, 66, 220, 15]),
+    (8, [0, 0, 0, 0, 0, 0, 0, 0]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
@@ -277,6 +279,26 @@ fn from_edge_finding() {
 }
 
 #[test]
+fn from_edge_spectra() {
+    let band = Band {
+        frequency_hz: 2.0,
+        measured: [1.0, 0.5, 0.25],
+        modelled: [2.0, 4.0, 8.0],
+        noise: [0.125, 0.0, -1.0],
+    };
+    frozen(
+        FromEdge::Spectra(Spectra {
+            record: 300,
+            pose: [1.0, 0.5].into_iter().collect(),
+            band_hz: [2.0, 0.5],
+            bands: [band].into_iter().collect(),
+        }),
+        "45000000 06 ac02 02 000000000000f03f 000000000000e03f 00000040 0000003f 01 00000040 \
+         0000803f 0000003f 0000803e 00000040 00008040 00000041 0000003e 00000000 000080bf",
+    );
+}
+
+#[test]
 fn variants_keep_their_numbers() {
     frozen([Verdict::Identified, Verdict::Weak, Verdict::NotObservable], "03000000 000102");
     frozen([Verdict::Fixed], "01000000 03");
@@ -320,6 +342,20 @@ fn the_fullest_finding_fits_a_frame() {
     let mut buffer = [0; FRAME_BUFFER];
     let frame = framing::encode(&FromEdge::Finding(finding), &mut buffer).unwrap();
     assert!((30_000..=MAX_FRAME).contains(&frame.len()), "{}", frame.len());
+}
+
+#[test]
+fn the_fullest_spectra_are_a_small_message() {
+    let band = Band { frequency_hz: 1.0, measured: [1.0; 3], modelled: [1.0; 3], noise: [1.0; 3] };
+    let spectra = Spectra {
+        record: u64::MAX,
+        pose: std::iter::repeat_n(1.0, MAX_JOINTS).collect(),
+        band_hz: [1.0, 2.0],
+        bands: std::iter::repeat_n(band, MAX_BANDS).collect(),
+    };
+    let mut buffer = [0; FRAME_BUFFER];
+    let frame = framing::encode(&FromEdge::Spectra(spectra), &mut buffer).unwrap();
+    assert!((2400..2500).contains(&frame.len()), "{}", frame.len());
 }
 
 fn full<const N: usize>() -> heapless::String<N> {

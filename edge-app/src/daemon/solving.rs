@@ -11,6 +11,7 @@ use flexid_pipeline::config::{Config, Validity};
 use flexid_pipeline::stop::Stop;
 use flexid_pipeline::text::count;
 use flexid_pipeline::{Counts, Outcome, Record, Solver, State};
+use flexid_wire::finding::Finding;
 use flexid_wire::messages::{FromEdge, Phase, Progress};
 use flexid_wire::state;
 use tracing::{info, warn};
@@ -152,15 +153,23 @@ impl<'a> Solving<'a> {
         Ok(())
     }
 
-    /// Sends the progress and the present finding to clients and the log.
+    /// Sends the progress, and the present finding with its spectra, to clients and the log.
     fn publish(&mut self, counts: &Counts) {
         self.latest.publish(FromEdge::Progress(self.solver.progress()));
         let finding = self.solver.finding(counts, &[]);
         *lock(self.unused) = if finding.is_none() { self.solver.unused() } else { None };
         if let Some(finding) = finding {
             self.reports.log(&finding.report);
-            self.latest.publish(FromEdge::Finding(finding));
+            self.publish_finding(finding);
         }
+    }
+
+    /// Sends a finding, after the spectra that belong to it.
+    fn publish_finding(&mut self, finding: Finding) {
+        if let Some(spectra) = self.solver.spectra() {
+            self.latest.publish(FromEdge::Spectra(spectra));
+        }
+        self.latest.publish(FromEdge::Finding(finding));
     }
 
     /// Saves the state if it has changed, unless it was saved a short time ago.
@@ -193,7 +202,8 @@ impl<'a> Solving<'a> {
         }
         if let Some(finding) = &mut outcome.finding {
             finding.explain(&outcome.state);
-            self.latest.publish(FromEdge::Finding(finding.clone()));
+            let finding = finding.clone();
+            self.publish_finding(finding);
         }
     }
 }

@@ -9,7 +9,7 @@
 //!
 //! The page is a pure function of the result file: the same file gives the same bytes.
 
-mod charts;
+pub mod charts;
 pub mod document;
 pub mod evidence;
 mod page;

@@ -15,7 +15,7 @@ use crate::show::view::View;
 const LOOK: Duration = Duration::from_millis(50);
 /// The help text on use and exit status.
 const USE: &str = "\
-Keys: 1 to 5, Tab and arrows turn the pages, up, down and space move a long one, q ends. NO_COLOR=1 leaves colours out.
+Keys: 1 to 6, Tab and arrows turn the pages, up, down and space move a long one, q ends. NO_COLOR=1 leaves colours out.
 
 Example:
   flexid watch unix:flexid.sock --until identified --records 3 --timeout 120 --json
@@ -74,8 +74,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
                 return Err(error.into());
             }
         };
-        if let Some(finding) = message.and_then(|message| view.take(message)) {
-            screen.hear(finding)?;
+        if message.is_some_and(|message| view.take(message)) {
+            screen.hear(&view)?;
         }
         let quits = screen.obey();
         screen.draw(&view)?;

@@ -143,8 +143,8 @@ fn watch(address: &Listen, experiments: u64, robot_is_done: impl Fn() -> bool) -
     let mut patience = None;
     loop {
         let message = client.next(REDRAW)?;
-        if let Some(finding) = message.and_then(|message| view.take(message)) {
-            screen.hear(finding)?;
+        if message.is_some_and(|message| view.take(message)) {
+            screen.hear(&view)?;
         }
         screen.draw(&view)?;
         let done = view.settled().is_some_and(|report| report.fit.records >= experiments);

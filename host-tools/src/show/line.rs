@@ -5,19 +5,19 @@ use flexid_pipeline::text::printable;
 
 use crate::show::headline::Tone;
 
-/// A line of text, of pieces that each have a tone.
+/// A line of text, of pieces that each have a style.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Line(Vec<(Tone, String)>);
+pub(crate) struct Line(Vec<(Style, String)>);
 
 impl Line {
-    /// A line of one tone.
-    pub(crate) fn toned(tone: Tone, text: impl Into<String>) -> Self {
-        Self(vec![(tone, text.into())])
+    /// A line of one style, or of that of a tone.
+    pub(crate) fn toned(style: impl Into<Style>, text: impl Into<String>) -> Self {
+        Self(vec![(style.into(), text.into())])
     }
 
     /// Appends a piece.
-    pub(crate) fn push(&mut self, tone: Tone, text: impl Into<String>) {
-        self.0.push((tone, text.into()));
+    pub(crate) fn push(&mut self, style: impl Into<Style>, text: impl Into<String>) {
+        self.0.push((style.into(), text.into()));
     }
 
     /// The text alone.
@@ -33,8 +33,7 @@ impl Line {
     /// The line for standard output, cut off at `columns`. Text that does not come from this program is escaped. There are colours
     /// on a terminal without NO_COLOR.
     pub(crate) fn styled(&self, columns: usize) -> String {
-        let pieces =
-            self.0.iter().map(|(tone, text)| style(*tone).apply_to(printable(text)).to_string());
+        let pieces = self.0.iter().map(|(style, text)| style.apply_to(printable(text)).to_string());
         truncate_str(&pieces.collect::<String>(), columns, "…").into_owned()
     }
 }
@@ -45,12 +44,14 @@ impl<T: Into<String>> From<T> for Line {
     }
 }
 
-fn style(tone: Tone) -> Style {
-    match tone {
-        Tone::Neutral => Style::new(),
-        Tone::Good => Style::new().green(),
-        Tone::Caution => Style::new().yellow(),
-        Tone::Bad => Style::new().red(),
+impl From<Tone> for Style {
+    fn from(tone: Tone) -> Self {
+        match tone {
+            Tone::Neutral => Self::new(),
+            Tone::Good => Self::new().green(),
+            Tone::Caution => Self::new().yellow(),
+            Tone::Bad => Self::new().red(),
+        }
     }
 }
 

@@ -195,6 +195,7 @@ pub(crate) mod tests {
     use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge};
     use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report};
     use flexid_wire::residuals::{Meaning, Objection, Residuals};
+    use flexid_wire::spectra::{Band, Spectra};
     use flexid_wire::state::State;
     use flexid_wire::text::clipped;
     use flexid_wire::warning::Warning;
@@ -310,7 +311,28 @@ pub(crate) mod tests {
         let mut finding = finding(joints);
         finding.report.warnings = warnings.iter().cloned().collect();
         view.finding = Some(finding);
+        view.spectra = Some(spectra());
         view
+    }
+
+    /// A resonance of a third of an octave at 20 Hz along z, measured ten times as large as modelled along x.
+    pub(crate) fn spectra() -> Spectra {
+        let band = |index: usize| {
+            let frequency_hz = 2.0 * 100_f32.powf(index as f32 / 59.0);
+            let resonance = 1.0 / (1.0 + (8.0 * (frequency_hz / 20.0).log2()).powi(2));
+            Band {
+                frequency_hz,
+                measured: [0.1, 0.01, 0.01 + resonance],
+                modelled: [0.01, 0.01, 0.01 + resonance],
+                noise: [1e-3; 3],
+            }
+        };
+        Spectra {
+            record: 3,
+            pose: [0.0, -0.45, 0.95].into_iter().collect(),
+            band_hz: [2.0, 200.0],
+            bands: (0..60).map(band).collect(),
+        }
     }
 
     const SHORT: Warning = Warning::BusErrors { errors: 2 };

@@ -3,10 +3,11 @@
 use super::keys::Key;
 use super::line::Line;
 use super::page;
+use super::spectra;
 use super::view::View;
 
 /// The pages, by their keys.
-const PAGES: [&str; 5] = ["overview", "parameters", "confidence", "warnings", "bus"];
+const PAGES: [&str; 6] = ["overview", "parameters", "spectra", "fit", "warnings", "bus"];
 
 /// The page that is shown, and the number of lines above its window.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,8 +40,9 @@ impl Pager {
         let mut lines = match self.page {
             0 => page::overview(view, rows, columns),
             1 => page::parameters(view, columns),
-            2 => page::confidence(view, columns),
-            3 => page::warnings(view, columns),
+            2 => spectra::lines(view, rows, columns),
+            3 => page::confidence(view, columns),
+            4 => page::warnings(view, columns),
             _ => page::bus(view, columns),
         };
         let all = lines.len();
@@ -59,12 +61,14 @@ impl Pager {
         let mut keys = String::new();
         for (index, name) in PAGES.iter().enumerate() {
             let key = format!("{} {name}", index + 1);
-            keys += &if index == self.page { format!("[{key}]") } else { format!(" {key} ") };
+            let before = if index == self.page + 1 { "" } else { " " };
+            keys +=
+                &if index == self.page { format!("[{key}] ") } else { format!("{before}{key}") };
         }
         if let Some((first, last, all)) = shown {
             keys += &format!(" ↑↓ {first}-{last}/{all}");
         }
-        Line::from(keys + "  q quit")
+        Line::from(keys + " q quit")
     }
 }
 
@@ -79,7 +83,7 @@ mod tests {
     fn every_page_fits_and_has_its_keys() {
         let view = view(6, &[Warning::ImposedParameters]);
         for (page, said) in
-            ["consistent", "stiffness", "residuals", "what [parameters] fixes", "frames/s"]
+            ["consistent", "stiffness", "measured", "residuals", "what [parameters]", "frames/s"]
                 .into_iter()
                 .enumerate()
         {

@@ -7,7 +7,6 @@ use ::console::Term;
 use anyhow::Result;
 use flexid_edge::console::{draw, print};
 use flexid_pipeline::report::Summary;
-use flexid_wire::finding::Finding;
 
 use super::keys::{Key, Keys};
 use super::news::News;
@@ -65,12 +64,14 @@ impl Screen {
         quits
     }
 
-    /// Prints the output for one finding.
-    pub(crate) fn hear(&mut self, finding: &Finding) -> Result<()> {
+    /// Prints the output for a finding that has come.
+    pub(crate) fn hear(&mut self, view: &View) -> Result<()> {
+        let Some(finding) = &view.finding else { return Ok(()) };
         match self {
             Self::Json(news) => {
                 news.end();
-                Ok(print(&(serde_json::to_string(&ResultJson::from(finding))? + "\n"))?)
+                let result = ResultJson::from(finding).with_spectra(view.spectra.as_ref());
+                Ok(print(&(serde_json::to_string(&result)? + "\n"))?)
             }
             Self::Lines { .. } => Ok(print(&Summary(&finding.report).to_string())?),
             Self::Live { .. } => Ok(()),

@@ -6,6 +6,7 @@ use flexid_pipeline::text::count;
 use flexid_wire::finding::Finding;
 use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Phase, Progress, Status};
 use flexid_wire::report::{Acceptance, Report};
+use flexid_wire::spectra::Spectra;
 
 use crate::show::headline::has_identified;
 
@@ -19,25 +20,29 @@ pub(crate) struct View {
     pub(crate) progress: Option<Progress>,
     pub(crate) bus: Option<BusHealth>,
     pub(crate) finding: Option<Finding>,
+    /// Spectra of the newest record that the finding rests on.
+    pub(crate) spectra: Option<Spectra>,
 }
 
 impl View {
-    /// Takes a message. Returns the finding that it holds.
-    pub(crate) fn take(&mut self, message: FromEdge) -> Option<&Finding> {
+    /// Takes a message. Returns whether it is a finding.
+    pub(crate) fn take(&mut self, message: FromEdge) -> bool {
+        let is_finding = matches!(message, FromEdge::Finding(_));
         match message {
             FromEdge::Status(status) => self.status = Some(status),
             FromEdge::Progress(progress) => {
                 let before = self.progress.replace(progress);
                 if before.is_some_and(|before| progress.records < before.records) {
                     // The daemon has started anew, because its config has changed.
-                    self.finding = None;
+                    (self.finding, self.spectra) = (None, None);
                 }
             }
             FromEdge::BusHealth(bus) => self.bus = Some(bus),
-            FromEdge::Finding(finding) => return Some(self.finding.insert(finding)),
+            FromEdge::Finding(finding) => self.finding = Some(finding),
+            FromEdge::Spectra(spectra) => self.spectra = Some(spectra),
             FromEdge::Hello(_) | FromEdge::Refused(_) => {}
         }
-        None
+        is_finding
     }
 
     /// The report on all records that the daemon has, once the work on them has ended.

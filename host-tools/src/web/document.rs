@@ -61,6 +61,7 @@ pub(super) fn page(parts: &Parts, version: &str) -> Markup {
                         "Dot: value. Line: 95 % interval, on logarithmic axes that all joints share. tx ty tz along, rx ry rz about the \
                          axes of the joint frame."
                     }
+                    (part("spectra"))
                     @for (name, heading, open) in FOLDED {
                         details open[open] { summary { (heading) } (part(name)) }
                     }

@@ -4,7 +4,9 @@ use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
 use flexid_pipeline::text::{count, printable};
+use flexid_report::charts::spectra::panels;
 use flexid_wire::messages::{Phase, Status};
+use flexid_wire::spectra::Spectra;
 use maud::{Markup, html};
 
 use super::follow::{Link, State};
@@ -14,8 +16,17 @@ use crate::show::headline::{Headline, Tone};
 use crate::show::view::View;
 
 /// Names of the parts.
-pub(super) const NAMES: [&str; 8] =
-    ["robot", "link", "verdict", "warnings", "progress", "parameters", "confidence", "bus"];
+pub(super) const NAMES: [&str; 9] = [
+    "robot",
+    "link",
+    "verdict",
+    "warnings",
+    "progress",
+    "parameters",
+    "spectra",
+    "confidence",
+    "bus",
+];
 
 /// The parts, in the order of [`NAMES`].
 pub(super) type Parts = [Arc<str>; NAMES.len()];
@@ -39,6 +50,7 @@ pub(super) fn render(state: &State) -> Parts {
         warnings(view),
         progress(view),
         finding.map(parameters).unwrap_or_default(),
+        view.spectra.as_ref().map(spectra).unwrap_or_default(),
         html! { @if let Some(finding) = finding { pre { (confidence::lines(&finding.confidence)) } } },
         html! { @if let Some(line) = view.bus_line() { p { (line) } } },
     ];
@@ -124,6 +136,16 @@ fn progress(view: &View) -> Markup {
                 (bar("work on the newest record", progress.fraction))
             }
         }
+    }
+}
+
+/// The newest record beside the model.
+fn spectra(spectra: &Spectra) -> Markup {
+    let pose: Vec<_> = spectra.pose.iter().map(|angle| format!("{angle:.3}")).collect();
+    html! {
+        h2 { "Record " (spectra.record) ", measured against modelled" }
+        p { "Acceleration along each axis of the accelerometer. Pose " (pose.join(" ")) " rad (m)." }
+        (panels(spectra))
     }
 }
 

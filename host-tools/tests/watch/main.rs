@@ -4,6 +4,7 @@ mod connection;
 mod end;
 mod news;
 mod printed;
+mod spectra;
 mod terminal;
 
 use std::path::Path;

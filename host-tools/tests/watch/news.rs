@@ -5,6 +5,7 @@ use flexid_wire::finding::Finding;
 use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Phase, Progress, Status};
 use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report, Verdict};
 use flexid_wire::residuals::{Meaning, Residuals};
+use flexid_wire::spectra::{Band, Spectra};
 use flexid_wire::state::State;
 use flexid_wire::text::clipped;
 use flexid_wire::trouble::BusFault;
@@ -81,6 +82,24 @@ fn confidence() -> Confidence {
         retired: 24,
         left_out: 0,
     }
+}
+
+/// Spectra with one resonance, which the model has a little too low.
+pub(crate) fn spectra(record: u64) -> FromEdge {
+    let band = |index: usize| {
+        let frequency_hz = 2.0 * 100_f32.powf(index as f32 / 59.0);
+        let at = |resonance_hz: f32| {
+            let ratio = frequency_hz / resonance_hz;
+            0.02 * ratio * ratio / ((1.0 - ratio * ratio).powi(2) + 0.01 * ratio * ratio).sqrt()
+        };
+        Band { frequency_hz, measured: [at(20.0); 3], modelled: [at(16.0); 3], noise: [1e-3; 3] }
+    };
+    FromEdge::Spectra(Spectra {
+        record,
+        pose: [0.0, -0.45, 0.95].into_iter().collect(),
+        band_hz: [2.0, 200.0],
+        bands: (0..60).map(band).collect(),
+    })
 }
 
 /// A report in which nothing is determined.

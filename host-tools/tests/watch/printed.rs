@@ -15,7 +15,7 @@ use flexid_wire::text::clipped;
 use flexid_wire::trouble::{BusFault, BusFaultKind, Trouble};
 use flexid_wire::warning::Warning;
 
-use super::news::{bus, finding, progress, report, status};
+use super::news::{bus, finding, progress, report, spectra, status};
 use super::{flexid, text, watch};
 
 /// Static tests alone are settled from the start: why no record comes is said all the same.
@@ -46,9 +46,13 @@ fn json_speaks_before_the_first_report_and_then_in_reports_alone() {
     assert_eq!(early[1]["progress"]["phase"], "searching");
     assert_eq!(early[1]["progress"]["fraction"], 0.5);
 
-    let late = lines(&[report(Acceptance::Consistent, 3), status(State::NoForce)]);
+    let late = lines(&[spectra(3), report(Acceptance::Consistent, 3), status(State::NoForce)]);
     assert_eq!(late.len(), 1, "{late:?}");
     assert_eq!(late[0]["fit"]["records"], 3);
+    let FromEdge::Spectra(spectra) = spectra(3) else { unreachable!() };
+    assert_eq!(late[0]["spectra"], serde_json::to_value(spectra).unwrap());
+    let bare = lines(&[report(Acceptance::Consistent, 3)]);
+    assert!(bare[0].get("spectra").is_none(), "{bare:?}");
 }
 
 /// A daemon on another machine may send anything.

@@ -19,7 +19,7 @@ use flexid_wire::state::State;
 use flexid_wire::text::clipped;
 use flexid_wire::warning::Warning;
 
-use super::news::{bus, finding, progress, status};
+use super::news::{bus, finding, progress, spectra, status};
 
 /// Nothing here takes nearly as long; a test that waits for it has failed.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -33,6 +33,7 @@ fn with_server(test: impl FnOnce(&Path, &Latest)) {
     latest.publish(status(State::Measuring { implausible: None }));
     latest.publish(progress(Phase::Refining, 3));
     latest.publish(bus(BusState::Up, None));
+    latest.publish(spectra(3));
     latest.publish(FromEdge::Finding(six_joints()));
     thread::scope(|scope| {
         scope.spawn(|| serve(&listeners, &latest, &stop));
@@ -65,7 +66,7 @@ fn six_joints() -> Finding {
 }
 
 /// `flexid watch` in a terminal of its own.
-struct Terminal {
+pub(crate) struct Terminal {
     child: Child,
     input: ChildStdin,
     output: ChildStdout,
@@ -74,7 +75,7 @@ struct Terminal {
 
 impl Terminal {
     /// Starts a watch in 80 × 24. Afterwards the shell prints the terminal's mode and the processor time.
-    fn watch(path: &Path, arguments: &str, environment: &[(&str, &str)]) -> Self {
+    pub(crate) fn watch(path: &Path, arguments: &str, environment: &[(&str, &str)]) -> Self {
         let program = env!("CARGO_BIN_EXE_flexid");
         let command = format!(
             "stty rows 24 cols 80; {program} watch unix:{} {arguments}; status=$?; stty -a; times; exit $status",
@@ -93,12 +94,12 @@ impl Terminal {
         Self { child, input, output, text: String::new() }
     }
 
-    fn press(&mut self, keys: &str) {
+    pub(crate) fn press(&mut self, keys: &str) {
         self.input.write_all(keys.as_bytes()).unwrap();
     }
 
     /// Reads until the terminal has shown `text`.
-    fn until(&mut self, text: &str) {
+    pub(crate) fn until(&mut self, text: &str) {
         let begun = Instant::now();
         while !self.text.contains(text) {
             let mut bytes = [0; 65_536];
@@ -109,7 +110,7 @@ impl Terminal {
     }
 
     /// Waits for a whole screen with `text`.
-    fn screen(&mut self, text: &str) -> String {
+    pub(crate) fn screen(&mut self, text: &str) -> String {
         self.until(text);
         let from = self.text.rfind("\x1b[H").unwrap();
         self.text.drain(..from);
@@ -118,7 +119,7 @@ impl Terminal {
     }
 
     /// Reads to the end. Returns the exit status and all that the terminal has shown.
-    fn end(mut self) -> (Option<i32>, String) {
+    pub(crate) fn end(mut self) -> (Option<i32>, String) {
         let mut rest = Vec::new();
         self.output.read_to_end(&mut rest).unwrap();
         (self.child.wait().unwrap().code(), self.text + &String::from_utf8_lossy(&rest))
@@ -131,7 +132,7 @@ fn the_pages_fit_and_the_keys_turn_them() {
         let mut terminal = Terminal::watch(path, "", &[]);
         terminal.until("[1 overview]");
         for (key, page) in
-            [("2", "[2 parameters]"), ("\t", "[3 confidence]"), ("\x1b[D", "[2 parameters]")]
+            [("2", "[2 parameters]"), ("\t", "[3 spectra]"), ("\x1b[D", "[2 parameters]")]
         {
             terminal.text.clear();
             terminal.press(key);
@@ -182,6 +183,32 @@ fn the_verdict_is_first_then_the_warnings_and_both_in_colour() {
         let mut terminal = Terminal::watch(path, "", &[("NO_COLOR", "1")]);
         let screen = terminal.screen("MODEL SUSPECT");
         assert!(!screen.contains("\x1b[3"), "{screen:?}");
+        terminal.press("q");
+        terminal.end();
+    });
+}
+
+/// Of the newest record, along x; the space bar turns to y. Without colours the curves differ by their dots.
+#[test]
+fn the_spectra_are_drawn_anew_when_others_come() {
+    with_server(|path, latest| {
+        let mut terminal = Terminal::watch(path, "", &[("NO_COLOR", "1")]);
+        terminal.until("[1 overview]");
+        terminal.press("3");
+        let screen = terminal.screen("acceleration x, (m/s²)/√Hz, record 3");
+        let page = strip_ansi_codes(&screen).into_owned();
+        for part in
+            ["⠂ ⠂ measured  ⠒⠒ modelled  ⠒ ⠒ noise", "0.1┤", "10⁻³┤", "200 Hz", "↑↓ 1-22/66"]
+        {
+            assert!(page.contains(part), "{part:?} is not in {page}");
+        }
+        let dots = page.chars().filter(|own| ('\u{2801}'..='\u{28ff}').contains(own)).count();
+        assert!(dots > 150, "{dots} cells with dots in {page}");
+        assert!(!screen.contains("\x1b[3"), "{screen:?}");
+        terminal.press(" ");
+        terminal.screen("acceleration y, (m/s²)/√Hz, record 3");
+        latest.publish(spectra(4));
+        terminal.screen("acceleration y, (m/s²)/√Hz, record 4");
         terminal.press("q");
         terminal.end();
     });

@@ -55,8 +55,8 @@ impl Daemon {
 
     /// A rest and a cut at one pose, of which the daemon makes a record: a block of a ton that is pushed, with noise of both
     /// sensors.
-    pub(crate) fn cut(&self) {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+    pub(crate) fn cut(&self, seed: u64) {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut noise = || (rng.next_u32() >> 8) as f32 / (1 << 23) as f32 - 1.0;
         (0..3).for_each(|index| self.send(Reading::Joint { index, value: 0.0 }));
         let mut state = [(0.0, 0.0); 3];

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use flexid_core::stream::Reading;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::browser::Browser;
 use super::daemon::Daemon;
@@ -14,6 +14,14 @@ use super::program::Web;
 
 /// The parameters that the page shows.
 const DOTS: &str = "document.querySelectorAll('#parameters .dot').length";
+
+/// The panels that show spectra.
+const PANELS: &str = "document.querySelectorAll('#spectra svg').length";
+
+/// Places of the dots and points of the lines in them; lines of the grid have two points.
+const CURVES: &str = "[...document.querySelectorAll('#spectra circle, #spectra polyline')]
+    .map(own => own.getAttribute('points') ?? own.getAttribute('cx') + ',' + own.getAttribute('cy'))
+    .filter(own => own.trim().split(' ').length != 2)";
 
 /// Everything in one test, since a browser takes seconds to start.
 #[test]
@@ -33,9 +41,22 @@ fn the_page_loads_updates_and_survives_the_end_of_daemon_and_server() {
     daemon.send(Reading::Joint { index: 1, value: 0.5 });
     browser.until("waiting for force frames");
     assert_eq!(browser.evaluate(DOTS), 0);
-    daemon.cut();
+    assert_eq!(browser.evaluate(PANELS), 0);
+    daemon.cut(1);
     browser.until("of 36 parameters identified");
     assert_eq!(browser.evaluate(DOTS), 36);
+    browser.until("Record 1, measured against modelled");
+    assert_eq!(browser.evaluate(PANELS), 3);
+    let of_first = browser.evaluate(CURVES);
+    daemon.cut(2);
+    browser.until("Record 2, measured against modelled");
+    let of_second = browser.evaluate(CURVES);
+    // Dots, and the lines of modelled and noise.
+    let curves = of_second.as_array().unwrap();
+    assert_eq!(curves.len(), 3 * (17 + 2), "{of_second}");
+    let is_apart = |(one, other): &(&Value, &Value)| one != other;
+    let changed = curves.iter().zip(of_first.as_array().unwrap()).filter(is_apart).count();
+    assert!(changed > curves.len() / 2, "{changed} of {} curves have changed", curves.len());
     let title = browser.evaluate("document.title").to_string();
     assert!(title.contains(" - flexid"), "{title}");
     // To be looked at; the manual shows it.
@@ -53,11 +74,13 @@ fn the_page_loads_updates_and_survives_the_end_of_daemon_and_server() {
     let time = text.split("last data from ").nth(1).unwrap().get(..8).unwrap();
     assert!(time.bytes().filter(u8::is_ascii_digit).count() == 6, "{time} is no hh:mm:ss");
     assert_eq!(browser.evaluate(DOTS), 36, "what was known stays");
+    assert_eq!(browser.evaluate(CURVES), of_second);
     let daemon = Daemon::start(&path);
     let text = browser.until("live: unix:");
     assert!(!text.contains("connection lost"), "{text}");
     browser.until("waiting for frames");
     assert_eq!(browser.evaluate(DOTS), 0, "a new daemon knows nothing yet");
+    assert_eq!(browser.evaluate(PANELS), 0);
     assert_eq!(browser.complaints, [""; 0]);
 
     let address = web.address.to_string();

@@ -54,6 +54,16 @@ pub struct FittedBin {
 impl Solver {
     /// Returns the records that the present estimate rests on. It is empty without an estimate, and while records are unsettled.
     pub fn fitted_records(&mut self) -> Vec<FittedRecord> {
+        self.fitted_from(0)
+    }
+
+    /// As [`Solver::fitted_records`], of the newest record alone.
+    pub(super) fn newest_fitted(&mut self) -> Option<FittedRecord> {
+        self.fitted_from(self.experiments.len().saturating_sub(1)).pop()
+    }
+
+    /// As [`Solver::fitted_records`], without the `first` oldest.
+    fn fitted_from(&mut self, first: usize) -> Vec<FittedRecord> {
         if !self.unsettled.is_empty() {
             return Vec::new();
         }
@@ -62,12 +72,13 @@ impl Solver {
         let plant = plant.as_deref().filter(|_| of_plant.is_some());
         let mut left: Vec<Vec<BinLeft>> = vec![Vec::new(); experiments.len()];
         let mut take = |own: &BinLeft| left[own.record].push(*own);
-        if identifier.each_bin(experiments, plant, &estimate, &mut take).is_err() {
+        if identifier.each_bin(experiments, plant, &estimate, first, &mut take).is_err() {
             return Vec::new();
         }
         let records = self.experiments.iter().zip(&self.sources).zip(&self.numbers).zip(&left);
         let band_hz = self.measurement.band_hz;
         records
+            .skip(first)
             .map(|(((experiment, record), number), left)| {
                 FittedRecord::new(*number, record, experiment, left, band_hz)
             })

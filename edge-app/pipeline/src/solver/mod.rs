@@ -6,6 +6,7 @@ mod finding;
 mod fitted;
 mod repeats;
 mod retention;
+mod spectra;
 mod state;
 mod work;
 
@@ -41,6 +42,7 @@ pub use fitted::{FittedBin, FittedRecord};
 pub(crate) use repeats::{Fingerprint, Taken};
 pub(crate) use retention::same_pose;
 use retention::{Entry, Room, find_room};
+pub use spectra::{Band, bands};
 pub use state::State;
 use state::{MAX_WAITING, Settled};
 use work::Work;

@@ -4,12 +4,14 @@
 //! | ------- | ---------------------------------------------------------------- |
 //! | `scale` | the range of an axis, linear or logarithmic, and its ticks       |
 //! | `panel` | curves, bands and dots between two axes                          |
+//! | `spectra` | the newest record of a daemon beside the model                 |
 //!
 //! A chart library draws with fixed colours. The style sheet replaces those of [`INK`] and the [`Colour`]s by those of the page, light or
 //! dark.
 
 pub(crate) mod panel;
-pub(crate) mod scale;
+pub mod scale;
+pub mod spectra;
 
 use std::error::Error;
 
@@ -68,9 +70,14 @@ impl Colour {
 
 /// Inline SVG of this height; `label` describes it for readers who cannot see it.
 pub(crate) fn svg(height: u32, label: &str, draw: impl FnOnce(&Canvas<'_>) -> Drawn) -> Markup {
+    svg_of((WIDTH, height), label, draw)
+}
+
+/// The same of this width and height, pixels.
+fn svg_of(size: (u32, u32), label: &str, draw: impl FnOnce(&Canvas<'_>) -> Drawn) -> Markup {
     let mut text = String::new();
     let drawn = {
-        let canvas = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
+        let canvas = SVGBackend::with_string(&mut text, size).into_drawing_area();
         draw(&canvas).and_then(|()| Ok(canvas.present()?))
     };
     html! {

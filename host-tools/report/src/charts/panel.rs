@@ -54,6 +54,18 @@ pub(crate) struct Curve {
     pub(crate) points: Vec<(f64, Option<f64>)>,
 }
 
+impl Curve {
+    /// Dots alone.
+    pub(crate) fn dots(
+        colour: Colour,
+        width: u32,
+        points: impl Iterator<Item = (f64, f64)>,
+    ) -> Self {
+        let points = points.flat_map(|(x, y)| [(x, Some(y)), (x, None)]).collect();
+        Self { colour, width, points }
+    }
+}
+
 impl Panel {
     /// Draws the panel on the whole canvas. Panels of the same labels have their axes at the same places.
     pub(crate) fn draw(&self, canvas: &Canvas<'_>) -> Drawn {

@@ -9,12 +9,12 @@ const ROOM: f64 = 0.08;
 
 /// An axis.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Scale {
+pub struct Scale {
     is_logarithmic: bool,
     /// Ends, in what is drawn: the values or their decimal logarithms.
-    pub(crate) ends: [f64; 2],
+    pub ends: [f64; 2],
     /// Places of the ticks, likewise.
-    pub(crate) ticks: Vec<f64>,
+    pub ticks: Vec<f64>,
 }
 
 impl Scale {
@@ -43,7 +43,7 @@ impl Scale {
     }
 
     /// A logarithmic one from end to end, both above 0. Ticks are the decades, and 2 and 5 times them where there are few.
-    pub(crate) fn logarithmic([low, high]: [f64; 2]) -> Self {
+    pub fn logarithmic([low, high]: [f64; 2]) -> Self {
         let low = if low > 0.0 && low.is_finite() { low } else { 1e-12 };
         let high = if high > low && high.is_finite() { high } else { 10.0 * low };
         let ends = proper([low.log10(), high.log10()]);
@@ -69,7 +69,7 @@ impl Scale {
     }
 
     /// Where a value is drawn. `None` of one that lies outside, or has no place, as 0 on a logarithmic axis.
-    pub(crate) fn place(&self, value: f64) -> Option<f64> {
+    pub fn place(&self, value: f64) -> Option<f64> {
         let own = if self.is_logarithmic { value.log10() } else { value };
         let [low, high] = self.ends;
         let room = 1e-9 * (high - low);
@@ -84,7 +84,7 @@ impl Scale {
     }
 
     /// The number at a tick, as text.
-    pub(crate) fn text(&self, tick: f64) -> String {
+    pub fn text(&self, tick: f64) -> String {
         if !self.is_logarithmic {
             // Ticks are multiples of a step, with rounding errors.
             let rounded = (tick * 1e6).round() / 1e6 + 0.0;

@@ -6,7 +6,7 @@
 //! √( 2/T · mean |X|² )        X the DFT times the sample period
 //! ```
 
-use flexid_pipeline::solver::{FittedBin, FittedRecord};
+use flexid_pipeline::solver::{FittedBin, FittedRecord, bands};
 use serde::{Deserialize, Serialize};
 
 use super::{POINTS, rounded};
@@ -95,42 +95,21 @@ impl RecordEvidence {
 impl RecordSpectra {
     fn new(bins: &[FittedBin], seconds: f64) -> Self {
         let mut spectra = Self::default();
-        for band in bands(bins) {
-            let count = band.len() as f64;
-            let mean_hz = band.iter().map(|bin| bin.frequency_hz.ln()).sum::<f64>() / count;
-            spectra.frequency_hz.push(rounded(mean_hz.exp()));
+        let square = |[re, im]: [f64; 2]| re * re + im * im;
+        for band in bands(bins, seconds, POINTS) {
+            spectra.frequency_hz.push(rounded(band.frequency_hz()));
             for axis in 0..3 {
-                let density = |power: &dyn Fn(&FittedBin) -> f64| {
-                    let mean = band.iter().map(power).sum::<f64>() / count;
-                    rounded((2.0 * mean / seconds).sqrt())
-                };
-                let square = |[re, im]: [f64; 2]| re * re + im * im;
-                let modelled = |bin: &FittedBin| {
-                    let (measured, left) = (bin.measured[axis], bin.left[axis]);
-                    square([measured[0] - left[0], measured[1] - left[1]])
-                };
+                let density = |power: &dyn Fn(&FittedBin) -> f64| rounded(band.density(power));
                 spectra.force[axis].push(density(&|bin| square(bin.force[axis])));
                 spectra.force_noise[axis].push(density(&|bin| bin.force_noise[axis]));
-                spectra.measured[axis].push(density(&|bin| square(bin.measured[axis])));
-                spectra.modelled[axis].push(density(&modelled));
+                spectra.measured[axis].push(rounded(band.measured(axis)));
+                spectra.modelled[axis].push(rounded(band.modelled(axis)));
                 spectra.residual[axis].push(density(&|bin| square(bin.left[axis])));
-                spectra.noise[axis].push(density(&|bin| bin.noise[axis]));
+                spectra.noise[axis].push(rounded(band.noise(axis)));
             }
         }
         spectra
     }
-}
-
-/// The bins in at most [`POINTS`] bands of equal ratios, those without bins left out.
-fn bands(bins: &[FittedBin]) -> impl Iterator<Item = &[FittedBin]> {
-    let first = bins.first().map_or(1.0, |bin| bin.frequency_hz);
-    let last = bins.last().map_or(1.0, |bin| bin.frequency_hz);
-    let place = move |bin: &FittedBin| {
-        let part = (bin.frequency_hz / first).ln() / (last / first).ln().max(f64::MIN_POSITIVE);
-        // The conversion saturates.
-        ((part * POINTS as f64) as usize).min(POINTS - 1)
-    };
-    bins.chunk_by(move |one, other| place(one) == place(other))
 }
 
 #[cfg(test)]
