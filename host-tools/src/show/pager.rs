@@ -58,13 +58,11 @@ impl Pager {
 
     /// The keys, the page that is shown in brackets.
     fn keys(&self, shown: Option<(usize, usize, usize)>) -> Line {
-        let mut keys = String::new();
-        for (index, name) in PAGES.iter().enumerate() {
+        let key = |(index, name): (usize, &&str)| {
             let key = format!("{} {name}", index + 1);
-            let before = if index == self.page + 1 { "" } else { " " };
-            keys +=
-                &if index == self.page { format!("[{key}] ") } else { format!("{before}{key}") };
-        }
+            if index == self.page { format!("[{key}]") } else { key }
+        };
+        let mut keys = PAGES.iter().enumerate().map(key).collect::<Vec<_>>().join(" ");
         if let Some((first, last, all)) = shown {
             keys += &format!(" ↑↓ {first}-{last}/{all}");
         }

@@ -10,6 +10,7 @@ use flexid_wire::finding::Finding;
 use flexid_wire::implausible::{Implausible, SignalFrames};
 use flexid_wire::messages::{BusState, FromEdge, Phase};
 use flexid_wire::report::Acceptance;
+use flexid_wire::spectra::Spectra;
 use flexid_wire::state::State;
 use flexid_wire::text::clipped;
 use flexid_wire::trouble::{BusFault, BusFaultKind, Trouble};
@@ -50,7 +51,8 @@ fn json_speaks_before_the_first_report_and_then_in_reports_alone() {
     assert_eq!(late.len(), 1, "{late:?}");
     assert_eq!(late[0]["fit"]["records"], 3);
     let FromEdge::Spectra(spectra) = spectra(3) else { unreachable!() };
-    assert_eq!(late[0]["spectra"], serde_json::to_value(spectra).unwrap());
+    let printed: Spectra = serde_json::from_value(late[0]["spectra"].clone()).unwrap();
+    assert_eq!(printed, spectra);
     let bare = lines(&[report(Acceptance::Consistent, 3)]);
     assert!(bare[0].get("spectra").is_none(), "{bare:?}");
 }

@@ -156,6 +156,8 @@ fn the_numbers_are_those_of_the_simulated_cut() {
     let truth =
         [0, 1, 2].map(|axis| true_motion.acceleration.iter().map(|own| own[axis]).collect());
     let of_truth = densities(&truth, sampling.rate_hz, band_hz);
+    // Of one side, (m/s²)/√Hz.
+    let own_noise = sampling.acceleration_noise() * (2.0 / sampling.rate_hz).sqrt();
     let bands = spectra["bands"].as_array().unwrap();
     assert_eq!(bands.len(), of_samples.len());
     for (band, ((hz, samples), (_, truth))) in bands.iter().zip(of_samples.iter().zip(&of_truth)) {
@@ -163,15 +165,18 @@ fn the_numbers_are_those_of_the_simulated_cut() {
         for axis in 0..3 {
             let of = |name: &str| band[name][axis].as_f64().unwrap();
             let [measured, modelled, noise] = ["measured", "modelled", "noise"].map(of);
-            println!(
-                "{frequency_hz:8.3} {hz:8.3} {axis} measured {measured:.4e} {:.4e} modelled {modelled:.4e} {:.4e} noise {noise:.4e}",
-                samples[axis], truth[axis]
+            // Floats of the wire, and steps of the signals.
+            assert!((measured / samples[axis] - 1.0).abs() < 1e-3, "{hz} Hz {axis}: {measured}");
+            // Noise has passed into the model, by the fit and by the force.
+            let error = (modelled - truth[axis]) / noise;
+            assert!(error.abs() < 0.5, "{hz} Hz {axis}: {modelled}, off by {error} of the noise");
+            // The force adds a little to it.
+            let noise = noise / own_noise;
+            assert!(
+                (0.95..1.15).contains(&noise),
+                "{hz} Hz {axis}: {noise} times the sensor's own"
             );
         }
+        assert!((frequency_hz / hz - 1.0).abs() < 1e-6, "{frequency_hz}");
     }
-    println!(
-        "{} {}",
-        sampling.acceleration_noise() * (2.0 / sampling.rate_hz).sqrt(),
-        sampling.force_noise() * (2.0 / sampling.rate_hz).sqrt()
-    );
 }

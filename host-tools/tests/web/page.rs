@@ -61,6 +61,8 @@ fn the_page_loads_updates_and_survives_the_end_of_daemon_and_server() {
     assert!(title.contains(" - flexid"), "{title}");
     // To be looked at; the manual shows it.
     browser.picture(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("web.png"), [1024, 768]);
+    browser.evaluate("document.getElementById('spectra').scrollIntoView()");
+    browser.picture(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("spectra.png"), [1024, 768]);
     let wide = "document.documentElement.scrollWidth - document.documentElement.clientWidth";
     for width in [360, 768, 1024, 1920] {
         let metrics =
