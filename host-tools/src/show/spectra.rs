@@ -175,7 +175,9 @@ mod tests {
             let labels: Vec<_> =
                 panel[1..20].iter().filter_map(|line| line.split_once('┤')).collect();
             let labels: Vec<_> = labels.iter().map(|(label, _)| label.trim()).collect();
-            assert_eq!(labels, ["10", "1", "0.1", "0.01", "10⁻³"]);
+            let decades = ["1", "0.1", "0.01", "10⁻³"];
+            assert!(decades.iter().all(|decade| labels.contains(decade)), "{labels:?}");
+            assert_eq!(labels.len(), 10, "{labels:?}");
             assert_eq!(panel[20].matches('┬').count(), 7, "{}", panel[20]);
             let words: Vec<_> = panel[21].split_whitespace().collect();
             assert_eq!(words, ["2", "5", "10", "20", "50", "100", "200", "Hz"]);

@@ -10,7 +10,7 @@ use super::{Colour, Mark, legend, svg_of};
 /// Names of the axes.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
 /// Size of a panel, pixels. Chosen: three beside each other are legible on a tablet, one on a telephone.
-const SIZE: (u32, u32) = (960, 660);
+const SIZE: (u32, u32) = (760, 560);
 /// Decades below the largest value that are shown, at most. Chosen: noise is there.
 const DECADES: f64 = 6.0;
 
