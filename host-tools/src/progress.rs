@@ -3,11 +3,14 @@
 use std::fmt::Write;
 use std::time::Duration;
 
-use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressFinish, ProgressState, ProgressStyle};
+
+/// Interval at which a bar is drawn while nothing comes to an end, so that it is there from the beginning.
+const DRAWN: Duration = Duration::from_millis(250);
 
 /// A bar of `length` ticks, with the time left estimated from the ticks so far.
 pub(crate) fn bar(length: u64, doing: &'static str) -> ProgressBar {
-    ProgressBar::new(length).with_message(doing).with_style(estimated())
+    drawn(ProgressBar::new(length), doing, estimated())
 }
 
 /// A bar of `length` milliseconds of work in real time. The milliseconds left are the time left.
@@ -16,24 +19,45 @@ pub(crate) fn timed(length: u64, doing: &'static str) -> ProgressBar {
         // The bar's own writer does not fail.
         let _ = text.write_str(&time_left(state.pos(), state.len()));
     };
-    let style = style("{msg} [{wide_bar}] {percent:>3} %, {left} left").with_key("left", left);
-    ProgressBar::new(length).with_message(doing).with_style(style)
+    drawn(ProgressBar::new(length), doing, with_time_left(left))
 }
 
 /// A spinner for work of unknown length.
 pub(crate) fn endless(doing: &'static str) -> ProgressBar {
-    ProgressBar::no_length().with_message(doing).with_style(style("{spinner} {msg}"))
+    drawn(ProgressBar::no_length(), doing, style("{spinner} {msg}"))
 }
 
 /// The style of a [`bar`].
 pub(crate) fn estimated() -> ProgressStyle {
-    style("{msg} [{wide_bar}] {percent:>3} %, {eta} left")
+    with_time_left(|state: &ProgressState, text: &mut dyn Write| {
+        // Before the first tick nothing is known.
+        let left = match state.pos() {
+            0 => "some time".to_owned(),
+            _ => HumanDuration(state.eta()).to_string(),
+        };
+        let _ = text.write_str(&left);
+    })
+}
+
+fn with_time_left(
+    left: impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync + 'static,
+) -> ProgressStyle {
+    style("{msg} [{wide_bar}] {percent:>3} %, {left} left").with_key("left", left)
 }
 
 fn style(template: &str) -> ProgressStyle {
     let style =
         ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     style.progress_chars("=> ")
+}
+
+/// The bar, on a terminal from now on, until it is dropped.
+fn drawn(bar: ProgressBar, doing: &'static str, style: ProgressStyle) -> ProgressBar {
+    let bar = bar.with_message(doing).with_style(style).with_finish(ProgressFinish::AndClear);
+    if !bar.is_hidden() {
+        bar.enable_steady_tick(DRAWN);
+    }
+    bar
 }
 
 /// The time left of a bar of `length` milliseconds, in words.

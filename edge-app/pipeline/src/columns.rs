@@ -1,6 +1,7 @@
 //! Lines of a table that a spreadsheet exports: comma-separated, the first names the columns. Empty lines and lines that begin with `#` are
 //! left out.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
@@ -55,13 +56,28 @@ fn line(text: &str, position: &Position) -> usize {
     position.line() as usize + skipped
 }
 
-/// Refuses columns that are not `known`, and those that are there twice.
-pub(crate) fn check_names(header: &StringRecord, known: &[String]) -> Result<(), String> {
+/// Refuses columns that are not `known`, and those that are there twice. A file needs those of `needed`.
+pub(crate) fn check_names(
+    header: &StringRecord,
+    known: &[String],
+    needed: &[String],
+) -> Result<(), String> {
+    let needed = needed.join(",");
+    if header.iter().all(|name| name.is_empty() || name.parse::<f64>().is_ok()) {
+        return Err(format!("has no names of columns: the first line is {needed}"));
+    }
     for (index, name) in header.iter().enumerate() {
         if !known.iter().any(|known| known == name) {
             if name.contains([';', '\t']) {
                 return Err(format!(
                     "unknown column {name:?}: separate columns with commas, and write decimals with points"
+                ));
+            }
+            let lower = name.to_lowercase();
+            if known.contains(&lower) {
+                let name = shown(name);
+                return Err(format!(
+                    "unknown column {name}: did you mean {lower}? the first line is {needed}"
                 ));
             }
             let known = known.join(",");
@@ -147,8 +163,15 @@ impl<'a> Angle<'a> {
                 "deg" => [format!("{lower:.1}"), format!("{upper:.1}")],
                 _ => [lower.to_string(), upper.to_string()],
             };
+            let [least, most] = joint.limits;
+            let degrees = match *unit {
+                "rad" if angle.abs() > PI && (least..=most).contains(&angle.to_radians()) => {
+                    format!(": looks like degrees: name the column {name}_deg")
+                }
+                _ => String::new(),
+            };
             return Err(format!(
-                "column {name} is {angle}: joint {:?} moves in [{lower}, {upper}] {unit}",
+                "column {name} is {angle}: joint {:?} moves in [{lower}, {upper}] {unit}{degrees}",
                 joint.name
             ));
         }

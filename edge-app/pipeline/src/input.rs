@@ -1,5 +1,8 @@
 //! Errors in the files of users. Each is one line that names the file, the place and the correction.
 
+mod json;
+mod kind;
+
 use std::fmt;
 use std::fs::File;
 use std::io::Read;
@@ -7,6 +10,9 @@ use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use serde_path_to_error::Segment;
+
+pub use json::parse_json;
+pub(crate) use kind::kind;
 
 /// Error of a file that cannot be used. Its text is one line that names the file, the place and the correction.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -77,11 +83,31 @@ pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, Bad
         let message = one_line(&format!("{place}{}", mend(error.message(), key)));
         BadInput { file: file.to_path_buf(), line, message }
     };
-    let document = toml::Deserializer::parse(text).map_err(|error| bad(&error, "", ""))?;
+    if text.trim().is_empty() {
+        return Err(BadInput::new(
+            file,
+            "is empty: give a TOML file, as those in host-tools/scenario",
+        ));
+    }
+    let document = toml::Deserializer::parse(text).map_err(|error| match kind(text) {
+        Some(other) if other != "a TOML file" => {
+            BadInput::new(file, format!("is {other}, and no TOML file: name the right one"))
+        }
+        _ if is_at_the_end(&error, text) => {
+            bad(&error, "the last line is wrong, or the file is cut off here: ", "")
+        }
+        _ => bad(&error, "", ""),
+    })?;
     serde_path_to_error::deserialize(document).map_err(|error| {
         let (place, key) = place(text, error.path());
         bad(error.inner(), &place, &key)
     })
+}
+
+/// Returns whether an error is at the end of `text`, as that of a text that is cut off.
+fn is_at_the_end(error: &toml::de::Error, text: &str) -> bool {
+    let last = text.trim_end().rfind('\n').map_or(0, |end| end + 1);
+    error.span().is_some_and(|span| span.end > last)
 }
 
 /// Returns the section and the key that a path in the TOML `text` leads to. The section reads, for example,

@@ -76,7 +76,7 @@ impl<'a> Table<'a> {
         let torques = LOAD.iter().skip(FORCES).map(|(name, _)| (*name).to_owned());
         let known: Vec<String> =
             needed(model).into_iter().chain(torques).chain(columns::degree_names(model)).collect();
-        columns::check_names(header, &known)?;
+        columns::check_names(header, &known, &needed(model))?;
         let find = |name: &str| columns::find(header, name);
         let place = |name: &str| {
             let missing = || format!("column {name} is missing: name {}", needed(model).join(","));

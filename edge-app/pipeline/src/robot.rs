@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 use crate::model::Model;
+use crate::solver::same_pose;
 
 /// All that predicts how a robot moves: its model, its bushings, its imperfections, and how far each may be off.
 ///
@@ -65,6 +66,11 @@ struct Unknowns<'a> {
 }
 
 impl FoundRobot {
+    /// Returns whether there are records, and all of them are of one pose.
+    pub fn has_one_pose(&self) -> bool {
+        self.poses.first().is_some_and(|first| self.poses.iter().all(|pose| same_pose(first, pose)))
+    }
+
     /// The robot of an estimate, with the information of the fit to a `plant` that gave it, unless that is perfect. The plant must stand
     /// where this fit has ended. `poses` are those of the records.
     pub fn new(

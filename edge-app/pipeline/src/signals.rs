@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use embedded_can::Id;
 use flexid_core::stream::Reading;
 use flexid_wire::bits::{Signal, SignalError};
+use flexid_wire::misfits::FrameId;
 
 use crate::source::{Frame, FrameKind};
 
@@ -25,8 +26,17 @@ pub struct SignalTable {
     pub axes: [String; 6],
     /// Names of the signals of the joints, base first.
     pub joints: Vec<String>,
-    /// Names of the DBC file's other signals in a unit of angles, in the order of the file.
-    pub other_angles: Vec<String>,
+    /// The DBC file's other signals in a unit of angles, in the order of the file.
+    pub other_angles: Vec<OtherAngle>,
+}
+
+/// A signal in a unit of angles that the config does not name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OtherAngle {
+    /// Name of the signal.
+    pub name: String,
+    /// Identifier of its frames.
+    pub id: FrameId,
 }
 
 /// Whether each value of a frame lies at the limit of its signal: force x, y, z, acceleration x, y, z.

@@ -8,13 +8,15 @@ use flexid_pipeline::robot::FoundRobot;
 use flexid_wire::report::{Fit, JointReport};
 use flexid_wire::text::{Name, clipped};
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
 
 use crate::robot::Robot;
 
 /// Version of the result. An entry that is added does not change it. An entry that is renamed or removed, or whose meaning
 /// changes, does.
 pub const SCHEMA: u32 = 1;
+
+/// Command that writes a result file.
+pub const COMMAND: &str = "flexid identify --json";
 
 /// What was found.
 #[derive(Debug)]
@@ -27,6 +29,8 @@ pub struct Found {
     pub warnings: Vec<String>,
     /// The robot and its covariance.
     pub robot: Robot,
+    /// SHA-256 of each log that it comes from, in hexadecimal digits, as far as they are known.
+    pub logs: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -42,6 +46,19 @@ struct Document {
     #[serde(default)]
     warnings: Vec<String>,
     robot: Option<FoundRobot>,
+    #[serde(default)]
+    origin: Origin,
+}
+
+#[derive(Default, Deserialize)]
+struct Origin {
+    #[serde(default)]
+    logs: Vec<Log>,
+}
+
+#[derive(Deserialize)]
+struct Log {
+    sha256: Option<String>,
 }
 
 /// Version of the files that do not state theirs.
@@ -64,13 +81,14 @@ impl Found {
     /// Those of [`Found::load`].
     pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
         let bad = |message: String| BadInput::new(file, message);
-        let Version { schema } = read(file, text)?;
+        let Version { schema } = input::parse_json(file, text, COMMAND)?;
         if schema > SCHEMA {
             return Err(bad(format!(
                 "is of schema {schema}, this flexid reads {SCHEMA}: install the newer flexid"
             )));
         }
-        let Document { joints, fit, warnings, robot } = read(file, text)?;
+        let Document { joints, fit, warnings, robot, origin } =
+            input::parse_json(file, text, COMMAND)?;
         let Some(robot) = robot else {
             return Err(bad(
                 "has no robot, as results of the daemon and of older programs: run `flexid identify --json` on a recording".into(),
@@ -86,12 +104,7 @@ impl Found {
             .map(|joint| Bushing { stiffness: joint.stiffness, damping: joint.damping })
             .collect();
         let robot = Robot::new(robot, bushings).map_err(|error| bad(format!("robot: {error}")))?;
-        Ok(Self { joints, fit, warnings, robot })
+        let logs = origin.logs.into_iter().filter_map(|log| log.sha256).collect();
+        Ok(Self { joints, fit, warnings, robot, logs })
     }
-}
-
-fn read<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, BadInput> {
-    serde_json::from_str(text).map_err(|error| {
-        BadInput::new(file, format!("{error}: give a file as `flexid identify --json` writes it"))
-    })
 }

@@ -78,7 +78,8 @@ fn fit(truth: &Bushings, covariance: &DMatrix<f64>, random: &mut Random) -> Foun
         "acceptance": "consistent", "found_by": "descent", "random_searches": 0, "branches": 0
     }))
     .unwrap();
-    Found { joints, fit, warnings: Vec::new(), robot: Robot::new(found, bushings).unwrap() }
+    let robot = Robot::new(found, bushings).unwrap();
+    Found { joints, fit, warnings: Vec::new(), robot, logs: Vec::new() }
 }
 
 /// Pairs of fits, the second to a robot whose parameter is `factor` times as large: how many are called different, and in how many the parameter

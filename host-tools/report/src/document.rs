@@ -6,10 +6,9 @@
 use std::path::Path;
 
 use flexid_pipeline::input::{self, BadInput};
-use flexid_prediction::document::Found;
+use flexid_prediction::document::{COMMAND, Found};
 use flexid_wire::confidence::{Correlations, HeldOut, Nuisance};
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
 
 use crate::evidence::{DataQuality, MeasuredReceptance, Origin, RecordEvidence, Step};
 
@@ -139,7 +138,7 @@ impl Document {
     /// Those of [`Document::load`].
     pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
         let found = Found::parse(file, text)?;
-        let further: Further = read(file, text)?;
+        let further: Further = input::parse_json(file, text, COMMAND)?;
         let Further { confidence, records, measured_receptance, course, data_quality, origin } =
             further;
         let document =
@@ -197,10 +196,4 @@ impl Document {
         }
         None
     }
-}
-
-fn read<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, BadInput> {
-    serde_json::from_str(text).map_err(|error| {
-        BadInput::new(file, format!("{error}: give a file as `flexid identify --json` writes it"))
-    })
 }

@@ -73,9 +73,7 @@ pub fn load(file: &Path, config: &Config) -> Result<Vec<Bushing>, BadInput> {
 
 fn parse(file: &Path, text: &str, config: &Config) -> Result<Vec<Bushing>, BadInput> {
     let bad = |message: String| BadInput::new(file, message);
-    let Truth { mut truth } = serde_json::from_str(text).map_err(|error| {
-        bad(format!("{error}: give a file as `flexid simulate --truth-json` writes it"))
-    })?;
+    let Truth { mut truth } = input::parse_json(file, text, "flexid simulate --truth-json")?;
     let joints = &config.model.joints;
     let bushings = joints.iter().zip(&config.bounds.joints).map(|(joint, ranges)| {
         let name = &joint.name;

@@ -5,6 +5,7 @@ use std::path::Path;
 use flexid_pipeline::check::{Examined, Excitation, Identifier, Octave, Survey, Traffic};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::intake::Counts;
+use flexid_pipeline::signals::OtherAngle;
 use flexid_wire::misfits::FrameId;
 use flexid_wire::state::State;
 
@@ -12,6 +13,11 @@ use flexid_wire::state::State;
 pub(super) fn config() -> Config {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-edge.toml");
     Config::load(&file).unwrap()
+}
+
+/// A signal in a unit of angles that the configuration does not name.
+pub(super) fn other_angle((name, id): (&str, u16)) -> OtherAngle {
+    OtherAngle { name: name.to_owned(), id: FrameId::Standard(id) }
 }
 
 /// An identifier whose frames came at 2 kHz.

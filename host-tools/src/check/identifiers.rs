@@ -2,8 +2,9 @@
 
 use flexid_pipeline::check::{Identifier, Survey};
 use flexid_pipeline::config::Config;
+use flexid_pipeline::signals::OtherAngle;
 use flexid_pipeline::text::count;
-use flexid_wire::misfits::{Misfit, MisfitKind};
+use flexid_wire::misfits::{FrameId, Misfit, MisfitKind};
 use flexid_wire::rate::RateUsed;
 
 use super::Severity::{Doubtful, Note, Wrong};
@@ -20,6 +21,7 @@ pub(super) fn judge(config: &Config, survey: &Survey) -> Vec<Finding> {
     let mut findings = vec![of_presence(survey)];
     findings.extend(of_form(survey));
     findings.extend(of_rates(config, survey));
+    findings.extend(of_other_angles(config, survey));
     let others: u64 = survey.unexpected.iter().map(|other| other.traffic.frames).sum();
     if others > 0 {
         let identifiers = match survey.unexpected.len() as u64 {
@@ -131,15 +133,59 @@ fn of_rates(config: &Config, survey: &Survey) -> Vec<Finding> {
     findings
 }
 
+/// Joint angles that the configuration does not name: the log is of a robot of more joints.
+fn of_other_angles(config: &Config, survey: &Survey) -> Option<Finding> {
+    let came = |other: &&OtherAngle| {
+        let mut all = survey.expected.iter().chain(&survey.unexpected);
+        all.any(|own| own.id == other.id && own.traffic.frames > 0)
+    };
+    let named: Vec<&OtherAngle> = config.signals.other_angles.iter().filter(came).collect();
+    let finding = if named.is_empty() {
+        let others = beyond_the_joints(survey);
+        (!others.is_empty()).then(|| {
+            let others = enumerate(others.iter().map(|other| other.id));
+            format!("next to the identifiers of the joint angles, and at their rate, [bus] dbc lacks {others}")
+        })?
+    } else {
+        let verb = if named.len() == 1 { "is" } else { "are" };
+        let named = enumerate(named.iter().map(|other| &other.name));
+        format!("{named} {verb} in the log, and [signals] joints does not name {named}")
+    };
+    let mend = "name the log of this robot; for one of more joints import all of them, and name their angles";
+    let joints = config.signals.joints.len();
+    let finding = format!("{finding}: is the log of a robot of more than {joints} joints?");
+    Some(Finding::new(Doubtful, ABOUT, finding, mend))
+}
+
+/// Identifiers without a signal that go on where those of the joint angles end, at the same rate.
+fn beyond_the_joints(survey: &Survey) -> Vec<&Identifier> {
+    let joints = survey.expected.iter().filter(|own| !own.is_sampled);
+    let Some(last) = joints.max_by_key(|own| own.id) else { return Vec::new() };
+    let Some(rate_hz) = last.traffic.rate_hz() else { return Vec::new() };
+    let has_rate = |id: FrameId| {
+        let own = survey.unexpected.iter().find(|own| own.id == id)?;
+        let is_equal = (own.traffic.rate_hz()? / rate_hz - 1.0).abs() <= RATE_OFF;
+        is_equal.then_some(own)
+    };
+    (1..).map_while(|step| has_rate(after(last.id, step))).collect()
+}
+
+/// The identifier so many places after another. The highest have none.
+fn after(id: FrameId, step: u16) -> FrameId {
+    match id {
+        FrameId::Standard(id) => FrameId::Standard(id.saturating_add(step)),
+        FrameId::Extended(id) => FrameId::Extended(id.saturating_add(step.into())),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use flexid_wire::misfits::FrameId;
     use flexid_wire::rate::WrongRate;
     use flexid_wire::text::clipped;
 
     use super::*;
     use crate::check::Severity;
-    use crate::check::fixture::{config, empty, good, identifier};
+    use crate::check::fixture::{config, empty, good, identifier, other_angle};
 
     fn gravest(survey: &Survey) -> Finding {
         judge(&config(), survey).into_iter().min_by_key(|finding| finding.severity).unwrap()
@@ -167,6 +213,30 @@ mod tests {
             assert_eq!(finding.severity, severity);
             assert_eq!(finding.finding, "0x101 has 7 bytes, and 8 in [bus] dbc: 9 frames");
         }
+    }
+
+    #[test]
+    fn joint_angles_without_a_name_are_doubtful() {
+        let (mut survey, mut config) = (good(), config());
+        let said = |config: &Config, survey: &Survey| {
+            of_other_angles(config, survey).map(|own| own.finding).unwrap_or_default()
+        };
+        config.signals.other_angles = [("q4", 0x114), ("q5", 0x115)].map(other_angle).into();
+        assert_eq!(said(&config, &survey), "");
+        // In a message of their own, and in that of another joint.
+        config.signals.other_angles.push(other_angle(("q6", 0x113)));
+        survey.unexpected = vec![identifier(0x114, &[], 41)];
+        let named = "q4 and q6 are in the log, and [signals] joints does not name q4 and q6: \
+            is the log of a robot of more than 3 joints?";
+        assert_eq!(said(&config, &survey), named);
+
+        config.signals.other_angles.clear();
+        let last = survey.expected[4].traffic;
+        survey.unexpected = [0x116, 0x114, 0x115].map(|id| identifier(id, &[], 41)).into();
+        survey.unexpected.iter_mut().for_each(|own| own.traffic = last);
+        assert!(said(&config, &survey).contains(" lacks 0x114, 0x115 and 0x116: is the log"));
+        survey.unexpected[1].traffic.seconds *= 1.2;
+        assert_eq!(said(&config, &survey), "");
     }
 
     #[test]

@@ -1,12 +1,13 @@
-//! Judges the configuration and its DBC file. Mistakes in them have been refused before, each by one line.
+//! Judges the configuration, its model and its DBC file. Mistakes in them have been refused before, each by one line.
 
 use flexid_core::imperfection::Accuracies;
 use flexid_pipeline::config::{Accelerometer, Config};
 use flexid_pipeline::text::count;
 
 use super::Finding;
-use super::Severity::Note;
+use super::Severity::{Doubtful, Note};
 use super::words::{enumerate, hz};
+use crate::urdf;
 
 const ABOUT: &str = "configuration";
 
@@ -15,7 +16,7 @@ pub(super) fn has_signals(config: &Config) -> bool {
     !config.signals.identifiers().is_empty()
 }
 
-/// Judges joints, band, gravity and accuracies.
+/// Judges joints, band, gravity, masses and accuracies.
 pub(super) fn judge(config: &Config) -> Vec<Finding> {
     let mut findings = Vec::new();
     if has_signals(config) {
@@ -23,6 +24,9 @@ pub(super) fn judge(config: &Config) -> Vec<Finding> {
         findings.push(Finding::right(ABOUT, of_the_record(config)));
         findings.extend(of_gravity(config));
     }
+    let mend = "compare masses and inertias with the robot's data sheet, and import it again";
+    let doubts = urdf::doubts(&config.model).into_iter();
+    findings.extend(doubts.map(|doubt| Finding::new(Doubtful, "model", doubt, mend)));
     if !config.statics.tests.is_empty() {
         let tests = count(config.statics.tests.len() as u64, "static test");
         findings.push(Finding::right(ABOUT, format!("{tests} in [static] file")));
@@ -53,7 +57,7 @@ fn of_joints(config: &Config) -> Vec<Finding> {
             format!(
                 "[bus] dbc has {} that [signals] joints does not name: {}",
                 count(others.len() as u64, "further angle"),
-                enumerate(others)
+                enumerate(others.iter().map(|other| &other.name))
             ),
             format!("right for a robot of {joints}; else import all of its joints"),
         ));
@@ -89,7 +93,7 @@ fn of_gravity(config: &Config) -> Option<Finding> {
 
 #[cfg(test)]
 mod tests {
-    use crate::check::fixture::config;
+    use crate::check::fixture::{config, other_angle};
 
     use super::*;
 
@@ -107,9 +111,34 @@ mod tests {
         config.accelerometer = Accelerometer::Strapdown;
         config.accuracies = Accuracies::typical();
         assert_eq!(notes(&config), Vec::<String>::new());
-        config.signals.other_angles = vec!["q4".into(), "q5".into()];
+        config.signals.other_angles = [("q4", 0x114), ("q5", 0x115)].map(other_angle).into();
         let note = "[bus] dbc has 2 further angles that [signals] joints does not name: q4 and q5";
         assert_eq!(notes(&config), [note]);
+    }
+
+    #[test]
+    fn placeholders_for_masses_are_doubtful() {
+        let mut config = config();
+        let doubts = |config: &Config| {
+            let all = judge(config).into_iter().filter(|finding| finding.severity == Doubtful);
+            all.map(|finding| finding.finding).collect::<Vec<_>>()
+        };
+        assert_eq!(doubts(&config), Vec::<String>::new());
+        let inertia = config.model.joints[0].inertia_kg_m2;
+        for joint in &mut config.model.joints {
+            joint.mass_kg = 500.0;
+        }
+        let masses = "every moving link weighs 500 kg: are these placeholders?";
+        assert_eq!(doubts(&config), [masses]);
+        config.model.joints[0].mass_kg = 501.0;
+        config.model.joints[1].inertia_kg_m2 = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
+        let identity = "the link on joint 'joint_2' has an inertia of 1 kg m² about each axis: is this a placeholder?";
+        assert!(doubts(&config).iter().any(|doubt| doubt == identity), "{:?}", doubts(&config));
+        for joint in &mut config.model.joints {
+            joint.inertia_kg_m2 = inertia;
+        }
+        let inertias = "every moving link has the same inertia: are these placeholders?";
+        assert!(doubts(&config).iter().any(|doubt| doubt == inertias), "{:?}", doubts(&config));
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! `flexid check`: what is right and what is wrong, before anybody identifies.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Result;
 use flexid_edge::console::{PrintError, print};
@@ -15,8 +14,14 @@ use crate::recording;
 use crate::recording::ending;
 use crate::recording::meter::Meter;
 
-/// The help text with a sample and the exit status.
-const AFTER_HELP: &str = "Sample:
+/// The help text with the exit status and examples.
+const AFTER_HELP: &str = "States: wrong prevents identification; doubtful costs accuracy, or part of the data; note is to be known; right is right.
+
+Exit status: 0 when the configuration and the logs are ready; 1 when something is wrong; 2 for bad input: a file that is missing, \
+empty or cut off, or a mistake in the configuration.
+
+Examples:
+  $ flexid check --config edge.toml
   $ flexid check --config edge.toml cut.log
   not ready: 0x113 (q3) is not in the log (and 1 more)
 
@@ -24,12 +29,7 @@ const AFTER_HELP: &str = "Sample:
   ──────────────────────────────────────────────────────────────────────────────────────────
   wrong     identifiers  0x113 (q3) is not in the    switch the sender on, or correct the
                          log                         identifier in [bus] dbc
-  ...
-
-States: wrong prevents identification; doubtful costs accuracy, or part of the data; note is to be known; right is right.
-
-Exit status: 0 when the configuration and the logs are ready; 1 when something is wrong; 2 for bad input: a file that is missing, \
-empty or cut off, or a mistake in the configuration.";
+  ...";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -76,26 +76,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
 }
 
 fn of_logs(config: &Config, logs: &[PathBuf]) -> Result<Survey> {
-    logs.iter().try_for_each(|log| not_empty(log))?;
     let meter = Meter::of_reading();
     let mut source = recording::open(logs, &config.interface, &meter)?;
     let survey = survey(config, &mut source, |records| meter.show_records(records))?;
     meter.finish();
-    match (logs, &survey.broken) {
-        ([first, ..], None) if survey.counts.all == 0 => Err(no_frame(first).into()),
-        _ => Ok(survey),
-    }
-}
-
-/// Refuses an empty file: among others it would not be noticed.
-fn not_empty(log: &Path) -> Result<(), BadInput> {
-    let is_empty = fs::metadata(log).is_ok_and(|log| log.is_file() && log.len() == 0);
-    if is_empty { Err(no_frame(log)) } else { Ok(()) }
-}
-
-fn no_frame(log: &Path) -> BadInput {
-    BadInput::new(
-        log,
-        "holds no frame: record it with `candump -L can0 > cut.log`, or name another log",
-    )
+    Ok(survey)
 }

@@ -11,16 +11,16 @@ use flexid_prediction::document::Found;
 use crate::compare::{Compared, table};
 use crate::exit::Told;
 
-const AFTER_HELP: &str = "Sample:
+const AFTER_HELP: &str = "Exit status: 0 when the fits agree within their intervals; 1 when they differ; 2 for bad input.
+
+Examples:
   $ flexid compare before.json after.json
   differ: joint_2 ry stiffness fell by 15.2 % (13.7 to 16.8)
 
    parameter               before     after   change, %               95 %   deviations   changed
   ────────────────────────────────────────────────────────────────────────────────────────────────
    joint_1 tx stiffness   6.011e7   6.002e7       -0.16     -5.26 to +5.22         -0.1
-  ...
-
-Exit status: 0 when the fits agree within their intervals; 1 when they differ; 2 for bad input.";
+  ...";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]

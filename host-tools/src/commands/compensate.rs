@@ -12,15 +12,16 @@ use rayon::prelude::*;
 use crate::compensate::{Compensated, csv, text};
 use crate::output::Output;
 use crate::predict::table::doubt;
+use crate::progress;
 
-const AFTER_HELP: &str = "Sample:
+const AFTER_HELP: &str = "path.csv has a place in each line, and names its columns in the first: q1,q2,... or q1_deg,... (joint \
+angles), fx,fy,fz (N) and, if wanted, mx,my,mz (Nm), on the tool along its axes.
+
+Examples:
   $ flexid compensate found.json path.csv -o offsets.csv
   3 places
    most deflected, line 2, µm: x -4.60 (-5.67 to -3.54), y -277.66 (-281.34 to -273.98), z 260.44 (257.37 to 263.52)
-  ...
-
-path.csv has a place in each line, and names its columns in the first: q1,q2,... or q1_deg,... (joint angles), fx,fy,fz (N) and, if \
-wanted, mx,my,mz (Nm), on the tool along its axes.";
+  ...";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -43,14 +44,19 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
     let places = path::load(&args.path, found.robot.model())?;
     let output = Output::create(&args.out)?;
+    let bar = progress::bar(places.len() as u64, "compensating");
     let compensated = places
         .into_par_iter()
         .map(|place| {
             let line = place.line;
-            Compensated::new(&found.robot, place)
+            let compensated = Compensated::new(&found.robot, place);
+            bar.inc(1);
+            compensated
                 .map_err(|fault| BadInput { line: Some(line), ..BadInput::new(&args.path, fault) })
         })
-        .collect::<Result<Vec<_>, _>>()?;
+        .collect::<Result<Vec<_>, _>>();
+    bar.finish_and_clear();
+    let compensated = compensated?;
     output.finish(&csv(&compensated)?)?;
     let text = if args.json {
         serde_json::to_string_pretty(&compensated)? + "\n"

@@ -4,7 +4,11 @@ use anyhow::Result;
 use clap_complete::Shell;
 use flexid_edge::console::print;
 
+const AFTER_HELP: &str = "Examples:
+  $ flexid completions bash > ~/.local/share/bash-completion/completions/flexid";
+
 #[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// The shell
     shell: Shell,

@@ -17,8 +17,12 @@ use crate::predict::{self, Prediction, Request};
 /// Number of frequencies of the receptance.
 const POINTS: usize = 400;
 
+const AFTER_HELP: &str = "Examples:
+  $ flexid export found.json --format mjcf --out robot.xml
+  $ flexid export found.json --format uff --pose 0.1,-0.5,0.4 --out receptance.uff";
+
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  flexid export found.json --format mjcf --out robot.xml")]
+#[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// A result, as `identify --json` writes it
     #[arg(value_name = "FOUND.json")]

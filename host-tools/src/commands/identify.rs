@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
 use flexid_core::imperfection::Accuracies;
-use flexid_edge::console::print;
+use flexid_edge::console::{complain, print};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::StaticReport;
@@ -17,14 +17,24 @@ use flexid_report::render;
 use flexid_simulation::scenario::Scenario;
 use flexid_simulation::{truth, validation};
 use flexid_wire::finding::Finding;
+use flexid_wire::state::State;
+use flexid_wire::trouble::Trouble;
 
 use crate::json::ResultJson;
 use crate::output::Output;
-use crate::recording;
 use crate::recording::meter::{Meter, Work};
+use crate::recording::{self, ending};
 use crate::show::table;
 
+/// Most driven joints that one pose may determine: those of the reference robot.
+const ONE_POSE: usize = 3;
+
+const AFTER_HELP: &str = "Examples:
+  $ flexid identify --config edge.toml cut.log --json found.json
+  $ flexid identify --config edge.toml first.log.gz second.log --explain --report report.html";
+
 #[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// The daemon's configuration
     #[arg(long, value_name = "EDGE.toml")]
@@ -159,16 +169,48 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
 
     let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
     if let Some(finding) = finding {
+        robot.iter().for_each(|robot| warn_of_one_pose(config, robot));
         return Ok(Identified { finding, robot, statics, evidence, broken });
     }
-    let [first, others @ ..] = logs else { return Err(anyhow!("no log, and nothing found")) };
-    let others = match others.len() {
-        0 => String::new(),
-        others => format!(" in it and {others} more"),
+    let Some(first) = logs.first() else { return Err(anyhow!("no log, and nothing found")) };
+    Err(broken
+        .unwrap_or_else(|| BadInput::new(first, no_record(config, logs, &state, &troubles)).into()))
+}
+
+/// Why logs give no record, and what to do.
+fn no_record(config: &Config, logs: &[PathBuf], state: &State, troubles: &[Trouble]) -> String {
+    let others = logs.len() - 1;
+    let file = config.file.file_name().map_or(&*config.file, Path::new).display();
+    let (fault, mend) = match state {
+        State::UnknownFrames(frames) => {
+            let nor = if others > 0 { ", nor do the others" } else { "" };
+            (
+                format!("holds no frame of any identifier of {file}{nor}: {frames}"),
+                "name a log of this robot, or correct [bus] dbc".to_owned(),
+            )
+        }
+        state => {
+            let more = if others > 0 { format!(" in it and {others} more") } else { String::new() };
+            (
+                format!("no record to identify from{more}: {state}"),
+                format!("`flexid check --config {file} LOG` says more"),
+            )
+        }
     };
-    let mut message = format!("no record to identify from{others}: {state}");
-    for trouble in &troubles {
-        message += &format!("; {trouble}");
+    let cut_off = logs.iter().filter_map(|log| ending::check(log, &config.signals).err());
+    let besides =
+        troubles.iter().map(ToString::to_string).chain(cut_off.map(|log| log.to_string()));
+    let besides: String = besides.map(|line| format!("; {line}")).collect();
+    format!("{fault}{besides}: {mend}")
+}
+
+/// Warns that one pose does not determine a robot of many joints, unless static tests add to it.
+fn warn_of_one_pose(config: &Config, robot: &FoundRobot) {
+    let joints = robot.model.driven().count();
+    if joints > ONE_POSE && config.statics.tests.is_empty() && robot.has_one_pose() {
+        complain(&format!(
+            "warning: all records are of one pose, which does not determine a robot of {joints} joints: mill in three poses or more \
+             (`flexid plan` proposes them)"
+        ));
     }
-    Err(broken.unwrap_or_else(|| BadInput::new(first, message).into()))
 }

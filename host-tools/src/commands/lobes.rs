@@ -11,13 +11,21 @@ use flexid_prediction::lobes::MOST_WAVES;
 use flexid_prediction::milling::{Cutter, Milling, plane};
 
 use super::pose::given_or_first;
+use super::range::within;
 use crate::exit::BadArgument;
 use crate::lobes::{self, Diagram};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
 use crate::predict::table::doubt;
 
-const AFTER_HELP: &str = "Sample:
+/// Range of the tangential force per area of the chip, N/mm². Chosen: from soft plastics to ten times that of nickel alloys.
+const TANGENTIAL: [f64; 2] = [1.0, 1e5];
+/// Range of the radial over the tangential force. Chosen: tables have 0.1 to 1.
+const RADIAL: [f64; 2] = [0.01, 10.0];
+/// Highest spindle speed, turns a minute. The fastest spindles make some 3e5.
+const FASTEST_RPM: f64 = 1e6;
+
+const AFTER_HELP: &str = "Examples:
   $ flexid lobes found.json --teeth 2 --kt 700 --kr 0.3 --milling down --immersion 0.5 --feed 1,0,0 --rpm 60,1200 --out lobes.svg
   stable at these speeds: depths below 0.03955 (0.03902 to 0.04009) mm, at 177 rpm
   ...";
@@ -94,6 +102,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let message = format!("--rpm is {lower},{upper}: give two speeds above 0, the lower first");
         return Err(BadArgument(message).into());
     }
+    within("--rpm", upper, [lower, FASTEST_RPM], "turns a minute")?;
     let [least_hz, highest_hz] = found.robot.band_hz();
     let highest_hz = args.highest.unwrap_or(highest_hz);
     if !(highest_hz > least_hz && highest_hz.is_finite()) {
@@ -131,10 +140,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
 }
 
 fn cutter(args: &Args) -> Result<Cutter, BadArgument> {
-    positive("--kt", args.kt)?;
-    if !(args.kr >= 0.0 && args.kr.is_finite()) {
-        return Err(BadArgument(format!("--kr is {}: must not be negative", args.kr)));
-    }
+    within("--kt", args.kt, TANGENTIAL, "N/mm²")?;
+    within("--kr", args.kr, RADIAL, "")?;
     let engagement = match (&args.angles, args.milling, args.immersion) {
         (Some(angles), ..) => {
             let [entry, exit] = angles.exactly("--angles")?;

@@ -6,7 +6,11 @@ use anyhow::{Context as _, Result};
 
 use crate::output;
 
+const AFTER_HELP: &str = "Examples:
+  $ flexid man ~/.local/share/man/man1";
+
 #[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// Folder for flexid.1 and a page for each command; made if it is not there
     #[arg(value_name = "DIR")]

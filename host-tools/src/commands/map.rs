@@ -9,13 +9,15 @@ use flexid_pipeline::model::{Kind, ModelJoint};
 use flexid_prediction::document::Found;
 
 use super::pose::given_or_first;
+use super::range;
 use crate::exit::BadArgument;
 use crate::map::{self, Map, Over, Quantity};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
 use crate::predict::table::doubt;
+use crate::progress;
 
-const AFTER_HELP: &str = "Sample:
+const AFTER_HELP: &str = "Examples:
   $ flexid map found.json --over joint_2,joint_3 --positions x,z --out map.svg
   compliance, softest direction, µm/N, over joint_2 and joint_3, 441 poses
    least    0.7371 (0.7287 to 0.7455) in pose [0.000, -1.593, 2.495], tool at 1.07, 0.00, 1.10 m
@@ -61,7 +63,7 @@ enum Shown {
     Frequency,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum Axis {
     X,
     Y,
@@ -72,7 +74,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
     let pose = given_or_first(&args.found, &found, args.pose.as_ref())?;
     let quantity = match (&args.force, args.show) {
-        (Some(force), _) => match force.exactly("--force")? {
+        (Some(force), _) => match range::force(force)? {
             [0.0, 0.0, 0.0] => return Err(BadArgument("--force is 0: moves nothing".into()).into()),
             force => Quantity::Deflection(force),
         },
@@ -82,14 +84,20 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let over = over(args, &found)?;
     let positions = match args.positions.as_slice() {
         [] => None,
-        [first, second] => Some([*first as usize, *second as usize]),
+        [first, second] if first != second => Some([*first as usize, *second as usize]),
+        [_, _] => {
+            let message = "--positions names an axis twice: name two different ones, such as x,z";
+            return Err(BadArgument(message.into()).into());
+        }
         axes => {
             let count = axes.len();
             return Err(BadArgument(format!("--positions has {count} axes: give two")).into());
         }
     };
     let outputs = outputs(&args.out)?;
-    let map = Map::new(&found.robot, quantity, over, &pose);
+    let bar = progress::bar((over.points * over.points) as u64, "mapping");
+    let map = Map::new(&found.robot, quantity, over, &pose, || bar.inc(1));
+    bar.finish_and_clear();
     for (format, output) in outputs {
         output.finish(&match format {
             Format::Csv => map.csv()?,

@@ -13,6 +13,7 @@ mod model;
 mod plan;
 mod pose;
 mod predict;
+mod range;
 mod report;
 mod reproduce;
 mod simulate;
@@ -93,4 +94,43 @@ pub fn main() -> ExitCode {
         Command::Completions(args) => completions::run(args, Cli::command()),
         Command::Man(args) => man::run(args, Cli::command()),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The commands below this one that have none below themselves, with their names.
+    fn leaves(command: &clap::Command, name: &str) -> Vec<(String, clap::Command)> {
+        let below = command
+            .get_subcommands()
+            .flat_map(|own| leaves(own, &format!("{name} {}", own.get_name())));
+        match command.has_subcommands() {
+            true => below.collect(),
+            false => vec![(name.to_owned(), command.clone())],
+        }
+    }
+
+    #[test]
+    fn the_help_of_each_command_ends_with_examples_that_parse() {
+        let commands = leaves(&Cli::command(), "flexid");
+        assert!(commands.len() >= 17, "{}", commands.len());
+        for (name, mut command) in commands {
+            let help = command.render_long_help().to_string();
+            let examples = help.rsplit_once("\nExamples:\n").map(|(_, examples)| examples);
+            let examples = examples.unwrap_or_else(|| panic!("{name} has no examples"));
+            assert!(!examples.contains("\n\nExit status"), "{name} does not end with its examples");
+            let lines: Vec<&str> =
+                examples.lines().filter_map(|line| line.strip_prefix("  $ ")).collect();
+            assert!(!lines.is_empty(), "{name}: {examples}");
+            for line in lines {
+                assert!(line.starts_with(&name), "{name}: {line}");
+                // What follows is the shell's.
+                let words = line.split_whitespace().take_while(|word| *word != ">");
+                if let Err(error) = Cli::try_parse_from(words) {
+                    panic!("{line}: {error}");
+                }
+            }
+        }
+    }
 }

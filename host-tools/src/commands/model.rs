@@ -18,13 +18,19 @@ pub(super) enum Command {
     Import(ImportArgs),
 }
 
+const AFTER_HELP: &str = "Examples:
+  $ flexid model import mill3.urdf --tcp tcp -o mill3-model.toml
+  $ flexid model import mill3.urdf --tcp tcp --pedestal -o mill3-model.toml";
+
 #[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
 pub(super) struct ImportArgs {
     /// The robot
     urdf: PathBuf,
-    /// Link at whose origin force and acceleration are measured, along its axes
+    /// Link at whose origin force and acceleration are measured, along its axes: that at the tool's tip. Without it the links to choose
+    /// from are listed
     #[arg(long, value_name = "LINK")]
-    tcp: String,
+    tcp: Option<String>,
     /// The base gives way: seek six stiffnesses and dampings under it, as of a joint
     #[arg(long)]
     pedestal: bool,
@@ -36,9 +42,14 @@ pub(super) struct ImportArgs {
 pub(super) fn run(Command::Import(args): &Command) -> Result<()> {
     let file = &args.urdf;
     let text = input::read(file)?;
+    if text.trim().is_empty() {
+        return Err(BadInput::new(file, "is empty: name a URDF file").into());
+    }
+    let Some(tcp) = &args.tcp else {
+        return Err(BadInput::new(file, urdf::without_tcp(&text)).into());
+    };
     let base = if args.pedestal { Base::Pedestal } else { Base::Rigid };
-    let imported =
-        urdf::import(&text, &args.tcp, base).map_err(|error| BadInput::new(file, error))?;
+    let imported = urdf::import(&text, tcp, base).map_err(|error| BadInput::new(file, error))?;
     for warning in &imported.warnings {
         complain(&format!("warning: {}: {warning}", file.display()));
     }

@@ -13,6 +13,7 @@ use flexid_pipeline::text::count;
 use flexid_simulation::scenario::{Cutting, Scenario};
 use rayon::ThreadPoolBuilder;
 
+use super::range::LARGEST_FORCE_N;
 use crate::exit::BadArgument;
 use crate::output::Output;
 use crate::plan::candidates::Candidates;
@@ -24,7 +25,12 @@ use crate::progress;
 /// Room for records, spectra and normal equations of several jobs, of which a thread may take one while it waits for another, bytes.
 const STACK: usize = 64 << 20;
 
+const AFTER_HELP: &str = "Examples:
+  $ flexid plan --config edge.toml
+  $ flexid plan --config edge.toml --from found.json --experiments 2 --force 300";
+
 #[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// The daemon's configuration; the scenario of its [simulation] section has cutter, spindle speeds and noise
     #[arg(long, value_name = "EDGE.toml")]
@@ -89,9 +95,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let planned = threads.install(|| {
         let all = candidates.evaluate(&candidates.poses(args.poses as usize), || bar.inc(1))?;
         let lost = possible - all.len() as u64;
-        Ok((lost, plan::plan(&candidates, &start, &all, criterion, wanted)))
+        bar.finish_and_clear();
+        let bar = progress::bar(args.experiments, "choosing");
+        let planned = plan::plan(&candidates, &start, &all, criterion, wanted, || bar.inc(1));
+        bar.finish_and_clear();
+        Ok((lost, planned))
     });
-    bar.finish_and_clear();
     let (lost, planned) =
         planned.map_err(|error: SpectrumError| anyhow!("the config was not checked: {error}"))?;
     let unusable = |fault| Err(unusable(args, &config, &cutting, fault));
@@ -117,8 +126,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
 /// The scenario's cutter, its force within the budget.
 fn cutting(args: &Args, scenario: &Scenario) -> Result<Cutting, BadArgument> {
     let Some(force) = args.force else { return Ok(scenario.cutting) };
-    if !(force > 0.0 && force <= 1e6) {
-        return Err(BadArgument(format!("--force {force}: must be above 0 N and at most 1e6 N")));
+    if !(force > 0.0 && force <= LARGEST_FORCE_N) {
+        return Err(BadArgument(format!(
+            "--force {force}: must be above 0 N and at most {LARGEST_FORCE_N} N"
+        )));
     }
     Ok(Cutting { peak_tangential_n: force, ..scenario.cutting })
 }

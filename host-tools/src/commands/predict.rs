@@ -7,15 +7,19 @@ use flexid_edge::console::print;
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
 
-use super::pose;
+use super::{pose, range};
 use crate::exit::BadArgument;
 use crate::numbers::{Numbers, numbers};
 use crate::output::Output;
 use crate::predict::{Format, Prediction, Request, table};
 
+const AFTER_HELP: &str = "Examples:
+  $ flexid predict found.json --force 0,200,0
+  $ flexid predict found.json --pose 0.1,-0.5,0.4 --receptance h.csv --json";
+
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  flexid predict found.json --pose 0.1,-0.5,0.4 --force 0,200,0",
+    after_help = AFTER_HELP,
     allow_negative_numbers = true
 )]
 pub(super) struct Args {
@@ -44,7 +48,7 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
-    let force = args.force.as_ref().map(|force| force.exactly("--force")).transpose()?;
+    let force = args.force.as_ref().map(range::force).transpose()?;
     if let Some(highest) = args.highest.filter(|highest| highest.is_nan() || *highest <= 0.0) {
         return Err(BadArgument(format!("--highest is {highest}: must be above 0 Hz")).into());
     }

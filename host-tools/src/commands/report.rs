@@ -10,7 +10,11 @@ use flexid_report::render;
 use crate::exit::BadArgument;
 use crate::output::Output;
 
+const AFTER_HELP: &str = "Examples:
+  $ flexid report found.json --out report.html";
+
 #[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// A result, as `identify --json` writes it
     #[arg(value_name = "FOUND.json")]

@@ -15,7 +15,11 @@ use rayon::ThreadPoolBuilder;
 use crate::output::{self, Output};
 use crate::{demo, progress};
 
+const AFTER_HELP: &str = "Examples:
+  $ flexid reproduce --out tables --quick";
+
 #[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// Folder for tables.json and report.html; made if it is not there
     #[arg(long, value_name = "DIR")]

@@ -27,8 +27,12 @@ use crate::progress;
 /// Largest number of experiments, and of repetitions: half a day of milling each.
 const MOST: u64 = 10_000;
 
+const AFTER_HELP: &str = "Examples:
+  $ flexid simulate --config mill3-edge.toml --candump cut.log --truth-json truth.json
+  $ flexid simulate --config mill3-edge.toml --plant mill3-plant.toml --experiments 5 --can vcan0";
+
 #[derive(Debug, clap::Args)]
-#[command(group(ArgGroup::new("destination").args(["can", "candump"]).required(true)))]
+#[command(after_help = AFTER_HELP, group(ArgGroup::new("destination").args(["can", "candump"]).required(true)))]
 pub(super) struct Args {
     /// The daemon's configuration; its [simulation] section names the scenario
     #[arg(long, value_name = "EDGE.toml")]

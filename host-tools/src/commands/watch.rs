@@ -17,16 +17,17 @@ const LOOK: Duration = Duration::from_millis(50);
 const USE: &str = "\
 Keys: 1 to 6, Tab and arrows turn the pages, up, down and space move a long one, q ends. NO_COLOR=1 leaves colours out.
 
-Example:
-  flexid watch unix:flexid.sock --until identified --records 3 --timeout 120 --json
+Exit status: 0 when what --until names is reached, or without --until when the --timeout, Ctrl-C, SIGTERM or the key q ends the
+watch; 1 when it is not reached, or there is no daemon any more; 2 for wrong arguments. Into a pipe or a file go one line for each
+change and, at the end, the table.
+
+Examples:
+  $ flexid watch unix:flexid.sock
+  $ flexid watch unix:flexid.sock --until identified --records 3 --timeout 120 --json
 It prints lines, of which the last is the report:
   {\"status\":{\"model\":\"mill3\",\"state\":\"waiting for frames\",...}}
   {\"progress\":{\"phase\":\"searching\",\"fraction\":0.25,...}}
-  {\"schema\":1,\"joints\":[{\"name\":\"joint_1\",\"stiffness\":[6.0e7,...],...}],\"fit\":{\"records\":3,...},...}
-
-Exit status: 0 when what --until names is reached, or without --until when the --timeout, Ctrl-C, SIGTERM or the key q ends the
-watch; 1 when it is not reached, or there is no daemon any more; 2 for wrong arguments. Into a pipe or a file go one line for each
-change and, at the end, the table.";
+  {\"schema\":1,\"joints\":[{\"name\":\"joint_1\",\"stiffness\":[6.0e7,...],...}],\"fit\":{\"records\":3,...},...}";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = USE)]

@@ -18,13 +18,14 @@ const LOOK: Duration = Duration::from_millis(200);
 
 /// The help text on use and exit status.
 const USE: &str = "\
-Example, on the controller, for a tablet at the machine:
-  flexid web unix:/run/flexid/flexid.sock --listen 192.168.1.10:8080
-It prints the address to open:
-  http://192.168.1.10:8080/
-
 The page follows the daemon, also over its restarts. It has no password: whoever reaches the address can read it, and nobody can
-change anything. Exit status: 0 when Ctrl-C or SIGTERM ends it; 2 for wrong arguments, or an address that cannot be listened on.";
+change anything. Exit status: 0 when Ctrl-C or SIGTERM ends it; 2 for wrong arguments, or an address that cannot be listened on.
+
+Examples:
+  $ flexid web unix:flexid.sock
+  http://127.0.0.1:8080/
+  $ flexid web unix:/run/flexid/flexid.sock --listen 192.168.1.10:8080
+  http://192.168.1.10:8080/";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = USE)]

@@ -5,6 +5,7 @@ pub(crate) mod table;
 use std::path::Path;
 
 use flexid_pipeline::model::Model;
+use flexid_pipeline::text::count;
 use flexid_prediction::comparison::{Change, Comparison, Quantity};
 use flexid_prediction::document::Found;
 use serde::Serialize;
@@ -86,6 +87,7 @@ pub(crate) fn percent(chance: f64) -> String {
 
 fn notes(fits: [(&Path, &Found); 2]) -> Vec<String> {
     let mut notes = Vec::new();
+    notes.extend(repetition(fits.map(|(_, found)| found)));
     for (file, found) in fits {
         if let Some(doubt) = prediction::doubt(&found.fit) {
             notes.push(format!("{}: {doubt}", file.display()));
@@ -109,6 +111,21 @@ fn notes(fits: [(&Path, &Found); 2]) -> Vec<String> {
         notes.push("the directions of gravity differ".into());
     }
     notes
+}
+
+/// What agreement of two results of the same records is worth. `None` for results of different logs.
+fn repetition([before, after]: [&Found; 2]) -> Option<String> {
+    let shared = after.logs.iter().filter(|log| before.logs.contains(log)).count();
+    let what = if shared == 0 {
+        let [own, other] = [before, after].map(|found| (&found.joints, &found.fit));
+        // Without a log, as of static tests, the numbers alone show it.
+        (own == other).then(|| "both are the same result".to_owned())?
+    } else if shared == before.logs.len().max(after.logs.len()) {
+        "both are of the same logs".to_owned()
+    } else {
+        format!("both are of {}, among others", count(shared as u64, "common log"))
+    };
+    Some(format!("{what}: agreement proves nothing: compare results of separate cuts"))
 }
 
 /// Keys of the model file that differ. Limits are no part of what is fitted.

@@ -115,8 +115,14 @@ impl Over {
 }
 
 impl Map {
-    /// Other joints stay as in `pose`.
-    pub(crate) fn new(robot: &Robot, quantity: Quantity, over: Over, pose: &[f64]) -> Self {
+    /// Other joints stay as in `pose`. It calls `done` once for each pose.
+    pub(crate) fn new(
+        robot: &Robot,
+        quantity: Quantity,
+        over: Over,
+        pose: &[f64],
+        done: impl Fn() + Sync,
+    ) -> Self {
         let cell = |index: usize| {
             let place = [index % over.points, index / over.points];
             let pose = over.pose(pose, [0, 1].map(|which| over.angle(which, place[which])));
@@ -127,6 +133,7 @@ impl Map {
                 !is_narrow
             });
             let tool = tool(robot.chain(), &pose).translation.vector.into();
+            done();
             Cell { pose, tool, value, is_uncertain }
         };
         let cells = (0..over.points * over.points).into_par_iter().map(cell).collect();

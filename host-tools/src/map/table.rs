@@ -5,7 +5,7 @@ use flexid_prediction::PositiveEstimate;
 use super::{Cell, Map, UNCERTAIN};
 use crate::numbers::with_interval;
 
-/// Least and largest value with their poses, and how much of the map is uncertain.
+/// Least and largest value with their poses, and how much of the map is uncertain, or below the base.
 pub(crate) fn text(map: &Map) -> String {
     let (name, scale) = map.quantity.shown();
     let valued = || map.cells.iter().filter_map(|cell| Some((cell, cell.value?)));
@@ -36,5 +36,12 @@ pub(crate) fn text(map: &Map) -> String {
         map.cells.len(),
         100.0 * UNCERTAIN
     );
+    let below = map.cells.iter().filter(|cell| cell.tool[2] < 0.0).count();
+    if below > 0 {
+        text += &format!(
+            " note: in {below} of {} poses the tool is below the base (z < 0): a robot on a floor does not reach them\n",
+            map.cells.len()
+        );
+    }
     text
 }

@@ -71,14 +71,16 @@ impl Candidates<'_> {
                 record.pose = pose.iter().copied().collect();
                 let spectra =
                     spectrum::Experiment::<BINS>::new(self.chain, &measurement, &record, buffer);
-                done();
                 let spectra = match spectra {
                     Ok(spectra) => Box::new(spectra),
-                    Err(SpectrumError::NoForce) => return None,
-                    Err(error) => return Some(Err(error)),
+                    Err(error) => {
+                        done();
+                        return (error != SpectrumError::NoForce).then_some(Err(error));
+                    }
                 };
                 let problem = self.problem(&measurement);
                 let information = refinement.information_planned(&problem, &spectra);
+                done();
                 let experiment = Experiment { pose: pose.to_vec(), ..cut.clone() };
                 Some(Ok(Candidate { experiment, information: information.ok()? }))
             };

@@ -63,13 +63,14 @@ pub struct Step {
 }
 
 /// Chooses `count` experiments, or fewer if the robot withstands none of those that are left. It may choose one more
-/// than once.
+/// than once. It calls `chosen` once for each.
 pub fn plan(
     workplace: &Candidates<'_>,
     start: &Start,
     candidates: &[Candidate],
     criterion: Criterion,
     count: usize,
+    chosen: impl Fn(),
 ) -> Plan {
     let (config, sought) = (workplace.config, workplace.sought);
     let bounds = Information::of_bounds(sought, &config.bounds);
@@ -103,6 +104,7 @@ pub fn plan(
         information.add(&simulated);
         let Experiment { pose, spindle_rpm, feed, .. } = left[best].experiment.clone();
         steps.push(Step { pose, spindle_rpm, feed, after: predict(&information) });
+        chosen();
     }
     Plan {
         criterion,
@@ -130,6 +132,7 @@ fn file_name(file: &Path) -> std::path::Display<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
     use std::path::Path;
 
     use flexid_core::calibration::Nuisances;
@@ -186,7 +189,7 @@ mod tests {
                 };
                 let sizes: Vec<f64> = candidates.iter().map(size).collect();
                 let best = (0..sizes.len()).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap();
-                let plan = plan(workplace, start, &candidates, criterion, 1);
+                let plan = plan(workplace, start, &candidates, criterion, 1, || ());
                 let Step { pose, spindle_rpm, feed, after } = &plan.steps[0];
                 let Experiment { pose: its_pose, spindle_rpm: its_rpm, feed: its_feed, .. } =
                     &candidates[best].experiment;
@@ -208,7 +211,7 @@ mod tests {
             Nuisances { acceleration_gain: Some(prior), mass: Some(prior), ..Nuisances::default() };
         at_work(&nuisances, |workplace, start| {
             let candidates = workplace.evaluate(&workplace.poses(4), || ()).unwrap();
-            let plan = plan(workplace, start, &candidates, Criterion::D, 1);
+            let plan = plan(workplace, start, &candidates, Criterion::D, 1, || ());
             let Prediction { identified, weak, not_observable, median, .. } = plan.steps[0].after;
             assert_eq!((identified + weak, not_observable), (36, 0));
             // Three gains and three masses share the factor.
@@ -226,11 +229,16 @@ mod tests {
             let twice = candidates[0].information.clone();
             candidates[1].information.add(&twice);
             candidates[1].experiment.pose = vec![f64::NAN; 3];
-            let planned = plan(workplace, start, &candidates, Criterion::D, 2);
+            let chosen = Cell::new(0);
+            let note = || chosen.set(chosen.get() + 1);
+            let planned = plan(workplace, start, &candidates, Criterion::D, 2, note);
+            assert_eq!(chosen.get(), 2);
             assert_eq!((planned.candidates, planned.given_up), (1, 1));
             let poses: Vec<_> = planned.steps.iter().map(|step| &step.pose).collect();
             assert_eq!(poses, [&sound.pose; 2]);
-            assert!(plan(workplace, start, &candidates[1..], Criterion::D, 2).steps.is_empty());
+            assert!(
+                plan(workplace, start, &candidates[1..], Criterion::D, 2, || ()).steps.is_empty()
+            );
         });
     }
 }

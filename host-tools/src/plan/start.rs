@@ -1,6 +1,5 @@
 //! The information before the first experiment of a plan.
 
-use std::fmt::Display;
 use std::path::Path;
 
 use flexid_core::parameters::{Bushing, Bushings};
@@ -8,10 +7,9 @@ use flexid_core::refine::Information;
 use flexid_core::sought::{Coordinate, Sought};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::{self, BadInput};
+use flexid_prediction::document::COMMAND;
 use flexid_wire::report::{Acceptance, JointReport};
 use flexid_wire::text::{Name, clipped};
-use serde::de::DeserializeOwned;
-use serde_json::Deserializer;
 
 use super::file_name;
 use crate::json::{FoundJson, SCHEMA, VersionJson};
@@ -40,7 +38,7 @@ impl Start {
         Self { bushings, information, has_statics: false }
     }
 
-    /// The estimate that `flexid identify --json` has written to `file`. Each parameter counts with its standard
+    /// The estimate that `flexid identify --json` has written to `file`, or the last of `flexid watch --json`. Each parameter counts with its standard
     /// deviation, as if it had been measured alone: the file has the correlations to a per cent only, which is too
     /// rough for the inverse of a covariance. The nuisances of the file are not used.
     ///
@@ -53,16 +51,13 @@ impl Start {
 
     fn parse(file: &Path, text: &str, config: &Config, sought: &Sought) -> Result<Self, BadInput> {
         let bad = |message: String| BadInput::new(file, message);
-        let mend = |fault: &dyn Display| {
-            bad(format!("{fault}: give a file as `flexid identify --json` writes it"))
-        };
-        let VersionJson { schema } = newest(text).map_err(|fault| mend(&fault))?;
+        let VersionJson { schema } = input::parse_json(file, text, COMMAND)?;
         if schema > SCHEMA {
             return Err(bad(format!(
                 "is of schema {schema}, this flexid reads {SCHEMA}: install the newer flexid"
             )));
         }
-        let report: FoundJson = newest(text).map_err(|fault| mend(&fault))?;
+        let report: FoundJson = input::parse_json(file, text, COMMAND)?;
         let found: Vec<Name> = report.joints.iter().map(|joint| joint.name.clone()).collect();
         // The names are as in a report, which clips very long ones.
         let wanted: Vec<Name> =
@@ -143,12 +138,6 @@ impl Start {
         sought.impose(&mut start.bushings);
         Ok(start)
     }
-}
-
-/// Reads the last of the reports that stand in `text` one after the other, as `flexid watch --json` writes them.
-fn newest<T: DeserializeOwned>(text: &str) -> Result<T, String> {
-    let reports = Deserializer::from_str(text).into_iter();
-    reports.last().ok_or("is empty")?.map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! Predictions as tables for people.
 
 use comfy_table::{CellAlignment, Table};
+use flexid_prediction::Estimate;
 use flexid_prediction::document::Found;
-use flexid_prediction::{Estimate, PositiveEstimate};
 use flexid_wire::report::{Acceptance, Fit};
 
 use super::Prediction;
+use crate::numbers::with_digits;
 use crate::show::table::STYLE;
 
 /// Names of the degrees of freedom of a joint.
@@ -49,28 +50,35 @@ pub(crate) fn along_axes(estimates: &[Estimate; 3], scale: f64) -> String {
 fn one(found: &Found, prediction: &Prediction) -> String {
     let pose: Vec<String> = prediction.pose.iter().map(|angle| format!("{angle:.4}")).collect();
     let mut text = format!("pose [{}]\n", pose.join(", "));
+    let [lower_hz, upper_hz] = found.robot.band_hz();
     let mut table = Table::new();
     table.load_style(STYLE);
-    table.set_header(["mode", "Hz", "95 % interval", "damping", "95 % interval", "springs"]);
+    table.set_header(["mode", "Hz", "95 % interval", "damping, %", "95 % interval", "springs"]);
     for (number, mode) in (1..).zip(&prediction.modes) {
-        let PositiveEstimate { value: hz, interval: [low, high], .. } = mode.frequency_hz;
-        let damping = mode.damping_ratio;
-        let [least, most] = damping.interval;
-        let percent = |ratio: f64| format!("{:.2} %", 100.0 * ratio);
-        let springs = springs(found, &mode.energy);
+        let hz = &mode.frequency_hz;
+        let (frequency, frequencies) = with_digits(hz.value, hz.interval);
+        let ratio = &mode.damping_ratio;
+        let (damping, dampings) =
+            with_digits(100.0 * ratio.value, ratio.interval.map(|end| 100.0 * end));
+        let above = if hz.value > upper_hz { " *" } else { "" };
         table.add_row([
-            number.to_string(),
-            format!("{hz:.2}"),
-            format!("{low:.2} to {high:.2}"),
-            percent(damping.value),
-            format!("{} to {}", percent(least), percent(most)),
-            springs,
+            format!("{number}{above}"),
+            frequency,
+            frequencies,
+            damping,
+            dampings,
+            springs(found, &mode.energy),
         ]);
     }
     for column in table.column_iter_mut().take(5) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     text += &format!("{table}\n");
+    if prediction.modes.iter().any(|mode| mode.frequency_hz.value > upper_hz) {
+        text += &format!(
+            " * above the band that was fitted, {lower_hz} to {upper_hz} Hz: no record shows it, the model extrapolates\n"
+        );
+    }
     let stiffness = (0..3).map(|axis| {
         let own: Estimate = prediction.compliance[axis][axis];
         let [least, most] = own.interval.map(|compliance| 1.0 / compliance);

@@ -41,6 +41,9 @@ const PLAIN: &str = "is what candump prints without -L: record with `candump -L`
 const PLAIN_WITHOUT_TIMES: &str =
     "is what candump prints without -L, and has no times: record again with `candump -L`";
 
+const ENDLESS: &str = "is not a candump log: line 1 is longer than any of `candump -L`: \
+    record it with `candump -L can0 > cut.log`, or name another log";
+
 /// The first bytes of a log, and a reader of the whole log.
 pub(super) fn head(mut bytes: Box<dyn Read + Send>) -> (Vec<u8>, Box<dyn Read + Send>) {
     let mut head = Vec::new();
@@ -54,6 +57,9 @@ pub(super) fn head(mut bytes: Box<dyn Read + Send>) -> (Vec<u8>, Box<dyn Read + 
 pub fn mend(head: &[u8]) -> Option<&'static str> {
     if let Some((_, mend)) = BINARY.iter().find(|(magic, _)| head.starts_with(magic)) {
         return Some(mend);
+    }
+    if head.len() as u64 == HEAD && !head.contains(&b'\n') {
+        return Some(ENDLESS);
     }
     if Reader::from_reader(head).any(|line| line.is_ok()) {
         return None;
@@ -120,7 +126,8 @@ mod tests {
     fn other_formats_are_named_with_the_conversion() {
         let asc = b"date Mon Dec 29 09:20:00.000 am 2025\nbase hex  timestamps absolute\n\
             internal events logged\n// version 9.0.0\n   0.000131 1  102             Rx   d 8 01 00 02 00 03 00 04 00\n";
-        let cases: [(&[u8], &str); 12] = [
+        let cases: [(&[u8], &str); 13] = [
+            (&[0; HEAD as usize], "is not a candump log: line 1 is longer than "),
             (b"LOGG\x90\0\0\0\x05\0\0\0", "is a BLF log: "),
             (b"MDF     4.10    python\0", "is an MDF (MF4) log: "),
             (b"UnFinMF 4.10    logger\0", "is an MDF (MF4) log: "),

@@ -92,6 +92,14 @@ pub enum UrdfError {
     /// More than one link without a joint above it.
     #[error("the file has {} roots ({}): join them, one root is needed", .0.len(), .0.join(", "))]
     Roots(Vec<String>),
+    /// No `--tcp`.
+    #[error("--tcp is missing: name the link at the tool's tip: the chains end in {}; all links are {}", .ends.join(", "), .links.join(", "))]
+    NoTcp {
+        /// Links behind a movable joint that carry no other link.
+        ends: Vec<String>,
+        /// The links of the file.
+        links: Vec<String>,
+    },
     /// `--tcp` names no link.
     #[error("--tcp {name}: no such link; the file has {}", .links.join(", "))]
     NoSuchTcp {
@@ -181,12 +189,7 @@ pub enum UrdfError {
 /// # Errors
 /// The error names the link or the joint, and the correction.
 pub fn import(text: &str, tcp: &str, base: Base) -> Result<Imported, UrdfError> {
-    // An expanded file may still declare the name space, but uses no element of it.
-    if text.contains("<xacro:") {
-        return Err(UrdfError::Xacro);
-    }
-    let syntax = |error: urdf_rs::UrdfError| UrdfError::Syntax(one_line(&error.to_string()));
-    let robot = urdf_rs::read_from_string(text).map_err(syntax)?;
+    let robot = read(text)?;
     let tree = Tree::new(&robot)?;
     let path = tree.path(tcp)?;
     let mut importer = Importer { tree: &tree, warnings: Vec::new() };
@@ -242,7 +245,7 @@ pub fn import(text: &str, tcp: &str, base: Base) -> Result<Imported, UrdfError> 
         }
         other => UrdfError::Model(other),
     };
-    let chain = model.chain().map_err(|error| refused(error, &model, &carried))?;
+    model.chain().map_err(|error| refused(error, &model, &carried))?;
     if base == Base::Pedestal {
         let count = model.joints.len();
         if count == MAX_JOINTS {
@@ -258,11 +261,36 @@ pub fn import(text: &str, tcp: &str, base: Base) -> Result<Imported, UrdfError> 
         model.chain().map_err(|error| refused(error, &model, &carried))?;
     }
     let mut warnings = importer.warnings;
-    let moving: Vec<&str> = model.driven().map(|joint| joint.name.as_str()).collect();
-    warnings.extend(plausibility::warnings(&chain, &moving));
+    warnings.extend(doubts(&model));
     // Names may hold line breaks.
     let warnings = warnings.iter().map(|warning| one_line(warning)).collect();
     Ok(Imported { model, warnings })
+}
+
+/// Why the text of a URDF file cannot be imported without a TCP: the links to choose from, or what is wrong with the file.
+pub(crate) fn without_tcp(text: &str) -> UrdfError {
+    let links = || {
+        let robot = read(text)?;
+        let tree = Tree::new(&robot)?;
+        Ok(UrdfError::NoTcp { ends: tree.ends(), links: tree.names() })
+    };
+    links().unwrap_or_else(|fault| fault)
+}
+
+fn read(text: &str) -> Result<urdf_rs::Robot, UrdfError> {
+    // An expanded file may still declare the name space, but uses no element of it.
+    if text.contains("<xacro:") {
+        return Err(UrdfError::Xacro);
+    }
+    let syntax = |error: urdf_rs::UrdfError| UrdfError::Syntax(one_line(&error.to_string()));
+    urdf_rs::read_from_string(text).map_err(syntax)
+}
+
+/// Signs that masses and inertias of a checked model were never measured, one sentence each. The pedestal is left out.
+pub(crate) fn doubts(model: &Model) -> Vec<String> {
+    let moving = Model { joints: model.driven().cloned().collect(), ..model.clone() };
+    let names: Vec<&str> = moving.joints.iter().map(|joint| joint.name.as_str()).collect();
+    moving.chain().map_or_else(|_| Vec::new(), |chain| plausibility::warnings(&chain, &names))
 }
 
 /// Collects the bodies that the chain carries, and the warnings.

@@ -3,6 +3,7 @@
 //! They are warnings, since a real robot can have unusual masses.
 
 use flexid_core::chain::{Chain, Joint};
+use nalgebra::Matrix3;
 
 /// Range of the density of a machine's links, kg/m³, from sheet metal around air to solid lead.
 const DENSITY: [f64; 2] = [50.0, 12_000.0];
@@ -19,8 +20,14 @@ pub(super) fn warnings(chain: &Chain, names: &[&str]) -> Vec<String> {
     let mut warnings = Vec::new();
 
     let first = joints[0].link.mass;
-    if joints.len() > 2 && joints.iter().all(|joint| joint.link.mass == first) {
+    let is_many = joints.len() > 2 || first == 1.0;
+    if is_many && joints.iter().all(|joint| joint.link.mass == first) {
         warnings.push(format!("every moving link weighs {first} kg: are these placeholders?"));
+    }
+
+    let inertia = joints[0].link.inertia;
+    if joints.len() > 2 && joints.iter().all(|joint| joint.link.inertia == inertia) {
+        warnings.push("every moving link has the same inertia: are these placeholders?".to_owned());
     }
 
     // Distance from each joint to the next, and from the last one to the TCP.
@@ -54,6 +61,11 @@ pub(super) fn warnings(chain: &Chain, names: &[&str]) -> Vec<String> {
             warnings.push(format!(
                 "the inertia of the link on joint '{name}' is that of a body with a radius of gyration \
                  of {gyration:.2} m, though the link is {length:.2} m long"
+            ));
+        }
+        if joint.link.inertia == Matrix3::identity() {
+            warnings.push(format!(
+                "the link on joint '{name}' has an inertia of 1 kg m² about each axis: is this a placeholder?"
             ));
         }
         let density = density(joint);

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
-use urdf_rs::{Joint, Link, Pose, Robot};
+use urdf_rs::{Joint, JointType, Link, Pose, Robot};
 
 use super::UrdfError;
 
@@ -82,15 +82,29 @@ impl<'a> Tree<'a> {
     /// The joints from the root to a link.
     pub(super) fn path(&self, link: &str) -> Result<Vec<&'a Joint>, UrdfError> {
         if !self.links.contains_key(link) {
-            return Err(UrdfError::NoSuchTcp {
-                name: link.to_owned(),
-                links: self.robot.links.iter().map(|link| link.name.clone()).collect(),
-            });
+            return Err(UrdfError::NoSuchTcp { name: link.to_owned(), links: self.names() });
         }
-        let up = |joint: &&'a Joint| self.above.get(joint.parent.link.as_str()).copied();
-        let mut path: Vec<_> = std::iter::successors(self.above.get(link).copied(), up).collect();
+        let mut path: Vec<_> = self.up(link).collect();
         path.reverse();
         Ok(path)
+    }
+
+    /// The joints from a link to the root.
+    fn up(&self, link: &str) -> impl Iterator<Item = &'a Joint> {
+        let up = |joint: &&'a Joint| self.above.get(joint.parent.link.as_str()).copied();
+        std::iter::successors(self.above.get(link).copied(), up)
+    }
+
+    /// The names of all links, in the order of the file.
+    pub(super) fn names(&self) -> Vec<String> {
+        self.robot.links.iter().map(|link| link.name.clone()).collect()
+    }
+
+    /// The names of the links behind a movable joint that carry no other link.
+    pub(super) fn ends(&self) -> Vec<String> {
+        let moves = |name: &str| self.up(name).any(|joint| joint.joint_type != JointType::Fixed);
+        let is_end = |name: &String| self.joints_below(name).next().is_none() && moves(name);
+        self.names().into_iter().filter(is_end).collect()
     }
 
     /// The link of this name; the tree has one for every end of a joint.

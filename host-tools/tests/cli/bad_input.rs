@@ -1,18 +1,29 @@
 //! Bad input: status 2, and one line that names place and mend.
 
-use crate::setup::{edit, flexid, folder, stderr};
+use std::fs::{self, File};
+
+use crate::setup::{edit, flexid, folder, found, refused, refuses_bad_results, stderr};
 
 #[test]
 fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
     // Arguments; file, text and its replacement; what stderr says.
     type Case = (&'static str, Option<[&'static str; 3]>, &'static [&'static str]);
-    let cases: [Case; 41] = [
+    let cases: [Case; 43] = [
         ("model import gone.urdf --tcp tcp -o m.toml", None, &["gone.urdf: cannot be read"]),
         (
             "model import mill3.urdf --tcp hand -o m.toml",
             None,
             &["mill3.urdf: --tcp hand: no such link; the file has base_link, link_1, link_2"],
         ),
+        (
+            "model import mill3.urdf -o m.toml",
+            None,
+            &[
+                "mill3.urdf: --tcp is missing: name the link at the tool's tip",
+                "the chains end in tcp; all links are base_link, link_1, link_2, link_3, tcp",
+            ],
+        ),
+        ("model import mill3.toml -o m.toml", None, &["mill3.toml: not a URDF: "]),
         ("model import mill3.toml --tcp tcp -o m.toml", None, &["mill3.toml: not a URDF: "]),
         (
             "model import mill3.urdf --tcp tcp -o m.toml",
@@ -133,7 +144,10 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
         (
             "identify --config edge.toml mill3.urdf",
             None,
-            &["mill3.urdf: no record to identify from: waiting for frames"],
+            &[
+                "mill3.urdf: is not a candump log: line 1 is no line of `candump -L` (Invalid timestamp)",
+                "record it with `candump -L can0 > cut.log`",
+            ],
         ),
         ("plan --config edge.toml --force -1", None, &["--force -1: must be above 0 N"]),
         ("plan --config edge.toml --poses 1 --force 0.001", None, &["--force 0.001: is lost in"]),
@@ -171,5 +185,133 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
         for left in ["m.toml", "o.log"] {
             assert!(!folder.path().join(left).exists(), "{arguments} left {left} behind");
         }
+    }
+}
+
+/// What is said of a file that is empty, that is cut off, that is large and of zeros, and that is a letter.
+struct Said([&'static str; 4]);
+
+const TOML: Said = Said([
+    "is empty: give a TOML file",
+    "the last line is wrong, or the file is cut off here",
+    "is larger than 16 MiB",
+    "expected",
+]);
+const DBC: Said = Said([
+    "is empty: name the DBC file of this bus",
+    "cannot be read: mend it, or copy the file again",
+    "is larger than 16 MiB",
+    "is not a DBC file: line 1 cannot be read",
+]);
+const LOG: Said = Said([
+    "is empty: record it with `candump -L can0 > cut.log`",
+    "the last line is cut off",
+    "is not a candump log: line 1 is longer than any",
+    "is not a candump log: line 1 is no line of `candump -L`",
+]);
+const TRUTH: Said = Said([
+    "is empty: give a file as `flexid simulate --truth-json` writes it",
+    "is cut off at line 1: copy it again, or give a file as `flexid simulate --truth-json`",
+    "is larger than 16 MiB",
+    "is no JSON from line 1 on: give a file as `flexid simulate --truth-json` writes it",
+]);
+const URDF: Said =
+    Said(["is empty: name a URDF file", "not a URDF", "is larger than 16 MiB", "not a URDF"]);
+const TABLE: Said =
+    Said(["the first line is q1", "has 1 cells", "is larger than 16 MiB", "unknown column"]);
+
+/// Each command with each file that it reads: missing, empty, cut off, large, of another kind.
+#[test]
+fn no_command_takes_a_file_that_is_none() {
+    let folder = found();
+    let folder = folder.path();
+    let force = "(1767000000.000060) can0 101#03000000FEFFFE0E\n";
+    let names = "q1,q2,q3,fx,fy,fz,mx,my,mz,dx,dy,dz,sx,sy,sz";
+    let static_test = "0,-0.45,0.95,0,0,-981,0,0,0,,,-1.12e-4,,,5e-6\n";
+    for (file, text) in [
+        ("cut.log", force.repeat(4)),
+        ("truth.json", "{\"truth\": {\"joint_1\": {\"stiffness\": [1,2,3,4,5,6]}}}".to_owned()),
+        ("path.csv", format!("q1,q2,q3,fx,fy,fz\n{}", "0,-0.5,0.9,0,200,0\n".repeat(3))),
+        ("static.csv", format!("{names}\n{}", static_test.repeat(3))),
+    ] {
+        fs::write(folder.join(file), text).unwrap();
+    }
+    edit(&folder.join("edge.toml"), "[search]", "[static]\nfile = \"static.csv\"\n\n[search]");
+    for (arguments, file, said) in [
+        ("check --config edge.toml", "edge.toml", TOML),
+        ("check --config edge.toml", "mill3-model.toml", TOML),
+        ("check --config edge.toml", "mill3.dbc", DBC),
+        ("check --config edge.toml", "static.csv", TABLE),
+        ("check --config edge.toml cut.log", "cut.log", LOG),
+        ("identify --config edge.toml cut.log", "edge.toml", TOML),
+        ("identify --config edge.toml cut.log", "mill3-model.toml", TOML),
+        ("identify --config edge.toml cut.log", "mill3.dbc", DBC),
+        ("identify --config edge.toml cut.log", "static.csv", TABLE),
+        ("identify --config edge.toml cut.log --truth truth.json", "truth.json", TRUTH),
+        ("plan --config edge.toml", "edge.toml", TOML),
+        ("plan --config edge.toml", "mill3-model.toml", TOML),
+        ("plan --config edge.toml", "mill3.toml", TOML),
+        ("compensate o.json path.csv -o x", "path.csv", TABLE),
+        ("model import mill3.urdf --tcp tcp -o x", "mill3.urdf", URDF),
+        ("simulate --config edge.toml --candump x", "edge.toml", TOML),
+        ("simulate --config edge.toml --candump x", "mill3-model.toml", TOML),
+        ("simulate --config edge.toml --candump x", "mill3.dbc", DBC),
+        ("simulate --config edge.toml --candump x", "mill3.toml", TOML),
+        (
+            "simulate --config edge.toml --plant mill3-plant.toml --candump x",
+            "mill3-plant.toml",
+            TOML,
+        ),
+        ("reproduce --config edge.toml --out x", "edge.toml", TOML),
+    ] {
+        let path = folder.join(file);
+        let whole = fs::read(&path).unwrap();
+        let refuses = |expected: &str| {
+            // What `check` could read of a log is printed all the same.
+            let message = refused(folder, arguments);
+            for part in [file, expected] {
+                assert!(message.contains(part), "{arguments}, {file}: {message:?} has no {part:?}");
+            }
+            for part in ["EOF", "invalid type", "missing field", " column 1"] {
+                assert!(!message.contains(part), "{arguments}, {file}: {message:?} has {part:?}");
+            }
+            assert!(!folder.join("x").exists(), "{arguments}, {file} leaves x behind");
+        };
+        fs::remove_file(&path).unwrap();
+        refuses("cannot be read");
+        let Said([empty, cut_off, large, letter]) = said;
+        fs::write(&path, "").unwrap();
+        refuses(empty);
+        fs::write(&path, half(&whole)).unwrap();
+        refuses(cut_off);
+        File::create(&path).unwrap().set_len(17 << 20).unwrap();
+        refuses(large);
+        fs::write(&path, "Dear reader,\nwell\n").unwrap();
+        refuses(letter);
+        fs::write(&path, whole).unwrap();
+    }
+    // A result is checked by one reader, and each command calls it.
+    let cut = "--teeth 2 --kt 700 --milling down --immersion 0.5 --feed 1,0,0 --rpm 60,1200";
+    for arguments in [
+        "plan --config edge.toml --from FOUND",
+        "predict FOUND",
+        "compare FOUND o.json",
+        "compare o.json FOUND",
+        &format!("lobes FOUND {cut}"),
+        "compensate FOUND path.csv -o x",
+        "map FOUND",
+        "export FOUND --format mjcf --out x",
+        "report FOUND --out x",
+    ] {
+        refuses_bad_results(folder, arguments);
+    }
+}
+
+/// Of a file in lines those up to the middle and the beginning of one; of a line the first half.
+fn half(whole: &[u8]) -> Vec<u8> {
+    let half = &whole[..whole.len() / 2];
+    match half.iter().rposition(|byte| *byte == b'\n') {
+        Some(end) => [&half[..=end], b"ra"].concat(),
+        None => half.to_vec(),
     }
 }

@@ -153,6 +153,42 @@ fn an_identifier_that_is_missing_is_wrong() {
     assert!(report.iter().any(|line| line.starts_with(" 0x213        none ")), "{report:?}");
 }
 
+/// A robot of six joints, whose first three have the identifiers of this one's. Its DBC file may be named, too.
+#[test]
+fn the_log_of_a_robot_of_more_joints_is_doubtful() {
+    let folder = folder();
+    let path = folder.path();
+    let simulated =
+        flexid(path, "simulate --config mill6-edge.toml --experiments 1 --candump six.log");
+    assert!(simulated.status.success(), "{}", stderr(&simulated));
+    let (_, doubtful) = findings(path, "six.log", "doubtful");
+    let unknown = "next to the identifiers of the joint angles, and at their rate, [bus] dbc lacks 0x114, 0x115 and 0x116: \
+        is the log of a robot of more than 3 joints?";
+    assert!(doubtful.iter().any(|finding| finding == unknown), "{doubtful:?}");
+    edit(&path.join("edge.toml"), "mill3.dbc", "mill6.dbc");
+    let (_, doubtful) = findings(path, "six.log", "doubtful");
+    let named = "q4, q5 and q6 are in the log, and [signals] joints does not name q4, q5 and q6: \
+        is the log of a robot of more than 3 joints?";
+    assert!(doubtful.iter().any(|finding| finding == named), "{doubtful:?}");
+    let (_, doubtful) = findings(path, "", "doubtful");
+    assert_eq!(doubtful, Vec::<String>::new());
+}
+
+/// As `model import` warns.
+#[test]
+fn placeholders_for_masses_are_doubtful() {
+    let folder = folder();
+    let model = folder.path().join("mill3-model.toml");
+    let text = fs::read_to_string(&model).unwrap();
+    let lines =
+        text.lines().map(|line| if line.starts_with("mass_kg") { "mass_kg = 1.0" } else { line });
+    fs::write(&model, lines.collect::<Vec<_>>().join("\n")).unwrap();
+    let (status, doubtful) = findings(folder.path(), "", "doubtful");
+    assert_eq!(status, Some(0));
+    let placeholders = "every moving link weighs 1 kg: are these placeholders?";
+    assert!(doubtful.iter().any(|finding| finding == placeholders), "{doubtful:?}");
+}
+
 #[test]
 fn a_log_that_is_given_twice_counts_once() {
     let folder = recorded();
@@ -207,14 +243,15 @@ fn bad_input_is_one_line_that_names_file_and_mend() {
     fs::write(folder.path().join("empty.log"), "").unwrap();
     fs::write(folder.path().join("letter.log"), "Dear reader,\n").unwrap();
     edit(&folder.path().join("mill6-edge.toml"), "rate_hz = 2000.0", "rate_hz = -1.0");
-    let empty = ": holds no frame: record it with `candump -L can0 > cut.log`";
+    let mend = "record it with `candump -L can0 > cut.log`, or name another log";
     for (arguments, said) in [
         ("--config gone.toml", "gone.toml: cannot be read"),
         ("--config gone.toml empty.log", "gone.toml: cannot be read"),
         ("--config mill6-edge.toml", "mill6-edge.toml: [measurement] rate_hz is -1"),
         ("--config edge.toml gone.log", "gone.log: cannot be read"),
-        ("--config edge.toml empty.log", &format!("empty.log{empty}")),
-        ("--config edge.toml letter.log", &format!("letter.log{empty}")),
+        ("--config edge.toml empty.log", &format!("empty.log: is empty: {mend}")),
+        ("--config edge.toml letter.log", "letter.log: is not a candump log: line 1 is no line"),
+        ("--config edge.toml letter.log", mend),
         ("", "--config <EDGE.toml>"),
     ] {
         let output = flexid(folder.path(), &format!("check {arguments}"));

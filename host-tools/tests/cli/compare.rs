@@ -87,6 +87,41 @@ fn notes_name_doubts_and_models_that_differ() {
 }
 
 #[test]
+fn two_results_of_the_same_records_have_a_note() {
+    let folder = found();
+    let folder = folder.path();
+    let log = json(folder, "o.json")["origin"]["logs"][0].clone();
+    assert!(log["sha256"].is_string(), "{log}");
+    write(folder, "again.json", |found| scale(&mut found["joints"][1]["stiffness"][4], 1.01));
+    write(folder, "more.json", |found| {
+        found["origin"]["logs"] = value!([log, {"name": "b.log", "sha256": "00"}]);
+    });
+    write(folder, "other.json", |found| found["origin"]["logs"][0]["sha256"] = value!("00"));
+    write(folder, "static.json", |found| {
+        found.as_object_mut().unwrap().remove("origin").unwrap();
+    });
+    write(folder, "other-static.json", |found| {
+        found.as_object_mut().unwrap().remove("origin").unwrap();
+        scale(&mut found["joints"][1]["stiffness"][4], 1.01);
+    });
+    let mend = ": agreement proves nothing: compare results of separate cuts\n";
+    for (files, what) in [
+        ("o.json o.json", "both are of the same logs"),
+        ("o.json again.json", "both are of the same logs"),
+        ("o.json more.json", "both are of 1 common log, among others"),
+        ("static.json static.json", "both are the same result"),
+    ] {
+        let (_, text) = compared(folder, &format!("compare {files}"));
+        assert!(text.contains(&format!(" note: {what}{mend}")), "{files}: {text}");
+    }
+    write(folder, "own.json", |found| scale(&mut found["joints"][1]["stiffness"][4], 1.01));
+    for files in ["own.json other.json", "static.json other-static.json"] {
+        let (_, text) = compared(folder, &format!("compare {files}"));
+        assert!(!text.contains("agreement"), "{files}: {text}");
+    }
+}
+
+#[test]
 fn what_cannot_be_compared_is_refused() {
     let folder = found();
     let folder = folder.path();

@@ -59,7 +59,15 @@ fn bad_paths_are_refused_with_line_column_and_mend() {
         ("q1,q2,fx,fy,fz\n0,0,1,2,3\n", "bad.csv:1: column q3 is missing"),
         (
             "q1,q2,q3,fx,fy,fz,feed\n0,0,0,1,2,3,4\n",
-            "bad.csv:1: unknown column \"feed\": known are q1",
+            "bad.csv:1: unknown column \"feed\": known are q1,q2,q3,fx,fy,fz,mx,my,mz,q1_deg",
+        ),
+        (
+            "0,-0.5,0.9,1,2,3\n",
+            "bad.csv:1: has no names of columns: the first line is q1,q2,q3,fx,fy,fz",
+        ),
+        (
+            "Q1,Q2,Q3,FX,FY,FZ\n0,-0.5,0.9,1,2,3\n",
+            "bad.csv:1: unknown column \"Q1\": did you mean q1? the first line is q1,q2,q3,fx,fy,fz",
         ),
         ("q1;q2;q3;fx;fy;fz\n", "separate columns with commas"),
         ("q1,q2,q3,fx,fy,fz\n0,0,0,1,2\n", "bad.csv:2: has 5 cells, the first line 6"),
@@ -69,7 +77,7 @@ fn bad_paths_are_refused_with_line_column_and_mend() {
         ),
         (
             "q1,q2,q3,fx,fy,fz\n0,-0.5,90,1,2,3\n",
-            "bad.csv:2: column q3 is 90: joint \"joint_3\" moves in",
+            "joint \"joint_3\" moves in [-1.8, 2.6] rad: looks like degrees: name the column q3_deg",
         ),
         ("q1,q2,q3,fx,fy,fz\n0,-0.5,0.9,1,,3\n", "bad.csv:2: column fy is empty: write 0"),
         (

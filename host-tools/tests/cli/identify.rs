@@ -4,7 +4,9 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::setup::{add_static_test, edit, flexid, folder, identified, json, stderr};
+use crate::setup::{
+    add_static_test, edit, flexid, folder, identified, json, refused, stderr, stdout,
+};
 
 #[test]
 fn the_result_says_how_far_to_trust_it() {
@@ -98,8 +100,70 @@ fn static_tests_need_no_log() {
     let alone = table("identify --config edge.toml --json o.json");
     assert!(alone.contains("joint_3") && !alone.contains("no record"), "{alone}");
     assert!(path.join("o.json").exists());
-    let wrong = table("identify --config edge.toml mill3.urdf");
-    assert!(wrong.contains("warning: no record: waiting for frames"), "{wrong}");
+    fs::write(path.join("force.log"), "(1767000000.000060) can0 101#03000000FEFFFE0E\n").unwrap();
+    let wrong = table("identify --config edge.toml force.log");
+    assert!(wrong.contains("warning: no record: waiting for acceleration frames"), "{wrong}");
+}
+
+/// Logs that are none, that break off, or that are of another robot. Each is refused in one line with what to do.
+#[test]
+fn a_log_without_a_record_is_refused_with_what_to_do() {
+    let folder = folder();
+    let log = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let force = "(1767000000.000060) can0 101#03000000FEFFFE0E\n";
+    log("empty.log", "");
+    log("letter.log", "Dear reader,\n\n");
+    log("line.log", &"x".repeat(1 << 20));
+    log("other.log", &force.replace(" 101#", " 7F1#").repeat(3));
+    log("cut.log", &format!("{force}{}", &force[..30]));
+    log("force.log", force);
+    let record = "record it with `candump -L can0 > cut.log`, or name another log";
+    for (arguments, said) in [
+        ("empty.log", &["empty.log: is empty: ", record][..]),
+        ("force.log empty.log", &["empty.log: is empty: ", record]),
+        ("letter.log", &["letter.log: is not a candump log: line 1 is no line of", record]),
+        ("line.log", &["line.log: is not a candump log: line 1 is longer than any", record]),
+        (
+            "other.log",
+            &[
+                "other.log: holds no frame of any identifier of edge.toml: expected 0x101, 0x102, 0x111",
+                "came 0x7F1 (3 frames)",
+                "name a log of this robot, or correct [bus] dbc",
+            ],
+        ),
+        ("other.log other.log", &["of any identifier of edge.toml, nor do the others: expected"]),
+        (
+            "cut.log",
+            &[
+                "cut.log: no record to identify from: waiting for acceleration frames: none seen",
+                "cut.log:2: the last line is cut off: the log is not complete: copy or record it again",
+                "`flexid check --config edge.toml LOG` says more",
+            ],
+        ),
+    ] {
+        let message = refused(folder.path(), &format!("identify --config edge.toml {arguments}"));
+        for part in said {
+            assert!(message.contains(part), "{arguments}: {message:?} does not say {part:?}");
+        }
+    }
+}
+
+/// It is said before the table, which may be long.
+#[test]
+fn one_pose_of_a_robot_of_six_joints_is_warned_of() {
+    let folder = folder();
+    fs::copy(folder.path().join("mill6-edge.toml"), folder.path().join("edge.toml")).unwrap();
+    stdout(folder.path(), "simulate --config edge.toml --experiments 2 --candump o.log");
+    let log = fs::read_to_string(folder.path().join("o.log")).unwrap();
+    let first: Vec<&str> = log.lines().take(log.lines().count() / 2).collect();
+    fs::write(folder.path().join("one.log"), first.join("\n") + "\n").unwrap();
+    let warning =
+        "warning: all records are of one pose, which does not determine a robot of 6 joints: ";
+    for (log, is_warned) in [("one.log", true), ("o.log", false)] {
+        let output = flexid(folder.path(), &format!("identify --config edge.toml {log}"));
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert_eq!(stderr(&output).starts_with(warning), is_warned, "{log}: {}", stderr(&output));
+    }
 }
 
 /// One pose and ten times the noise determine little, and the report says so.

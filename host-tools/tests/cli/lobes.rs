@@ -78,7 +78,10 @@ fn wrong_arguments_are_refused_with_their_mend() {
             "--highest is 1: must be above 2 Hz",
         ),
         (format!("lobes o.json {CUT} --angles 0,90 --depth 0"), "--depth is 0: must be above 0"),
-        (format!("lobes o.json {CUT} --angles 0,90 --kr=-1"), "--kr is -1: must not be negative"),
+        (
+            format!("lobes o.json {CUT} --angles 0,90 --kr=-1"),
+            "--kr is -1: must lie between 0.01 and 10",
+        ),
         (
             format!("lobes o.json {CUT} --angles 0,90 --pose 0"),
             "--pose has 1 angles: this robot has 3 driven joints",
@@ -96,8 +99,20 @@ fn wrong_arguments_are_refused_with_their_mend() {
         ),
         (
             "lobes o.json --teeth 4 --kt -3 --angles 0,90 --feed 1,0,0 --rpm 1,2".into(),
-            "--kt is -3: must be above 0",
+            "--kt is -3: must lie between 1 and 100000 N/mm²",
         ),
+        (format!("lobes o.json {CUT} --angles 0,90 --kr 0"), "--kr is 0: must lie between"),
+        (
+            format!("lobes o.json {CUT} --angles 0,90 --kr 1e20"),
+            "--kr is 100000000000000000000: must",
+        ),
+        (format!("lobes o.json {CUT} --angles 0,90").replace("700", "0"), "--kt is 0: must lie"),
+        (format!("lobes o.json {CUT} --angles 0,90").replace("700", "1e20"), "and 100000 N/mm²"),
+        (
+            format!("lobes o.json {CUT} --angles 0,90").replace(",3000", ",1e9"),
+            "--rpm is 1000000000: must lie between 200 and 1000000 turns a minute",
+        ),
+        (format!("lobes o.json {CUT} --angles 0,90").replace("teeth 4", "teeth 0"), "--teeth"),
         (
             format!("lobes o.json {CUT} --angles 0,90").replace("200,", "1e-9,"),
             "--rpm begins at 0.000000001: begin at 0.300 or above",

@@ -85,6 +85,8 @@ fn wrong_arguments_are_refused_with_their_mend() {
         ("map o.json --force 1,0,0 --show frequency", "cannot be used with"),
         ("map o.json --positions x,q", "--positions"),
         ("map o.json --positions x", "--positions has 1 axes: give two"),
+        ("map o.json --positions x,x", "--positions names an axis twice: name two different"),
+        ("map o.json --force 1e12,0,0", "--force is 1000000000000: must lie between -1000000 and"),
         ("map o.json --out m.pdf", "m.pdf: is written as .csv or .svg"),
         ("map o.json --out gone/m.svg", "its folder is not there"),
     ] {

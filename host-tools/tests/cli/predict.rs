@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json as value};
 
-use crate::setup::{folder, identified, json, refused, stdout};
+use crate::setup::{flexid, folder, found, identified, json, refused, stderr, stdout};
 
 /// The result with the parameters replaced by the truth, whose covariance is that of the fit.
 fn with_truth(folder: &Path, found: &Value) {
@@ -132,11 +132,15 @@ fn a_wrong_result_is_refused_with_its_place_and_mend() {
     fs::write(folder.join("cut.json"), &whole[..whole.len() / 2]).unwrap();
     for (arguments, expected) in [
         ("predict gone.json", "gone.json: cannot be read"),
-        ("predict empty.json", "empty.json: EOF"),
+        ("predict empty.json", "empty.json: is empty: give a file as `flexid identify --json`"),
         ("predict cut.json", "give a file as `flexid identify --json` writes it"),
         ("predict edge.toml", "edge.toml: "),
         ("predict o.json --pose 0,0", "--pose has 2 angles: this robot has 3 driven joints"),
         ("predict o.json --force 1,2", "--force has 2 numbers: give three"),
+        (
+            "predict o.json --force 0,0,-1e12",
+            "--force is -1000000000000: must lie between -1000000",
+        ),
         ("predict o.json --highest 0", "--highest is 0: must be above 0 Hz"),
         ("predict o.json --receptance h.txt", "h.txt: a receptance is written as .csv or .uff"),
         ("export o.json --format mjcf --pose 0 --out x", "--pose has 1 angles"),
@@ -146,4 +150,58 @@ fn a_wrong_result_is_refused_with_its_place_and_mend() {
         assert!(message.contains(expected), "{arguments}: {message}");
     }
     assert!(!folder.join("x").exists());
+}
+
+/// The limits of a model file may be narrower than those of the robot, so that it is a warning.
+#[test]
+fn a_pose_beyond_the_limits_of_the_joints_is_warned_of() {
+    let folder = found();
+    let folder = folder.path();
+    let limits = "warning: --pose: joint_3 is 3 rad, and its limits are -1.8 to 2.6 rad\n";
+    let degrees = "warning: --pose: joint_2 is -30 rad, and its limits are ";
+    let cut = "--teeth 2 --kt 700 --angles 0,90 --feed 1,0,0 --rpm 60,1200";
+    for command in [
+        "predict o.json",
+        &format!("lobes o.json {cut}"),
+        "map o.json --points 2",
+        "export o.json --format csv --out x.csv",
+    ] {
+        let said = |pose: &str| {
+            let output = flexid(folder, &format!("{command} --pose {pose}"));
+            assert!(output.status.success(), "{command}: {}", stderr(&output));
+            stderr(&output)
+        };
+        assert_eq!(said("0,-0.5,1"), "", "{command}");
+        assert_eq!(said("0,-0.5,3"), limits, "{command}");
+        let said = said("0,-30,1");
+        assert!(said.starts_with(degrees), "{command}: {said}");
+        assert!(said.ends_with(": looks like degrees: give rad\n"), "{command}: {said}");
+    }
+}
+
+#[test]
+fn modes_have_four_digits_and_a_mark_above_the_band() {
+    let folder = found();
+    let table = stdout(folder.path(), "predict o.json --pose 0.4,-0.7,1.1");
+    let mut marked = [0, 0];
+    for line in table.lines().filter(|line| line.contains(" to ")) {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        if words[0].parse::<u32>().is_err() {
+            continue;
+        }
+        let is_marked = words[1] == "*";
+        let numbers = &words[if is_marked { 2 } else { 1 }..];
+        // Frequency, `low to high`, damping.
+        for number in [numbers[0], numbers[4]] {
+            let digits = number.trim_start_matches(['0', '.']).replace('.', "");
+            assert!(digits.len() >= 4, "{number} in {line}");
+        }
+        assert_eq!(is_marked, numbers[0].parse::<f64>().unwrap() > 200.0, "{line}");
+        marked[usize::from(is_marked)] += 1;
+    }
+    assert!(marked[0] >= 3 && marked[1] >= 1, "{marked:?} in\n{table}");
+    assert!(
+        table.contains(" * above the band that was fitted, 2 to 200 Hz: no record shows it"),
+        "{table}"
+    );
 }

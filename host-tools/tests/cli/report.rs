@@ -145,7 +145,7 @@ fn a_wrong_result_is_refused_with_its_place_and_mend() {
     fs::write(folder.join("o.html"), &whole).unwrap();
     for (arguments, expected) in [
         ("report gone.json --out x", "gone.json: cannot be read"),
-        ("report empty.json --out x", "empty.json: EOF"),
+        ("report empty.json --out x", "empty.json: is empty: give a file as"),
         ("report cut.json --out x", "give a file as `flexid identify --json` writes it"),
         ("report huge.json --out x", "huge.json: is larger than 16 MiB"),
         ("report edge.toml --out x", "edge.toml: "),

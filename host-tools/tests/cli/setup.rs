@@ -94,11 +94,18 @@ pub(crate) fn refuses_bad_results(folder: &Path, arguments: &str) {
     fs::write(folder.join("empty.json"), "").unwrap();
     fs::write(folder.join("cut.json"), &whole[..whole.len() / 2]).unwrap();
     fs::File::create(folder.join("huge.json")).unwrap().set_len(17 << 20).unwrap();
+    fs::write(folder.join("cut.log"), "(1767000000.000060) can0 101#03000000FEFFFE0E\n").unwrap();
+    fs::write(folder.join("other.json"), "{\"truth\": {}}\n").unwrap();
     for (file, expected) in [
         ("gone.json", "cannot be read"),
-        ("empty.json", "EOF"),
-        ("cut.json", "give a file as `flexid identify --json` writes it"),
-        ("edge.toml", "give a file as `flexid identify --json` writes it"),
+        ("empty.json", "is empty: give a file as `flexid identify --json` writes it"),
+        ("cut.json", "is cut off at line 1: copy it again, or give a file as `flexid identify"),
+        ("edge.toml", "is a TOML file: give a file as `flexid identify --json` writes it"),
+        ("cut.log", "is a candump log: give a file as `flexid identify --json` writes it"),
+        (
+            "other.json",
+            "key `joints` is missing: give a file as `flexid identify --json` writes it",
+        ),
         (".", "cannot be read"),
         ("huge.json", "is larger than 16 MiB"),
     ] {

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
-use crate::setup::{FLEXID, flexid, folder, stderr, unheard};
+use crate::setup::{FLEXID, flexid, folder, found, stderr, unheard};
 
 #[test]
 fn completions_are_scripts_of_their_shell() {
@@ -75,4 +75,30 @@ fn escape_sequences_do_not_reach_the_terminal() {
     let output = flexid(folder.path(), "model import mill3.urdf --tcp tcp -o m.toml");
     let said = String::from_utf8(output.stdout.clone()).unwrap() + &stderr(&output);
     assert!(said.contains("mill\\u009b3") && !said.contains('\u{9b}'), "{said:?}");
+}
+
+/// On a terminal long work shows how far it is; into pipes it prints nothing about that.
+#[test]
+fn long_work_shows_its_progress_on_a_terminal_only() {
+    let folder = found();
+    for (arguments, work) in [
+        ("plan --config edge.toml --poses 4", &["weighing", "choosing"][..]),
+        ("map o.json --points 30", &["mapping"]),
+        ("simulate --config edge.toml --candump s.log", &["simulating experiment 1"]),
+        ("identify --config edge.toml s.log", &["reading", "searching"]),
+    ] {
+        let command = format!("{FLEXID} {arguments}");
+        let terminal = Command::new("script")
+            .args(["-qec", &command, "/dev/null"])
+            .current_dir(folder.path())
+            .stdin(Stdio::null())
+            .output()
+            .expect("script, of Debian's bsdutils, runs");
+        let shown = String::from_utf8_lossy(&terminal.stdout).into_owned();
+        for part in work {
+            assert!(shown.contains(part) && shown.contains(" left"), "{arguments}: {shown:?}");
+        }
+        let piped = flexid(folder.path(), arguments);
+        assert_eq!((piped.status.success(), stderr(&piped).as_str()), (true, ""), "{arguments}");
+    }
 }

@@ -1,16 +1,19 @@
 //! Text that calls itself a result of `flexid identify --json`.
 //!
-//! A refusal is one line; the robot of a result that is read is predicted, or refuses its poses.
+//! A refusal is one line; the robot of a result that is read is predicted, or refuses its poses, and the result has its page.
 #![no_main]
 
 use std::path::Path;
 
-use flexid_prediction::document::Found;
+use flexid_report::document::Document;
+use flexid_report::render;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {
-    match Found::parse(Path::new("found.json"), text) {
-        Ok(found) => {
+    match Document::parse(Path::new("found.json"), text) {
+        Ok(document) => {
+            render(&document, "found.json", None);
+            let found = &document.found;
             for pose in &found.robot.found().poses {
                 let Ok(at) = found.robot.at(pose) else { continue };
                 at.modes(400.0);

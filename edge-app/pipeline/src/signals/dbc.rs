@@ -7,8 +7,9 @@ use std::path::Path;
 use can_dbc::{Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
 use embedded_can::{ExtendedId, Id, StandardId};
 use flexid_wire::bits::{ByteOrder, Signal};
+use flexid_wire::misfits::FrameId;
 
-use super::{Content, Message, SignalTable};
+use super::{Content, Message, OtherAngle, SignalTable};
 use crate::config::SignalsSection;
 use crate::input::{self, BadInput};
 use crate::model::{Kind, Model};
@@ -72,10 +73,27 @@ impl SignalTable {
                 .ok_or_else(|| BadInput::new(dbc_file, "is neither UTF-8 nor Windows-1252"))?
                 .into_owned(),
         };
+        if text.trim().is_empty() {
+            return Err(BadInput::new(dbc_file, "is empty: name the DBC file of this bus"));
+        }
         let dbc = Dbc::try_from(text.as_str())
-            .map_err(|error| BadInput::new(dbc_file, format!("is not a DBC file: {error}")))?;
+            .map_err(|error| BadInput::new(dbc_file, not_dbc(&text, &error.to_string())))?;
         check_distinct(config, names)?;
         Lookup { config, dbc_file, dbc: &dbc }.table(names, model)
+    }
+}
+
+/// What is wrong with a `text` that the parser refuses. Its error says where: `--> LINE:COLUMN`.
+fn not_dbc(text: &str, error: &str) -> String {
+    let line = error.split_once("--> ").and_then(|(_, at)| at.split_once(':'));
+    match (input::kind(text), line) {
+        (Some(other), _) if other != "a DBC file" => {
+            format!("is not a DBC file: it is {other}: name the right one")
+        }
+        (_, Some((line, _))) => format!(
+            "is not a DBC file: line {line} cannot be read: mend it, or copy the file again"
+        ),
+        _ => format!("is not a DBC file: {error}"),
     }
 }
 
@@ -152,15 +170,22 @@ impl<'a> Lookup<'a> {
         })
     }
 
-    /// Returns the names of the signals in a unit of angles that the config does not name.
-    fn other_angles(&self, names: &SignalsSection) -> Result<Vec<String>, BadInput> {
+    /// Returns the signals in a unit of angles that the config does not name.
+    fn other_angles(&self, names: &SignalsSection) -> Result<Vec<OtherAngle>, BadInput> {
         let named = names.all().map(|(key, name)| self.find(key, name));
         let named = named.collect::<Result<Vec<_>, _>>()?;
         let is_angle = |found: &Found| {
             ANGLE.1.iter().any(|(unit, _)| *unit == found.signal.unit.trim())
                 && !named.iter().any(|other| std::ptr::eq(other.signal, found.signal))
         };
-        Ok(self.all().filter(is_angle).map(|found| found.signal.name.clone()).collect())
+        let other = |Found { message, signal }: Found| {
+            let id = match message.id {
+                MessageId::Standard(id) => FrameId::Standard(id),
+                MessageId::Extended(id) => FrameId::Extended(id),
+            };
+            OtherAngle { name: signal.name.clone(), id }
+        };
+        Ok(self.all().filter(is_angle).map(other).collect())
     }
 
     /// All signals, without those that no message has.

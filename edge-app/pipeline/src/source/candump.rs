@@ -64,7 +64,7 @@ impl<R: Read> CandumpLog<R> {
     /// count them.
     ///
     /// # Errors
-    /// The log holds several buses, and none of them is `interface`.
+    /// The log holds no frame, or several buses, of which none is `interface`.
     pub fn on_bus(mut self, interface: &str) -> Result<Self, BadInput> {
         while self.ahead.len() < LOOK_AHEAD {
             match self.parse() {
@@ -75,6 +75,9 @@ impl<R: Read> CandumpLog<R> {
                     break;
                 }
             }
+        }
+        if self.ahead.is_empty() && self.broken.is_none() {
+            return Err(BadInput::new(&self.file, self.no_frame()));
         }
         let buses: BTreeSet<&str> = self.ahead.iter().map(|(bus, _)| bus.as_str()).collect();
         let bus = match buses.first() {
@@ -90,6 +93,17 @@ impl<R: Read> CandumpLog<R> {
         };
         self.bus = Some(bus.to_string());
         Ok(self)
+    }
+
+    /// Returns what is wrong with a log without any frame.
+    fn no_frame(&self) -> String {
+        let what = match self.first_garbage {
+            None => "is empty".to_owned(),
+            Some((line, fault)) => {
+                format!("is not a candump log: line {line} is no line of `candump -L` ({fault})")
+            }
+        };
+        format!("{what}: record it with `candump -L can0 > cut.log`, or name another log")
     }
 
     /// Returns the next frame and its bus, or `None` at the end.
@@ -321,6 +335,19 @@ mod tests {
             lines(&source.health()),
             ["a.log:2: no line of candump -L (Invalid device name), 2 such in all, left out"]
         );
+    }
+
+    #[test]
+    fn a_log_without_any_frame_is_refused() {
+        let refused = |text: &str| {
+            let log = CandumpLog::new(Path::new("a.log"), text.as_bytes()).on_bus("can0");
+            log.err().map(|error| error.to_string()).unwrap_or_default()
+        };
+        let mend = ": record it with `candump -L can0 > cut.log`, or name another log";
+        assert_eq!(refused(""), format!("a.log: is empty{mend}"));
+        let fault = "is not a candump log: line 1 is no line of `candump -L` (Invalid timestamp)";
+        assert_eq!(refused("Dear reader,\n\n"), format!("a.log: {fault}{mend}"));
+        assert_eq!(refused("Dear reader,\n(1767000000.000060) can0 101#00\n"), "");
     }
 
     #[test]

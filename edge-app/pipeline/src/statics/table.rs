@@ -60,7 +60,7 @@ pub(super) struct Table<'a> {
 impl<'a> Table<'a> {
     /// Makes the table from the line that names the columns.
     pub(super) fn new(header: &StringRecord, model: &'a Model) -> Result<Self, String> {
-        columns::check_names(header, &known(model))?;
+        columns::check_names(header, &known(model), &needed(model))?;
         let find = |name: &str| columns::find(header, name);
         let place = |name: &str| {
             let missing = || format!("column {name} is missing: name {}", needed(model).join(","));

@@ -78,7 +78,7 @@ fn mistakes_in_the_dbc_file_name_the_signal() {
             "ForceCounter : 40|16@1+",
             "mill3.dbc: signals Fz and ForceCounter of message FORCE overlap: mend start bit or length",
         ),
-        ("VERSION \"\"", "VERSION \"", "mill3.dbc: is not a DBC file:"),
+        ("VERSION \"\"", "VERSION \"", "mill3.dbc: is not a DBC file: line "),
     ];
     check("mill3.dbc", &table);
 }

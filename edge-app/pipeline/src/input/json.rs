@@ -1,0 +1,141 @@
+//! JSON files that a command has written.
+
+use std::path::Path;
+
+use serde::de::{DeserializeOwned, IgnoredAny};
+use serde_json::Deserializer;
+use serde_json::error::Category;
+use serde_path_to_error::Segment;
+
+use super::kind::kind;
+use super::{BadInput, mend};
+
+/// Parses the JSON `text` of `file`, which `command` writes, for example `flexid identify --json`. Of several values one after the other,
+/// as `flexid watch --json` writes them, it takes the last.
+///
+/// # Errors
+/// The error is one line that names the file, the place and the correction.
+pub fn parse_json<T: DeserializeOwned>(
+    file: &Path,
+    text: &str,
+    command: &str,
+) -> Result<T, BadInput> {
+    let start = last(text);
+    let before = text.get(..start).unwrap_or_default();
+    let value = text.get(start..).unwrap_or_default();
+    let mut deserializer = Deserializer::from_str(value);
+    let parsed = serde_path_to_error::deserialize(&mut deserializer)
+        .map_err(|error| (place(error.path()), error.into_inner()))
+        .and_then(|parsed| match deserializer.end() {
+            Ok(()) => Ok(parsed),
+            Err(error) => Err((Place::default(), error)),
+        });
+    parsed.map_err(|(Place { path, key }, error)| {
+        let give = format!("give a file as `{command}` writes it");
+        let line = before.matches('\n').count() + error.line();
+        let fault = match (error.classify(), kind(text)) {
+            _ if text.trim().is_empty() => "is empty".to_owned(),
+            (Category::Eof, _) => format!("is cut off at line {line}: copy it again, or"),
+            (Category::Data, _) => format!("{path}{}", mend(&without_position(&error), &key)),
+            (_, Some(other)) if other != "a JSON file" => format!("is {other}"),
+            _ => format!("is no JSON from line {line} on"),
+        };
+        let give = if fault.ends_with(" or") { format!(" {give}") } else { format!(": {give}") };
+        BadInput::new(file, fault + &give)
+    })
+}
+
+/// Returns where the last of the values in `text` begins, or the first that cannot be read, bytes.
+fn last(text: &str) -> usize {
+    let mut values = Deserializer::from_str(text).into_iter::<IgnoredAny>();
+    let mut start = 0;
+    loop {
+        let next = values.byte_offset();
+        match values.next() {
+            Some(Ok(_)) => start = next,
+            Some(Err(_)) => return next,
+            None => return start,
+        }
+    }
+}
+
+/// Place of a value in the file.
+#[derive(Default)]
+struct Place {
+    /// Keys and numbers that lead to it, with a colon: `joints[0].stiffness[2]: `.
+    path: String,
+    /// The last key.
+    key: String,
+}
+
+fn place(path: &serde_path_to_error::Path) -> Place {
+    let mut keys = path.iter().filter_map(|segment| match segment {
+        Segment::Map { key } => Some(key.clone()),
+        _ => None,
+    });
+    let key = keys.next_back().unwrap_or_default();
+    let path = if key.is_empty() { String::new() } else { format!("{path}: ") };
+    Place { path, key }
+}
+
+/// Returns the error without the line and column at its end.
+fn without_position(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    match text.rfind(" at line ") {
+        Some(end) => text[..end].to_owned(),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    struct Fit {
+        rate_hz: f64,
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    struct Found {
+        fits: Vec<Fit>,
+    }
+
+    fn parse(text: &str) -> Result<Found, String> {
+        parse_json(Path::new("o.json"), text, "flexid fit").map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn of_several_values_the_last_is_taken() {
+        let found = Found { fits: vec![Fit { rate_hz: 2.5 }] };
+        let text = "{\"fits\": [{\"rate_hz\": 2.5}]}\n";
+        assert_eq!(parse(text), Ok(found));
+        assert_eq!(parse(&format!("{{\"status\": 1}}\n{text}\n")), parse(text));
+    }
+
+    #[test]
+    fn faults_are_named_with_place_and_mend() {
+        let give = "give a file as `flexid fit` writes it";
+        for (text, fault) in [
+            ("", "is empty: "),
+            (" \n\n", "is empty: "),
+            ("{\"fits\": [\n{\"rate_hz\"", "is cut off at line 2: copy it again, or "),
+            ("{\"fits\": []}\n\n{\"fits\": [", "is cut off at line 3: copy it again, or "),
+            ("(1767000000.000060) can0 101#03\n", "is a candump log: "),
+            ("[bus]\ninterface = \"can0\"\n", "is a TOML file: "),
+            ("Dear reader", "is no JSON from line 1 on: "),
+            ("{\"fits\": []}\nDear reader", "is no JSON from line 2 on: "),
+            ("{\"fits\": [\n,]}", "is no JSON from line 2 on: "),
+            ("{}", "key `fits` is missing: "),
+            ("{\"fits\": [{}]}", "fits[0]: key `rate_hz` (in Hz) is missing: "),
+            (
+                "{\"fits\": [{\"rate_hz\": null}]}",
+                "fits[0].rate_hz: invalid type: null, expected a number (in Hz): ",
+            ),
+        ] {
+            assert_eq!(parse(text), Err(format!("o.json: {fault}{give}")), "{text}");
+        }
+    }
+}
