@@ -65,7 +65,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Wanted::Receptance => {
             let highest_hz = found.robot.band_hz()[1];
             let request = Request { force: None, highest_hz, points: Some(POINTS) };
-            let prediction = Prediction::new(&found.robot, pose, &request)
+            let prediction = Prediction::new(&found.robot, pose, &request, || ())
                 .map_err(|fault| BadInput::new(&args.found, format!("pose {pose:?}: {fault}")))?;
             return output.finish(&predict::Format::Uff.text(&[prediction])?);
         }

@@ -17,6 +17,7 @@ use crate::lobes::{self, Diagram};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
 use crate::predict::table::doubt;
+use crate::progress;
 
 /// Range of the tangential force per area of the chip, N/mm². Chosen: from soft plastics to ten times that of nickel alloys.
 const TANGENTIAL: [f64; 2] = [1.0, 1e5];
@@ -123,7 +124,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let lobes = dynamics
         .lobes(cutter, &plane, band_hz)
         .ok_or_else(|| bad("the robot does not stand there: it has no stiffness".into()))?;
-    let diagram = Diagram::new(pose, band_hz, &lobes, [lower, upper], args.points as usize);
+    let bar = progress::bar(args.points.into(), "seeking the lobes");
+    let points = args.points as usize;
+    let diagram = Diagram::new(pose, band_hz, &lobes, [lower, upper], points, || bar.inc(1));
+    bar.finish_and_clear();
     for (format, output) in outputs {
         output.finish(&match format {
             Format::Csv => diagram.csv()?,

@@ -12,6 +12,7 @@ use crate::exit::BadArgument;
 use crate::numbers::{Numbers, numbers};
 use crate::output::Output;
 use crate::predict::{Format, Prediction, Request, table};
+use crate::progress;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid predict found.json --force 0,200,0
@@ -72,13 +73,17 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let message = "rests on static tests alone, and names no pose: give --pose";
         return Err(BadInput::new(&args.found, message).into());
     }
+    let frequencies = poses.len() * request.points.unwrap_or(0);
+    let bar = progress::bar(frequencies as u64, "predicting");
     let predictions = poses
         .iter()
         .map(|pose| {
-            Prediction::new(&found.robot, pose, &request)
+            Prediction::new(&found.robot, pose, &request, || bar.inc(1))
                 .map_err(|fault| BadInput::new(&args.found, format!("pose {pose:?}: {fault}")))
         })
-        .collect::<Result<Vec<_>, _>>()?;
+        .collect::<Result<Vec<_>, _>>();
+    bar.finish_and_clear();
+    let predictions = predictions?;
     if let Some((format, output)) = output {
         output.finish(&format.text(&predictions)?)?;
     }

@@ -35,18 +35,21 @@ pub(crate) struct Speed {
 }
 
 impl Diagram {
-    /// At `points` speeds from `lower` to `upper`, turns a minute, equally far apart.
+    /// At `points` speeds from `lower` to `upper`, turns a minute, equally far apart. It calls `done` once for each.
     pub(crate) fn new(
         pose: Vec<f64>,
         band_hz: [f64; 2],
         lobes: &Lobes,
         [lower, upper]: [f64; 2],
         points: usize,
+        done: impl Fn() + Sync,
     ) -> Self {
         let step = (upper - lower) / (points - 1) as f64;
         let speed = |index| {
             let rpm = lower + step * index as f64;
-            Speed { rpm, limit: lobes.limit(rpm) }
+            let limit = lobes.limit(rpm);
+            done();
+            Speed { rpm, limit }
         };
         let speeds = (0..points).into_par_iter().map(speed).collect();
         Self { pose, band_hz, least_depth_m: lobes.least(), speeds }

@@ -40,9 +40,16 @@ pub(crate) struct Prediction {
 }
 
 impl Prediction {
+    /// Calls `done` once for each frequency of the receptance.
+    ///
     /// # Errors
     /// The robot does not stand in this pose: a line that says why.
-    pub(crate) fn new(robot: &Robot, pose: &[f64], request: &Request) -> Result<Self, String> {
+    pub(crate) fn new(
+        robot: &Robot,
+        pose: &[f64],
+        request: &Request,
+        done: impl Fn(),
+    ) -> Result<Self, String> {
         let dynamics = robot.at(pose).map_err(|error| error.to_string())?;
         let unstable = || "the robot does not stand there: it has no stiffness".to_owned();
         let compliance = dynamics.compliance().ok_or_else(unstable)?;
@@ -52,6 +59,7 @@ impl Prediction {
         let points = grid(robot.band_hz(), request.points.unwrap_or(0));
         let receptance = points
             .map(|frequency| dynamics.receptance(frequency))
+            .inspect(|_| done())
             .collect::<Option<Vec<_>>>()
             .ok_or_else(unstable)?;
         Ok(Self {

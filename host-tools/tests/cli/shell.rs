@@ -84,6 +84,11 @@ fn long_work_shows_its_progress_on_a_terminal_only() {
     for (arguments, work) in [
         ("plan --config edge.toml --poses 4", &["weighing", "choosing"][..]),
         ("map o.json --points 30", &["mapping"]),
+        (
+            "lobes o.json --teeth 2 --kt 700 --angles 0,90 --feed 1,0,0 --rpm 60,1200",
+            &["seeking the lobes"],
+        ),
+        ("predict o.json --receptance h.csv", &["predicting"]),
         ("simulate --config edge.toml --candump s.log", &["simulating experiment 1"]),
         ("identify --config edge.toml s.log", &["reading", "searching"]),
     ] {

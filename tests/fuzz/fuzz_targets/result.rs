@@ -1,18 +1,17 @@
 //! Text that calls itself a result of `flexid identify --json`.
 //!
-//! A refusal is one line; the robot of a result that is read is predicted, or refuses its poses, and the result has its page.
+//! A refusal is one line; the robot of a result that is read is predicted, or refuses its poses. The entries are those that `flexid report`
+//! reads.
 #![no_main]
 
 use std::path::Path;
 
 use flexid_report::document::Document;
-use flexid_report::render;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {
     match Document::parse(Path::new("found.json"), text) {
         Ok(document) => {
-            render(&document, "found.json", None);
             let found = &document.found;
             for pose in &found.robot.found().poses {
                 let Ok(at) = found.robot.at(pose) else { continue };
