@@ -2,6 +2,7 @@
 """Draws a terminal's text as an SVG picture.
 
     { echo '$ flexid-demo'; flexid-demo; } 2>&1 | host-tools/docs/picture.py > host-tools/docs/demo.svg
+    host-tools/docs/picture.py < watch.txt > host-tools/docs/watch.svg    # cargo test -p flexid --test watch writes watch.txt
 """
 
 import html
@@ -30,6 +31,13 @@ def coloured(line):
     return "".join(spans) + html.escape(line[end:])
 
 
+def places(line):
+    """Where the line begins, or each of its characters: dots of Braille often come from a font of another width."""
+    if not re.search("[\u2800-\u28ff]", line):
+        return MARGIN
+    return " ".join(f"{MARGIN + COLUMN * column:.1f}" for column in range(len(line)))
+
+
 def main():
     lines = [line.rstrip() for line in sys.stdin.read().rstrip().split("\n")]
     width = 2 * MARGIN + COLUMN * max(map(len, lines))
@@ -41,7 +49,7 @@ def main():
     print(f'<rect width="{width:.0f}" height="{height}" rx="8" fill="#0d1117"/>')
     for number, line in enumerate(lines):
         y = MARGIN + LINE * number + 13
-        print(f'<text x="{MARGIN}" y="{y}" xml:space="preserve">{coloured(line)}</text>')
+        print(f'<text x="{places(line)}" y="{y}" xml:space="preserve">{coloured(line)}</text>')
     print("</svg>")
 
 

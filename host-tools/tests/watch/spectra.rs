@@ -141,7 +141,7 @@ fn the_numbers_are_those_of_the_simulated_cut() {
         terminal.until("[1 overview]");
         terminal.press("3");
         let screen = terminal.screen("acceleration x, (m/s²)/√Hz, record 1");
-        // To be looked at; the manual shows it.
+        // To be looked at; README.md shows it.
         let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("watch.txt");
         std::fs::write(file, strip_ansi_codes(&screen).replace('\r', "")).unwrap();
         terminal.press("q");
