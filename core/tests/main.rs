@@ -2,6 +2,7 @@
 
 mod bad_data;
 mod common;
+mod cut_noise;
 mod hold_out;
 mod identify;
 mod information;

@@ -19,7 +19,7 @@ const STACK: usize = 32 << 20;
 const GAIN: f64 = 1.03;
 
 /// Records of a robot, with what is off in them.
-fn experiments(
+pub(crate) fn experiments(
     truth: &Bushings,
     conditions: &Conditions,
     spoil: impl Fn(&mut Record<SAMPLES>),

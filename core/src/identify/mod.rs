@@ -21,6 +21,7 @@
 
 mod branch;
 mod corrected;
+mod cut_noise;
 mod decision;
 mod descent;
 mod effort;
@@ -29,6 +30,7 @@ mod judge;
 mod judged;
 mod left_over;
 mod minimum;
+mod noise;
 mod plant;
 mod progress;
 mod searching;
@@ -59,11 +61,11 @@ use descent::Descent;
 pub use effort::{Effort, FoundBy};
 pub use estimate::{Acceptance, Estimate};
 use minimum::Minimum;
+pub use noise::MAX_NOISE_ROUNDS;
 pub use plant::PlantEstimate;
 pub use progress::{Phase, Progress};
 pub use standing::{Standing, StandingError};
 use start::Method;
-pub use tones::MAX_ROUNDS as MAX_TONE_ROUNDS;
 
 /// What the present refinement is for.
 #[derive(Clone, Debug, Default)]

@@ -8,6 +8,7 @@
 //! - [`Experiment`]'s own spectra are the plain DFT over exactly the record. One record is one period of a periodic motion. Unknown
 //!   loads on the bushings mend its seam, and the refinement estimates them beside the parameters ([`crate::refine`]).
 
+mod cut_noise;
 #[doc(hidden)] // Public for the tests.
 pub mod fft;
 pub mod thinned;
@@ -26,6 +27,7 @@ use crate::mounting::Mounting;
 use crate::noise::NoiseShape;
 use crate::sensors::{Accelerometer, Sensors};
 use crate::stream::Record;
+pub use cut_noise::{CutNoise, MAX_BANDS};
 use nalgebra::Vector3;
 use thinned::ThinnedSpectra;
 pub use tone::{MAX_TONES, Tone};
@@ -139,6 +141,8 @@ pub struct Experiment<const B: usize> {
     pub acceleration_noise: [Vec<f32, B>; 3],
     /// The same as the noise of the acceleration without its lines, per axis, (m/s)².
     pub broad_noise: [Vec<f32, B>; 3],
+    /// Noise of the cut, to which the noise of the acceleration has been raised.
+    pub cut_noise: CutNoise,
     /// Tones that have been subtracted from the acceleration.
     pub tones: Vec<Tone, MAX_TONES>,
     /// Spectra that the search fits.
@@ -240,6 +244,7 @@ impl<const B: usize> Experiment<B> {
             force_noise,
             acceleration_noise,
             broad_noise,
+            cut_noise: CutNoise::default(),
             tones: Vec::new(),
             thinned,
         })

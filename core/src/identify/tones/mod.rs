@@ -18,9 +18,6 @@ use crate::refine::{Plant, Problem};
 use crate::spectrum::{Experiment, MAX_TONES, Tone};
 use candidates::Candidate;
 
-/// Most fits that follow each other because the tones changed. Chosen: a fit that strong tones have biased shows others; the second is
-/// without that bias.
-pub const MAX_ROUNDS: u32 = 4;
 /// Most candidates of all records. Chosen: sixteen records with four each.
 const MAX_CANDIDATES: usize = 64;
 /// Change of χ² below which the fit is not made again. A change of 1 moves no parameter by more than its standard deviation.
@@ -30,11 +27,10 @@ const APART: f64 = 0.5;
 
 impl<R> Identifier<R> {
     /// Subtracts the tones from `experiments` that the residuals show at a settled `estimate`, which is that of `plant`, if there is one, or
-    /// else the identifier's own. Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew) and fitted
-    /// again, up to [`MAX_ROUNDS`] times. Nothing is changed where noise explains the residuals.
+    /// else the identifier's own. Returns whether that changes the experiments. Nothing is changed where noise explains the residuals.
     // Residuals are large: inlined, they would take room on the stack of the caller.
     #[inline(never)]
-    pub fn subtract_tones<const B: usize>(
+    pub(super) fn subtract_tones<const B: usize>(
         &mut self,
         experiments: &mut [Experiment<B>],
         plant: Option<&Plant>,

@@ -105,6 +105,13 @@ impl fmt::Display for Warning {
                 Enumeration { named: lines, more: (*more).into() }
             ),
             Self::WrongAxes(axes) => axes.fmt(f),
+            Self::LouderCut { axis, from_hz, to_hz, times, records } => write!(
+                f,
+                "the cut has up to {times:.1} times the noise of the rest (acceleration {}, {from_hz:.0} to {to_hz:.0} Hz, {}): \
+                 the intervals allow for it",
+                ["x", "y", "z"].get(usize::from(*axis)).unwrap_or(&"?"),
+                Count((*records).into(), "record")
+            ),
             Self::Contradicted { deviation, times, rivals } => {
                 deviation.fmt(f)?;
                 if *rivals > 0 {

@@ -151,6 +151,19 @@ pub enum Warning {
     },
     /// The axes of a sensor are swapped, or have the wrong sign.
     WrongAxes(WrongAxes),
+    /// The acceleration has more noise in the cut than at rest. The fit allows for it.
+    LouderCut {
+        /// Axis of the accelerometer that has most, 0 to 2.
+        axis: u8,
+        /// Lower end of the band that has most, Hz.
+        from_hz: f64,
+        /// Upper end, Hz.
+        to_hz: f64,
+        /// Root mean square of the noise there, over that at rest.
+        times: f64,
+        /// Number of records that have more noise in the cut somewhere.
+        records: u32,
+    },
 }
 
 /// A steady oscillation of the accelerometer that no force causes.

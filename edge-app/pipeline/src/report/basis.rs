@@ -38,6 +38,8 @@ pub(crate) struct Basis<'a> {
     pub(crate) contradicted: Option<Warning>,
     /// Warning about the lines of noise that were subtracted.
     pub(crate) lines: Option<Warning>,
+    /// Warning about noise that only the cut has.
+    pub(crate) louder_cut: Option<Warning>,
     /// Troubles of the source.
     pub(crate) troubles: &'a [Trouble],
 }

@@ -145,6 +145,7 @@ fn of_the_records(config: &Config, basis: &Basis) -> Vec<Warning> {
     }));
     warnings.extend(plausibility::signals(at_limit, config).map(Warning::AtLimit));
     warnings.extend(basis.lines.clone());
+    warnings.extend(basis.louder_cut.clone());
     if basis.dropped > 0 {
         warnings.push(Warning::MadeRoom { records: basis.dropped, poses: basis.dropped_poses });
     }
@@ -217,6 +218,7 @@ mod tests {
             axes: None,
             contradicted: None,
             lines: None,
+            louder_cut: None,
             troubles: &troubles,
         };
         let mut expected: Vec<_> = troubles[..4].iter().cloned().map(Warning::Trouble).collect();

@@ -44,6 +44,7 @@ impl Solver {
             axes: self.axes.warning(),
             contradicted: report::contradicted(self.of_plant.as_deref(), &config.model),
             lines: report::lines(&self.experiments),
+            louder_cut: report::louder_cut(&self.experiments),
             troubles,
         };
         let report = report(config, sought, &estimate, &basis);

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
-use flexid_core::identify::{Identifier, MAX_TONE_ROUNDS, Phase, PlantEstimate};
+use flexid_core::identify::{Identifier, MAX_NOISE_ROUNDS, Phase, PlantEstimate};
 use flexid_core::loss::target::Target;
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::{LeftOver, Plant};
@@ -83,7 +83,7 @@ pub struct Solver {
     of_plant: Option<Box<PlantEstimate>>,
     /// Where the residuals of the settled estimate are larger than elsewhere.
     left_over: Vec<LeftOver>,
-    /// Whether that, and the tones of the settled estimate, have been considered.
+    /// Whether that, and the noise in the residuals of the settled estimate, have been considered.
     is_considered: bool,
     /// Robot at the upper ends of the bounds. A record is refused if this robot has no equilibrium at its pose.
     stiffest: Bushings,
@@ -357,8 +357,8 @@ impl Solver {
         self.unsettled.is_empty()
     }
 
-    /// Refines the settled estimate together with the imperfections of the plant, if that has not been done. Subtracts the tones
-    /// that its residuals show, and fits again. Looks where the residuals of the last fit are larger than elsewhere.
+    /// Refines the settled estimate together with the imperfections of the plant, if that has not been done. Reads the noise again from its
+    /// residuals, and fits again. Looks where the residuals of the last fit are larger than elsewhere.
     fn consider_plant(&mut self, stop: &Stop) {
         let mut rounds = 0;
         while !self.is_considered && is_in_time(stop, &mut self.deadline) {
@@ -371,8 +371,8 @@ impl Solver {
             let perfect = || identifier.estimate().filter(|_| plant.is_none());
             let estimate = of_plant.as_ref().map(|of_plant| &of_plant.estimate).or_else(perfect);
             let Some(estimate) = estimate.cloned() else { return };
-            self.is_considered = rounds == MAX_TONE_ROUNDS
-                || !identifier.subtract_tones(experiments, plant.as_deref(), &estimate);
+            self.is_considered = rounds == MAX_NOISE_ROUNDS
+                || !identifier.read_noise_again(experiments, plant.as_deref(), &estimate);
             if self.is_considered {
                 let found = identifier.left_over(experiments, plant.as_deref(), &estimate);
                 left_over.extend(found);

@@ -5,7 +5,7 @@ use fearless_simd::Level;
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{
-    Acceptance, Estimate, Identifier, MAX_TONE_ROUNDS, Phase, PlantEstimate,
+    Acceptance, Estimate, Identifier, MAX_NOISE_ROUNDS, Phase, PlantEstimate,
 };
 use flexid_core::imperfection::Accuracies;
 use flexid_core::parameters::{Bounds, Bushings};
@@ -85,8 +85,8 @@ pub(crate) fn find_on_plant(
         while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
         let found = identifier.estimate_of_plant(&experiments, &mut plant, || true);
         let found = found.context("a settled identifier without an estimate")?;
-        if round == MAX_TONE_ROUNDS
-            || !identifier.subtract_tones(&mut experiments, Some(&plant), &found.estimate)
+        if round == MAX_NOISE_ROUNDS
+            || !identifier.read_noise_again(&mut experiments, Some(&plant), &found.estimate)
         {
             plant.adopt(true);
             let adopted = identifier.estimate_of_plant(&experiments, &mut plant, || true);
