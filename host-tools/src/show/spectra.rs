@@ -105,7 +105,7 @@ fn dots(
         };
         bands.filter_map(point).collect()
     };
-    dots.line(Curve::Noise, &points(|band| &band.noise), |x| x / DASH % 2 == 0);
+    dots.line(Curve::Noise, &points(|band| &band.noise), |x| (x / DASH).is_multiple_of(2));
     dots.line(Curve::Modelled, &points(|band| &band.modelled), |_| true);
     for [x, y] in points(|band| &band.measured) {
         dots.set(Curve::Measured, x.round() as usize, y.round() as usize);
