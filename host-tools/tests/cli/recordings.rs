@@ -114,7 +114,7 @@ fn identifiers_that_nobody_knows_are_listed() {
     let output = flexid(folder.path(), "identify --config edge.toml other.log");
     let errors = stderr(&output);
     assert_eq!((output.status.code(), errors.lines().count()), (Some(2), 1), "{errors}");
-    let said = "no frame of [bus] dbc: expected 0x101, 0x102, 0x111 and 2 more; \
+    let said = "holds no frame of any identifier of edge.toml: expected 0x101, 0x102, 0x111 and 2 more; \
                 came 0x201 (24576 frames), 0x202 (24576), 0x7F1 (123) and 2 more";
     assert!(errors.contains(said), "{errors}");
 }
