@@ -6,7 +6,7 @@
 //! | `panel` | curves, bands and dots between two axes                          |
 //! | `spectra` | the newest record of a daemon beside the model                 |
 //!
-//! A chart library draws with fixed colours. The style sheet replaces those of [`INK`] and the [`Colour`]s by those of the page, light or
+//! A chart library draws with fixed colours. The style sheet replaces those of `INK` and the `Colour`s by those of the page, light or
 //! dark.
 
 pub(crate) mod panel;
