@@ -113,7 +113,12 @@ fn mistakes_name_line_column_and_mend() {
         (", 5e-6\n0.7", ",0\n0.7", "3: column sz is 0e0: must lie between 1e-9 and 0.1 (in m)"),
         (", 5e-6\n0.7", ",5\n0.7", "3: column sz is 5e0: must lie between 1e-9 and 0.1 (in m)"),
         ("-981", "-1e300", "3: column fz is -1e300: must be at most 1e6 (in N)"),
-        ("0.7,", "40,", "4: column q1 is 40: joint \"joint_1\" moves in [-3.2, 3.2] rad"),
+        (
+            "0.7,",
+            "40,",
+            "4: column q1 is 40: joint \"joint_1\" moves in [-3.2, 3.2] rad: looks like degrees: name the column q1_deg",
+        ),
+        ("0.7,", "400,", "4: column q1 is 400: joint \"joint_1\" moves in [-3.2, 3.2] rad"),
         ("0.7,", ",", "4: column q1 is empty: must be a number (in rad)"),
         ("0.7,", "", "4: has 14 cells, the first line 15: write as many"),
         (",sz", "", "3: has 15 cells, the first line 14: write as many"),
