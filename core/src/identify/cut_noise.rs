@@ -14,10 +14,11 @@
 
 use heapless::Vec;
 
-use super::{Estimate, Identifier, Phase};
+use super::noise::Shown;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
-use crate::refine::{Plant, Problem, Unexplained};
+use crate::refine::Unexplained;
+use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::{CutNoise, Experiment, MAX_BANDS};
 use crate::verdict::FOREIGN;
 
@@ -36,42 +37,23 @@ const LOUDER: f64 = 1.5;
 /// Ratio of the quartiles of the windows from which on they do not have one level. That of eight windows of noise is 1.4 ± 0.25.
 const UNEVEN: f64 = 2.0;
 
-impl<R> Identifier<R> {
-    /// Raises the noise of the acceleration in `experiments` to that of the cut, as the residuals of a settled `estimate` show it, which is
-    /// that of `plant`, if there is one, or else the identifier's own. Returns whether that changes the experiments. Nothing is changed where
-    /// the noise at rest explains the residuals.
-    // Residuals are large: inlined, they would take room on the stack of the caller.
-    #[inline(never)]
-    pub(super) fn raise_noise<const B: usize>(
-        &mut self,
-        experiments: &mut [Experiment<B>],
-        plant: Option<&Plant>,
-        estimate: &Estimate,
-    ) -> bool {
-        let objects = estimate.size_objects || estimate.whiteness_objects;
-        let is_raised = experiments.iter().any(|experiment| experiment.cut_noise.is_louder());
-        if self.phase != Phase::Settled || !(objects || is_raised) {
-            return false;
+/// Replaces the noise of the cut in `experiments` by that shown. Returns whether that changes them.
+pub(super) fn replace<const B: usize>(
+    experiments: &mut [Experiment<B>],
+    shown: Vec<Shown, MAX_EXPERIMENTS>,
+) -> bool {
+    let mut changed = false;
+    for (experiment, Shown { cut_noise, .. }) in experiments.iter_mut().zip(shown) {
+        if cut_noise != experiment.cut_noise {
+            experiment.replace_cut_noise(cut_noise);
+            changed = true;
         }
-        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
-        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let coordinates = &estimate.coordinates;
-        let mut changed = false;
-        for (record, experiment) in experiments.iter_mut().enumerate() {
-            let left = refinement.unexplained(&problem, coordinates, plant, experiment, record);
-            let Some(left) = left else { continue };
-            let cut_noise = of_cut(experiment, &left);
-            if cut_noise != experiment.cut_noise {
-                experiment.replace_cut_noise(cut_noise);
-                changed = true;
-            }
-        }
-        changed
     }
+    changed
 }
 
 /// Noise of the cut of a record, from what a model leaves of it.
-fn of_cut<const B: usize>(experiment: &Experiment<B>, left: &Unexplained<B>) -> CutNoise {
+pub(super) fn of<const B: usize>(experiment: &Experiment<B>, left: &Unexplained<B>) -> CutNoise {
     let bands = (experiment.bins() / (WINDOW * WINDOWS)).min(MAX_BANDS);
     let times = [0, 1, 2].map(|axis| {
         let own = &experiment.cut_noise.times[axis];

@@ -1,27 +1,82 @@
 //! The noise of the cut, which differs from that at rest.
 
-use super::{Estimate, Identifier};
-use crate::refine::Plant;
-use crate::spectrum::Experiment;
+use heapless::Vec;
+
+use super::cut_noise;
+use super::tones::{self, Candidate};
+use super::{Estimate, Identifier, Phase};
+use crate::refine::{Plant, Problem, Unexplained};
+use crate::search::MAX_EXPERIMENTS;
+use crate::spectrum::{CutNoise, Experiment, MAX_TONES};
 
 /// Most fits that follow each other because the noise was read again. Chosen: a fit that strong tones have biased shows others; the second
 /// is without that bias, and the level of the noise follows.
 pub const MAX_NOISE_ROUNDS: u32 = 4;
+
+/// Noise that the residuals of a record show.
+#[derive(Debug, Default)]
+pub(super) struct Shown {
+    pub(super) tones: Vec<Candidate, MAX_TONES>,
+    pub(super) cut_noise: CutNoise,
+}
 
 impl<R> Identifier<R> {
     /// Reads the noise in `experiments` again, from the residuals of a settled `estimate`, which is that of `plant`, if there is one, or else
     /// the identifier's own. Tones are subtracted. Without new ones, the level is raised where the cut has more noise than the rest.
     ///
     /// Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew) and fitted again, up to
-    /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise at rest explains the residuals.
+    /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise that is assumed explains the residuals.
+    // What the records show is large: inlined, it would take room on the stack of the caller.
+    #[inline(never)]
     pub fn read_noise_again<const B: usize>(
         &mut self,
         experiments: &mut [Experiment<B>],
         plant: Option<&Plant>,
         estimate: &Estimate,
     ) -> bool {
+        let objects = estimate.size_objects || estimate.whiteness_objects;
+        let is_louder = experiments.iter().any(|experiment| experiment.cut_noise.is_louder());
+        if self.phase != Phase::Settled || !(objects || estimate.noise_too_loud || is_louder) {
+            return false;
+        }
+        let bins = experiments.iter().map(Experiment::bins).sum();
+        let records = experiments.iter().take(MAX_EXPERIMENTS).enumerate();
+        let shown: Vec<Shown, MAX_EXPERIMENTS> = records
+            .map(|(record, experiment)| self.shown(experiment, plant, estimate, record, bins))
+            .collect();
         // Tones are narrow. In a level they would cost a whole band.
-        self.subtract_tones(experiments, plant, estimate)
-            || self.raise_noise(experiments, plant, estimate)
+        tones::subtract(experiments, &shown) || cut_noise::replace(experiments, shown)
+    }
+
+    /// Noise that the residuals of one record show, of all records' `bins`.
+    // Residuals are large: inlined, they would take room on the stack of the caller.
+    #[inline(never)]
+    fn shown<const B: usize>(
+        &mut self,
+        experiment: &Experiment<B>,
+        plant: Option<&Plant>,
+        estimate: &Estimate,
+        record: usize,
+        bins: usize,
+    ) -> Shown {
+        let Some(mut left) = self.unexplained(experiment, plant, estimate, record) else {
+            return Shown { tones: Vec::new(), cut_noise: experiment.cut_noise.clone() };
+        };
+        let cut_noise = cut_noise::of(experiment, &left);
+        Shown { tones: tones::candidates(experiment, &mut left, bins), cut_noise }
+    }
+
+    /// What `estimate` leaves of one record. `None` where its model cannot be computed.
+    #[inline(never)]
+    fn unexplained<const B: usize>(
+        &mut self,
+        experiment: &Experiment<B>,
+        plant: Option<&Plant>,
+        estimate: &Estimate,
+        record: usize,
+    ) -> Option<Unexplained<B>> {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        refinement.unexplained(&problem, &estimate.coordinates, plant, experiment, record)
     }
 }

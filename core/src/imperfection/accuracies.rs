@@ -58,8 +58,8 @@ pub struct Accuracies {
     pub structure_translation: f64,
     /// The same about each axis, rad/Nm.
     pub structure_rotation: f64,
-    /// Compliance of the ground in series with the first joint, along each axis, m/N. A fixed first joint is the ground's own: it has that
-    /// of a link.
+    /// Compliance of the ground along each axis of the base, m/N; its damping over the square of its stiffness is 1e-4 s times that. A fixed
+    /// first joint is the ground's own: it has that of a link.
     pub ground_translation: f64,
     /// The same about each axis, rad/Nm.
     pub ground_rotation: f64,
@@ -92,8 +92,8 @@ impl Accuracies {
     /// | stiffness of a record       | 0.1 %              | assumed: a gear that warms up                                       |
     /// | link                        | 1e-10 m/N          | assumed: cast links: 10 GN/m                                        |
     /// |                             | 1e-10 rad/Nm       | assumed, for the same: 10 GNm/rad                                   |
-    /// | ground                      | 3e-10 m/N          | assumed: between concrete, 1e-10, and a steel pedestal, 1e-9        |
-    /// |                             | 3e-10 rad/Nm       | assumed, for the same                                               |
+    /// | ground                      | 5e-10 m/N          | assumed: between concrete, 1e-10, and a steel pedestal, 1e-9        |
+    /// |                             | 1e-9 rad/Nm        | assumed: between concrete, 1e-10, and a steel pedestal, 2e-9        |
     pub fn typical() -> Self {
         let squared_period = |hz: f64| 1.0 / (TAU * hz * TAU * hz);
         Self {
@@ -127,8 +127,8 @@ impl Accuracies {
             record_stiffness: 1e-3,
             structure_translation: 1e-10,
             structure_rotation: 1e-10,
-            ground_translation: 3e-10,
-            ground_rotation: 3e-10,
+            ground_translation: 5e-10,
+            ground_rotation: 1e-9,
         }
     }
 }

@@ -39,7 +39,7 @@ pub struct Response<V> {
     /// It neglects the change of the stiffness due to gravity: for the reference robot at most 4 % at 5 Hz,
     /// and 0.3 % at 20 Hz.
     pub per_mass: [[Complex<V>; MAX_JOINTS]; 3],
-    /// Elimination of each bushing from the second on, as [`Response::read`] leaves it.
+    /// Elimination of each bushing from the second on, or from the first if the ground gives way, as [`Response::read`] leaves it.
     eliminations: [Elimination<V>; MAX_JOINTS],
     /// Load of the seam at each elimination, as `Elimination::half_solve` leaves it.
     seam_half: PerDof<V>,
@@ -213,7 +213,7 @@ impl<V: Lanes> Response<V> {
                     }
                     axis => (&mut self.observations[axis], &mut self.per_load[axis][index], None),
                 };
-                if index == 0 {
+                if index == 0 && terms.ground.is_none() {
                     *elongation = *displacement;
                     continue;
                 }

@@ -34,5 +34,5 @@ pub(crate) use law::{Hysteresis, Rates, per_growth, per_hysteretic_part};
 pub(crate) use observation::{Loads, Observation};
 pub use recursion::receptance;
 pub use terms::Terms;
-pub(crate) use terms::{Growth, JointTerms};
+pub(crate) use terms::{Ground, Growth, JointTerms};
 pub(crate) use tool::ToolTerms;

@@ -18,9 +18,9 @@
 //! ```
 //!
 //! All matrices are complex symmetric: they are transposed, never conjugated. Γ and C are the terms of gravity
-//! ([`crate::chain::linearise`]); without gravity B = b is diagonal. Textbooks recurse from tip to base. In that order the
-//! recursion would also pass the loads of three forces from joint to joint, which is half as much work again, and single
-//! precision would lose half a digit more.
+//! ([`crate::chain::linearise`]); without gravity B = b is diagonal. On ground that gives way, the base is a link before the first, without
+//! mass, whose Z is the stiffness of the ground. Textbooks recurse from tip to base. In that order the recursion would also pass the
+//! loads of three forces from joint to joint, which is half as much work again, and single precision would lose half a digit more.
 
 use seq_macro::seq;
 
@@ -28,7 +28,7 @@ use super::complex::{Column, Complex};
 use super::elimination::{Elimination, first_link};
 use super::lanes::Lanes;
 use super::law::Rates;
-use super::symmetric::Factor;
+use super::symmetric::{Factor, PACKED, at};
 use super::terms::{JointTerms, Terms};
 use crate::{DOF, MAX_JOINTS};
 
@@ -85,7 +85,7 @@ pub(super) struct SeamLoads<'a, V> {
     pub(super) bushings: &'a [Column<V>; MAX_JOINTS],
     /// Load on the x of each bushing from the second on, after [`Elimination::half_solve`].
     pub(super) half: &'a mut [Column<V>; MAX_JOINTS],
-    /// f: load on the link that the recursion has reached.
+    /// f: load on the link that the recursion has reached; zero at first.
     pub(super) link: &'a mut Column<V>,
 }
 
@@ -103,8 +103,14 @@ pub(super) fn outward<V: Lanes, const KEPT: usize, const GRAVITY: bool>(
 ) {
     let s2 = s * s;
     let stiffness = tip.matrix();
+    if let Some(ground) = &terms.ground {
+        *stiffness = [Complex::zero(s.re); PACKED];
+        for i in 0..DOF {
+            stiffness[at(i, i)] = ground.at(s, i).reciprocal();
+        }
+    }
     for (index, joint) in terms.joints.iter().enumerate() {
-        if index > 0 {
+        if index > 0 || terms.ground.is_some() {
             let elimination = &mut eliminations[if KEPT == 1 { 0 } else { index }];
             elimination.eliminate::<GRAVITY>(joint, rates, s2, stiffness);
             if let Some(seam) = &mut seam {

@@ -41,6 +41,26 @@ pub(crate) struct Growth<T> {
     pub(crate) part: T,
 }
 
+/// Ground without mass that gives way along and about each axis of the base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ground<T> {
+    /// c: 1/k, m/N and rad/Nm, not 0.
+    pub(crate) compliance: [T; DOF],
+    /// e: `d/k²`, m s/N and rad s/Nm.
+    pub(crate) damping: [T; DOF],
+}
+
+impl<T: Scalar> Ground<T> {
+    /// `c − s e`, which is `1/(k + s d)` for small dampings.
+    #[inline(always)]
+    pub(crate) fn at<V: Lanes<Scalar = T>>(&self, s: Complex<V>, dof: usize) -> Complex<V> {
+        let damped = s.scale(s.re.fill(self.damping[dof]));
+        let mut compliance = Complex::zero(s.re);
+        compliance.re = s.re.fill(self.compliance[dof]);
+        compliance - damped
+    }
+}
+
 /// A chain at one pose with its bushings, ready for the recursion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms<T> {
@@ -62,6 +82,8 @@ pub struct Terms<T> {
     pub(crate) masses: bool,
     /// Hysteresis of all bushings.
     pub(crate) hysteresis: Hysteresis<T>,
+    /// The ground under the first joint. `None` if it is rigid.
+    pub(crate) ground: Option<Ground<T>>,
 }
 
 impl<T: Scalar> Terms<T> {
@@ -148,6 +170,7 @@ impl<T: Scalar> Terms<T> {
             gravity: chain.gravity_at_tip != Vector3::zeros(),
             masses: false,
             hysteresis: Hysteresis::default(),
+            ground: None,
         })
     }
 

@@ -55,6 +55,10 @@ pub enum Accuracy {
     DelayOfRecordS,
     /// Stiffness of each record.
     StiffnessOfRecord,
+    /// Compliance of the ground along each axis.
+    GroundMPerN,
+    /// Compliance of the ground about each axis.
+    GroundRadPerNm,
 }
 
 impl Accuracy {
@@ -76,6 +80,8 @@ impl Accuracy {
             "stiffen the mounting of the sensor, or lower the upper end of band_hz";
         const HIGH_PASS: &str =
             "lower the corner of the amplifier, or raise the lower end of band_hz";
+        const GROUND: &str =
+            "look at what the robot stands on, or seek it: `flexid model import --pedestal`";
         match self {
             Self::DelayS => [
                 "delay_s",
@@ -127,6 +133,8 @@ impl Accuracy {
             Self::StiffnessOfRecord => {
                 ["stiffness_of_record", "warm the robot up, and cut all records alike"]
             }
+            Self::GroundMPerN => ["ground_m_per_n", GROUND],
+            Self::GroundRadPerNm => ["ground_rad_per_nm", GROUND],
         }
     }
 }

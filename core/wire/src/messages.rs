@@ -21,7 +21,7 @@ use crate::text::{Name, Text, clipped};
 use crate::trouble::BusFault;
 
 /// Version of the messages. Both sides must have the same version.
-pub const PROTOCOL_VERSION: u16 = 8;
+pub const PROTOCOL_VERSION: u16 = 9;
 
 /// Hash of the names and types of all messages. It distinguishes programs that were built between two versions.
 pub const SCHEMA_KEY: [u8; 8] = Key::for_path::<(ToEdge, FromEdge)>("flexid").to_bytes();

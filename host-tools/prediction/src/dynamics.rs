@@ -1,9 +1,11 @@
 //! The dynamic stiffness of a robot at a pose, and its derivatives.
 //!
 //! ```text
-//! Z(s) = s² M + K_g + diag z(s)        H(s) = Pᵀ Z⁻¹ P        e = Z⁻¹ P
+//! Z(s) = s² M + K_g + B(s)        H(s) = Pᵀ Z⁻¹ P        e = Z⁻¹ P
 //! ∂H = −eᵀ ∂Z e + ∂Pᵀ e + eᵀ ∂P
 //! ```
+//!
+//! B is that of the [bushings](crate::bushings), and q are their elongations, which differ from e where the ground gives way.
 //!
 //! H is what the tool moves, translation and rotation, per force and torque there. The derivatives by the logarithm of a stiffness or a
 //! damping have a single entry of ∂Z; the change of the sag with a stiffness is left out. Those by an imperfection are central
@@ -12,15 +14,13 @@
 use std::f64::consts::TAU;
 
 use flexid_core::chain::linearise::LinearisationError;
-use flexid_core::receptance;
 use flexid_core::refine::Mechanics;
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix};
 
 use crate::assembly::Matrices;
+use crate::bushings::Bushings;
+use crate::per_imperfection::PerImperfection;
 use crate::robot::{OF_JOINT, Robot};
-
-/// Shift of an imperfection for a difference, in its standard deviations. Chosen: the error of a central difference grows with its square.
-const SHIFT: f64 = 0.1;
 
 /// A robot at a pose.
 #[derive(Clone, Debug)]
@@ -31,17 +31,6 @@ pub struct Dynamics<'a> {
     matrices: Matrices,
     /// By each imperfection; `None` for one without uncertainty.
     per_imperfection: Vec<Option<PerImperfection>>,
-}
-
-/// Derivatives by an imperfection.
-#[derive(Clone, Debug)]
-struct PerImperfection {
-    /// Of the matrices.
-    matrices: Matrices,
-    /// The mechanics on both sides, by which the impedances differ.
-    sides: [Mechanics; 2],
-    /// Distance of the sides.
-    by: f64,
 }
 
 /// Where the dynamic stiffness is evaluated.
@@ -66,16 +55,10 @@ impl<'a> Dynamics<'a> {
     pub(crate) fn new(robot: &'a Robot, pose: &[f64]) -> Result<Self, LinearisationError> {
         let mechanics = robot.mechanics(pose, None)?;
         let matrices = Matrices::new(mechanics.chain());
+        let [lower, upper] = robot.band_hz();
+        let middle = Place::At(Complex::new(0.0, TAU * (lower * upper).sqrt()));
         let shifted = |(index, std): (usize, f64)| {
-            if std == 0.0 {
-                return Ok(None);
-            }
-            let by = SHIFT * std;
-            let up = robot.mechanics(pose, Some((index, by)))?;
-            let down = robot.mechanics(pose, Some((index, -by)))?;
-            let [above, below] = [&up, &down].map(|side| Matrices::new(side.chain()));
-            let matrices = above.difference(&below, 2.0 * by);
-            Ok(Some(PerImperfection { matrices, sides: [up, down], by: 2.0 * by }))
+            (std > 0.0).then(|| PerImperfection::new(robot, pose, index, std, middle)).transpose()
         };
         let per_imperfection = robot.imperfection_stds().enumerate().map(shifted);
         let per_imperfection = per_imperfection.collect::<Result<Vec<_>, _>>()?;
@@ -107,20 +90,19 @@ impl<'a> Dynamics<'a> {
         Place::Static(TAU * lower)
     }
 
-    /// Impedances of all springs and of all dampers.
-    pub(crate) fn impedances(&self, place: Place) -> [DVector<Complex<f64>>; 2] {
-        impedances(&self.mechanics, place)
-    }
-
     /// Z.
     pub(crate) fn stiffness(&self, place: Place) -> DMatrix<Complex<f64>> {
-        let [springs, dampers] = self.impedances(place);
         let Matrices { mass, gravity, .. } = &self.matrices;
-        let mut z = assembled(mass, gravity, place);
-        for (i, impedance) in (springs + dampers).iter().enumerate() {
-            z[(i, i)] += impedance;
+        let mut z = self.bushings(place).matrix() + gravity.map(Complex::from);
+        if let Place::At(s) = place {
+            z += mass.map(|entry| s * s * entry);
         }
         z
+    }
+
+    /// B.
+    pub(crate) fn bushings(&self, place: Place) -> Bushings {
+        Bushings::new(&self.mechanics, place)
     }
 
     /// H for the first `loads` of the three forces and three torques. `None` where Z has no inverse.
@@ -138,7 +120,7 @@ impl<'a> Dynamics<'a> {
         let first = gradient.len() - self.per_imperfection.len();
         for (own, total) in self.per_imperfection.iter().zip(&mut gradient[first..]) {
             let Some(own) = own else { continue };
-            let tip = own.matrices.tip.columns(0, loads).map(Complex::from);
+            let tip = own.tip.columns(0, loads).map(Complex::from);
             let moved = tip.transpose() * e;
             *total = &moved + moved.transpose() - &*total;
         }
@@ -152,32 +134,26 @@ impl<'a> Dynamics<'a> {
         place: Place,
         v: &DMatrix<Complex<f64>>,
     ) -> Vec<DMatrix<Complex<f64>>> {
-        let [springs, dampers] = self.impedances(place);
+        let bushings = self.bushings(place);
+        let elongations = bushings.elongations(v);
         let mut all = Vec::with_capacity(self.robot.coordinates());
         for joint in 0..self.size() / 6 {
-            for impedances in [&springs, &dampers] {
+            for impedances in [&bushings.springs, &bushings.dampers] {
                 for row in 6 * joint..6 * joint + 6 {
-                    let row_of = v.row(row);
+                    let row_of = elongations.row(row);
                     all.push(row_of.transpose() * row_of * impedances[row]);
                 }
             }
         }
         debug_assert_eq!(all.len() % OF_JOINT, 0);
-        for own in &self.per_imperfection {
-            let Some(own) = own else {
-                all.push(DMatrix::zeros(v.ncols(), v.ncols()));
-                continue;
-            };
-            let mut z = assembled(&own.matrices.mass, &own.matrices.gravity, place);
-            let [up, down] = own.sides.each_ref().map(|side| {
-                let [springs, dampers] = impedances(side, place);
-                springs + dampers
-            });
-            for (i, change) in (up - down).iter().enumerate() {
-                z[(i, i)] += change / Complex::from(own.by);
-            }
-            all.push(v.transpose() * z * v);
-        }
+        let loads = v.ncols();
+        let parts = DMatrix::from_fn(v.nrows(), 2 * loads, |i, j| {
+            if j < loads { v[(i, j)].re } else { v[(i, j - loads)].im }
+        });
+        all.extend(self.per_imperfection.iter().map(|own| match own {
+            Some(own) => own.of_stiffness(place, v, &parts),
+            None => DMatrix::zeros(loads, loads),
+        }));
         all
     }
 
@@ -185,34 +161,4 @@ impl<'a> Dynamics<'a> {
     fn tip(&self, loads: usize) -> DMatrix<Complex<f64>> {
         self.matrices.tip.columns(0, loads).map(Complex::from)
     }
-}
-
-/// `s² M + K_g`.
-fn assembled(mass: &DMatrix<f64>, gravity: &DMatrix<f64>, place: Place) -> DMatrix<Complex<f64>> {
-    match place {
-        Place::At(s) => mass.map(|entry| s * s * entry) + gravity.map(Complex::from),
-        Place::Static(_) => gravity.map(Complex::from),
-    }
-}
-
-fn impedances(mechanics: &Mechanics, place: Place) -> [DVector<Complex<f64>>; 2] {
-    let s = match place {
-        Place::At(s) => s,
-        Place::Static(omega) => Complex::new(0.0, omega),
-    };
-    let at = receptance::Complex { re: s.re, im: s.im };
-    let joints = (0..mechanics.joints()).map(|joint| mechanics.impedance(joint, at));
-    let [mut springs, mut dampers] = [Vec::new(), Vec::new()];
-    for [of_springs, of_dampers] in joints {
-        springs.extend(of_springs.map(|z| Complex::new(z.re, z.im)));
-        dampers.extend(of_dampers.map(|z| Complex::new(z.re, z.im)));
-    }
-    if let Place::Static(_) = place {
-        // What dissipates gives no load at rest. Hysteresis and drives leave the stiffness that they have at this frequency.
-        springs.iter_mut().zip(&mut dampers).for_each(|(spring, damper)| {
-            *spring = Complex::from(spring.re);
-            *damper = Complex::from(damper.re);
-        });
-    }
-    [DVector::from_vec(springs), DVector::from_vec(dampers)]
 }

@@ -79,13 +79,9 @@ impl Dynamics<'_> {
         let Matrices { mass, gravity, .. } = self.matrices();
         // Links have mass and inertia, so that M is positive.
         let Some(inverse) = mass.clone().cholesky() else { return Vec::new() };
-        let [springs, dampers] = self.impedances(Place::At(Complex::new(0.0, omega)));
-        let mut stiffness = gravity.clone();
-        let mut damping = DMatrix::zeros(self.size(), self.size());
-        for (i, (spring, damper)) in springs.iter().zip(&dampers).enumerate() {
-            stiffness[(i, i)] += spring.re + damper.re;
-            damping[(i, i)] = (spring.im + damper.im) / omega;
-        }
+        let bushings = self.bushings(Place::At(Complex::new(0.0, omega))).matrix();
+        let stiffness = gravity + bushings.map(|entry| entry.re);
+        let damping = bushings.map(|entry| entry.im / omega);
         let n = self.size();
         let mut first_order = DMatrix::zeros(2 * n, 2 * n);
         first_order.view_mut((0, n), (n, n)).fill_diagonal(1.0);
@@ -135,16 +131,9 @@ impl Dynamics<'_> {
     /// `Z'(λ)`.
     fn slope(&self, lambda: Complex<f64>) -> DMatrix<Complex<f64>> {
         let by = Complex::new(0.0, STEP * lambda.norm());
-        let sum = |at: Complex<f64>| {
-            let [springs, dampers] = self.impedances(Place::At(at));
-            springs + dampers
-        };
-        let mut slope = self.matrices().mass.map(|entry| 2.0 * lambda * entry);
-        let change = sum(lambda + by) - sum(lambda - by);
-        for (i, change) in change.iter().enumerate() {
-            slope[(i, i)] += change / (2.0 * by);
-        }
-        slope
+        let [above, below] = [lambda + by, lambda - by].map(|at| self.bushings(Place::At(at)));
+        let change = above.matrix() - below.matrix();
+        self.matrices().mass.map(|entry| 2.0 * lambda * entry) + change / (2.0 * by)
     }
 
     fn mode(&self, lambda: Complex<f64>, shape: &DVector<Complex<f64>>) -> Mode {
@@ -161,9 +150,13 @@ impl Dynamics<'_> {
         };
         let ratio = -lambda.re / size;
         let ratio_std = (1.0 - ratio * ratio).max(0.0).sqrt() * std(|own| own.im);
-        let [springs, _] = self.impedances(Place::At(lambda));
-        let energies: Vec<f64> =
-            shape.iter().zip(&springs).map(|(own, spring)| own.norm_sqr() * spring.re).collect();
+        let bushings = self.bushings(Place::At(lambda));
+        let elongations = bushings.elongations(&column);
+        let energies: Vec<f64> = elongations
+            .iter()
+            .zip(&bushings.springs)
+            .map(|(own, spring)| own.norm_sqr() * spring.re)
+            .collect();
         let total: f64 = energies.iter().sum();
         let (of_joints, _) = energies.as_chunks::<6>();
         // Unit modal mass: φᵀ Z'(λ) φ = 2 λ.

@@ -38,10 +38,10 @@ const BINS: usize = 80;
 
 /// A peak that may be a tone.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
-    pub(super) tone: Tone,
+pub(in crate::identify) struct Candidate {
+    pub(in crate::identify) tone: Tone,
     /// It has the shape of a tone, beyond its highest bin.
-    pub(super) is_proved: bool,
+    pub(in crate::identify) is_proved: bool,
 }
 
 /// Finds and subtracts the candidates of a record. The records have `chances` values for a peak by chance.

@@ -13,10 +13,10 @@ mod candidates;
 
 use heapless::Vec;
 
-use super::{Estimate, Identifier, Phase};
-use crate::refine::{Plant, Problem};
+use super::noise::Shown;
+use crate::refine::Unexplained;
 use crate::spectrum::{Experiment, MAX_TONES, Tone};
-use candidates::Candidate;
+pub(super) use candidates::Candidate;
 
 /// Most candidates of all records. Chosen: sixteen records with four each.
 const MAX_CANDIDATES: usize = 64;
@@ -25,65 +25,41 @@ const SAME: f64 = 1.0;
 /// Most bins by which the frequency of a tone differs between two records.
 const APART: f64 = 0.5;
 
-impl<R> Identifier<R> {
-    /// Subtracts the tones from `experiments` that the residuals show at a settled `estimate`, which is that of `plant`, if there is one, or
-    /// else the identifier's own. Returns whether that changes the experiments. Nothing is changed where noise explains the residuals.
-    // Residuals are large: inlined, they would take room on the stack of the caller.
-    #[inline(never)]
-    pub(super) fn subtract_tones<const B: usize>(
-        &mut self,
-        experiments: &mut [Experiment<B>],
-        plant: Option<&Plant>,
-        estimate: &Estimate,
-    ) -> bool {
-        let objects = estimate.size_objects || estimate.whiteness_objects;
-        if self.phase != Phase::Settled || !(objects || estimate.noise_too_loud) {
-            return false;
+/// Subtracts from `experiments` the tones shown that have the shape of one, or recur in another record. Returns whether that changes the
+/// experiments.
+pub(super) fn subtract<const B: usize>(experiments: &mut [Experiment<B>], shown: &[Shown]) -> bool {
+    let mut found: Vec<(usize, f64, Candidate), MAX_CANDIDATES> = Vec::new();
+    for (record, (experiment, own)) in experiments.iter().zip(shown).enumerate() {
+        for candidate in &own.tones {
+            let _ = found.push((record, experiment.length(), *candidate));
         }
-        let mut found: Vec<(usize, f64, Candidate), MAX_CANDIDATES> = Vec::new();
-        let bins: usize = experiments.iter().map(Experiment::bins).sum();
-        for (record, experiment) in experiments.iter().enumerate() {
-            let length = experiment.length();
-            for candidate in self.candidates(experiment, plant, estimate, record, bins) {
-                let _ = found.push((record, length, candidate));
-            }
-        }
-        let recurs = |record: usize, own: f64, length: f64| {
-            found.iter().any(|(other, its_length, it)| {
-                let apart = (it.tone.periods / its_length - own / length).abs();
-                *other != record && apart * length.min(*its_length) < APART
-            })
-        };
-        let mut changed = false;
-        for (record, experiment) in experiments.iter_mut().enumerate() {
-            let own = found.iter().filter(|(of, length, it)| {
-                *of == record && (it.is_proved || recurs(record, it.tone.periods, *length))
-            });
-            let tones: Vec<Tone, MAX_TONES> = own.map(|(.., it)| it.tone).collect();
-            if tones.len() != experiment.tones.len() || experiment.change_by_tones(&tones) > SAME {
-                experiment.replace_tones(&tones);
-                changed = true;
-            }
-        }
-        changed
     }
+    let recurs = |record: usize, own: f64, length: f64| {
+        found.iter().any(|(other, its_length, it)| {
+            let apart = (it.tone.periods / its_length - own / length).abs();
+            *other != record && apart * length.min(*its_length) < APART
+        })
+    };
+    let mut changed = false;
+    for (record, experiment) in experiments.iter_mut().enumerate() {
+        let own = found.iter().filter(|(of, length, it)| {
+            *of == record && (it.is_proved || recurs(record, it.tone.periods, *length))
+        });
+        let tones: Vec<Tone, MAX_TONES> = own.map(|(.., it)| it.tone).collect();
+        if tones.len() != experiment.tones.len() || experiment.change_by_tones(&tones) > SAME {
+            experiment.replace_tones(&tones);
+            changed = true;
+        }
+    }
+    changed
+}
 
-    /// Peaks of the residuals of one record, its tones put back, that may be tones.
-    #[inline(never)]
-    fn candidates<const B: usize>(
-        &mut self,
-        experiment: &Experiment<B>,
-        plant: Option<&Plant>,
-        estimate: &Estimate,
-        record: usize,
-        bins: usize,
-    ) -> Vec<Candidate, MAX_TONES> {
-        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
-        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let coordinates = &estimate.coordinates;
-        let left = refinement.unexplained(&problem, coordinates, plant, experiment, record);
-        let Some(mut left) = left else { return Vec::new() };
-        experiment.tones.iter().for_each(|tone| left.add(tone, 1.0));
-        candidates::of(&mut left, 3 * bins)
-    }
+/// Peaks that may be tones in what a model leaves of one record, its tones put back, of all records' `bins`. They are subtracted.
+pub(super) fn candidates<const B: usize>(
+    experiment: &Experiment<B>,
+    left: &mut Unexplained<B>,
+    bins: usize,
+) -> Vec<Candidate, MAX_TONES> {
+    experiment.tones.iter().for_each(|tone| left.add(tone, 1.0));
+    candidates::of(left, 3 * bins)
 }

@@ -63,8 +63,7 @@ impl Change {
                 let rows = core::array::from_fn(|i| core::array::from_fn(|j| rate[(i, j)]));
                 change.inertia = Some((joint, rows));
             }
-            // The base, which carries the first joint, does not move.
-            if joint > 0 && from.from_parent != to.from_parent {
+            if from.from_parent != to.from_parent {
                 let rate = FromParentChange::between(&from.from_parent, &to.from_parent, step);
                 // There is room for both.
                 let _ = change.from_parent.push((joint, rate));

@@ -1,8 +1,8 @@
 //! Derivatives of a reading by the imperfections, each in its standard deviation.
 //!
 //! An imperfection of the model changes inertias, transformations and loads (`change`), whose effect follows from the motions
-//! of the robot (`motion`). The others change an impedance (below), or act on the reading A or on the measured force F, with the
-//! accelerance G:
+//! of the robot (`motion`); so do those of the ground. The others change an impedance (below), or act on the reading A or on the
+//! measured force F, with the accelerance G:
 //!
 //! ```text
 //! delay −s A      gain of A  A_a           resonance of A  −s² A/(1 + s²/ω_r²)       high-pass of A  −A/s/(1 + ω_h/s)
@@ -60,6 +60,7 @@ impl Imperfections {
         response: &Response<V>,
         model: &Model,
         batch: &Batch<V>,
+        motions: &Motions<V>,
     ) -> [Complex<V>; 3] {
         let like = batch.s.re;
         let by_force = |factor: Complex<V>| -> [Complex<V>; 3] {
@@ -94,6 +95,10 @@ impl Imperfections {
                     if is_driven { model.terms.joints[own].stiffness[dof] } else { 0.0 }
                 };
                 return by_impedance(&model.terms, response, per_growth(batch.s), stiffness);
+            }
+            Imperfection::Ground(dof) => return motions.by_ground(dof),
+            Imperfection::GroundDamping(dof) => {
+                return motions.by_ground(dof).map(|by_compliance| -(by_compliance * batch.s));
             }
             Imperfection::Resonance(Sensor::Accelerometer) => {
                 return by_reading(resonance(&self.accelerometer_filter));
@@ -181,7 +186,7 @@ impl Further for &Imperfections {
     ) {
         let s = batch.s;
         let last = model.terms.joints.len() - 1;
-        let motions = Motions::new(&self.from_parent, model, response, seam);
+        let motions = Motions::new(&self.from_parent, model, response, s, seam);
         let mut cut = batch.force;
         if let Some(tool) = &model.terms.tool {
             let taken = taken_by_tool(tool, s, &motions.of_record.displacements[last]);
@@ -207,7 +212,7 @@ impl Further for &Imperfections {
                     motions.add_tip(last, tip, response, s, &cut, &mut derivative);
                 }
             } else {
-                let own = self.of_reading(imperfection, response, model, batch);
+                let own = self.of_reading(imperfection, response, model, batch, &motions);
                 derivative = own.map(|value| value.scale(s.re.fill(deviation)));
             }
             for (axis, value) in derivative.into_iter().enumerate() {

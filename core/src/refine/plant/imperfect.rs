@@ -7,17 +7,19 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 
 use super::super::Problem;
 use super::super::model::Model;
-use crate::MAX_JOINTS;
 use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::chain::{Chain, Joint, JointKind};
 use crate::imperfection::{Imperfection, Sensor};
 use crate::parameters::Bushings;
-use crate::receptance::{Filter, Growth, Hysteresis, Terms};
+use crate::receptance::{Filter, Ground, Growth, Hysteresis, Terms};
 use crate::sensors::Sensors;
+use crate::{DOF, MAX_JOINTS};
 
 /// Least lower end of a band, as a part of its upper end, for its middle. Chosen: three decades.
 const LEAST: f64 = 1e-3;
+/// Least compliance of ground that gives way, m/N and rad/Nm. Chosen: a millionth of that of the stiffest ground.
+const RIGID: f64 = 1e-16;
 
 /// A model that imperfections change.
 #[derive(Clone, Debug)]
@@ -37,6 +39,7 @@ pub(in crate::refine) struct Imperfect {
     load: f64,
     /// Factor on all stiffnesses.
     stiffness: f64,
+    ground: Ground<f64>,
     /// Number of the record.
     record: usize,
 }
@@ -80,6 +83,7 @@ impl Imperfect {
             servo: [0.0; MAX_JOINTS],
             load: 0.0,
             stiffness: 1.0,
+            ground: Ground { compliance: [0.0; DOF], damping: [0.0; DOF] },
             record,
         }
     }
@@ -147,6 +151,8 @@ impl Imperfect {
             Imperfection::Hysteresis => self.hysteresis.part += value,
             Imperfection::Servo(joint) => self.servo[joint] += value,
             Imperfection::Load => self.load += value,
+            Imperfection::Ground(dof) => self.ground.compliance[dof] += value,
+            Imperfection::GroundDamping(dof) => self.ground.damping[dof] += value,
             Imperfection::RecordDelay(record) if record == self.record => {
                 calibration.delay += value;
             }
@@ -224,6 +230,7 @@ impl Imperfect {
     ) -> Result<Terms<f64>, LinearisationError> {
         let mut terms = Terms::new(linear, bushings, sensors)?;
         terms.hysteresis = self.hysteresis;
+        terms.ground = self.ground();
         for ((terms, joint), part) in
             terms.joints.iter_mut().zip(&self.chain.joints).zip(self.servo)
         {
@@ -244,6 +251,15 @@ impl Imperfect {
             bushing.stiffness.iter_mut().for_each(|stiffness| *stiffness *= self.stiffness);
         }
         loaded
+    }
+
+    /// The ground. `None` if it is rigid.
+    fn ground(&self) -> Option<Ground<f64>> {
+        let Ground { compliance, damping } = self.ground;
+        let gives_way = compliance.iter().chain(&damping).any(|value| *value != 0.0);
+        // Within its accuracy a compliance may be negative.
+        let finite = |c: f64| c.abs().max(RIGID).copysign(c);
+        gives_way.then(|| Ground { compliance: compliance.map(finite), damping })
     }
 
     /// Reference of the hysteresis, rad/s.

@@ -58,6 +58,13 @@ impl Mechanics {
         &self.chain
     }
 
+    /// Displacement of the base per load on it, along and about each of its axes at its origin, m/N and rad/Nm, at the complex frequency
+    /// `s`, rad/s. `None` if the ground is rigid.
+    pub fn ground(&self, s: Complex<f64>) -> Option<[Complex<f64>; DOF]> {
+        let ground = self.terms.ground?;
+        Some(core::array::from_fn(|dof| ground.at(s, dof)))
+    }
+
     /// Number of joints.
     pub fn joints(&self) -> usize {
         self.terms.joints.len()

@@ -12,7 +12,7 @@
 //! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
 //! | `fit`, `crawl`                  | its minimum, and when a fit is given up                         |
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
-//! | `structure`                     | base and links that give way                                    |
+//! | `structure`                     | links that give way                                             |
 //! | `information`                   | what records and priors say of unknowns and imperfections       |
 //! | `mechanics`                     | the robot that a fit has found, without its sensors             |
 //! | `restated`                      | accuracies that the data contradict                             |
@@ -144,10 +144,7 @@ impl Plant {
     /// Whether nothing is off, in any number of records.
     pub fn is_perfect(&self) -> bool {
         let Accuracies { structure_translation, structure_rotation, .. } = self.accuracies;
-        let Accuracies { ground_translation, ground_rotation, .. } = self.accuracies;
-        let compliances =
-            [structure_translation, structure_rotation, ground_translation, ground_rotation];
-        let is_rigid = compliances == [0.0; 4];
+        let is_rigid = [structure_translation, structure_rotation] == [0.0; 2];
         is_rigid && imperfection::all(&self.accuracies, &self.joints, 2).is_empty()
     }
 

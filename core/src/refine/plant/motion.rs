@@ -6,7 +6,8 @@
 //!
 //! I is the inertia of a link, and X the transformation from a link to the next. On the last link act P of the force F that cuts, r of
 //! the observation, and W of the tool. η are the displacements of the links and λ the loads on the bushings in the record, η̂ and λ̂
-//! those due to the observation; G is the observation per measured force. λ leaves out what the stiffness due to gravity adds.
+//! those due to the observation; G is the observation per measured force. λ leaves out what the stiffness due to gravity adds. On ground
+//! with the compliances `c − s e`, the base is the link before the first: `η₋ = diag(c − s e) Xᵀ λ`.
 
 use super::super::model::Model;
 use super::change::{Block, FromParentChange, Tip};
@@ -18,10 +19,16 @@ use nalgebra::Matrix3;
 
 pub(super) type Column<V> = [Complex<V>; DOF];
 
-/// Displacement of each link, and load on each bushing.
+/// A motion of the robot and of its base.
 pub(super) struct Motion<V> {
+    /// Displacement of each link.
     pub(super) displacements: PerDof<V>,
+    /// Load on each bushing.
     loads: PerDof<V>,
+    /// Displacement of the base.
+    base: Column<V>,
+    /// Load on the base, with what gravity adds.
+    on_base: Column<V>,
 }
 
 /// Motions due to a unit observation along each axis, and that of the record.
@@ -37,30 +44,71 @@ impl<V: Lanes<Scalar = f64>> Motion<V> {
         from_parent: &[FromParent],
         terms: &Terms<f64>,
         rates: &Rates<V>,
+        s: Complex<V>,
         elongations: &PerDof<V>,
         seam: Option<&PerDof<V>>,
     ) -> Self {
         let zero = Complex::zero(rates.damper.re);
-        let mut motion =
-            Self { displacements: [[zero; DOF]; MAX_JOINTS], loads: [[zero; DOF]; MAX_JOINTS] };
-        let Self { displacements, loads } = &mut motion;
-        for (joint, own) in terms.joints.iter().enumerate() {
-            displacements[joint] = elongations[joint];
-            if joint > 0 {
-                let x = &from_parent[joint];
-                let [rotation, lever, turns] = [&x.rotation, &x.lever, &x.turns].map(rows);
-                let before = displacements[joint - 1];
-                add_transformed([&rotation, &lever, &turns], &before, &mut displacements[joint]);
-            }
+        let mut motion = Self {
+            displacements: [[zero; DOF]; MAX_JOINTS],
+            loads: [[zero; DOF]; MAX_JOINTS],
+            base: [zero; DOF],
+            on_base: [zero; DOF],
+        };
+        for (joint, (own, x)) in terms.joints.iter().zip(from_parent).enumerate() {
             let impedance = bushing(own, rates);
             for dof in 0..DOF {
-                loads[joint][dof] = impedance[dof] * elongations[joint][dof];
+                let load = &mut motion.loads[joint][dof];
+                *load = impedance[dof] * elongations[joint][dof];
                 if let Some(seam) = seam {
-                    loads[joint][dof] = loads[joint][dof] - seam[joint][dof];
+                    *load = *load - seam[joint][dof];
                 }
             }
+            let x = [&x.rotation, &x.lever, &x.turns].map(rows);
+            if joint == 0 {
+                motion.load_base(&x, terms, s, &elongations[0]);
+            }
+            motion.displacements[joint] = elongations[joint];
+            let before = *motion.before(joint);
+            add_transformed(x.each_ref(), &before, &mut motion.displacements[joint]);
         }
         motion
+    }
+
+    /// Displacement of the link before a joint.
+    #[inline(always)]
+    fn before(&self, joint: usize) -> &Column<V> {
+        if joint == 0 { &self.base } else { &self.displacements[joint - 1] }
+    }
+
+    /// Loads the base by `Xᵀ (λ + (Γ − C) δ)` of the first joint.
+    #[inline(always)]
+    fn load_base(
+        &mut self,
+        x: &[Block; 3],
+        terms: &Terms<f64>,
+        s: Complex<V>,
+        elongation: &Column<V>,
+    ) {
+        let first = &terms.joints[0];
+        let mut load = self.loads[0];
+        let real = |value: f64| elongation[0].re.fill(value);
+        for turn in 0..3 {
+            let load = &mut load[3 + turn];
+            for i in 0..DOF {
+                *load = load.add_mul_real(elongation[i], real(-first.gravity_coupling[i][turn]));
+            }
+            for i in 0..3 {
+                let turns = real(first.gravity_turns[turn][i]);
+                *load = load.add_mul_real(elongation[3 + i], turns);
+            }
+        }
+        add_transposed(x.each_ref(), &load, &mut self.on_base);
+        if let Some(ground) = &terms.ground {
+            for dof in 0..DOF {
+                self.base[dof] = self.on_base[dof] * ground.at(s, dof);
+            }
+        }
     }
 }
 
@@ -70,10 +118,11 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
         from_parent: &[FromParent],
         model: &Model,
         response: &Response<V>,
+        s: Complex<V>,
         seam: &PerDof<V>,
     ) -> Self {
         let motion = |elongations: &PerDof<V>, seam: Option<&PerDof<V>>| {
-            Motion::new(from_parent, &model.terms, response.rates(), elongations, seam)
+            Motion::new(from_parent, &model.terms, response.rates(), s, elongations, seam)
         };
         Self {
             per_observation: response.per_load.each_ref().map(|per_load| motion(per_load, None)),
@@ -113,7 +162,7 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
     ) {
         let FromParentChange { rotation, lever, turns } = change;
         let changed = |motion: &Motion<V>| {
-            let before = &motion.displacements[joint - 1];
+            let before = motion.before(joint);
             let mut moved = [Complex::zero(before[0].re); DOF];
             add_transformed([rotation, lever, turns], before, &mut moved);
             moved
@@ -124,6 +173,12 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
             *derivative = dot(*derivative, &own.loads[joint], &of_record);
             *derivative = dot(*derivative, load, &changed(own));
         }
+    }
+
+    /// By the compliance of the ground along a degree of freedom: the product of the loads on the base.
+    #[inline(always)]
+    pub(super) fn by_ground(&self, dof: usize) -> [Complex<V>; 3] {
+        self.per_observation.each_ref().map(|own| own.on_base[dof] * self.of_record.on_base[dof])
     }
 
     /// `η̂ᵀ ∂P F + ∂rᵀ η + G ∂Wᵀ η`. `cut` is F.
@@ -196,6 +251,24 @@ fn add_transformed<V: Lanes<Scalar = f64>>(
                 .add_mul_real(x[k], like.fill(rotation[i][k]))
                 .add_mul_real(x[3 + k], like.fill(lever[i][k]));
             y[3 + i] = y[3 + i].add_mul_real(x[3 + k], like.fill(turns[i][k]));
+        }
+    }
+}
+
+/// `y ← y + [[rotation, lever], [0, turns]]ᵀ x`.
+#[inline(always)]
+fn add_transposed<V: Lanes<Scalar = f64>>(
+    [rotation, lever, turns]: [&Block; 3],
+    x: &Column<V>,
+    y: &mut Column<V>,
+) {
+    let like = x[0].re;
+    for i in 0..3 {
+        for k in 0..3 {
+            y[i] = y[i].add_mul_real(x[k], like.fill(rotation[k][i]));
+            y[3 + i] = y[3 + i]
+                .add_mul_real(x[k], like.fill(lever[k][i]))
+                .add_mul_real(x[3 + k], like.fill(turns[k][i]));
         }
     }
 }

@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn plausible_accuracies_stand() {
         let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain()));
-        plant.point.imperfections.fill(1.5);
+        plant.point.imperfections.fill(1.4);
         assert!(!plant.restate_accuracies());
         let stated = imperfection::all(&Accuracies::typical(), &chain().kinds(), 0);
         assert!(plant.imperfections.all == stated);

@@ -1,4 +1,4 @@
-//! Ground and links that give way, in series with the joints.
+//! Links that give way, in series with the joints.
 //!
 //! The data hardly tell their compliance c from that of a joint along the same degree of freedom. It is therefore not sought. It widens
 //! the intervals (a _considered_ parameter): with `k ← k/(1 + k c)` and `d ← d/(1 + k c)²`, c small, they add
@@ -18,16 +18,12 @@ use crate::refine::fit::Fit;
 use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
 impl Plant {
-    /// Standard deviations of the compliance in series with a joint: translation, m/N, and rotation, rad/Nm. The ground is in series with a
+    /// Standard deviations of the compliance in series with a joint: translation, m/N, and rotation, rad/Nm. No link is in series with a
     /// driven first joint.
     fn in_series_with(&self, joint: usize) -> [f64; 2] {
-        let Accuracies { ground_translation, ground_rotation, .. } = self.accuracies;
         let Accuracies { structure_translation, structure_rotation, .. } = self.accuracies;
-        if joint == 0 && self.joints.first() != Some(&JointKind::Fixed) {
-            [ground_translation, ground_rotation]
-        } else {
-            [structure_translation, structure_rotation]
-        }
+        let stands_on_ground = joint == 0 && self.joints.first() != Some(&JointKind::Fixed);
+        if stands_on_ground { [0.0; 2] } else { [structure_translation, structure_rotation] }
     }
 
     /// Widens the standard deviations of a fit that found `bushings`. They are later multiplied by `inflation`, the structure's part is not.

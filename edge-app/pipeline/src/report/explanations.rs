@@ -97,6 +97,8 @@ fn entry(imperfection: Imperfection) -> Accuracy {
         Imperfection::Hysteresis => Accuracy::Hysteresis,
         Imperfection::Servo(_) => Accuracy::DriveGrowth,
         Imperfection::Load => Accuracy::DriveGrowthPerKnm,
+        Imperfection::Ground(..3) | Imperfection::GroundDamping(..3) => Accuracy::GroundMPerN,
+        Imperfection::Ground(_) | Imperfection::GroundDamping(_) => Accuracy::GroundRadPerNm,
         Imperfection::RecordDelay(_) => Accuracy::DelayOfRecordS,
         Imperfection::RecordStiffness(_) => Accuracy::StiffnessOfRecord,
     }

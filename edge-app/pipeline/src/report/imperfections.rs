@@ -10,7 +10,7 @@ use super::confidence::{log_normal, normal};
 use super::residuals::Residuals;
 use super::verdict::verdict;
 use crate::model::{Kind, Model};
-use crate::names::joint_name;
+use crate::names::{DOF_NAMES, joint_name};
 
 /// Part of its prior's standard deviation below which the data determine an imperfection. Chosen: they then say more than the prior.
 const DETERMINED: f64 = 0.5;
@@ -114,6 +114,10 @@ pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
             clipped(format_args!("drive of {}: growth above 10 Hz", joint(of)))
         }
         Imperfection::Load => clipped("drives: growth with load"),
+        Imperfection::Ground(dof) => clipped(format_args!("ground {}", DOF_NAMES[dof])),
+        Imperfection::GroundDamping(dof) => {
+            clipped(format_args!("damping of ground {}", DOF_NAMES[dof]))
+        }
         Imperfection::RecordDelay(record) => {
             clipped(format_args!("delay of record {}", record + 1))
         }
@@ -129,6 +133,10 @@ pub(super) fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
         Imperfection::JointAngle(joint) if slides(joint) => "m",
         Imperfection::Delay | Imperfection::RecordDelay(_) => "s",
         Imperfection::Load => "1/Nm",
+        Imperfection::Ground(..3) => "m/N",
+        Imperfection::Ground(_) => "rad/Nm",
+        Imperfection::GroundDamping(..3) => "m s/N",
+        Imperfection::GroundDamping(_) => "rad s/Nm",
         Imperfection::Gain(..)
         | Imperfection::Crosstalk(..)
         | Imperfection::Mass(_)

@@ -28,6 +28,9 @@ const STEP: f64 = 1e-2;
 /// Rate from which on a drive is stiffer, 1/s.
 const SERVO: f64 = TAU * 10.0;
 
+/// Damping of the ground over its stiffness, s.
+pub(crate) const GROUND_LAG_S: f64 = 1e-4;
+
 /// All imperfections of a robot with so many joints, milling so many records, each with its standard deviation.
 pub(crate) fn all(own: &Accuracies, joints: usize, records: usize) -> Vec<(Imperfection, f64)> {
     use Imperfection as I;
@@ -57,6 +60,11 @@ pub(crate) fn all(own: &Accuracies, joints: usize, records: usize) -> Vec<(Imper
             all.push((I::CentreOfMass(joint, axis), own.centre_of_mass));
             all.push((I::ElasticCentre(joint, axis), own.elastic_centre));
         }
+    }
+    for dof in 0..6 {
+        let compliance = if dof < 3 { own.ground_translation } else { own.ground_rotation };
+        all.push((I::Ground(dof), compliance));
+        all.push((I::GroundDamping(dof), GROUND_LAG_S * compliance));
     }
     for record in 0..records {
         all.push((I::RecordDelay(record), own.record_delay));
@@ -90,6 +98,11 @@ pub(crate) fn column(
             softened(on(milled, drive, stiffnesses(milled)[drive]), growth)
         }
         I::Load => softened(loads(milled)?, |_| Complex::ONE),
+        I::Ground(dof) => ground(milled, dof)?,
+        I::GroundDamping(dof) => {
+            let of_compliance = ground(milled, dof)?;
+            Box::new(move |bin| of_compliance(bin) * -bin.s)
+        }
         I::RecordStiffness(record) if record == number => {
             softened(stiffnesses(milled), |_| Complex::ONE)
         }
@@ -265,6 +278,22 @@ fn loads(milled: &Milled<'_>) -> Result<DVector<f64>> {
         loads[6 * joint + drive] = stiffness * (stiffness * at_rest.sag[drive]).abs();
     }
     Ok(loads)
+}
+
+/// Ground in series with the first joint: `e_outᵀ Z x xᵀ Z q`, with x the displacement at the joint by one of the base, and Z the
+/// impedance of its bushing.
+fn ground(milled: &Milled<'_>, dof: usize) -> Result<Column> {
+    let Milled { chain, bushings, cut, .. } = *milled;
+    let still = chain.linearise(&cut.pose, cut.gravity, bushings);
+    let still = still.map_err(|error| anyhow!("gravity leaves no rest: {error:?}"))?;
+    let x = still.joints[0].from_parent.matrix().column(dof).map(Complex::from);
+    let bushing = bushings[0];
+    Ok(Box::new(move |bin| {
+        let z = |i: usize| bin.s * bushing.damping[i] + bushing.stiffness[i];
+        let through: DVector<_> = DVector::from_fn(6, |i, _| x[i] * z(i));
+        let load = through.dot(&bin.elongation.rows(0, 6));
+        three(&bin.per_load.columns(0, 6) * through * load)
+    }))
 }
 
 /// Degree of freedom of a drive.

@@ -6,7 +6,7 @@
 //!
 //! N is the information of the records about the parameters and the imperfections (`bound`, `imperfect`), at the true robot and a
 //! perfect plant. P is the precision of the priors: 1 of each imperfection in its standard deviation, and `12/w²` of a logarithm uniform
-//! over a width w. The compliance c of base and link in series with a bushing is in no record: with `k ← k/(1 + k c)` and
+//! over a width w. The compliance c of a link in series with a bushing is in no record: with `k ← k/(1 + k c)` and
 //! `d ← d/(1 + k c)²`, it adds `v = −k σ_c (1, 2)` on `(ln k, ln d)`. (Van Trees, _Detection, Estimation, and Modulation Theory_ I,
 //! 1968, section 2.4.)
 
@@ -53,12 +53,10 @@ pub(crate) fn deviations(
     let structure = |index: usize| {
         let (bushing, dof) = (&bushings[index / 12], index % 6);
         let Accuracies { structure_translation, structure_rotation, .. } = accuracies;
-        let Accuracies { ground_translation, ground_rotation, .. } = accuracies;
         let compliance = match (index / 12, dof < 3) {
-            (0, true) => ground_translation,
-            (0, false) => ground_rotation,
-            (_, true) => structure_translation,
-            (_, false) => structure_rotation,
+            (0, _) => 0.0,
+            (_, true) => *structure_translation,
+            (_, false) => *structure_rotation,
         };
         let relative = bushing.stiffness[dof] * compliance;
         if index % 12 < 6 { relative } else { 2.0 * relative }

@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use crate::common::Random;
 use crate::figure::{Figure, median};
 use crate::find::{Found, find, find_on_plant};
+use crate::imperfect::GROUND_LAG_S;
 use crate::intervals::{Intervals, percent};
 use crate::oracle;
 use crate::records::{Record, Sensors, Signals};
@@ -45,8 +46,6 @@ const KEPT_OF_ORACLE: f64 = 90.0;
 const SPINDLE_HZ: f64 = 47.0;
 /// Mass of what stands on the ground, kg. Chosen: the base of a robot of 200 kg payload.
 const BASE_KG: f64 = 200.0;
-/// Damping of the ground over its stiffness, s. Chosen: a loss factor of 0.6 % at 100 Hz, between steel and concrete.
-const GROUND_LAG_S: f64 = 1e-5;
 /// Compliance of a ground that is taken for rigid, m/N and rad/Nm.
 const RIGID: f64 = 1e-13;
 
@@ -71,26 +70,16 @@ struct Identified {
     over_oracle: f64,
 }
 
-/// Plants of this scenario, on rigid ground.
-pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
-    figures(study, robots, details, false)
-}
-
 /// As [`prove`], of the scenario of six joints.
 pub(crate) fn prove_of_six_joints(_: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
     prove(&Study::of_six_joints()?, robots, details)
 }
 
-/// As [`prove`], on ground that gives way.
-pub(crate) fn prove_on_ground(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
-    figures(study, robots, details, true)
-}
-
-/// `gives_way` says whether the ground does.
-fn figures(study: &Study, robots: usize, details: bool, gives_way: bool) -> Result<Vec<Figure>> {
+/// Plants of this scenario.
+pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
     let cuts = study.cuts();
     let cuts = |robot: u64| &cuts[robot as usize % cuts.len()];
-    let one = |robot: u64| outcome(study, cuts(robot), robot, details, gives_way);
+    let one = |robot: u64| outcome(study, cuts(robot), robot, details);
     let all = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
     let all: Vec<Outcome> = all.into_iter().flatten().collect();
     let drawn = robots;
@@ -160,18 +149,11 @@ fn figures(study: &Study, robots: usize, details: bool, gives_way: bool) -> Resu
 
 /// `None` of a robot that gives way. Below the middle of the band a joint with hysteresis is softer than its stiffness there; an
 /// overdamped one may have none left.
-fn outcome(
-    study: &Study,
-    cuts: &[Cut],
-    robot: u64,
-    details: bool,
-    gives_way: bool,
-) -> Result<Option<Outcome>> {
+fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Option<Outcome>> {
     let accuracies = Accuracies::typical();
     let mut draw = random(Purpose::Draw, robot);
-    let mut plant =
+    let plant =
         drawn(&accuracies, study.chain.joints().len(), study.measurement.band_hz, &mut draw);
-    plant.pedestal = gives_way.then(|| ground(&accuracies, &mut draw));
     let records = records(study, cuts, &plant, robot)?;
     if records.is_empty() {
         return Ok(None);
@@ -344,6 +326,7 @@ pub(crate) fn drawn(
             warm_up_per_cut: accuracies.record_stiffness * random.normal(),
             ..Joints::default()
         },
+        pedestal: Some(ground(accuracies, random)),
         ..Plant::default()
     }
 }
@@ -355,7 +338,8 @@ fn ground(accuracies: &Accuracies, random: &mut Random) -> Pedestal {
         let deviation = if dof < 3 { ground_translation } else { ground_rotation };
         1.0 / (deviation * random.normal().abs()).max(RIGID)
     });
-    Pedestal { mass_kg: BASE_KG, stiffness, damping: stiffness.map(|own| GROUND_LAG_S * own) }
+    let damping = stiffness.map(|own| GROUND_LAG_S * random.normal().abs() * own);
+    Pedestal { mass_kg: BASE_KG, stiffness, damping }
 }
 
 fn three(deviation: f64, random: &mut Random) -> [f64; 3] {

@@ -161,8 +161,15 @@ fn scores(
 
 /// The imperfections of a drawn plant that move the robot.
 fn imperfections(plant: &Plant, joints: usize) -> Vec<FoundValue> {
-    let Plant { tool, robot, joints: bushings, .. } = plant;
+    let Plant { tool, robot, joints: bushings, pedestal, .. } = plant;
     let mut all = Vec::new();
+    if let Some(ground) = pedestal {
+        for dof in 0..6 {
+            let compliance = 1.0 / ground.stiffness[dof];
+            all.push((I::Ground(dof), compliance));
+            all.push((I::GroundDamping(dof), ground.damping[dof] * compliance * compliance));
+        }
+    }
     for axis in 0..3 {
         all.push((I::ToolTurn(axis), tool.angle_rad[axis]));
         all.push((I::ToolCentrePoint(axis), tool.tcp_m[axis]));

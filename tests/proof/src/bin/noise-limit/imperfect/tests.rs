@@ -1,4 +1,5 @@
 use flexid_core::sensors::Accelerometer;
+use flexid_simulation::plant::Pedestal;
 use flexid_simulation::plant::motion::{Surroundings, Work};
 use realfft::RealFftPlanner;
 
@@ -17,8 +18,19 @@ fn imperfect(imperfection: Imperfection, value: f64) -> Plant {
         }),
         Imperfection::Servo(_) => with(|plant| plant.joints.servo = value),
         Imperfection::Load => with(|plant| plant.joints.loaded_per_knm = 1e3 * value),
+        Imperfection::Ground(dof) => on_ground(dof, 1.0 / value.max(1e-14), 0.0),
+        Imperfection::GroundDamping(dof) => on_ground(dof, 1e11, 1e22 * value),
         other => plant(other, 3, value),
     }
+}
+
+/// A plant on ground that gives way along one degree of freedom.
+fn on_ground(dof: usize, stiffness: f64, damping: f64) -> Plant {
+    let (mut all, mut dampings) = ([1e14; 6], [0.0; 6]);
+    (all[dof], dampings[dof]) = (stiffness, damping);
+    with(|plant| {
+        plant.pedestal = Some(Pedestal { mass_kg: 1e-3, stiffness: all, damping: dampings });
+    })
 }
 
 /// The test compares with differences of what the simulated sensors read in time: of the acceleration, less what the model makes
@@ -58,6 +70,9 @@ fn columns_are_differences_of_the_simulated_readings() {
         (vec![I::Hysteresis], 1e-3, false),
         (vec![I::Servo(0), I::Servo(1), I::Servo(2)], 1e-3, false),
         (vec![I::Load], 1e-7, false),
+        (vec![I::Ground(1)], 1e-11, false),
+        (vec![I::Ground(3)], 1e-11, false),
+        (vec![I::GroundDamping(1)], 1e-15, false),
     ] {
         let first = all[0];
         let up = read(first, deviation);

@@ -1,0 +1,78 @@
+//! Derivatives of the dynamic stiffness and of the loads by an imperfection: central differences.
+
+use flexid_core::chain::linearise::LinearisationError;
+use flexid_core::refine::Mechanics;
+use nalgebra::{Complex, DMatrix};
+
+use crate::assembly::Matrices;
+use crate::bushings::Bushings;
+use crate::dynamics::Place;
+use crate::robot::Robot;
+
+/// Shift of an imperfection for a difference, in its standard deviations. Chosen: the error of a central difference grows with its square.
+const SHIFT: f64 = 0.1;
+
+/// Derivatives by an imperfection.
+#[derive(Clone, Debug)]
+pub(crate) struct PerImperfection {
+    /// Of the mass matrix; `None` if it stays.
+    mass: Option<DMatrix<f64>>,
+    /// Of the stiffness due to gravity; `None` if it stays.
+    gravity: Option<DMatrix<f64>>,
+    /// Of the loads of unit forces and torques at the tool.
+    pub(crate) tip: DMatrix<f64>,
+    /// The mechanics on both sides, if the bushings differ.
+    sides: Option<[Mechanics; 2]>,
+    /// Distance of the sides.
+    by: f64,
+}
+
+impl PerImperfection {
+    /// By imperfection `index`, whose standard deviation is `std`. The bushings are compared at `place`.
+    pub(crate) fn new(
+        robot: &Robot,
+        pose: &[f64],
+        index: usize,
+        std: f64,
+        place: Place,
+    ) -> Result<Self, LinearisationError> {
+        let by = SHIFT * std;
+        let sides =
+            [robot.mechanics(pose, Some((index, by)))?, robot.mechanics(pose, Some((index, -by)))?];
+        let by = 2.0 * by;
+        let [above, below] = sides.each_ref().map(|side| Matrices::new(side.chain()));
+        let Matrices { mass, gravity, tip } = above.difference(&below, by);
+        let changed = |own: DMatrix<f64>| own.iter().any(|entry| *entry != 0.0).then_some(own);
+        let [up, down] = sides.each_ref().map(|side| Bushings::new(side, place));
+        let sides = (up != down).then_some(sides);
+        Ok(Self { mass: changed(mass), gravity: changed(gravity), tip, sides, by })
+    }
+
+    /// `vᵀ ∂Z v`. `parts` are the real parts of v and, in further columns, the imaginary ones.
+    pub(crate) fn of_stiffness(
+        &self,
+        place: Place,
+        v: &DMatrix<Complex<f64>>,
+        parts: &DMatrix<f64>,
+    ) -> DMatrix<Complex<f64>> {
+        let columns = v.ncols();
+        let times = |matrix: &DMatrix<f64>| {
+            let product = matrix * parts;
+            DMatrix::from_fn(v.nrows(), columns, |i, j| {
+                Complex::new(product[(i, j)], product[(i, columns + j)])
+            })
+        };
+        let mut loads = DMatrix::zeros(v.nrows(), columns);
+        if let (Some(mass), Place::At(s)) = (&self.mass, place) {
+            loads += times(mass) * (s * s);
+        }
+        if let Some(gravity) = &self.gravity {
+            loads += times(gravity);
+        }
+        if let Some(sides) = &self.sides {
+            let [up, down] = sides.each_ref().map(|side| Bushings::new(side, place).loads(v));
+            loads += (up - down).unscale(self.by);
+        }
+        v.transpose() * loads
+    }
+}
