@@ -47,7 +47,7 @@ pub(super) fn add<const B: usize>(
 ) -> usize {
     let spectra = &experiment.thinned;
     let bins = spectra.omega[..spectra.bins].partition_point(|&omega| omega <= weighing.highest);
-    let line = Line {
+    Line {
         terms,
         alpha: spectra.alpha,
         omega: &spectra.omega,
@@ -60,8 +60,8 @@ pub(super) fn add<const B: usize>(
         sought,
         normal,
         level,
-    };
-    f32::dispatch(level, line);
+    }
+    .add();
     ROWS * bins
 }
 
@@ -84,6 +84,13 @@ struct Line<'a> {
     sought: &'a Sought,
     normal: &'a mut ParameterNormal,
     level: Level,
+}
+
+impl Line<'_> {
+    /// Compiled once: not again for each number of bins, in each crate.
+    fn add(self) {
+        f32::dispatch(self.level, self);
+    }
 }
 
 impl Kernel<f32> for Line<'_> {

@@ -85,7 +85,7 @@ pub fn energies<const B: usize>(
     let measured = experiment.acceleration.parts();
     Energies {
         measured: measured.iter().flatten().copied().flatten().map(|part| part * part).sum(),
-        modelled: f32::dispatch(level, modelled),
+        modelled: modelled.energy(level),
     }
 }
 
@@ -96,6 +96,13 @@ struct Modelled<'a> {
     omega: &'a [f32],
     /// Real and imaginary parts of each axis; filling bins are zero.
     force: [[&'a [f32]; 2]; 3],
+}
+
+impl Modelled<'_> {
+    /// Compiled once: not again for each number of bins, in each crate.
+    fn energy(self, level: Level) -> f32 {
+        f32::dispatch(level, self)
+    }
 }
 
 impl Kernel<f32> for Modelled<'_> {

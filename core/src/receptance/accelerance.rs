@@ -18,6 +18,18 @@ pub fn accelerance<V: Lanes>(
     s: Complex<V>,
     accelerance: &mut [[Complex<V>; 3]; 3],
 ) {
+    s.re.apart(
+        #[inline(always)]
+        || accelerance_inlined(terms, s, accelerance),
+    );
+}
+
+#[inline(always)]
+fn accelerance_inlined<V: Lanes>(
+    terms: &Terms<V::Scalar>,
+    s: Complex<V>,
+    accelerance: &mut [[Complex<V>; 3]; 3],
+) {
     let tip = tip_stiffness(terms, s);
     let displacements = tip_displacements(&terms.force_loads, &tip, s.re);
     let mut readings = [[Complex::zero(s.re); DOF]; 3];

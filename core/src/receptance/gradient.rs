@@ -111,6 +111,20 @@ impl<V: Lanes> Response<V> {
         force: &[Complex<V>; 3],
         seam: Option<&PerDof<V>>,
     ) {
+        s.re.apart(
+            #[inline(always)]
+            || self.read_inlined(terms, s, force, seam),
+        );
+    }
+
+    #[inline(always)]
+    fn read_inlined(
+        &mut self,
+        terms: &Terms<V::Scalar>,
+        s: Complex<V>,
+        force: &[Complex<V>; 3],
+        seam: Option<&PerDof<V>>,
+    ) {
         self.has_seam = seam.is_some();
         self.rates = terms.rates(s);
         self.load = [Complex::zero(s.re); DOF];
@@ -155,6 +169,19 @@ impl<V: Lanes> Response<V> {
     /// between the record's force and the force given to [`Response::read`] (N, times seconds); it also changes `observed`.
     #[inline(always)]
     pub fn elongate(
+        &mut self,
+        terms: &Terms<V::Scalar>,
+        s: Complex<V>,
+        more: Option<&[Complex<V>; 3]>,
+    ) {
+        s.re.apart(
+            #[inline(always)]
+            || self.elongate_inlined(terms, s, more),
+        );
+    }
+
+    #[inline(always)]
+    fn elongate_inlined(
         &mut self,
         terms: &Terms<V::Scalar>,
         s: Complex<V>,

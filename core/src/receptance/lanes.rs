@@ -37,6 +37,12 @@ pub trait Lanes:
     fn load(self, values: &[Self::Scalar]) -> Self;
     /// Stores the lanes in the first `WIDTH` of `values`.
     fn store(self, values: &mut [Self::Scalar]);
+    /// Runs `part` as a function of its own: a long part that several kernels share is compiled once for all of them. Mark `part`
+    /// with `#[inline(always)]`.
+    #[inline(never)]
+    fn apart<R>(self, part: impl FnOnce() -> R) -> R {
+        part()
+    }
 }
 
 macro_rules! scalar {
@@ -108,6 +114,10 @@ macro_rules! vector {
             #[inline(always)]
             fn store(self, values: &mut [$scalar]) {
                 values[..Self::WIDTH].copy_from_slice(self.as_slice());
+            }
+            #[inline(always)]
+            fn apart<R>(self, part: impl FnOnce() -> R) -> R {
+                self.simd.vectorize(part)
             }
         }
     )*};
