@@ -292,7 +292,7 @@ fn ground(milled: &Milled<'_>, dof: usize) -> Result<Column> {
         let z = |i: usize| bin.s * bushing.damping[i] + bushing.stiffness[i];
         let through: DVector<_> = DVector::from_fn(6, |i, _| x[i] * z(i));
         let load = through.dot(&bin.elongation.rows(0, 6));
-        three(&bin.per_load.columns(0, 6) * through * load)
+        three(bin.per_load.columns(0, 6) * through * load)
     }))
 }
 
