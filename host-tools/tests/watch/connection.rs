@@ -10,7 +10,7 @@ use flexid_edge::server::{Listener, serve};
 use flexid_pipeline::config::Listen;
 use flexid_pipeline::stop::Stop;
 use flexid_wire::framing::{FRAME_BUFFER, encode};
-use flexid_wire::messages::{FromEdge, Hello, Phase, Refusal};
+use flexid_wire::messages::{FromEdge, Hello, PROTOCOL_VERSION, Phase, Refusal};
 use flexid_wire::report::Acceptance;
 use flexid_wire::text::clipped;
 
@@ -65,7 +65,7 @@ fn a_daemon_that_comes_later_is_waited_for() {
 fn a_daemon_of_another_version_is_recognised() {
     let refusal =
         Refusal { reason: clipped("client speaks flexid protocol 1, this daemon speaks 9") };
-    let other = Hello { protocol_version: 9, ..Hello::new("flexid-edge 9.0.0") };
+    let other = Hello { protocol_version: PROTOCOL_VERSION + 1, ..Hello::new("flexid-edge 9.0.0") };
     for (answer, said) in [
         (FromEdge::Refused(refusal), "this daemon speaks 9"),
         (
