@@ -132,16 +132,15 @@ fn factor([sum_of_squares, count]: [f64; 2]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::boxed::Box;
-
     use super::*;
     use crate::imperfection::{self, Accuracies};
+    use crate::refine::plant::tests::plant;
     use crate::refine::tests::chain;
 
     /// Two masses, ten times as far off as stated: q is 2 + 3 √4, and τ is √(200/8).
     #[test]
     fn contradicted_accuracies_are_restated_once() {
-        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain()));
+        let mut plant = plant();
         let p = |imperfection| match imperfection {
             Imperfection::Mass(0) => 10.0,
             Imperfection::Mass(_) => -10.0,
@@ -172,7 +171,7 @@ mod tests {
 
     #[test]
     fn plausible_accuracies_stand() {
-        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain()));
+        let mut plant = plant();
         plant.point.imperfections.fill(1.4);
         assert!(!plant.restate_accuracies());
         let stated = imperfection::all(&Accuracies::typical(), &chain().kinds(), 0);

@@ -92,7 +92,7 @@ proptest! {
         let s = Complex { re: 0.0, im: omega };
         let seam = [[Complex { re: load, im: -0.3 * load }; DOF]; MAX_JOINTS];
 
-        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain));
+        let mut plant = plant();
         plant.imperfections.all = imperfection::all(&Accuracies::typical(), &chain.kinds(), 2);
         let count = plant.imperfections.all.len();
         plant.point.coordinates = sought.coordinates(&bushings());
@@ -189,6 +189,11 @@ fn check_gradient(seed: u64, places: &[[f64; 3]; 4], tool_mass: f64) -> Result<(
         prop_assert!((ours - numeric).abs() < 1e-2 * size, "{index}: {ours} {numeric}, of {size}");
     }
     Ok(())
+}
+
+/// A plant of typical accuracies. It is too large for the stack of a test until it is in its box.
+pub(super) fn plant() -> Box<Plant> {
+    on_large_stack(|| Box::new(Plant::new(&Accuracies::typical(), &chain())))
 }
 
 fn on_large_stack<T: Send + 'static>(run: impl FnOnce() -> T + Send + 'static) -> T {
