@@ -7,7 +7,7 @@ use flexid_core::spectrum::Experiment;
 use flexid_core::stream::Record;
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, mill3};
+use super::{BINS, Dense, EXPERIMENTS, MEASUREMENT, Random, add_product, mill3};
 
 /// Hz.
 pub(crate) const RATE: f64 = 2000.0;
@@ -177,6 +177,7 @@ fn sense(
     let g = dense.gravity_at_tip();
     let mut series = Vec::new();
     let mut state = DVector::zeros(2 * n);
+    let mut after = state.clone();
     let mut now = fine(0);
     let mut acceleration = Vector3::zeros();
     for m in 0..STEPS * (SAMPLES + conditions.skipped) {
@@ -208,7 +209,10 @@ fn sense(
         let next = fine(m + 1);
         let slope = (next - now) / step;
         let drive = DVector::from_iterator(6, now.iter().chain(slope.iter()).copied());
-        state = &phi * state + &input * drive;
+        after.fill(0.0);
+        add_product(&phi, &state, &mut after);
+        add_product(&input, &drive, &mut after);
+        std::mem::swap(&mut state, &mut after);
         now = next;
     }
     series

@@ -9,9 +9,21 @@ use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::receptance::{self, PerDof, Response, Terms};
-use nalgebra::{Complex, DMatrix, Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{
+    Complex, DMatrix, DVector, Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3,
+};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// `y ← y + A x`. nalgebra's product allows for any stride, which keeps the compiler from using vectors.
+pub(crate) fn add_product(a: &DMatrix<f64>, x: &DVector<f64>, y: &mut DVector<f64>) {
+    let y = y.as_mut_slice();
+    for (column, x) in a.as_slice().chunks_exact(y.len()).zip(x) {
+        for (y, a) in y.iter_mut().zip(column) {
+            *y += a * x;
+        }
+    }
+}
 
 pub(crate) struct Random(pub(crate) Xoshiro256PlusPlus);
 

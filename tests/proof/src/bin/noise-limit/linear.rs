@@ -11,7 +11,7 @@ use flexid_simulation::experiment::Cut;
 use flexid_simulation::force::OVERSAMPLING;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, Vector3};
 
-use crate::common::Dense;
+use crate::common::{Dense, add_product};
 
 /// Number of force steps that one sample's propagation reads: one before it, and two after its last.
 const READ: usize = OVERSAMPLING + 3;
@@ -125,8 +125,9 @@ pub(crate) fn motion(chain: &Chain, bushings: &[Bushing], cut: &Cut) -> Motion {
             let at = (first + k).checked_sub(1).and_then(|at| cut.force.get(at));
             forces.fixed_rows_mut::<3>(3 * k).copy_from(&at.copied().unwrap_or_default());
         }
-        next.gemv(1.0, &own, &state, 0.0);
-        next.gemv(1.0, &drive, &forces, 1.0);
+        next.fill(0.0);
+        add_product(&own, &state, &mut next);
+        add_product(&drive, &forces, &mut next);
         std::mem::swap(&mut state, &mut next);
     }
     motion
