@@ -55,10 +55,11 @@ impl<'a> Dynamics<'a> {
     pub(crate) fn new(robot: &'a Robot, pose: &[f64]) -> Result<Self, LinearisationError> {
         let mechanics = robot.mechanics(pose, None)?;
         let matrices = Matrices::new(mechanics.chain());
-        let [lower, upper] = robot.band_hz();
-        let middle = Place::At(Complex::new(0.0, TAU * (lower * upper).sqrt()));
+        let [_, upper] = robot.band_hz();
+        // Hysteresis leaves the middle of the band as it is.
+        let edge = Place::At(Complex::new(0.0, TAU * upper));
         let shifted = |(index, std): (usize, f64)| {
-            (std > 0.0).then(|| PerImperfection::new(robot, pose, index, std, middle)).transpose()
+            (std > 0.0).then(|| PerImperfection::new(robot, pose, index, std, edge)).transpose()
         };
         let per_imperfection = robot.imperfection_stds().enumerate().map(shifted);
         let per_imperfection = per_imperfection.collect::<Result<Vec<_>, _>>()?;

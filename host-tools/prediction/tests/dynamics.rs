@@ -164,7 +164,7 @@ proptest! {
     #[test]
     fn standard_deviations_are_those_of_finite_differences(
         seed in any::<u64>(),
-        uncertain in 0..82_usize,
+        uncertain in 0..72 + IMPERFECTIONS.len(),
         hz in 3.0..150.0,
     ) {
         let mut random = Random::new(seed);
