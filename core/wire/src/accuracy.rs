@@ -147,7 +147,7 @@ mod tests {
     fn entries_have_the_names_of_their_keys() {
         for number in 0..u8::MAX {
             let Ok(entry) = postcard::from_bytes::<Accuracy>(&[number]) else {
-                assert_eq!(number, 24);
+                assert_eq!(number, 26);
                 break;
             };
             assert_eq!(serde_json::to_value(entry).unwrap(), entry.key());

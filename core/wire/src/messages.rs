@@ -255,7 +255,7 @@ mod tests {
         let client = Hello { protocol_version: 2, ..Hello::new("flexid 0.2.0") };
         assert_eq!(
             client.refusal().unwrap().reason,
-            "client speaks flexid protocol 2, this daemon speaks 8: install matching versions"
+            "client speaks flexid protocol 2, this daemon speaks 9: install matching versions"
         );
     }
 
@@ -263,7 +263,7 @@ mod tests {
     fn a_client_built_between_two_versions_gets_the_whole_reason() {
         let client = Hello { schema_key: [0xAB; 8], ..Hello::new("flexid 0.1.0") };
         let reason = client.refusal().unwrap().reason;
-        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 8"));
+        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 9"));
         assert!(reason.ends_with("install matching versions"), "{reason}");
     }
 }
