@@ -39,6 +39,7 @@ pub(in crate::refine) struct Imperfect {
     load: f64,
     /// Factor on all stiffnesses.
     stiffness: f64,
+    /// Zeros where the ground is rigid.
     ground: Ground<f64>,
     /// Number of the record.
     record: usize,
