@@ -25,6 +25,7 @@ pub(crate) struct Bushings {
 }
 
 impl Bushings {
+    /// Those of a robot, N/m and Nm/rad, joint by joint.
     pub(crate) fn new(mechanics: &Mechanics, place: Place) -> Self {
         let s = match place {
             Place::At(s) => receptance::Complex { re: s.re, im: s.im },
