@@ -90,6 +90,20 @@ impl Browser {
         }
     }
 
+    /// Waits until a JavaScript expression has this value. The parts of the page arrive one by one, so another part may
+    /// not have it yet when [`until`](Self::until) returns.
+    pub(crate) fn until_equal(&mut self, expression: &str, expected: impl Into<Value>) {
+        let (begun, expected) = (Instant::now(), expected.into());
+        loop {
+            let value = self.evaluate(expression);
+            if value == expected {
+                return;
+            }
+            assert!(begun.elapsed() < PATIENCE, "{expression} is {value}, not {expected}");
+            thread::sleep(Duration::from_millis(50));
+        }
+    }
+
     /// Writes what is seen as PNG, in a window of this size.
     pub(crate) fn picture(&mut self, file: &Path, [width, height]: [u32; 2]) {
         let metrics =
