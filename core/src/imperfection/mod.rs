@@ -18,7 +18,7 @@ use crate::search::MAX_EXPERIMENTS;
 use crate::{DOF, MAX_JOINTS};
 
 /// Number of kinds of imperfections.
-pub(crate) const KINDS: usize = 25;
+pub(crate) const KINDS: usize = 26;
 /// Largest number of imperfections of a chain.
 pub const MAX_IMPERFECTIONS: usize =
     OF_SENSORS + OF_JOINTS * MAX_JOINTS + OF_BUSHINGS + OF_GROUND + OF_RECORDS * MAX_EXPERIMENTS;
@@ -234,7 +234,8 @@ impl Imperfection {
             Self::Load => 21,
             Self::RecordDelay(_) => 22,
             Self::RecordStiffness(_) => 23,
-            Self::Ground(_) | Self::GroundDamping(_) => 24,
+            Self::Ground(_) => 24,
+            Self::GroundDamping(_) => 25,
         }
     }
 
@@ -279,7 +280,7 @@ mod tests {
         let (joints, records) = (MAX_JOINTS, MAX_EXPERIMENTS);
         let of_sensors = [1, 3, 3, 6, 6, 3, 3, 1, 1, 1, 1, 3, 3, 3];
         let others =
-            [joints, 3 * joints, joints, 3 * joints, joints, 1, joints, 1, records, records, 12];
+            [joints, 3 * joints, joints, 3 * joints, joints, 1, joints, 1, records, records, 6, 6];
         assert_eq!(counts[..14], of_sensors);
         assert_eq!(counts[14..], others);
         assert!(

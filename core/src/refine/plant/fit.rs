@@ -131,7 +131,7 @@ impl Plant {
 
     /// Computes the standard deviation of each imperfection, in that of its prior: `|u|` with `L u = e`, and the factor L of the
     /// information of imperfections and unknowns, to which an undetermined unknown adds a floor.
-    fn determine(&mut self) {
+    pub(super) fn determine(&mut self) {
         let Self { imperfections, minimiser, factor, deviations, .. } = self;
         let (count, total) = (imperfections.all.len(), minimiser.normal.unknowns());
         factor.clone_from(&minimiser.normal);

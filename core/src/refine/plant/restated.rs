@@ -1,12 +1,16 @@
 //! Accuracies that the data contradict, and what replaces them.
 //!
-//! Accuracies are stated for a kind of imperfection: all masses, say. The sum `S = Σ p²` over the n imperfections of a kind, in their
-//! standard deviations, is hardly ever larger than `q = n + 3 √(2n)` (its mean and three standard deviations, if the data determine all
-//! of them). Where it is, the accuracy was stated too well: it grows by the factor τ, and the fit is made again.
+//! Accuracies are stated for a kind of imperfection: all masses, say. The sum `S = Σ p²` over the imperfections of a kind, in their
+//! standard deviations, is hardly ever larger than q, its mean and at least three standard deviations. Where it is, the accuracy was stated
+//! too well: it grows by the factor τ, and the fit is made again.
 //!
 //! ```text
-//! τ² = max(1, S/q)
+//! γ = Σ (1 − σ²)        q = γ + 3 √(2γ)        τ² = max(1, S/q)
 //! ```
+//!
+//! σ is the standard deviation of an imperfection after the fit, in that of its prior, and γ the number of imperfections that the data
+//! determine (MacKay, "Bayesian interpolation", Neural Computation 4, 1992): one that they do not determine stays near 0, and says nothing of
+//! its accuracy.
 //!
 //! This is one step of empirical Bayes (Carlin and Louis, _Bayes and Empirical Bayes Methods for Data Analysis_, 2000, chapter 3).
 //! Further steps would leave all of what several kinds explain alike to one of them: all masses and all gains, say.
@@ -56,11 +60,17 @@ impl Plant {
         if self.restated.is_done {
             return false;
         }
+        // Without derivatives where the fit has ended, all are taken as determined.
+        let is_known = self.minimiser.linearised;
+        if is_known {
+            self.determine();
+        }
         let mut kinds = [[0.0; 2]; KINDS];
-        for ((imperfection, _), p) in self.imperfections.all.iter().zip(&self.point.imperfections) {
-            let [sum_of_squares, count] = &mut kinds[imperfection.kind()];
+        let values = self.point.imperfections.iter().zip(&self.deviations);
+        for ((imperfection, _), (p, deviation)) in self.imperfections.all.iter().zip(values) {
+            let [sum_of_squares, determined] = &mut kinds[imperfection.kind()];
             *sum_of_squares += p * p;
-            *count += 1.0;
+            *determined += if is_known { (1.0 - deviation * deviation).max(0.0) } else { 1.0 };
         }
         self.restated.is_done = true;
         let factors = kinds.map(factor);
@@ -124,9 +134,9 @@ impl Plant {
     }
 }
 
-/// τ of a kind with this sum of squares and so many imperfections.
-fn factor([sum_of_squares, count]: [f64; 2]) -> f64 {
-    let plausible = count + 3.0 * libm::sqrt(2.0 * count);
+/// τ of a kind with this sum of squares and so many imperfections that the data determine.
+fn factor([sum_of_squares, determined]: [f64; 2]) -> f64 {
+    let plausible = determined + 3.0 * libm::sqrt(2.0 * determined);
     if sum_of_squares > plausible { libm::sqrt(sum_of_squares / plausible) } else { 1.0 }
 }
 
@@ -167,6 +177,29 @@ mod tests {
         let expected = 8.0 + 2.0 * libm::log(25.0) + 2.2 * 2.2;
         assert!((size - expected).abs() < 1e-9 && count == all.len(), "{size}");
         assert!(!plant.restate_accuracies());
+    }
+
+    /// Of two masses the data determine one: γ is 1, q is 1 + 3 √2, and τ is √(25/q).
+    #[test]
+    fn what_the_data_do_not_determine_does_not_count() {
+        let mut plant = plant();
+        let all = plant.imperfections.all.clone();
+        let normal = &mut plant.minimiser.normal;
+        normal.reset(all.len() + 24);
+        for (index, (imperfection, _)) in all.iter().enumerate() {
+            let is_determined = matches!(imperfection, Imperfection::Mass(0));
+            *normal.entry(index, index) = if is_determined { 1e12 } else { 1.0 };
+            plant.point.imperfections[index] = if is_determined { 5.0 } else { 0.0 };
+        }
+        plant.minimiser.linearised = true;
+        assert!(plant.restate_accuracies());
+        for (imperfection, _) in &all {
+            let is_mass = matches!(imperfection, Imperfection::Mass(_));
+            let expected =
+                if is_mass { libm::sqrt(25.0 / (1.0 + 3.0 * libm::sqrt(2.0))) } else { 1.0 };
+            let factor = plant.restated.factor(*imperfection);
+            assert!((factor - expected).abs() < 1e-6, "{imperfection:?}: {factor}");
+        }
     }
 
     #[test]
