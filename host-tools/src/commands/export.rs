@@ -32,7 +32,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "FORMAT", value_parser = wanted)]
     format: Wanted,
     /// File to write
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
     /// Joint angles in which the drives hold the robot, base first, rad (m) [default: the pose of the first record]
     #[arg(long, value_name = "Q1,Q2,...", value_parser = numbers, allow_hyphen_values = true)]

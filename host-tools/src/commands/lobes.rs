@@ -77,7 +77,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "MM")]
     depth: Option<f64>,
     /// Write all speeds as OUT.csv, or a picture as OUT.svg; may be given more than once
-    #[arg(long, value_name = "OUT.csv|OUT.svg")]
+    #[arg(short, long, value_name = "OUT.csv|OUT.svg")]
     out: Vec<PathBuf>,
     /// Print JSON
     #[arg(long)]

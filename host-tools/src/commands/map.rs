@@ -48,7 +48,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "AXIS,AXIS", value_delimiter = ',')]
     positions: Vec<Axis>,
     /// Write all poses as OUT.csv, or a picture as OUT.svg; may be given more than once
-    #[arg(long, value_name = "OUT.csv|OUT.svg")]
+    #[arg(short, long, value_name = "OUT.csv|OUT.svg")]
     out: Vec<PathBuf>,
     /// Print all poses as JSON
     #[arg(long)]

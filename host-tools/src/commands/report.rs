@@ -20,7 +20,7 @@ pub(super) struct Args {
     #[arg(value_name = "FOUND.json")]
     found: PathBuf,
     /// The page to write [default: FOUND.html]
-    #[arg(long, value_name = "REPORT.html")]
+    #[arg(short, long, value_name = "REPORT.html")]
     out: Option<PathBuf>,
 }
 

@@ -22,7 +22,7 @@ const AFTER_HELP: &str = "Examples:
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// Folder for tables.json and report.html; made if it is not there
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Another robot and scenario than the reference: the model and the scenario that it names are used, with the
     /// scenario's bounds and without gravity

@@ -3,6 +3,7 @@
 use flexid_prediction::receptance::ReceptancePoint;
 use maud::{Markup, html};
 use nalgebra::Complex;
+use rayon::prelude::*;
 
 use super::format::{count, number, percent, pose};
 use super::{AXES, Pose, missing};
@@ -107,7 +108,7 @@ fn curve(pose: &Pose<'_>) -> Vec<ReceptancePoint> {
     let mut frequencies: Vec<f64> = even.chain(near).collect();
     frequencies.sort_by(f64::total_cmp);
     frequencies.dedup_by(|one, other| *one / *other < 1.0 + 1e-4);
-    frequencies.into_iter().filter_map(|hz| dynamics.receptance(hz)).collect()
+    frequencies.into_par_iter().filter_map(|hz| dynamics.receptance(hz)).collect()
 }
 
 fn chart(
