@@ -5,12 +5,12 @@
 //! too well: it grows by the factor τ, and the fit is made again.
 //!
 //! ```text
-//! γ = Σ (1 − σ²)        q = γ + 3 √(2γ)        τ² = max(1, S/q)
+//! γ = max(1, Σ (1 − σ²))        q = γ + 3 √(2γ)        τ² = max(1, S/q)
 //! ```
 //!
 //! σ is the standard deviation of an imperfection after the fit, in that of its prior, and γ the number of imperfections that the data
 //! determine (MacKay, "Bayesian interpolation", Neural Computation 4, 1992): one that they do not determine stays near 0, and says nothing of
-//! its accuracy.
+//! its accuracy. A kind of which they determine less than one is judged as if they did.
 //!
 //! This is one step of empirical Bayes (Carlin and Louis, _Bayes and Empirical Bayes Methods for Data Analysis_, 2000, chapter 3).
 //! Further steps would leave all of what several kinds explain alike to one of them: all masses and all gains, say.
@@ -36,13 +36,15 @@ const FARTHEST: f64 = 50.0;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Restated {
     factors: [f64; KINDS],
+    /// γ of each kind.
+    determined: [f64; KINDS],
     is_done: bool,
     adoptions: u32,
 }
 
 impl Default for Restated {
     fn default() -> Self {
-        Self { factors: [1.0; KINDS], is_done: false, adoptions: 0 }
+        Self { factors: [1.0; KINDS], determined: [1.0; KINDS], is_done: false, adoptions: 0 }
     }
 }
 
@@ -65,15 +67,17 @@ impl Plant {
         if is_known {
             self.determine();
         }
-        let mut kinds = [[0.0; 2]; KINDS];
+        let (mut sums, mut determined) = ([0.0; KINDS], [0.0; KINDS]);
         let values = self.point.imperfections.iter().zip(&self.deviations);
         for ((imperfection, _), (p, deviation)) in self.imperfections.all.iter().zip(values) {
-            let [sum_of_squares, determined] = &mut kinds[imperfection.kind()];
-            *sum_of_squares += p * p;
-            *determined += if is_known { (1.0 - deviation * deviation).max(0.0) } else { 1.0 };
+            let kind = imperfection.kind();
+            sums[kind] += p * p;
+            determined[kind] += if is_known { (1.0 - deviation * deviation).max(0.0) } else { 1.0 };
         }
         self.restated.is_done = true;
-        let factors = kinds.map(factor);
+        self.restated.determined = determined.map(|own: f64| own.max(1.0));
+        let factors =
+            core::array::from_fn(|kind| factor(sums[kind], self.restated.determined[kind]));
         let are_contradicted = factors.iter().any(|factor| *factor > 1.0);
         if are_contradicted {
             self.restate(factors);
@@ -115,7 +119,7 @@ impl Plant {
     }
 
     /// How far the imperfections are from those of a plausible plant where the last fit has ended, and their number: minus twice the
-    /// logarithm of their density by the stated kind of prior, `Σ (S/τ² + n ln τ²)`, but for a constant.
+    /// logarithm of their density by the stated kind of prior, `Σ (S/τ² + γ ln τ²)`, but for a constant.
     pub(crate) fn size(&self) -> (f64, usize) {
         let count = self.imperfections.all.len();
         let squares = self.point.imperfections[..count].iter().map(|p| p * p);
@@ -127,15 +131,17 @@ impl Plant {
         self.restated.factors.iter().any(|factor| *factor > FARTHEST)
     }
 
-    /// `Σ n ln τ²`: what restated accuracies cost, since they would explain less than those that were stated.
+    /// `Σ γ ln τ²`: what restated accuracies cost, since they would explain less than those that were stated. An imperfection that the data do
+    /// not determine has the wider prior as a wider posterior, too, and costs nothing.
     pub(crate) fn cost_of_restating(&self) -> f64 {
-        let all = self.imperfections.all.iter();
-        all.map(|(imperfection, _)| 2.0 * libm::log(self.restated.factor(*imperfection))).sum()
+        let Restated { factors, determined, .. } = &self.restated;
+        let kinds = factors.iter().zip(determined);
+        kinds.map(|(factor, determined)| 2.0 * determined * libm::log(*factor)).sum()
     }
 }
 
 /// τ of a kind with this sum of squares and so many imperfections that the data determine.
-fn factor([sum_of_squares, determined]: [f64; 2]) -> f64 {
+fn factor(sum_of_squares: f64, determined: f64) -> f64 {
     let plausible = determined + 3.0 * libm::sqrt(2.0 * determined);
     if sum_of_squares > plausible { libm::sqrt(sum_of_squares / plausible) } else { 1.0 }
 }
@@ -189,7 +195,12 @@ mod tests {
         for (index, (imperfection, _)) in all.iter().enumerate() {
             let is_determined = matches!(imperfection, Imperfection::Mass(0));
             *normal.entry(index, index) = if is_determined { 1e12 } else { 1.0 };
-            plant.point.imperfections[index] = if is_determined { 5.0 } else { 0.0 };
+            // The fit of a centre, which the data do not determine, has not come to the end.
+            plant.point.imperfections[index] = match imperfection {
+                Imperfection::Mass(0) => 5.0,
+                Imperfection::ElasticCentre(0, 0) => 2.0,
+                _ => 0.0,
+            };
         }
         plant.minimiser.linearised = true;
         assert!(plant.restate_accuracies());
@@ -200,6 +211,8 @@ mod tests {
             let factor = plant.restated.factor(*imperfection);
             assert!((factor - expected).abs() < 1e-6, "{imperfection:?}: {factor}");
         }
+        let expected = libm::log(25.0 / (1.0 + 3.0 * libm::sqrt(2.0)));
+        assert!((plant.cost_of_restating() - expected).abs() < 1e-6);
     }
 
     #[test]
