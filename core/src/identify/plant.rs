@@ -182,6 +182,8 @@ fn times_wider(deviations: &[f64], covariance: &Covariance) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use core::slice;
+
     use super::*;
 
     /// A contradicted accuracy that explains a share of the misfit.
@@ -210,7 +212,7 @@ mod tests {
             (&[mass(0.2)], near, false, true),
             (&[mass(0.2), mass(0.15)], near, false, false),
             (&[weakly], near, false, false),
-            (&[hardly.clone()], near, false, false),
+            (slice::from_ref(&hardly), near, false, false),
             (&[hardly], near, true, true),
             (&[hardly_far], near, false, true),
             (&[ground], near, false, true),
