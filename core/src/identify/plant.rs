@@ -213,7 +213,7 @@ mod tests {
             (&[mass(0.2), mass(0.15)], near, false, false),
             (&[weakly], near, false, false),
             (slice::from_ref(&hardly), near, false, false),
-            (&[hardly], near, true, true),
+            (slice::from_ref(&hardly), near, true, true),
             (&[hardly_far], near, false, true),
             (&[ground], near, false, true),
             (&[hard_ground], near, false, false),
