@@ -17,9 +17,9 @@ const EXPLAINED: f64 = 0.3;
 /// Errors of a kind, in their stated standard deviations, that a plausible plant has, however little they explain. Chosen: six crosstalks of 2 %
 /// where 1 % is stated contradict it very strongly.
 const STATED_TOO_WELL: f64 = 3.0;
-/// Compliances of the ground, in their stated standard deviation, beyond which the mass of the base counts. Chosen: a base of 300 kg on four times
-/// the typical compliance has its natural frequency at 205 Hz, at the end of the usual band.
-const SOFT_GROUND: f64 = 4.0;
+/// Compliances of the ground, in the standard deviation of their prior, beyond which the mass of the base counts. Chosen: on three times that, four
+/// times the typical accuracy, a base of 300 kg has its natural frequency at 207 Hz, at the end of the usual band.
+const SOFT_GROUND: f64 = 3.0;
 /// Distance of the first joint's elastic centre from its origin, in stated standard deviations, beyond which what the robot stands on gives
 /// way, if those of the other joints are within half of it. Chosen: one bearing alone is hardly ever that far off.
 const FAR_CENTRE: f64 = 5.0;
@@ -139,6 +139,7 @@ impl<R> Identifier<R> {
 ///   though they are far off.
 /// - A pedestal that gives way is explained by an elastic centre of the first joint, alone, that lies far below it.
 /// - On ground that is much softer than stated the mass of the base counts, which the model lacks.
+/// - Ground that gives way the wrong way, or generates energy, does not exist: a low-pass within the band, say, is explained by it.
 fn stand_for_something_else(
     explanations: &[Explanation],
     found: &[FoundImperfection],
@@ -160,9 +161,19 @@ fn stand_for_something_else(
         let is_of_ground = matches!(own.largest.imperfection, Imperfection::Ground(_));
         is_of_ground && own.times > SOFT_GROUND
     };
+    let is_impossible = |own: &Explanation| {
+        let FoundImperfection { imperfection, prior, value, .. } = own.largest;
+        let is_of_ground =
+            matches!(imperfection, Imperfection::Ground(_) | Imperfection::GroundDamping(_));
+        is_of_ground && value < -STATED_TOO_WELL * prior
+    };
     let explains_little = |own: &Explanation| share < EXPLAINED && own.times > STATED_TOO_WELL;
     let is_elsewhere = |own: &Explanation| {
-        imposes || explains_little(own) || is_pedestal(own) || is_soft_ground(own)
+        imposes
+            || explains_little(own)
+            || is_pedestal(own)
+            || is_soft_ground(own)
+            || is_impossible(own)
     };
     let mut strongly = explanations.iter().filter(|own| own.is_contradicted_very_strongly());
     strongly.any(is_elsewhere)
@@ -198,8 +209,9 @@ mod tests {
         let mass = |share| explanation(Imperfection::Mass(1), 0.1, share);
         let centre = |joint, value| explanation(Imperfection::ElasticCentre(joint, 2), value, 1.0);
         let ground = explanation(Imperfection::Ground(4), 5e-9, 1.0);
-        let ground = Explanation { times: 4.5, ..ground };
-        let hard_ground = Explanation { times: 3.5, ..ground.clone() };
+        let ground = Explanation { times: 3.5, ..ground };
+        let damping = |value| explanation(Imperfection::GroundDamping(4), value, 1.0);
+        let hard_ground = Explanation { times: 2.5, ..ground.clone() };
         let weakly = Explanation { evidence: 9.0, ..mass(0.05) };
         let hardly = Explanation { times: 2.2, ..mass(0.05) };
         let hardly_far = Explanation { times: 2.7, ..centre(0, -0.09) };
@@ -217,6 +229,9 @@ mod tests {
             (&[hardly_far], near, false, true),
             (&[ground], near, false, true),
             (&[hard_ground], near, false, false),
+            (&[damping(0.04)], near, false, false),
+            (&[damping(-0.02)], near, false, false),
+            (&[damping(-0.04)], near, false, true),
             (&[centre(0, -0.09)], near, false, true),
             (&[centre(0, -0.09)], far, false, false),
             (&[centre(0, 0.04)], near, false, false),

@@ -78,28 +78,37 @@ impl Browser {
 
     /// Waits until the text of the page contains `text`. Returns the text.
     pub(crate) fn until(&mut self, text: &str) -> String {
-        let begun = Instant::now();
-        loop {
-            let page = self.evaluate("document.body ? document.body.innerText : ''");
+        self.retry(|browser| {
+            let page = browser.evaluate("document.body ? document.body.innerText : ''");
             let page = page.as_str().unwrap_or_default();
-            if page.contains(text) {
-                return page.to_owned();
+            let says = page.contains(text);
+            if says {
+                Ok(page.to_owned())
+            } else {
+                Err(format!("no {text:?} on the page:\n{page}"))
             }
-            assert!(begun.elapsed() < PATIENCE, "the page does not say {text:?}:\n{page}");
-            thread::sleep(Duration::from_millis(50));
-        }
+        })
     }
 
     /// Waits until a JavaScript expression has this value. The parts of the page arrive one by one, so another part may
     /// not have it yet when [`until`](Self::until) returns.
     pub(crate) fn until_equal(&mut self, expression: &str, expected: impl Into<Value>) {
-        let (begun, expected) = (Instant::now(), expected.into());
+        let expected = expected.into();
+        self.retry(|browser| {
+            let value = browser.evaluate(expression);
+            let is_equal = value == expected;
+            if is_equal { Ok(()) } else { Err(format!("{expression} is {value}, not {expected}")) }
+        });
+    }
+
+    /// Reads until that succeeds.
+    fn retry<T>(&mut self, read: impl Fn(&mut Self) -> Result<T, String>) -> T {
+        let begun = Instant::now();
         loop {
-            let value = self.evaluate(expression);
-            if value == expected {
-                return;
+            match read(self) {
+                Ok(value) => return value,
+                Err(missing) => assert!(begun.elapsed() < PATIENCE, "{missing}"),
             }
-            assert!(begun.elapsed() < PATIENCE, "{expression} is {value}, not {expected}");
             thread::sleep(Duration::from_millis(50));
         }
     }
