@@ -5,7 +5,7 @@
 //! are still wrong: branches of the minimum then find these.
 
 use super::judged::Judged;
-use super::minimum::{Minimum, NEAR, RIVAL, structure_is_beyond_noise};
+use super::minimum::{Minimum, NEAR, RIVAL, noise_explains, structure_is_beyond_noise};
 use crate::refine::Fit;
 use crate::sought::Coordinates;
 
@@ -14,19 +14,21 @@ const LEFT: f64 = 0.5;
 /// Most replacements of the imperfections of a model. Chosen: as many as searches; each needs a fit that is better beyond doubt.
 const MAX_REPLACED: u32 = 8;
 
-/// Where a fit to a plausible plant has ended.
+/// Where a fit to a plant has ended.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OnPlant {
     pub(super) judged: Judged,
     /// It has come to a minimum.
     pub(super) is_reached: bool,
+    /// Its imperfections are no larger than those of a plausible plant.
+    pub(super) is_plausible: bool,
 }
 
 /// Fit to the plant whose imperfections the model has.
 #[derive(Clone, Debug)]
 pub(super) struct Corrected {
     pub(super) judged: Judged,
-    /// Where it has ended.
+    /// Where it has ended, or the latest minimum from which a fit to the plant has found no better imperfections.
     pub(super) coordinates: Coordinates,
     /// How often the imperfections of the model have been replaced.
     pub(super) replaced: u32,
@@ -38,8 +40,8 @@ impl OnPlant {
     /// harmonics, which no linear model has. Or they explain most of them, and the rest may be a few wrong bushings, which a branch finds.
     /// The imperfections of an earlier fit give way to better ones alone.
     pub(super) fn corrects(&self, found: &Minimum, corrected: Option<&Corrected>) -> bool {
-        let Self { judged, is_reached } = self;
-        match corrected {
+        let Self { judged, is_reached, is_plausible } = self;
+        let is_better = match corrected {
             None => {
                 let explains = *is_reached && found.is_explained();
                 explains && !structure_is_beyond_noise(judged.whiteness)
@@ -49,7 +51,14 @@ impl OnPlant {
                 corrected.replaced < MAX_REPLACED
                     && judged.is_clearly_better_than(&corrected.judged)
             }
-        }
+        };
+        *is_plausible && is_better
+    }
+
+    /// Whether noise explains the residuals that implausible imperfections leave.
+    pub(super) fn nearly_explains(&self) -> bool {
+        let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged;
+        !self.is_plausible && noise_explains(sum_of_squares, degrees_of_freedom)
     }
 }
 
@@ -80,7 +89,7 @@ mod tests {
     fn on_plant(sum_of_squares: f64, whiteness: f64, is_reached: bool) -> OnPlant {
         let mut minimum = minimum(sum_of_squares, 0.0);
         minimum.fit.whiteness = whiteness;
-        OnPlant { judged: Judged::of(&minimum.fit), is_reached }
+        OnPlant { judged: Judged::of(&minimum.fit), is_reached, is_plausible: true }
     }
 
     fn found(sum_of_squares: f64, on_plant: &OnPlant) -> Minimum {
@@ -109,6 +118,10 @@ mod tests {
             let on_plant = on_plant(after, whiteness, is_reached);
             let found = found(before, &on_plant);
             assert_eq!(on_plant.corrects(&found, None), expected, "{before} {after} {whiteness}");
+            assert!(!on_plant.nearly_explains());
+            let implausible = OnPlant { is_plausible: false, ..on_plant };
+            assert!(!implausible.corrects(&found, None));
+            assert_eq!(implausible.nearly_explains(), after < 2500.0);
         }
     }
 

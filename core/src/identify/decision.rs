@@ -91,8 +91,9 @@ pub(super) fn of_found(found: &Minimum, circumstances: &Circumstances) -> OfFoun
     OfFound::Compare { branch: stopped_short && !has_best }
 }
 
-/// What follows from the best minimum after `starts` searches.
-pub(super) fn of_best(best: &Minimum, starts: u32) -> OfBest {
+/// What follows from the best minimum after `starts` searches. One that noise does not explain is not believed as long as imperfections of
+/// another have nearly explained the records.
+pub(super) fn of_best(best: &Minimum, starts: u32, is_nearly_explained: bool) -> OfBest {
     let structured = structure_is_beyond_noise(best.judged().whiteness);
     let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
         (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
@@ -103,7 +104,8 @@ pub(super) fn of_best(best: &Minimum, starts: u32) -> OfBest {
     if best.times >= TIMES_CONSISTENT && best.contradicted {
         return OfBest::TryAlone;
     }
-    if best.is_reached() && best.times >= enough && !best.has_rival {
+    let is_doubted = is_nearly_explained && acceptance == Acceptance::ModelSuspect;
+    if best.is_reached() && best.times >= enough && !best.has_rival && !is_doubted {
         return OfBest::Conclude(acceptance);
     }
     OfBest::GoOn { branch: best.is_near(), search: starts < MAX_STARTS }
@@ -194,14 +196,20 @@ mod tests {
         ] {
             let mut best = minimum(sum_of_squares, 0.0);
             (best.times, best.fit.whiteness) = (times, whiteness);
-            assert_eq!(of_best(&best, starts), expected, "{sum_of_squares} {whiteness} {times}");
+            let decision = of_best(&best, starts, false);
+            assert_eq!(decision, expected, "{sum_of_squares} {whiteness} {times}");
+            let of_nearly_explained = match decision {
+                OfBest::Conclude(ModelSuspect) => go_on(best.is_near(), starts < MAX_STARTS),
+                other => other,
+            };
+            assert_eq!(of_best(&best, starts, true), of_nearly_explained);
             best.has_rival = true;
-            assert!(matches!(of_best(&best, starts), OfBest::GoOn { .. }));
+            assert!(matches!(of_best(&best, starts, false), OfBest::GoOn { .. }));
             best.contradicted = true;
-            assert_eq!(of_best(&best, starts) == OfBest::TryAlone, times >= 2);
+            assert_eq!(of_best(&best, starts, false) == OfBest::TryAlone, times >= 2);
         }
         let mut short = minimum(2000.0, 2.0);
         short.times = 2;
-        assert_eq!(of_best(&short, 2), go_on(true, true));
+        assert_eq!(of_best(&short, 2, false), go_on(true, true));
     }
 }

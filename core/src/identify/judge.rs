@@ -9,7 +9,7 @@ use super::corrected::{Corrected, OnPlant};
 use super::decision::{self, Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
 use super::judged::{Judged, are_implausible};
 use super::minimum::{Minimum, REACHED};
-use super::{Acceptance, Identifier, Phase, Purpose};
+use super::{Acceptance, FromHere, Identifier, Phase, Purpose};
 use crate::refine::{Plant, Problem};
 use crate::spectrum::Experiment;
 
@@ -27,13 +27,14 @@ impl<R: Rng> Identifier<R> {
             && let Some(plant) = plant.as_deref_mut()
         {
             self.refinement.restart_plant(plant, experiments.len());
-            self.purpose = Purpose::Plant { found, accepted: None, is_last: false };
+            self.purpose = Purpose::Plant { found, from: FromHere::Minimum };
             return;
         }
         self.decide(found, experiments, plant);
     }
 
-    /// Judges a minimum after the imperfections of the plant have been fitted from there, or without them if there is no plant any more.
+    /// Judges a minimum after the imperfections of the plant have been fitted from there, or without them if there is no plant any more. From
+    /// the end of a descent the minimum is refined first.
     #[inline(never)]
     pub(super) fn judge_on_plant<const B: usize>(
         &mut self,
@@ -41,11 +42,13 @@ impl<R: Rng> Identifier<R> {
         mut plant: Option<&mut Plant>,
     ) {
         let purpose = mem::take(&mut self.purpose);
-        let Purpose::Plant { mut found, accepted, is_last } = purpose else { return };
+        let Purpose::Plant { mut found, from } = purpose else { return };
         let on_plant = plant
             .as_deref_mut()
             .and_then(|plant| self.fitted_to_plant(&mut found, experiments, plant));
-        let judged = on_plant.filter(|fit| fit.is_reached).map(|fit| fit.judged);
+        self.is_nearly_explained |= on_plant.is_some_and(|fit| fit.nearly_explains());
+        let judged =
+            on_plant.filter(|fit| fit.is_reached && fit.is_plausible).map(|fit| fit.judged);
         found.of_plant = Some(judged.unwrap_or_else(|| Judged::of(&found.fit)));
         if let (Some(plant), Some(on_plant)) = (plant.as_deref_mut(), on_plant)
             && plant.has_imperfections()
@@ -53,14 +56,19 @@ impl<R: Rng> Identifier<R> {
         {
             return self.correct_by(plant, on_plant.judged);
         }
-        if is_last {
-            return self.settle(&mut found, Acceptance::Unsettled, experiments);
+        match from {
+            FromHere::Best => return self.settle(&mut found, Acceptance::Unsettled, experiments),
+            FromHere::Descent => return self.refinement.restart_at(&found.coordinates),
+            FromHere::Minimum | FromHere::BranchOf(_) => {}
         }
-        if self.corrected.is_some() {
+        if let Some(corrected) = &mut self.corrected {
             // It compares with the others by its residuals in the model that all have.
             found.of_plant = None;
+            if judged.is_some() {
+                corrected.coordinates = found.coordinates;
+            }
         }
-        if let Some(acceptance) = accepted
+        if let FromHere::BranchOf(acceptance) = from
             && let Some(mut best) = self.best.take()
         {
             if !(found.is_beyond_doubt() && found.is_clearly_better_than(&best)) {
@@ -85,7 +93,7 @@ impl<R: Rng> Identifier<R> {
         self.prolongations = 0;
     }
 
-    /// Where the fit to the plant has ended. `None` if its imperfections are larger than those of a plausible plant.
+    /// Where the fit to the plant has ended. `None` where gravity leaves the robot no equilibrium.
     #[inline(never)]
     fn fitted_to_plant<const B: usize>(
         &mut self,
@@ -97,25 +105,23 @@ impl<R: Rng> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
         let (size, count) = plant.size();
-        if are_implausible(size, count) || plant.is_restated_beyond_plausible() {
-            return None;
-        }
+        let is_plausible = !(are_implausible(size, count) || plant.is_restated_beyond_plausible());
         let is_reached = remaining.gain <= REACHED;
-        if is_reached {
+        if is_reached && is_plausible {
             // What imperfections leave undetermined is so, however well the perfect model seems to determine it.
             found.remember_deviations((0..sought.unknowns()).map(|i| fit.covariance.deviation(i)));
         }
         let mut judged = Judged::of(&fit);
         // Of two minima, one that needs accuracies restated is the less plausible.
         judged.objective += plant.cost_of_restating();
-        Some(OnPlant { judged, is_reached })
+        Some(OnPlant { judged, is_reached, is_plausible })
     }
 
     /// A minimum that is the best one again has been judged on the plant, if that has.
     fn inherit_judgement(&self, found: &mut Minimum) {
         if let Some(best) = &self.best
             && found.is_as_good_as(best)
-            && found.is_same_place(self.refinement.distance(&self.sought, &best.coordinates))
+            && found.is_same_place(self.distance(best, &best.coordinates))
         {
             found.of_plant = found.of_plant.or(best.of_plant);
         }
@@ -133,11 +139,11 @@ impl<R: Rng> Identifier<R> {
             && !(experiments.is_empty() || is_alone || is_judged || self.is_of_correction(found))
     }
 
-    /// Whether a fit to the plant would lead back to the imperfections that the model has.
+    /// Whether a fit to the plant would lead to no better imperfections than the model has.
     fn is_of_correction(&self, found: &Minimum) -> bool {
         match &self.corrected {
             Some(Corrected { coordinates, .. }) => {
-                found.is_same_place(self.refinement.distance(&self.sought, coordinates))
+                found.is_same_place(self.distance(found, coordinates))
             }
             // A resumed identifier keeps the imperfections that it had.
             None => self.refinement.is_corrected(),
@@ -194,13 +200,13 @@ impl<R: Rng> Identifier<R> {
     ) {
         let mut best = match self.best.take() {
             Some(mut best) => {
-                let distance = self.refinement.distance(&self.sought, &best.coordinates);
+                let distance = self.distance(&best, &best.coordinates);
                 best.compete(found, distance);
                 best
             }
             None => found,
         };
-        match decision::of_best(&best, self.starts) {
+        match decision::of_best(&best, self.starts, self.is_nearly_explained) {
             OfBest::Conclude(acceptance) => self.conclude(&mut best, acceptance, experiments),
             OfBest::TryAlone => self.try_alone(best),
             OfBest::GoOn { branch, search } => {
@@ -231,7 +237,7 @@ impl<R: Rng> Identifier<R> {
             Some(plant) if may_be_corrected => {
                 self.stand_at(&best, experiments);
                 self.refinement.restart_plant(plant, experiments.len());
-                self.purpose = Purpose::Plant { found: best, accepted: None, is_last: true };
+                self.purpose = Purpose::Plant { found: best, from: FromHere::Best };
                 self.phase = Phase::Refining;
             }
             _ => self.settle(&mut best, Acceptance::Unsettled, experiments),

@@ -407,7 +407,7 @@ pub(super) fn structure_is_beyond_noise(whiteness: f64) -> bool {
 }
 
 /// Whether noise leaves a sum of squares of this size; none that is no number.
-fn noise_explains(sum_of_squares: f64, degrees_of_freedom: f64) -> bool {
+pub(super) fn noise_explains(sum_of_squares: f64, degrees_of_freedom: f64) -> bool {
     let most = (CONSISTENT * degrees_of_freedom).max(rarely_exceeded(degrees_of_freedom));
     (0.0..=most).contains(&sum_of_squares)
 }

@@ -77,15 +77,21 @@ enum Purpose {
     Branch(Branch),
     /// The kept records without the retired ones; the minimum is that of both.
     Alone(Minimum),
-    /// The imperfections of the plant, from a minimum on that is to be judged.
-    Plant {
-        /// The minimum.
-        found: Minimum,
-        /// How the best minimum has been accepted, of which this one is a branch.
-        accepted: Option<Acceptance>,
-        /// The budget of searches is spent: the fit is not given up, and if it explains nothing the identifier settles.
-        is_last: bool,
-    },
+    /// The imperfections of the plant, from here on.
+    Plant { found: Minimum, from: FromHere },
+}
+
+/// Where a fit to the plant begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FromHere {
+    /// The end of a descent, whose relative errors leave room for imperfections. If these explain too little, the perfect model is refined.
+    Descent,
+    /// A minimum that is to be judged.
+    Minimum,
+    /// The same, a branch of one that has been accepted so.
+    BranchOf(Acceptance),
+    /// The best minimum, once the budget of searches is spent: the fit is not given up, and if it explains too little the identifier settles.
+    Best,
 }
 
 /// Identifies the bushings of one robot from its experiments, which the caller keeps.
@@ -124,6 +130,8 @@ pub struct Identifier<R> {
     corrected: Option<Corrected>,
     /// Number of retired records that were dropped because newer ones contradict them.
     forgotten: u64,
+    /// Since the records last changed, noise has explained what implausible imperfections left: they stand for a few wrong bushings, say.
+    is_nearly_explained: bool,
 }
 
 impl<R: Rng> Identifier<R> {
@@ -164,6 +172,7 @@ impl<R: Rng> Identifier<R> {
             estimate: None,
             corrected: None,
             forgotten: 0,
+            is_nearly_explained: false,
         }
     }
 
@@ -199,8 +208,10 @@ impl<R: Rng> Identifier<R> {
     /// Continues with a changed set of experiments from where it stands, with a new budget of searches.
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let branched = match mem::take(&mut self.purpose) {
-            Purpose::Start | Purpose::Plant { accepted: None, .. } => None,
-            Purpose::Branch(_) | Purpose::Plant { .. } => self.best.take(),
+            Purpose::Branch(_) | Purpose::Plant { from: FromHere::BranchOf(_), .. } => {
+                self.best.take()
+            }
+            Purpose::Start | Purpose::Plant { .. } => None,
             Purpose::Alone(_) => {
                 self.refinement.unshelve(true);
                 None
@@ -209,6 +220,7 @@ impl<R: Rng> Identifier<R> {
         self.best = None;
         self.refinement.set_correction(&Correction::NONE);
         self.corrected = None;
+        self.is_nearly_explained = false;
         self.tried = Tried::default();
         self.starts = 0;
         self.prolongations = 0;
@@ -290,7 +302,7 @@ impl<R: Rng> Identifier<R> {
             Phase::Searching => {
                 self.effort.search_evaluations += 1;
                 match self.method {
-                    Method::Descent => self.descend(experiments),
+                    Method::Descent => self.descend(experiments, plant),
                     Method::RandomSearch => self.sample(experiments),
                 }
             }
@@ -299,9 +311,9 @@ impl<R: Rng> Identifier<R> {
                 let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
                 let problem =
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
-                if let Purpose::Plant { is_last, .. } = self.purpose {
+                if let Purpose::Plant { from, .. } = self.purpose {
                     let is_over = plant.as_deref_mut().is_none_or(|plant| {
-                        let outcome = if is_last {
+                        let outcome = if from == FromHere::Best {
                             refinement.step_plant(&problem, experiments, plant)
                         } else {
                             refinement.step_plant_or_give_up(&problem, experiments, plant)
@@ -335,7 +347,7 @@ impl<R: Rng> Identifier<R> {
     pub fn has_accepted(&self) -> bool {
         match &self.purpose {
             Purpose::Branch(branch) => branch.is_of_accepted(),
-            Purpose::Plant { accepted, .. } => accepted.is_some(),
+            Purpose::Plant { from, .. } => matches!(from, FromHere::BranchOf(_)),
             _ => false,
         }
     }

@@ -5,7 +5,9 @@ use super::minimum::Minimum;
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::refine::Problem;
 use crate::search::MAX_EXPERIMENTS;
+use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
+use crate::verdict::WEAK;
 
 // A fit is large: inlined, each of these would take room on the stack of a caller that makes another one.
 impl<R> Identifier<R> {
@@ -20,6 +22,13 @@ impl<R> Identifier<R> {
         let fit = refinement.fit(&problem, experiments);
         let remaining = refinement.remaining(&problem);
         Minimum::new(*refinement.coordinates(), self.found_by, fit, &remaining, sought)
+    }
+
+    /// Squared distance from where the refinement stands to `coordinates`, in standard deviations. Unknowns that `minimum` does not determine
+    /// are free: a damping without effect is anywhere.
+    pub(super) fn distance(&self, minimum: &Minimum, coordinates: &Coordinates) -> f64 {
+        let is_free = |unknown| minimum.deviation(unknown) > WEAK;
+        self.refinement.distance(&self.sought, coordinates, is_free)
     }
 
     /// Returns to a minimum, and fits the seams there.

@@ -189,19 +189,22 @@ impl<const L: usize> Normal<L> {
 
     /// Fixes unknowns at the given values: their columns move to the right-hand side. Valid before an elimination.
     pub(crate) fn fix(&mut self, values: &[Option<f64>]) {
-        let right = packed(self.size - 1);
         for (k, value) in values.iter().enumerate() {
-            let Some(value) = *value else { continue };
-            for i in 0..values.len() {
-                let entry = if i >= k { packed(i) + k } else { packed(k) + i };
-                if i != k {
-                    self.entries[right + i] -= self.entries[entry] * value;
-                    self.entries[entry] = 0.0;
-                }
+            if let Some(value) = value {
+                self.fix_one(k, *value);
             }
-            self.entries[packed(k) + k] = 1.0;
-            self.entries[right + k] = value;
         }
+    }
+
+    fn fix_one(&mut self, k: usize, value: f64) {
+        let right = packed(self.size - 1);
+        for i in (0..self.unknowns()).filter(|i| *i != k) {
+            let entry = if i > k { packed(i) + k } else { packed(k) + i };
+            self.entries[right + i] -= self.entries[entry] * value;
+            self.entries[entry] = 0.0;
+        }
+        self.entries[packed(k) + k] = 1.0;
+        self.entries[right + k] = value;
     }
 
     /// `2 gᵀx − xᵀNx`: decrease of the sum of squares by `step`. Valid before an elimination.
@@ -220,6 +223,17 @@ impl<const L: usize> Normal<L> {
             sum += step[i] * (row[i] * step[i] + 2.0 * off);
         }
         sum
+    }
+
+    /// The least `xᵀNx` of an x that equals `step` but for the unknowns that are free. Valid before an elimination.
+    pub(crate) fn least_quadratic(&self, step: &[f64], is_free: impl Fn(usize) -> bool) -> f64 {
+        let mut rest = self.clone();
+        rest.entries[packed(self.size - 1)..packed(self.size)].fill(0.0);
+        rest.shift(step);
+        for unknown in (0..self.unknowns()).filter(|&unknown| !is_free(unknown)) {
+            rest.fix_one(unknown, 0.0);
+        }
+        rest.sum_of_squares() - rest.excess()
     }
 
     /// `g − Nx` of unknown `i`: half the decrease of the sum of squares per unit of this unknown, after `step`. Valid before
