@@ -319,5 +319,30 @@ mod tests {
             }
             prop_assert!((rest.sum_of_squares() - residual).abs() < 1e-8);
         }
+
+        /// The least value is that of a least-squares solution by SVD for the unknowns that are free.
+        #[test]
+        fn free_unknowns_go_where_the_quadratic_form_is_least(
+            values in proptest::collection::vec(-1.0_f64..1.0, 12 * 5), step in prop::array::uniform5(-1.0_f64..1.0), free in 0..32_usize,
+        ) {
+            const UNKNOWNS: usize = 5;
+            let mut normal = Normal::<{ packed(UNKNOWNS + 1) }>::new();
+            normal.reset(UNKNOWNS);
+            let a = DMatrix::from_row_slice(12, UNKNOWNS, &values);
+            for block in 0..2 {
+                let rows: [[f64; UNKNOWNS + 1]; 6] =
+                    core::array::from_fn(|r| core::array::from_fn(|c| if c < UNKNOWNS { a[(6 * block + r, c)] } else { 1.0 }));
+                normal.add(&rows);
+            }
+            let is_free = |unknown: usize| free >> unknown & 1 == 1;
+            let part = |unknown: usize| if is_free(unknown) { 0.0 } else { step[unknown] };
+            let fixed = &a * DVector::from_fn(UNKNOWNS, |unknown, _| part(unknown));
+            // The columns of unknowns that are not free are zero.
+            let free = DMatrix::from_fn(12, UNKNOWNS, |i, unknown| if is_free(unknown) { a[(i, unknown)] } else { 0.0 });
+            let x = free.clone().svd(true, true).solve(&-&fixed, 1e-12).map_err(TestCaseError::fail)?;
+            let expected = (free * x + fixed).norm_squared();
+            let least = normal.least_quadratic(&step, is_free);
+            prop_assert!((least - expected).abs() < 1e-9 * (1.0 + expected), "{} {}", least, expected);
+        }
     }
 }

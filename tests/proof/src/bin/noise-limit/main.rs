@@ -64,7 +64,7 @@ const PARTS: [Part; 14] = [
     Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 2] },
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 1] },
     Part { name: "plants", prove: plants::prove, robots: [200, 4] },
-    Part { name: "plants-of-six", prove: plants::prove_of_six_joints, robots: [200, 1] },
+    Part { name: "plants-of-six", prove: plants::prove_of_six_joints, robots: [200, 3] },
     Part { name: "predictions", prove: predictions::prove, robots: [20, 2] },
     Part { name: "deviations", prove: deviations::prove, robots: [516, 4] },
     Part { name: "folding", prove: folding::prove, robots: [100, 1] },
