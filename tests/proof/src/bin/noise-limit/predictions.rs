@@ -138,6 +138,20 @@ fn scores(
         let highest = 2.0 * found.band_hz()[1];
         let (own, expected) = (at.modes(highest), true_at.modes(highest));
         ensure!(own.len().min(expected.len()) >= MODES, "fewer than {MODES} modes");
+        if details {
+            for (own, truth) in own.iter().zip(&expected).take(MODES + 1) {
+                let found = own.frequency_hz;
+                let score = (truth.frequency_hz.value / found.value).ln() / found.relative_std;
+                eprintln!(
+                    "robot {number}: {:.4} Hz ± {:.4} %, damping ratio {:.4}, is {:.4} Hz, {:.4}: {score:.1} σ",
+                    found.value,
+                    100.0 * found.relative_std,
+                    own.damping_ratio.value,
+                    truth.frequency_hz.value,
+                    truth.damping_ratio.value,
+                );
+            }
+        }
         scores.frequencies.extend(own.iter().zip(&expected).take(MODES).map(|(own, truth)| {
             let own = own.frequency_hz;
             (truth.frequency_hz.value / own.value).ln() / own.relative_std
