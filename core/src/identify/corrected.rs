@@ -28,14 +28,16 @@ pub(super) struct OnPlant {
 #[derive(Clone, Debug)]
 pub(super) struct Corrected {
     pub(super) judged: Judged,
-    /// Where it has ended, or the latest minimum from which a fit to the plant has found no better imperfections.
+    /// Where it has ended.
     pub(super) coordinates: Coordinates,
+    /// Minimum from which the latest fit to the plant has found no better imperfections.
+    pub(super) fitted_in_vain: Option<Coordinates>,
     /// How often the imperfections of the model have been replaced.
     pub(super) replaced: u32,
 }
 
 impl OnPlant {
-    /// Whether the search goes on in the model with the imperfections of this fit, which started from the minimum `found`. They explain
+    /// Whether the search goes on in the model with the imperfections of this fit, after which the minimum `found` is judged. They explain
     /// the records, but for a little structure: where a cut passes a resonance, the arm moves so far that its geometry adds second
     /// harmonics, which no linear model has. Or they explain most of them, and the rest may be a few wrong bushings, which a branch finds.
     /// The imperfections of an earlier fit give way to better ones alone.
@@ -56,7 +58,7 @@ impl OnPlant {
     }
 
     /// Whether noise explains the residuals that implausible imperfections leave.
-    pub(super) fn nearly_explains(&self) -> bool {
+    pub(super) fn explains_implausibly(&self) -> bool {
         let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged;
         !self.is_plausible && noise_explains(sum_of_squares, degrees_of_freedom)
     }
@@ -118,10 +120,10 @@ mod tests {
             let on_plant = on_plant(after, whiteness, is_reached);
             let found = found(before, &on_plant);
             assert_eq!(on_plant.corrects(&found, None), expected, "{before} {after} {whiteness}");
-            assert!(!on_plant.nearly_explains());
+            assert!(!on_plant.explains_implausibly());
             let implausible = OnPlant { is_plausible: false, ..on_plant };
             assert!(!implausible.corrects(&found, None));
-            assert_eq!(implausible.nearly_explains(), after < 2500.0);
+            assert_eq!(implausible.explains_implausibly(), after < 2500.0);
         }
     }
 
@@ -133,7 +135,8 @@ mod tests {
             [(4170.0, 0, true), (4190.0, 0, false), (4170.0, 7, true), (4170.0, 8, false)]
         {
             let on_plant = on_plant(after, 0.0, false);
-            let corrected = Corrected { judged, coordinates: [0.0; _], replaced };
+            let fitted_in_vain = None;
+            let corrected = Corrected { judged, coordinates: [0.0; _], fitted_in_vain, replaced };
             let found = found(2e5, &on_plant);
             assert_eq!(on_plant.corrects(&found, Some(&corrected)), expected, "{after} {replaced}");
         }

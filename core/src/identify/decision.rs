@@ -91,9 +91,9 @@ pub(super) fn of_found(found: &Minimum, circumstances: &Circumstances) -> OfFoun
     OfFound::Compare { branch: stopped_short && !has_best }
 }
 
-/// What follows from the best minimum after `starts` searches. One that noise does not explain is not believed as long as imperfections of
-/// another have nearly explained the records.
-pub(super) fn of_best(best: &Minimum, starts: u32, is_nearly_explained: bool) -> OfBest {
+/// What follows from the best minimum after `starts` searches. Where implausible imperfections have explained the records, plausible ones may:
+/// as long as there are searches left, one that noise does not explain is not believed.
+pub(super) fn of_best(best: &Minimum, starts: u32, is_explained_implausibly: bool) -> OfBest {
     let structured = structure_is_beyond_noise(best.judged().whiteness);
     let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
         (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
@@ -104,7 +104,8 @@ pub(super) fn of_best(best: &Minimum, starts: u32, is_nearly_explained: bool) ->
     if best.times >= TIMES_CONSISTENT && best.contradicted {
         return OfBest::TryAlone;
     }
-    let is_doubted = is_nearly_explained && acceptance == Acceptance::ModelSuspect;
+    let is_doubted =
+        is_explained_implausibly && acceptance == Acceptance::ModelSuspect && starts < MAX_STARTS;
     if best.is_reached() && best.times >= enough && !best.has_rival && !is_doubted {
         return OfBest::Conclude(acceptance);
     }
@@ -198,11 +199,13 @@ mod tests {
             (best.times, best.fit.whiteness) = (times, whiteness);
             let decision = of_best(&best, starts, false);
             assert_eq!(decision, expected, "{sum_of_squares} {whiteness} {times}");
-            let of_nearly_explained = match decision {
-                OfBest::Conclude(ModelSuspect) => go_on(best.is_near(), starts < MAX_STARTS),
+            let of_explained_implausibly = match decision {
+                OfBest::Conclude(ModelSuspect) => go_on(best.is_near(), true),
                 other => other,
             };
-            assert_eq!(of_best(&best, starts, true), of_nearly_explained);
+            assert_eq!(of_best(&best, starts, true), of_explained_implausibly);
+            let of_last = of_best(&best, MAX_STARTS, false);
+            assert_eq!(of_best(&best, MAX_STARTS, true), of_last);
             best.has_rival = true;
             assert!(matches!(of_best(&best, starts, false), OfBest::GoOn { .. }));
             best.contradicted = true;

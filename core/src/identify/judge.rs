@@ -9,7 +9,7 @@ use super::corrected::{Corrected, OnPlant};
 use super::decision::{self, Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
 use super::judged::{Judged, are_implausible};
 use super::minimum::{Minimum, REACHED};
-use super::{Acceptance, FromHere, Identifier, Phase, Purpose};
+use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
 use crate::refine::{Plant, Problem};
 use crate::spectrum::Experiment;
 
@@ -23,18 +23,45 @@ impl<R: Rng> Identifier<R> {
     ) {
         let Some(mut found) = self.come_to(experiments, plant.as_deref_mut()) else { return };
         self.inherit_judgement(&mut found);
-        if self.is_to_be_judged_on_plant(&found, experiments)
-            && let Some(plant) = plant.as_deref_mut()
-        {
-            self.refinement.restart_plant(plant, experiments.len());
-            self.purpose = Purpose::Plant { found, from: FromHere::Minimum };
-            return;
+        let from = if self.is_to_be_judged_on_plant(&found, experiments) {
+            Some(FitStart::Minimum)
+        } else if self.is_to_be_judged_from_descent(&found) {
+            Some(FitStart::Descent)
+        } else {
+            None
+        };
+        if let (Some(from), Some(plant)) = (from, plant.as_deref_mut()) {
+            return self.fit_to_plant(found, from, experiments, plant);
         }
         self.decide(found, experiments, plant);
     }
 
-    /// Judges a minimum after the imperfections of the plant have been fitted from there, or without them if there is no plant any more. From
-    /// the end of a descent the minimum is refined first.
+    /// Whether imperfections that explain too little from this minimum may explain more from the end of the descent that has led to it.
+    fn is_to_be_judged_from_descent(&self, found: &Minimum) -> bool {
+        let is_judged = found.of_plant.is_some() && may_be_mended(found);
+        is_judged && !self.refinement.is_corrected() && self.descent_end.is_some()
+    }
+
+    /// Begins a fit to the plant.
+    #[inline(never)]
+    fn fit_to_plant<const B: usize>(
+        &mut self,
+        found: Minimum,
+        from: FitStart,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+    ) {
+        if from == FitStart::Descent
+            && let Some(end) = self.descent_end.take()
+        {
+            self.refinement.restart_at(&end);
+        }
+        self.refinement.restart_plant(plant, experiments.len());
+        self.purpose = Purpose::Plant { found, from };
+        self.phase = Phase::Refining;
+    }
+
+    /// Judges a minimum after the imperfections of the plant have been fitted, or without them if there is no plant any more.
     #[inline(never)]
     pub(super) fn judge_on_plant<const B: usize>(
         &mut self,
@@ -46,29 +73,35 @@ impl<R: Rng> Identifier<R> {
         let on_plant = plant
             .as_deref_mut()
             .and_then(|plant| self.fitted_to_plant(&mut found, experiments, plant));
-        self.is_nearly_explained |= on_plant.is_some_and(|fit| fit.nearly_explains());
-        let judged =
-            on_plant.filter(|fit| fit.is_reached && fit.is_plausible).map(|fit| fit.judged);
-        found.of_plant = Some(judged.unwrap_or_else(|| Judged::of(&found.fit)));
+        self.is_explained_implausibly |= on_plant.is_some_and(|fit| fit.explains_implausibly());
+        let judged = on_plant.filter(|fit| fit.is_reached && fit.is_plausible);
+        let before = found.of_plant;
+        found.of_plant = Some(judged.map_or_else(|| Judged::of(&found.fit), |fit| fit.judged));
         if let (Some(plant), Some(on_plant)) = (plant.as_deref_mut(), on_plant)
             && plant.has_imperfections()
             && on_plant.corrects(&found, self.corrected.as_ref())
         {
             return self.correct_by(plant, on_plant.judged);
         }
-        match from {
-            FromHere::Best => return self.settle(&mut found, Acceptance::Unsettled, experiments),
-            FromHere::Descent => return self.refinement.restart_at(&found.coordinates),
-            FromHere::Minimum | FromHere::BranchOf(_) => {}
+        if from == FitStart::Descent {
+            // The minimum itself has been judged before.
+            found.of_plant = before;
+        }
+        if from == FitStart::Best {
+            return self.settle(&mut found, Acceptance::Unsettled, experiments);
         }
         if let Some(corrected) = &mut self.corrected {
             // It compares with the others by its residuals in the model that all have.
             found.of_plant = None;
-            if judged.is_some() {
-                corrected.coordinates = found.coordinates;
-            }
+            corrected.fitted_in_vain = Some(found.coordinates);
         }
-        if let FromHere::BranchOf(acceptance) = from
+        if from == FitStart::Minimum
+            && let Some(plant) = plant.as_deref_mut()
+            && self.is_to_be_judged_from_descent(&found)
+        {
+            return self.fit_to_plant(found, FitStart::Descent, experiments, plant);
+        }
+        if let FitStart::BranchOf(acceptance) = from
             && let Some(mut best) = self.best.take()
         {
             if !(found.is_beyond_doubt() && found.is_clearly_better_than(&best)) {
@@ -86,7 +119,8 @@ impl<R: Rng> Identifier<R> {
         self.refinement.correct_by(plant);
         let coordinates = *self.refinement.coordinates();
         let replaced = self.corrected.take().map_or(0, |corrected| corrected.replaced + 1);
-        self.corrected = Some(Corrected { judged, coordinates, replaced });
+        self.corrected = Some(Corrected { judged, coordinates, fitted_in_vain: None, replaced });
+        self.is_explained_implausibly = false;
         self.best = None;
         self.tried = Tried::default();
         self.exclusions = 0;
@@ -121,7 +155,7 @@ impl<R: Rng> Identifier<R> {
     fn inherit_judgement(&self, found: &mut Minimum) {
         if let Some(best) = &self.best
             && found.is_as_good_as(best)
-            && found.is_same_place(self.distance(best, &best.coordinates))
+            && found.is_same_place(self.distance(&best.coordinates, [found, best]))
         {
             found.of_plant = found.of_plant.or(best.of_plant);
         }
@@ -142,8 +176,9 @@ impl<R: Rng> Identifier<R> {
     /// Whether a fit to the plant would lead to no better imperfections than the model has.
     fn is_of_correction(&self, found: &Minimum) -> bool {
         match &self.corrected {
-            Some(Corrected { coordinates, .. }) => {
-                found.is_same_place(self.distance(found, coordinates))
+            Some(Corrected { coordinates, fitted_in_vain, .. }) => {
+                let mut places = fitted_in_vain.iter().chain([coordinates]);
+                places.any(|place| found.is_same_place(self.distance(place, [found; 2])))
             }
             // A resumed identifier keeps the imperfections that it had.
             None => self.refinement.is_corrected(),
@@ -200,13 +235,13 @@ impl<R: Rng> Identifier<R> {
     ) {
         let mut best = match self.best.take() {
             Some(mut best) => {
-                let distance = self.distance(&best, &best.coordinates);
+                let distance = self.distance(&best.coordinates, [&found, &best]);
                 best.compete(found, distance);
                 best
             }
             None => found,
         };
-        match decision::of_best(&best, self.starts, self.is_nearly_explained) {
+        match decision::of_best(&best, self.starts, self.is_explained_implausibly) {
             OfBest::Conclude(acceptance) => self.conclude(&mut best, acceptance, experiments),
             OfBest::TryAlone => self.try_alone(best),
             OfBest::GoOn { branch, search } => {
@@ -237,7 +272,7 @@ impl<R: Rng> Identifier<R> {
             Some(plant) if may_be_corrected => {
                 self.stand_at(&best, experiments);
                 self.refinement.restart_plant(plant, experiments.len());
-                self.purpose = Purpose::Plant { found: best, from: FromHere::Best };
+                self.purpose = Purpose::Plant { found: best, from: FitStart::Best };
                 self.phase = Phase::Refining;
             }
             _ => self.settle(&mut best, Acceptance::Unsettled, experiments),

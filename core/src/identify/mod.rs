@@ -9,9 +9,9 @@
 //! ever on real data. Two equally good minima in different places leave the estimate unsettled: the data do not say which is right.
 //!
 //! On a plant that is not perfect, a minimum that noise does not explain is judged by the residuals that are left once the
-//! [imperfections](crate::imperfection) of the plant are fitted with the parameters from there. If they explain the records, or most of
-//! what noise does not, the model has these imperfections from then on: branches and rivals of the minimum are those of that model, and
-//! so are later searches, until a fit to the plant from another minimum finds better ones.
+//! [imperfections](crate::imperfection) of the plant are fitted with the parameters from there, and else from the end of the descent that has
+//! led to it. If they explain the records, or most of what noise does not, the model has these imperfections from then on: branches and rivals
+//! of the minimum are those of that model, and so are later searches, until a fit to the plant from another minimum finds better ones.
 //!
 //! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
 //! ([`crate::search`]).
@@ -52,7 +52,7 @@ use crate::loss::target::Target;
 use crate::parameters::Bounds;
 use crate::refine::{Correction, Outcome, Plant, Problem, Refinement};
 use crate::search::{MAX_EXPERIMENTS, Search, Strategy};
-use crate::sought::{Sought, SoughtError};
+use crate::sought::{Coordinates, Sought, SoughtError};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use branch::{Branch, Tried};
@@ -77,19 +77,25 @@ enum Purpose {
     Branch(Branch),
     /// The kept records without the retired ones; the minimum is that of both.
     Alone(Minimum),
-    /// The imperfections of the plant, from here on.
-    Plant { found: Minimum, from: FromHere },
+    /// A fit to the plant, after which a minimum is judged.
+    Plant {
+        /// The minimum.
+        found: Minimum,
+        /// Where the fit begins.
+        from: FitStart,
+    },
 }
 
 /// Where a fit to the plant begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum FromHere {
-    /// The end of a descent, whose relative errors leave room for imperfections. If these explain too little, the perfect model is refined.
-    Descent,
-    /// A minimum that is to be judged.
+enum FitStart {
+    /// The minimum.
     Minimum,
     /// The same, a branch of one that has been accepted so.
     BranchOf(Acceptance),
+    /// The end of the descent that has led to the minimum. A descent allows for relative errors of the model, so that imperfections draw its
+    /// end away less than the minimum of the perfect model.
+    Descent,
     /// The best minimum, once the budget of searches is spent: the fit is not given up, and if it explains too little the identifier settles.
     Best,
 }
@@ -130,8 +136,10 @@ pub struct Identifier<R> {
     corrected: Option<Corrected>,
     /// Number of retired records that were dropped because newer ones contradict them.
     forgotten: u64,
-    /// Since the records last changed, noise has explained what implausible imperfections left: they stand for a few wrong bushings, say.
-    is_nearly_explained: bool,
+    /// End of the descent of the present start, as long as the plant has not been fitted from there.
+    descent_end: Option<Coordinates>,
+    /// In the present model, noise has explained what implausible imperfections leave: they may stand for a few wrong bushings.
+    is_explained_implausibly: bool,
 }
 
 impl<R: Rng> Identifier<R> {
@@ -172,7 +180,8 @@ impl<R: Rng> Identifier<R> {
             estimate: None,
             corrected: None,
             forgotten: 0,
-            is_nearly_explained: false,
+            descent_end: None,
+            is_explained_implausibly: false,
         }
     }
 
@@ -208,7 +217,7 @@ impl<R: Rng> Identifier<R> {
     /// Continues with a changed set of experiments from where it stands, with a new budget of searches.
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let branched = match mem::take(&mut self.purpose) {
-            Purpose::Branch(_) | Purpose::Plant { from: FromHere::BranchOf(_), .. } => {
+            Purpose::Branch(_) | Purpose::Plant { from: FitStart::BranchOf(_), .. } => {
                 self.best.take()
             }
             Purpose::Start | Purpose::Plant { .. } => None,
@@ -220,7 +229,8 @@ impl<R: Rng> Identifier<R> {
         self.best = None;
         self.refinement.set_correction(&Correction::NONE);
         self.corrected = None;
-        self.is_nearly_explained = false;
+        self.descent_end = None;
+        self.is_explained_implausibly = false;
         self.tried = Tried::default();
         self.starts = 0;
         self.prolongations = 0;
@@ -302,7 +312,7 @@ impl<R: Rng> Identifier<R> {
             Phase::Searching => {
                 self.effort.search_evaluations += 1;
                 match self.method {
-                    Method::Descent => self.descend(experiments, plant),
+                    Method::Descent => self.descend(experiments),
                     Method::RandomSearch => self.sample(experiments),
                 }
             }
@@ -313,7 +323,7 @@ impl<R: Rng> Identifier<R> {
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
                 if let Purpose::Plant { from, .. } = self.purpose {
                     let is_over = plant.as_deref_mut().is_none_or(|plant| {
-                        let outcome = if from == FromHere::Best {
+                        let outcome = if from == FitStart::Best {
                             refinement.step_plant(&problem, experiments, plant)
                         } else {
                             refinement.step_plant_or_give_up(&problem, experiments, plant)
@@ -347,7 +357,7 @@ impl<R: Rng> Identifier<R> {
     pub fn has_accepted(&self) -> bool {
         match &self.purpose {
             Purpose::Branch(branch) => branch.is_of_accepted(),
-            Purpose::Plant { from, .. } => matches!(from, FromHere::BranchOf(_)),
+            Purpose::Plant { from, .. } => matches!(from, FitStart::BranchOf(_)),
             _ => false,
         }
     }

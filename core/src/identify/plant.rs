@@ -18,7 +18,7 @@ const EXPLAINED: f64 = 0.3;
 /// where 1 % is stated contradict it very strongly.
 const STATED_TOO_WELL: f64 = 3.0;
 /// Compliances of the ground, in the standard deviation of their prior, beyond which the mass of the base counts. Chosen: on three times that, four
-/// times the typical accuracy, a base of 300 kg has its natural frequency at 207 Hz, at the end of the usual band.
+/// times the typical accuracy, a base of 300 kg has its natural frequency at 208 Hz, at the end of the usual band.
 const SOFT_GROUND: f64 = 3.0;
 /// Distance of the first joint's elastic centre from its origin, in stated standard deviations, beyond which what the robot stands on gives
 /// way, if those of the other joints are within half of it. Chosen: one bearing alone is hardly ever that far off.
@@ -161,11 +161,15 @@ fn stand_for_something_else(
         let is_of_ground = matches!(own.largest.imperfection, Imperfection::Ground(_));
         is_of_ground && own.times > SOFT_GROUND
     };
+    let is_of_ground = |own: &Explanation| {
+        let Explanation { largest: FoundImperfection { imperfection, .. }, .. } = own;
+        matches!(imperfection, Imperfection::Ground(_) | Imperfection::GroundDamping(_))
+    };
     let is_impossible = |own: &Explanation| {
-        let FoundImperfection { imperfection, prior, value, .. } = own.largest;
-        let is_of_ground =
-            matches!(imperfection, Imperfection::Ground(_) | Imperfection::GroundDamping(_));
-        is_of_ground && value < -STATED_TOO_WELL * prior
+        let kind = own.largest.imperfection.kind();
+        let is_of_kind = |it: &&FoundImperfection| it.imperfection.kind() == kind;
+        let mut members = found.iter().filter(is_of_kind).chain([&own.largest]);
+        is_of_ground(own) && members.any(|it| it.value < -STATED_TOO_WELL * it.prior)
     };
     let explains_little = |own: &Explanation| share < EXPLAINED && own.times > STATED_TOO_WELL;
     let is_elsewhere = |own: &Explanation| {

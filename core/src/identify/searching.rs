@@ -5,11 +5,11 @@ use rand_core::Rng;
 use super::branch::Tried;
 use super::descent::Descent;
 use super::start::{self, Method};
-use super::{FoundBy, FromHere, Identifier, Phase, Purpose};
+use super::{FoundBy, Identifier, Phase, Purpose};
 use crate::DOF;
 use crate::loss::spectral;
 use crate::loss::target::Target;
-use crate::refine::{Plant, Problem};
+use crate::refine::Problem;
 use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
 use crate::spectrum::Experiment;
 
@@ -17,6 +17,7 @@ impl<R: Rng> Identifier<R> {
     pub(super) fn start_search<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         self.phase = Phase::Searching;
         self.prolongations = 0;
+        self.descent_end = None;
         self.tried = Tried::default();
         self.exclusions = 0;
         self.method = Method::after(self.starts);
@@ -38,13 +39,8 @@ impl<R: Rng> Identifier<R> {
         self.effort.random_searches += u32::from(self.method == Method::RandomSearch);
     }
 
-    /// One step of a descent; its end is where the refinement begins. If the plant is not perfect, and the first start has found no minimum
-    /// that is accepted, its imperfections are refined, too: where they are large, the minimum of the perfect model lies elsewhere.
-    pub(super) fn descend<const B: usize>(
-        &mut self,
-        experiments: &[Experiment<B>],
-        plant: Option<&mut Plant>,
-    ) {
+    /// One step of a descent; its end is where the refinement begins.
+    pub(super) fn descend<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let Self { chain, measurement, bounds, sought, statics, descent, generator, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let next = || start::elsewhere(bounds, sought, generator);
@@ -52,14 +48,8 @@ impl<R: Rng> Identifier<R> {
             self.refinement.restart_at(&found);
             self.found_by = FoundBy::Descent;
             self.phase = Phase::Refining;
-            if let Some(plant) = plant
-                && self.starts > 1
-                && !self.refinement.is_corrected()
-            {
-                let found = self.minimum_here(experiments);
-                self.refinement.restart_plant(plant, experiments.len());
-                self.purpose = Purpose::Plant { found, from: FromHere::Descent };
-            }
+            // That of a branch starts from a minimum which has been judged.
+            self.descent_end = matches!(self.purpose, Purpose::Start).then_some(found);
         }
     }
 

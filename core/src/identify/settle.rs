@@ -5,7 +5,7 @@ use super::minimum::Minimum;
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::refine::Problem;
 use crate::search::MAX_EXPERIMENTS;
-use crate::sought::Coordinates;
+use crate::sought::{Coordinate, Coordinates};
 use crate::spectrum::Experiment;
 use crate::verdict::WEAK;
 
@@ -24,10 +24,14 @@ impl<R> Identifier<R> {
         Minimum::new(*refinement.coordinates(), self.found_by, fit, &remaining, sought)
     }
 
-    /// Squared distance from where the refinement stands to `coordinates`, in standard deviations. Unknowns that `minimum` does not determine
-    /// are free: a damping without effect is anywhere.
-    pub(super) fn distance(&self, minimum: &Minimum, coordinates: &Coordinates) -> f64 {
-        let is_free = |unknown| minimum.deviation(unknown) > WEAK;
+    /// Squared distance from where the refinement stands to `coordinates`, in standard deviations. Dampings that neither fit determines are free:
+    /// one without effect may be anywhere.
+    #[inline(never)]
+    pub(super) fn distance(&self, coordinates: &Coordinates, fits: [&Minimum; 2]) -> f64 {
+        let is_damping =
+            |unknown| matches!(self.sought.coordinate(unknown), Some(Coordinate::Damping { .. }));
+        let is_open = |one: &&Minimum, unknown| one.fit.covariance.deviation(unknown) > WEAK;
+        let is_free = |unknown| is_damping(unknown) && fits.iter().all(|one| is_open(one, unknown));
         self.refinement.distance(&self.sought, coordinates, is_free)
     }
 

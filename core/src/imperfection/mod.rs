@@ -32,10 +32,10 @@ const OF_BUSHINGS: usize = 2;
 const OF_GROUND: usize = 2 * DOF;
 /// Damping of the ground over its stiffness, s. Chosen: a loss factor of 3 % at 50 Hz, as of bolted steel and of concrete on soil.
 const GROUND_LAG: f64 = 1e-4;
-/// Standard deviation of a compliance of the ground in its prior, over its accuracy. None is negative, so that those along several axes add up
-/// in a stiffness of the first joint. The magnitudes of three normal values of deviation 1 add up to 2.4 ± 1.04, and 95 % of such sums lie within
+/// Standard deviation of a compliance of the ground, and of its damping, in its prior, over its accuracy. None is negative, so that those along
+/// several axes add up in a stiffness of the first joint. The magnitudes of three normal values of deviation 1 add up to 2.4 ± 1.04, and 95 % of such sums lie within
 /// 1.96 × 1.3 √3 of zero.
-const NEVER_NEGATIVE: f64 = 1.3;
+const PRIOR_OVER_ACCURACY: f64 = 1.3;
 /// Imperfections of each record.
 const OF_RECORDS: usize = 2;
 
@@ -115,6 +115,14 @@ impl Imperfection {
         all.iter().any(|(own, _)| *own == self)
     }
 
+    /// Standard deviation of its prior over its accuracy.
+    pub fn prior_over_accuracy(self) -> f64 {
+        match self {
+            Self::Ground(_) | Self::GroundDamping(_) => PRIOR_OVER_ACCURACY,
+            _ => 1.0,
+        }
+    }
+
     /// Whether it changes how the robot moves, and not only what its sensors read or a single record.
     pub fn is_of_robot(self) -> bool {
         match self {
@@ -191,7 +199,7 @@ pub(crate) fn all(
     let of_ground = (0..DOF).filter(move |_| is_on_ground).flat_map(|dof| {
         let Accuracies { ground_translation, ground_rotation, .. } = accuracies;
         let accuracy = if dof < 3 { *ground_translation } else { *ground_rotation };
-        let compliance = NEVER_NEGATIVE * accuracy;
+        let compliance = PRIOR_OVER_ACCURACY * accuracy;
         [(I::Ground(dof), compliance), (I::GroundDamping(dof), GROUND_LAG * compliance)]
     });
     let of_records = (0..records.min(MAX_EXPERIMENTS)).flat_map(|record| {

@@ -233,7 +233,8 @@ impl<const L: usize> Normal<L> {
         for unknown in (0..self.unknowns()).filter(|&unknown| !is_free(unknown)) {
             rest.fix_one(unknown, 0.0);
         }
-        rest.sum_of_squares() - rest.excess()
+        rest.eliminate(self.unknowns());
+        rest.sum_of_squares()
     }
 
     /// `g − Nx` of unknown `i`: half the decrease of the sum of squares per unit of this unknown, after `step`. Valid before

@@ -22,7 +22,7 @@ use rand_core::Rng;
 use super::descent::Descent;
 use super::minimum::{Minimum, REACHED, RIVAL, SAME_PLACE};
 use super::start::{self, Method};
-use super::{Acceptance, FoundBy, FromHere, Identifier, Phase, Purpose};
+use super::{Acceptance, FitStart, FoundBy, Identifier, Phase, Purpose};
 use crate::refine::Plant;
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
@@ -222,9 +222,10 @@ impl<R: Rng> Identifier<R> {
         let minimum = self.best.as_ref().filter(|_| is_branch);
         minimum.is_some_and(|minimum| {
             let above = self.refinement.objective() - minimum.fit.objective;
-            let distance = self.distance(minimum, &minimum.coordinates);
+            let distance =
+                || self.refinement.distance(&self.sought, &minimum.coordinates, |_| false);
             // In the same place the sum of squares is higher by no more than the squared distance.
-            (-REACHED..SAME_PLACE).contains(&above) && minimum.is_same_place(distance)
+            (-REACHED..SAME_PLACE).contains(&above) && minimum.is_same_place(distance())
         })
     }
 
@@ -259,7 +260,7 @@ impl<R: Rng> Identifier<R> {
             {
                 // The minimum has been accepted by its residuals on the plant: so must be what replaces it.
                 self.refinement.restart_plant(plant, experiments.len());
-                let from = FromHere::BranchOf(acceptance);
+                let from = FitStart::BranchOf(acceptance);
                 self.purpose = Purpose::Plant { found: branch, from };
                 self.best = Some(minimum);
                 return None;
@@ -267,7 +268,7 @@ impl<R: Rng> Identifier<R> {
             self.replace_by_branch();
             return Some(branch);
         }
-        let distance = self.distance(&minimum, &minimum.coordinates);
+        let distance = self.distance(&minimum.coordinates, [&branch, &minimum]);
         if branch.is_reached() && minimum.is_rivalled_by(&branch, distance) {
             let [mut own, mut other] =
                 [&minimum, &branch].map(|one| self.sought.values(&one.coordinates));

@@ -95,7 +95,7 @@ pub struct Plant {
 pub struct FoundImperfection {
     /// What is off.
     pub imperfection: Imperfection,
-    /// Standard deviation of its prior, in the unit of the [`Imperfection`].
+    /// Standard deviation of its prior, in the unit of the [`Imperfection`]: its accuracy times [`Imperfection::prior_over_accuracy`].
     pub prior: f64,
     /// Most likely value, in the same unit.
     pub value: f64,

@@ -40,7 +40,7 @@ fn explanation(found: &refine::Explanation, model: &Model, residuals: Residuals)
     let deviation = |found| deviation(found, model, residuals);
     Explanation {
         deviation: deviation(largest),
-        times: *times,
+        times: *times * largest.imperfection.prior_over_accuracy(),
         share: *share,
         evidence: *evidence,
         adopted: *is_adopted,
@@ -50,6 +50,7 @@ fn explanation(found: &refine::Explanation, model: &Model, residuals: Residuals)
 
 fn deviation(found: &FoundImperfection, model: &Model, residuals: Residuals) -> Deviation {
     let FoundImperfection { imperfection, prior, value, deviation } = *found;
+    let prior = prior / imperfection.prior_over_accuracy();
     let (value, slope, accuracy, unit) = match imperfection {
         // f = 1/(2π √v), and df/dv = −f/(2v). Below zero there is no such frequency.
         Imperfection::Resonance(_) if value > 0.0 => {
@@ -140,6 +141,8 @@ mod tests {
                 0.1,
             ),
             (Imperfection::Load, 2e-5, 1e-5, "drive_growth_per_knm", "1/kNm", 0.02, 0.01),
+            // Its prior is wider than its accuracy.
+            (Imperfection::Ground(0), 1e-9, 1.3 * 5e-10, "ground_m_per_n", "m/N", 1e-9, 5e-10),
         ] {
             let made = |value: f64, deviation: f64| {
                 let found = FoundImperfection { imperfection, prior, value, deviation };

@@ -20,11 +20,14 @@ const APART: Duration = Duration::from_millis(50);
 
 /// Programs that read from the daemon.
 pub(crate) struct Readers {
-    watch: Child,
-    web: Child,
+    watch: Program,
+    web: Program,
     changes: JoinHandle<Vec<Instant>>,
     begun: Instant,
 }
+
+/// A program that is ended at the latest when nobody has it any more.
+struct Program(Child);
 
 /// What reading has cost.
 pub(crate) struct Read {
@@ -45,38 +48,58 @@ impl Readers {
             program.display()
         );
         let address = address.to_string();
-        let watch = watch(Command::new(&program).args(["watch", &address]))?;
+        let watch = Program(on_terminal(Command::new(&program).args(["watch", &address]))?);
         let web = Command::new(&program)
             .args(["web", &address, "--listen", "127.0.0.1:0"])
             .stdout(Stdio::piped())
             .spawn()?;
-        let mut readers =
-            Self { watch, web, changes: thread::spawn(Vec::new), begun: Instant::now() };
+        let mut web = Program(web);
         let mut page = String::new();
-        let output = readers.web.stdout.take().context("flexid web has no output")?;
+        let output = web.0.stdout.take().context("flexid web has no output")?;
         BufReader::new(output).read_line(&mut page)?;
         let host = page.trim().trim_start_matches("http://").trim_end_matches('/').to_owned();
         let mut events = TcpStream::connect(&host)?;
         write!(events, "GET /events HTTP/1.1\r\nHost: {host}\r\n\r\n")?;
-        readers.changes = thread::spawn(move || changes(events));
-        Ok(readers)
+        let changes = thread::spawn(move || changes(events));
+        Ok(Self { watch, web, changes, begun: Instant::now() })
     }
 
     /// Ends both.
-    pub(crate) fn end(mut self) -> Result<Read> {
-        let seconds = self.begun.elapsed().as_secs_f64();
-        let [watch_seconds, web_seconds] = [cpu_seconds(&self.watch)?, cpu_seconds(&self.web)?];
-        self.watch.kill()?;
-        self.web.kill()?;
-        self.watch.wait()?;
-        self.web.wait()?;
-        let changes = self.changes.join().ok().context("the events broke")?;
+    pub(crate) fn end(self) -> Result<Read> {
+        let Self { mut watch, mut web, changes, begun } = self;
+        let seconds = begun.elapsed().as_secs_f64();
+        let [watch_seconds, web_seconds] = [watch.cpu_seconds()?, web.cpu_seconds()?];
+        drop((watch, web));
+        let changes = changes.join().ok().context("the events broke")?;
         Ok(Read { seconds, watch_seconds, web_seconds, changes })
     }
 }
 
+impl Program {
+    /// CPU time of its threads, s.
+    fn cpu_seconds(&mut self) -> Result<f64> {
+        ensure!(self.0.try_wait()?.is_none(), "a reader has ended before the daemon");
+        let mut on_cpu_ns = 0.0;
+        for task in fs::read_dir(format!("/proc/{}/task", self.0.id()))? {
+            // A thread may end while it is examined.
+            if let Ok(times) = fs::read_to_string(task?.path().join("schedstat")) {
+                on_cpu_ns += times.split(' ').next().unwrap_or_default().parse::<f64>()?;
+            }
+        }
+        Ok(on_cpu_ns * 1e-9)
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 /// Starts a program on a terminal of its own, whose output is read and dropped.
-fn watch(command: &mut Command) -> Result<Child> {
+fn on_terminal(command: &mut Command) -> Result<Child> {
     let terminal = openpty(&TERMINAL, None)?;
     let end = || -> Result<Stdio> { Ok(OwnedFd::try_clone(&terminal.slave)?.into()) };
     let child = command
@@ -102,16 +125,6 @@ fn changes(mut events: TcpStream) -> Vec<Instant> {
         last = Some(now);
     }
     changes
-}
-
-/// CPU time of a program that runs, s.
-fn cpu_seconds(program: &Child) -> Result<f64> {
-    let mut on_cpu_ns = 0.0;
-    for task in fs::read_dir(format!("/proc/{}/task", program.id()))? {
-        let times = fs::read_to_string(task?.path().join("schedstat"))?;
-        on_cpu_ns += times.split(' ').next().unwrap_or_default().parse::<f64>()?;
-    }
-    Ok(on_cpu_ns * 1e-9)
 }
 
 impl Read {
