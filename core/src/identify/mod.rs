@@ -31,6 +31,7 @@ mod judged;
 mod left_over;
 mod minimum;
 mod noise;
+mod on_plant;
 mod plant;
 mod progress;
 mod searching;

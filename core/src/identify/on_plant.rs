@@ -1,0 +1,170 @@
+//! Judges a minimum by the residuals that the imperfections of the plant leave.
+
+use core::mem;
+
+use rand_core::Rng;
+
+use super::branch::Tried;
+use super::corrected::{Corrected, OnPlant};
+use super::judged::{Judged, are_implausible};
+use super::minimum::{Minimum, REACHED};
+use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
+use crate::refine::{Plant, Problem};
+use crate::spectrum::Experiment;
+
+impl<R: Rng> Identifier<R> {
+    /// A minimum that is the best one again has been judged on the plant, if that has.
+    pub(super) fn inherit_judgement(&self, found: &mut Minimum) {
+        if let Some(best) = &self.best
+            && found.is_as_good_as(best)
+            && found.is_same_place(self.distance(&best.coordinates, [found, best]))
+        {
+            found.of_plant = found.of_plant.or(best.of_plant);
+        }
+    }
+
+    /// Whether the imperfections of the plant are to be fitted before this minimum is judged.
+    pub(super) fn is_to_be_judged_on_plant<const B: usize>(
+        &self,
+        found: &Minimum,
+        experiments: &[Experiment<B>],
+    ) -> bool {
+        let is_alone = matches!(self.purpose, Purpose::Alone(_));
+        let is_judged = found.of_plant.is_some();
+        may_be_mended(found)
+            && !(experiments.is_empty() || is_alone || is_judged || self.is_of_correction(found))
+    }
+
+    /// Whether a fit to the plant would lead to no better imperfections than the model has.
+    fn is_of_correction(&self, found: &Minimum) -> bool {
+        match &self.corrected {
+            Some(Corrected { coordinates, fitted_in_vain, .. }) => {
+                let mut places = fitted_in_vain.iter().chain([coordinates]);
+                places.any(|place| found.is_same_place(self.distance(place, [found; 2])))
+            }
+            // A resumed identifier keeps the imperfections that it had.
+            None => self.refinement.is_corrected(),
+        }
+    }
+
+    /// Whether imperfections that explain too little from this minimum may explain more from the end of the descent that has led to it.
+    pub(super) fn is_to_be_judged_from_descent(&self, found: &Minimum) -> bool {
+        let is_judged = found.of_plant.is_some() && may_be_mended(found);
+        is_judged && !self.refinement.is_corrected() && self.descent_end.is_some()
+    }
+
+    /// Begins a fit to the plant.
+    #[inline(never)]
+    pub(super) fn fit_to_plant<const B: usize>(
+        &mut self,
+        found: Minimum,
+        from: FitStart,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+    ) {
+        if from == FitStart::Descent
+            && let Some(end) = self.descent_end.take()
+        {
+            self.refinement.restart_at(&end);
+        }
+        self.refinement.restart_plant(plant, experiments.len());
+        self.purpose = Purpose::Plant { found, from };
+        self.phase = Phase::Refining;
+    }
+
+    /// Judges a minimum after the imperfections of the plant have been fitted, or without them if there is no plant any more.
+    #[inline(never)]
+    pub(super) fn judge_on_plant<const B: usize>(
+        &mut self,
+        experiments: &[Experiment<B>],
+        mut plant: Option<&mut Plant>,
+    ) {
+        let purpose = mem::take(&mut self.purpose);
+        let Purpose::Plant { mut found, from } = purpose else { return };
+        let on_plant = plant
+            .as_deref_mut()
+            .and_then(|plant| self.fitted_to_plant(&mut found, experiments, plant));
+        self.is_explained_implausibly |= on_plant.is_some_and(|fit| fit.explains_implausibly());
+        let judged = on_plant.filter(|fit| fit.is_reached && fit.is_plausible);
+        let before = found.of_plant;
+        found.of_plant = Some(judged.map_or_else(|| Judged::of(&found.fit), |fit| fit.judged));
+        if let (Some(plant), Some(on_plant)) = (plant.as_deref_mut(), on_plant)
+            && plant.has_imperfections()
+            && on_plant.corrects(&found, self.corrected.as_ref())
+        {
+            return self.correct_by(plant, on_plant.judged);
+        }
+        if from == FitStart::Descent {
+            // The minimum itself has been judged before.
+            found.of_plant = before;
+        }
+        if from == FitStart::Best {
+            return self.settle(&mut found, Acceptance::Unsettled, experiments);
+        }
+        if let Some(corrected) = &mut self.corrected {
+            // It compares with the others by its residuals in the model that all have.
+            found.of_plant = None;
+            corrected.fitted_in_vain = Some(found.coordinates);
+        }
+        if from == FitStart::Minimum
+            && let Some(plant) = plant.as_deref_mut()
+            && self.is_to_be_judged_from_descent(&found)
+        {
+            return self.fit_to_plant(found, FitStart::Descent, experiments, plant);
+        }
+        if let FitStart::BranchOf(acceptance) = from
+            && let Some(mut best) = self.best.take()
+        {
+            if !(found.is_beyond_doubt() && found.is_clearly_better_than(&best)) {
+                self.stand_at(&best, experiments);
+                return self.conclude(&mut best, acceptance, experiments);
+            }
+            self.replace_by_branch();
+        }
+        self.stand_at(&found, experiments);
+        self.decide(found, experiments, plant);
+    }
+
+    /// Goes on in the model with the imperfections of the plant. What was found in another model does not compare.
+    fn correct_by(&mut self, plant: &Plant, judged: Judged) {
+        self.refinement.correct_by(plant);
+        let coordinates = *self.refinement.coordinates();
+        let replaced = self.corrected.take().map_or(0, |corrected| corrected.replaced + 1);
+        self.corrected = Some(Corrected { judged, coordinates, fitted_in_vain: None, replaced });
+        self.is_explained_implausibly = false;
+        self.best = None;
+        self.tried = Tried::default();
+        self.exclusions = 0;
+        self.prolongations = 0;
+    }
+
+    /// Where the fit to the plant has ended. `None` where gravity leaves the robot no equilibrium.
+    #[inline(never)]
+    fn fitted_to_plant<const B: usize>(
+        &mut self,
+        found: &mut Minimum,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+    ) -> Option<OnPlant> {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
+        let (size, count) = plant.size();
+        let is_plausible = !(are_implausible(size, count) || plant.is_restated_beyond_plausible());
+        let is_reached = remaining.gain <= REACHED;
+        if is_reached && is_plausible {
+            // What imperfections leave undetermined is so, however well the perfect model seems to determine it.
+            found.remember_deviations((0..sought.unknowns()).map(|i| fit.covariance.deviation(i)));
+        }
+        let mut judged = Judged::of(&fit);
+        // Of two minima, one that needs accuracies restated is the less plausible.
+        judged.objective += plant.cost_of_restating();
+        Some(OnPlant { judged, is_reached, is_plausible })
+    }
+}
+
+/// Whether noise does not explain a minimum, and imperfections of the plant may.
+pub(super) fn may_be_mended(found: &Minimum) -> bool {
+    let is_explained = found.is_explained() && !found.whiteness_objects();
+    !is_explained && !found.contradicted && found.is_tested()
+}
