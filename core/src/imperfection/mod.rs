@@ -33,8 +33,8 @@ const OF_GROUND: usize = 2 * DOF;
 /// Damping of the ground over its stiffness, s. Chosen: a loss factor of 3 % at 50 Hz, as of bolted steel and of concrete on soil.
 const GROUND_LAG: f64 = 1e-4;
 /// Standard deviation of a compliance of the ground, and of its damping, in its prior, over its accuracy. None is negative, so that those along
-/// several axes add up in a stiffness of the first joint. The magnitudes of three normal values of deviation 1 add up to 2.4 ± 1.04, and 95 % of such sums lie within
-/// 1.96 × 1.3 √3 of zero.
+/// several axes add up in a stiffness of the first joint. The magnitudes of three normal values of deviation 1 add up to 2.4 ± 1.04, and 95 % of
+/// such sums lie within 1.96 × 1.3 √3 of zero.
 const PRIOR_OVER_ACCURACY: f64 = 1.3;
 /// Imperfections of each record.
 const OF_RECORDS: usize = 2;
