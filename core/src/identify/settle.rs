@@ -32,7 +32,7 @@ impl<R> Identifier<R> {
             |unknown| matches!(self.sought.coordinate(unknown), Some(Coordinate::Damping { .. }));
         let is_open = |one: &&Minimum, unknown| one.fit.covariance.deviation(unknown) > WEAK;
         let is_free = |unknown| is_damping(unknown) && fits.iter().all(|one| is_open(one, unknown));
-        self.refinement.distance(&self.sought, coordinates, is_free)
+        self.refinement.least_distance(&self.sought, coordinates, is_free)
     }
 
     /// Returns to a minimum, and fits the seams there.

@@ -196,6 +196,7 @@ impl<const L: usize> Normal<L> {
         }
     }
 
+    /// As [`Normal::fix`], of unknown `k` alone.
     fn fix_one(&mut self, k: usize, value: f64) {
         let right = packed(self.size - 1);
         for i in (0..self.unknowns()).filter(|i| *i != k) {

@@ -199,17 +199,26 @@ impl Refinement {
         self.minimiser.remaining(problem, &self.coordinates)
     }
 
-    /// How far other coordinates lie from these: the least `Δθᵀ N Δθ` for any values of the unknowns that `is_free`, the information N that of
-    /// the last assembly. The square of a distance in standard deviations; undetermined directions add nothing.
-    pub(crate) fn distance(
+    /// How far other coordinates lie from these: `Δθᵀ N Δθ`, the information N that of the last assembly. The square of a
+    /// distance in standard deviations; undetermined directions add nothing.
+    pub(crate) fn distance(&self, sought: &Sought, other: &Coordinates) -> f64 {
+        self.minimiser.normal.quadratic(&self.apart(sought, other))
+    }
+
+    /// The least such distance for any values of the unknowns that are free.
+    pub(crate) fn least_distance(
         &self,
         sought: &Sought,
         other: &Coordinates,
         is_free: impl Fn(usize) -> bool,
     ) -> f64 {
+        self.minimiser.normal.least_quadratic(&self.apart(sought, other), is_free)
+    }
+
+    /// Δθ: the unknowns here less those at other coordinates.
+    fn apart(&self, sought: &Sought, other: &Coordinates) -> [f64; MAX_UNKNOWNS] {
         let (own, other) = (sought.values(&self.coordinates), sought.values(other));
-        let apart: [f64; MAX_UNKNOWNS] = core::array::from_fn(|i| own[i] - other[i]);
-        self.minimiser.normal.least_quadratic(&apart, is_free)
+        core::array::from_fn(|i| own[i] - other[i])
     }
 
     /// Adds the information of a record that will not be kept to that of the retired ones, linearised at the present parameters.

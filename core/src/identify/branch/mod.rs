@@ -222,8 +222,7 @@ impl<R: Rng> Identifier<R> {
         let minimum = self.best.as_ref().filter(|_| is_branch);
         minimum.is_some_and(|minimum| {
             let above = self.refinement.objective() - minimum.fit.objective;
-            let distance =
-                || self.refinement.distance(&self.sought, &minimum.coordinates, |_| false);
+            let distance = || self.refinement.distance(&self.sought, &minimum.coordinates);
             // In the same place the sum of squares is higher by no more than the squared distance.
             (-REACHED..SAME_PLACE).contains(&above) && minimum.is_same_place(distance())
         })
