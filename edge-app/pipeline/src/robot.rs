@@ -3,7 +3,7 @@
 use flexid_core::identify::{Estimate, PlantEstimate};
 use flexid_core::imperfection::Imperfection;
 use flexid_core::parameters::Bounds;
-use flexid_core::refine::{FoundImperfection, Plant, PlantInformation};
+use flexid_core::refine::{FoundImperfection, Mechanics, Plant, PlantInformation};
 use flexid_core::sought::{Coordinate, Sought};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -113,13 +113,21 @@ impl FoundRobot {
             imperfections.push(FoundValue { imperfection: Imperfection::Mass(link), value });
             places.push(Some((all.len() + unknown, sought.width(nuisance.coordinate))));
         }
+        let size = places.len();
         let entry = |row: usize, column: usize| match (places[row], places[column]) {
             (Some((i, of_i)), Some((j, of_j))) => {
                 covariance[(i, j)] * of_i * of_j * widening * widening
             }
             _ => 0.0,
         };
-        let lower = (0..places.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        let lower = (0..size).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        let mut covariance: Vec<f64> = lower.map(|(row, column)| entry(row, column)).collect();
+        if let Some(std) = plant.and_then(|(plant, _)| plant.record_stiffness()) {
+            let imperfection = Imperfection::RecordStiffness(Mechanics::RECORD);
+            imperfections.push(FoundValue { imperfection, value: 0.0 });
+            covariance.resize(covariance.len() + size, 0.0);
+            covariance.push(std * std);
+        }
         let bounds = config.bounds.joints.iter().take(joints);
         Self {
             model: config.model.clone(),
@@ -130,7 +138,7 @@ impl FoundRobot {
                 .map(|own| JointBounds { stiffness: own.stiffness, damping: own.damping })
                 .collect(),
             imperfections,
-            covariance: lower.map(|(row, column)| entry(row, column)).collect(),
+            covariance,
         }
     }
 }

@@ -11,9 +11,6 @@ use crate::parameters::Bushings;
 use crate::receptance::{Complex, JointTerms, Rates, Terms, bushing};
 use crate::sensors::Sensors;
 
-/// No record has this number: what differs from record to record is left out.
-const NO_RECORD: usize = usize::MAX;
-
 /// A robot at a pose, linearised about its static equilibrium, with bushings whose impedance depends on the frequency.
 #[derive(Clone, Debug)]
 pub struct Mechanics {
@@ -22,8 +19,12 @@ pub struct Mechanics {
 }
 
 impl Mechanics {
+    /// Number of the record that is predicted.
+    pub const RECORD: usize = 0;
+
     /// A robot of these bushings, one per joint, at joint angles `pose`, one per driven joint (rad, m), under `gravity` (base axes, m/s²).
-    /// `imperfections` have the unit of each; those of sensors and of records have no effect. Hysteretic dampings are those in the
+    /// `imperfections` have the unit of each; those of sensors have no effect, nor have those of records other than
+    /// [`RECORD`](Mechanics::RECORD). Hysteretic dampings are those in the
     /// middle of `band_hz`, that of the fit.
     ///
     /// # Errors
@@ -43,8 +44,8 @@ impl Mechanics {
             return Err(LinearisationError::Angles(pose.len()));
         }
         let sensors = Sensors::default();
-        let mut robot = Imperfect::of(chain.clone(), sensors, band_hz, pose, NO_RECORD);
-        for (imperfection, value) in imperfections.iter().filter(|(own, _)| own.is_of_robot()) {
+        let mut robot = Imperfect::of(chain.clone(), sensors, band_hz, pose, Self::RECORD);
+        for (imperfection, value) in imperfections {
             assert!(imperfection.is_of(chain), "{imperfection:?} of another robot");
             robot.add(*imperfection, *value);
         }

@@ -135,6 +135,13 @@ impl Plant {
         }
     }
 
+    /// Standard deviation of the logarithm of all stiffnesses in a record to come. `None` if they are the same in all records.
+    pub fn record_stiffness(&self) -> Option<f64> {
+        let imperfection = Imperfection::RecordStiffness(Mechanics::RECORD);
+        let std = self.accuracies.record_stiffness * self.restated.factor(imperfection);
+        (std > 0.0).then_some(std)
+    }
+
     /// Whether estimates of this plant from now on adopt what explains the records: an accuracy that they contradict is taken as worse by
     /// as much as makes them most likely, and the fit is made again.
     pub fn adopt(&mut self, adopts: bool) {
