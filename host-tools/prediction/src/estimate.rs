@@ -5,6 +5,9 @@ use serde::Serialize;
 /// Half of a 95 % interval, in standard deviations of a normal distribution.
 pub const TWO_SIDED: f64 = 1.959_963_984_540_054;
 
+/// Standard deviation of a logarithm beyond which a number is not determined: that of a parameter that is not observable.
+const UNDETERMINED: f64 = 0.3;
+
 /// A predicted number whose errors are normal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Estimate {
@@ -49,5 +52,10 @@ impl PositiveEstimate {
             return Self { value, relative_std: f64::INFINITY, interval: [0.0, f64::INFINITY] };
         }
         Self { value, relative_std, interval: [value / factor, value * factor] }
+    }
+
+    /// Whether the records determine it, to a factor of 1.8 with 95 %.
+    pub fn is_determined(&self) -> bool {
+        self.value > 0.0 && self.relative_std <= UNDETERMINED
     }
 }

@@ -142,6 +142,15 @@ mod tests {
     }
 
     #[test]
+    fn a_robot_without_a_tool_is_doubtful() {
+        let mut config = config();
+        config.model.tcp.xyz_m = [0.0, 0.0, 0.009];
+        let at_joint = "the TCP lies at joint 'joint_3', so that no cut shows how that joint turns";
+        let all = judge(&config);
+        assert!(all.iter().any(|it| it.severity == Doubtful && it.finding.starts_with(at_joint)));
+    }
+
+    #[test]
     fn the_record_is_described() {
         let config = config();
         assert_eq!(

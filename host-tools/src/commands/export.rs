@@ -4,10 +4,12 @@ use std::path::PathBuf;
 use std::str::FromStr as _;
 
 use anyhow::Result;
+use flexid_edge::console::complain;
 use flexid_export::{Format, Robot, export};
 use flexid_pipeline::input::BadInput;
+use flexid_pipeline::text::count;
 use flexid_prediction::document::Found;
-use flexid_wire::report::Acceptance;
+use flexid_wire::report::{Acceptance, Verdict};
 
 use super::pose::given_or_first;
 use crate::numbers::{Numbers, numbers};
@@ -83,5 +85,26 @@ pub(super) fn run(args: &Args) -> Result<()> {
         verdict,
     };
     let text = export(&exported, format).map_err(|error| BadInput::new(&args.found, error))?;
-    output.finish(&text)
+    output.finish(&text)?;
+    warn(args, &found);
+    Ok(())
+}
+
+/// Says on stderr what the comments in the file say.
+fn warn(args: &Args, found: &Found) {
+    let name = args.out.display();
+    if let Some(doubt) = predict::table::doubt(&found.fit) {
+        complain(&format!("warning: {name}: {doubt}"));
+    }
+    let verdicts = found
+        .joints
+        .iter()
+        .flat_map(|joint| joint.stiffness_verdict.iter().chain(&joint.damping_verdict).copied());
+    let open = verdicts.filter(|verdict| *verdict == Verdict::NotObservable).count();
+    if open > 0 {
+        let parameters = count(open as u64, "parameter");
+        complain(&format!(
+            "warning: {name}: {parameters} not observable, marked in the file: their values are as good as any"
+        ));
+    }
 }

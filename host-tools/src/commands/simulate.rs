@@ -112,7 +112,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(file) = truth_json {
         file.finish(&(serde_json::to_string_pretty(&truth)? + "\n"))?;
     }
-    Ok(print(&format!("{} of {} sent\n", count(frames, "frame"), count(done, "experiment")))?)
+    let done = format!("{} of {}", count(frames, "frame"), count(done, "experiment"));
+    let what = if args.candump.is_some() { "written" } else { "sent" };
+    Ok(print(&format!("{done} {what}\n"))?)
 }
 
 /// The error for a missing destination, which the command line requires before.

@@ -1,8 +1,8 @@
 //! Predictions as tables for people.
 
 use comfy_table::{CellAlignment, Table};
-use flexid_prediction::Estimate;
 use flexid_prediction::document::Found;
+use flexid_prediction::{Estimate, PositiveEstimate};
 use flexid_wire::report::{Acceptance, Fit};
 
 use super::Prediction;
@@ -55,14 +55,12 @@ fn one(found: &Found, prediction: &Prediction) -> String {
     table.load_style(STYLE);
     table.set_header(["mode", "Hz", "95 % interval", "damping, %", "95 % interval", "springs"]);
     for (number, mode) in (1..).zip(&prediction.modes) {
-        let hz = &mode.frequency_hz;
-        let (frequency, frequencies) = with_digits(hz.value, hz.interval);
-        let ratio = &mode.damping_ratio;
-        let (damping, dampings) =
-            with_digits(100.0 * ratio.value, ratio.interval.map(|end| 100.0 * end));
-        let above = if hz.value > upper_hz { " *" } else { "" };
+        let above = if mode.frequency_hz.value > upper_hz { " *" } else { "" };
+        let open = if mode.frequency_hz.is_determined() { "" } else { " ?" };
+        let [frequency, frequencies] = cells(&mode.frequency_hz, 1.0);
+        let [damping, dampings] = cells(&mode.damping_ratio, 100.0);
         table.add_row([
-            format!("{number}{above}"),
+            format!("{number}{above}{open}"),
             frequency,
             frequencies,
             damping,
@@ -78,6 +76,9 @@ fn one(found: &Found, prediction: &Prediction) -> String {
         text += &format!(
             " * above the band that was fitted, {lower_hz} to {upper_hz} Hz: no record shows it, the model extrapolates\n"
         );
+    }
+    if !prediction.modes.iter().all(|mode| mode.frequency_hz.is_determined()) {
+        text += " ? no record determines its springs: it may lie anywhere\n";
     }
     let stiffness = (0..3).map(|axis| {
         let own: Estimate = prediction.compliance[axis][axis];
@@ -99,6 +100,16 @@ fn one(found: &Found, prediction: &Prediction) -> String {
     text
 }
 
+/// A number, `scale` times, and its interval: `-` if the records do not determine it.
+fn cells(own: &PositiveEstimate, scale: f64) -> [String; 2] {
+    let (value, interval) = with_digits(scale * own.value, own.interval.map(|end| scale * end));
+    match (own.is_determined(), own.value > 0.0) {
+        (true, _) => [value, interval],
+        (false, true) => [format!("{:.3}", scale * own.value), "-".into()],
+        (false, false) => ["-".into(), "-".into()],
+    }
+}
+
 /// The springs with most of the strain energy of a mode.
 fn springs(found: &Found, energy: &[[f64; 6]]) -> String {
     let mut all: Vec<(f64, String)> = Vec::new();
@@ -112,4 +123,18 @@ fn springs(found: &Found, energy: &[[f64; 6]]) -> String {
     let named: Vec<String> =
         named.map(|(part, name)| format!("{name} {:.0} %", 100.0 * part)).collect();
     named.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_record_determines_has_no_interval() {
+        let shown = |value, std, scale| cells(&PositiveEstimate::new(value, std), scale);
+        assert_eq!(shown(12.3041, 0.01, 1.0), ["12.30", "12.07 to 12.55"]);
+        assert_eq!(shown(0.02, 0.31, 100.0), ["2.000", "-"]);
+        assert_eq!(shown(-0.02, 0.01, 100.0), ["-", "-"]);
+        assert_eq!(shown(12.3041, f64::NAN, 1.0), ["12.304", "-"]);
+    }
 }

@@ -1,4 +1,4 @@
-//! Signs that a model's masses were never measured: placeholders, wrong units, wrong frames.
+//! Signs that a model is not that of a milling robot: masses that were never measured (placeholders, wrong units, wrong frames), no tool.
 //!
 //! They are warnings, since a real robot can have unusual masses.
 
@@ -13,6 +13,10 @@ const MASS_PER_REACH_SQUARED: [f64; 2] = [5.0, 250.0];
 const LINK_LENGTHS: f64 = 1.5;
 /// Length by which motors and counterweights may stand out of short links, m.
 const SLACK_M: f64 = 0.25;
+/// Mass of the lightest spindle with its clamp and a tool, kg: router spindles of 1 kW weigh 1.7 kg.
+const SPINDLE_KG: f64 = 2.0;
+/// Distance of the TCP from the last joint below which turning that joint hardly moves it, m. A tool is ten times as long.
+const TOOL_M: f64 = 0.01;
 
 /// Warnings about the chain; `names` are the names of its joints.
 pub(super) fn warnings(chain: &Chain, names: &[&str]) -> Vec<String> {
@@ -44,6 +48,17 @@ pub(super) fn warnings(chain: &Chain, names: &[&str]) -> Vec<String> {
             "{mass:.0} kg of moving mass does not fit a reach of {reach:.2} m \
              (usual: {least:.0} to {most:.0} kg)"
         ));
+    }
+
+    let (last, name) = (joints.len() - 1, names[joints.len() - 1]);
+    let mend = "add a link for spindle, sensor and tool, up to its tip";
+    if lengths[last] < TOOL_M {
+        warnings.push(format!(
+            "the TCP lies at joint '{name}', so that no cut shows how that joint turns: {mend}"
+        ));
+    } else if joints[last].link.mass < SPINDLE_KG {
+        let mass = joints[last].link.mass;
+        warnings.push(format!("the link on joint '{name}' weighs {mass:.1} kg: {mend}"));
     }
 
     for ((joint, name), &length) in joints.iter().zip(names).zip(&lengths) {

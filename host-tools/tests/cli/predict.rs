@@ -91,6 +91,23 @@ fn intervals_hold_what_is_true_and_files_hold_what_is_printed() {
 }
 
 #[test]
+fn an_export_says_what_its_comments_say() {
+    let folder = found();
+    let folder = folder.path();
+    let mut found = json(folder, "o.json");
+    found["fit"]["acceptance"] = "unsettled".into();
+    found["joints"][0]["stiffness_verdict"] = vec!["not_observable"; 6].into();
+    found["joints"][0]["stiffness_std"] = vec![Value::Null; 6].into();
+    fs::write(folder.join("open.json"), found.to_string()).unwrap();
+    let output = flexid(folder, "export open.json --format csv --out open.csv");
+    assert!(output.status.success());
+    let said = stderr(&output);
+    let [doubt, open] = said.lines().collect::<Vec<_>>()[..] else { panic!("{said}") };
+    assert!(doubt.starts_with("warning: open.csv: NOT SETTLED: "), "{said}");
+    assert!(open.starts_with("warning: open.csv: 6 parameters not observable"), "{said}");
+}
+
+#[test]
 fn a_wrong_result_is_refused_with_its_place_and_mend() {
     let folder = folder();
     let folder = folder.path();

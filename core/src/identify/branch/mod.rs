@@ -75,6 +75,16 @@ pub(super) struct Tried {
     elsewhere: u32,
     /// Branches that have replaced their minimum.
     replaced: u32,
+    /// The best of the branches that the model with imperfections explains worse than their minimum.
+    runner_up: Option<RunnerUp>,
+}
+
+/// A branch of an accepted minimum in the model with imperfections. These were fitted for the minimum, which leaves some stiffness undetermined:
+/// those that are fitted for the branch may explain the records better.
+#[derive(Clone, Copy, Debug)]
+struct RunnerUp {
+    coordinates: Coordinates,
+    objective: f64,
 }
 
 impl Branch {
@@ -107,6 +117,17 @@ impl Branch {
         self.crawling = if crawls { self.crawling + 1 } else { 0 };
         self.objective = objective;
         self.crawling >= PATIENCE || objective > self.most
+    }
+}
+
+impl Tried {
+    /// Remembers a branch that is worse than its minimum, if it is the best such branch so far, and near.
+    fn remember_runner_up(&mut self, branch: &Minimum) {
+        let (coordinates, objective) = (branch.coordinates, branch.fit.objective);
+        let is_best = self.runner_up.is_none_or(|best| objective < best.objective);
+        if is_best && branch.is_near() {
+            self.runner_up = Some(RunnerUp { coordinates, objective });
+        }
     }
 }
 
@@ -258,10 +279,9 @@ impl<R: Rng> Identifier<R> {
                 && self.is_to_be_judged_on_plant(&branch, experiments)
             {
                 // The minimum has been accepted by its residuals on the plant: so must be what replaces it.
-                self.refinement.restart_plant(plant, experiments.len());
-                let from = FitStart::BranchOf(acceptance);
-                self.purpose = Purpose::Plant { found: branch, from };
                 self.best = Some(minimum);
+                let from = FitStart::BranchOf(acceptance);
+                self.fit_to_plant(branch, from, experiments, plant);
                 return None;
             }
             self.replace_by_branch();
@@ -287,7 +307,25 @@ impl<R: Rng> Identifier<R> {
         }
         match acceptance {
             Some(acceptance) => {
-                self.conclude(&mut minimum, acceptance, experiments);
+                if self.corrected.is_some()
+                    && self.leaves_stiffness_undetermined(&minimum)
+                    && !minimum.is_same_place(distance)
+                {
+                    self.tried.remember_runner_up(&branch);
+                }
+                if self.branch_off(&minimum, Some(acceptance), experiments) {
+                    return None;
+                }
+                match (plant, self.tried.runner_up.take()) {
+                    (Some(plant), Some(RunnerUp { coordinates, .. })) => {
+                        self.best = Some(minimum);
+                        self.refinement.restart_at(&coordinates);
+                        let found = self.minimum_here(experiments);
+                        let from = FitStart::BranchOf(acceptance);
+                        self.fit_to_plant(found, from, experiments, plant);
+                    }
+                    _ => self.conclude(&mut minimum, acceptance, experiments),
+                }
                 None
             }
             None => {
@@ -304,6 +342,7 @@ mod tests {
 
     use super::*;
     use crate::chain::{Chain, Joint, JointKind, Link};
+    use crate::identify::minimum::tests::minimum;
 
     /// Two joints that carry 5 and 2 kg, with moments of inertia of 0.05 and 0.02 kg m².
     pub(super) fn chain() -> Chain {
@@ -318,6 +357,17 @@ mod tests {
             },
         };
         Chain::new(&[joint(3.0), joint(2.0)], Isometry3::identity()).unwrap()
+    }
+
+    #[test]
+    fn the_best_of_the_near_branches_is_the_runner_up() {
+        let mut tried = Tried::default();
+        for (sum_of_squares, best) in
+            [(1e6, None), (3000.0, Some(3000.0)), (2500.0, Some(2500.0)), (2600.0, Some(2500.0))]
+        {
+            tried.remember_runner_up(&minimum(sum_of_squares, 0.0));
+            assert_eq!(tried.runner_up.map(|own| own.objective), best, "{sum_of_squares}");
+        }
     }
 
     /// Against 100 to reach: crawling ends it, a leap starts the count anew, and what is better is never given up. More than 1e6 ends it at

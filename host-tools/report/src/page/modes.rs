@@ -20,8 +20,8 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>]) -> Markup {
         section #modes {
             h2 { "Modes" }
             p {
-                "Modes up to " (digits(upper, 3)) "\u{a0}Hz, the end of the band that was fitted, with 95\u{a0}% intervals. A mode moves what \
-                 holds its strain energy."
+                "Modes up to " (digits(upper, 3)) "\u{a0}Hz, the end of the band that was fitted, with 95\u{a0}% intervals; a dash is what no \
+                 record determines. A mode moves what holds its strain energy."
             }
             @for (index, pose) in poses.iter().enumerate() {
                 (table(document, index, pose))
@@ -65,8 +65,14 @@ fn table(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
 fn estimate(estimate: &PositiveEstimate, times: f64, unit: &str) -> Markup {
     html! {
         @let ends = estimate.interval.map(|own| times * own);
-        td { (digits(times * estimate.value, digits_of(ends))) (unit) }
-        td { (interval(ends)) (unit) }
+        @if estimate.is_determined() {
+            td { (digits(times * estimate.value, digits_of(ends))) (unit) }
+            td { (interval(ends)) (unit) }
+        } @else {
+            @let value = if estimate.value > 0.0 { times * estimate.value } else { f64::NAN };
+            td { (digits(value, 2)) @if value > 0.0 { (unit) } }
+            td { "–" }
+        }
     }
 }
 
