@@ -35,7 +35,9 @@ pub fn parse_json<T: DeserializeOwned>(
         let line = before.matches('\n').count() + error.line();
         let fault = match (error.classify(), kind(text)) {
             _ if text.trim().is_empty() => "is empty".to_owned(),
-            (Category::Eof, _) => format!("is cut off at line {line}: copy it again, or"),
+            _ if is_cut_off(value, &error) => {
+                format!("is cut off at line {line}: copy it again, or")
+            }
             (Category::Data, _) => format!("{path}{}", mend(&without_position(&error), &key)),
             (_, Some(other)) if other != "a JSON file" => format!("is {other}"),
             _ => format!("is no JSON from line {line} on"),
@@ -43,6 +45,12 @@ pub fn parse_json<T: DeserializeOwned>(
         let give = if fault.ends_with(" or") { format!(" {give}") } else { format!(": {give}") };
         BadInput::new(file, fault + &give)
     })
+}
+
+/// Whether the text ends within a value. After the sign of a number the parser expects a digit, and does not say that the text ends.
+fn is_cut_off(value: &str, error: &serde_json::Error) -> bool {
+    let is_object = value.trim_start().starts_with('{');
+    error.is_eof() || error.is_syntax() && is_object && value.ends_with('-')
 }
 
 /// Returns where the last of the values in `text` begins, or the first that cannot be read, bytes.
@@ -116,6 +124,18 @@ mod tests {
     }
 
     #[test]
+    fn every_part_of_a_file_is_cut_off() {
+        let whole = r#"{"fits": [-1.5e-3, 0.25, 1E+2, true, false, null, "a\u00e9\n", {}, []]}"#;
+        assert!(parse_json::<serde_json::Value>(Path::new("o.json"), whole, "flexid fit").is_ok());
+        for end in 1..whole.len() {
+            let part = &whole[..end];
+            let error = parse_json::<serde_json::Value>(Path::new("o.json"), part, "flexid fit");
+            let error = error.unwrap_err().to_string();
+            assert!(error.starts_with("o.json: is cut off at line 1: "), "{part}: {error}");
+        }
+    }
+
+    #[test]
     fn faults_are_named_with_place_and_mend() {
         let give = "give a file as `flexid fit` writes it";
         for (text, fault) in [
@@ -123,6 +143,9 @@ mod tests {
             (" \n\n", "is empty: "),
             ("{\"fits\": [\n{\"rate_hz\"", "is cut off at line 2: copy it again, or "),
             ("{\"fits\": []}\n\n{\"fits\": [", "is cut off at line 3: copy it again, or "),
+            ("{\"fits\": [{\"rate_hz\": -", "is cut off at line 1: copy it again, or "),
+            ("{\"fits\": [{\"rate_hz\": 1e-", "is cut off at line 1: copy it again, or "),
+            ("Dear reader -", "is no JSON from line 1 on: "),
             ("(1767000000.000060) can0 101#03\n", "is a candump log: "),
             ("[bus]\ninterface = \"can0\"\n", "is a TOML file: "),
             ("Dear reader", "is no JSON from line 1 on: "),
