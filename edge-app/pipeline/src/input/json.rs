@@ -47,10 +47,11 @@ pub fn parse_json<T: DeserializeOwned>(
     })
 }
 
-/// Whether the text ends within a value. After the sign of a number the parser expects a digit, and does not say that the text ends.
+/// Whether the text ends within a value. Within a number that it skips, the parser expects a digit, and does not say that the text ends.
 fn is_cut_off(value: &str, error: &serde_json::Error) -> bool {
-    let is_object = value.trim_start().starts_with('{');
-    error.is_eof() || error.is_syntax() && is_object && value.ends_with('-')
+    let last = value.lines().last().unwrap_or_default();
+    let is_at_end = error.line() == value.lines().count() && error.column() >= last.len();
+    error.is_eof() || error.is_syntax() && is_at_end && value.ends_with(['-', '+', '.', 'e', 'E'])
 }
 
 /// Returns where the last of the values in `text` begins, or the first that cannot be read, bytes.
@@ -123,15 +124,22 @@ mod tests {
         assert_eq!(parse(&format!("{{\"status\": 1}}\n{text}\n")), parse(text));
     }
 
+    /// Of a file that is read, and of one that is skipped.
     #[test]
     fn every_part_of_a_file_is_cut_off() {
         let whole = r#"{"fits": [-1.5e-3, 0.25, 1E+2, true, false, null, "a\u00e9\n", {}, []]}"#;
-        assert!(parse_json::<serde_json::Value>(Path::new("o.json"), whole, "flexid fit").is_ok());
+        let parsed = |text| {
+            let read = parse_json::<serde_json::Value>(Path::new("o.json"), text, "flexid fit");
+            let skipped = parse_json::<IgnoredAny>(Path::new("o.json"), text, "flexid fit");
+            [read.map(|_| ()), skipped.map(|_| ())]
+        };
+        assert!(parsed(whole).iter().all(Result::is_ok));
         for end in 1..whole.len() {
             let part = &whole[..end];
-            let error = parse_json::<serde_json::Value>(Path::new("o.json"), part, "flexid fit");
-            let error = error.unwrap_err().to_string();
-            assert!(error.starts_with("o.json: is cut off at line 1: "), "{part}: {error}");
+            for outcome in parsed(part) {
+                let error = outcome.unwrap_err().to_string();
+                assert!(error.starts_with("o.json: is cut off at line 1: "), "{part}: {error}");
+            }
         }
     }
 
@@ -144,8 +152,8 @@ mod tests {
             ("{\"fits\": [\n{\"rate_hz\"", "is cut off at line 2: copy it again, or "),
             ("{\"fits\": []}\n\n{\"fits\": [", "is cut off at line 3: copy it again, or "),
             ("{\"fits\": [{\"rate_hz\": -", "is cut off at line 1: copy it again, or "),
-            ("{\"fits\": [{\"rate_hz\": 1e-", "is cut off at line 1: copy it again, or "),
-            ("Dear reader -", "is no JSON from line 1 on: "),
+            ("{oops} -", "is no JSON from line 1 on: "),
+            ("{\"fits\": [\n,] -", "is no JSON from line 2 on: "),
             ("(1767000000.000060) can0 101#03\n", "is a candump log: "),
             ("[bus]\ninterface = \"can0\"\n", "is a TOML file: "),
             ("Dear reader", "is no JSON from line 1 on: "),
