@@ -25,8 +25,8 @@ const SUSPECT: f64 = 2.0;
 /// Above this one no standard deviation can be trusted: the residuals are three times as large as the noise, and what else the model
 /// lacks is unknown.
 pub(crate) const FOREIGN: f64 = 10.0;
-/// Up to this one it is weak; beyond, the data do not determine it.
-pub(crate) const WEAK: f64 = 0.30;
+/// Up to this relative standard deviation a parameter is weak; beyond, the data do not determine it.
+pub const WEAK: f64 = 0.30;
 
 /// How far a parameter can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,12 +1,10 @@
 //! Predicted numbers with their standard deviations.
 
+use flexid_core::verdict::WEAK;
 use serde::Serialize;
 
 /// Half of a 95 % interval, in standard deviations of a normal distribution.
 pub const TWO_SIDED: f64 = 1.959_963_984_540_054;
-
-/// Standard deviation of a logarithm beyond which a number is not determined: that of a parameter that is not observable.
-const UNDETERMINED: f64 = 0.3;
 
 /// A predicted number whose errors are normal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -54,8 +52,25 @@ impl PositiveEstimate {
         Self { value, relative_std, interval: [value / factor, value * factor] }
     }
 
-    /// Whether the records determine it, to a factor of 1.8 with 95 %.
+    /// Whether the records determine it, to a factor of 1.8 with 95 %: by the limit of a parameter that is not observable.
     pub fn is_determined(&self) -> bool {
-        self.value > 0.0 && self.relative_std <= UNDETERMINED
+        self.value > 0.0 && self.relative_std <= WEAK
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_core::verdict::{Trust, Verdict};
+
+    use super::*;
+
+    #[test]
+    fn a_number_is_determined_where_a_parameter_would_be_observable() {
+        let trust = Trust::new(1.0, true);
+        for relative_std in [0.01, 0.999 * WEAK, 1.001 * WEAK, 1.0, f64::NAN] {
+            let (verdict, _) = trust.verdict(1.0, relative_std);
+            let is_determined = PositiveEstimate::new(1.0, relative_std).is_determined();
+            assert_eq!(is_determined, verdict != Verdict::NotObservable, "{relative_std}");
+        }
     }
 }
