@@ -244,32 +244,61 @@ fn truth(raw: &[Truth], model: &Model, bounds: &Bounds) -> Result<Vec<Bushing>, 
             wanted.join(", ")
         ));
     }
+    let by_mass = by_mass(model);
     raw.iter()
-        .zip(&bounds.joints)
-        .map(|(&Truth { ref joint, stiffness, damping }, ranges)| {
+        .enumerate()
+        .map(|(index, &Truth { ref joint, stiffness, damping })| {
             let bushing = Bushing { stiffness, damping };
-            check(&bushing, ranges).map_err(|error| format!("[[truth]] {joint} {error}"))?;
+            let by_mass = by_mass.as_ref().map(|own| &own.joints[index]);
+            check(&bushing, &bounds.joints[index], by_mass, "[bounds]")
+                .map_err(|error| format!("[[truth]] {joint} {error}"))?;
             Ok(bushing)
         })
         .collect()
 }
 
-/// Checks that a true bushing can be found. The error states what is wrong with it.
-pub(crate) fn check(bushing: &Bushing, ranges: &Ranges) -> Result<(), String> {
+/// Ranges that follow from the masses of a model, where `[bounds]` states none.
+pub(crate) fn by_mass(model: &Model) -> Option<Bounds> {
+    model.chain().ok().map(|chain| Bounds::of(&chain))
+}
+
+/// Checks that a true bushing can be found. The error states what is wrong with it, where its range comes from, and the mend. `section`
+/// names the section that states the ranges, `by_mass` holds those that follow from the masses.
+pub(crate) fn check(
+    bushing: &Bushing,
+    ranges: &Ranges,
+    by_mass: Option<&Ranges>,
+    section: &str,
+) -> Result<(), String> {
+    let by_mass = by_mass.unwrap_or(ranges);
     let kinds = [
-        ("stiffness", &bushing.stiffness, &ranges.stiffness),
-        ("damping", &bushing.damping, &ranges.damping),
+        ("stiffness", &bushing.stiffness, &ranges.stiffness, &by_mass.stiffness),
+        ("damping", &bushing.damping, &ranges.damping, &by_mass.damping),
     ];
-    for (kind, values, ranges) in kinds {
-        for ((value, [lower, upper]), dof) in values.iter().zip(ranges).zip(DOF_NAMES) {
-            if !(lower..=upper).contains(&value) {
-                return Err(format!(
-                    "{kind} {dof} is {value:e}: must lie within [bounds], {lower:e} to {upper:e}"
-                ));
+    for (kind, values, ranges, by_mass) in kinds {
+        for (dof, &value) in values.iter().enumerate() {
+            let [lower, upper] = ranges[dof];
+            if (lower..=upper).contains(&value) {
+                continue;
             }
+            let range = format!("{} to {}", rounded(lower), rounded(upper));
+            let must = if by_mass[dof] == ranges[dof] {
+                format!(
+                    "must lie within {range}, which follow from the masses in [model] file: correct it, or state its range in {section}"
+                )
+            } else {
+                format!("must lie within {section}, {range}: correct it, or widen the range")
+            };
+            return Err(format!("{kind} {} is {value:e}: {must}", DOF_NAMES[dof]));
         }
     }
     Ok(())
+}
+
+/// A number with four digits that count, without zeros at its end.
+fn rounded(value: f64) -> String {
+    let four = format!("{value:.3e}");
+    four.parse().map_or(four, |value: f64| format!("{value:e}"))
 }
 
 impl Experiment {
@@ -402,7 +431,11 @@ mod tests {
                 "1e300,",
                 "[[truth]] joint_3 stiffness tx is 1e300: must lie within [bounds]",
             ),
-            ("4.8e7,", "1e-300,", "stiffness tx is 1e-300: must lie within [bounds], 1e7 to 2e8"),
+            (
+                "4.8e7,",
+                "1e-300,",
+                "tx is 1e-300: must lie within [bounds], 1e7 to 2e8: correct it, or widen the range",
+            ),
             ("1.2e3, 0.7e4]", "99.0, 0.7e4]", "joint_3 damping ry is 9.9e1: must lie within"),
             ("[1.0e7, 2.0e8]", "[1e-300, 1e300]", "must be 1e-3 <= lower < upper <= 1e12"),
             (
@@ -436,6 +469,29 @@ mod tests {
                 Scenario::parse(Path::new("s.toml"), &text, &model()).unwrap_err().to_string();
             assert!(error.starts_with("s.toml:") && error.contains(message), "{error}");
             assert!(!error.contains('\n'), "{error}");
+        }
+    }
+
+    /// The scenario of six joints states no bounds.
+    #[test]
+    fn a_range_that_follows_from_the_masses_is_named_as_such() {
+        let text = include_str!("../../scenario/mill6.toml");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenario");
+        let model = Model::load(&folder.join("mill6-model.toml")).unwrap();
+        let error = |value: &str| {
+            let text = text.replacen("[2.6e8,", value, 1);
+            Scenario::parse(Path::new("s.toml"), &text, &model).map_err(|error| error.to_string())
+        };
+        assert!(error("[2.6e8,").is_ok());
+        let message = error("[2.6e13,").unwrap_err();
+        let (place, range) = message.split_once(": must lie within ").unwrap();
+        assert_eq!(place, "s.toml: [[truth]] joint_1 stiffness tx is 2.6e13");
+        let (range, mend) =
+            range.split_once(", which follow from the masses in [model] file").unwrap();
+        assert_eq!(mend, ": correct it, or state its range in [bounds]");
+        for end in range.split(" to ") {
+            let (digits, _) = end.split_once('e').unwrap();
+            assert!(digits.len() <= "1.234".len(), "{message}");
         }
     }
 

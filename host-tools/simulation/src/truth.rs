@@ -75,15 +75,17 @@ fn parse(file: &Path, text: &str, config: &Config) -> Result<Vec<Bushing>, BadIn
     let bad = |message: String| BadInput::new(file, message);
     let Truth { mut truth } = input::parse_json(file, text, "flexid simulate --truth-json")?;
     let joints = &config.model.joints;
-    let bushings = joints.iter().zip(&config.bounds.joints).map(|(joint, ranges)| {
+    let by_mass = scenario::by_mass(&config.model);
+    let section = format!("[bounds] of {}", config.file.display());
+    let bushings = joints.iter().enumerate().map(|(index, joint)| {
         let name = &joint.name;
         let TrueBushing { stiffness, damping } = truth
             .remove(name)
             .ok_or_else(|| bad(format!("\"truth\" has no joint \"{name}\": add it")))?;
         let bushing = Bushing { stiffness, damping };
-        scenario::check(&bushing, ranges).map_err(|error| {
-            bad(format!("\"truth\" \"{name}\" {error}, of {}", config.file.display()))
-        })?;
+        let by_mass = by_mass.as_ref().map(|own| &own.joints[index]);
+        scenario::check(&bushing, &config.bounds.joints[index], by_mass, &section)
+            .map_err(|error| bad(format!("\"truth\" \"{name}\" {error}")))?;
         Ok(bushing)
     });
     let bushings = bushings.collect::<Result<_, BadInput>>()?;
@@ -115,7 +117,8 @@ mod tests {
         for (from, to, message) in [
             ("60000000.0", "0.0", "\"truth\" \"joint_1\" stiffness tx is 0e0: must lie within"),
             ("60000000.0", "-6.0e7", "stiffness tx is -6e7: must lie within"),
-            ("21000.0", "2e6", "damping tx is 2e6: must lie within [bounds], 1e3 to 1e5, of "),
+            ("21000.0", "2e6", "mill3-edge.toml, 1e3 to 1e5: correct it, or widen the range"),
+            ("21000.0", "2e6", "damping tx is 2e6: must lie within [bounds] of "),
             ("joint_2", "elbow", "\"truth\" has no joint \"joint_2\": add it"),
             (
                 "{\"joint_1",

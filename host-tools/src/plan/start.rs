@@ -120,7 +120,7 @@ impl Start {
                     let within = lower * (1.0 - LEAST)..=upper * (1.0 + LEAST);
                     if sought.unknown(coordinate).is_some() && !within.contains(&value) {
                         return Err(bad(format!(
-                            "{} {kind} is {value:e}, outside the [bounds] of {}: name the result of this robot",
+                            "{} {kind} is {value:.3e}, outside the bounds of {}: name the result of this robot",
                             found.name,
                             file_name(&config.file)
                         )));
