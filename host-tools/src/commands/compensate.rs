@@ -20,7 +20,7 @@ angles), fx,fy,fz (N) and, if wanted, mx,my,mz (Nm), on the tool along its axes.
 Examples:
   $ flexid compensate found.json path.csv -o offsets.csv
   3 places
-   most deflected, line 2, µm: x -4.60 (-5.67 to -3.54), y -277.66 (-281.34 to -273.98), z 260.44 (257.37 to 263.52)
+   most deflected, line 2, µm: x 139.54 (139.51 to 139.56), y -438.40 (-438.46 to -438.35), z 116.23 (116.21 to 116.24)
   ...";
 
 #[derive(Debug, clap::Args)]

@@ -21,7 +21,7 @@ const POINTS: usize = 400;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid export found.json --format mjcf --out robot.xml
-  $ flexid export found.json --format uff --pose 0.1,-0.5,0.4 --out receptance.uff";
+  $ flexid export found.json --format uff --pose 0.1,-0.5,0.4,0.1,0.2,0.3 --out receptance.uff";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]

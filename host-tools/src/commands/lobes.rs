@@ -27,8 +27,8 @@ const RADIAL: [f64; 2] = [0.01, 10.0];
 const FASTEST_RPM: f64 = 1e6;
 
 const AFTER_HELP: &str = "Examples:
-  $ flexid lobes found.json --teeth 2 --kt 700 --kr 0.3 --milling down --immersion 0.5 --feed 1,0,0 --rpm 60,1200 --out lobes.svg
-  stable at these speeds: depths below 0.03955 (0.03902 to 0.04009) mm, at 177 rpm
+  $ flexid lobes found.json --teeth 2 --kt 700 --milling down --immersion 0.5 --feed 1,0,0 --rpm 60,1200 --out lobes.svg
+  stable at these speeds: depths below 0.12849 (0.12803 to 0.12895) mm, at 660 rpm
   ...";
 
 #[derive(Debug, clap::Args)]

@@ -20,7 +20,7 @@ use crate::progress;
 const AFTER_HELP: &str = "Examples:
   $ flexid map found.json --over joint_2,joint_3 --positions x,z --out map.svg
   compliance, softest direction, µm/N, over joint_2 and joint_3, 441 poses
-   least    0.7371 (0.7287 to 0.7455) in pose [0.000, -1.593, 2.495], tool at 1.07, 0.00, 1.10 m
+   least    2.45891 (2.45862 to 2.45921) in pose [0.000, 0.997, 1.020, 0.200, 0.750, -0.300], tool at 0.20, 0.07, -0.10 m
   ...";
 
 #[derive(Debug, clap::Args)]

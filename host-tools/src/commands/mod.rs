@@ -111,6 +111,37 @@ mod tests {
         }
     }
 
+    /// Examples of `found.json` are of the robot of the first session, and the manual shows the same output.
+    #[test]
+    fn examples_are_those_of_the_manual() {
+        let manual = include_str!("../../README.md");
+        let (mut samples, mut poses) = (0, 0);
+        let joints = |line: &str| {
+            let (_, pose) = line.split_once(" --pose ")?;
+            Some(pose.split_whitespace().next()?.split(',').count())
+        };
+        for (name, mut command) in leaves(&Cli::command(), "flexid") {
+            let help = command.render_long_help().to_string();
+            let (_, examples) = help.rsplit_once("\nExamples:\n").unwrap();
+            if !examples.contains("found.json") {
+                continue;
+            }
+            for line in examples.lines().filter_map(|line| line.strip_prefix("  ")) {
+                if let Some(joints) = joints(line) {
+                    assert_eq!(joints, 6, "{name}: {line}");
+                    poses += 1;
+                } else if !line.starts_with("$ ") && line != "..." {
+                    assert!(manual.lines().any(|own| own == line), "{name}: {line}");
+                    samples += 1;
+                }
+            }
+        }
+        assert!((samples, poses) == (5, 2), "{samples} lines of samples, {poses} poses");
+        for line in manual.lines().filter(|line| line.starts_with("flexid ")) {
+            assert!(joints(line).is_none_or(|joints| joints == 6), "{line}");
+        }
+    }
+
     #[test]
     fn the_help_of_each_command_ends_with_examples_that_parse() {
         let commands = leaves(&Cli::command(), "flexid");

@@ -16,7 +16,7 @@ use crate::progress;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid predict found.json --force 0,200,0
-  $ flexid predict found.json --pose 0.1,-0.5,0.4 --receptance h.csv --json";
+  $ flexid predict found.json --pose 0.1,-0.5,0.4,0.1,0.2,0.3 --receptance h.csv --json";
 
 #[derive(Debug, clap::Args)]
 #[command(
