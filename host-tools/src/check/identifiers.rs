@@ -21,7 +21,7 @@ pub(super) fn judge(config: &Config, survey: &Survey) -> Vec<Finding> {
     let mut findings = vec![of_presence(survey)];
     findings.extend(of_form(survey));
     findings.extend(of_rates(config, survey));
-    findings.extend(of_other_angles(config, survey));
+    findings.extend(of_other_angles(config, &survey.expected, &survey.unexpected));
     let others: u64 = survey.unexpected.iter().map(|other| other.traffic.frames).sum();
     if others > 0 {
         let identifiers = match survey.unexpected.len() as u64 {
@@ -133,15 +133,20 @@ fn of_rates(config: &Config, survey: &Survey) -> Vec<Finding> {
     findings
 }
 
-/// Joint angles that the configuration does not name: the log is of a robot of more joints.
-fn of_other_angles(config: &Config, survey: &Survey) -> Option<Finding> {
+/// Joint angles that the configuration does not name: the log is of a robot of more joints. `expected` are the identifiers of the
+/// configuration, `unexpected` the others that came.
+pub(crate) fn of_other_angles(
+    config: &Config,
+    expected: &[Identifier],
+    unexpected: &[Identifier],
+) -> Option<Finding> {
     let came = |other: &&OtherAngle| {
-        let mut all = survey.expected.iter().chain(&survey.unexpected);
+        let mut all = expected.iter().chain(unexpected);
         all.any(|own| own.id == other.id && own.traffic.frames > 0)
     };
     let named: Vec<&OtherAngle> = config.signals.other_angles.iter().filter(came).collect();
     let finding = if named.is_empty() {
-        let others = beyond_the_joints(survey);
+        let others = beyond_the_joints(expected, unexpected);
         (!others.is_empty()).then(|| {
             let others = enumerate(others.iter().map(|other| other.id));
             format!("next to the identifiers of the joint angles, and at their rate, [bus] dbc lacks {others}")
@@ -158,12 +163,15 @@ fn of_other_angles(config: &Config, survey: &Survey) -> Option<Finding> {
 }
 
 /// Identifiers without a signal that go on where those of the joint angles end, at the same rate.
-fn beyond_the_joints(survey: &Survey) -> Vec<&Identifier> {
-    let joints = survey.expected.iter().filter(|own| !own.is_sampled);
+fn beyond_the_joints<'a>(
+    expected: &[Identifier],
+    unexpected: &'a [Identifier],
+) -> Vec<&'a Identifier> {
+    let joints = expected.iter().filter(|own| !own.is_sampled);
     let Some(last) = joints.max_by_key(|own| own.id) else { return Vec::new() };
     let Some(rate_hz) = last.traffic.rate_hz() else { return Vec::new() };
     let has_rate = |id: FrameId| {
-        let own = survey.unexpected.iter().find(|own| own.id == id)?;
+        let own = unexpected.iter().find(|own| own.id == id)?;
         let is_equal = (own.traffic.rate_hz()? / rate_hz - 1.0).abs() <= RATE_OFF;
         is_equal.then_some(own)
     };
@@ -219,7 +227,8 @@ mod tests {
     fn joint_angles_without_a_name_are_doubtful() {
         let (mut survey, mut config) = (good(), config());
         let said = |config: &Config, survey: &Survey| {
-            of_other_angles(config, survey).map(|own| own.finding).unwrap_or_default()
+            let finding = of_other_angles(config, &survey.expected, &survey.unexpected);
+            finding.map(|own| own.finding).unwrap_or_default()
         };
         config.signals.other_angles = [("q4", 0x114), ("q5", 0x115)].map(other_angle).into();
         assert_eq!(said(&config, &survey), "");

@@ -31,6 +31,8 @@ pub(crate) mod table;
 mod units;
 mod words;
 
+pub(crate) use identifiers::of_other_angles;
+
 use flexid_pipeline::check::Survey;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, anyhow};
 use flexid_core::imperfection::Accuracies;
 use flexid_edge::console::{complain, print};
+use flexid_pipeline::check::Watched;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::StaticReport;
@@ -18,8 +19,8 @@ use flexid_simulation::scenario::Scenario;
 use flexid_simulation::{truth, validation};
 use flexid_wire::finding::Finding;
 use flexid_wire::state::State;
-use flexid_wire::trouble::Trouble;
 
+use crate::check::{self, of_other_angles};
 use crate::json::ResultJson;
 use crate::output::Output;
 use crate::recording::meter::{Meter, Work};
@@ -161,24 +162,34 @@ struct Identified {
 fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let meter = Meter::new();
     let mut source = recording::open(logs, &config.interface, &meter)?;
+    let mut source = Watched::new(config, &mut source);
     let mut work = Work::default();
     let outcome = run_offline(config, &mut source, |progress| meter.show(&mut work, progress))?;
     meter.finish();
+    let other_robot = of_other_angles(config, &source.expected(), &source.unexpected())
+        .map(|check::Finding { finding, mend, .. }| format!("{finding} ({mend})"));
     let evidence = Some(Evidence::of(&outcome)).filter(|evidence| !evidence.records.is_empty());
     let Outcome { finding, robot, statics, state, troubles, broken, .. } = outcome;
 
     let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
     if let Some(finding) = finding {
+        other_robot.iter().for_each(|other| complain(&format!("warning: {other}")));
         robot.iter().for_each(|robot| warn_of_one_pose(config, robot));
         return Ok(Identified { finding, robot, statics, evidence, broken });
     }
     let Some(first) = logs.first() else { return Err(anyhow!("no log, and nothing found")) };
+    let besides = troubles.iter().map(ToString::to_string).chain(other_robot);
     Err(broken
-        .unwrap_or_else(|| BadInput::new(first, no_record(config, logs, &state, &troubles)).into()))
+        .unwrap_or_else(|| BadInput::new(first, no_record(config, logs, &state, besides)).into()))
 }
 
-/// Why logs give no record, and what to do.
-fn no_record(config: &Config, logs: &[PathBuf], state: &State, troubles: &[Trouble]) -> String {
+/// Why logs give no record, what was seen besides, and what to do.
+fn no_record(
+    config: &Config,
+    logs: &[PathBuf],
+    state: &State,
+    besides: impl Iterator<Item = String>,
+) -> String {
     let others = logs.len() - 1;
     let file = config.file.file_name().map_or(&*config.file, Path::new).display();
     let (fault, mend) = match state {
@@ -198,8 +209,7 @@ fn no_record(config: &Config, logs: &[PathBuf], state: &State, troubles: &[Troub
         }
     };
     let cut_off = logs.iter().filter_map(|log| ending::check(log, &config.signals).err());
-    let besides =
-        troubles.iter().map(ToString::to_string).chain(cut_off.map(|log| log.to_string()));
+    let besides = besides.chain(cut_off.map(|log| log.to_string()));
     let besides: String = besides.map(|line| format!("; {line}")).collect();
     format!("{fault}{besides}: {mend}")
 }

@@ -166,6 +166,36 @@ fn one_pose_of_a_robot_of_six_joints_is_warned_of() {
     }
 }
 
+/// The first three joints of the robot of six have the identifiers of this one's, so that its log gives records.
+#[test]
+fn the_log_of_a_robot_of_more_joints_is_warned_of() {
+    let folder = folder();
+    let path = folder.path();
+    stdout(path, "simulate --config mill6-edge.toml --experiments 1 --candump six.log");
+    stdout(path, "simulate --config edge.toml --experiments 1 --candump o.log");
+    let said = |log: &str| {
+        let output = flexid(path, &format!("identify --config edge.toml {log}"));
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let mend = " (name the log of this robot; for one of more joints import all of them, and name their angles)\n";
+    let unknown = "warning: next to the identifiers of the joint angles, and at their rate, [bus] dbc lacks 0x114, 0x115 and 0x116: \
+        is the log of a robot of more than 3 joints?";
+    assert_eq!(said("six.log"), format!("{unknown}{mend}"));
+    edit(&path.join("edge.toml"), "mill3.dbc", "mill6.dbc");
+    let named = "warning: q4, q5 and q6 are in the log, and [signals] joints does not name q4, q5 and q6: \
+        is the log of a robot of more than 3 joints?";
+    assert_eq!(said("six.log"), format!("{named}{mend}"));
+    assert_eq!(said("o.log"), "");
+
+    // Half a second of it has no cut.
+    let log = fs::read_to_string(path.join("six.log")).unwrap();
+    let rest: String = log.lines().take(600).map(|line| format!("{line}\n")).collect();
+    fs::write(path.join("rest.log"), rest).unwrap();
+    let message = refused(path, "identify --config edge.toml rest.log");
+    assert!(message.contains("; q4, q5 and q6 are in the log, and "), "{message}");
+}
+
 /// One pose and ten times the noise determine little, and the report says so.
 #[test]
 fn what_a_single_pose_does_not_determine_is_named() {

@@ -30,8 +30,7 @@ use crate::source::{Flow, FrameSource};
 pub use excitation::{Excitation, Octave};
 pub use record::Examined;
 use record::Examiner;
-use traffic::Watched;
-pub use traffic::{Identifier, Traffic};
+pub use traffic::{Identifier, Traffic, Watched};
 
 pub use crate::intake::plausibility::rest::AtRest;
 

@@ -69,7 +69,7 @@ impl Traffic {
 }
 
 /// A source whose frames are counted.
-pub(super) struct Watched<'a> {
+pub struct Watched<'a> {
     source: &'a mut dyn FrameSource,
     table: &'a SignalTable,
     expected: HashMap<Id, Traffic>,
@@ -81,21 +81,22 @@ pub(super) struct Watched<'a> {
 }
 
 impl<'a> Watched<'a> {
-    pub(super) fn new(config: &'a Config, source: &'a mut dyn FrameSource) -> Self {
+    /// Makes a source that has not read any frame.
+    pub fn new(config: &'a Config, source: &'a mut dyn FrameSource) -> Self {
         let table = &config.signals;
         let expected = table.identifiers().into_iter().map(|id| (id, Traffic::default())).collect();
         Self { source, table, expected, unexpected: HashMap::new(), heard_s: None, silences: 0 }
     }
 
     /// Returns the identifiers of the table with their frames, in its order.
-    pub(super) fn expected(&self) -> Vec<Identifier> {
+    pub fn expected(&self) -> Vec<Identifier> {
         let all = self.table.identifiers().into_iter();
         all.map(|id| self.identifier(id, self.expected.get(&id).copied().unwrap_or_default()))
             .collect()
     }
 
     /// Returns the other identifiers, the most frequent first, and equally frequent ones in ascending order.
-    pub(super) fn unexpected(&self) -> Vec<Identifier> {
+    pub fn unexpected(&self) -> Vec<Identifier> {
         let all = self.unexpected.iter().map(|(id, traffic)| self.identifier(*id, *traffic));
         let mut all: Vec<_> = all.collect();
         all.sort_by_key(|other| (u64::MAX - other.traffic.frames, other.id));
