@@ -7,6 +7,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
+use flexid_edge::console::complain;
 use flexid_pipeline::input::BadInput;
 use tempfile::NamedTempFile;
 
@@ -50,6 +51,21 @@ impl Output {
             Target::Stream(mut stream) => stream.write_all(text.as_bytes()),
         };
         written.with_context(|| format!("{}: cannot be written", self.file.display()))
+    }
+
+    /// As [`Output::finish`], and says on standard error that `what` is written. Nothing is said of a pipe or a device, such as
+    /// standard output.
+    ///
+    /// # Errors
+    /// Those of [`Output::finish`].
+    pub(crate) fn finish_and_say(self, text: &str, what: &str) -> Result<()> {
+        let said = match self.target {
+            Target::File { .. } => Some(format!("{}: {what} written", self.file.display())),
+            Target::Stream(_) => None,
+        };
+        self.finish(text)?;
+        said.iter().for_each(|line| complain(line));
+        Ok(())
     }
 }
 

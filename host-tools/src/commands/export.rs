@@ -69,7 +69,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             let request = Request { force: None, highest_hz, points: Some(POINTS) };
             let prediction = Prediction::new(&found.robot, pose, &request, || ())
                 .map_err(|fault| BadInput::new(&args.found, format!("pose {pose:?}: {fault}")))?;
-            return output.finish(&predict::Format::Uff.text(&[prediction])?);
+            return output.finish_and_say(&predict::Format::Uff.text(&[prediction])?, "receptance");
         }
     };
     let verdict = match found.fit.acceptance {
@@ -85,7 +85,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         verdict,
     };
     let text = export(&exported, format).map_err(|error| BadInput::new(&args.found, error))?;
-    output.finish(&text)?;
+    output.finish_and_say(&text, "robot")?;
     warn(args, &found);
     Ok(())
 }

@@ -33,5 +33,5 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     let output = Output::create(&page)?;
     let OriginFile { name, sha256 } = OriginFile::of(&args.found);
-    output.finish(&render(&document, &name, sha256.as_deref()))
+    output.finish_and_say(&render(&document, &name, sha256.as_deref()), "report")
 }

@@ -102,9 +102,25 @@ fn an_export_says_what_its_comments_say() {
     let output = flexid(folder, "export open.json --format csv --out open.csv");
     assert!(output.status.success());
     let said = stderr(&output);
-    let [doubt, open] = said.lines().collect::<Vec<_>>()[..] else { panic!("{said}") };
+    let [written, doubt, open] = said.lines().collect::<Vec<_>>()[..] else { panic!("{said}") };
+    assert_eq!(written, "open.csv: robot written");
     assert!(doubt.starts_with("warning: open.csv: NOT SETTLED: "), "{said}");
     assert!(open.starts_with("warning: open.csv: 6 parameters not observable"), "{said}");
+}
+
+/// What goes to a pipe or a device has a reader of its own.
+#[test]
+fn an_export_says_that_a_file_is_written() {
+    let folder = found();
+    let said = |format: &str, file: &str| {
+        let arguments = format!("export o.json --format {format} --out {file}");
+        let output = flexid(folder.path(), &arguments);
+        assert!(output.status.success(), "{arguments}: {}", stderr(&output));
+        stderr(&output)
+    };
+    assert_eq!(said("mjcf", "robot.xml"), "robot.xml: robot written\n");
+    assert_eq!(said("uff", "h.uff"), "h.uff: receptance written\n");
+    assert_eq!(said("mjcf", "/dev/stdout"), "");
 }
 
 #[test]
@@ -181,7 +197,7 @@ fn a_pose_beyond_the_limits_of_the_joints_is_warned_of() {
         "predict o.json",
         &format!("lobes o.json {cut}"),
         "map o.json --points 2",
-        "export o.json --format csv --out x.csv",
+        "export o.json --format csv --out /dev/null",
     ] {
         let said = |pose: &str| {
             let output = flexid(folder, &format!("{command} --pose {pose}"));

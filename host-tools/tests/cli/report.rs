@@ -46,8 +46,14 @@ fn a_page_is_made_of_the_result_alone() {
     assert!(!page.contains("no entry"));
 
     // A page beside the result, where no name is given.
-    succeed(folder, "report o.json");
-    assert!(folder.join("o.html").exists());
+    let output = flexid(folder, "report o.json");
+    assert!(output.status.success() && folder.join("o.html").exists());
+    assert_eq!(stderr(&output), "o.html: report written\n");
+    let output = flexid(folder, "report o.json --out /dev/stdout");
+    assert_eq!(
+        (output.stdout, output.stderr),
+        (fs::read(folder.join("o.html")).unwrap(), Vec::new())
+    );
 }
 
 /// What the page shows of the records is what a fit to the scenario's noise leaves.
