@@ -18,6 +18,7 @@
 //! Journal of Statistics 6, 1979). Either test has half of the level, so that two fits of the same robot are called different in at
 //! most [`LEVEL`] of all cases (Bonferroni).
 
+use flexid_pipeline::text::count;
 use flexid_wire::report::{JointReport, Verdict};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -94,11 +95,13 @@ pub struct Comparison {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum IncomparableError {
     /// The robots have other joints.
-    #[error("is of another robot: its joints are {after}, those of the first {before}")]
+    #[error(
+        "is of another robot than the first, and nothing can be compared: it has {after}, the first {before}: name two results of one robot"
+    )]
     Joints {
-        /// Names and kinds of the first robot's joints.
+        /// Number of the first robot's joints, with names and kinds where the numbers are equal.
         before: String,
-        /// Those of the second.
+        /// The same of the second.
         after: String,
     },
     /// No parameter is determined by both fits.
@@ -148,7 +151,12 @@ impl Place {
 pub fn compare(before: &Found, after: &Found) -> Result<Comparison, IncomparableError> {
     let [of_before, of_after] = [before, after].map(joints);
     if of_before != of_after {
-        return Err(IncomparableError::Joints { before: of_before, after: of_after });
+        let has_as_many = of_before.len() == of_after.len();
+        let [before, after] = [of_before, of_after].map(|own| {
+            let number = count(own.len() as u64, "joint");
+            if has_as_many { format!("the joints {}", own.join(", ")) } else { number }
+        });
+        return Err(IncomparableError::Joints { before, after });
     }
     let all = places(before.joints.len());
     let (places, stds): (Vec<&Place>, Vec<[f64; 2]>) = all
@@ -205,13 +213,13 @@ pub fn compare(before: &Found, after: &Found) -> Result<Comparison, Incomparable
 }
 
 /// Names and kinds of the joints, in words.
-fn joints(found: &Found) -> String {
+fn joints(found: &Found) -> Vec<String> {
     let joints = found.robot.model().joints.iter();
     let kinds = joints.map(|joint| {
         let kind = format!("{:?}", joint.kind).to_lowercase();
         format!("{} ({kind})", joint.name)
     });
-    kinds.collect::<Vec<_>>().join(", ")
+    kinds.collect()
 }
 
 fn places(joints: usize) -> Vec<Place> {

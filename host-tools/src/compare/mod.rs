@@ -12,8 +12,10 @@ use serde::Serialize;
 
 use crate::predict::table as prediction;
 
-/// Changes named in the verdict, at most.
+/// Changes, and keys of the model file, named in the verdict, at most.
 const NAMED: usize = 3;
+/// Keys of the model file that state how the joints lie. Other keys may differ between two models of one robot.
+const KINEMATICS: [&str; 3] = ["origin_xyz_m", "origin_rpy_rad", "axis"];
 
 /// A comparison in words and numbers.
 #[derive(Debug, Serialize)]
@@ -30,7 +32,9 @@ pub(crate) struct Compared {
 impl Compared {
     /// Of the fits before and after, each with its file.
     pub(crate) fn new(fits: [(&Path, &Found); 2], comparison: Comparison) -> Self {
-        let verdict = verdict(&comparison);
+        let [before, after] = fits.map(|(_, found)| found.robot.model());
+        let models = models(&differing(before, after)).unwrap_or_default();
+        let verdict = models + &verdict(&comparison);
         Self { verdict, notes: notes(fits), comparison }
     }
 }
@@ -42,6 +46,27 @@ pub(crate) fn name(change: &Change) -> String {
         Quantity::Damping => "damping",
     };
     format!("{} {} {quantity}", change.joint, prediction::DOF[change.dof])
+}
+
+/// That the robots, or the models of the robot, differ: the beginning of the verdict. `None` for models without a difference.
+fn models(differing: &[String]) -> Option<String> {
+    if differing.is_empty() {
+        return None;
+    }
+    let is_of_kinematics = |key: &String| KINEMATICS.iter().any(|own| key.ends_with(own));
+    let what = match differing.iter().any(is_of_kinematics) {
+        true => "different robots",
+        false => "different models of a robot",
+    };
+    let named: Vec<&str> = differing.iter().take(NAMED).map(String::as_str).collect();
+    let more = match differing.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    Some(format!(
+        "{what}, by {}{more} of the model files; their joints have the same names, and the parameters ",
+        named.join(", ")
+    ))
 }
 
 fn verdict(comparison: &Comparison) -> String {

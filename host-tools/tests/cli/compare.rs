@@ -77,6 +77,8 @@ fn notes_name_doubts_and_models_that_differ() {
         found["fit"]["acceptance"] = value!("model_suspect");
     });
     let (_, text) = compared(folder, "compare o.json heavy.json");
+    let first = "different models of a robot, by joint_2 mass_kg of the model files; their joints have the same names, and the parameters agree: ";
+    assert!(text.starts_with(first), "{text}");
     for part in [
         "note: heavy.json: MODEL SUSPECT",
         "note: the models differ in joint_2 mass_kg:",
@@ -84,6 +86,29 @@ fn notes_name_doubts_and_models_that_differ() {
     ] {
         assert!(text.contains(part), "{part:?} is not in\n{text}");
     }
+}
+
+/// The joints have the same names. What the parameters say comes after that.
+#[test]
+fn another_robot_is_named_before_its_parameters() {
+    let folder = found();
+    let folder = folder.path();
+    write(folder, "longer.json", |found| {
+        for joint in 1..3 {
+            for axis in 0..3 {
+                scale(&mut found["robot"]["model"]["joint"][joint]["origin_xyz_m"][axis], 1.1);
+            }
+            scale(&mut found["robot"]["model"]["joint"][joint]["mass_kg"], 1.1);
+        }
+        scale(&mut found["joints"][1]["stiffness"][4], 0.85);
+    });
+    let (status, text) = compared(folder, "compare o.json longer.json");
+    let first = "different robots, by joint_2 origin_xyz_m, joint_2 mass_kg, joint_3 origin_xyz_m and 1 more of the model files; \
+        their joints have the same names, and the parameters differ: joint_2 ry stiffness fell by 15.0 % (";
+    assert!(status == Some(1) && text.starts_with(first), "{text}");
+    let (_, text) = compared(folder, "compare o.json longer.json --json");
+    let json: Value = serde_json::from_str(&text).unwrap();
+    assert!(json["verdict"].as_str().unwrap().starts_with("different robots, by "), "{json}");
 }
 
 #[test]
@@ -133,10 +158,20 @@ fn what_cannot_be_compared_is_refused() {
     });
     let message = refused(folder, "compare o.json other.json");
     assert!(
-        message.contains("other.json: is of another robot: its joints are")
-            && message.contains("wrist (revolute)"),
+        message.contains("other.json: is of another robot than the first, and nothing can be compared: it has the joints ")
+            && message.contains("wrist (revolute), the first the joints joint_1 (revolute), "),
         "{message}"
     );
+    write(folder, "shorter.json", |found| {
+        found["robot"]["model"]["joint"].as_array_mut().unwrap().pop().unwrap();
+        found["joints"].as_array_mut().unwrap().pop().unwrap();
+        let covariance = found["robot"]["covariance"].as_array_mut().unwrap();
+        covariance.truncate(24 * 25 / 2);
+    });
+    let message = refused(folder, "compare o.json shorter.json");
+    let expected = "shorter.json: is of another robot than the first, and nothing can be compared: it has 2 joints, the first 3 joints: \
+        name two results of one robot\n";
+    assert!(message.ends_with(expected), "{message}");
     write(folder, "fixed.json", |found| {
         for joint in found["joints"].as_array_mut().unwrap() {
             joint["stiffness_verdict"] =
