@@ -229,6 +229,8 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "The fit explains the records, with reservations. 24 of 36 parameters are identified",
         "Measure the TCP.",
         "2 frames are &lt;odd&gt; &amp; lost",
+        "with a FRAC (frequency response assurance criterion, 100\u{a0}% for the same shape) of at least 99.8",
+        "SSP, the surface similarity parameter, is 0 where",
         "Of the nine entries, 67\u{a0}% are certain enough",
         "\u{2212}93\u{a0}%",
         "joint_1 tx stiffness 0.700",

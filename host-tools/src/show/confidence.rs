@@ -57,7 +57,9 @@ fn prediction(held_out: &[HeldOut]) -> Option<String> {
     };
     let (frac, vaf) = (summary(|record| record.frac)?, summary(|record| record.vaf)?);
     let records = count(held_out.len() as u64, "record");
-    Some(format!("each of {records} predicted from the others: FRAC {frac}, VAF {vaf}"))
+    Some(format!(
+        "each of {records} predicted from the others: FRAC (shape) {frac}, VAF (shape and size) {vaf}"
+    ))
 }
 
 /// Number of older records that are no longer kept, if there are any.
@@ -212,7 +214,7 @@ explained    TCP z 2.0 ± 0.4 mm explains 60 % of the misfit: 2.2 times its accu
                as likely: TCP y 2.0 ± 0.4 mm
                measure the TCP and correct it in the model, or state tcp_m as it is
              TCP x 2.0 ± 0.4 mm explains 60 % of the misfit: allowed by its accuracy (tcp_m, 1.00 mm)
-held out     each of 2 records predicted from the others: FRAC 99.00 % (worst 50.00 %), VAF 97.00 % (worst -60.00 %)
+held out     each of 2 records predicted from the others: FRAC (shape) 99.00 % (worst 50.00 %), VAF (shape and size) 97.00 % (worst -60.00 %)
 retired      24 older records, no longer kept: their information is in the numbers
 weak         a and b trade off in these poses (not determined at all)
              c is not determined at all

@@ -17,6 +17,9 @@ use crate::show::{confidence, statics};
 pub(crate) const STYLE: TableStyle =
     TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
 
+/// What the SSP in the summary of a fit is.
+const SSP: &str = "SSP, the surface similarity parameter, is 0 where model and measurement agree, and 2 where they are opposite";
+
 /// The estimate in a report, base first.
 pub(crate) fn bushings(report: &Report) -> Vec<Bushing> {
     let bushing = |joint: &flexid_wire::report::JointReport| Bushing {
@@ -34,7 +37,11 @@ pub(crate) fn finding(
     truth: Option<&[Bushing]>,
 ) -> String {
     let tests = statics.map(statics::lines).unwrap_or_default();
-    format!("{}{tests}\n{}", parameters(finding, truth), Summary(&finding.report))
+    let ssp = match finding.report.fit.records {
+        0 => String::new(),
+        _ => format!("\n {SSP}\n"),
+    };
+    format!("{}{tests}{ssp}\n{}", parameters(finding, truth), Summary(&finding.report))
 }
 
 /// All parameters and their confidence, without the summary of the fit and the warnings.

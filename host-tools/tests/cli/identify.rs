@@ -50,7 +50,8 @@ fn the_result_says_how_far_to_trust_it() {
         " 95 % ",
         "±0.0",
         "residuals    noise explains them (",
-        "held out     each of 3 records predicted from the others: ",
+        "held out     each of 3 records predicted from the others: FRAC (shape) ",
+        "\n SSP, the surface similarity parameter, is 0 where model and measurement agree, and 2 where they are opposite\n\nconsistent: ",
     ] {
         assert!(table.contains(part), "{part:?} is not in\n{table}");
     }
@@ -99,6 +100,7 @@ fn static_tests_need_no_log() {
     };
     let alone = table("identify --config edge.toml --json o.json");
     assert!(alone.contains("joint_3") && !alone.contains("no record"), "{alone}");
+    assert!(!alone.contains("SSP"), "{alone}");
     assert!(path.join("o.json").exists());
     fs::write(path.join("force.log"), "(1767000000.000060) can0 101#03000000FEFFFE0E\n").unwrap();
     let wrong = table("identify --config edge.toml force.log");

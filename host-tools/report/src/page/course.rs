@@ -29,6 +29,9 @@ pub(super) fn section(document: &Document) -> Markup {
                 (fit.search_evaluations) " search steps, " (fit.refine_iterations) " refinement steps; branches of minima that were tried: "
                 (fit.branches) ". SSP " (number(fit.ssp)) ", worst " (number(fit.ssp_max)) "; χ²/dof " (number(fit.consistency)) "."
             }
+            p.note {
+                "SSP, the surface similarity parameter, is 0 where model and measurement agree, and 2 where they are opposite."
+            }
             @match &document.course {
                 None => (missing("course")),
                 Some(course) if course.is_empty() => p { "No refinement of records." },

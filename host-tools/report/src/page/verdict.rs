@@ -168,7 +168,8 @@ fn trust(document: &Document) -> Vec<Markup> {
     let worst = all.fold(None, |worst: Option<f64>, own| Some(worst.map_or(own, |it| it.min(own))));
     if let Some(worst) = worst {
         lines.push(html! {
-            "Records that were held out are predicted by a fit to the others with a FRAC of at least " (agreement(worst))
+            "Records that were held out are predicted by a fit to the others with a FRAC (frequency response assurance criterion, 100\u{a0}% \
+             for the same shape) of at least " (agreement(worst))
             @if worst < POOR_FRAC { ": the worst has another shape than predicted" }
             "."
         });
