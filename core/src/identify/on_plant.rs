@@ -83,7 +83,7 @@ impl<R: Rng> Identifier<R> {
         let Purpose::Plant { mut found, from } = purpose else { return };
         let on_plant = plant
             .as_deref_mut()
-            .and_then(|plant| self.fitted_to_plant(&mut found, experiments, plant));
+            .and_then(|plant| self.fitted_to_plant(&mut found, from, experiments, plant));
         self.is_explained_implausibly |= on_plant.is_some_and(|fit| fit.explains_implausibly());
         let judged = on_plant.filter(|fit| fit.is_reached && fit.is_plausible);
         let before = found.of_plant;
@@ -138,11 +138,12 @@ impl<R: Rng> Identifier<R> {
         self.prolongations = 0;
     }
 
-    /// Where the fit to the plant has ended. `None` where gravity leaves the robot no equilibrium.
+    /// Where the fit to the plant has ended, for a minimum that was found. `None` where gravity leaves the robot no equilibrium.
     #[inline(never)]
     fn fitted_to_plant<const B: usize>(
         &mut self,
         found: &mut Minimum,
+        from: FitStart,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
     ) -> Option<OnPlant> {
@@ -152,7 +153,8 @@ impl<R: Rng> Identifier<R> {
         let (size, count) = plant.size();
         let is_plausible = !(are_implausible(size, count) || plant.is_restated_beyond_plausible());
         let is_reached = remaining.gain <= REACHED;
-        if is_reached && is_plausible {
+        // From the end of a descent the fit may have ended far from the minimum.
+        if is_reached && is_plausible && from != FitStart::Descent {
             // What imperfections leave undetermined is so, however well the perfect model seems to determine it.
             found.remember_deviations((0..sought.unknowns()).map(|i| fit.covariance.deviation(i)));
         }

@@ -8,10 +8,13 @@
 //! | `light`              | every heavily damped bushing: it is damped lightly                                 |
 //! | [`super::descent`]   | anything: the end of descents from elsewhere, while some stiffness is undetermined |
 //!
+//! `ended` compares the end of a branch with its minimum.
+//!
 //! A search may end in any of them, and noise can explain the residuals of the worse ones. So before a minimum is settled on, its
 //! branches are refined. The best minimum counts; its errors include the others that the data do not exclude. The branches of the
 //! best minimum are also refined before another search if noise nearly explains it: often only a few bushings are wrong then.
 
+mod ended;
 mod light;
 mod series;
 mod stiff;
@@ -20,10 +23,9 @@ mod typical;
 use rand_core::Rng;
 
 use super::descent::Descent;
-use super::minimum::{Minimum, REACHED, RIVAL, SAME_PLACE};
+use super::minimum::{Minimum, REACHED, RIVAL};
 use super::start::{self, Method};
-use super::{Acceptance, FitStart, FoundBy, Identifier, Phase, Purpose};
-use crate::refine::Plant;
+use super::{Acceptance, FoundBy, Identifier, Phase, Purpose};
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 use crate::verdict::WEAK;
@@ -140,12 +142,22 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
     ) {
         if !self.branch_off(minimum, Some(acceptance), experiments) {
-            if self.tried.any {
-                let is_rivalled = !minimum.apart.is_empty();
-                self.exclusions = if is_rivalled { 0 } else { self.exclusions + 1 };
-            }
-            self.settle(minimum, acceptance, experiments);
+            self.settle_after_branches(minimum, acceptance, experiments);
         }
+    }
+
+    /// Settles on a minimum, all of whose branches have been refined.
+    fn settle_after_branches<const B: usize>(
+        &mut self,
+        minimum: &mut Minimum,
+        acceptance: Acceptance,
+        experiments: &[Experiment<B>],
+    ) {
+        if self.tried.any {
+            let is_rivalled = !minimum.apart.is_empty();
+            self.exclusions = if is_rivalled { 0 } else { self.exclusions + 1 };
+        }
+        self.settle(minimum, acceptance, experiments);
     }
 
     /// Goes on from a branch of the minimum, if there is one that has not been refined.
@@ -235,104 +247,6 @@ impl<R: Rng> Identifier<R> {
             return None;
         }
         Some((light::lightly_damped(chain, sought, bounds, coordinates)?, f64::INFINITY))
-    }
-
-    /// Whether a branch has led back to its minimum.
-    pub(super) fn is_back(&self) -> bool {
-        let is_branch = matches!(self.purpose, Purpose::Branch(_));
-        let minimum = self.best.as_ref().filter(|_| is_branch);
-        minimum.is_some_and(|minimum| {
-            let above = self.refinement.objective() - minimum.fit.objective;
-            let distance = || self.refinement.distance(&self.sought, &minimum.coordinates);
-            // In the same place the sum of squares is higher by no more than the squared distance.
-            (-REACHED..SAME_PLACE).contains(&above) && minimum.is_same_place(distance())
-        })
-    }
-
-    /// The branches of a branch that replaces its minimum are to be refined.
-    pub(super) fn replace_by_branch(&mut self) {
-        self.exclusions = 0;
-        self.prolongations = 0;
-        let Tried { elsewhere, replaced, .. } = self.tried;
-        self.tried = Tried { any: true, elsewhere, replaced: replaced + 1, ..Tried::default() };
-    }
-
-    /// The minimum to be judged after a refinement: a branch that is clearly better than its minimum, else the minimum. `None` if
-    /// that has been accepted and is now settled on, or another branch is being refined.
-    // As above.
-    #[inline(never)]
-    pub(super) fn come_to<const B: usize>(
-        &mut self,
-        experiments: &[Experiment<B>],
-        plant: Option<&mut Plant>,
-    ) -> Option<Minimum> {
-        let mut branch = self.minimum_here(experiments);
-        let mut acceptance = match &self.purpose {
-            Purpose::Branch(branch) => branch.acceptance,
-            _ => return Some(branch),
-        };
-        self.purpose = Purpose::Start;
-        let Some(mut minimum) = self.best.take() else { return Some(branch) };
-        branch.times = minimum.times;
-        if branch.is_clearly_better_than(&minimum) {
-            if let (Some(acceptance), Some(plant), Some(_)) = (acceptance, plant, minimum.of_plant)
-                && self.is_to_be_judged_on_plant(&branch, experiments)
-            {
-                // The minimum has been accepted by its residuals on the plant: so must be what replaces it.
-                self.best = Some(minimum);
-                let from = FitStart::BranchOf(acceptance);
-                self.fit_to_plant(branch, from, experiments, plant);
-                return None;
-            }
-            self.replace_by_branch();
-            return Some(branch);
-        }
-        let distance = self.distance(&minimum.coordinates, [&branch, &minimum]);
-        if branch.is_reached() && minimum.is_rivalled_by(&branch, distance) {
-            let [mut own, mut other] =
-                [&minimum, &branch].map(|one| self.sought.values(&one.coordinates));
-            // An accepted minimum is replaced only by one that would be accepted as well.
-            let is_as_sound = acceptance.is_none() || branch.is_beyond_doubt();
-            if branch.deviance() < minimum.deviance() && is_as_sound {
-                branch.has_rival |= minimum.has_rival;
-                core::mem::swap(&mut minimum, &mut branch);
-                // The residuals are others, and are judged anew.
-                acceptance = None;
-                core::mem::swap(&mut own, &mut other);
-                let unknowns = 0..self.sought.unknowns();
-                minimum.remember_rivals_of(&branch, unknowns.map(|i| other[i] - own[i]));
-            }
-            let unknowns = 0..self.sought.unknowns();
-            minimum.remember_rival(&branch, unknowns.map(|i| other[i] - own[i]));
-        }
-        match acceptance {
-            Some(acceptance) => {
-                if self.corrected.is_some()
-                    && self.leaves_stiffness_undetermined(&minimum)
-                    && !minimum.is_same_place(distance)
-                {
-                    self.tried.remember_runner_up(&branch);
-                }
-                if self.branch_off(&minimum, Some(acceptance), experiments) {
-                    return None;
-                }
-                match (plant, self.tried.runner_up.take()) {
-                    (Some(plant), Some(RunnerUp { coordinates, .. })) => {
-                        self.best = Some(minimum);
-                        self.refinement.restart_at(&coordinates);
-                        let found = self.minimum_here(experiments);
-                        let from = FitStart::BranchOf(acceptance);
-                        self.fit_to_plant(found, from, experiments, plant);
-                    }
-                    _ => self.conclude(&mut minimum, acceptance, experiments),
-                }
-                None
-            }
-            None => {
-                self.stand_at(&minimum, experiments);
-                Some(minimum)
-            }
-        }
     }
 }
 

@@ -1,0 +1,123 @@
+//! Where the refinement of a branch has ended: it replaces its minimum, is its rival, or is worse.
+
+use heapless::Vec;
+use rand_core::Rng;
+
+use super::{Branch, RunnerUp, Tried};
+use crate::identify::minimum::{Minimum, REACHED, SAME_PLACE};
+use crate::identify::{Acceptance, FitStart, Identifier, Purpose};
+use crate::refine::Plant;
+use crate::sought::MAX_UNKNOWNS;
+use crate::spectrum::Experiment;
+
+impl<R: Rng> Identifier<R> {
+    /// Whether a branch has led back to its minimum.
+    pub(in crate::identify) fn is_back(&self) -> bool {
+        let is_branch = matches!(self.purpose, Purpose::Branch(_));
+        let minimum = self.best.as_ref().filter(|_| is_branch);
+        minimum.is_some_and(|minimum| {
+            let above = self.refinement.objective() - minimum.fit.objective;
+            let distance = || self.refinement.distance(&self.sought, &minimum.coordinates);
+            // In the same place the sum of squares is higher by no more than the squared distance.
+            (-REACHED..SAME_PLACE).contains(&above) && minimum.is_same_place(distance())
+        })
+    }
+
+    /// The minimum to be judged after a refinement: a branch that is clearly better than its minimum, else the minimum. `None` if
+    /// that has been accepted and is now settled on, or another branch is being refined.
+    // A minimum is large: inlined, those here would take room on the stack of the caller.
+    #[inline(never)]
+    pub(in crate::identify) fn come_to<const B: usize>(
+        &mut self,
+        experiments: &[Experiment<B>],
+        plant: Option<&mut Plant>,
+    ) -> Option<Minimum> {
+        let mut ended = self.minimum_here(experiments);
+        let Purpose::Branch(Branch { acceptance, .. }) = self.purpose else { return Some(ended) };
+        self.purpose = Purpose::Start;
+        let Some(mut minimum) = self.best.take() else { return Some(ended) };
+        ended.times = minimum.times;
+        if ended.is_clearly_better_than(&minimum) {
+            if let (Some(acceptance), Some(plant), Some(_)) = (acceptance, plant, minimum.of_plant)
+                && self.is_to_be_judged_on_plant(&ended, experiments)
+            {
+                // The minimum has been accepted by its residuals on the plant: so must be what replaces it.
+                self.best = Some(minimum);
+                let from = FitStart::BranchOf(acceptance);
+                self.fit_to_plant(ended, from, experiments, plant);
+                return None;
+            }
+            self.replace_by_branch();
+            return Some(ended);
+        }
+        let distance = self.distance(&minimum.coordinates, [&ended, &minimum]);
+        let is_rival = ended.is_reached() && minimum.is_rivalled_by(&ended, distance);
+        // An accepted minimum is replaced only by one that would be accepted as well.
+        let is_as_sound = acceptance.is_none() || ended.is_beyond_doubt();
+        let is_replaced = is_rival && is_as_sound && ended.deviance() < minimum.deviance();
+        if is_replaced {
+            ended.has_rival |= minimum.has_rival;
+            core::mem::swap(&mut minimum, &mut ended);
+            let away = self.away([&minimum, &ended]);
+            minimum.remember_rivals_of(&ended, away.iter().copied());
+        }
+        if is_rival {
+            let away = self.away([&minimum, &ended]);
+            minimum.remember_rival(&ended, away.iter().copied());
+        }
+        // The residuals of what replaces a minimum are others, and are judged anew.
+        match acceptance.filter(|_| !is_replaced) {
+            Some(acceptance) => {
+                if self.corrected.is_some()
+                    && self.leaves_stiffness_undetermined(&minimum)
+                    && !minimum.is_same_place(distance)
+                {
+                    self.tried.remember_runner_up(&ended);
+                }
+                self.go_on_from(minimum, acceptance, experiments, plant);
+                None
+            }
+            None => {
+                self.stand_at(&minimum, experiments);
+                Some(minimum)
+            }
+        }
+    }
+    /// Goes on from an accepted minimum, whose branch was no better: with its next branch, with imperfections that are fitted from the
+    /// runner-up, or to the estimate.
+    fn go_on_from<const B: usize>(
+        &mut self,
+        mut minimum: Minimum,
+        acceptance: Acceptance,
+        experiments: &[Experiment<B>],
+        plant: Option<&mut Plant>,
+    ) {
+        if self.branch_off(&minimum, Some(acceptance), experiments) {
+            return;
+        }
+        match (plant, self.tried.runner_up.take()) {
+            (Some(plant), Some(RunnerUp { coordinates, .. })) => {
+                self.best = Some(minimum);
+                self.refinement.restart_at(&coordinates);
+                let found = self.minimum_here(experiments);
+                let from = FitStart::BranchOf(acceptance);
+                self.fit_to_plant(found, from, experiments, plant);
+            }
+            _ => self.settle_after_branches(&mut minimum, acceptance, experiments),
+        }
+    }
+
+    /// Each unknown of the second minimum less that of the first.
+    fn away(&self, minima: [&Minimum; 2]) -> Vec<f64, MAX_UNKNOWNS> {
+        let [from, to] = minima.map(|one| self.sought.values(&one.coordinates));
+        (0..self.sought.unknowns()).map(|unknown| to[unknown] - from[unknown]).collect()
+    }
+
+    /// The branches of a branch that replaces its minimum are to be refined.
+    pub(in crate::identify) fn replace_by_branch(&mut self) {
+        self.exclusions = 0;
+        self.prolongations = 0;
+        let Tried { elsewhere, replaced, .. } = self.tried;
+        self.tried = Tried { any: true, elsewhere, replaced: replaced + 1, ..Tried::default() };
+    }
+}
