@@ -20,6 +20,9 @@ const STATED_TOO_WELL: f64 = 3.0;
 /// Compliances of the ground, in the standard deviation of their prior, beyond which the mass of the base counts. Chosen: on three times that, four
 /// times the typical accuracy, a base of 300 kg has its natural frequency at 208 Hz, at the end of the usual band.
 const SOFT_GROUND: f64 = 3.0;
+/// How far below zero the `1/ω²` of a sensor may lie, in stated standard deviations. There it stands for a low-pass: of first order, and of corner
+/// frequency ω_c, it is −1/(2 ω_c²). Chosen: with typical accuracies the corner is then at 670 Hz, and a hundredth of the phase at 200 Hz is left out.
+const LOW_PASS: f64 = 10.0;
 /// Distance of the first joint's elastic centre from its origin, in stated standard deviations, beyond which what the robot stands on gives
 /// way, if those of the other joints are within half of it. Chosen: one bearing alone is hardly ever that far off.
 const FAR_CENTRE: f64 = 5.0;
@@ -138,8 +141,9 @@ impl<R> Identifier<R> {
 /// - What the menu lacks, friction say, is explained by many imperfections together, and the contradicted ones explain little of the misfit,
 ///   though they are far off.
 /// - A pedestal that gives way is explained by an elastic centre of the first joint, alone, that lies far below it.
-/// - On ground that is much softer than stated the mass of the base counts, which the model lacks.
-/// - Ground that gives way the wrong way, or generates energy, does not exist: a low-pass within the band, say, is explained by it.
+/// - On ground that is much softer than stated the mass of the base counts, which nobody gives.
+/// - A low-pass near the band is explained by a natural frequency whose square would be negative.
+/// - A high-pass whose corner frequency would be negative does not exist.
 fn stand_for_something_else(
     explanations: &[Explanation],
     found: &[FoundImperfection],
@@ -161,15 +165,13 @@ fn stand_for_something_else(
         let is_of_ground = matches!(own.largest.imperfection, Imperfection::Ground(_));
         is_of_ground && own.times > SOFT_GROUND
     };
-    let is_of_ground = |own: &Explanation| {
-        let Explanation { largest: FoundImperfection { imperfection, .. }, .. } = own;
-        matches!(imperfection, Imperfection::Ground(_) | Imperfection::GroundDamping(_))
-    };
-    let is_impossible = |own: &Explanation| {
-        let kind = own.largest.imperfection.kind();
-        let is_of_kind = |it: &&FoundImperfection| it.imperfection.kind() == kind;
-        let mut members = found.iter().filter(is_of_kind).chain([&own.largest]);
-        is_of_ground(own) && members.any(|it| it.value < -STATED_TOO_WELL * it.prior)
+    let is_filter_of_another_kind = |own: &Explanation| {
+        let FoundImperfection { imperfection, value, prior, .. } = own.largest;
+        match imperfection {
+            Imperfection::Resonance(_) => value < -LOW_PASS * prior,
+            Imperfection::HighPass(_) => value < -STATED_TOO_WELL * prior,
+            _ => false,
+        }
     };
     let explains_little = |own: &Explanation| share < EXPLAINED && own.times > STATED_TOO_WELL;
     let is_elsewhere = |own: &Explanation| {
@@ -177,7 +179,7 @@ fn stand_for_something_else(
             || explains_little(own)
             || is_pedestal(own)
             || is_soft_ground(own)
-            || is_impossible(own)
+            || is_filter_of_another_kind(own)
     };
     let mut strongly = explanations.iter().filter(|own| own.is_contradicted_very_strongly());
     strongly.any(is_elsewhere)
@@ -200,6 +202,7 @@ mod tests {
     use core::slice;
 
     use super::*;
+    use crate::imperfection::Sensor;
 
     /// A contradicted accuracy that explains a share of the misfit.
     fn explanation(imperfection: Imperfection, value: f64, share: f64) -> Explanation {
@@ -213,8 +216,10 @@ mod tests {
         let mass = |share| explanation(Imperfection::Mass(1), 0.1, share);
         let centre = |joint, value| explanation(Imperfection::ElasticCentre(joint, 2), value, 1.0);
         let ground = explanation(Imperfection::Ground(4), 5e-9, 1.0);
+        let resonance =
+            |value| explanation(Imperfection::Resonance(Sensor::Accelerometer), value, 1.0);
+        let high_pass = |value| explanation(Imperfection::HighPass(Sensor::Force), value, 1.0);
         let ground = Explanation { times: 3.5, ..ground };
-        let damping = |value| explanation(Imperfection::GroundDamping(4), value, 1.0);
         let hard_ground = Explanation { times: 2.5, ..ground.clone() };
         let weakly = Explanation { evidence: 9.0, ..mass(0.05) };
         let hardly = Explanation { times: 2.2, ..mass(0.05) };
@@ -233,9 +238,12 @@ mod tests {
             (&[hardly_far], near, false, true),
             (&[ground], near, false, true),
             (&[hard_ground], near, false, false),
-            (&[damping(0.04)], near, false, false),
-            (&[damping(-0.02)], near, false, false),
-            (&[damping(-0.04)], near, false, true),
+            (&[resonance(0.2)], near, false, false),
+            (&[resonance(-0.09)], near, false, false),
+            (&[resonance(-0.11)], near, false, true),
+            (&[high_pass(0.2)], near, false, false),
+            (&[high_pass(-0.02)], near, false, false),
+            (&[high_pass(-0.04)], near, false, true),
             (&[centre(0, -0.09)], near, false, true),
             (&[centre(0, -0.09)], far, false, false),
             (&[centre(0, 0.04)], near, false, false),

@@ -63,6 +63,8 @@ pub struct Accuracies {
     pub ground_translation: f64,
     /// The same about each axis, rad/Nm.
     pub ground_rotation: f64,
+    /// Logarithm of the mass of the base, which is taken for [`BASE_OVER_MOVING`](super::BASE_OVER_MOVING) of the robot's.
+    pub base_mass: f64,
 }
 
 impl Accuracies {
@@ -94,6 +96,7 @@ impl Accuracies {
     /// |                             | 1e-10 rad/Nm       | assumed, for the same: 10 GNm/rad                                   |
     /// | ground                      | 5e-10 m/N          | assumed: between concrete, 1e-10, and a steel pedestal, 1e-9        |
     /// |                             | 1e-9 rad/Nm        | assumed: between concrete, 1e-10, and a steel pedestal, 2e-9        |
+    /// | mass of the base            | 50 %               | published files: 0.14 to 0.29 of the robot's, see above             |
     pub fn typical() -> Self {
         let squared_period = |hz: f64| 1.0 / (TAU * hz * TAU * hz);
         Self {
@@ -129,6 +132,7 @@ impl Accuracies {
             structure_rotation: 1e-10,
             ground_translation: 5e-10,
             ground_rotation: 1e-9,
+            base_mass: 0.5,
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Imperfections: what is off by a little in every plant, beside the nuisances that a fit seeks. `refine::plant` fits them.
 //!
 //! A plant is never quite the one that the configuration describes: a mass, a mounting angle or a joint angle differs by a little.
-//! Each [`Imperfection`] has a value p, whose prior is a normal distribution about zero; [`Accuracies`] give its standard deviation.
+//! Each [`Imperfection`] has a value p, whose prior is a normal distribution about zero; [`Accuracies`] give its standard deviation. Of a
+//! compliance of the ground only the half above zero counts.
 //! A fit projects the imperfections out with their priors, as it projects out the seams. Where the data determine an imperfection,
 //! it is thereby sought; where they do not, it widens the intervals of the parameters that it affects (a _considered_ parameter:
 //! Schmidt, "Application of state-space methods to navigation problems", 1966; Bierman, _Factorization Methods for Discrete
@@ -18,7 +19,7 @@ use crate::search::MAX_EXPERIMENTS;
 use crate::{DOF, MAX_JOINTS};
 
 /// Number of kinds of imperfections.
-pub(crate) const KINDS: usize = 26;
+pub(crate) const KINDS: usize = 27;
 /// Largest number of imperfections of a chain.
 pub const MAX_IMPERFECTIONS: usize =
     OF_SENSORS + OF_JOINTS * MAX_JOINTS + OF_BUSHINGS + OF_GROUND + OF_RECORDS * MAX_EXPERIMENTS;
@@ -29,7 +30,9 @@ const OF_JOINTS: usize = 1 + 3 + 1 + 3 + 1 + 1;
 /// Imperfections of all bushings.
 const OF_BUSHINGS: usize = 2;
 /// Imperfections of the ground.
-const OF_GROUND: usize = 2 * DOF;
+const OF_GROUND: usize = 2 * DOF + 1;
+/// Mass of a base over that of what moves. The published file of a KUKA iiwa 14 has 0.29, that of a Universal Robots UR10e 0.14.
+pub const BASE_OVER_MOVING: f64 = 0.2;
 /// Damping of the ground over its stiffness, s. Chosen: a loss factor of 3 % at 50 Hz, as of bolted steel and of concrete on soil.
 const GROUND_LAG: f64 = 1e-4;
 /// Standard deviation of a compliance of the ground, and of its damping, in its prior, over its accuracy. None is negative, so that those along
@@ -97,8 +100,9 @@ pub enum Imperfection {
     Servo(usize),
     /// Relative growth of the stiffness of all drives with the magnitude of the load of gravity on them, 1/Nm (or 1/N).
     Load,
-    /// Compliance 1/k of the ground along (0 to 2) or about (3 to 5) an axis of the base, at its origin, m/N or rad/Nm. A robot whose first
-    /// joint is fixed has none: that joint is the ground's own.
+    /// Compliance 1/k of the ground along (0 to 2) or about (3 to 5) an axis of the base, at its origin, m/N or rad/Nm. The base, which the
+    /// model lacks, is a point of [`BASE_OVER_MOVING`] of the robot's mass there. A robot whose first joint is fixed has none: that joint is
+    /// the ground's own.
     Ground(usize),
     /// Damping of the ground over the square of its stiffness, `d/k²`, along the same, m s/N or rad s/Nm.
     GroundDamping(usize),
@@ -106,6 +110,8 @@ pub enum Imperfection {
     RecordDelay(usize),
     /// Logarithm of all stiffnesses in one record, by its number from 0.
     RecordStiffness(usize),
+    /// Logarithm of the mass of the base over [`BASE_OVER_MOVING`] of the robot's. It has an effect where the ground gives way.
+    BaseMass,
 }
 
 impl Imperfection {
@@ -123,6 +129,11 @@ impl Imperfection {
         }
     }
 
+    /// Whether it cannot be less than zero.
+    pub fn is_positive(self) -> bool {
+        matches!(self, Self::Ground(_) | Self::GroundDamping(_))
+    }
+
     /// Whether it changes how the robot moves, and not only what its sensors read or a single record.
     pub fn is_of_robot(self) -> bool {
         match self {
@@ -137,7 +148,8 @@ impl Imperfection {
             | Self::Servo(_)
             | Self::Load
             | Self::Ground(_)
-            | Self::GroundDamping(_) => true,
+            | Self::GroundDamping(_)
+            | Self::BaseMass => true,
             Self::Delay
             | Self::Gain(..)
             | Self::Crosstalk(..)
@@ -202,6 +214,8 @@ pub(crate) fn all(
         let compliance = PRIOR_OVER_ACCURACY * accuracy;
         [(I::Ground(dof), compliance), (I::GroundDamping(dof), GROUND_LAG * compliance)]
     });
+    let gives_way = is_on_ground && accuracies.ground_translation > 0.0;
+    let of_base = gives_way.then_some((I::BaseMass, accuracies.base_mass));
     let of_records = (0..records.min(MAX_EXPERIMENTS)).flat_map(|record| {
         // Those of a single record are taken as the robot's.
         let differ = records > 1;
@@ -217,8 +231,10 @@ pub(crate) fn all(
         .chain(of_tool)
         .chain(of_links)
         .chain(of_bushings)
-        .chain(of_ground)
+        .chain(of_base)
         .chain(of_records)
+        // Those that are positive come last: a step eliminates the others once.
+        .chain(of_ground)
         .filter(|(_, deviation)| *deviation > 0.0 && deviation.is_finite())
         .collect()
 }
@@ -249,6 +265,7 @@ impl Imperfection {
             Self::RecordStiffness(_) => 23,
             Self::Ground(_) => 24,
             Self::GroundDamping(_) => 25,
+            Self::BaseMass => 26,
         }
     }
 
@@ -292,8 +309,21 @@ mod tests {
         }
         let (joints, records) = (MAX_JOINTS, MAX_EXPERIMENTS);
         let of_sensors = [1, 3, 3, 6, 6, 3, 3, 1, 1, 1, 1, 3, 3, 3];
-        let others =
-            [joints, 3 * joints, joints, 3 * joints, joints, 1, joints, 1, records, records, 6, 6];
+        let others = [
+            joints,
+            3 * joints,
+            joints,
+            3 * joints,
+            joints,
+            1,
+            joints,
+            1,
+            records,
+            records,
+            6,
+            6,
+            1,
+        ];
         assert_eq!(counts[..14], of_sensors);
         assert_eq!(counts[14..], others);
         assert!(

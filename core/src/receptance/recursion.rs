@@ -18,8 +18,8 @@
 //! ```
 //!
 //! All matrices are complex symmetric: they are transposed, never conjugated. Γ and C are the terms of gravity
-//! ([`crate::chain::linearise`]); without gravity B = b is diagonal. On ground that gives way, the base is a link before the first, without
-//! mass, whose Z is the stiffness of the ground. Textbooks recurse from tip to base. In that order the recursion would also pass the
+//! ([`crate::chain::linearise`]); without gravity B = b is diagonal. On ground that gives way, the base is a link before the first, whose Z is
+//! the dynamic stiffness of the ground. Textbooks recurse from tip to base. In that order the recursion would also pass the
 //! loads of three forces from joint to joint, which is half as much work again, and single precision would lose half a digit more.
 
 use seq_macro::seq;
@@ -106,7 +106,7 @@ pub(super) fn outward<V: Lanes, const KEPT: usize, const GRAVITY: bool>(
     if let Some(ground) = &terms.ground {
         *stiffness = [Complex::zero(s.re); PACKED];
         for i in 0..DOF {
-            stiffness[at(i, i)] = ground.at(s, i).reciprocal();
+            stiffness[at(i, i)] = ground.stiffness(s, i);
         }
     }
     for (index, joint) in terms.joints.iter().enumerate() {

@@ -41,23 +41,52 @@ pub(crate) struct Growth<T> {
     pub(crate) part: T,
 }
 
-/// Ground without mass that gives way along and about each axis of the base.
+/// Ground that gives way along and about each axis of the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ground<T> {
     /// c: 1/k, m/N and rad/Nm, not 0.
     pub(crate) compliance: [T; DOF],
     /// e: `d/k²`, m s/N and rad s/Nm.
     pub(crate) damping: [T; DOF],
+    /// m along each axis: mass of what stands on the ground and does not move with the first link, kg. It is taken for a point at the base.
+    pub(crate) mass: [T; 3],
 }
 
 impl<T: Scalar> Ground<T> {
-    /// `c − s e`, which is `1/(k + s d)` for small dampings.
+    /// `a = c − s e`, which is `1/(k + s d)` for small dampings.
     #[inline(always)]
-    pub(crate) fn at<V: Lanes<Scalar = T>>(&self, s: Complex<V>, dof: usize) -> Complex<V> {
+    fn without_mass<V: Lanes<Scalar = T>>(&self, s: Complex<V>, dof: usize) -> Complex<V> {
         let damped = s.scale(s.re.fill(self.damping[dof]));
         let mut compliance = Complex::zero(s.re);
         compliance.re = s.re.fill(self.compliance[dof]);
         compliance - damped
+    }
+
+    /// Dynamic stiffness of ground and mass: `1/a + s² m` along an axis, `1/a` about one.
+    #[inline(always)]
+    pub(crate) fn stiffness<V: Lanes<Scalar = T>>(&self, s: Complex<V>, dof: usize) -> Complex<V> {
+        let stiffness = self.without_mass(s, dof).reciprocal();
+        match self.mass.get(dof) {
+            Some(mass) => stiffness + (s * s).scale(s.re.fill(*mass)),
+            None => stiffness,
+        }
+    }
+
+    /// Displacement per load: `a/(1 + s² m a)` along an axis, `a` about one.
+    #[inline(always)]
+    pub(crate) fn at<V: Lanes<Scalar = T>>(&self, s: Complex<V>, dof: usize) -> Complex<V> {
+        if dof < 3 { self.stiffness(s, dof).reciprocal() } else { self.without_mass(s, dof) }
+    }
+
+    /// Derivative of the displacement per load by a: `1/(1 + s² m a)²` along an axis, 1 about one.
+    #[inline(always)]
+    pub(crate) fn per_compliance<V: Lanes<Scalar = T>>(
+        &self,
+        s: Complex<V>,
+        dof: usize,
+    ) -> Complex<V> {
+        let part = self.at(s, dof) * self.without_mass(s, dof).reciprocal();
+        part * part
     }
 }
 

@@ -3,7 +3,8 @@
 //! The damped sum of squares is a strictly convex quadratic of the step, and the step is its least point in the box. An active-set
 //! method finds it, from the standing point on (Stark and Parker, "Bounded-variable least-squares: an algorithm and applications",
 //! 1995): unknowns that meet an end of the box are held there, and released when the gradient points back inside. Every round lowers
-//! the quadratic, so that the gain it promises is never negative.
+//! the quadratic, so that the gain it promises is never negative. The first unknowns, as far as they have no ends, are eliminated once, before
+//! all rounds.
 
 use crate::linear::normal::Normal;
 use crate::sought::MAX_UNKNOWNS;
@@ -46,11 +47,15 @@ pub(crate) fn least_within<const L: usize, const N: usize>(
     room: &Room<N>,
 ) -> Step<N> {
     let unknowns = normal.unknowns();
+    let is_open = |room: &&[f64; 2]| **room == [f64::NEG_INFINITY, f64::INFINITY];
+    let open = room[..unknowns].iter().take_while(is_open).count();
+    let mut factor = normal.clone();
+    factor.eliminate(open);
     let mut step = [0.0; N];
     let mut held: [bool; N] =
         core::array::from_fn(|i| i < unknowns && !has_way(normal.right()[i], 0.0, room[i]));
     for _ in 0..MAX_ROUNDS * N {
-        let aim = solve_beside(normal, &step, &held);
+        let aim = solve_beside(&factor, open, &step, &held);
         // The part of the way to the aim that stays in the box, and the unknown that meets its end first.
         let (mut part, mut meets) = (1.0, None);
         for i in (0..unknowns).filter(|&i| !held[i]) {
@@ -90,19 +95,25 @@ fn has_way(slope: f64, step: f64, [least, most]: [f64; 2]) -> bool {
     if slope > 0.0 { step < most } else { step > least }
 }
 
-/// The step that gains most while the unknowns that are `held` stay where they are.
+/// The step that gains most while the unknowns that are `held` stay where they are. Of the equations the first `open` unknowns have been
+/// eliminated, of which none is held.
 fn solve_beside<const L: usize, const N: usize>(
-    normal: &Normal<L>,
+    factor: &Normal<L>,
+    open: usize,
     step: &Step<N>,
     held: &[bool; N],
 ) -> Step<N> {
-    let unknowns = normal.unknowns();
+    let unknowns = factor.unknowns();
     let put: [Option<f64>; N] = core::array::from_fn(|i| held[i].then_some(step[i]));
-    let mut pinned = normal.clone();
-    pinned.fix(&put[..unknowns]);
-    pinned.eliminate(unknowns);
+    let mut pinned = Normal::<L>::new();
+    pinned.reset(unknowns - open);
+    pinned.add_complement(factor, open);
+    pinned.fix(&put[open..unknowns]);
+    pinned.eliminate(unknowns - open);
     let mut aim = [0.0; N];
-    pinned.substitute(unknowns, &mut aim);
+    let (first, others) = aim.split_at_mut(open);
+    pinned.substitute(unknowns - open, others);
+    factor.substitute_at(open, &others[..unknowns - open], first);
     aim
 }
 
@@ -133,7 +144,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(3), ..ProptestConfig::with_cases(64) })]
 
-        /// Correlated unknowns, some of them at an end of the box from the beginning.
+        /// Correlated unknowns, the first of them without ends, some of the others at an end of the box from the beginning.
         #[test]
         fn the_least_point_of_the_box_is_found(
             entries in vec(-1.0_f64..1.0, 12 * UNKNOWNS),
@@ -141,6 +152,7 @@ mod tests {
             below in vec(prop_oneof![Just(0.0), 0.0_f64..1.0], UNKNOWNS),
             above in vec(prop_oneof![Just(0.0), 0.0_f64..1.0], UNKNOWNS),
             common in 0.0_f64..2.0,
+            open in 0..UNKNOWNS,
         ) {
             // A common part makes the columns alike.
             let jacobian = DMatrix::from_fn(12, UNKNOWNS, |i, j| entries[i * UNKNOWNS + j] + common);
@@ -156,7 +168,8 @@ mod tests {
             }
             let mut room: Room = [[0.0; 2]; MAX_UNKNOWNS];
             for i in 0..UNKNOWNS {
-                room[i] = [-below[i], above[i]];
+                let is_open = i < open;
+                room[i] = if is_open { [f64::NEG_INFINITY, f64::INFINITY] } else { [-below[i], above[i]] };
             }
             let expected = by_coordinates(&n, &g, &room);
             let step = least_within(&normal, &room);

@@ -59,6 +59,8 @@ pub enum Accuracy {
     GroundMPerN,
     /// Compliance of the ground about each axis.
     GroundRadPerNm,
+    /// Mass of what stands on the ground.
+    BaseMass,
 }
 
 impl Accuracy {
@@ -135,6 +137,7 @@ impl Accuracy {
             }
             Self::GroundMPerN => ["ground_m_per_n", GROUND],
             Self::GroundRadPerNm => ["ground_rad_per_nm", GROUND],
+            Self::BaseMass => ["base_mass", GROUND],
         }
     }
 }
@@ -147,7 +150,7 @@ mod tests {
     fn entries_have_the_names_of_their_keys() {
         for number in 0..u8::MAX {
             let Ok(entry) = postcard::from_bytes::<Accuracy>(&[number]) else {
-                assert_eq!(number, 26);
+                assert_eq!(number, 27);
                 break;
             };
             assert_eq!(serde_json::to_value(entry).unwrap(), entry.key());

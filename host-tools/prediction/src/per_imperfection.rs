@@ -1,4 +1,4 @@
-//! Derivatives of the dynamic stiffness and of the loads by an imperfection: central differences.
+//! Derivatives of the dynamic stiffness and of the loads by an imperfection: central differences, one-sided where it cannot be less.
 
 use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::refine::Mechanics;
@@ -36,10 +36,11 @@ impl PerImperfection {
         std: f64,
         place: Place,
     ) -> Result<Self, LinearisationError> {
-        let by = SHIFT * std;
-        let sides =
-            [robot.mechanics(pose, Some((index, by)))?, robot.mechanics(pose, Some((index, -by)))?];
-        let by = 2.0 * by;
+        let up = SHIFT * std;
+        let down = up.min(robot.room_below(index));
+        let side = |shift: f64| robot.mechanics(pose, Some((index, shift)));
+        let sides = [side(up)?, side(-down)?];
+        let by = up + down;
         let [above, below] = sides.each_ref().map(|side| Matrices::new(side.chain()));
         let Matrices { mass, gravity, tip } = above.difference(&below, by);
         let changed = |own: DMatrix<f64>| own.iter().any(|entry| *entry != 0.0).then_some(own);

@@ -155,6 +155,12 @@ impl Robot {
         Mechanics::new(chain, gravity, self.band_hz(), pose, bushings, &imperfections)
     }
 
+    /// How far imperfection `index` may fall, in its unit.
+    pub(crate) fn room_below(&self, index: usize) -> f64 {
+        let (imperfection, value) = self.imperfections[index];
+        if imperfection.is_positive() { value.max(0.0) } else { f64::INFINITY }
+    }
+
     /// Standard deviations of the imperfections, in the unit of each.
     pub(crate) fn imperfection_stds(&self) -> impl Iterator<Item = f64> {
         let first = OF_JOINT * self.bushings.len();

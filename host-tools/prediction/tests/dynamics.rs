@@ -15,15 +15,17 @@ use flexid_prediction::Robot;
 use nalgebra::{Complex, DMatrix};
 use proptest::prelude::*;
 
-/// Part of a standard deviation that comes from the change of the sag with a stiffness, which predictions leave out. The robots drawn here are
-/// soft: they sag by centimetres.
+/// By how much stiffer than the others the robots are whose standard deviations are compared: those sag by centimetres, and predictions leave
+/// out the change of the sag with a stiffness.
+const STIFFER: f64 = 4.0;
+/// Part of a standard deviation that comes from that change.
 const LEFT_OUT: f64 = 0.03;
 /// Error of a standard deviation, in that of the coordinate: the sag, and hysteresis, whose derivative along the imaginary axis is taken for
 /// that along any.
 const FLOOR: f64 = 0.01;
 const EARTH: [f64; 3] = [0.0, 0.0, -9.80665];
 /// Imperfections of all kinds that move a robot, and the unit of each.
-const IMPERFECTIONS: [(Imperfection, f64); 14] = [
+const IMPERFECTIONS: [(Imperfection, f64); 15] = [
     (Imperfection::Mass(2), 0.02),
     (Imperfection::Inertia(4), 0.05),
     (Imperfection::CentreOfMass(1, 0), 5e-3),
@@ -38,6 +40,7 @@ const IMPERFECTIONS: [(Imperfection, f64); 14] = [
     (Imperfection::Ground(4), 3e-10),
     (Imperfection::GroundDamping(5), 3e-14),
     (Imperfection::RecordStiffness(0), 1e-3),
+    (Imperfection::BaseMass, 0.5),
 ];
 
 /// Bushings with a tenth of the dampings that core's tests draw.
@@ -91,7 +94,7 @@ fn dense(robot: &Robot, pose: &[f64], bushings: &Bushings) -> Dense {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
 
     #[test]
     fn the_receptance_is_that_of_a_dense_model(seed in any::<u64>(), hz in 1.0..400.0) {
@@ -169,7 +172,10 @@ proptest! {
         hz in 3.0..150.0,
     ) {
         let mut random = Random::new(seed);
-        let (bushings, pose) = (lightly_damped(&mut random), random.pose(6));
+        let (mut bushings, pose) = (lightly_damped(&mut random), random.pose(6));
+        for bushing in &mut bushings {
+            bushing.stiffness.iter_mut().for_each(|stiffness| *stiffness *= STIFFER);
+        }
         let values: Vec<f64> = (0..IMPERFECTIONS.len()).map(|_| random.uniform(0.2, 1.0)).collect();
         let std = std(uncertain);
         let shifted = |by: f64| {
@@ -220,5 +226,26 @@ proptest! {
             let found = found[axis].std;
             prop_assert!((found - change.abs()).abs() < FLOOR * std * size + LEFT_OUT * change.abs(), "{found:e} {change:e}");
         }
+    }
+}
+
+/// Ground that is rigid may give way, and varies the receptance as ground that hardly gives way does.
+#[test]
+fn an_imperfection_at_the_end_of_its_range_varies_upwards() {
+    let mut random = Random::new(1);
+    let (bushings, pose) = (lightly_damped(&mut random), random.pose(6));
+    let is_of_ground =
+        |it: &Imperfection| matches!(it, Imperfection::Ground(_) | Imperfection::GroundDamping(_));
+    for (index, _) in IMPERFECTIONS.iter().enumerate().filter(|(_, (it, _))| is_of_ground(it)) {
+        let stds = [0.0, 0.01].map(|least| {
+            let values: Vec<f64> = (0..IMPERFECTIONS.len())
+                .map(|own| if own == index { least } else { 0.3 })
+                .collect();
+            let robot = robot(&bushings, &values, Some(72 + index));
+            let point = robot.at(&pose).unwrap().receptance(50.0).unwrap();
+            point.magnitude[0][0].relative_std
+        });
+        let [at_end, inside] = stds;
+        assert!(at_end > 0.0 && (at_end / inside - 1.0).abs() < 0.02, "{index}: {stds:?}");
     }
 }

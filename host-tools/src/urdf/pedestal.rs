@@ -1,5 +1,6 @@
 //! What stands between the ground and the first driven joint: a body that gives way against the ground.
 
+use flexid_core::imperfection::BASE_OVER_MOVING;
 use flexid_pipeline::model::{Kind, ModelJoint};
 use nalgebra::Matrix3;
 
@@ -9,14 +10,12 @@ use super::{INERTIA_ORDER, tidy};
 /// Name of the fixed joint.
 pub(super) const NAME: &str = "pedestal";
 
-/// Mass of a base over that of what moves. The published file of a KUKA iiwa 14 has 0.29, that of a Universal Robots UR10e 0.14.
-const PART_OF_MOVING: f64 = 0.2;
 /// Density of the cube that stands for a base, kg/m³. Assumed: a quarter of cast iron.
 const DENSITY: f64 = 2000.0;
 
 /// The body of a base whose mass nobody gives: a cube about the root's origin, for a robot with `moving_kg` beyond it.
 pub(super) fn assumed(moving_kg: f64) -> Body {
-    let mass = PART_OF_MOVING * moving_kg;
+    let mass = BASE_OVER_MOVING * moving_kg;
     let edge = (mass / DENSITY).cbrt();
     Body::new(mass, &Default::default(), &(Matrix3::identity() * (mass * edge * edge / 6.0)))
 }

@@ -96,10 +96,12 @@ impl Imperfections {
                 };
                 return by_impedance(&model.terms, response, per_growth(batch.s), stiffness);
             }
-            Imperfection::Ground(dof) => return motions.by_ground(dof),
+            Imperfection::Ground(dof) => return motions.by_ground(model, batch.s, dof),
             Imperfection::GroundDamping(dof) => {
-                return motions.by_ground(dof).map(|by_compliance| -(by_compliance * batch.s));
+                let by_compliance = motions.by_ground(model, batch.s, dof);
+                return by_compliance.map(|by_compliance| -(by_compliance * batch.s));
             }
+            Imperfection::BaseMass => return motions.by_base_mass(model, batch.s),
             Imperfection::Resonance(Sensor::Accelerometer) => {
                 return by_reading(resonance(&self.accelerometer_filter));
             }

@@ -42,8 +42,9 @@ impl Plant {
         let unknowns = total - count;
         let ranges = problem.sought.ranges(&point.coordinates, problem.bounds);
         let scale: [f64; ALL + 1] = core::array::from_fn(|i| match i.checked_sub(count) {
+            // What is at the end of its range stays there.
+            None if all[i].0.is_positive() && point.imperfections[i] <= 0.0 => 0.0,
             None => 1.0 / restated.factor(all[i].0),
-            // An unknown on a bound stays there.
             Some(unknown) if unknown < unknowns && lies_on_bound(&ranges[unknown]) => 0.0,
             Some(_) => 1.0,
         });
@@ -65,7 +66,7 @@ impl Plant {
             *factor.entry(own, own) -= scale[i] * scale[i];
             *factor.entry(total, own) += p * scale[i];
             *factor.entry(total, total) -= p * p;
-            way[own] = -p / scale[i];
+            way[own] = if scale[i] > 0.0 { -p / scale[i] } else { 0.0 };
         }
         let left = factor.sum_of_squares() / inflation;
         factor.shift(&way[..total]);
@@ -83,10 +84,13 @@ impl Plant {
 }
 
 impl Quadratic<'_> {
-    /// The kinds of the imperfections.
+    /// The kinds of imperfections that may explain records. The mass of the base does not: its effect is that of the square of a compliance, so that
+    /// its derivative says little of a base that is many times heavier.
     pub(super) fn kinds(&self) -> impl Iterator<Item = usize> + use<> {
         let mut has = [false; KINDS];
-        self.imperfections.iter().for_each(|(imperfection, _)| has[imperfection.kind()] = true);
+        let all = self.imperfections.iter().map(|(imperfection, _)| imperfection);
+        let explain = all.filter(|imperfection| **imperfection != Imperfection::BaseMass);
+        explain.for_each(|imperfection| has[imperfection.kind()] = true);
         (0..KINDS).filter(move |kind| has[*kind])
     }
 

@@ -55,7 +55,7 @@ impl Refinement {
         plant: &mut Plant,
     ) -> Outcome {
         let Plant { imperfections, minimiser, point, record, summary, .. } = plant;
-        let domain = PlantDomain { problem, imperfections: imperfections.all.len() };
+        let domain = PlantDomain::new(problem, &imperfections.all);
         self.minimiser.linearised = false;
         let mut objective = PlantSumOfSquares {
             problem,
@@ -106,7 +106,7 @@ impl Refinement {
             return None;
         }
         let count = plant.imperfections.all.len();
-        let domain = PlantDomain { problem, imperfections: count };
+        let domain = PlantDomain::new(problem, &plant.imperfections.all);
         let Remaining::<ALL> { step, gain } = plant.minimiser.remaining(&domain, &plant.point);
         let mut of_unknowns = [0.0; MAX_UNKNOWNS];
         of_unknowns.copy_from_slice(&step[count..count + MAX_UNKNOWNS]);

@@ -10,7 +10,7 @@ use super::super::model::Model;
 use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::chain::{Chain, Joint, JointKind};
-use crate::imperfection::{Imperfection, Sensor};
+use crate::imperfection::{BASE_OVER_MOVING, Imperfection, Sensor};
 use crate::parameters::Bushings;
 use crate::receptance::{Filter, Ground, Growth, Hysteresis, Terms};
 use crate::sensors::Sensors;
@@ -39,7 +39,7 @@ pub(in crate::refine) struct Imperfect {
     load: f64,
     /// Factor on all stiffnesses.
     stiffness: f64,
-    /// Zeros where the ground is rigid.
+    /// Compliances and dampings are 0 where the ground is rigid.
     ground: Ground<f64>,
     /// Number of the record.
     record: usize,
@@ -72,6 +72,7 @@ impl Imperfect {
     ) -> Self {
         // A band from zero on has no geometric middle.
         let lower = lower.max(LEAST * upper);
+        let mass = BASE_OVER_MOVING * chain.joints.iter().map(|joint| joint.link.mass).sum::<f64>();
         Self {
             chain,
             sensors,
@@ -84,7 +85,7 @@ impl Imperfect {
             servo: [0.0; MAX_JOINTS],
             load: 0.0,
             stiffness: 1.0,
-            ground: Ground { compliance: [0.0; DOF], damping: [0.0; DOF] },
+            ground: Ground { compliance: [0.0; DOF], damping: [0.0; DOF], mass: [mass; 3] },
             record,
         }
     }
@@ -154,6 +155,9 @@ impl Imperfect {
             Imperfection::Load => self.load += value,
             Imperfection::Ground(dof) => self.ground.compliance[dof] += value,
             Imperfection::GroundDamping(dof) => self.ground.damping[dof] += value,
+            Imperfection::BaseMass => {
+                self.ground.mass.iter_mut().for_each(|mass| *mass *= libm::exp(value));
+            }
             Imperfection::RecordDelay(record) if record == self.record => {
                 calibration.delay += value;
             }
@@ -256,11 +260,10 @@ impl Imperfect {
 
     /// The ground. `None` if it is rigid.
     fn ground(&self) -> Option<Ground<f64>> {
-        let Ground { compliance, damping } = self.ground;
+        let Ground { compliance, damping, mass } = self.ground;
         let gives_way = compliance.iter().chain(&damping).any(|value| *value != 0.0);
-        // Within its accuracy a compliance may be negative.
-        let finite = |c: f64| c.abs().max(RIGID).copysign(c);
-        gives_way.then(|| Ground { compliance: compliance.map(finite), damping })
+        let compliance = compliance.map(|c| c.max(RIGID));
+        gives_way.then_some(Ground { compliance, damping, mass })
     }
 
     /// Reference of the hysteresis, rad/s.

@@ -56,8 +56,7 @@ impl Refinement {
         plant: &mut Plant,
     ) -> Option<[f64; ALL]> {
         let Plant { imperfections, minimiser, point, record, summary, factor, whole, .. } = plant;
-        let count = imperfections.all.len();
-        let domain = PlantDomain { problem, imperfections: count };
+        let domain = PlantDomain::new(problem, &imperfections.all);
         let room = domain.room(point);
         self.minimiser.linearised = false;
         let seam_unknowns = problem.seam_unknowns();

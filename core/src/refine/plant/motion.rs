@@ -175,10 +175,30 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
         }
     }
 
-    /// By the compliance of the ground along a degree of freedom: the product of the loads on the base.
+    /// By the compliance of the ground along a degree of freedom: the product of the loads on the base. Its mass takes up a part of either.
     #[inline(always)]
-    pub(super) fn by_ground(&self, dof: usize) -> [Complex<V>; 3] {
-        self.per_observation.each_ref().map(|own| own.on_base[dof] * self.of_record.on_base[dof])
+    pub(super) fn by_ground(&self, model: &Model, s: Complex<V>, dof: usize) -> [Complex<V>; 3] {
+        let moved = match &model.terms.ground {
+            Some(ground) => self.of_record.on_base[dof] * ground.per_compliance(s, dof),
+            None => self.of_record.on_base[dof],
+        };
+        self.per_observation.each_ref().map(|own| own.on_base[dof] * moved)
+    }
+
+    /// By the logarithm of the mass m on the ground: with the displacement α per load, `−s² m α²` times that product, along all axes.
+    #[inline(always)]
+    pub(super) fn by_base_mass(&self, model: &Model, s: Complex<V>) -> [Complex<V>; 3] {
+        let mut derivative = [Complex::zero(s.re); 3];
+        let Some(ground) = &model.terms.ground else { return derivative };
+        for (dof, mass) in ground.mass.iter().enumerate() {
+            let inertia = (s * s).scale(s.re.fill(-mass));
+            let displacement = ground.at(s, dof);
+            let moved = self.of_record.on_base[dof] * inertia * displacement * displacement;
+            for (derivative, own) in derivative.iter_mut().zip(&self.per_observation) {
+                *derivative = derivative.add_mul(own.on_base[dof], moved);
+            }
+        }
+        derivative
     }
 
     /// `η̂ᵀ ∂P F + ∂rᵀ η + G ∂Wᵀ η`. `cut` is F.

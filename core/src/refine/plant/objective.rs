@@ -17,12 +17,13 @@ use super::change::Change;
 use super::columns::{Imperfections, STEP};
 use super::imperfect::Imperfect;
 use super::sizes::{ALL, OF_ALL, OF_RECORD, WIDE};
+use heapless::Vec;
 use nalgebra::Vector6;
 
 use crate::MAX_JOINTS;
 use crate::chain::Joint;
 use crate::chain::linearise::LinearisationError;
-use crate::imperfection::MAX_IMPERFECTIONS;
+use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
 use crate::parameters::Bushings;
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
@@ -36,11 +37,18 @@ pub(super) struct Point {
     pub(super) imperfections: [f64; MAX_IMPERFECTIONS],
 }
 
-/// Imperfections without bounds, and behind them the unknowns of a problem.
+/// Imperfections, and behind them the unknowns of a problem.
 pub(super) struct PlantDomain<'a> {
-    pub(super) problem: &'a Problem<'a>,
-    /// Number of imperfections.
-    pub(super) imperfections: usize,
+    problem: &'a Problem<'a>,
+    /// Whether each imperfection is positive.
+    are_positive: Vec<bool, MAX_IMPERFECTIONS>,
+}
+
+impl<'a> PlantDomain<'a> {
+    pub(super) fn new(problem: &'a Problem<'a>, imperfections: &[(Imperfection, f64)]) -> Self {
+        let are_positive = imperfections.iter().map(|(imperfection, _)| imperfection.is_positive());
+        Self { problem, are_positive: are_positive.collect() }
+    }
 }
 
 impl Domain<ALL> for PlantDomain<'_> {
@@ -48,13 +56,19 @@ impl Domain<ALL> for PlantDomain<'_> {
 
     fn room(&self, point: &Point) -> Room<ALL> {
         let mut room = [[f64::NEG_INFINITY, f64::INFINITY]; ALL];
+        let values = self.are_positive.iter().zip(&point.imperfections);
+        for (room, (is_positive, value)) in room.iter_mut().zip(values) {
+            if *is_positive {
+                room[0] = -value;
+            }
+        }
         let of_unknowns = self.problem.room(&point.coordinates);
-        room[self.imperfections..][..MAX_UNKNOWNS].copy_from_slice(&of_unknowns);
+        room[self.are_positive.len()..][..MAX_UNKNOWNS].copy_from_slice(&of_unknowns);
         room
     }
 
     fn advance(&self, point: &Point, step: &Step<ALL>) -> Point {
-        let (of_imperfections, of_unknowns) = step.split_at(self.imperfections);
+        let (of_imperfections, of_unknowns) = step.split_at(self.are_positive.len());
         let mut advanced = *point;
         for (value, change) in advanced.imperfections.iter_mut().zip(of_imperfections) {
             *value += change;

@@ -69,6 +69,15 @@ fn reading(model: &Model, s: Complex<f64>, raw: &Three, seam: &PerDof<f64>) -> T
     response.observed
 }
 
+/// All imperfections at `away`, in their standard deviations, but those that are positive clear of zero.
+fn inside(all: &[(Imperfection, f64)], away: f64) -> [f64; MAX_IMPERFECTIONS] {
+    let mut values = [0.0; MAX_IMPERFECTIONS];
+    for (value, (imperfection, _)) in values.iter_mut().zip(all) {
+        *value = if imperfection.is_positive() { away.abs().max(0.5) } else { away };
+    }
+    values
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(2), ..ProptestConfig::with_cases(24) })]
 
@@ -96,7 +105,8 @@ proptest! {
         plant.imperfections.all = imperfection::all(&Accuracies::typical(), &chain.kinds(), 2);
         let count = plant.imperfections.all.len();
         plant.point.coordinates = sought.coordinates(&bushings());
-        plant.point.imperfections[..count].fill(away);
+        let standing = inside(&plant.imperfections.all, away);
+        plant.point.imperfections = standing;
         let model = objective::prepare(&problem, &plant.point, &mut plant.imperfections, &POSE, 0).unwrap();
         let inverse = model.force_filter.inverse(s);
         let gain = model.calibration.force_gain;
@@ -118,7 +128,7 @@ proptest! {
             }
             let by = 1e-3;
             let beside = |by: f64| {
-                let mut values = [away; MAX_IMPERFECTIONS];
+                let mut values = standing;
                 values[index] += by;
                 reading(&of_plant(&problem, &plant, &values), s, &raw, &seam)
             };
@@ -159,6 +169,7 @@ fn check_gradient(seed: u64, places: &[[f64; 3]; 4], tool_mass: f64) -> Result<(
     let experiments = [experiment.unwrap()];
     let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain));
     plant.point.coordinates = sought.coordinates(&bushings());
+    plant.point.imperfections = inside(&plant.imperfections.all, 0.0);
     let point = plant.point;
     let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
     let Plant { imperfections, record, summary, factor: normal, .. } = &mut *plant;

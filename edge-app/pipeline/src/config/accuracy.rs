@@ -38,6 +38,7 @@ pub(super) fn accuracies(
         structure_rotation,
         ground_translation,
         ground_rotation,
+        base_mass,
     } = &mut accuracies;
     let part = "0.01 is 1 %";
     let mut load_per_knm = 0.0;
@@ -102,6 +103,7 @@ pub(super) fn accuracies(
             1e-5,
             "in rad/Nm: 1e-9 is 1e9 Nm/rad",
         ),
+        ("base_mass", section.base_mass, base_mass, 1.0, part),
         ("stiffness_of_record", section.stiffness_of_record, record_stiffness, 0.2, part),
     ] {
         let Some(stated) = stated else { continue };

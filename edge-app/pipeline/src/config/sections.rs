@@ -152,6 +152,7 @@ pub(super) struct AccuracySection {
     pub(super) structure_rad_per_nm: Option<f64>,
     pub(super) ground_m_per_n: Option<f64>,
     pub(super) ground_rad_per_nm: Option<f64>,
+    pub(super) base_mass: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]

@@ -100,6 +100,7 @@ fn entry(imperfection: Imperfection) -> Accuracy {
         Imperfection::Load => Accuracy::DriveGrowthPerKnm,
         Imperfection::Ground(..3) | Imperfection::GroundDamping(..3) => Accuracy::GroundMPerN,
         Imperfection::Ground(_) | Imperfection::GroundDamping(_) => Accuracy::GroundRadPerNm,
+        Imperfection::BaseMass => Accuracy::BaseMass,
         Imperfection::RecordDelay(_) => Accuracy::DelayOfRecordS,
         Imperfection::RecordStiffness(_) => Accuracy::StiffnessOfRecord,
     }

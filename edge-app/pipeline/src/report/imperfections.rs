@@ -71,6 +71,7 @@ pub(super) fn is_factor(imperfection: Imperfection) -> bool {
             | Imperfection::Mass(_)
             | Imperfection::Inertia(_)
             | Imperfection::RecordStiffness(_)
+            | Imperfection::BaseMass
     )
 }
 
@@ -118,6 +119,7 @@ pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
         Imperfection::GroundDamping(dof) => {
             clipped(format_args!("damping of ground {}", DOF_NAMES[dof]))
         }
+        Imperfection::BaseMass => clipped("mass of the base"),
         Imperfection::RecordDelay(record) => {
             clipped(format_args!("delay of record {}", record + 1))
         }
@@ -143,7 +145,8 @@ pub(super) fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
         | Imperfection::Inertia(_)
         | Imperfection::Hysteresis
         | Imperfection::Servo(_)
-        | Imperfection::RecordStiffness(_) => "",
+        | Imperfection::RecordStiffness(_)
+        | Imperfection::BaseMass => "",
         Imperfection::Turn(..) | Imperfection::ToolTurn(_) | Imperfection::JointAngle(_) => "rad",
         Imperfection::ToolCentrePoint(_)
         | Imperfection::AccelerometerPlace(_)

@@ -51,7 +51,7 @@ fn on_large_stack(run: impl FnOnce() + Send + 'static) {
     std::thread::Builder::new().stack_size(16 << 20).spawn(run).unwrap().join().unwrap();
 }
 
-/// A plant whose fit has ended at these rows, masses restated.
+/// A plant whose fit has ended at these rows, masses restated. Some compliances of the ground are zero.
 fn plant(random: &mut Xoshiro256PlusPlus) -> (Box<Plant>, Rows) {
     let mut uniform = || random.next_u32() as f64 / u32::MAX as f64 * 2.0 - 1.0;
     let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain()));
@@ -60,9 +60,16 @@ fn plant(random: &mut Xoshiro256PlusPlus) -> (Box<Plant>, Rows) {
     plant.point.coordinates = sought().coordinates(&soft);
     let kinds: Vec<usize> = plant.imperfections.all.iter().map(|(it, _)| it.kind()).collect();
     let count = kinds.len();
-    for (value, kind) in plant.point.imperfections.iter_mut().zip(&kinds) {
-        *value = if *kind == MASSES { 8.0 * uniform() + 20.0 } else { uniform() };
+    let all = plant.imperfections.all.iter();
+    for (value, (imperfection, _)) in plant.point.imperfections.iter_mut().zip(all) {
+        *value = match imperfection {
+            Imperfection::Mass(_) => 8.0 * uniform() + 20.0,
+            Imperfection::Ground(_) => uniform().max(0.0),
+            Imperfection::GroundDamping(_) => uniform().abs(),
+            _ => uniform(),
+        };
     }
+    assert!(plant.point.imperfections[..count].contains(&0.0));
     let p = plant.point.imperfections[..count].to_vec();
     assert!(plant.restate_accuracies());
     let total = count + sought().unknowns();
@@ -100,6 +107,8 @@ impl Rows {
         for index in 0..total {
             let of_unknown = if index == count + ON_BOUND { None } else { Some(1e6) };
             let square = self.kinds.get(index).map_or(of_unknown, |kind| square(*kind));
+            // A compliance of the ground that is zero stays there.
+            let square = square.filter(|_| index >= count || self.p[index] != 0.0);
             prior[(index, index)] = 1.0 / square.unwrap_or(1.0);
             if square.is_none() {
                 j.column_mut(index).fill(0.0);

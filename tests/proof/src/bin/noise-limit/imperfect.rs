@@ -66,6 +66,7 @@ pub(crate) fn all(own: &Accuracies, joints: usize, records: usize) -> Vec<(Imper
         all.push((I::Ground(dof), compliance));
         all.push((I::GroundDamping(dof), GROUND_LAG_S * compliance));
     }
+    all.push((I::BaseMass, own.base_mass));
     for record in 0..records {
         all.push((I::RecordDelay(record), own.record_delay));
         all.push((I::RecordStiffness(record), own.record_stiffness));
@@ -107,6 +108,8 @@ pub(crate) fn column(
             softened(stiffnesses(milled), |_| Complex::ONE)
         }
         I::RecordStiffness(_) => of_reading(|_| Complex::ZERO),
+        // On rigid ground it has no effect.
+        I::BaseMass => of_reading(|_| Complex::ZERO),
         I::Turn(..)
         | I::ToolTurn(_)
         | I::ToolCentrePoint(_)

@@ -5,8 +5,9 @@
 //! against a dense model.
 
 use anyhow::{Context, Result, ensure};
+use flexid_core::chain::Chain;
 use flexid_core::identify::Phase;
-use flexid_core::imperfection::{Accuracies, Imperfection as I};
+use flexid_core::imperfection::{Accuracies, BASE_OVER_MOVING, Imperfection as I};
 use flexid_core::refine;
 use flexid_pipeline::robot::{FoundRobot, FoundValue};
 use flexid_prediction::Robot;
@@ -100,7 +101,8 @@ fn scores(
     let poses: [&[f64]; 0] = [];
     let sought = identifier.sought();
     let found = FoundRobot::new(&study.config, sought, estimate, on_plant, &poses);
-    let mut truth = FoundRobot { imperfections: imperfections(&plant, joints), ..found.clone() };
+    let mut truth =
+        FoundRobot { imperfections: imperfections(&plant, &study.chain), ..found.clone() };
     let size = 12 * joints + truth.imperfections.len();
     truth.covariance = vec![0.0; size * (size + 1) / 2];
     let found = Robot::new(found, estimate.bushings.clone())?;
@@ -174,10 +176,13 @@ fn scores(
 }
 
 /// The imperfections of a drawn plant that move the robot.
-fn imperfections(plant: &Plant, joints: usize) -> Vec<FoundValue> {
+fn imperfections(plant: &Plant, chain: &Chain) -> Vec<FoundValue> {
+    let joints = chain.joints().len();
     let Plant { tool, robot, joints: bushings, pedestal, .. } = plant;
     let mut all = Vec::new();
     if let Some(ground) = pedestal {
+        let moving_kg: f64 = chain.joints().iter().map(|joint| joint.link.mass).sum();
+        all.push((I::BaseMass, (ground.mass_kg / (BASE_OVER_MOVING * moving_kg)).ln()));
         for dof in 0..6 {
             let compliance = 1.0 / ground.stiffness[dof];
             all.push((I::Ground(dof), compliance));
