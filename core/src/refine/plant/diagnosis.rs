@@ -14,7 +14,7 @@ use heapless::Vec;
 use super::evidence::{Restatement, Values};
 use super::explanation::{Quadratic, Squares};
 use super::{FoundImperfection, Plant};
-use crate::imperfection::KINDS;
+use crate::imperfection::{Imperfection, KINDS};
 use crate::refine::Problem;
 
 /// Largest number of kinds that are selected.
@@ -80,13 +80,20 @@ impl Plant {
             explanations.extend(leading(&mut quadratic));
         }
         explanations.sort_unstable_by(|one, other| other.share.total_cmp(&one.share));
-        // A report multiplies deviations by the root of the inflation.
+        let fitted = |imperfection: Imperfection| {
+            let mut all = self.imperfections.all.iter().zip(&self.deviations);
+            all.find(|((own, _), _)| *own == imperfection).map(|((_, prior), std)| prior * std)
+        };
         for explanation in &mut explanations {
             let is_restated = self.restated.factor(explanation.largest.imperfection) > 1.0;
             explanation.is_adopted = self.adopts && explanation.is_contradicted() && is_restated;
             let rivals = explanation.rivals.iter_mut();
             for found in rivals.chain([&mut explanation.largest]) {
+                // A report multiplies deviations by the root of the inflation.
                 found.deviation /= libm::sqrt(inflation);
+                // Compliances of the ground that are zero stay so in the quadratic. They may be larger, and the fit allows for that.
+                let fitted = fitted(found.imperfection).unwrap_or(0.0);
+                found.deviation = found.deviation.max(fitted);
             }
         }
         explanations
