@@ -10,7 +10,7 @@ use proptest::test_runner::RngSeed;
 use super::super::batch::Batch;
 use super::super::further::Further as _;
 use super::super::model::Model;
-use super::super::objective::Objective as _;
+use super::super::objective::{Domain as _, Objective as _};
 use super::super::record::Workspace;
 use super::super::retired::RetiredInformation;
 use super::super::seam::ORDERS;
@@ -67,6 +67,26 @@ fn reading(model: &Model, s: Complex<f64>, raw: &Three, seam: &PerDof<f64>) -> T
     let mut response = Response::new(0.0);
     response.evaluate(&model.terms, s, &force, Some(seam));
     response.observed
+}
+
+/// Of all imperfections, compliances and dampings of the ground alone have an end, which is zero.
+#[test]
+fn the_ground_cannot_give_way_the_wrong_way() {
+    let (chain, bounds) = (chain(), bounds());
+    let sought = Sought::new(2, &Default::default()).unwrap();
+    let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
+    let problem = problem(&chain, &measurement, &bounds, &sought);
+    let mut plant = plant();
+    let all = plant.imperfections.all.clone();
+    plant.point.coordinates = sought.coordinates(&bushings());
+    plant.point.imperfections[..all.len()].fill(0.3);
+    let room = objective::PlantDomain::new(&problem, &all).room(&plant.point);
+    for ((imperfection, _), [least, most]) in all.iter().zip(room) {
+        let is_of_ground =
+            matches!(imperfection, Imperfection::Ground(_) | Imperfection::GroundDamping(_));
+        let expected = if is_of_ground { -0.3 } else { f64::NEG_INFINITY };
+        assert_eq!([least, most], [expected, f64::INFINITY], "{imperfection:?}");
+    }
 }
 
 /// All imperfections at `away`, in their standard deviations, but those that are positive clear of zero.

@@ -135,6 +135,10 @@ fn the_quadratic_equals_dense_least_squares() {
         let count = rows.kinds.len();
         let mut quadratic = plant.quadratic(&problem, INFLATION);
 
+        let has = |imperfection: Imperfection| rows.kinds.contains(&imperfection.kind());
+        assert!(has(Imperfection::BaseMass));
+        assert!(!quadratic.kinds().any(|kind| kind == Imperfection::BaseMass.kind()));
+
         let mut squares = [1.0; KINDS];
         squares[MASSES] = 30.0;
         let with =
