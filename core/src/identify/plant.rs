@@ -143,7 +143,7 @@ impl<R> Identifier<R> {
 ///   though they are far off.
 /// - A pedestal that gives way is explained by an elastic centre of the first joint, alone, that lies far below it.
 /// - On ground that is much softer than stated the mass of the base counts, which nobody gives.
-/// - A low-pass near the band is explained by a natural frequency whose square would be negative.
+/// - A low-pass near the band is explained by a natural frequency whose square would be negative, and not as well by that of the other sensor.
 /// - A high-pass whose corner frequency would be negative does not exist.
 fn stand_for_something_else(
     explanations: &[Explanation],
@@ -168,8 +168,12 @@ fn stand_for_something_else(
     };
     let is_filter_of_another_kind = |own: &Explanation| {
         let FoundImperfection { imperfection, value, prior, .. } = own.largest;
+        let is_resonance =
+            |rival: &FoundImperfection| matches!(rival.imperfection, Imperfection::Resonance(_));
         match imperfection {
-            Imperfection::Resonance(_) => value < -LOW_PASS * prior,
+            Imperfection::Resonance(_) => {
+                value < -LOW_PASS * prior && !own.rivals.iter().any(is_resonance)
+            }
             Imperfection::HighPass(_) => value < -STATED_TOO_WELL * prior,
             _ => false,
         }
@@ -219,6 +223,10 @@ mod tests {
         let ground = explanation(Imperfection::Ground(4), 5e-9, 1.0);
         let resonance =
             |value| explanation(Imperfection::Resonance(Sensor::Accelerometer), value, 1.0);
+        let of_other_sensor =
+            explanation(Imperfection::Resonance(Sensor::Force), 0.11, 1.0).largest;
+        let rivals = Vec::from_slice(slice::from_ref(&of_other_sensor)).unwrap();
+        let of_either_sensor = Explanation { rivals, ..resonance(-0.11) };
         let high_pass = |value| explanation(Imperfection::HighPass(Sensor::Force), value, 1.0);
         let ground = Explanation { times: 3.5, ..ground };
         let hard_ground = Explanation { times: 2.5, ..ground.clone() };
@@ -242,6 +250,7 @@ mod tests {
             (&[resonance(0.2)], near, false, false),
             (&[resonance(-0.09)], near, false, false),
             (&[resonance(-0.11)], near, false, true),
+            (&[of_either_sensor], near, false, false),
             (&[high_pass(0.2)], near, false, false),
             (&[high_pass(-0.04)], near, false, false),
             (&[high_pass(-0.06)], near, false, true),
