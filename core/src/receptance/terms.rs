@@ -48,8 +48,8 @@ pub(crate) struct Ground<T> {
     pub(crate) compliance: [T; DOF],
     /// e: `d/k²`, m s/N and rad s/Nm.
     pub(crate) damping: [T; DOF],
-    /// m along each axis: mass of what stands on the ground and does not move with the first link, kg. It is taken for a point at the base.
-    pub(crate) mass: [T; 3],
+    /// m: mass of what stands on the ground and does not move with the first link, kg. It is taken for a point at the base.
+    pub(crate) mass: T,
 }
 
 impl<T: Scalar> Ground<T> {
@@ -66,10 +66,7 @@ impl<T: Scalar> Ground<T> {
     #[inline(always)]
     pub(crate) fn stiffness<V: Lanes<Scalar = T>>(&self, s: Complex<V>, dof: usize) -> Complex<V> {
         let stiffness = self.without_mass(s, dof).reciprocal();
-        match self.mass.get(dof) {
-            Some(mass) => stiffness + (s * s).scale(s.re.fill(*mass)),
-            None => stiffness,
-        }
+        if dof < 3 { stiffness + (s * s).scale(s.re.fill(self.mass)) } else { stiffness }
     }
 
     /// Displacement per load: `a/(1 + s² m a)` along an axis, `a` about one.

@@ -83,6 +83,7 @@ impl<R: Rng> Identifier<R> {
             }
         }
     }
+
     /// Goes on from an accepted minimum, whose branch was no better: with its next branch, with imperfections that are fitted from the
     /// runner-up, or to the estimate.
     fn go_on_from<const B: usize>(

@@ -85,7 +85,7 @@ impl Imperfect {
             servo: [0.0; MAX_JOINTS],
             load: 0.0,
             stiffness: 1.0,
-            ground: Ground { compliance: [0.0; DOF], damping: [0.0; DOF], mass: [mass; 3] },
+            ground: Ground { compliance: [0.0; DOF], damping: [0.0; DOF], mass },
             record,
         }
     }
@@ -156,7 +156,7 @@ impl Imperfect {
             Imperfection::Ground(dof) => self.ground.compliance[dof] += value,
             Imperfection::GroundDamping(dof) => self.ground.damping[dof] += value,
             Imperfection::BaseMass => {
-                self.ground.mass.iter_mut().for_each(|mass| *mass *= libm::exp(value));
+                self.ground.mass *= libm::exp(value);
             }
             Imperfection::RecordDelay(record) if record == self.record => {
                 calibration.delay += value;

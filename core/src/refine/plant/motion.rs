@@ -190,8 +190,8 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
     pub(super) fn by_base_mass(&self, model: &Model, s: Complex<V>) -> [Complex<V>; 3] {
         let mut derivative = [Complex::zero(s.re); 3];
         let Some(ground) = &model.terms.ground else { return derivative };
-        for (dof, mass) in ground.mass.iter().enumerate() {
-            let inertia = (s * s).scale(s.re.fill(-mass));
+        let inertia = (s * s).scale(s.re.fill(-ground.mass));
+        for dof in 0..3 {
             let displacement = ground.at(s, dof);
             let moved = self.of_record.on_base[dof] * inertia * displacement * displacement;
             for (derivative, own) in derivative.iter_mut().zip(&self.per_observation) {
