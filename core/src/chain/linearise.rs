@@ -96,6 +96,17 @@ impl fmt::Display for LinearisationError {
 
 impl Error for LinearisationError {}
 
+impl LinearChain {
+    /// Static elongations of the bushings, m and rad.
+    pub(crate) fn elongations(&self) -> [Vector6<f64>; MAX_JOINTS] {
+        let mut elongations = [Vector6::zeros(); MAX_JOINTS];
+        for (own, joint) in elongations.iter_mut().zip(&self.joints) {
+            *own = joint.sag;
+        }
+        elongations
+    }
+}
+
 impl Chain {
     /// Linearises the chain about its static equilibrium at joint angles `pose` (one per driven joint, rad or m) under `gravity`
     /// (base axes, m/s²). The bushings affect the result only through the sag: without gravity the result does not depend on
@@ -130,6 +141,20 @@ impl Chain {
         Sagged::new(self, pose, gravity, sag).linearise(self, sag)
     }
 
+    /// Loads of gravity on these elongations of the bushings, N and Nm. There is one angle of `pose` per driven joint.
+    pub(crate) fn gravity_loads(
+        &self,
+        pose: &[f64],
+        gravity: Vector3<f64>,
+        sag: &[Vector6<f64>; MAX_JOINTS],
+    ) -> [Vector6<f64>; MAX_JOINTS] {
+        let mut loads = [Vector6::zeros(); MAX_JOINTS];
+        for (load, joint) in loads.iter_mut().zip(&Sagged::new(self, pose, gravity, sag).joints) {
+            *load = joint.gravity_load();
+        }
+        loads
+    }
+
     /// Elongations of the bushings at rest under gravity, m and rad.
     fn sag(
         &self,
@@ -145,12 +170,11 @@ impl Chain {
         // rest.
         let mut moving = Some(0);
         for _ in 0..EQUILIBRIUM_ROUNDS {
-            let frames = Sagged::new(self, pose, gravity, &sag);
+            let loads = self.gravity_loads(pose, gravity, &sag);
             let mut largest = AT_REST;
             moving = None;
-            for (index, joint) in frames.joints.iter().enumerate() {
-                let stiffness = Vector6::from(bushings[index].stiffness);
-                let next = joint.gravity_load().component_div(&stiffness);
+            for (index, bushing) in bushings.iter().enumerate() {
+                let next = loads[index].component_div(&Vector6::from(bushing.stiffness));
                 let change = (next - sag[index]).abs().sum();
                 if change.is_nan() || change >= largest {
                     (largest, moving) = (change, Some(index));

@@ -129,13 +129,7 @@ impl<'a> Derivatives<'a> {
     ) {
         match self.columns[index] {
             Some((column, false)) => write(rows, axis, column, value),
-            Some((column, true)) => {
-                let [re, im] = spill(value);
-                for (lane, rows) in rows.iter_mut().enumerate() {
-                    rows[2 * axis][column] += re[lane];
-                    rows[2 * axis + 1][column] += im[lane];
-                }
-            }
+            Some((column, true)) => add(rows, axis, column, value),
             None => {}
         }
     }
@@ -152,6 +146,20 @@ pub(super) fn write<V: Lanes<Scalar = f64>, const W: usize>(
     for (lane, rows) in rows.iter_mut().enumerate() {
         rows[2 * axis][column] = re[lane];
         rows[2 * axis + 1][column] = im[lane];
+    }
+}
+
+#[inline(always)]
+pub(super) fn add<V: Lanes<Scalar = f64>, const W: usize>(
+    rows: &mut [Rows<W>],
+    axis: usize,
+    column: usize,
+    value: Complex<V>,
+) {
+    let [re, im] = spill(value);
+    for (lane, rows) in rows.iter_mut().enumerate() {
+        rows[2 * axis][column] += re[lane];
+        rows[2 * axis + 1][column] += im[lane];
     }
 }
 

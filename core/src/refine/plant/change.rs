@@ -1,7 +1,7 @@
 //! Derivative of the linearised model by one imperfection.
 //!
-//! The sag is held: its change is of second order. The change of the stiffness due to gravity is left out, as in the derivatives by
-//! the links' masses ([`Response::per_mass`](crate::receptance::Response::per_mass)).
+//! The sag is held; [`sag`](super::sag) adds what follows from its change. The change of the stiffness due to gravity is left out, as in the
+//! derivatives by the links' masses ([`Response::per_mass`](crate::receptance::Response::per_mass)).
 
 use heapless::Vec;
 use nalgebra::Matrix3;

@@ -17,9 +17,10 @@ use heapless::Vec;
 use super::super::batch::Batch;
 use super::super::further::Further;
 use super::super::model::Model;
-use super::super::rows::{Rows, write};
+use super::super::rows::{Rows, add, write};
 use super::change::Change;
 use super::motion::{Motions, taken_by_tool};
+use super::sag::Sags;
 use crate::chain::from_parent::FromParent;
 use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS, Sensor};
 use crate::receptance::lanes::Lanes;
@@ -41,6 +42,8 @@ pub(super) struct Imperfections {
     pub(super) from_parent: Vec<FromParent, MAX_JOINTS>,
     /// Derivative of the model by each imperfection of the model, in its standard deviation.
     pub(super) changes: Vec<Change, MAX_IMPERFECTIONS>,
+    /// Sags of the bushings.
+    pub(super) sags: Sags,
     /// Filter of the accelerometer.
     pub(super) accelerometer_filter: Filter<f64>,
     /// Reference of the hysteresis, rad/s.
@@ -147,6 +150,33 @@ fn add_stiffness<V: Lanes<Scalar = f64>>(
     }
 }
 
+/// Derivative of the reading by a change of the model. `cut` is the force that cuts.
+#[inline(always)]
+fn of_change<V: Lanes<Scalar = f64>>(
+    change: &Change,
+    response: &Response<V>,
+    model: &Model,
+    s: Complex<V>,
+    cut: &[Complex<V>; 3],
+    motions: &Motions<V>,
+) -> [Complex<V>; 3] {
+    let last = model.terms.joints.len() - 1;
+    let mut derivative = [Complex::zero(s.re); 3];
+    if let Some((joint, inertia)) = &change.inertia {
+        motions.add_inertia(*joint, inertia, s * s, &mut derivative);
+    }
+    for (joint, change) in &change.from_parent {
+        motions.add_from_parent(*joint, change, &mut derivative);
+    }
+    if let Some(rates) = &change.stiffness {
+        add_stiffness(&model.terms, response, rates, &mut derivative);
+    }
+    if let Some(tip) = &change.tip {
+        motions.add_tip(last, tip, response, s, cut, &mut derivative);
+    }
+    derivative
+}
+
 /// `−Σ ∂z e_out q` over all degrees of freedom, with `∂z` a real value of each times a common factor.
 #[inline(always)]
 fn by_impedance<V: Lanes<Scalar = f64>>(
@@ -196,27 +226,34 @@ impl Further for &Imperfections {
                 *cut = *cut + taken;
             }
         }
-        let mut changes = self.changes.iter();
+        let mut of_sags: Vec<[Complex<V>; 3], { DOF * MAX_JOINTS }> = Vec::new();
+        for sag in &self.sags {
+            let of_sag = of_change(&sag.change, response, model, s, &cut, &motions);
+            // There is room for all of them.
+            let _ = of_sags.push(of_sag);
+            if let Some(unknown) = sag.unknown {
+                let column = first + self.all.len() + unknown;
+                for (axis, value) in of_sag.into_iter().enumerate() {
+                    add(rows, axis, column, -value);
+                }
+            }
+        }
+        let mut changes = self.changes.iter().enumerate();
         for (index, &(imperfection, deviation)) in self.all.iter().enumerate() {
-            let mut derivative = [Complex::zero(s.re); 3];
-            if imperfection.is_of_model() {
-                let Some(change) = changes.next() else { continue };
-                if let Some((joint, inertia)) = &change.inertia {
-                    motions.add_inertia(*joint, inertia, s * s, &mut derivative);
+            let derivative = if imperfection.is_of_model() {
+                let Some((place, change)) = changes.next() else { continue };
+                let mut derivative = of_change(change, response, model, s, &cut, &motions);
+                for (sag, of_sag) in self.sags.iter().zip(&of_sags) {
+                    let rate = s.re.fill(sag.by_imperfection[place]);
+                    for (derivative, value) in derivative.iter_mut().zip(of_sag) {
+                        *derivative = derivative.add_mul_real(*value, rate);
+                    }
                 }
-                for (joint, change) in &change.from_parent {
-                    motions.add_from_parent(*joint, change, &mut derivative);
-                }
-                if let Some(rates) = &change.stiffness {
-                    add_stiffness(&model.terms, response, rates, &mut derivative);
-                }
-                if let Some(tip) = &change.tip {
-                    motions.add_tip(last, tip, response, s, &cut, &mut derivative);
-                }
+                derivative
             } else {
                 let own = self.of_reading(imperfection, response, model, batch, &motions);
-                derivative = own.map(|value| value.scale(s.re.fill(deviation)));
-            }
+                own.map(|value| value.scale(s.re.fill(deviation)))
+            };
             for (axis, value) in derivative.into_iter().enumerate() {
                 write(rows, axis, first + index, value);
             }

@@ -200,6 +200,15 @@ impl Imperfect {
         self.chain.linearise_at(&self.pose, problem.measurement.gravity(), sag)
     }
 
+    /// Loads of gravity on these elongations of the bushings, N and Nm.
+    pub(super) fn gravity_loads(
+        &self,
+        problem: &Problem<'_>,
+        sag: &[Vector6<f64>; MAX_JOINTS],
+    ) -> [Vector6<f64>; MAX_JOINTS] {
+        self.chain.gravity_loads(&self.pose, problem.measurement.gravity(), sag)
+    }
+
     /// What the rows of a record need of the model, whose chain is linearised as `linear`.
     pub(in crate::refine) fn model(
         &self,

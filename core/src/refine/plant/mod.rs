@@ -8,6 +8,7 @@
 //! | ------------------------------- | --------------------------------------------------------------- |
 //! | `imperfect`                     | the model with its imperfections                                |
 //! | `change`, `motion`, `columns`   | derivatives of a reading by the imperfections                   |
+//! | `sag`                           | the same through the sag of the bushings                        |
 //! | `correction`                    | a model with the imperfections that a fit has found             |
 //! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
 //! | `fit`, `crawl`                  | its minimum, and when a fit is given up                         |
@@ -34,6 +35,7 @@ mod mechanics;
 mod motion;
 mod objective;
 mod restated;
+mod sag;
 mod sizes;
 mod structure;
 
@@ -112,6 +114,7 @@ impl Plant {
                 all: imperfection::all(accuracies, &joints, 0),
                 from_parent: Vec::new(),
                 changes: Vec::new(),
+                sags: Vec::new(),
                 accelerometer_filter: Filter::default(),
                 reference: 0.0,
                 drives: Vec::new(),

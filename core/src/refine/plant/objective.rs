@@ -12,15 +12,13 @@ use super::super::seam::Seam;
 use super::super::sum_of_squares::{add_other_than_records, other_than_records};
 use super::super::summary::Summary;
 use super::super::{ParameterNormal, Problem};
-use super::Plant;
 use super::change::Change;
 use super::columns::{Imperfections, STEP};
 use super::imperfect::Imperfect;
 use super::sizes::{ALL, OF_ALL, OF_RECORD, WIDE};
+use super::{Plant, sag};
 use heapless::Vec;
-use nalgebra::Vector6;
 
-use crate::MAX_JOINTS;
 use crate::chain::Joint;
 use crate::chain::linearise::LinearisationError;
 use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
@@ -217,28 +215,31 @@ pub(super) fn prepare(
     let imperfect = imperfections.at(problem, point, pose, record, None);
     let linear = imperfect.linearise(problem, &bushings)?;
     let model = imperfect.model(problem, &linear, &bushings)?;
-    let mut sag = [Vector6::zeros(); MAX_JOINTS];
-    for (sag, joint) in sag.iter_mut().zip(&linear.joints) {
-        *sag = joint.sag;
-    }
     imperfections.accelerometer_filter = imperfect.accelerometer_filter();
     imperfections.reference = imperfect.reference();
     imperfections.drives = problem.chain.joints().iter().map(Joint::drive).collect();
     imperfections.record = record;
     imperfections.from_parent = linear.joints.iter().map(|joint| joint.from_parent).collect();
+    sag::renew(&mut imperfections.sags, problem, &imperfect, &linear, &model, &bushings)?;
     imperfections.changes.clear();
+    let elongations = linear.elongations();
+    let held = imperfect.gravity_loads(problem, &elongations);
     for index in 0..imperfections.all.len() {
         let imperfection = imperfections.all[index].0;
-        if imperfection.is_of_another_record(record) {
-            let _ = imperfections.changes.push(Change::NONE);
+        let (change, loads) = if imperfection.is_of_another_record(record) {
+            (Change::NONE, held)
         } else if imperfection.is_of_model() {
             let moved = imperfections.at(problem, point, pose, record, Some(index));
-            let there = moved.linearise_at(problem, &sag);
+            let there = moved.linearise_at(problem, &elongations);
             let terms = moved.model(problem, &there, &bushings)?.terms;
             let change = Change::between([&linear, &there], [&model.terms, &terms], STEP);
-            // There is room for all of them.
-            let _ = imperfections.changes.push(change);
-        }
+            (change, moved.gravity_loads(problem, &elongations))
+        } else {
+            continue;
+        };
+        // There is room for all of them.
+        let _ = imperfections.changes.push(change);
+        imperfections.sags.iter_mut().for_each(|sag| sag.push(&loads));
     }
     Ok(model)
 }

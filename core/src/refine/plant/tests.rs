@@ -28,10 +28,14 @@ use crate::{DOF, MAX_JOINTS};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng as _;
 
-const POSE: [f64; 2] = [0.4, -0.3];
-type Three = [Complex<f64>; 3];
+pub(super) const POSE: [f64; 2] = [0.4, -0.3];
+pub(super) type Three = [Complex<f64>; 3];
 
-fn measurement(places: &[[f64; 3]; 4], tool_mass: f64, gravity: [f64; 3]) -> Measurement {
+pub(super) fn measurement(
+    places: &[[f64; 3]; 4],
+    tool_mass: f64,
+    gravity: [f64; 3],
+) -> Measurement {
     let [accelerometer, accelerometer_turn, force_turn, tool_centre] = places.map(Vector3::from);
     Measurement {
         band_hz: [5.0, 60.0],
@@ -60,7 +64,7 @@ fn of_plant(problem: &Problem<'_>, plant: &Plant, values: &[f64]) -> Model {
 }
 
 /// The reading of a model in its force filter and its gains.
-fn reading(model: &Model, s: Complex<f64>, raw: &Three, seam: &PerDof<f64>) -> Three {
+pub(super) fn reading(model: &Model, s: Complex<f64>, raw: &Three, seam: &PerDof<f64>) -> Three {
     let inverse = model.force_filter.inverse(s);
     let gain = model.calibration.force_gain;
     let force = core::array::from_fn(|axis| (raw[axis] * inverse).scale(1.0 / gain[axis]));
@@ -90,7 +94,7 @@ fn the_ground_cannot_give_way_the_wrong_way() {
 }
 
 /// All imperfections at `away`, in their standard deviations, but those that are positive clear of zero.
-fn inside(all: &[(Imperfection, f64)], away: f64) -> [f64; MAX_IMPERFECTIONS] {
+pub(super) fn inside(all: &[(Imperfection, f64)], away: f64) -> [f64; MAX_IMPERFECTIONS] {
     let mut values = [0.0; MAX_IMPERFECTIONS];
     for (value, (imperfection, _)) in values.iter_mut().zip(all) {
         *value = if imperfection.is_positive() { away.abs().max(0.5) } else { away };
@@ -102,7 +106,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(2), ..ProptestConfig::with_cases(24) })]
 
     /// At the model and away from it, in a record with a seam. Under gravity only of what leaves the links in their places, since the
-    /// derivatives leave out what gravity adds to the stiffness.
+    /// derivatives leave out what gravity adds to the stiffness. [`sag`] has a test of what they leave out through the sag.
     #[test]
     fn columns_equal_differences_of_the_plant(
         places in proptest::array::uniform4(uniform3(-0.5_f64..0.5)),
