@@ -9,8 +9,8 @@
 //! ever on real data. Two equally good minima in different places leave the estimate unsettled: the data do not say which is right.
 //!
 //! On a plant that is not perfect, a minimum that noise does not explain is judged by the residuals that are left once the
-//! [imperfections](crate::imperfection) of the plant are fitted with the parameters from there, and else from the end of the descent that has
-//! led to it. If they explain the records, or most of what noise does not, the model has these imperfections from then on: branches and rivals
+//! [imperfections](crate::imperfection) of the plant are fitted with the parameters, from the end of the descent that has led to it, and else
+//! from the minimum. If they explain the records, or most of what noise does not, the model has these imperfections from then on: branches and rivals
 //! of the minimum are those of that model, and so are later searches, until a fit to the plant from another minimum finds better ones.
 //!
 //! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
@@ -95,7 +95,7 @@ enum FitStart {
     /// The same, a branch of one that has been accepted so.
     BranchOf(Acceptance),
     /// The end of the descent that has led to the minimum. A descent allows for relative errors of the model, so that imperfections draw its
-    /// end away less than the minimum of the perfect model.
+    /// end away less than the minimum of the perfect model. If the fit explains too little, another one begins at the minimum.
     Descent,
     /// The best minimum, once the budget of searches is spent: the fit is not given up, and if it explains too little the identifier settles.
     Best,

@@ -47,7 +47,7 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
-    /// Whether imperfections that explain too little from this minimum may explain more from the end of the descent that has led to it.
+    /// Whether imperfections that have explained too little of this minimum may explain more from the end of another descent to it.
     pub(super) fn is_to_be_judged_from_descent(&self, found: &Minimum) -> bool {
         let is_judged = found.of_plant.is_some() && may_be_mended(found);
         is_judged && !self.refinement.is_corrected() && self.descent_end.is_some()
@@ -62,12 +62,14 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
         plant: &mut Plant,
     ) {
-        if from == FitStart::Descent
-            && let Some(end) = self.descent_end.take()
-        {
-            self.refinement.restart_at(&end);
+        let end = if from == FitStart::Descent { self.descent_end.take() } else { None };
+        match end {
+            Some(end) => {
+                self.refinement.restart_at(&end);
+                self.refinement.restart_plant_from_descent(plant, experiments.len());
+            }
+            None => self.refinement.restart_plant(plant, experiments.len()),
         }
-        self.refinement.restart_plant(plant, experiments.len());
         self.purpose = Purpose::Plant { found, from };
         self.phase = Phase::Refining;
     }
@@ -95,8 +97,14 @@ impl<R: Rng> Identifier<R> {
             return self.correct_by(plant, on_plant.judged);
         }
         if from == FitStart::Descent {
-            // The minimum itself has been judged before.
+            // The minimum itself may have been judged before.
             found.of_plant = before;
+            if before.is_none()
+                && let Some(plant) = plant.as_deref_mut()
+            {
+                self.stand_at(&found, experiments);
+                return self.fit_to_plant(found, FitStart::Minimum, experiments, plant);
+            }
         }
         if from == FitStart::Best {
             return self.settle(&mut found, Acceptance::Unsettled, experiments);
@@ -105,12 +113,6 @@ impl<R: Rng> Identifier<R> {
             // It compares with the others by its residuals in the model that all have.
             found.of_plant = None;
             corrected.fitted_in_vain = Some(found.coordinates);
-        }
-        if from == FitStart::Minimum
-            && let Some(plant) = plant.as_deref_mut()
-            && self.is_to_be_judged_from_descent(&found)
-        {
-            return self.fit_to_plant(found, FitStart::Descent, experiments, plant);
         }
         if let FitStart::BranchOf(acceptance) = from
             && let Some(mut best) = self.best.take()

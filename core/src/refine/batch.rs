@@ -80,20 +80,27 @@ impl<'a> Bins<'a> {
         measured
     }
 
-    /// Mean squares of the noise of the force, as a sensor of no gain and no filter would have it, and of the acceleration.
+    /// Mean squares of the noise of the force, as a sensor of no gain and no filter would have it, and of the acceleration: to this is added
+    /// the square of the error that the weights allow for, `η² |A|²/3`.
     #[inline(always)]
     pub(super) fn noise(&self, model: &Model, bin: usize) -> [[f64; 3]; 2] {
-        let Model { calibration, force_filter, .. } = model;
+        let Model { calibration, force_filter, relative_error, .. } = model;
         let filtered = if force_filter.is_none() {
             1.0
         } else {
             force_filter.inverse(Complex::new(0.0, self.omega(bin))).square()
         };
+        let mut error = 0.0;
+        if *relative_error != 0.0 {
+            let measured = self.measured(bin);
+            let square: f64 = measured.as_flattened().iter().map(|part| part * part).sum();
+            error = relative_error * relative_error * square / 3.0;
+        }
         let mut noise = [[0.0; 3]; 2];
         for axis in 0..3 {
             let gain = calibration.force_gain[axis];
             noise[0][axis] = filtered * f64::from(self.force_noise[axis][bin]) / (gain * gain);
-            noise[1][axis] = f64::from(self.acceleration_noise[axis][bin]);
+            noise[1][axis] = f64::from(self.acceleration_noise[axis][bin]) + error;
         }
         noise
     }

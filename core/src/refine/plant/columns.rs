@@ -52,6 +52,8 @@ pub(super) struct Imperfections {
     pub(super) drives: Vec<Option<usize>, MAX_JOINTS>,
     /// Number of the record.
     pub(super) record: usize,
+    /// Relative error of the model that the weights allow for.
+    pub(super) relative_error: f64,
 }
 
 impl Imperfections {

@@ -22,6 +22,13 @@ impl Refinement {
         plant.restated = Restated::default();
         plant.crawl = Crawl::NONE;
         plant.minimiser.restart();
+        plant.end_levels();
+    }
+
+    /// As [`Refinement::restart_plant`], where a descent has ended: the fit allows for errors of the model at first.
+    pub(crate) fn restart_plant_from_descent(&self, plant: &mut Plant, records: usize) {
+        self.restart_plant(plant, records);
+        plant.begin_levels();
     }
 
     /// Goes to where the last fit to a plant has ended. From now on the model has the imperfections found there.
@@ -67,7 +74,11 @@ impl Refinement {
             others: &mut self.minimiser.normal,
             summary,
         };
+        let standing = minimiser.linearised.then(|| minimiser.normal.sum_of_squares());
         let outcome = minimiser.step(&domain, &mut objective, point).unwrap_or(Outcome::Exhausted);
+        if plant.go_on_to_next_level(outcome, standing.unwrap_or(f64::INFINITY)) {
+            return Outcome::Improving;
+        }
         if outcome != Outcome::Improving && plant.restate_accuracies() {
             plant.crawl = Crawl::NONE;
             return Outcome::Improving;
@@ -85,7 +96,10 @@ impl Refinement {
         let outcome = self.step_plant(problem, experiments, plant);
         let residuals = experiments.iter().map(|experiment| 6 * experiment.bins()).sum();
         let sum_of_squares = plant.minimiser.normal.sum_of_squares();
-        if outcome == Outcome::Improving && plant.crawl.is_hopeless(sum_of_squares, residuals) {
+        if outcome == Outcome::Improving
+            && plant.is_on_last_level()
+            && plant.crawl.is_hopeless(sum_of_squares, residuals)
+        {
             plant.crawl = Crawl::NONE;
             let goes_on = plant.restate_accuracies();
             return if goes_on { Outcome::Improving } else { Outcome::Exhausted };

@@ -11,7 +11,7 @@
 //! | `sag`                           | the same through the sag of the bushings                        |
 //! | `correction`                    | a model with the imperfections that a fit has found             |
 //! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
-//! | `fit`, `crawl`                  | its minimum, and when a fit is given up                         |
+//! | `fit`, `levels`, `crawl`        | its minimum, how a fit begins, and when it is given up          |
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | links that give way                                             |
 //! | `information`                   | what records and priors say of unknowns and imperfections       |
@@ -31,6 +31,7 @@ mod fit;
 pub(super) mod imperfect;
 mod information;
 mod jackknife;
+mod levels;
 mod mechanics;
 mod motion;
 mod objective;
@@ -119,6 +120,7 @@ impl Plant {
                 reference: 0.0,
                 drives: Vec::new(),
                 record: 0,
+                relative_error: 0.0,
             },
             accuracies: *accuracies,
             minimiser: LevenbergMarquardt::new(LIMITS),

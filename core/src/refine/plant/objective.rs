@@ -283,6 +283,7 @@ impl Imperfections {
     ) -> Imperfect {
         let calibration = problem.sought.calibration(&point.coordinates);
         let mut imperfect = Imperfect::new(problem, &calibration, pose, record);
+        imperfect.allow_for(self.relative_error);
         for (index, &(imperfection, deviation)) in self.all.iter().enumerate() {
             let more = if larger == Some(index) { STEP } else { 0.0 };
             let value = point.imperfections[index] + more;

@@ -1,0 +1,82 @@
+//! Levels of a fit that begins at the end of a descent.
+//!
+//! A descent allows for relative errors of the model. A fit that weighs by the noise alone goes from its end to a minimum nearby, in which
+//! imperfections stand for a few wrong bushings. So the fit allows for the same errors η at first, in the variance of each reading:
+//!
+//! ```text
+//! σ² + η² (|A_x|² + |A_y|² + |A_z|²)/3
+//! ```
+//!
+//! Each level has a smaller η, and begins at the minimum of the level before.
+
+use super::super::Outcome;
+use super::Plant;
+use super::crawl::Crawl;
+use crate::continuation::{LAST_RELATIVE, NEGLIGIBLE, RELATIVE};
+
+/// η of each level; then the noise alone weighs. Of seven drawn six-joint arms the first start finds the right minimum of all with these levels,
+/// and of four without.
+const LEVELS: [f64; 2] = [RELATIVE, LAST_RELATIVE];
+
+impl Plant {
+    /// The fit begins at the end of a descent.
+    pub(super) fn begin_levels(&mut self) {
+        self.imperfections.relative_error = LEVELS[0];
+    }
+
+    /// The fit weighs by the noise alone.
+    pub(super) fn end_levels(&mut self) {
+        self.imperfections.relative_error = 0.0;
+    }
+
+    /// Whether the noise alone weighs.
+    pub(super) fn is_on_last_level(&self) -> bool {
+        self.imperfections.relative_error == 0.0
+    }
+
+    /// Goes on to the next level if this one is over: after this outcome of a step from where the sum of squares was `before`. Returns
+    /// whether it has.
+    pub(super) fn go_on_to_next_level(&mut self, outcome: Outcome, before: f64) -> bool {
+        let gain = before - self.minimiser.normal.sum_of_squares();
+        let is_negligible = gain > 0.0 && gain < NEGLIGIBLE * before;
+        if self.is_on_last_level() || outcome == Outcome::Improving && !is_negligible {
+            return false;
+        }
+        let level = &mut self.imperfections.relative_error;
+        *level = LEVELS.into_iter().find(|next| *next < *level).unwrap_or(0.0);
+        self.minimiser.restart();
+        self.crawl = Crawl::NONE;
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::plant;
+    use super::*;
+
+    #[test]
+    fn a_level_ends_where_a_step_gains_little_or_nothing() {
+        for (outcome, before, is_over) in [
+            (Outcome::Improving, f64::INFINITY, false),
+            (Outcome::Improving, 1100.0, false),
+            (Outcome::Improving, 1000.5, true),
+            // A step that was rejected.
+            (Outcome::Improving, 1000.0, false),
+            (Outcome::Converged, 1000.0, true),
+            (Outcome::Exhausted, 1100.0, true),
+        ] {
+            let mut plant = plant();
+            plant.minimiser.normal.reset(0);
+            *plant.minimiser.normal.entry(0, 0) = 1000.0;
+            plant.begin_levels();
+            assert_eq!(plant.go_on_to_next_level(outcome, before), is_over, "{outcome:?} {before}");
+            let expected = if is_over { 0.0125 } else { 0.05 };
+            assert_eq!(plant.imperfections.relative_error, expected, "{outcome:?} {before}");
+            assert!(plant.go_on_to_next_level(Outcome::Converged, before));
+            let went_on = plant.go_on_to_next_level(Outcome::Converged, before);
+            assert_eq!([went_on, plant.is_on_last_level()], [!is_over, true]);
+            assert!(!plant.go_on_to_next_level(Outcome::Converged, before));
+        }
+    }
+}
