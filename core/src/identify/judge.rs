@@ -22,8 +22,8 @@ impl<R: Rng> Identifier<R> {
         let Some(mut found) = self.come_to(experiments, plant.as_deref_mut()) else { return };
         self.inherit_judgement(&mut found);
         let from = if self.is_to_be_judged_on_plant(&found, experiments) {
-            let has_descended = self.descent_end.is_some();
-            Some(if has_descended { FitStart::Descent } else { FitStart::Minimum })
+            let begins_at_descent = self.descent_end.is_some() && !self.refinement.is_corrected();
+            Some(if begins_at_descent { FitStart::Descent } else { FitStart::Minimum })
         } else if self.is_to_be_judged_from_descent(&found) {
             Some(FitStart::Descent)
         } else {

@@ -228,6 +228,7 @@ impl<R: Rng> Identifier<R> {
             }
         };
         self.best = None;
+        let was_corrected = self.refinement.is_corrected();
         self.refinement.set_correction(&Correction::NONE);
         self.corrected = None;
         self.descent_end = None;
@@ -262,6 +263,8 @@ impl<R: Rng> Identifier<R> {
             }
             (Phase::Settled, Some(estimate)) => {
                 self.refinement.restart_at(&estimate.coordinates);
+                // The minimum of the perfect model may lie elsewhere.
+                self.descent_end = was_corrected.then_some(estimate.coordinates);
                 self.found_by = estimate.found_by;
                 self.phase = Phase::Refining;
             }

@@ -80,8 +80,8 @@ impl<'a> Bins<'a> {
         measured
     }
 
-    /// Mean squares of the noise of the force, as a sensor of no gain and no filter would have it, and of the acceleration: to this is added
-    /// the square of the error that the weights allow for, `η² |A|²/3`.
+    /// Mean squares of the noise of the force, as a sensor of no gain and no filter would have it, and of the acceleration. The
+    /// second includes `η² |A|²/3`, the error of the model that the weights allow for.
     #[inline(always)]
     pub(super) fn noise(&self, model: &Model, bin: usize) -> [[f64; 3]; 2] {
         let Model { calibration, force_filter, relative_error, .. } = model;

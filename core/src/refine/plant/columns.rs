@@ -29,7 +29,7 @@ use crate::receptance::{
 };
 use crate::{DOF, MAX_JOINTS};
 
-/// Step of a difference, in standard deviations of the imperfection. Chosen: rounding changes a derivative by less than 1e-6 of it, and
+/// Step of a difference, in standard deviations of the imperfection, or of the logarithm of a sag. Chosen: rounding changes a derivative by less than 1e-6 of it, and
 /// curvature by a thousandth of what it changes over a standard deviation.
 pub(super) const STEP: f64 = 1e-3;
 
@@ -52,8 +52,6 @@ pub(super) struct Imperfections {
     pub(super) drives: Vec<Option<usize>, MAX_JOINTS>,
     /// Number of the record.
     pub(super) record: usize,
-    /// Relative error of the model that the weights allow for.
-    pub(super) relative_error: f64,
 }
 
 impl Imperfections {
@@ -228,14 +226,18 @@ impl Further for &Imperfections {
                 *cut = *cut + taken;
             }
         }
-        let mut of_sags: Vec<[Complex<V>; 3], { DOF * MAX_JOINTS }> = Vec::new();
+        let mut of_loads: Vec<[Complex<V>; 3], { DOF * MAX_JOINTS }> = Vec::new();
         for sag in &self.sags {
-            let of_sag = of_change(&sag.change, response, model, s, &cut, &motions);
+            let of_geometry = of_change(&sag.change, response, model, s, &cut, &motions);
+            let mut of_load = of_geometry;
+            if let Some(rates) = &sag.stiffness {
+                add_stiffness(&model.terms, response, rates, &mut of_load);
+            }
             // There is room for all of them.
-            let _ = of_sags.push(of_sag);
+            let _ = of_loads.push(of_load);
             if let Some(unknown) = sag.unknown {
                 let column = first + self.all.len() + unknown;
-                for (axis, value) in of_sag.into_iter().enumerate() {
+                for (axis, value) in of_geometry.into_iter().enumerate() {
                     add(rows, axis, column, -value);
                 }
             }
@@ -245,9 +247,9 @@ impl Further for &Imperfections {
             let derivative = if imperfection.is_of_model() {
                 let Some((place, change)) = changes.next() else { continue };
                 let mut derivative = of_change(change, response, model, s, &cut, &motions);
-                for (sag, of_sag) in self.sags.iter().zip(&of_sags) {
+                for (sag, of_load) in self.sags.iter().zip(&of_loads) {
                     let rate = s.re.fill(sag.by_imperfection[place]);
-                    for (derivative, value) in derivative.iter_mut().zip(of_sag) {
+                    for (derivative, value) in derivative.iter_mut().zip(of_load) {
                         *derivative = derivative.add_mul_real(*value, rate);
                     }
                 }

@@ -61,7 +61,7 @@ impl Refinement {
         experiments: &[Experiment<B>],
         plant: &mut Plant,
     ) -> Outcome {
-        let Plant { imperfections, minimiser, point, record, summary, .. } = plant;
+        let Plant { imperfections, minimiser, point, record, relative_error, summary, .. } = plant;
         let domain = PlantDomain::new(problem, &imperfections.all);
         self.minimiser.linearised = false;
         let mut objective = PlantSumOfSquares {
@@ -72,6 +72,7 @@ impl Refinement {
             imperfections,
             record,
             others: &mut self.minimiser.normal,
+            relative_error: *relative_error,
             summary,
         };
         let standing = minimiser.linearised.then(|| minimiser.normal.sum_of_squares());
@@ -96,8 +97,10 @@ impl Refinement {
         let outcome = self.step_plant(problem, experiments, plant);
         let residuals = experiments.iter().map(|experiment| 6 * experiment.bins()).sum();
         let sum_of_squares = plant.minimiser.normal.sum_of_squares();
+        // Where the fit has gone on to another level, or with other accuracies, sums of squares do not compare.
+        let compares = plant.minimiser.linearised && plant.is_on_last_level();
         if outcome == Outcome::Improving
-            && plant.is_on_last_level()
+            && compares
             && plant.crawl.is_hopeless(sum_of_squares, residuals)
         {
             plant.crawl = Crawl::NONE;

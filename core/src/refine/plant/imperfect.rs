@@ -43,8 +43,6 @@ pub(in crate::refine) struct Imperfect {
     ground: Ground<f64>,
     /// Number of the record.
     record: usize,
-    /// Relative error of the model that the weights allow for.
-    relative_error: f64,
 }
 
 impl Imperfect {
@@ -89,13 +87,7 @@ impl Imperfect {
             stiffness: 1.0,
             ground: Ground { compliance: [0.0; DOF], damping: [0.0; DOF], mass },
             record,
-            relative_error: 0.0,
         }
-    }
-
-    /// From now on weights allow for this relative error of the model.
-    pub(super) fn allow_for(&mut self, relative_error: f64) {
-        self.relative_error = relative_error;
     }
 
     /// Adds an imperfection of this value.
@@ -238,7 +230,7 @@ impl Imperfect {
             terms: if problem.sought.seeks_masses() { terms.with_masses() } else { terms },
             calibration: self.sensors.calibration,
             force_filter: self.force_filter,
-            relative_error: self.relative_error,
+            relative_error: 0.0,
         })
     }
 }

@@ -71,6 +71,7 @@ impl Refinement {
             imperfections,
             record,
             others: &mut self.minimiser.normal,
+            relative_error: 0.0,
             summary,
         };
         // Those that are there may be of a trial step that was rejected.

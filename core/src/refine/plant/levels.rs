@@ -1,37 +1,39 @@
 //! Levels of a fit that begins at the end of a descent.
 //!
-//! A descent allows for relative errors of the model. A fit that weighs by the noise alone goes from its end to a minimum nearby, in which
-//! imperfections stand for a few wrong bushings. So the fit allows for the same errors η at first, in the variance of each reading:
+//! A descent allows for relative errors η of the model. A fit that weighs by the noise alone goes from its end to a minimum nearby, in which a few
+//! bushings are wrong, and imperfections make up for them. So the fit allows for errors at first, too: the variance of each axis is
 //!
 //! ```text
 //! σ² + η² (|A_x|² + |A_y|² + |A_z|²)/3
 //! ```
 //!
-//! Each level has a smaller η, and begins at the minimum of the level before.
+//! Other than in a descent the measured acceleration alone counts, so that the weights do not depend on the unknowns; and its mean over the
+//! axes, so that no axis weighs more because the arm hardly moves along it. Each level has a smaller η, and begins at the minimum of the level
+//! before.
 
 use super::super::Outcome;
 use super::Plant;
 use super::crawl::Crawl;
 use crate::continuation::{LAST_RELATIVE, NEGLIGIBLE, RELATIVE};
 
-/// η of each level; then the noise alone weighs. Of seven drawn six-joint arms the first start finds the right minimum of all with these levels,
+/// η of each level; then the noise alone weighs. Chosen: those of the descent. Of seven drawn six-joint arms the first start finds the right minimum of all with these levels,
 /// and of four without.
 const LEVELS: [f64; 2] = [RELATIVE, LAST_RELATIVE];
 
 impl Plant {
     /// The fit begins at the end of a descent.
     pub(super) fn begin_levels(&mut self) {
-        self.imperfections.relative_error = LEVELS[0];
+        self.relative_error = LEVELS[0];
     }
 
     /// The fit weighs by the noise alone.
     pub(super) fn end_levels(&mut self) {
-        self.imperfections.relative_error = 0.0;
+        self.relative_error = 0.0;
     }
 
     /// Whether the noise alone weighs.
     pub(super) fn is_on_last_level(&self) -> bool {
-        self.imperfections.relative_error == 0.0
+        self.relative_error == 0.0
     }
 
     /// Goes on to the next level if this one is over: after this outcome of a step from where the sum of squares was `before`. Returns
@@ -42,7 +44,7 @@ impl Plant {
         if self.is_on_last_level() || outcome == Outcome::Improving && !is_negligible {
             return false;
         }
-        let level = &mut self.imperfections.relative_error;
+        let level = &mut self.relative_error;
         *level = LEVELS.into_iter().find(|next| *next < *level).unwrap_or(0.0);
         self.minimiser.restart();
         self.crawl = Crawl::NONE;
@@ -72,7 +74,7 @@ mod tests {
             plant.begin_levels();
             assert_eq!(plant.go_on_to_next_level(outcome, before), is_over, "{outcome:?} {before}");
             let expected = if is_over { 0.0125 } else { 0.05 };
-            assert_eq!(plant.imperfections.relative_error, expected, "{outcome:?} {before}");
+            assert_eq!(plant.relative_error, expected, "{outcome:?} {before}");
             assert!(plant.go_on_to_next_level(Outcome::Converged, before));
             let went_on = plant.go_on_to_next_level(Outcome::Converged, before);
             assert_eq!([went_on, plant.is_on_last_level()], [!is_over, true]);

@@ -8,7 +8,7 @@
 //! | ------------------------------- | --------------------------------------------------------------- |
 //! | `imperfect`                     | the model with its imperfections                                |
 //! | `change`, `motion`, `columns`   | derivatives of a reading by the imperfections                   |
-//! | `sag`                           | the same through the sag of the bushings                        |
+//! | `sag`                           | derivatives by these and the stiffnesses through the sag        |
 //! | `correction`                    | a model with the imperfections that a fit has found             |
 //! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
 //! | `fit`, `levels`, `crawl`        | its minimum, how a fit begins, and when it is given up          |
@@ -77,6 +77,8 @@ pub struct Plant {
     restated: Restated,
     /// Whether a fit takes the accuracies as those that explain the records best.
     adopts: bool,
+    /// Relative error of the model that the weights allow for.
+    relative_error: f64,
     /// How far the last steps have come.
     crawl: Crawl,
     /// Normal equations of the record that was assembled last.
@@ -120,7 +122,6 @@ impl Plant {
                 reference: 0.0,
                 drives: Vec::new(),
                 record: 0,
-                relative_error: 0.0,
             },
             accuracies: *accuracies,
             minimiser: LevenbergMarquardt::new(LIMITS),
@@ -130,6 +131,7 @@ impl Plant {
             },
             restated: Restated::default(),
             adopts: false,
+            relative_error: 0.0,
             crawl: Crawl::NONE,
             record: Normal::new(),
             whole: Normal::new(),

@@ -89,6 +89,8 @@ pub(super) struct PlantSumOfSquares<'a, const B: usize> {
     pub(super) record: &'a mut Normal<OF_RECORD>,
     /// Normal equations of the unknowns apart from the records.
     pub(super) others: &'a mut ParameterNormal,
+    /// Relative error of the model that the weights allow for.
+    pub(super) relative_error: f64,
     /// Of the residuals at the last [`Objective::linearise`].
     pub(super) summary: &'a mut Summary,
 }
@@ -104,7 +106,8 @@ impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
         for (record, experiment) in experiments.iter().enumerate() {
             let pose = &experiment.pose;
             let model = self.imperfections.model(problem, point, &bushings, pose, record);
-            let Ok(model) = model else { return f64::INFINITY };
+            let Ok(mut model) = model else { return f64::INFINITY };
+            model.relative_error = self.relative_error;
             let (seam, remaining) = workspace.fit_seam(problem, &model, experiment);
             // A seam for which there is no room is fitted again.
             let _ = workspace.seams.push(seam);
@@ -167,7 +170,8 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
         experiment: &Experiment<B>,
     ) -> Result<(Model, Seam), LinearisationError> {
         let Self { problem, workspace, imperfections, .. } = self;
-        let model = prepare(problem, point, imperfections, &experiment.pose, index)?;
+        let mut model = prepare(problem, point, imperfections, &experiment.pose, index)?;
+        model.relative_error = self.relative_error;
         let seam = match workspace.seams.get(index) {
             Some(seam) => *seam,
             None => workspace.fit_seam(problem, &model, experiment).0,
@@ -283,7 +287,6 @@ impl Imperfections {
     ) -> Imperfect {
         let calibration = problem.sought.calibration(&point.coordinates);
         let mut imperfect = Imperfect::new(problem, &calibration, pose, record);
-        imperfect.allow_for(self.relative_error);
         for (index, &(imperfection, deviation)) in self.all.iter().enumerate() {
             let more = if larger == Some(index) { STEP } else { 0.0 };
             let value = point.imperfections[index] + more;

@@ -7,7 +7,10 @@
 //! dA = Σ ∂A/∂ln σ (d ln P − d ln k)
 //! ```
 //!
-//! In the minimum that is sought it is small. In a wrong one a bushing may be so soft that the records contradict its sag more than its
+//! The load does not depend on the stiffness: neither does the stiffness of a drive that grows with it. Left out are the changes of a load by the
+//! other sags, and of the stiffness due to gravity.
+//!
+//! In the minimum that is sought all of this is small. In a wrong one a bushing may be so soft that the records contradict its sag more than its
 //! resonances: without these derivatives a fit stays there.
 
 use heapless::Vec;
@@ -24,7 +27,8 @@ use crate::parameters::Bushings;
 use crate::sought::Coordinate;
 use crate::{DOF, MAX_JOINTS};
 
-/// Least sag that counts, m and rad. Chosen: of drawn six-joint arms bushings sag by up to 8e-4, and in wrong minima by 1e-3 to 1e-2.
+/// Least sag that counts, m and rad. Chosen: a smaller one changes a reading by hardly more than a ten-thousandth. Of drawn six-joint arms bushings
+/// sag by up to 8e-4, and in wrong minima by 1e-3 to 1e-2.
 const LEAST: f64 = 1e-4;
 
 /// Sag of one bushing along one degree of freedom.
@@ -34,8 +38,10 @@ pub(super) struct Sag {
     dof: usize,
     /// Load of gravity, N or Nm.
     load: f64,
-    /// Derivative of the model by ln σ.
+    /// Derivative of the model by ln σ, with the stiffnesses held.
     pub(super) change: Change,
+    /// Derivative of the stiffnesses by ln P: those of drives may depend on their load.
+    pub(super) stiffness: Option<[[f64; DOF]; MAX_JOINTS]>,
     /// Unknown of its stiffness; `None` if it is not sought.
     pub(super) unknown: Option<usize>,
     /// `∂ ln P` by each imperfection of the model, in its standard deviation.
@@ -63,12 +69,15 @@ pub(super) fn renew(
             more[joint][dof] *= 1.0 + STEP;
             let there = imperfect.linearise_at(problem, &more);
             let terms = imperfect.model(problem, &there, bushings)?.terms;
+            let mut change = Change::between([linear, &there], [&model.terms, &terms], STEP);
+            let stiffness = change.stiffness.take();
             // There is room for all of them.
             let _ = sags.push(Sag {
                 joint,
                 dof,
                 load: loads[joint][dof],
-                change: Change::between([linear, &there], [&model.terms, &terms], STEP),
+                change,
+                stiffness,
                 unknown: problem.sought.unknown(Coordinate::Stiffness { joint, dof }),
                 by_imperfection: Vec::new(),
             });

@@ -200,7 +200,6 @@ fn check_gradient(
     let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain));
     plant.point.coordinates = sought.coordinates(&bushings());
     plant.point.imperfections = inside(&plant.imperfections.all, 0.0);
-    plant.imperfections.relative_error = relative_error;
     let point = plant.point;
     let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
     let Plant { imperfections, record, summary, factor: normal, .. } = &mut *plant;
@@ -213,6 +212,7 @@ fn check_gradient(
         imperfections,
         record,
         others: &mut Normal::new(),
+        relative_error,
         summary,
     };
     let standing = objective.cost(&point);
@@ -358,6 +358,7 @@ fn a_corrected_model_is_that_of_the_plant() {
             imperfections,
             record,
             others: &mut Normal::new(),
+            relative_error: 0.0,
             summary,
         };
         let priors: f64 = point.imperfections[..count].iter().map(|value| value * value).sum();

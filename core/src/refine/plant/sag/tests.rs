@@ -79,34 +79,35 @@ proptest! {
             }
             imperfect
         };
-        let at = |imperfect: &Imperfect, elongations: &[Vector6<f64>; MAX_JOINTS]| {
-            let linear = imperfect.linearise_at(&problem, elongations);
-            reading(&imperfect.model(&problem, &linear, &soft).unwrap(), s, &raw, &seam)
+        let of = |imperfect: &Imperfect, linear: &LinearChain, bushings: &Bushings| {
+            reading(&imperfect.model(&problem, linear, bushings).unwrap(), s, &raw, &seam)
         };
-        let at_rest = |imperfect: &Imperfect, bushings: &Bushings| {
-            imperfect.linearise(&problem, bushings).unwrap().elongations()
-        };
+        let at_rest = |imperfect: &Imperfect, bushings: &Bushings| imperfect.linearise(&problem, bushings).unwrap();
         let by = 1e-3;
         let difference = |[plus, minus]: [Three; 2]| -> Three {
             core::array::from_fn(|axis| (plus[axis] - minus[axis]).scale(0.5 / by))
         };
-        let held = at_rest(&imperfect(None), &soft);
+        let held = at_rest(&imperfect(None), &soft).elongations();
         let mut numeric: std::vec::Vec<(usize, Three)> = std::vec::Vec::new();
         for index in 0..all.len() {
             let [plus, minus] = [by, -by].map(|by| {
                 let moved = imperfect(Some((index, by)));
-                [at(&moved, &at_rest(&moved, &soft)), at(&moved, &held)]
+                [at_rest(&moved, &soft), moved.linearise_at(&problem, &held)].map(|linear| of(&moved, &linear, &soft))
             });
             let through = |[sagged, held]: [Three; 2]| core::array::from_fn(|axis| sagged[axis] - held[axis]);
             numeric.push((index, difference([through(plus), through(minus)])));
         }
         for unknown in (0..sought.unknowns()).filter(|unknown| unknown % (2 * DOF) < DOF) {
+            let (joint, dof) = (unknown / (2 * DOF), unknown % DOF);
             let [plus, minus] = [by, -by].map(|by| {
                 let mut bushings = soft.clone();
-                bushings[unknown / (2 * DOF)].stiffness[unknown % DOF] *= libm::exp(by);
-                at(&imperfect(None), &at_rest(&imperfect(None), &bushings))
+                bushings[joint].stiffness[dof] *= libm::exp(by);
+                of(&imperfect(None), &at_rest(&imperfect(None), &bushings), &bushings)
             });
-            numeric.push((all.len() + unknown, difference([plus, minus])));
+            // The derivative that holds the sag.
+            let own = response.derivatives(&model.terms, joint, dof);
+            let whole = difference([plus, minus]);
+            numeric.push((all.len() + unknown, core::array::from_fn(|axis| whole[axis] - own[axis][0])));
         }
         let largest = numeric.iter().map(|(_, own)| size(own)).fold(0.0, f64::max);
         for (column, numeric) in numeric {
