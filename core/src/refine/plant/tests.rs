@@ -63,14 +63,25 @@ fn of_plant(problem: &Problem<'_>, plant: &Plant, values: &[f64]) -> Model {
     imperfect.model(problem, &linear, &bushings).unwrap()
 }
 
-/// The reading of a model in its force filter and its gains.
-pub(super) fn reading(model: &Model, s: Complex<f64>, raw: &Three, seam: &PerDof<f64>) -> Three {
+/// The response of a model to a measured force at `s`, in its force filter and its gains, and the batch of this one bin.
+pub(super) fn evaluated(
+    model: &Model,
+    s: Complex<f64>,
+    raw: &Three,
+    seam: &PerDof<f64>,
+) -> (Response<f64>, Batch<f64>) {
     let inverse = model.force_filter.inverse(s);
     let gain = model.calibration.force_gain;
     let force = core::array::from_fn(|axis| (raw[axis] * inverse).scale(1.0 / gain[axis]));
     let mut response = Response::new(0.0);
     response.evaluate(&model.terms, s, &force, Some(seam));
-    response.observed
+    let inverse_s = Complex { re: 0.0, im: -1.0 / s.im };
+    (response, Batch { s, inverse_s, force, powers: [[1.0; ORDERS]; WIDEST] })
+}
+
+/// The reading of a model in its force filter and its gains.
+pub(super) fn reading(model: &Model, s: Complex<f64>, raw: &Three, seam: &PerDof<f64>) -> Three {
+    evaluated(model, s, raw, seam).0.observed
 }
 
 /// Of all imperfections, compliances and dampings of the ground alone have an end, which is zero.
@@ -132,13 +143,7 @@ proptest! {
         let standing = inside(&plant.imperfections.all, away);
         plant.point.imperfections = standing;
         let model = objective::prepare(&problem, &plant.point, &mut plant.imperfections, &POSE, 0).unwrap();
-        let inverse = model.force_filter.inverse(s);
-        let gain = model.calibration.force_gain;
-        let force = core::array::from_fn(|axis| (raw[axis] * inverse).scale(1.0 / gain[axis]));
-        let mut response = Response::new(0.0);
-        response.evaluate(&model.terms, s, &force, Some(&seam));
-        let inverse_s = Complex { re: 0.0, im: -1.0 / omega };
-        let batch = Batch { s, inverse_s, force, powers: [[1.0; ORDERS]; WIDEST] };
+        let (response, batch) = evaluated(&model, s, &raw, &seam);
         let mut rows = [[[0.0; MAX_IMPERFECTIONS]; 6]];
         (&plant.imperfections).write(&mut rows, 0, &response, &model, &batch, &seam);
 

@@ -4,16 +4,13 @@ use proptest::array::{uniform3, uniform6};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-use super::super::super::batch::Batch;
 use super::super::super::further::Further as _;
-use super::super::super::seam::ORDERS;
 use super::super::super::tests::{bounds, bushings, chain, problem};
 use super::super::objective::prepare;
-use super::super::tests::{POSE, Three, inside, measurement, plant, reading};
+use super::super::tests::{POSE, Three, evaluated, inside, measurement, plant, reading};
 use super::*;
 use crate::imperfection::{self, Accuracies};
-use crate::linear::gram::WIDEST;
-use crate::receptance::{Complex, Response};
+use crate::receptance::Complex;
 use crate::sought::{MAX_UNKNOWNS, Sought};
 
 const COLUMNS: usize = MAX_IMPERFECTIONS + MAX_UNKNOWNS;
@@ -51,13 +48,7 @@ proptest! {
         let standing = inside(&all, away);
         plant.point.imperfections = standing;
         let model = prepare(&problem, &plant.point, &mut plant.imperfections, &POSE, 0).unwrap();
-        let inverse = model.force_filter.inverse(s);
-        let gain = model.calibration.force_gain;
-        let force = core::array::from_fn(|axis| (raw[axis] * inverse).scale(1.0 / gain[axis]));
-        let mut response = Response::new(0.0);
-        response.evaluate(&model.terms, s, &force, Some(&seam));
-        let inverse_s = Complex { re: 0.0, im: -1.0 / omega };
-        let batch = Batch { s, inverse_s, force, powers: [[1.0; ORDERS]; WIDEST] };
+        let (response, batch) = evaluated(&model, s, &raw, &seam);
         let mut columns = || {
             let mut rows = [[[0.0; COLUMNS]; 6]];
             (&plant.imperfections).write(&mut rows, 0, &response, &model, &batch, &seam);
