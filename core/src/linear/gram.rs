@@ -49,6 +49,10 @@ impl<const W: usize> Kernel<f64> for Gram<'_, W> {
                 let end = (first + TILE).min(columns);
                 for j in (0..end).step_by(V::WIDTH) {
                     let sums = tile(like, panel, first, j);
+                    if first + TILE <= columns && j + V::WIDTH <= first + 1 {
+                        add_below_diagonal(triangle, first, j, sums);
+                        continue;
+                    }
                     for (t, &sum) in sums.iter().enumerate() {
                         let i = first + t;
                         if i < end {
@@ -77,6 +81,22 @@ fn tile<V: Lanes<Scalar = f64>, const W: usize>(
         }
     }
     sums
+}
+
+/// Adds the sums of a tile of which no entry lies above the diagonal. Most tiles are such, and their sums stay in registers.
+#[inline(always)]
+fn add_below_diagonal<V: Lanes<Scalar = f64>>(
+    triangle: &mut [f64],
+    i: usize,
+    j: usize,
+    sums: [V; TILE],
+) {
+    let mut start = packed(i) + j;
+    for (t, sum) in sums.into_iter().enumerate() {
+        let target = &mut triangle[start..start + V::WIDTH];
+        (sum.load(target) + sum).store(target);
+        start += i + t + 1;
+    }
 }
 
 /// Adds `sum` to a row of the triangle from column `j` on, up to the end of the row.

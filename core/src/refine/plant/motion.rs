@@ -81,6 +81,16 @@ impl<V: Lanes<Scalar = f64>> Motion<V> {
         if joint == 0 { &self.base } else { &self.displacements[joint - 1] }
     }
 
+    /// `∂X η₋` of a joint.
+    #[inline(always)]
+    fn changed(&self, joint: usize, change: &FromParentChange) -> Column<V> {
+        let FromParentChange { rotation, lever, turns } = change;
+        let before = self.before(joint);
+        let mut moved = [Complex::zero(before[0].re); DOF];
+        add_transformed([rotation, lever, turns], before, &mut moved);
+        moved
+    }
+
     /// Loads the base by `Xᵀ (λ + (Γ − C) δ)` of the first joint.
     #[inline(always)]
     fn load_base(
@@ -160,18 +170,11 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
         change: &FromParentChange,
         derivative: &mut [Complex<V>; 3],
     ) {
-        let FromParentChange { rotation, lever, turns } = change;
-        let changed = |motion: &Motion<V>| {
-            let before = motion.before(joint);
-            let mut moved = [Complex::zero(before[0].re); DOF];
-            add_transformed([rotation, lever, turns], before, &mut moved);
-            moved
-        };
-        let of_record = changed(&self.of_record);
+        let of_record = self.of_record.changed(joint, change);
         let load = &self.of_record.loads[joint];
         for (derivative, own) in derivative.iter_mut().zip(&self.per_observation) {
             *derivative = dot(*derivative, &own.loads[joint], &of_record);
-            *derivative = dot(*derivative, load, &changed(own));
+            *derivative = dot(*derivative, load, &own.changed(joint, change));
         }
     }
 
