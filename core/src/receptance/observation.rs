@@ -35,10 +35,15 @@ impl<T: Scalar> Observation<T> {
                 let s2 = s * s;
                 let is_delayed = delay.to_f64() != 0.0;
                 let is_filtered = !filter.is_none();
-                let transfer = (is_delayed || is_filtered).then(|| {
+                // A closure would not be inlined.
+                let mut transfer = None;
+                if is_delayed || is_filtered {
                     let lag = (-s.scale(s.re.fill(*delay))).exponential();
-                    if is_filtered { lag * filter.inverse(s).reciprocal() } else { lag }
-                });
+                    transfer = Some(lag);
+                    if is_filtered {
+                        transfer = Some(lag * filter.inverse(s).reciprocal());
+                    }
+                }
                 for axis in 0..3 {
                     for i in 0..DOF {
                         let mut load = s2.scale(s.re.fill(translation[axis][i]));

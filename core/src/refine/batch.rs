@@ -135,7 +135,7 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
         let zero = like.fill(0.0);
         let omega = gather(&|bin| record.omega(bin));
         let inverse = gather(&|bin| -1.0 / record.omega(bin));
-        let mut force = core::array::from_fn(|axis| Complex {
+        let mut force: [Complex<V>; 3] = core::array::from_fn(|axis| Complex {
             re: gather(&|bin| f64::from(record.force[axis][0][bin]) / force_gain[axis]),
             im: gather(&|bin| f64::from(record.force[axis][1][bin]) / force_gain[axis]),
         });
@@ -146,7 +146,9 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
         let (s, inverse_s) = (Complex::new(zero, omega), Complex::new(zero, inverse));
         if !model.force_filter.is_none() {
             let inverse = model.force_filter.inverse(s);
-            force = force.map(|force: Complex<V>| force * inverse);
+            for force in &mut force {
+                *force = *force * inverse;
+            }
         }
         Self { s, inverse_s, force, powers: of_ratio }
     }
