@@ -27,6 +27,7 @@ use crate::parameters::Bushings;
 use crate::receptance::Terms;
 use crate::refine::compliance;
 use crate::refine::damping::Damping;
+use crate::refine::levels::{LAST_RELATIVE, NEGLIGIBLE, RELATIVE};
 use crate::refine::proposal::least_within;
 use crate::refine::{ParameterNormal, Problem};
 use crate::sought::Coordinates;
@@ -39,16 +40,8 @@ const WIDENING: u32 = 14;
 const LAST: u32 = WIDENING + 1;
 /// Number of levels.
 pub(crate) const LEVELS: usize = LAST as usize + 1;
-/// Relative error η of the model's spectra while the band widens. Values of 0.05 and 0.1 find the basin equally often, 0.3
-/// less often.
-pub(crate) const RELATIVE: f64 = 0.05;
-/// Relative error η of the model's spectra on the last level. From the end of this level the refinement, which weighs by the
-/// noise alone, finds the minimum.
-pub(crate) const LAST_RELATIVE: f64 = 0.0125;
 /// Largest number of steps on a level.
 const MAX_STEPS: u32 = 40;
-/// Relative decrease of the cost in a step below which a level ends.
-pub(crate) const NEGLIGIBLE: f64 = 1e-3;
 /// Largest change of a parameter's logarithm in a step.
 const LONGEST_STEP: f64 = 1.5;
 /// Least damping of the steps. Chosen: four rejected steps raise it to the first one.

@@ -5,6 +5,7 @@
 //! | -------------------------------------------------------------- | ------------------------------------------------------- |
 //! | `objective`, `levenberg_marquardt`, `damping`, `proposal`      | a minimisation within bounds, independent of the robot  |
 //! | `compliance`                                                   | the steps of the logarithms                             |
+//! | `levels`                                                       | errors of the model that a fit allows for at first      |
 //! | `problem`                                                      | the robot, the unknowns and their domain                |
 //! | `sum_of_squares`, `statics`, `retired`                         | the objective: records, static tests, priors, retired   |
 //! | `record`, `model`, `seam`                                      | one record, its seam projected out                      |
@@ -27,6 +28,7 @@ mod further;
 mod information;
 mod left_out;
 mod left_over;
+pub(crate) mod levels;
 mod levenberg_marquardt;
 mod model;
 mod objective;

@@ -247,10 +247,10 @@ impl Further for &Imperfections {
             let derivative = if imperfection.is_of_model() {
                 let Some((place, change)) = changes.next() else { continue };
                 let mut derivative = of_change(change, response, model, s, &cut, &motions);
-                for (sag, of_load) in self.sags.iter().zip(&of_loads) {
-                    let rate = s.re.fill(sag.by_imperfection[place]);
+                let rates = self.sags.iter().map(|sag| sag.by_imperfection[place]);
+                for (rate, of_load) in rates.zip(&of_loads).filter(|(rate, _)| *rate != 0.0) {
                     for (derivative, value) in derivative.iter_mut().zip(of_load) {
-                        *derivative = derivative.add_mul_real(*value, rate);
+                        *derivative = derivative.add_mul_real(*value, s.re.fill(rate));
                     }
                 }
                 derivative

@@ -12,12 +12,12 @@
 //! before.
 
 use super::super::Outcome;
+use super::super::levels::{LAST_RELATIVE, NEGLIGIBLE, RELATIVE};
 use super::Plant;
 use super::crawl::Crawl;
-use crate::continuation::{LAST_RELATIVE, NEGLIGIBLE, RELATIVE};
 
-/// η of each level; then the noise alone weighs. Chosen: those of the descent. Of seven drawn six-joint arms the first start finds the right minimum of all with these levels,
-/// and of four without.
+/// η of each level; then the noise alone weighs. Chosen: those of the descent. Of seven drawn six-joint arms the first start finds the right
+/// minimum of all with these levels, and of four without.
 const LEVELS: [f64; 2] = [RELATIVE, LAST_RELATIVE];
 
 impl Plant {

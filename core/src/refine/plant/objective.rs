@@ -12,11 +12,12 @@ use super::super::seam::Seam;
 use super::super::sum_of_squares::{add_other_than_records, other_than_records};
 use super::super::summary::Summary;
 use super::super::{ParameterNormal, Problem};
+use super::Plant;
 use super::change::Change;
 use super::columns::{Imperfections, STEP};
 use super::imperfect::Imperfect;
+use super::sag::{self, Sag};
 use super::sizes::{ALL, OF_ALL, OF_RECORD, WIDE};
-use super::{Plant, sag};
 use heapless::Vec;
 
 use crate::chain::Joint;
@@ -224,26 +225,28 @@ pub(super) fn prepare(
     imperfections.drives = problem.chain.joints().iter().map(Joint::drive).collect();
     imperfections.record = record;
     imperfections.from_parent = linear.joints.iter().map(|joint| joint.from_parent).collect();
+    let elongations = linear.elongations();
     sag::renew(&mut imperfections.sags, problem, &imperfect, &linear, &model, &bushings)?;
     imperfections.changes.clear();
-    let elongations = linear.elongations();
-    let held = imperfect.gravity_loads(problem, &elongations);
     for index in 0..imperfections.all.len() {
         let imperfection = imperfections.all[index].0;
-        let (change, loads) = if imperfection.is_of_another_record(record) {
-            (Change::NONE, held)
+        let change = if imperfection.is_of_another_record(record) {
+            imperfections.sags.iter_mut().for_each(Sag::push_none);
+            Change::NONE
         } else if imperfection.is_of_model() {
             let moved = imperfections.at(problem, point, pose, record, Some(index));
             let there = moved.linearise_at(problem, &elongations);
             let terms = moved.model(problem, &there, &bushings)?.terms;
-            let change = Change::between([&linear, &there], [&model.terms, &terms], STEP);
-            (change, moved.gravity_loads(problem, &elongations))
+            if !imperfections.sags.is_empty() {
+                let loads = moved.gravity_loads(problem, &elongations);
+                imperfections.sags.iter_mut().for_each(|sag| sag.push(&loads));
+            }
+            Change::between([&linear, &there], [&model.terms, &terms], STEP)
         } else {
             continue;
         };
         // There is room for all of them.
         let _ = imperfections.changes.push(change);
-        imperfections.sags.iter_mut().for_each(|sag| sag.push(&loads));
     }
     Ok(model)
 }

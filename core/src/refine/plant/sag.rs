@@ -92,6 +92,11 @@ impl Sag {
         let rate = (loads[self.joint][self.dof] / self.load - 1.0) / STEP;
         let _ = self.by_imperfection.push(rate);
     }
+
+    /// Adds the derivative by an imperfection that does not change the loads.
+    pub(super) fn push_none(&mut self) {
+        let _ = self.by_imperfection.push(0.0);
+    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,10 @@
+//! Levels of a fit: errors of the model that its weights allow for at first, and when a level ends.
+
+/// Relative error η of the model's spectra while the band widens, and where a fit to a plant begins. Values of 0.05 and 0.1 find the basin
+/// equally often, 0.3 less often.
+pub(crate) const RELATIVE: f64 = 0.05;
+/// Relative error η of the model's spectra on the last level of a descent. From the end of this level a fit that weighs by the noise alone
+/// finds the minimum.
+pub(crate) const LAST_RELATIVE: f64 = 0.0125;
+/// Relative decrease of the cost in a step below which a level ends.
+pub(crate) const NEGLIGIBLE: f64 = 1e-3;
