@@ -36,6 +36,18 @@ pub(super) struct Corrected {
     pub(super) replaced: u32,
 }
 
+impl Corrected {
+    /// The first fit that explains the records.
+    pub(super) fn first(judged: Judged, coordinates: Coordinates) -> Self {
+        Self { judged, coordinates, fitted_in_vain: None, replaced: 0 }
+    }
+
+    /// A better one.
+    pub(super) fn replaced_by(self, judged: Judged, coordinates: Coordinates) -> Self {
+        Self { replaced: self.replaced + 1, ..Self::first(judged, coordinates) }
+    }
+}
+
 impl OnPlant {
     /// Whether the search goes on in the model with the imperfections of this fit, after which the minimum `found` is judged. They explain
     /// the records, but for a little structure: where a cut passes a resonance, the arm moves so far that its geometry adds second
@@ -73,12 +85,20 @@ impl Judged {
         left < LEFT * all && self.sum_of_squares <= NEAR * self.degrees_of_freedom
     }
 
+    /// Whether its objective is smaller than another one beyond doubt, whatever the information in either model.
+    pub(super) fn explains_clearly_more_than(&self, other: &Self) -> bool {
+        self.objective < other.objective - RIVAL * self.inflation()
+    }
+
+    fn inflation(&self) -> f64 {
+        (self.sum_of_squares / self.degrees_of_freedom.max(1.0)).max(1.0)
+    }
+
     /// Whether it is better than another one beyond doubt. Where noise does not explain the residuals, errors of the model change deviances
     /// as noise of that size would.
     fn is_clearly_better_than(&self, other: &Self) -> bool {
-        let inflation = (self.sum_of_squares / self.degrees_of_freedom.max(1.0)).max(1.0);
         let [own, other] = [self, other].map(|one| one.objective + one.log_information);
-        own < other - RIVAL * inflation
+        own < other - RIVAL * self.inflation()
     }
 }
 

@@ -60,7 +60,11 @@ impl<R: Rng> Identifier<R> {
         };
         match decision::of_found(&found, &circumstances) {
             OfFound::Settle(acceptance) => self.settle(&mut found, acceptance, experiments),
-            OfFound::Conclude(acceptance) => self.conclude(&mut found, acceptance, experiments),
+            OfFound::Conclude(acceptance) => {
+                if !self.believes_deferred(&found, acceptance) {
+                    self.conclude(&mut found, acceptance, experiments);
+                }
+            }
             OfFound::TryAlone => self.try_alone(found),
             OfFound::Prolong => {
                 self.prolongations += 1;
@@ -92,7 +96,11 @@ impl<R: Rng> Identifier<R> {
             None => found,
         };
         match decision::of_best(&best, self.starts, self.is_explained_implausibly) {
-            OfBest::Conclude(acceptance) => self.conclude(&mut best, acceptance, experiments),
+            OfBest::Conclude(acceptance) => {
+                if !self.believes_deferred(&best, acceptance) {
+                    self.conclude(&mut best, acceptance, experiments);
+                }
+            }
             OfBest::TryAlone => self.try_alone(best),
             OfBest::GoOn { branch, search } => {
                 if branch && self.branch_off(&best, None, experiments) {
@@ -117,6 +125,9 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
         plant: Option<&mut Plant>,
     ) {
+        if self.believes_deferred(&best, Acceptance::Unsettled) {
+            return;
+        }
         let may_be_corrected = may_be_mended(&best) && !self.refinement.is_corrected();
         match plant {
             Some(plant) if may_be_corrected => {

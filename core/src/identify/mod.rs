@@ -11,7 +11,8 @@
 //! On a plant that is not perfect, a minimum that noise does not explain is judged by the residuals that are left once the
 //! [imperfections](crate::imperfection) of the plant are fitted with the parameters, from the end of the descent that has led to it, and else
 //! from the minimum. If they explain the records, or most of what noise does not, the model has these imperfections from then on: branches and rivals
-//! of the minimum are those of that model, and so are later searches, until a fit to the plant from another minimum finds better ones.
+//! of the minimum are those of that model, and so are later searches, until a fit to the plant from another minimum finds better ones. A fit
+//! that needs an error far beyond its accuracy is believed last (`deferred`).
 //!
 //! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
 //! ([`crate::search`]).
@@ -23,6 +24,7 @@ mod branch;
 mod corrected;
 mod cut_noise;
 mod decision;
+mod deferred;
 mod descent;
 mod effort;
 mod estimate;
@@ -58,6 +60,7 @@ use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use branch::{Branch, Tried};
 use corrected::Corrected;
+use deferred::Deferred;
 use descent::Descent;
 pub use effort::{Effort, FoundBy};
 pub use estimate::{Acceptance, Estimate};
@@ -135,6 +138,8 @@ pub struct Identifier<R> {
     estimate: Option<Estimate>,
     /// The fit to the plant whose imperfections the model has; `None` if it has none, or was resumed.
     corrected: Option<Corrected>,
+    /// The best fit to the plant that is not believed yet.
+    deferred: Option<Deferred>,
     /// Number of retired records that were dropped because newer ones contradict them.
     forgotten: u64,
     /// End of the descent of the present start, as long as the plant has not been fitted from there.
@@ -180,6 +185,7 @@ impl<R: Rng> Identifier<R> {
             exclusions: 0,
             estimate: None,
             corrected: None,
+            deferred: None,
             forgotten: 0,
             descent_end: None,
             is_explained_implausibly: false,
@@ -231,6 +237,7 @@ impl<R: Rng> Identifier<R> {
         let was_corrected = self.refinement.is_corrected();
         self.refinement.set_correction(&Correction::NONE);
         self.corrected = None;
+        self.deferred = None;
         self.descent_end = None;
         self.is_explained_implausibly = false;
         self.tried = Tried::default();
@@ -259,11 +266,13 @@ impl<R: Rng> Identifier<R> {
                     (standing, self.found_by) = (minimum.coordinates, minimum.found_by);
                 }
                 self.refinement.restart_at(&standing);
+                // The minimum of the perfect model may lie elsewhere.
+                self.descent_end = was_corrected.then_some(standing);
                 self.phase = Phase::Refining;
             }
             (Phase::Settled, Some(estimate)) => {
                 self.refinement.restart_at(&estimate.coordinates);
-                // The minimum of the perfect model may lie elsewhere.
+                // As above.
                 self.descent_end = was_corrected.then_some(estimate.coordinates);
                 self.found_by = estimate.found_by;
                 self.phase = Phase::Refining;

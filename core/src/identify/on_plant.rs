@@ -9,7 +9,7 @@ use super::corrected::{Corrected, OnPlant};
 use super::judged::{Judged, are_implausible};
 use super::minimum::{Minimum, REACHED};
 use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
-use crate::refine::{Plant, Problem};
+use crate::refine::{Correction, Plant, Problem};
 use crate::spectrum::Experiment;
 
 impl<R: Rng> Identifier<R> {
@@ -94,7 +94,21 @@ impl<R: Rng> Identifier<R> {
             && plant.has_imperfections()
             && on_plant.corrects(&found, self.corrected.as_ref())
         {
-            return self.correct_by(plant, on_plant.judged);
+            let judged = on_plant.judged;
+            if self.is_to_be_deferred(plant, from) {
+                self.defer(plant, judged);
+                found.of_plant = Some(Judged::of(&found.fit));
+                self.stand_at(&found, experiments);
+                return self.decide(found, experiments, Some(plant));
+            }
+            if !self.believes_deferred_beside(&judged, true) {
+                let corrected = match self.corrected.take() {
+                    None => Corrected::first(judged, plant.coordinates()),
+                    Some(before) => before.replaced_by(judged, plant.coordinates()),
+                };
+                self.correct_by(&plant.correction(), corrected);
+            }
+            return;
         }
         if from == FitStart::Descent {
             // The minimum itself may have been judged before.
@@ -127,12 +141,11 @@ impl<R: Rng> Identifier<R> {
         self.decide(found, experiments, plant);
     }
 
-    /// Goes on in the model with the imperfections of the plant. What was found in another model does not compare.
-    fn correct_by(&mut self, plant: &Plant, judged: Judged) {
-        self.refinement.correct_by(plant);
-        let coordinates = *self.refinement.coordinates();
-        let replaced = self.corrected.take().map_or(0, |corrected| corrected.replaced + 1);
-        self.corrected = Some(Corrected { judged, coordinates, fitted_in_vain: None, replaced });
+    /// Goes on where a fit to the plant has ended, in the model with its imperfections. What was found in another model does not compare.
+    pub(super) fn correct_by(&mut self, correction: &Correction, corrected: Corrected) {
+        self.refinement.set_correction(correction);
+        self.refinement.restart_at(&corrected.coordinates);
+        self.corrected = Some(corrected);
         self.is_explained_implausibly = false;
         self.best = None;
         self.tried = Tried::default();

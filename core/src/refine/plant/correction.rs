@@ -42,7 +42,7 @@ impl Correction {
 
 impl Plant {
     /// The imperfections where the last fit has ended.
-    pub(in crate::refine) fn correction(&self) -> Correction {
+    pub(crate) fn correction(&self) -> Correction {
         let values = self.imperfections.all.iter().zip(&self.point.imperfections);
         Correction(values.map(|((imperfection, prior), p)| (*imperfection, prior * p)).collect())
     }

@@ -9,7 +9,7 @@ use super::restated::Restated;
 use super::sizes::ALL;
 use super::{Correction, Plant};
 use crate::imperfection::{self, MAX_IMPERFECTIONS};
-use crate::sought::MAX_UNKNOWNS;
+use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::Experiment;
 
 impl Refinement {
@@ -29,12 +29,6 @@ impl Refinement {
     pub(crate) fn restart_plant_from_descent(&self, plant: &mut Plant, records: usize) {
         self.restart_plant(plant, records);
         plant.begin_levels();
-    }
-
-    /// Goes to where the last fit to a plant has ended. From now on the model has the imperfections found there.
-    pub(crate) fn correct_by(&mut self, plant: &Plant) {
-        self.workspace.correction = plant.correction();
-        self.restart_at(&plant.point.coordinates);
     }
 
     /// The model has the imperfections of a plant.
@@ -137,6 +131,11 @@ impl Refinement {
 }
 
 impl Plant {
+    /// The parameters where the last fit has ended.
+    pub(crate) fn coordinates(&self) -> Coordinates {
+        self.point.coordinates
+    }
+
     /// Adds the normal equations of the unknowns, the imperfections eliminated.
     fn eliminate_from(&mut self, unknowns: &mut ParameterNormal) {
         let Self { imperfections, minimiser, factor, .. } = self;
@@ -149,22 +148,27 @@ impl Plant {
     /// Computes the standard deviation of each imperfection, in that of its prior: `|u|` with `L u = e`, and the factor L of the
     /// information of imperfections and unknowns, to which an undetermined unknown adds a floor.
     pub(super) fn determine(&mut self) {
-        let Self { imperfections, minimiser, factor, deviations, .. } = self;
+        let Self { imperfections, minimiser, factor, .. } = self;
         let (count, total) = (imperfections.all.len(), minimiser.normal.unknowns());
         factor.clone_from(&minimiser.normal);
         for i in count..total {
             *factor.entry(i, i) += FLOOR;
         }
         factor.eliminate(total);
-        for (index, deviation) in deviations.iter_mut().enumerate().take(count) {
-            let mut u = [0.0; ALL];
-            for i in index..total {
-                let row = factor.row(i);
-                let known: f64 = row[index..i].iter().zip(&u[index..i]).map(|(l, u)| l * u).sum();
-                let own = if i == index { 1.0 } else { 0.0 };
-                u[i] = if row[i] > 0.0 { (own - known) / row[i] } else { 0.0 };
-            }
-            *deviation = libm::sqrt(u.iter().map(|u| u * u).sum());
+        for index in 0..count {
+            self.deviations[index] = libm::sqrt(self.forward(index).iter().map(|u| u * u).sum());
         }
+    }
+
+    /// u of `L u = e`, where e is 1 for an imperfection alone, after [`Plant::determine`].
+    pub(super) fn forward(&self, index: usize) -> [f64; ALL] {
+        let mut u = [0.0; ALL];
+        for i in index..self.factor.unknowns() {
+            let row = self.factor.row(i);
+            let known: f64 = row[index..i].iter().zip(&u[index..i]).map(|(l, u)| l * u).sum();
+            let own = if i == index { 1.0 } else { 0.0 };
+            u[i] = if row[i] > 0.0 { (own - known) / row[i] } else { 0.0 };
+        }
+        u
     }
 }

@@ -2,16 +2,16 @@
 //!
 //! What the model leaves of the records beside noise is not independent from bin to bin: it is alike over a band of a resonance's width,
 //! along all directions, and alike in records of one pose. The scatter of the estimate is then read from the data: blocks c of a pose and a
-//! band are left out, one at a time, and the estimate moves by d_c, one step of Gauss and Newton for each record of the pose.
+//! band are left out, one at a time, of all records of the pose, and the estimate moves by d_c, one step of Gauss and Newton.
 //!
 //! ```text
-//! V = (C − 1)/C Σ (d_c − d̄) (d_c − d̄)ᵀ          d_c = Σ_r (N − N_cr)⁻¹ (−g_cr)          d̄ the mean of d_c
+//! V = (C − 1)/C Σ (d_c − d̄) (d_c − d̄)ᵀ + N⁻¹ P N⁻¹          d_c = (N − N_c)⁻¹ (−g_c)          d̄ the mean of d_c
 //! ```
 //!
-//! This is the cluster-robust covariance in its jackknife form, CR3, which accounts for the leverage of a block (Cameron and Miller, "A
-//! practitioner's guide to cluster-robust inference", Journal of Human Resources 50, 2015, section VI; Efron, _The Jackknife, the
+//! The first term is the cluster-robust covariance in its jackknife form, CR3, which accounts for the leverage of a block (Cameron and Miller,
+//! "A practitioner's guide to cluster-robust inference", Journal of Human Resources 50, 2015, section VI; Efron, _The Jackknife, the
 //! Bootstrap and Other Resampling Plans_, 1982). It is right if the misfits of blocks are independent; a misfit that all of them share is
-//! not seen.
+//! not seen. The second term is what the imperfections add: the data do not scatter with them. P is the information of their priors.
 
 use super::super::batch::Bins;
 use super::super::objective::Domain as _;
@@ -27,8 +27,7 @@ use crate::spectrum::Experiment;
 /// Blocks that three or more records have together, about. Chosen: the deviation is then known to a tenth; of one record to a fifth.
 const BLOCKS: usize = 48;
 /// Bands of a record, least and most. Chosen: a band is wider than the resonance of a robot's joint, some tens of hertz at most.
-const BANDS: [usize; 2] = [4, MOST_BANDS];
-const MOST_BANDS: usize = 16;
+const BANDS: [usize; 2] = [4, 16];
 
 impl Refinement {
     /// Standard deviation of each unknown where the plant stands, after [`Refinement::fit_plant`], by the scatter between blocks of the
@@ -40,7 +39,11 @@ impl Refinement {
         plant: &mut Plant,
         inflation: f64,
     ) -> Option<[f64; MAX_UNKNOWNS]> {
-        let moved = self.jackknife(problem, experiments, plant)?;
+        plant.determine();
+        let of_priors = plant.variances_of_priors();
+        let scatter = self.jackknife(problem, experiments, plant)?;
+        let moved: [f64; ALL] =
+            core::array::from_fn(|column| libm::sqrt(scatter[column] + of_priors[column]));
         let count = plant.imperfections.all.len();
         for (own, robust) in plant.deviations.iter_mut().zip(&moved[..count]) {
             *own = own.max(*robust / inflation);
@@ -48,7 +51,7 @@ impl Refinement {
         Some(core::array::from_fn(|unknown| moved[count + unknown] / inflation))
     }
 
-    /// Standard deviation of each imperfection and unknown, by the scatter between blocks.
+    /// Variance of each imperfection and unknown, by the scatter between blocks.
     fn jackknife<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -61,8 +64,8 @@ impl Refinement {
         self.minimiser.linearised = false;
         let seam_unknowns = problem.seam_unknowns();
         let [least, most] = BANDS;
-        let poses = (0..experiments.len()).filter(|&it| is_last_of_pose(experiments, it)).count();
-        let bands = (BLOCKS / poses.max(1)).clamp(least, most);
+        let poses = (0..experiments.len()).filter(|&it| first_of_pose(experiments, it) == it);
+        let bands = (BLOCKS / poses.clone().count().max(1)).clamp(least, most);
         let mut objective = PlantSumOfSquares {
             problem,
             experiments,
@@ -77,38 +80,38 @@ impl Refinement {
         // Those that are there may be of a trial step that was rejected.
         objective.workspace.seams.clear();
         let (mut blocks, mut sums, mut squares) = (0.0, [0.0; ALL], [0.0; ALL]);
-        let mut moves = [[0.0; ALL]; MOST_BANDS];
-        for (index, experiment) in in_poses(experiments) {
-            let (model, seam) = objective.prepare(point, index, experiment).ok()?;
-            let bins = Bins::of(experiment);
-            objective.assemble_bins(&model, &seam, Bins::of(experiment));
-            whole.clone_from(objective.record);
-            eliminate_seam(problem, &seam, objective.record);
-            // The other records.
-            factor.clone_from(&minimiser.normal);
-            factor.subtract_complement(objective.record, seam_unknowns);
+        for pose in poses {
+            let is_of_pose = |&(index, _): &(usize, _)| first_of_pose(experiments, index) == pose;
+            let records = || experiments.iter().enumerate().filter(is_of_pose);
+            let is_alone = records().count() == 1;
+            let mut prepared = None;
             for band in 0..bands {
-                let edge = |band: usize| bins.bins() * band / bands;
-                objective.assemble_bins(&model, &seam, bins.part(edge(band)..edge(band + 1)));
-                objective.record.take_from(whole);
-                eliminate_seam(problem, &seam, objective.record);
-                factor.add_complement(objective.record, seam_unknowns);
-                let (step, _) = propose::<_, ALL>(factor, &room, 0.0);
-                factor.subtract_complement(objective.record, seam_unknowns);
-                for (sum, moved) in moves[band].iter_mut().zip(&step) {
-                    *sum += moved;
+                factor.clone_from(&minimiser.normal);
+                for (index, experiment) in records() {
+                    let bins = Bins::of(experiment);
+                    // There is room for the equations of one whole record.
+                    if prepared.is_none() || !is_alone {
+                        let (model, seam) = objective.prepare(point, index, experiment).ok()?;
+                        objective.assemble_bins(&model, &seam, Bins::of(experiment));
+                        whole.clone_from(objective.record);
+                        prepared = Some((model, seam));
+                    }
+                    let Some((model, seam)) = &prepared else { continue };
+                    objective.record.clone_from(whole);
+                    eliminate_seam(problem, seam, objective.record);
+                    factor.subtract_complement(objective.record, seam_unknowns);
+                    let edge = |band: usize| bins.bins() * band / bands;
+                    objective.assemble_bins(model, seam, bins.part(edge(band)..edge(band + 1)));
+                    objective.record.take_from(whole);
+                    eliminate_seam(problem, seam, objective.record);
+                    factor.add_complement(objective.record, seam_unknowns);
                 }
-            }
-            if !is_last_of_pose(experiments, index) {
-                continue;
-            }
-            for block in &mut moves[..bands] {
+                let (step, _) = propose::<_, ALL>(factor, &room, 0.0);
                 blocks += 1.0;
-                for (column, moved) in block.iter().enumerate() {
+                for (column, moved) in step.iter().enumerate() {
                     sums[column] += moved;
                     squares[column] += moved * moved;
                 }
-                block.fill(0.0);
             }
         }
         let variance = |column: usize| {
@@ -121,27 +124,33 @@ impl Refinement {
                 scatter.max(0.0) * (blocks - 1.0) / blocks
             }
         };
-        Some(core::array::from_fn(|column| libm::sqrt(variance(column))))
+        Some(core::array::from_fn(variance))
     }
 }
 
-/// All experiments with their numbers, those of one pose one after the other.
-fn in_poses<const B: usize>(
-    experiments: &[Experiment<B>],
-) -> impl Iterator<Item = (usize, &Experiment<B>)> {
-    let all = move || experiments.iter().enumerate();
-    (0..experiments.len())
-        .flat_map(move |pose| all().filter(move |&(it, _)| first_of_pose(experiments, it) == pose))
+impl Plant {
+    /// Variance of each imperfection and unknown by the priors of the imperfections, the diagonal of `N⁻¹ P N⁻¹`, after [`Plant::determine`].
+    pub(super) fn variances_of_priors(&mut self) -> [f64; ALL] {
+        let total = self.factor.unknowns();
+        let mut variances = [0.0; ALL];
+        for index in 0..self.imperfections.all.len() {
+            // N x = e by L u = e and Lᵀ x = u.
+            let u = self.forward(index);
+            for (i, u) in u.iter().enumerate().take(total) {
+                *self.factor.entry(total, i) = *u;
+            }
+            let mut x = [0.0; ALL];
+            self.factor.substitute(total, &mut x);
+            for (variance, x) in variances.iter_mut().zip(&x) {
+                *variance += x * x;
+            }
+        }
+        variances
+    }
 }
 
 /// Number of the first experiment that has the pose of this one.
 fn first_of_pose<const B: usize>(experiments: &[Experiment<B>], index: usize) -> usize {
     let shares = |other: &Experiment<B>| share_pose(&other.pose, &experiments[index].pose);
     experiments.iter().position(shares).unwrap_or(index)
-}
-
-/// Whether this experiment is the last of its pose.
-fn is_last_of_pose<const B: usize>(experiments: &[Experiment<B>], index: usize) -> bool {
-    let own = first_of_pose(experiments, index);
-    (index + 1..experiments.len()).all(|other| first_of_pose(experiments, other) != own)
 }

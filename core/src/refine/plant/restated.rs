@@ -131,6 +131,19 @@ impl Plant {
         self.restated.factors.iter().any(|factor| *factor > FARTHEST)
     }
 
+    /// The largest `√(S/q)` of a kind where the last fit has ended, S by the stated accuracies, at least 1: the factor by which they would
+    /// have to be worse for the imperfections to be plausible.
+    pub(crate) fn largest_factor(&self) -> f64 {
+        let mut sums = [0.0; KINDS];
+        for ((imperfection, _), p) in self.imperfections.all.iter().zip(&self.point.imperfections) {
+            let by_stated = p * self.restated.factor(*imperfection);
+            sums[imperfection.kind()] += by_stated * by_stated;
+        }
+        let factors =
+            sums.iter().zip(&self.restated.determined).map(|(sum, own)| factor(*sum, *own));
+        factors.fold(1.0, f64::max)
+    }
+
     /// `Σ γ ln τ²`: what restated accuracies cost, since they would explain less than those that were stated. An imperfection that the data do
     /// not determine has the wider prior as a wider posterior, too, and costs nothing.
     pub(crate) fn cost_of_restating(&self) -> f64 {

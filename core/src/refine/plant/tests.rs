@@ -2,7 +2,7 @@
 
 use std::boxed::Box;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{DMatrix, Rotation3, Vector3};
 use proptest::array::{uniform3, uniform6};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -291,12 +291,14 @@ fn the_jackknife_agrees_with_the_noise() {
         let sought = Sought::new(2, &Default::default()).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
-        let experiments = [0, 1].map(|_| {
+        let experiments = [POSE, [-0.5, 0.6]].map(|pose| {
             let record = record(&mut random);
             let experiment =
                 Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
-            let model = Model::perfect(&problem, &sought.coordinates(&bushings()), &POSE).unwrap();
-            noisy(experiment.unwrap(), &model, &mut random)
+            let mut experiment = experiment.unwrap();
+            experiment.pose = pose.into_iter().collect();
+            let model = Model::perfect(&problem, &sought.coordinates(&bushings()), &pose).unwrap();
+            noisy(experiment, &model, &mut random)
         });
         let accuracies =
             Accuracies { delay: 1e-6, structure_rotation: 1e-9, ..Accuracies::default() };
@@ -329,6 +331,69 @@ fn the_jackknife_agrees_with_the_noise() {
         libm::exp(logs.iter().sum::<f64>() / logs.len() as f64)
     });
     assert!((0.8..1.6).contains(&ratio), "{ratio}");
+}
+
+/// Standard deviations by the scatter between blocks of a record and of copies of it, without priors that count.
+fn scatter_of_copies<const N: usize>(accuracies: Accuracies) -> [f64; 24] {
+    on_large_stack(move || {
+        let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
+        let (chain, bounds) = (chain(), bounds());
+        let sought = Sought::new(2, &Default::default()).unwrap();
+        let problem = problem(&chain, &measurement, &bounds, &sought);
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
+        let record = record(&mut random);
+        let one = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
+        let model = Model::perfect(&problem, &sought.coordinates(&bushings()), &POSE).unwrap();
+        let one = noisy(one.unwrap(), &model, &mut random);
+        let experiments: [_; N] = core::array::from_fn(|_| one.clone());
+        let mut plant = Box::new(Plant::new(&accuracies, &chain));
+        let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
+        refinement.restart_plant(&mut plant, N);
+        while refinement.step_plant(&problem, &experiments, &mut plant) == Outcome::Improving {}
+        refinement.fit_plant(&problem, &experiments, &mut plant).unwrap();
+        let all = refinement.jackknife_plant(&problem, &experiments, &mut plant, 1.0).unwrap();
+        core::array::from_fn(|unknown| all[unknown])
+    })
+}
+
+/// A record that is given three times says no more than once: its blocks are those of one pose. Each is left out of all copies.
+#[test]
+fn copies_of_a_record_are_one_cluster() {
+    let accuracies = Accuracies { delay: 1e-2, ..Accuracies::default() };
+    let [once, thrice] = [scatter_of_copies::<1>(accuracies), scatter_of_copies::<3>(accuracies)];
+    let mut compared = 0;
+    for (once, thrice) in once.iter().zip(&thrice).filter(|(once, _)| **once < 0.3) {
+        assert!((thrice / once - 1.0).abs() < 0.02, "{thrice} of {once}");
+        compared += 1;
+    }
+    assert!(compared > 8, "{compared}");
+}
+
+/// What priors add to the variances, against a dense inverse.
+#[test]
+fn the_variances_of_priors_are_those_of_a_dense_inverse() {
+    let mut plant = plant();
+    let (count, total) = (plant.imperfections.all.len(), plant.imperfections.all.len() + 24);
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
+    let uniform = |_, _| 2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0;
+    let jacobian = DMatrix::from_fn(3 * total, total, uniform);
+    let mut n = jacobian.transpose() * &jacobian;
+    for i in 0..count {
+        n[(i, i)] += 1.0;
+    }
+    plant.minimiser.normal.reset(total);
+    for i in 0..total {
+        for j in 0..=i {
+            *plant.minimiser.normal.entry(i, j) = n[(i, j)];
+        }
+    }
+    plant.determine();
+    let variances = plant.variances_of_priors();
+    let inverse = n.try_inverse().unwrap();
+    for i in 0..total {
+        let expected: f64 = (0..count).map(|k| inverse[(i, k)] * inverse[(i, k)]).sum();
+        assert!((variances[i] / expected - 1.0).abs() < 1e-4, "{} for {expected}", variances[i]);
+    }
 }
 
 /// A model that was corrected by the imperfections of a plant leaves the sum of squares of that plant, without their priors.
@@ -368,7 +433,8 @@ fn a_corrected_model_is_that_of_the_plant() {
         };
         let priors: f64 = point.imperfections[..count].iter().map(|value| value * value).sum();
         let of_plant = objective.cost(&point) - priors;
-        refinement.correct_by(&plant);
+        refinement.set_correction(&plant.correction());
+        refinement.restart_at(&plant.coordinates());
         let corrected = refinement.fit(&problem, &experiments).objective;
         refinement.set_correction(&Correction::NONE);
         [of_plant, corrected, refinement.fit(&problem, &experiments).objective]
