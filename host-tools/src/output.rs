@@ -102,6 +102,40 @@ fn replace(path: &Path, permissions: &Permissions, text: &str) -> io::Result<()>
     Ok(())
 }
 
+/// Checks that none of `outputs` is one of `inputs`, or another output: writing it would lose what it holds. Pipes and devices hold nothing.
+///
+/// # Errors
+/// Two of them are the same file, by whatever name.
+pub(crate) fn keeps<'a>(
+    inputs: impl IntoIterator<Item = &'a Path>,
+    outputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<(), BadInput> {
+    let mut taken: Vec<_> = inputs.into_iter().filter_map(place).collect();
+    let inputs = taken.len();
+    for output in outputs {
+        let Some(place) = place(output) else { continue };
+        if let Some(index) = taken.iter().position(|taken| *taken == place) {
+            let what = if index < inputs { "read by this command" } else { "another result" };
+            let message = format!("is {what}, and would be lost: name another file for the result");
+            return Err(BadInput::new(output, message));
+        }
+        taken.push(place);
+    }
+    Ok(())
+}
+
+/// Where a regular file lies or would be made, the links followed. `None` for anything else.
+fn place(file: &Path) -> Option<PathBuf> {
+    match fs::canonicalize(file) {
+        Ok(path) => path.is_file().then_some(path),
+        Err(_) => {
+            let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+            let folder = fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()?;
+            Some(folder.join(file.file_name()?))
+        }
+    }
+}
+
 /// Makes `folder` if it does not exist.
 ///
 /// # Errors
@@ -155,6 +189,31 @@ mod tests {
         assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
         assert_eq!(names(), ["link.json", "out.json"]);
         assert!(link.is_symlink());
+    }
+
+    #[test]
+    fn no_result_takes_the_place_of_an_input_or_of_another_result() {
+        let folder = tempfile::tempdir().unwrap();
+        let [log, link, json, page] =
+            ["cut.log", "link.log", "found.json", "page.html"].map(|name| folder.path().join(name));
+        fs::write(&log, "frames").unwrap();
+        std::os::unix::fs::symlink(&log, &link).unwrap();
+        let [log, link, json, page] = [&log, &link, &json, &page].map(PathBuf::as_path);
+        let device = Path::new("/dev/null");
+        for (outputs, refused) in [
+            ([json, page], None),
+            ([json, log], Some((log, "read by this command"))),
+            ([link, page], Some((link, "read by this command"))),
+            ([json, json], Some((json, "another result"))),
+            ([device, device], None),
+        ] {
+            let error = keeps([log, device], outputs).err();
+            assert_eq!(error.as_ref().map(|error| &*error.file), refused.map(|(file, _)| file));
+            let why = refused.map_or("", |(_, why)| why);
+            assert!(error.is_none_or(|error| error.message.contains(why)));
+        }
+        let indirect = folder.path().join("../").join(folder.path().file_name().unwrap());
+        assert!(keeps([log], [&*indirect.join("cut.log")]).is_err());
     }
 
     #[test]

@@ -10,7 +10,7 @@ use flexid_prediction::document::Found;
 use rayon::prelude::*;
 
 use crate::compensate::{Compensated, csv, text};
-use crate::output::Output;
+use crate::output::{self, Output};
 use crate::predict::table::doubt;
 use crate::progress;
 
@@ -43,6 +43,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
     let places = path::load(&args.path, found.robot.model())?;
+    output::keeps([&*args.found, &*args.path], [&*args.out])?;
     let output = Output::create(&args.out)?;
     let bar = progress::bar(places.len() as u64, "compensating");
     let compensated = places

@@ -13,7 +13,7 @@ use flexid_wire::report::{Acceptance, Verdict};
 
 use super::pose::given_or_first;
 use crate::numbers::{Numbers, numbers};
-use crate::output::Output;
+use crate::output::{self, Output};
 use crate::predict::{self, Prediction, Request};
 
 /// Number of frequencies of the receptance.
@@ -61,6 +61,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
     let robot = found.robot.found();
     let pose = &given_or_first(&args.found, &found, args.pose.as_ref())?;
+    output::keeps([&*args.found], [&*args.out])?;
     let output = Output::create(&args.out)?;
     let format = match args.format {
         Wanted::Robot(format) => format,

@@ -1,6 +1,5 @@
 //! `flexid identify`: the daemon's pipeline over recordings, or static tests alone.
 
-use std::iter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
@@ -22,7 +21,7 @@ use flexid_wire::state::State;
 
 use crate::check::{self, of_other_angles};
 use crate::json::ResultJson;
-use crate::output::Output;
+use crate::output::{self, Output};
 use crate::recording::meter::{Meter, Work};
 use crate::recording::{self, ending};
 use crate::show::table;
@@ -73,6 +72,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         (Some(_), Some(file)) => Some(Scenario::load(file, &config.model)?),
         _ => None,
     };
+    let logs = args.logs.iter().map(PathBuf::as_path);
+    let read = config.files().chain(logs).chain(args.truth.as_deref());
+    output::keeps(read, args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let page = args.report.as_deref().map(Output::create).transpose()?;
     let Identified { finding, robot, statics, evidence, broken } = match args.logs.as_slice() {
@@ -86,36 +88,45 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
         logs => from_logs(&config, logs)?,
     };
-    if json.is_some() || page.is_some() {
+    let written = if json.is_some() || page.is_some() {
         let origin = origin(args, &config, evidence.as_ref());
         let result = ResultJson::from(&finding)
             .with(robot.as_ref(), statics.as_ref())
             .with_evidence(evidence.as_ref(), &origin);
         let text = serde_json::to_string_pretty(&result)? + "\n";
-        if let Some(json) = json {
-            json.finish(&text)?;
-        }
-        if let Some(page) = page {
-            page.finish(&page_of(args, &text)?)?;
-        }
-    }
+        write(args, &text, json, page)
+    } else {
+        Ok(())
+    };
     let mut text = table::finding(&finding, statics.as_ref(), truth.as_deref());
     if let Some(truth) = truth {
         let estimate = table::bushings(&finding.report);
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
     }
-    // The error of a recording that broke off is reported even if the table cannot be printed.
+    // The table is printed even if a file cannot be written, and the error of a recording that broke off is reported even if the table
+    // cannot be printed.
     let printed = print(&text);
+    written?;
     match broken {
         Some(error) => Err(error),
         None => Ok(printed?),
     }
 }
 
+/// Writes the result, and the page that `report` makes of it.
+fn write(args: &Args, result: &str, json: Option<Output>, page: Option<Output>) -> Result<()> {
+    if let Some(json) = json {
+        json.finish(result)?;
+    }
+    if let Some(page) = page {
+        page.finish(&page_of(args, result)?)?;
+    }
+    Ok(())
+}
+
 /// Where the result comes from.
 fn origin(args: &Args, config: &Config, evidence: Option<&Evidence>) -> Origin {
-    let configuration = iter::once(&config.file).chain(&config.named_files);
-    let configuration: Vec<&Path> = configuration.map(PathBuf::as_path).collect();
+    let configuration: Vec<&Path> = config.files().collect();
     let logs: Vec<&Path> = args.logs.iter().map(PathBuf::as_path).collect();
     let options: &[&str] = if args.explain { &["--explain"] } else { &[] };
     let start_s = evidence.and_then(Evidence::start_s);
@@ -173,6 +184,8 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
 
     let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
     if let Some(finding) = finding {
+        let cut_off = logs.iter().filter_map(|log| ending::check(log, &config.signals).err());
+        cut_off.for_each(|log| complain(&format!("warning: {log}")));
         other_robot.iter().for_each(|other| complain(&format!("warning: {other}")));
         robot.iter().for_each(|robot| warn_of_one_pose(config, robot));
         return Ok(Identified { finding, robot, statics, evidence, broken });

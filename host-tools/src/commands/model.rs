@@ -7,7 +7,7 @@ use flexid_edge::console::{complain, print};
 use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::text::count;
 
-use crate::output::Output;
+use crate::output::{self, Output};
 use crate::urdf::{self, Base};
 
 /// The subcommands.
@@ -50,6 +50,7 @@ pub(super) fn run(Command::Import(args): &Command) -> Result<()> {
     };
     let base = if args.pedestal { Base::Pedestal } else { Base::Rigid };
     let imported = urdf::import(&text, tcp, base).map_err(|error| BadInput::new(file, error))?;
+    output::keeps([&**file], [&*args.output])?;
     for warning in &imported.warnings {
         complain(&format!("warning: {}: {warning}", file.display()));
     }

@@ -15,7 +15,7 @@ use rayon::ThreadPoolBuilder;
 
 use super::range::LARGEST_FORCE_N;
 use crate::exit::BadArgument;
-use crate::output::Output;
+use crate::output::{self, Output};
 use crate::plan::candidates::Candidates;
 use crate::plan::greedy::Criterion;
 use crate::plan::start::Start;
@@ -77,6 +77,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Some(file) => Start::load(file, &config, sought)?,
         None => Start::unknown(&config, sought),
     };
+    let read = config.files().chain(args.from.as_deref());
+    output::keeps(read, args.json.as_deref())?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
     let candidates = Candidates {

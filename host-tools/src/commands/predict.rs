@@ -10,7 +10,7 @@ use flexid_prediction::document::Found;
 use super::{pose, range};
 use crate::exit::BadArgument;
 use crate::numbers::{Numbers, numbers};
-use crate::output::Output;
+use crate::output::{self, Output};
 use crate::predict::{Format, Prediction, Request, table};
 use crate::progress;
 
@@ -58,7 +58,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     let output = match &args.receptance {
         None => None,
-        Some(file) => Some((Format::of(file)?, Output::create(file)?)),
+        Some(file) => {
+            output::keeps([&*args.found], [&**file])?;
+            Some((Format::of(file)?, Output::create(file)?))
+        }
     };
     let request = Request {
         force,

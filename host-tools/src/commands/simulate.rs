@@ -21,7 +21,7 @@ use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::exit::BadArgument;
-use crate::output::{Output, unwritable};
+use crate::output::{self, Output, unwritable};
 use crate::progress;
 
 /// Largest number of experiments, and of repetitions: half a day of milling each.
@@ -80,6 +80,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         simulator = simulator.with_plant(file, &config.model)?;
     }
     let experiments = experiments(args, &config, &simulator);
+    let read = config.files().chain(config.scenario.as_deref()).chain(args.plant.as_deref());
+    output::keeps(read, args.candump.as_deref().into_iter().chain(args.truth_json.as_deref()))?;
     let truth_json = args.truth_json.as_deref().map(Output::create).transpose()?;
     let mut sink = match (&args.candump, &args.can) {
         (Some(file), _) => Sink::log(file, &config.interface)?,

@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::setup::{
-    add_static_test, edit, flexid, folder, identified, json, refused, stderr, stdout,
+    add_static_test, edit, flexid, folder, found, identified, json, refused, stderr, stdout,
 };
 
 #[test]
@@ -266,4 +266,59 @@ fn what_is_sought_beside_the_joints_and_what_is_fixed_is_reported() {
     for part in ["     fixed ", ", 1 fixed\n", "calibration  delay "] {
         assert!(table.contains(part), "{part:?} is not in\n{table}");
     }
+}
+
+/// A slip of the shell's completion costs no recording, configuration or result.
+#[test]
+fn no_command_overwrites_what_it_reads() {
+    let folder = found();
+    let folder = folder.path();
+    fs::copy(folder.join("mill3.urdf"), folder.join("robot.urdf")).unwrap();
+    fs::write(folder.join("path.csv"), "q1,q2,q3,fx,fy,fz\n0,0.1,0.2,0,100,0\n").unwrap();
+    fs::write(folder.join("o.log"), "(1767000000.000060) can0 101#03000000FEFFFE0E\n").unwrap();
+    let names = ["o.json", "o.log", "edge.toml", "mill3.toml", "path.csv", "robot.urdf"];
+    let contents = || names.map(|name| fs::read(folder.join(name)).unwrap());
+    let before = contents();
+    for (command, file) in [
+        ("identify --config edge.toml o.log --json o.log", "o.log"),
+        ("identify --config edge.toml o.log --report ./edge.toml", "edge.toml"),
+        ("simulate --config edge.toml --candump edge.toml", "edge.toml"),
+        ("simulate --config edge.toml --candump mill3.toml", "mill3.toml"),
+        ("simulate --config edge.toml --candump new.log --truth-json edge.toml", "edge.toml"),
+        ("plan --config edge.toml --from o.json --json o.json", "o.json"),
+        ("export o.json --format csv --out o.json", "o.json"),
+        ("compensate o.json path.csv -o path.csv", "path.csv"),
+        ("model import robot.urdf --tcp tcp -o robot.urdf", "robot.urdf"),
+    ] {
+        let message = refused(folder, command);
+        assert!(message.contains(&format!("{file}: is read by this command")), "{message}");
+        assert!(contents() == before, "{command}");
+    }
+    let message = refused(folder, "identify --config edge.toml o.log --json new --report new");
+    assert!(message.contains("new: is another result"), "{message}");
+}
+
+/// What is there is used, and the user learns that it is not all.
+#[test]
+fn a_log_that_is_cut_off_is_warned_of() {
+    let folder = folder();
+    let folder = folder.path();
+    stdout(folder, "simulate --config edge.toml --experiments 1 --candump o.log");
+    let log = fs::read_to_string(folder.join("o.log")).unwrap();
+    fs::write(folder.join("o.log"), &log[..log.len() - 3]).unwrap();
+    let output = flexid(folder, "identify --config edge.toml o.log");
+    let said = format!("warning: o.log:{}: the last line is cut off", log.lines().count());
+    assert!(output.status.success() && stderr(&output).contains(&said), "{}", stderr(&output));
+}
+
+/// A result file that cannot be written does not cost the result.
+#[test]
+fn the_table_is_printed_although_the_disk_is_full() {
+    let folder = folder();
+    let folder = folder.path();
+    stdout(folder, "simulate --config edge.toml --experiments 1 --candump o.log");
+    let output = flexid(folder, "identify --config edge.toml o.log --json /dev/full");
+    assert!(!output.status.success());
+    assert!(stderr(&output).contains("/dev/full: cannot be written"), "{}", stderr(&output));
+    assert!(String::from_utf8(output.stdout).unwrap().contains("36 of 36 parameters"));
 }

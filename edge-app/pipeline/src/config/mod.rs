@@ -99,6 +99,11 @@ impl Config {
         Self::read(file, &input::read(file)?, true)
     }
 
+    /// The file itself, and those that it names and that were read with it: model, DBC file, static tests.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        std::iter::once(&self.file).chain(&self.named_files).map(PathBuf::as_path)
+    }
+
     /// Parses `text`, the content of the config file `file`. The files that it names are read from disk.
     ///
     /// # Errors
