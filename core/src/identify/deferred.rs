@@ -12,8 +12,8 @@ use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
 use crate::refine::{Correction, Plant};
 use crate::sought::Coordinates;
 
-/// Factor on an accuracy beyond which a fit that needs it is deferred. Chosen: one error of a kind is then seven times its accuracy. Of the
-/// drawn plants (tests/README) none needs as much.
+/// Factor on an accuracy beyond which a fit that needs it is deferred. Chosen: a single error of its kind is then seven times its accuracy, which
+/// of normal errors one in 4e11 is.
 const FAR: f64 = 3.0;
 
 /// Where a fit has ended that needs such an error.
