@@ -89,7 +89,7 @@ impl Refinement {
                 factor.clone_from(&minimiser.normal);
                 for (index, experiment) in records() {
                     let bins = Bins::of(experiment);
-                    // There is room for the equations of one whole record.
+                    // There is memory for the equations of one whole record: those of several are assembled again for each band.
                     if prepared.is_none() || !is_alone {
                         let (model, seam) = objective.prepare(point, index, experiment).ok()?;
                         objective.assemble_bins(&model, &seam, Bins::of(experiment));

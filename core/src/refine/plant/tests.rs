@@ -333,7 +333,7 @@ fn the_jackknife_agrees_with_the_noise() {
     assert!((0.8..1.6).contains(&ratio), "{ratio}");
 }
 
-/// Standard deviations by the scatter between blocks of a record and of copies of it, without priors that count.
+/// Standard deviation of the logarithm of each parameter, by the scatter between blocks of N copies of one record.
 fn scatter_of_copies<const N: usize>(accuracies: Accuracies) -> [f64; 24] {
     on_large_stack(move || {
         let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
