@@ -17,7 +17,7 @@ use flexid_pipeline::State;
 
 const MAGIC: &[u8; 12] = b"flexid-state";
 /// Version of the format. A file of another version is not read. The version changes with every struct that is in a state.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 const HEADER: usize = MAGIC.len() + 4 + 4;
 /// Largest file that is read, bytes: twice what a state with the most records takes.
 const LARGEST: u64 = 128 << 20;

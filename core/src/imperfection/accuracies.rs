@@ -65,6 +65,10 @@ pub struct Accuracies {
     pub ground_rotation: f64,
     /// Logarithm of the mass of the base, which is taken for [`BASE_OVER_MOVING`](super::BASE_OVER_MOVING) of the robot's.
     pub base_mass: f64,
+    /// Stiffness of hoses between the ground and the TCP, N/m.
+    pub hose: f64,
+    /// Damping of the same, Ns/m.
+    pub hose_damping: f64,
 }
 
 impl Accuracies {
@@ -97,6 +101,8 @@ impl Accuracies {
     /// | ground                      | 5e-10 m/N          | assumed: between concrete, 1e-10, and a steel pedestal, 1e-9        |
     /// |                             | 1e-9 rad/Nm        | assumed: between concrete, 1e-10, and a steel pedestal, 2e-9        |
     /// | mass of the base            | 50 %               | published files: 0.14 to 0.29 of the robot's, see above             |
+    /// | hoses                       | 1 kN/m             | assumed: cables and an air hose that pull with 10 N at 10 mm        |
+    /// |                             | 20 Ns/m            | assumed: a loss factor of about 1 at 10 Hz                          |
     pub fn typical() -> Self {
         let squared_period = |hz: f64| 1.0 / (TAU * hz * TAU * hz);
         Self {
@@ -133,6 +139,8 @@ impl Accuracies {
             ground_translation: 5e-10,
             ground_rotation: 1e-9,
             base_mass: 0.5,
+            hose: 1e3,
+            hose_damping: 20.0,
         }
     }
 }

@@ -19,12 +19,18 @@ use crate::search::MAX_EXPERIMENTS;
 use crate::{DOF, MAX_JOINTS};
 
 /// Number of kinds of imperfections.
-pub(crate) const KINDS: usize = 27;
+pub(crate) const KINDS: usize = 29;
 /// Largest number of imperfections of a chain.
-pub const MAX_IMPERFECTIONS: usize =
-    OF_SENSORS + OF_JOINTS * MAX_JOINTS + OF_BUSHINGS + OF_GROUND + OF_RECORDS * MAX_EXPERIMENTS;
+pub const MAX_IMPERFECTIONS: usize = OF_SENSORS
+    + OF_HOSE
+    + OF_JOINTS * MAX_JOINTS
+    + OF_BUSHINGS
+    + OF_GROUND
+    + OF_RECORDS * MAX_EXPERIMENTS;
 /// Imperfections of the sensors and of the tool.
 const OF_SENSORS: usize = 1 + 6 + 12 + 9 + 6 + 4;
+/// Imperfections of what hangs on the tool.
+const OF_HOSE: usize = 2;
 /// Imperfections of each joint and its link.
 const OF_JOINTS: usize = 1 + 3 + 1 + 3 + 1 + 1;
 /// Imperfections of all bushings.
@@ -112,6 +118,11 @@ pub enum Imperfection {
     RecordStiffness(usize),
     /// Logarithm of the mass of the base over [`BASE_OVER_MOVING`] of the robot's. It has an effect where the ground gives way.
     BaseMass,
+    /// Stiffness k of hoses and cables between the ground and the TCP, the same along all axes, N/m: they pull with `k + s d` times the
+    /// displacement of the TCP.
+    Hose,
+    /// Damping d of the same, Ns/m.
+    HoseDamping,
 }
 
 impl Imperfection {
@@ -149,7 +160,9 @@ impl Imperfection {
             | Self::Load
             | Self::Ground(_)
             | Self::GroundDamping(_)
-            | Self::BaseMass => true,
+            | Self::BaseMass
+            | Self::Hose
+            | Self::HoseDamping => true,
             Self::Delay
             | Self::Gain(..)
             | Self::Crosstalk(..)
@@ -206,6 +219,7 @@ pub(crate) fn all(
         let of_drive = of_drive.into_iter().filter(move |_| is_driven);
         of_body.into_iter().chain(of_drive).chain(of_axes)
     });
+    let of_hose = [(I::Hose, accuracies.hose), (I::HoseDamping, accuracies.hose_damping)];
     let of_bushings = [(I::Hysteresis, accuracies.hysteresis), (I::Load, accuracies.load)];
     let is_on_ground = joints.first() != Some(&JointKind::Fixed);
     let of_ground = (0..DOF).filter(move |_| is_on_ground).flat_map(|dof| {
@@ -229,6 +243,7 @@ pub(crate) fn all(
     core::iter::once((I::Delay, accuracies.delay))
         .chain(of_sensors)
         .chain(of_tool)
+        .chain(of_hose)
         .chain(of_links)
         .chain(of_bushings)
         .chain(of_base)
@@ -266,6 +281,8 @@ impl Imperfection {
             Self::Ground(_) => 24,
             Self::GroundDamping(_) => 25,
             Self::BaseMass => 26,
+            Self::Hose => 27,
+            Self::HoseDamping => 28,
         }
     }
 
@@ -322,6 +339,8 @@ mod tests {
             records,
             6,
             6,
+            1,
+            1,
             1,
         ];
         assert_eq!(counts[..14], of_sensors);

@@ -33,6 +33,7 @@ pub use gradient::{PerDof, Response};
 pub(crate) use law::{Hysteresis, Rates, per_growth, per_hysteretic_part};
 pub(crate) use observation::{Loads, Observation};
 pub use recursion::receptance;
+pub(crate) use symmetric::{PACKED, at};
 pub use terms::Terms;
-pub(crate) use terms::{Ground, Growth, JointTerms};
+pub(crate) use terms::{Ground, Growth, Hose, JointTerms};
 pub(crate) use tool::ToolTerms;

@@ -7,14 +7,14 @@ use super::lanes::Lanes;
 use crate::DOF;
 
 /// Number of entries of the lower triangle.
-pub(super) const PACKED: usize = DOF * (DOF + 1) / 2;
+pub(crate) const PACKED: usize = DOF * (DOF + 1) / 2;
 
 /// A complex symmetric 6×6 matrix: entry (i, j ≤ i) at `i(i+1)/2 + j`.
 pub(super) type Symmetric<V> = [Complex<V>; PACKED];
 
 /// Index of entry (i, j) of a packed symmetric matrix.
 #[inline(always)]
-pub(super) const fn at(i: usize, j: usize) -> usize {
+pub(crate) const fn at(i: usize, j: usize) -> usize {
     if i >= j { i * (i + 1) / 2 + j } else { j * (j + 1) / 2 + i }
 }
 

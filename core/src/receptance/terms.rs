@@ -87,6 +87,39 @@ impl<T: Scalar> Ground<T> {
     }
 }
 
+/// A hose between the ground and the TCP, `Z ← Z + (k + s d) T Tᵀ` with the loads T of unit forces at the TCP on the last link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Hose<T> {
+    /// k, N/m.
+    pub(crate) stiffness: T,
+    /// d, Ns/m.
+    pub(crate) damping: T,
+    /// `T Tᵀ`, the displacement of the TCP in energy: packed, 1, m and m².
+    pub(crate) spread: [T; PACKED],
+}
+
+impl<T: Scalar> Hose<T> {
+    /// A hose at the TCP of a chain.
+    pub(crate) fn new(chain: &LinearChain, stiffness: f64, damping: f64) -> Self {
+        let whole = chain.tip_force * chain.tip_force.transpose();
+        let mut spread = [T::default(); PACKED];
+        for i in 0..DOF {
+            for j in 0..=i {
+                spread[at(i, j)] = T::from_f64(whole[(i, j)]);
+            }
+        }
+        Self { stiffness: T::from_f64(stiffness), damping: T::from_f64(damping), spread }
+    }
+
+    /// Force per displacement, `k + s d`.
+    #[inline(always)]
+    pub(crate) fn impedance<V: Lanes<Scalar = T>>(&self, s: Complex<V>) -> Complex<V> {
+        let mut impedance = s.scale(s.re.fill(self.damping));
+        impedance.re = impedance.re + s.re.fill(self.stiffness);
+        impedance
+    }
+}
+
 /// A chain at one pose with its bushings, ready for the recursion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms<T> {
@@ -110,6 +143,8 @@ pub struct Terms<T> {
     pub(crate) hysteresis: Hysteresis<T>,
     /// The ground under the first joint. `None` if it is rigid.
     pub(crate) ground: Option<Ground<T>>,
+    /// What hangs on the tool.
+    pub(crate) hose: Option<Hose<T>>,
 }
 
 impl<T: Scalar> Terms<T> {
@@ -197,6 +232,7 @@ impl<T: Scalar> Terms<T> {
             masses: false,
             hysteresis: Hysteresis::default(),
             ground: None,
+            hose: None,
         })
     }
 

@@ -61,6 +61,10 @@ pub enum Accuracy {
     GroundRadPerNm,
     /// Mass of what stands on the ground.
     BaseMass,
+    /// Stiffness of hoses at the tool.
+    HoseNPerM,
+    /// Damping of hoses at the tool.
+    HoseNsPerM,
 }
 
 impl Accuracy {
@@ -84,6 +88,7 @@ impl Accuracy {
             "lower the corner of the amplifier, or raise the lower end of band_hz";
         const GROUND: &str =
             "look at what the robot stands on, or seek it: `flexid model import --pedestal`";
+        const HOSE: &str = "hang hoses and cables so that they do not pull at the tool";
         match self {
             Self::DelayS => [
                 "delay_s",
@@ -138,6 +143,8 @@ impl Accuracy {
             Self::GroundMPerN => ["ground_m_per_n", GROUND],
             Self::GroundRadPerNm => ["ground_rad_per_nm", GROUND],
             Self::BaseMass => ["base_mass", GROUND],
+            Self::HoseNPerM => ["hose_n_per_m", HOSE],
+            Self::HoseNsPerM => ["hose_ns_per_m", HOSE],
         }
     }
 }
@@ -150,7 +157,7 @@ mod tests {
     fn entries_have_the_names_of_their_keys() {
         for number in 0..u8::MAX {
             let Ok(entry) = postcard::from_bytes::<Accuracy>(&[number]) else {
-                assert_eq!(number, 27);
+                assert_eq!(number, 29);
                 break;
             };
             assert_eq!(serde_json::to_value(entry).unwrap(), entry.key());

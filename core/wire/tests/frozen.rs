@@ -24,7 +24,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 10] = [
+const SCHEMA_KEYS: [(u16, [u8; 8]); 11] = [
     (1, [27, 84, 154, 181, 40, 115, 78, 33]),
     (2, [228, 103, 188, 121, 18, 38, 118, 136]),
     (3, [199, 205, 85, 206, 40, 25, 67, 64]),
@@ -35,6 +35,7 @@ const SCHEMA_KEYS: [(u16, [u8; 8]); 10] = [
     (8, [55, 212, 26, 71, 23, 137, 159, 17]),
     (9, [178, 143, 119, 99, 46, 5, 169, 116]),
     (10, [20, 107, 33, 101, 102, 228, 157, 88]),
+    (11, [231, 138, 239, 150, 241, 167, 210, 181]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.

@@ -1,7 +1,7 @@
 //! The dynamic stiffness of a robot at a pose, and its derivatives.
 //!
 //! ```text
-//! Z(s) = s² M + K_g + B(s)        H(s) = Pᵀ Z⁻¹ P        e = Z⁻¹ P
+//! Z(s) = s² M + s D + K + B(s)        H(s) = Pᵀ Z⁻¹ P        e = Z⁻¹ P
 //! ∂H = −eᵀ ∂Z e + ∂Pᵀ e + eᵀ ∂P
 //! ```
 //!
@@ -54,7 +54,7 @@ pub(crate) struct Response {
 impl<'a> Dynamics<'a> {
     pub(crate) fn new(robot: &'a Robot, pose: &[f64]) -> Result<Self, LinearisationError> {
         let mechanics = robot.mechanics(pose, None)?;
-        let matrices = Matrices::new(mechanics.chain());
+        let matrices = Matrices::new(&mechanics);
         let [_, upper] = robot.band_hz();
         // Hysteresis leaves the middle of the band as it is.
         let edge = Place::At(Complex::new(0.0, TAU * upper));
@@ -93,10 +93,10 @@ impl<'a> Dynamics<'a> {
 
     /// Z.
     pub(crate) fn stiffness(&self, place: Place) -> DMatrix<Complex<f64>> {
-        let Matrices { mass, gravity, .. } = &self.matrices;
-        let mut z = self.bushings(place).matrix() + gravity.map(Complex::from);
+        let Matrices { mass, stiffness, damping, .. } = &self.matrices;
+        let mut z = self.bushings(place).matrix() + stiffness.map(Complex::from);
         if let Place::At(s) = place {
-            z += mass.map(|entry| s * s * entry);
+            z += mass.map(|entry| s * s * entry) + damping.map(|entry| s * entry);
         }
         z
     }

@@ -76,12 +76,12 @@ impl Dynamics<'_> {
     fn viscous(&self) -> Vec<Complex<f64>> {
         let [lower, upper] = self.robot().band_hz();
         let omega = TAU * (lower * upper).sqrt();
-        let Matrices { mass, gravity, .. } = self.matrices();
+        let Matrices { mass, stiffness, damping, .. } = self.matrices();
         // Links have mass and inertia, so that M is positive.
         let Some(inverse) = mass.clone().cholesky() else { return Vec::new() };
         let bushings = self.bushings(Place::At(Complex::new(0.0, omega))).matrix();
-        let stiffness = gravity + bushings.map(|entry| entry.re);
-        let damping = bushings.map(|entry| entry.im / omega);
+        let stiffness = stiffness + bushings.map(|entry| entry.re);
+        let damping = damping + bushings.map(|entry| entry.im / omega);
         let n = self.size();
         let mut first_order = DMatrix::zeros(2 * n, 2 * n);
         first_order.view_mut((0, n), (n, n)).fill_diagonal(1.0);
@@ -133,7 +133,9 @@ impl Dynamics<'_> {
         let by = Complex::new(0.0, STEP * lambda.norm());
         let [above, below] = [lambda + by, lambda - by].map(|at| self.bushings(Place::At(at)));
         let change = above.matrix() - below.matrix();
-        self.matrices().mass.map(|entry| 2.0 * lambda * entry) + change / (2.0 * by)
+        let Matrices { mass, damping, .. } = self.matrices();
+        let of_bushings = change / (2.0 * by);
+        mass.map(|entry| 2.0 * lambda * entry) + damping.map(Complex::from) + of_bushings
     }
 
     fn mode(&self, lambda: Complex<f64>, shape: &DVector<Complex<f64>>) -> Mode {

@@ -17,8 +17,10 @@ const SHIFT: f64 = 0.1;
 pub(crate) struct PerImperfection {
     /// Of the mass matrix; `None` if it stays.
     mass: Option<DMatrix<f64>>,
-    /// Of the stiffness due to gravity; `None` if it stays.
-    gravity: Option<DMatrix<f64>>,
+    /// Of the stiffness beside that of the bushings; `None` if it stays.
+    stiffness: Option<DMatrix<f64>>,
+    /// Of the damping beside that of the bushings; `None` if it stays.
+    damping: Option<DMatrix<f64>>,
     /// Of the loads of unit forces and torques at the tool.
     pub(crate) tip: DMatrix<f64>,
     /// The mechanics on both sides, if the bushings differ.
@@ -41,12 +43,13 @@ impl PerImperfection {
         let side = |shift: f64| robot.mechanics(pose, Some((index, shift)));
         let sides = [side(up)?, side(-down)?];
         let by = up + down;
-        let [above, below] = sides.each_ref().map(|side| Matrices::new(side.chain()));
-        let Matrices { mass, gravity, tip } = above.difference(&below, by);
+        let [above, below] = sides.each_ref().map(|side| Matrices::new(side));
+        let Matrices { mass, stiffness, damping, tip } = above.difference(&below, by);
         let changed = |own: DMatrix<f64>| own.iter().any(|entry| *entry != 0.0).then_some(own);
         let [up, down] = sides.each_ref().map(|side| Bushings::new(side, place));
         let sides = (up != down).then_some(sides);
-        Ok(Self { mass: changed(mass), gravity: changed(gravity), tip, sides, by })
+        let [mass, stiffness, damping] = [mass, stiffness, damping].map(changed);
+        Ok(Self { mass, stiffness, damping, tip, sides, by })
     }
 
     /// `vᵀ ∂Z v`. `parts` are the real parts of v and, in further columns, the imaginary ones.
@@ -67,8 +70,11 @@ impl PerImperfection {
         if let (Some(mass), Place::At(s)) = (&self.mass, place) {
             loads += times(mass) * (s * s);
         }
-        if let Some(gravity) = &self.gravity {
-            loads += times(gravity);
+        if let (Some(damping), Place::At(s)) = (&self.damping, place) {
+            loads += times(damping) * s;
+        }
+        if let Some(stiffness) = &self.stiffness {
+            loads += times(stiffness);
         }
         if let Some(sides) = &self.sides {
             let [up, down] = sides.each_ref().map(|side| Bushings::new(side, place).loads(v));

@@ -25,7 +25,7 @@ const LEFT_OUT: f64 = 0.03;
 const FLOOR: f64 = 0.01;
 const EARTH: [f64; 3] = [0.0, 0.0, -9.80665];
 /// Imperfections of all kinds that move a robot, and the unit of each.
-const IMPERFECTIONS: [(Imperfection, f64); 15] = [
+const IMPERFECTIONS: [(Imperfection, f64); 17] = [
     (Imperfection::Mass(2), 0.02),
     (Imperfection::Inertia(4), 0.05),
     (Imperfection::CentreOfMass(1, 0), 5e-3),
@@ -41,6 +41,8 @@ const IMPERFECTIONS: [(Imperfection, f64); 15] = [
     (Imperfection::GroundDamping(5), 3e-14),
     (Imperfection::RecordStiffness(0), 1e-3),
     (Imperfection::BaseMass, 0.5),
+    (Imperfection::Hose, 1e3),
+    (Imperfection::HoseDamping, 20.0),
 ];
 
 /// Bushings with a tenth of the dampings that core's tests draw.

@@ -8,7 +8,7 @@ use nalgebra::Matrix3;
 
 use crate::chain::from_parent::FromParent;
 use crate::chain::linearise::LinearChain;
-use crate::receptance::{Loads, Observation, Terms, ToolTerms};
+use crate::receptance::{Hose, Loads, Observation, Terms, ToolTerms};
 use crate::{DOF, MAX_JOINTS};
 
 /// Rows of a 3×3 matrix.
@@ -42,6 +42,8 @@ pub(super) struct Tip {
     /// Its delay and filter are those of the model.
     pub(super) observation: Observation<f64>,
     pub(super) tool: Option<ToolTerms<f64>>,
+    /// Its stiffness and damping are those of the model.
+    pub(super) hose: Option<Hose<f64>>,
 }
 
 impl Change {
@@ -69,7 +71,8 @@ impl Change {
                 let _ = change.from_parent.push((joint, rate));
             }
         }
-        let loads = |terms: &Terms<f64>| (terms.force_loads, terms.observation, terms.tool);
+        let loads =
+            |terms: &Terms<f64>| (terms.force_loads, terms.observation, terms.tool, terms.hose);
         if loads(from_terms) != loads(to_terms) {
             change.tip = Some(Tip::between(from_terms, to_terms, step));
         }
@@ -121,6 +124,10 @@ impl Tip {
             tool: from.tool.zip(to.tool).map(|(from, to)| ToolTerms {
                 inertia: rate(&from.inertia, &to.inertia, step),
                 weight: rate(&from.weight, &to.weight, step),
+            }),
+            hose: from.hose.zip(to.hose).map(|(from, to)| Hose {
+                spread: core::array::from_fn(|k| (to.spread[k] - from.spread[k]) / step),
+                ..from
             }),
         }
     }

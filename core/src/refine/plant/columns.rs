@@ -105,6 +105,10 @@ impl Imperfections {
                 return by_compliance.map(|by_compliance| -(by_compliance * batch.s));
             }
             Imperfection::BaseMass => return motions.by_base_mass(model, batch.s),
+            Imperfection::Hose => return motions.by_hose(model, batch.s),
+            Imperfection::HoseDamping => {
+                return motions.by_hose(model, batch.s).map(|by_stiffness| by_stiffness * batch.s);
+            }
             Imperfection::Resonance(Sensor::Accelerometer) => {
                 return by_reading(resonance(&self.accelerometer_filter));
             }

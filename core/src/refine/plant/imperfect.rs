@@ -12,7 +12,7 @@ use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::chain::{Chain, Joint, JointKind};
 use crate::imperfection::{BASE_OVER_MOVING, Imperfection, Sensor};
 use crate::parameters::Bushings;
-use crate::receptance::{Filter, Ground, Growth, Hysteresis, Terms};
+use crate::receptance::{Filter, Ground, Growth, Hose, Hysteresis, Terms};
 use crate::sensors::Sensors;
 use crate::{DOF, MAX_JOINTS};
 
@@ -41,6 +41,8 @@ pub(in crate::refine) struct Imperfect {
     stiffness: f64,
     /// Compliances and dampings are 0 where the ground is rigid.
     ground: Ground<f64>,
+    /// Stiffness, N/m, and damping, Ns/m, of what hangs on the tool.
+    hose: [f64; 2],
     /// Number of the record.
     record: usize,
 }
@@ -86,6 +88,7 @@ impl Imperfect {
             load: 0.0,
             stiffness: 1.0,
             ground: Ground { compliance: [0.0; DOF], damping: [0.0; DOF], mass },
+            hose: [0.0; 2],
             record,
         }
     }
@@ -158,6 +161,8 @@ impl Imperfect {
             Imperfection::BaseMass => {
                 self.ground.mass *= libm::exp(value);
             }
+            Imperfection::Hose => self.hose[0] += value,
+            Imperfection::HoseDamping => self.hose[1] += value,
             Imperfection::RecordDelay(record) if record == self.record => {
                 calibration.delay += value;
             }
@@ -246,6 +251,8 @@ impl Imperfect {
         let mut terms = Terms::new(linear, bushings, sensors)?;
         terms.hysteresis = self.hysteresis;
         terms.ground = self.ground();
+        let [stiffness, damping] = self.hose;
+        terms.hose = Some(Hose::new(linear, stiffness, damping));
         for ((terms, joint), part) in
             terms.joints.iter_mut().zip(&self.chain.joints).zip(self.servo)
         {

@@ -66,6 +66,11 @@ impl Mechanics {
         Some(core::array::from_fn(|dof| ground.at(s, dof)))
     }
 
+    /// Stiffness, N/m, and damping, Ns/m, of what hangs on the tool, along each axis at its centre point.
+    pub fn hose(&self) -> [f64; 2] {
+        self.terms.hose.map_or([0.0; 2], |hose| [hose.stiffness, hose.damping])
+    }
+
     /// Number of joints.
     pub fn joints(&self) -> usize {
         self.terms.joints.len()

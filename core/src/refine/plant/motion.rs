@@ -1,11 +1,11 @@
 //! Motions of the robot, and derivatives of a reading by parts of the model as bilinear forms of them.
 //!
 //! ```text
-//! ∂A = −s² η̂ᵀ ∂I η + λ̂ᵀ ∂X η₋ + λᵀ ∂X η̂₋ + η̂ᵀ ∂P F + ∂rᵀ η + G ∂Wᵀ η            η₋ the displacement of the link before
+//! ∂A = −s² η̂ᵀ ∂I η + λ̂ᵀ ∂X η₋ + λᵀ ∂X η̂₋ + η̂ᵀ ∂P F + ∂rᵀ η + G ∂Wᵀ η − η̂ᵀ ∂(h S) η            η₋ the displacement of the link before
 //! ```
 //!
 //! I is the inertia of a link, and X the transformation from a link to the next. On the last link act P of the force F that cuts, r of
-//! the observation, and W of the tool. η are the displacements of the links and λ the loads on the bushings in the record, η̂ and λ̂
+//! the observation, W of the tool, and a hose of the impedance h, whose spread is S. η are the displacements of the links and λ the loads on the bushings in the record, η̂ and λ̂
 //! those due to the observation; G is the observation per measured force. λ leaves out what the stiffness due to gravity adds. On ground
 //! with the compliances `c − s e`, the base is the link before the first: `η₋ = diag(c − s e) Xᵀ λ`.
 
@@ -13,7 +13,7 @@ use super::super::model::Model;
 use super::change::{Block, FromParentChange, Tip};
 use crate::chain::from_parent::FromParent;
 use crate::receptance::lanes::Lanes;
-use crate::receptance::{Complex, PerDof, Rates, Response, Terms, ToolTerms, bushing};
+use crate::receptance::{Complex, PACKED, PerDof, Rates, Response, Terms, ToolTerms, at, bushing};
 use crate::{DOF, MAX_JOINTS};
 use nalgebra::Matrix3;
 
@@ -204,7 +204,42 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
         derivative
     }
 
-    /// `η̂ᵀ ∂P F + ∂rᵀ η + G ∂Wᵀ η`. `cut` is F.
+    /// By the stiffness of the hose: `−η̂ᵀ S η`.
+    #[inline(always)]
+    pub(super) fn by_hose(&self, model: &Model, s: Complex<V>) -> [Complex<V>; 3] {
+        let mut derivative = [Complex::zero(s.re); 3];
+        if let Some(hose) = &model.terms.hose {
+            let last = model.terms.joints.len() - 1;
+            let mut one = Complex::zero(s.re);
+            one.re = s.re.fill(1.0);
+            self.subtract_spread(last, &hose.spread, one, &mut derivative);
+        }
+        derivative
+    }
+
+    /// `−h η̂ᵀ S η` with a spread S of the last link.
+    #[inline(always)]
+    fn subtract_spread(
+        &self,
+        last: usize,
+        spread: &[f64; PACKED],
+        h: Complex<V>,
+        derivative: &mut [Complex<V>; 3],
+    ) {
+        let displacement = &self.of_record.displacements[last];
+        for i in 0..DOF {
+            let mut pull = Complex::zero(h.re);
+            for (j, displacement) in displacement.iter().enumerate() {
+                pull = pull.add_mul_real(*displacement, h.re.fill(spread[at(i, j)]));
+            }
+            pull = pull * h;
+            for (derivative, own) in derivative.iter_mut().zip(&self.per_observation) {
+                *derivative = derivative.sub_mul(own.displacements[last][i], pull);
+            }
+        }
+    }
+
+    /// `η̂ᵀ ∂P F + ∂rᵀ η + G ∂Wᵀ η − h η̂ᵀ ∂S η`. `cut` is F.
     #[inline(always)]
     pub(super) fn add_tip(
         &self,
@@ -229,6 +264,9 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
             let own = &self.per_observation[axis].displacements[last];
             derivative[axis] = dot(derivative[axis], own, &load);
             derivative[axis] = dot(derivative[axis], &observations[axis], displacement);
+        }
+        if let Some(hose) = &tip.hose {
+            self.subtract_spread(last, &hose.spread, hose.impedance(s), derivative);
         }
         if let Some(tool) = &tip.tool {
             let taken = taken_by_tool(tool, s, displacement);

@@ -39,6 +39,8 @@ pub(super) fn accuracies(
         ground_translation,
         ground_rotation,
         base_mass,
+        hose,
+        hose_damping,
     } = &mut accuracies;
     let part = "0.01 is 1 %";
     let mut load_per_knm = 0.0;
@@ -104,6 +106,8 @@ pub(super) fn accuracies(
             "in rad/Nm: 1e-9 is 1e9 Nm/rad",
         ),
         ("base_mass", section.base_mass, base_mass, 1.0, part),
+        ("hose_n_per_m", section.hose_n_per_m, hose, 1e6, "in N/m"),
+        ("hose_ns_per_m", section.hose_ns_per_m, hose_damping, 1e5, "in Ns/m"),
         ("stiffness_of_record", section.stiffness_of_record, record_stiffness, 0.2, part),
     ] {
         let Some(stated) = stated else { continue };

@@ -153,6 +153,8 @@ pub(super) struct AccuracySection {
     pub(super) ground_m_per_n: Option<f64>,
     pub(super) ground_rad_per_nm: Option<f64>,
     pub(super) base_mass: Option<f64>,
+    pub(super) hose_n_per_m: Option<f64>,
+    pub(super) hose_ns_per_m: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]

@@ -101,6 +101,8 @@ fn entry(imperfection: Imperfection) -> Accuracy {
         Imperfection::Ground(..3) | Imperfection::GroundDamping(..3) => Accuracy::GroundMPerN,
         Imperfection::Ground(_) | Imperfection::GroundDamping(_) => Accuracy::GroundRadPerNm,
         Imperfection::BaseMass => Accuracy::BaseMass,
+        Imperfection::Hose => Accuracy::HoseNPerM,
+        Imperfection::HoseDamping => Accuracy::HoseNsPerM,
         Imperfection::RecordDelay(_) => Accuracy::DelayOfRecordS,
         Imperfection::RecordStiffness(_) => Accuracy::StiffnessOfRecord,
     }

@@ -120,6 +120,8 @@ pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
             clipped(format_args!("damping of ground {}", DOF_NAMES[dof]))
         }
         Imperfection::BaseMass => clipped("mass of the base"),
+        Imperfection::Hose => clipped("hose at the tool"),
+        Imperfection::HoseDamping => clipped("damping of hose at the tool"),
         Imperfection::RecordDelay(record) => {
             clipped(format_args!("delay of record {}", record + 1))
         }
@@ -154,5 +156,7 @@ pub(super) fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
         | Imperfection::ElasticCentre(..) => "m",
         Imperfection::Resonance(_) => "s^2",
         Imperfection::HighPass(_) => "rad/s",
+        Imperfection::Hose => "N/m",
+        Imperfection::HoseDamping => "Ns/m",
     }
 }

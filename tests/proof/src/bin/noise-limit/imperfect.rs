@@ -67,6 +67,8 @@ pub(crate) fn all(own: &Accuracies, joints: usize, records: usize) -> Vec<(Imper
         all.push((I::GroundDamping(dof), GROUND_LAG_S * compliance));
     }
     all.push((I::BaseMass, own.base_mass));
+    all.push((I::Hose, own.hose));
+    all.push((I::HoseDamping, own.hose_damping));
     for record in 0..records {
         all.push((I::RecordDelay(record), own.record_delay));
         all.push((I::RecordStiffness(record), own.record_stiffness));
@@ -110,6 +112,8 @@ pub(crate) fn column(
         I::RecordStiffness(_) => of_reading(|_| Complex::ZERO),
         // On rigid ground it has no effect.
         I::BaseMass => of_reading(|_| Complex::ZERO),
+        I::Hose => hose(milled, |_| Complex::ONE),
+        I::HoseDamping => hose(milled, |s| s),
         I::Turn(..)
         | I::ToolTurn(_)
         | I::ToolCentrePoint(_)
@@ -297,6 +301,16 @@ fn ground(milled: &Milled<'_>, dof: usize) -> Result<Column> {
         let load = through.dot(&bin.elongation.rows(0, 6));
         three(bin.per_load.columns(0, 6) * through * load)
     }))
+}
+
+/// A hose at the TCP, whose force per displacement is this transfer function: `−e_outᵀ T Tᵀ q`.
+fn hose(milled: &Milled<'_>, factor: fn(Complex<f64>) -> Complex<f64>) -> Column {
+    let Milled { chain, bushings, cut, .. } = *milled;
+    let tip = dense(Equation::new(chain, bushings, cut).tip).map(Complex::from);
+    Box::new(move |bin| {
+        let pull = &tip * &bin.elongation * -factor(bin.s);
+        three(&bin.per_load * (tip.transpose() * pull))
+    })
 }
 
 /// Degree of freedom of a drive.

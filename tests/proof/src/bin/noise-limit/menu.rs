@@ -174,7 +174,7 @@ pub(crate) const MENU: [Error; 43] = [
             damping: [3e6 / times; 6],
         });
     }),
-    error("hose", None, |plant, times| {
+    error("hose", Some(|it| matches!(it, I::Hose | I::HoseDamping)), |plant, times| {
         plant.hose = Some(Hose { stiffness_n_per_m: 200.0 * times, damping_ns_per_m: 5.0 * times });
     }),
     // The middle of the band, 2 to 200 Hz: what is found are stiffness and damping there.

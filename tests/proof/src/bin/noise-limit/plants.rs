@@ -12,7 +12,7 @@ use flexid_core::verdict::{Trust, Verdict};
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::plant::clock::Clock;
 use flexid_simulation::plant::motion::{Surroundings, Work};
-use flexid_simulation::plant::{Joints, Pedestal, Plant, Robot, Sensor, Tool};
+use flexid_simulation::plant::{Hose, Joints, Pedestal, Plant, Robot, Sensor, Tool};
 use rayon::prelude::*;
 
 use crate::common::Random;
@@ -327,6 +327,10 @@ pub(crate) fn drawn(
             ..Joints::default()
         },
         pedestal: Some(ground(accuracies, random)),
+        hose: Some(Hose {
+            stiffness_n_per_m: accuracies.hose * random.normal().abs(),
+            damping_ns_per_m: accuracies.hose_damping * random.normal().abs(),
+        }),
         ..Plant::default()
     }
 }

@@ -178,7 +178,7 @@ fn scores(
 /// The imperfections of a drawn plant that move the robot.
 fn imperfections(plant: &Plant, chain: &Chain) -> Vec<FoundValue> {
     let joints = chain.joints().len();
-    let Plant { tool, robot, joints: bushings, pedestal, .. } = plant;
+    let Plant { tool, robot, joints: bushings, pedestal, hose, .. } = plant;
     let mut all = Vec::new();
     if let Some(ground) = pedestal {
         let moving_kg: f64 = chain.joints().iter().map(|joint| joint.link.mass).sum();
@@ -188,6 +188,10 @@ fn imperfections(plant: &Plant, chain: &Chain) -> Vec<FoundValue> {
             all.push((I::Ground(dof), compliance));
             all.push((I::GroundDamping(dof), ground.damping[dof] * compliance * compliance));
         }
+    }
+    if let Some(hose) = hose {
+        all.push((I::Hose, hose.stiffness_n_per_m));
+        all.push((I::HoseDamping, hose.damping_ns_per_m));
     }
     for axis in 0..3 {
         all.push((I::ToolTurn(axis), tool.angle_rad[axis]));

@@ -1,6 +1,6 @@
 use flexid_core::sensors::Accelerometer;
-use flexid_simulation::plant::Pedestal;
 use flexid_simulation::plant::motion::{Surroundings, Work};
+use flexid_simulation::plant::{Hose, Pedestal};
 use realfft::RealFftPlanner;
 
 use super::*;
@@ -18,10 +18,16 @@ fn imperfect(imperfection: Imperfection, value: f64) -> Plant {
         }),
         Imperfection::Servo(_) => with(|plant| plant.joints.servo = value),
         Imperfection::Load => with(|plant| plant.joints.loaded_per_knm = 1e3 * value),
+        Imperfection::Hose => hose(value, 0.0),
+        Imperfection::HoseDamping => hose(0.0, value),
         Imperfection::Ground(dof) => on_ground(dof, 1.0 / value.max(1e-14), 0.0),
         Imperfection::GroundDamping(dof) => on_ground(dof, 3e10, 9e20 * value),
         other => plant(other, 3, value),
     }
+}
+
+fn hose(stiffness_n_per_m: f64, damping_ns_per_m: f64) -> Plant {
+    with(|plant| plant.hose = Some(Hose { stiffness_n_per_m, damping_ns_per_m }))
 }
 
 /// A plant on ground that gives way along one degree of freedom.
@@ -73,6 +79,8 @@ fn columns_are_differences_of_the_simulated_readings() {
         (vec![I::Ground(1)], 1e-11, false),
         (vec![I::Ground(3)], 1e-11, false),
         (vec![I::GroundDamping(1)], 3e-16, false),
+        (vec![I::Hose], 1.0, false),
+        (vec![I::HoseDamping], 0.02, false),
     ] {
         let first = all[0];
         let up = read(first, deviation);
