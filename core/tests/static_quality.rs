@@ -220,6 +220,23 @@ fn noise_that_nobody_states_is_estimated() {
     assert!(mean.abs() < 0.1 && spread < 0.25, "{mean} {spread}");
 }
 
+/// Noise as large as the displacements would explain any of them.
+#[test]
+fn displacements_of_the_wrong_sign_are_no_noise() {
+    for seed in 340..345 {
+        let mut tests = table(seed, 40);
+        unstated(&mut tests);
+        for reading in tests.iter_mut().flat_map(|test| test.displacement.iter_mut().flatten()) {
+            reading.value = -reading.value;
+        }
+        let mut identifier = identifier(&tests, parameters(3), bounds());
+        identifier.estimate_static_deviation::<BINS>();
+        let estimate = settle(&mut identifier, &[]);
+        assert!(estimate.statics_object, "{seed}");
+        assert_ne!(estimate.acceptance, Acceptance::Consistent, "{seed}");
+    }
+}
+
 /// A single dial gauge says nothing of its noise. All that state theirs leave the identifier as it is.
 #[test]
 fn too_few_tests_and_stated_noise_give_no_estimate() {

@@ -13,6 +13,8 @@ const ROUNDS: usize = 20;
 const SETTLED: f64 = 0.01;
 /// Least redundancy of the displacements: below one, none is left to estimate by.
 const LEAST_REDUNDANCY: f64 = 1.0;
+/// Largest estimated deviation, in the displacements' root mean square. Chosen: what a model leaves of more than a tenth of their squares is no noise.
+const EXPLAINED: f64 = 1.0 / 3.0;
 /// Standard deviations within which 95 % of a normal distribution lie.
 const WITHIN: f64 = 1.959_964;
 /// Halvings of an interval of 100 that leave less than rounding.
@@ -30,7 +32,8 @@ impl<R: Rng> Identifier<R> {
     /// σ² ← σ² Σ r² / Σ (1 − h)
     /// ```
     ///
-    /// until it stays. Of a deviation that ν = Σ (1 − h) readings give, an interval of 95 % has `t_ν` standard deviations, Student's t, in
+    /// until it stays. It is at most a third of the displacements' root mean square: residuals that are larger object to the model, as
+    /// where all displacements have the wrong sign. Of a deviation that ν = Σ (1 − h) readings give, an interval of 95 % has `t_ν` standard deviations, Student's t, in
     /// place of 1.96. The fit takes the deviation as so much larger.
     pub fn estimate_static_deviation<const B: usize>(&mut self) -> Option<f64> {
         let mut deviation = None;
@@ -72,8 +75,19 @@ impl<R: Rng> Identifier<R> {
                 redundancy += left_out.redundancy[axis];
             }
         }
-        (redundancy >= LEAST_REDUNDANCY)
-            .then(|| [(present * libm::sqrt(squares / redundancy)).max(RESOLVED), redundancy])
+        let most = (EXPLAINED * self.unstated_size()).max(RESOLVED);
+        let deviation = present * libm::sqrt(squares / redundancy);
+        (redundancy >= LEAST_REDUNDANCY).then(|| [deviation.clamp(RESOLVED, most), redundancy])
+    }
+
+    /// Root mean square of the displacements that state no deviation, m.
+    fn unstated_size(&self) -> f64 {
+        let readings = self.statics.iter().flat_map(StaticTest::readings);
+        let unstated = readings.filter(|(_, reading)| !reading.is_stated);
+        let (count, squares) = unstated.fold((0.0, 0.0), |(count, squares), (_, reading)| {
+            (count + 1.0, squares + reading.value * reading.value)
+        });
+        libm::sqrt(squares / f64::max(count, 1.0))
     }
 
     fn set_unstated(&mut self, deviation: f64) {
