@@ -11,12 +11,12 @@ use crate::spectrum::Experiment;
 use crate::verdict::{Covariance, WEAK};
 
 /// Share of the misfit that contradicted accuracies must explain. Shares overlap, so that their sum is the most that they explain.
-/// Chosen: of single errors that are on the menu the right one explains nearly all; of those that are not (pedestal, friction, hose) what is
+/// Chosen: of single errors that are on the menu the right one explains nearly all; of those that are not (pedestal, friction) what is
 /// named instead explains up to a fourth.
 const EXPLAINED: f64 = 0.3;
 /// Errors of a kind, in their stated standard deviations, that a plausible plant has, however little they explain. Chosen: of the drawn plants one
 /// in a hundred has crosstalks that are all alike and more than three times as large as stated, which contradict their accuracy very strongly; friction
-/// and hoses are explained by errors of ten times their accuracy and more.
+/// is explained by errors of ten times their accuracy and more.
 const STATED_TOO_WELL: f64 = 5.0;
 /// Compliances of the ground, in the standard deviation of their prior, beyond which the mass of the base counts. Chosen: on three times that, four
 /// times the typical accuracy, a base of 300 kg has its natural frequency at 208 Hz, at the end of the usual band.
