@@ -1,7 +1,7 @@
 //! A fit to the plant that is not believed at once, since it needs an error far beyond its accuracy.
 //!
-//! Such an error may make up for a few wrong bushings. The search therefore goes on in the perfect model, with the branches of its minima and from
-//! other starts. The fit is believed once these have ended in a minimum that noise does not explain, or that is clearly worse.
+//! Such an error may make up for a few wrong bushings. The search therefore goes on in the perfect model, with the branches of its minima
+//! and from other starts. The fit is believed once these have ended in a minimum that noise does not explain, or that is clearly worse.
 
 use rand_core::Rng;
 
@@ -12,8 +12,8 @@ use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
 use crate::refine::{Correction, Plant};
 use crate::sought::Coordinates;
 
-/// Factor on an accuracy beyond which a fit that needs it is deferred. Chosen: a single error of its kind is then seven times its accuracy, which
-/// of normal errors one in 4e11 is.
+/// Factor on an accuracy beyond which a fit that needs it is deferred. Chosen: a single error of its kind is then seven times its accuracy,
+/// which of normal errors one in 4e11 is.
 const FAR: f64 = 3.0;
 
 /// Where a fit has ended that needs such an error.

@@ -117,7 +117,7 @@ impl<R: Rng> Identifier<R> {
     }
 
     /// Settles on the best minimum, which noise does not explain, after the imperfections of the plant have been fitted from there to the
-    /// end: a fit that crawls for a while is given up before. If they explain the records, they become part of the model instead.
+    /// end: a fit that stagnates is given up before. If they explain the records, they become part of the model instead.
     #[inline(never)]
     fn end_searches<const B: usize>(
         &mut self,
@@ -143,7 +143,7 @@ impl<R: Rng> Identifier<R> {
     /// Refines the kept records alone, where they contradict the retired ones.
     #[inline(never)]
     fn try_alone(&mut self, together: Minimum) {
-        self.refinement.shelve(&self.sought);
+        self.refinement.set_retired_aside(&self.sought);
         self.refinement.restart_at(&together.coordinates);
         self.purpose = Purpose::Alone(together);
         self.phase = Phase::Refining;
@@ -159,7 +159,7 @@ impl<R: Rng> Identifier<R> {
         }
         let sure = found.stands_clear() || together.times >= TIMES_CONSISTENT;
         let forget = together.contradicted && found.is_reached() && found.is_consistent() && sure;
-        self.forgotten += self.refinement.unshelve(!forget);
+        self.forgotten += self.refinement.end_setting_aside(!forget);
         if forget {
             // It was found with the records that are forgotten.
             self.best = None;

@@ -32,8 +32,8 @@ impl Judged {
     }
 }
 
-/// Whether imperfections whose squares in their standard deviations have this sum are larger than those of a plausible plant. The many
-/// residuals of the records would outvote their priors, and a wrong minimum would be explained by imperfections that no plant has.
+/// Whether imperfections whose squares in their standard deviations have this sum are larger than those of a plausible plant. The
+/// records have far more residuals than there are priors, so that a wrong minimum would be explained by imperfections that no plant has.
 pub(super) fn are_implausible(sum_of_squares: f64, count: usize) -> bool {
     !(0.0..=rarely_exceeded(count as f64)).contains(&sum_of_squares)
 }

@@ -158,8 +158,8 @@ impl Minimum {
         self.judged().ssp <= CLEAR
     }
 
-    /// Noise explains the residuals, and by themselves those of the static tests, which the many of the records would
-    /// outvote; and it is no louder than they are.
+    /// Noise explains the residuals, and by themselves those of the static tests, which are few beside those of the records; and it is no
+    /// louder than they are.
     pub(super) fn is_consistent(&self) -> bool {
         !self.size_objects() && !self.statics_object() && !self.noise_is_too_loud()
     }

@@ -10,9 +10,9 @@
 //!
 //! On a plant that is not perfect, a minimum that noise does not explain is judged by the residuals that are left once the
 //! [imperfections](crate::imperfection) of the plant are fitted with the parameters, from the end of the descent that has led to it, and else
-//! from the minimum. If they explain the records, or most of what noise does not, the model has these imperfections from then on: branches and rivals
-//! of the minimum are those of that model, and so are later searches, until a fit to the plant from another minimum finds better ones. A fit
-//! that needs an error far beyond its accuracy is believed last (`deferred`).
+//! from the minimum. If they explain the records, or most of what noise does not, the model has these imperfections from then on: branches
+//! and rivals of the minimum are those of that model, and so are later searches, until a fit to the plant from another minimum finds better
+//! ones. A fit that needs an error far beyond its accuracy is believed last (`deferred`).
 //!
 //! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
 //! ([`crate::search`]).
@@ -229,7 +229,7 @@ impl<R: Rng> Identifier<R> {
             }
             Purpose::Start | Purpose::Plant { .. } => None,
             Purpose::Alone(_) => {
-                self.refinement.unshelve(true);
+                self.refinement.end_setting_aside(true);
                 None
             }
         };
@@ -353,7 +353,7 @@ impl<R: Rng> Identifier<R> {
                 let remaining = || refinement.remaining(&problem).gain;
                 let is_over = match &mut self.purpose {
                     Purpose::Branch(branch) => {
-                        branch.is_hopeless(objective)
+                        branch.is_to_be_given_up(objective)
                             || branch.is_near_its_end(objective, remaining)
                     }
                     _ => false,

@@ -11,18 +11,19 @@ use crate::spectrum::Experiment;
 use crate::verdict::{Covariance, WEAK};
 
 /// Share of the misfit that contradicted accuracies must explain. Shares overlap, so that their sum is the most that they explain.
-/// Chosen: of single errors that are on the menu the right one explains nearly all; of those that are not (pedestal, friction) what is
+/// Chosen: of single errors that are imperfections the right one explains nearly all; of others (pedestal, friction) what is
 /// named instead explains up to a fourth.
 const EXPLAINED: f64 = 0.3;
-/// Errors of a kind, in their stated standard deviations, that a plausible plant has, however little they explain. Chosen: of the drawn plants one
-/// in a hundred has crosstalks that are all alike and more than three times as large as stated, which contradict their accuracy very strongly; friction
-/// is explained by errors of ten times their accuracy and more.
+/// Errors of a kind, in their stated standard deviations, that a plausible plant has, however little they explain. Chosen: of the drawn
+/// plants one in a hundred has crosstalks that are all alike and more than three times as large as stated, which contradict their accuracy
+/// very strongly; friction is explained by errors of ten times their accuracy and more.
 const STATED_TOO_WELL: f64 = 5.0;
-/// Compliances of the ground, in the standard deviation of their prior, beyond which the mass of the base counts. Chosen: on three times that, four
-/// times the typical accuracy, a base of 300 kg has its natural frequency at 208 Hz, at the end of the usual band.
+/// Compliances of the ground, in the standard deviation of their prior, beyond which the mass of the base counts. Chosen: on three times
+/// that, four times the typical accuracy, a base of 300 kg has its natural frequency at 208 Hz, at the end of the usual band.
 const SOFT_GROUND: f64 = 3.0;
-/// How far below zero the `1/ω²` of a sensor may lie, in stated standard deviations. There it stands for a low-pass: of first order, and of corner
-/// frequency ω_c, it is −1/(2 ω_c²). Chosen: with typical accuracies the corner is then at 670 Hz, and a hundredth of the phase at 200 Hz is left out.
+/// How far below zero the `1/ω²` of a sensor may lie, in stated standard deviations. There it stands for a low-pass: of first order, and of
+/// corner frequency ω_c, it is −1/(2 ω_c²). Chosen: with typical accuracies the corner is then at 670 Hz, and a hundredth of the phase at
+/// 200 Hz is left out.
 const LOW_PASS: f64 = 10.0;
 /// Distance of the first joint's elastic centre from its origin, in stated standard deviations, beyond which what the robot stands on gives
 /// way, if those of the other joints are within half of it. Chosen: one bearing alone is hardly ever that far off.
@@ -149,7 +150,7 @@ impl<R> Identifier<R> {
 /// Whether accuracies that are contradicted very strongly stand for an error that no imperfection has.
 ///
 /// - A parameter fixed at a wrong value (`imposes`) is explained by wrong masses, gains or records.
-/// - What the menu lacks, friction say, is explained by many imperfections together, and the contradicted ones explain little of the misfit,
+/// - What is no imperfection, friction say, is explained by many imperfections together, and the contradicted ones explain little of the misfit,
 ///   though they are far off.
 /// - A pedestal that gives way, and that the model lacks, is explained by an elastic centre of the first joint, alone, that lies far below it.
 /// - On ground that is much softer than stated the mass of the base counts, which nobody gives.

@@ -24,8 +24,8 @@ impl<R> Identifier<R> {
         Minimum::new(*refinement.coordinates(), self.found_by, fit, &remaining, sought)
     }
 
-    /// Squared distance from where the refinement stands to `coordinates`, in standard deviations. Dampings that neither fit determines are free:
-    /// one without effect may be anywhere.
+    /// Squared distance from where the refinement stands to `coordinates`, in standard deviations. Dampings that neither fit determines are
+    /// free: one without effect may be anywhere.
     #[inline(never)]
     pub(super) fn distance(&self, coordinates: &Coordinates, fits: [&Minimum; 2]) -> f64 {
         let is_damping =

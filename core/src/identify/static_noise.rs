@@ -13,7 +13,8 @@ const ROUNDS: usize = 20;
 const SETTLED: f64 = 0.01;
 /// Least redundancy of the displacements: below one, none is left to estimate by.
 const LEAST_REDUNDANCY: f64 = 1.0;
-/// Largest estimated deviation, in the displacements' root mean square. Chosen: what a model leaves of more than a tenth of their squares is no noise.
+/// Largest estimated deviation, in the displacements' root mean square. Chosen: what a model leaves of more than a tenth of their squares
+/// is no noise.
 const EXPLAINED: f64 = 1.0 / 3.0;
 /// Standard deviations within which 95 % of a normal distribution lie.
 const WITHIN: f64 = 1.959_964;
@@ -33,8 +34,8 @@ impl<R: Rng> Identifier<R> {
     /// ```
     ///
     /// until it stays. It is at most a third of the displacements' root mean square: residuals that are larger object to the model, as
-    /// where all displacements have the wrong sign. Of a deviation that ν = Σ (1 − h) readings give, an interval of 95 % has `t_ν` standard deviations, Student's t, in
-    /// place of 1.96. The fit takes the deviation as so much larger.
+    /// where all displacements have the wrong sign. Of a deviation that ν = Σ (1 − h) readings give, an interval of 95 % has `t_ν` standard
+    /// deviations, Student's t, in place of 1.96. The fit takes the deviation as so much larger.
     pub fn estimate_static_deviation<const B: usize>(&mut self) -> Option<f64> {
         let mut deviation = None;
         if self.statics.iter().any(has_unstated) {

@@ -58,8 +58,9 @@ pub struct Accuracies {
     pub structure_translation: f64,
     /// The same about each axis, rad/Nm.
     pub structure_rotation: f64,
-    /// Compliance of the ground along each axis of the base, m/N; its damping over the square of its stiffness is 1e-4 s times that. The prior is
-    /// 1.3 times as wide: compliances are never negative, and add up. A fixed first joint is the ground's own: it has that of a link.
+    /// Compliance of the ground along each axis of the base, m/N; its damping over the square of its stiffness is 1e-4 s times that. The
+    /// prior is 1.3 times as wide: compliances are never negative, and add up. A fixed first joint is the ground's own: it has that of a
+    /// link.
     pub ground_translation: f64,
     /// The same about each axis, rad/Nm.
     pub ground_rotation: f64,

@@ -57,8 +57,8 @@ const ENERGY_DECAY: f64 = 7.0;
 /// Number of lanes of the widest vector.
 const GROUP: usize = 16;
 
-/// [`Energies`] of one experiment with its target. They show whether force and acceleration agree with the model's masses at all. They are those of
-/// the whole record, and not of the search's damped line: where a cut begins slowly, its first tenth depends more on stiffnesses
+/// [`Energies`] of one experiment with its target. They show whether force and acceleration agree with the model's masses at all. They are
+/// those of the whole record, and not of the search's damped line: where a cut begins slowly, its first tenth depends more on stiffnesses
 /// than on masses.
 pub fn energies<const B: usize>(
     target: &Target,

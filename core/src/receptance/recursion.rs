@@ -19,8 +19,9 @@
 //!
 //! All matrices are complex symmetric: they are transposed, never conjugated. Γ and C are the terms of gravity
 //! ([`crate::chain::linearise`]); without gravity B = b is diagonal. On ground that gives way, the base is a link before the first, whose Z is
-//! the dynamic stiffness of the ground. A hose on the tool adds to the Z of the last link. Textbooks recurse from tip to base. In that order the recursion would also pass the
-//! loads of three forces from joint to joint, which is half as much work again, and single precision would lose half a digit more.
+//! the dynamic stiffness of the ground. A hose on the tool adds to the Z of the last link. Textbooks recurse from tip to base. In that
+//! order the recursion would also pass the loads of three forces from joint to joint, which is half as much work again, and single
+//! precision would lose half a digit more.
 
 use seq_macro::seq;
 

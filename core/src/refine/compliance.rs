@@ -1,7 +1,7 @@
 //! Steps along compliances.
 //!
 //! Springs in series trade off along `1/k₁ + 1/k₂ = const`: straight in the compliances c = 1/k, and a bend in ln k, along
-//! which steps crawl. What a bushing adds to the receptance is, to the first order in its damping, `1/(k + s d) = c − s d c²`:
+//! which steps gain little. What a bushing adds to the receptance is, to the first order in its damping, `1/(k + s d) = c − s d c²`:
 //! straight in c and in b = d c². A step of the linearised problem, a of ln k and a_d of ln d, is taken as one of these:
 //!
 //! ```text

@@ -14,7 +14,8 @@ pub(super) trait Further {
         0
     }
 
-    /// Writes the columns of each lane, from `first` on. It may add to those of the unknowns, which follow and have been written. `response` is that of `model` at `batch`; `seam` holds the loads of the seam.
+    /// Writes the columns of each lane, from `first` on. It may add to those of the unknowns, which follow and have been written.
+    /// `response` is that of `model` at `batch`; `seam` holds the loads of the seam.
     #[inline(always)]
     fn write<V: Lanes<Scalar = f64>, const W: usize>(
         &self,

@@ -96,7 +96,7 @@ pub struct Refinement {
     /// Information of the retired records.
     retired: RetiredInformation,
     /// Information of retired records, put aside while the kept records are fitted without it.
-    shelf: Option<RetiredInformation>,
+    aside: Option<RetiredInformation>,
 }
 
 impl Refinement {
@@ -107,7 +107,7 @@ impl Refinement {
             minimiser: LevenbergMarquardt::new(Limits::OF_REFINEMENT),
             workspace: Workspace::new(),
             retired: RetiredInformation::none(sought.unknowns()),
-            shelf: None,
+            aside: None,
         }
     }
 
@@ -253,27 +253,27 @@ impl Refinement {
         retired: &Retired,
     ) -> Option<()> {
         self.retired = RetiredInformation::of(retired, sought.unknowns())?;
-        self.shelf = None;
+        self.aside = None;
         self.restart_at(coordinates);
         Some(())
     }
 
     /// Puts all retired records aside.
-    pub(crate) fn shelve(&mut self, sought: &Sought) {
+    pub(crate) fn set_retired_aside(&mut self, sought: &Sought) {
         let none = RetiredInformation::none(sought.unknowns());
-        self.shelf = Some(core::mem::replace(&mut self.retired, none));
+        self.aside = Some(core::mem::replace(&mut self.retired, none));
         self.minimiser.linearised = false;
     }
 
     /// Takes back the retired records that were put aside, or drops them; returns how many were dropped.
-    pub(crate) fn unshelve(&mut self, take_back: bool) -> u64 {
-        match self.shelf.take() {
-            Some(shelved) if take_back => {
-                self.retired = shelved;
+    pub(crate) fn end_setting_aside(&mut self, take_back: bool) -> u64 {
+        match self.aside.take() {
+            Some(aside) if take_back => {
+                self.retired = aside;
                 self.minimiser.linearised = false;
                 0
             }
-            shelved => shelved.map_or(0, |shelved| shelved.records()),
+            aside => aside.map_or(0, |aside| aside.records()),
         }
     }
 

@@ -43,7 +43,8 @@ pub struct BinLeft {
 }
 
 impl Refinement {
-    /// Calls `take` with what is left in each bin of the records from number `first` on at some coordinates, or where a plant stands, if there is one.
+    /// Calls `take` with what is left in each bin of the records from number `first` on at some coordinates, or where a plant stands, if
+    /// there is one.
     ///
     /// # Errors
     /// Gravity leaves the robot no equilibrium.

@@ -158,8 +158,8 @@ impl Aligner {
         health.refused += u64::from(self.suspect.take().is_some());
     }
 
-    /// Sets aside one frame whose counter is out of sequence. Two that follow each other are a restart, and so is one after a silence or after [`MAX_REPEATS`]
-    /// repeated frames.
+    /// Sets aside one frame whose counter is out of sequence. Two that follow each other are a restart, and so is one after a silence or
+    /// after [`MAX_REPEATS`] repeated frames.
     fn disagree(
         &mut self,
         frame: Frame,

@@ -43,7 +43,7 @@ impl PerImperfection {
         let side = |shift: f64| robot.mechanics(pose, Some((index, shift)));
         let sides = [side(up)?, side(-down)?];
         let by = up + down;
-        let [above, below] = sides.each_ref().map(|side| Matrices::new(side));
+        let [above, below] = sides.each_ref().map(Matrices::new);
         let Matrices { mass, stiffness, damping, tip } = above.difference(&below, by);
         let changed = |own: DMatrix<f64>| own.iter().any(|entry| *entry != 0.0).then_some(own);
         let [up, down] = sides.each_ref().map(|side| Bushings::new(side, place));

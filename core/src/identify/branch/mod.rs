@@ -40,10 +40,10 @@ const MAX_REPLACED: u32 = 30;
 /// Searches for rivals of a minimum that leaves some stiffness undetermined. Without them four of 48 drawn six-joint arms with three
 /// cuts had a wrong parameter called identified; with two searches these four are right.
 const SEARCHES_ELSEWHERE: u32 = 2;
-/// A branch is given up after so many crawling steps in a row, rejected ones included: up to ten are rejected before one is good.
+/// A branch is given up after so many stagnating steps in a row, rejected ones included: up to ten are rejected before one is good.
 const PATIENCE: u32 = 12;
-/// A step crawls if it gains less than this part of what the branch lacks to be clearly better.
-const CRAWL: f64 = 0.05;
+/// A step stagnates if it gains less than this part of what the branch lacks to be clearly better.
+const LITTLE: f64 = 0.05;
 
 /// A branch that is refined before its minimum, the best so far, is settled on.
 #[derive(Clone, Debug)]
@@ -57,7 +57,7 @@ pub(super) struct Branch {
     /// Sum of squares after the last step.
     objective: f64,
     /// Steps in a row that have gained too little.
-    crawling: u32,
+    stagnating: u32,
 }
 
 /// Branches that have been refined since the last search, or since the records changed.
@@ -98,7 +98,7 @@ impl Branch {
             better: objective - RIVAL,
             most: worth * objective,
             objective: f64::INFINITY,
-            crawling: 0,
+            stagnating: 0,
         }
     }
 
@@ -113,12 +113,12 @@ impl Branch {
     }
 
     /// Whether the branch, now at `objective`, is not worth another step.
-    pub(super) fn is_hopeless(&mut self, objective: f64) -> bool {
+    pub(super) fn is_to_be_given_up(&mut self, objective: f64) -> bool {
         let gain = self.objective - objective;
-        let crawls = gain < CRAWL * (objective - self.better);
-        self.crawling = if crawls { self.crawling + 1 } else { 0 };
+        let stagnates = gain < LITTLE * (objective - self.better);
+        self.stagnating = if stagnates { self.stagnating + 1 } else { 0 };
         self.objective = objective;
-        self.crawling >= PATIENCE || objective > self.most
+        self.stagnating >= PATIENCE || objective > self.most
     }
 }
 
@@ -284,28 +284,25 @@ mod tests {
         }
     }
 
-    /// Against 100 to reach: crawling ends it, a leap starts the count anew, and what is better is never given up. More than 1e6 ends it at
-    /// once.
+    /// Against 100 to reach: stagnation ends it, a large gain starts the count anew, and what is better is never given up. More than 1e6
+    /// ends it at once.
     #[test]
-    fn a_branch_that_crawls_is_given_up() {
-        let steps_until_hopeless = |course: &dyn Fn(u32) -> f64| {
+    fn a_branch_that_stagnates_is_given_up() {
+        let steps_until_the_end = |course: &dyn Fn(u32) -> f64| {
             let mut branch = Branch {
                 acceptance: None,
                 better: 100.0,
                 most: 1e6,
                 objective: f64::INFINITY,
-                crawling: 0,
+                stagnating: 0,
             };
-            (0..50).position(|step| branch.is_hopeless(course(step)))
+            (0..50).position(|step| branch.is_to_be_given_up(course(step)))
         };
-        assert_eq!(steps_until_hopeless(&|_| 200.0), Some(12));
-        assert_eq!(
-            steps_until_hopeless(&|step| 100.0 + 1e5 * 0.97_f64.powi(step as i32)),
-            Some(12)
-        );
-        assert_eq!(steps_until_hopeless(&|step| 100.0 + 1e5 * 0.9_f64.powi(step as i32)), None);
-        assert_eq!(steps_until_hopeless(&|step| if step < 10 { 300.0 } else { 200.0 }), Some(22));
-        assert_eq!(steps_until_hopeless(&|_| 99.0), None);
-        assert_eq!(steps_until_hopeless(&|step| if step < 3 { 2e6 } else { 99.0 }), Some(0));
+        assert_eq!(steps_until_the_end(&|_| 200.0), Some(12));
+        assert_eq!(steps_until_the_end(&|step| 100.0 + 1e5 * 0.97_f64.powi(step as i32)), Some(12));
+        assert_eq!(steps_until_the_end(&|step| 100.0 + 1e5 * 0.9_f64.powi(step as i32)), None);
+        assert_eq!(steps_until_the_end(&|step| if step < 10 { 300.0 } else { 200.0 }), Some(22));
+        assert_eq!(steps_until_the_end(&|_| 99.0), None);
+        assert_eq!(steps_until_the_end(&|step| if step < 3 { 2e6 } else { 99.0 }), Some(0));
     }
 }

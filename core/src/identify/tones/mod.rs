@@ -1,10 +1,11 @@
 //! Tones: steady oscillations that the residuals show where noise does not explain them.
 //!
 //! The noise of a record is read while nothing is cut. Lines of hum, spindle and bearings are not known well enough from there: they leak
-//! into the whole band of a record. They are no response to the measured force. An error of the model leaves much at a resonance, too. A tone is told from it by its shape: it leaks into the bins
-//! beside it as a steady oscillation does, while the error is a part of the response to a force that differs from bin to bin. Where the
-//! peak is too weak to have a shape, or is not quite steady, it must stand in two records at the same frequency. At a narrow resonance of
-//! the model, what the model leaves looks like a tone, and nothing is taken for one.
+//! into the whole band of a record. They are no response to the measured force. An error of the model leaves much at a resonance, too. A
+//! tone is told from it by its shape: it leaks into the bins beside it as a steady oscillation does, while the error is a part of the
+//! response to a force that differs from bin to bin. Where the peak is too weak to have a shape, or is not quite steady, it must stand in
+//! two records at the same frequency. At a narrow resonance of the model, what the model leaves looks like a tone, and nothing is taken for
+//! one.
 //!
 //! Tones are subtracted from the records (Rife and Boorstyn, "Single-tone parameter estimation from discrete-time observations", IEEE
 //! Transactions on Information Theory 20, 1974), and the fit is made again.

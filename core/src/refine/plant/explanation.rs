@@ -84,8 +84,8 @@ impl Plant {
 }
 
 impl Quadratic<'_> {
-    /// The kinds of imperfections that may explain records. The mass of the base does not: its effect is that of the square of a compliance, so that
-    /// its derivative says little of a base that is many times heavier.
+    /// The kinds of imperfections that may explain records. The mass of the base does not: its effect is that of the square of a
+    /// compliance, so that its derivative says little of a base that is many times heavier.
     pub(super) fn kinds(&self) -> impl Iterator<Item = usize> + use<> {
         let mut has = [false; KINDS];
         let all = self.imperfections.iter().map(|(imperfection, _)| imperfection);

@@ -3,10 +3,10 @@
 use super::super::levenberg_marquardt::{Outcome, Remaining};
 use super::super::proposal::FLOOR;
 use super::super::{Fit, ParameterNormal, Problem, Refinement};
-use super::crawl::Crawl;
 use super::objective::{PlantDomain, PlantSumOfSquares, Point};
 use super::restated::Restated;
 use super::sizes::ALL;
+use super::stagnation::Stagnation;
 use super::{Correction, Plant};
 use crate::imperfection::{self, MAX_IMPERFECTIONS};
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
@@ -20,7 +20,7 @@ impl Refinement {
         plant.imperfections.all = imperfection::all(&plant.accuracies, &plant.joints, records);
         plant.go_to(&self.workspace.correction);
         plant.restated = Restated::default();
-        plant.crawl = Crawl::NONE;
+        plant.stagnation = Stagnation::NONE;
         plant.minimiser.restart();
         plant.end_levels();
     }
@@ -75,13 +75,13 @@ impl Refinement {
             return Outcome::Improving;
         }
         if outcome != Outcome::Improving && plant.restate_accuracies() {
-            plant.crawl = Crawl::NONE;
+            plant.stagnation = Stagnation::NONE;
             return Outcome::Improving;
         }
         outcome
     }
 
-    /// As [`Refinement::step_plant`]. A fit that crawls is given up, unless the data contradict accuracies.
+    /// As [`Refinement::step_plant`]. A fit that stagnates is given up, unless the data contradict accuracies.
     pub(crate) fn step_plant_or_give_up<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -95,9 +95,9 @@ impl Refinement {
         let compares = plant.minimiser.linearised && plant.is_on_last_level();
         if outcome == Outcome::Improving
             && compares
-            && plant.crawl.is_hopeless(sum_of_squares, residuals)
+            && plant.stagnation.ends_fit(sum_of_squares, residuals)
         {
-            plant.crawl = Crawl::NONE;
+            plant.stagnation = Stagnation::NONE;
             let goes_on = plant.restate_accuracies();
             return if goes_on { Outcome::Improving } else { Outcome::Exhausted };
         }

@@ -1,7 +1,8 @@
 //! Levels of a fit that begins at the end of a descent.
 //!
-//! A descent allows for relative errors η of the model. A fit that weighs by the noise alone goes from its end to a minimum nearby, in which a few
-//! bushings are wrong, and imperfections make up for them. So the fit allows for errors at first, too: the variance of each axis is
+//! A descent allows for relative errors η of the model. A fit that weighs by the noise alone goes from its end to a minimum nearby, in
+//! which a few bushings are wrong, and imperfections make up for them. So the fit allows for errors at first, too: the variance of each
+//! axis is
 //!
 //! ```text
 //! σ² + η² (|A_x|² + |A_y|² + |A_z|²)/3
@@ -14,7 +15,7 @@
 use super::super::Outcome;
 use super::super::levels::{LAST_RELATIVE, NEGLIGIBLE, RELATIVE};
 use super::Plant;
-use super::crawl::Crawl;
+use super::stagnation::Stagnation;
 
 /// η of each level; then the noise alone weighs. Chosen: those of the descent. Of seven drawn six-joint arms the first start finds the right
 /// minimum of all with these levels, and of four without.
@@ -47,7 +48,7 @@ impl Plant {
         let level = &mut self.relative_error;
         *level = LEVELS.into_iter().find(|next| *next < *level).unwrap_or(0.0);
         self.minimiser.restart();
-        self.crawl = Crawl::NONE;
+        self.stagnation = Stagnation::NONE;
         true
     }
 }

@@ -11,7 +11,7 @@
 //! | `sag`                           | derivatives by these and the stiffnesses through the sag        |
 //! | `correction`                    | a model with the imperfections that a fit has found             |
 //! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
-//! | `fit`, `levels`, `crawl`        | its minimum, how a fit begins, and when it is given up          |
+//! | `fit`, `levels`, `stagnation`        | its minimum, how a fit begins, and when it is given up          |
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | links that give way                                             |
 //! | `information`                   | what records and priors say of unknowns and imperfections       |
@@ -23,7 +23,6 @@
 mod change;
 mod columns;
 mod correction;
-mod crawl;
 mod diagnosis;
 mod evidence;
 mod explanation;
@@ -38,6 +37,7 @@ mod objective;
 mod restated;
 mod sag;
 mod sizes;
+mod stagnation;
 mod structure;
 
 use heapless::Vec;
@@ -52,13 +52,13 @@ use crate::receptance::Filter;
 use crate::sought::MAX_UNKNOWNS;
 use columns::Imperfections;
 pub(crate) use correction::Correction;
-use crawl::Crawl;
 pub use diagnosis::{Explanation, MAX_EXPLANATIONS, MAX_RIVALS};
 pub use information::PlantInformation;
 pub use mechanics::Mechanics;
 use objective::Point;
 use restated::Restated;
 use sizes::{OF_ALL, OF_RECORD};
+use stagnation::Stagnation;
 
 /// Limits of a fit. Chosen: all unknowns together end within a tenth of a standard deviation of the minimum; a fit typically takes a
 /// sixth of these steps.
@@ -80,7 +80,7 @@ pub struct Plant {
     /// Relative error of the model that the weights allow for.
     relative_error: f64,
     /// How far the last steps have come.
-    crawl: Crawl,
+    stagnation: Stagnation,
     /// Normal equations of the record that was assembled last.
     record: Normal<OF_RECORD>,
     /// Normal equations of a record of which parts are left out.
@@ -132,7 +132,7 @@ impl Plant {
             restated: Restated::default(),
             adopts: false,
             relative_error: 0.0,
-            crawl: Crawl::NONE,
+            stagnation: Stagnation::NONE,
             record: Normal::new(),
             whole: Normal::new(),
             factor: Normal::new(),

@@ -5,9 +5,10 @@
 //! ```
 //!
 //! I is the inertia of a link, and X the transformation from a link to the next. On the last link act P of the force F that cuts, r of
-//! the observation, W of the tool, and a hose of the impedance h, whose spread is S. η are the displacements of the links and λ the loads on the bushings in the record, η̂ and λ̂
-//! those due to the observation; G is the observation per measured force. λ leaves out what the stiffness due to gravity adds. On ground
-//! with the compliances `c − s e`, the base is the link before the first: `η₋ = diag(c − s e) Xᵀ λ`.
+//! the observation, W of the tool, and a hose of the impedance h, whose spread is S. η are the displacements of the links and λ the loads
+//! on the bushings in the record, η̂ and λ̂ those due to the observation; G is the observation per measured force. λ leaves out what the
+//! stiffness due to gravity adds. On ground with the compliances `c − s e`, the base is the link before the first: `η₋ = diag(c − s e) Xᵀ
+//! λ`.
 
 use super::super::model::Model;
 use super::change::{Block, FromParentChange, Tip};

@@ -7,8 +7,8 @@
 //! dA = Σ ∂A/∂ln σ (d ln P − d ln k)
 //! ```
 //!
-//! The load does not depend on the stiffness: neither does the stiffness of a drive that grows with it. Left out are the changes of a load by the
-//! other sags, and of the stiffness due to gravity.
+//! The load does not depend on the stiffness: neither does the stiffness of a drive that grows with it. Left out are the changes of a load
+//! by the other sags, and of the stiffness due to gravity.
 //!
 //! In the minimum that is sought all of this is small. In a wrong one a bushing may be so soft that the records contradict its sag more than its
 //! resonances: without these derivatives a fit stays there.
@@ -27,8 +27,8 @@ use crate::parameters::Bushings;
 use crate::sought::Coordinate;
 use crate::{DOF, MAX_JOINTS};
 
-/// Least sag that counts, m and rad. Chosen: a smaller one changes a reading by hardly more than a ten-thousandth. Of drawn six-joint arms bushings
-/// sag by up to 8e-4, and in wrong minima by 1e-3 to 1e-2.
+/// Least sag that counts, m and rad. Chosen: a smaller one changes a reading by hardly more than a ten-thousandth. Of drawn six-joint arms
+/// bushings sag by up to 8e-4, and in wrong minima by 1e-3 to 1e-2.
 const LEAST: f64 = 1e-4;
 
 /// Sag of one bushing along one degree of freedom.
