@@ -75,6 +75,8 @@ struct ExplanationJson<'a> {
     #[serde(flatten)]
     value: &'a Explanation,
     text: String,
+    /// What is off as well, of the same kind. `null` if nothing is.
+    alike: Option<String>,
     /// What to do. `null` if the accuracy is not contradicted.
     remedy: Option<String>,
 }
@@ -170,7 +172,7 @@ impl<'a> From<&'a Confidence> for ConfidenceJson<'a> {
         Self {
             joints,
             nuisances,
-            explanations: explanations.iter().map(ExplanationJson::from).collect(),
+            explanations: explanations.iter().map(|own| explanation(own, nuisances)).collect(),
             correlations,
             weak_directions: weak_directions.iter().map(WithText::from).collect(),
             residuals: residuals.into(),
@@ -188,11 +190,10 @@ impl<'a, T: ToString> From<&'a T> for WithText<'a, T> {
     }
 }
 
-impl<'a> From<&'a Explanation> for ExplanationJson<'a> {
-    fn from(value: &'a Explanation) -> Self {
-        let remedy = value.remedy().map(|remedy| remedy.to_string());
-        Self { value, text: value.to_string(), remedy }
-    }
+fn explanation<'a>(value: &'a Explanation, nuisances: &[Nuisance]) -> ExplanationJson<'a> {
+    let alike = value.alike(nuisances).map(|alike| alike.to_string());
+    let remedy = value.remedy().map(|remedy| remedy.to_string());
+    ExplanationJson { value, text: value.to_string(), alike, remedy }
 }
 
 impl<'a> From<&'a Status> for StatusJson<'a> {
@@ -292,6 +293,7 @@ mod tests {
                     },
                     "times": 2.5, "share": 0.75, "evidence": 12.5, "adopted": false, "rivals": [],
                     "text": "TCP z 3.00 ± 0.05 mm explains 75 % of the misfit: 2.5 times its accuracy (tcp_m, 1.00 mm)",
+                    "alike": null,
                     "remedy": "measure the TCP and correct it in the model, or state tcp_m as it is",
                 }],
                 "correlations": { "unknowns": [], "percent": [] },

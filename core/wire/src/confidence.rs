@@ -3,6 +3,8 @@
 //! A [`Confidence`] is the entry `confidence` of the result file of `flexid identify --json`. The field names are part of the
 //! contract. Vectors of six have the order `tx ty tz rx ry rz` of the joint frame.
 
+mod nuisance;
+
 use heapless::{String, Vec};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -35,7 +37,8 @@ pub struct Confidence {
     pub joints: Vec<JointIntervals, MAX_JOINTS>,
     /// Nuisances that were sought, then imperfections that the data show, as many as fit.
     pub nuisances: Vec<Nuisance, MAX_NUISANCES>,
-    /// Accuracies that the data contradict, the one that explains most of the misfit first. If there is none: what explains most of it.
+    /// Accuracies that the data contradict, the one that explains most of the misfit first. If there is none: what explains most of it. Where
+    /// the fit is not settled, these may be those of a wrong minimum.
     pub explanations: Vec<Explanation, MAX_EXPLANATIONS>,
     /// Correlations between the unknowns.
     pub correlations: Correlations,

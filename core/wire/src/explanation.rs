@@ -7,7 +7,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::accuracy::Accuracy;
-use crate::confidence::Unit;
+use crate::confidence::{MAX_NUISANCES, Nuisance, Unit};
 use crate::text::Label;
 use crate::words::{Enumeration, Measured};
 
@@ -15,6 +15,8 @@ use crate::words::{Enumeration, Measured};
 pub const MAX_EXPLANATIONS: usize = 6;
 /// Largest number of rivals of an explanation.
 pub const MAX_RIVALS: usize = 4;
+/// Standard deviations beyond which an error is not zero: a normal distribution exceeds them once in twenty.
+const SIGNIFICANT: f64 = 2.0;
 
 /// What is off on the robot: a true value less the stated one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -54,6 +56,9 @@ pub struct Explanation {
 /// Other deviations that explain the records as well.
 pub struct Rivals<'a>(&'a [Deviation]);
 
+/// Others of the same kind that are off as well.
+pub struct Alike(Vec<Deviation, MAX_NUISANCES>);
+
 /// What to do about a contradicted accuracy.
 pub struct Remedy(pub(crate) Accuracy);
 
@@ -66,6 +71,27 @@ impl Explanation {
     /// The rivals, if there are any.
     pub fn alternatives(&self) -> Option<Rivals<'_>> {
         (!self.rivals.is_empty()).then_some(Rivals(&self.rivals))
+    }
+
+    /// The other errors of this kind that the data show, if there are any: those among the `nuisances` of its report that are larger than their
+    /// accuracy and than two of their standard deviations.
+    pub fn alike(&self, nuisances: &[Nuisance]) -> Option<Alike> {
+        let Deviation { entry, accuracy, name, .. } = &self.deviation;
+        let of_kind = nuisances.iter().filter(|own| entry.names(&own.name) && own.name != *name);
+        let deviations = of_kind.map(|own| Deviation {
+            entry: *entry,
+            name: own.name.clone(),
+            unit: own.unit.clone(),
+            value: if entry.is_factor() { own.value - 1.0 } else { own.value },
+            std: own.std,
+            accuracy: *accuracy,
+        });
+        let is_shown = |own: &Deviation| {
+            let size = own.value.abs();
+            size > *accuracy && own.std.is_some_and(|std| size > SIGNIFICANT * std)
+        };
+        let alike: Vec<Deviation, MAX_NUISANCES> = deviations.filter(is_shown).collect();
+        (!alike.is_empty()).then_some(Alike(alike))
     }
 
     /// What to do, if the accuracy is contradicted.
@@ -125,6 +151,14 @@ impl fmt::Display for Rivals<'_> {
     }
 }
 
+/// For example `off as well: force sensor gain y 5.1 ± 0.2 % and force sensor gain z 4.9 ± 0.2 %`.
+impl fmt::Display for Alike {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("off as well: ")?;
+        Enumeration { named: &self.0, more: 0 }.fmt(f)
+    }
+}
+
 /// For example `measure the TCP and correct it in the model, or state tcp_m as it is`.
 impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -138,6 +172,7 @@ mod tests {
     use std::string::ToString;
 
     use super::*;
+    use crate::report::Verdict;
     use crate::text::clipped;
 
     fn tcp() -> Deviation {
@@ -174,7 +209,7 @@ mod tests {
             "TCP z 3.12 ± 0.05 mm explains 97 % of the misfit: allowed by its accuracy (tcp_m, 1.00 mm)"
         );
         assert!(within.alternatives().is_none() && within.remedy().is_none());
-        let rivals = [gain, tcp()].into_iter().collect();
+        let rivals = [gain.clone(), tcp()].into_iter().collect();
         let contradicted = Explanation { times: 3.12, evidence: 20.0, rivals, ..within };
         assert_eq!(
             contradicted.to_string(),
@@ -188,6 +223,30 @@ mod tests {
             contradicted.remedy().unwrap().to_string(),
             "measure the TCP and correct it in the model, or state tcp_m as it is"
         );
+        let nuisance = |name, value, std| Nuisance {
+            name: clipped(name),
+            unit: clipped(""),
+            value,
+            std: Some(std),
+            interval: None,
+            verdict: Verdict::Identified,
+        };
+        let nuisances = [
+            nuisance("force sensor gain x", 1.051, 2e-3),
+            nuisance("force sensor gain y", 0.953, 2e-3),
+            nuisance("force sensor gain z", 1.0213, 1.6e-4),
+            nuisance("accelerometer gain x", 1.05, 2e-3),
+        ];
+        let of_gains = Explanation { deviation: gain.clone(), ..contradicted.clone() };
+        let alike = of_gains.alike(&nuisances).unwrap().to_string();
+        assert_eq!(
+            alike,
+            "off as well: force sensor gain x 5.1 ± 0.2 % and force sensor gain y -4.7 ± 0.2 %"
+        );
+        let [within, unsure] = [(1.004, 1e-4), (1.05, 0.03)];
+        for (value, std) in [within, unsure] {
+            assert!(of_gains.alike(&[nuisance("force sensor gain x", value, std)]).is_none());
+        }
         let adopted = Explanation { adopted: true, ..contradicted };
         assert!(adopted.to_string().contains("misfit: adopted, 3.1 times its accuracy (tcp_m"));
     }

@@ -72,6 +72,9 @@ pub struct Intervals {
 pub struct Explanation {
     /// What explains how much.
     pub text: String,
+    /// What is off as well, of the same kind.
+    #[serde(default)]
+    pub alike: Option<String>,
     /// What to do.
     #[serde(default)]
     pub remedy: Option<String>,

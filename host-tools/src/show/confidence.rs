@@ -3,6 +3,8 @@
 use flexid_pipeline::text::count;
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance};
 use flexid_wire::explanation::Explanation;
+use flexid_wire::finding::Finding;
+use flexid_wire::report::Acceptance;
 
 use crate::show::verdict::verdict;
 
@@ -13,8 +15,12 @@ const MOST: usize = 5;
 /// Column at which the lines begin, after their heading.
 pub(super) const INDENT: usize = 13;
 
-/// One paragraph for each part of the confidence that is not empty.
-pub(crate) fn lines(confidence: &Confidence) -> String {
+/// Said before the explanations of a fit that is not settled.
+const MAYBE: &str =
+    "the searches disagree: the lines below hold only if this minimum is the right one";
+
+/// One paragraph for each part of the confidence of a finding that is not empty.
+pub(crate) fn lines(Finding { report, confidence }: &Finding) -> String {
     let Confidence {
         nuisances,
         explanations,
@@ -26,10 +32,13 @@ pub(crate) fn lines(confidence: &Confidence) -> String {
         retired,
         ..
     } = confidence;
+    let is_unsettled = report.fit.acceptance == Acceptance::Unsettled;
+    let caveat = (is_unsettled && !explanations.is_empty()).then(|| MAYBE.to_owned());
+    let explained = explanations.iter().flat_map(|one| explanation(one, nuisances));
     let paragraphs = [
         ("residuals", vec![residuals.to_string()]),
         ("left over", left_over.iter().map(ToString::to_string).collect()),
-        ("explained", explanations.iter().flat_map(explanation).collect()),
+        ("explained", caveat.into_iter().chain(explained).collect()),
         ("held out", prediction(held_out).into_iter().collect()),
         ("retired", retirement(*retired).into_iter().collect()),
         ("weak", weak_directions.iter().map(ToString::to_string).collect()),
@@ -85,23 +94,19 @@ fn strongest(correlations: &Correlations) -> Vec<String> {
     lines
 }
 
-/// What it is, what explains as much, and what to do.
-fn explanation(explanation: &Explanation) -> impl Iterator<Item = String> {
+/// What it is, what is off as well, what explains as much, and what to do.
+fn explanation(
+    explanation: &Explanation,
+    nuisances: &[Nuisance],
+) -> impl Iterator<Item = String> + use<> {
+    let alike = explanation.alike(nuisances).map(|alike| format!("  {alike}"));
     let alternatives = explanation.alternatives().map(|rivals| format!("  {rivals}"));
     let remedy = explanation.remedy().map(|remedy| format!("  {remedy}"));
-    std::iter::once(explanation.to_string()).chain(alternatives).chain(remedy)
+    std::iter::once(explanation.to_string()).chain(alike).chain(alternatives).chain(remedy)
 }
 
 fn calibration(nuisance: &Nuisance) -> String {
-    let Nuisance { name, unit, value, interval, verdict: own, .. } = nuisance;
-    let number = |value: f64| {
-        if unit.is_empty() { format!("{value:.4}") } else { format!("{value:.2e} {unit}") }
-    };
-    let interval = match interval {
-        Some([lower, upper]) => format!(" ({} to {})", number(*lower), number(*upper)),
-        None => String::new(),
-    };
-    format!("{name} {}{interval}, {}", number(*value), verdict(*own))
+    format!("{nuisance}, {}", verdict(nuisance.verdict))
 }
 
 #[cfg(test)]
@@ -115,6 +120,7 @@ mod tests {
     use flexid_wire::text::clipped;
 
     use super::*;
+    use crate::show::page::tests::view;
 
     fn nuisance(name: &str, unit: &str, [value, lower, upper]: [f64; 3]) -> Nuisance {
         Nuisance {
@@ -224,10 +230,19 @@ correlated   +0.99  f and g
              +0.95  d and e
              +0.92  e and f
              and 1 more above 0.90
-calibration  delay 3.00e-4 s (2.90e-4 s to 3.10e-4 s), identified
+calibration  delay 300 µs (290 µs to 310 µs), identified
              force gain x 1.1000, not observable
 ";
-        assert_eq!(lines(&confidence), expected);
+        let finding = |confidence, acceptance| {
+            let mut finding = view(3, &[]).finding.unwrap();
+            finding.report.fit.acceptance = acceptance;
+            Finding { confidence, ..finding }
+        };
+        let settled = finding(confidence.clone(), Acceptance::ModelSuspect);
+        assert_eq!(lines(&settled), expected);
+        let unsettled = lines(&finding(confidence.clone(), Acceptance::Unsettled));
+        let explained = format!("explained    {MAYBE}\n             TCP z");
+        assert_eq!(unsettled, expected.replace("explained    TCP z", &explained));
         let nothing = Confidence {
             nuisances: Default::default(),
             explanations: Default::default(),
@@ -242,7 +257,7 @@ calibration  delay 3.00e-4 s (2.90e-4 s to 3.10e-4 s), identified
             ..confidence
         };
         assert_eq!(
-            lines(&nothing),
+            lines(&finding(nothing, Acceptance::Unsettled)),
             "residuals    noise explains them (χ²/dof 1.00, whiteness 0.5)\n"
         );
     }

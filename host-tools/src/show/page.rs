@@ -81,7 +81,7 @@ pub(crate) fn confidence(view: &View, columns: usize) -> Vec<Line> {
     let indent = " ".repeat(confidence::INDENT);
     let options =
         textwrap::Options::new(columns.max(2 * confidence::INDENT)).subsequent_indent(&indent);
-    let lines = confidence::lines(&finding.confidence);
+    let lines = confidence::lines(finding);
     let lines = lines.lines().flat_map(|line| wrap(line, &options));
     lines.map(Line::from).collect()
 }

@@ -46,7 +46,7 @@ pub(crate) fn finding(
 
 /// All parameters and their confidence, without the summary of the fit and the warnings.
 pub(crate) fn parameters(finding: &Finding, truth: Option<&[Bushing]>) -> String {
-    format!("{}\n{}", numbers(finding, truth, usize::MAX), confidence::lines(&finding.confidence))
+    format!("{}\n{}", numbers(finding, truth, usize::MAX), confidence::lines(finding))
 }
 
 /// All parameters with intervals and verdicts, and a note on the intervals: dampings beside the stiffnesses, or below where `columns`

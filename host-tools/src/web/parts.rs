@@ -51,7 +51,7 @@ pub(super) fn render(state: &State) -> Parts {
         progress(view),
         finding.map(parameters).unwrap_or_default(),
         view.spectra.as_ref().map(spectra).unwrap_or_default(),
-        html! { @if let Some(finding) = finding { pre { (confidence::lines(&finding.confidence)) } } },
+        html! { @if let Some(finding) = finding { pre { (confidence::lines(finding)) } } },
         html! { @if let Some(line) = view.bus_line() { p { (line) } } },
     ];
     // What a daemon on another machine sends must not end a line of the stream, or change the order of writing.

@@ -10,12 +10,16 @@ use flexid_wire::explanation::{Deviation, Explanation};
 use flexid_wire::text::clipped;
 use flexid_wire::warning::Warning;
 
-use super::imperfections::{is_factor, name, unit};
+use super::imperfections::{is_factor, name, sensor, unit};
 use super::residuals::Residuals;
 use crate::model::Model;
 
 /// The warning about the first accuracy that the data contradict very strongly, if there is one.
 pub(crate) fn contradicted(of_plant: Option<&PlantEstimate>, model: &Model) -> Option<Warning> {
+    // Else its imperfections may be those of a wrong minimum.
+    let is_believed =
+        |of_plant: &&PlantEstimate| Residuals::of(&of_plant.estimate).allow_intervals();
+    let of_plant = of_plant.filter(is_believed);
     let found = of_plant.into_iter().flat_map(|of_plant| &of_plant.explanations);
     let mut all = found.zip(explanations(of_plant, model));
     let (_, strong) = all.find(|(found, _)| found.is_contradicted_very_strongly())?;
@@ -23,14 +27,13 @@ pub(crate) fn contradicted(of_plant: Option<&PlantEstimate>, model: &Model) -> O
     Some(Warning::Contradicted { deviation, times, rivals: rivals.len() as u8 })
 }
 
-/// What explains the misfit, if the fit is one in which numbers can be believed: else its imperfections are those of a wrong minimum.
+/// What explains the misfit. Where the fit is not settled, it may be that of a wrong minimum.
 pub(super) fn explanations(
     of_plant: Option<&PlantEstimate>,
     model: &Model,
 ) -> impl Iterator<Item = Explanation> {
-    let believed = of_plant.map(|of_plant| (of_plant, Residuals::of(&of_plant.estimate)));
-    let believed = believed.filter(|(_, residuals)| residuals.allow_intervals());
-    believed.into_iter().flat_map(move |(of_plant, residuals)| {
+    of_plant.into_iter().flat_map(move |of_plant| {
+        let residuals = Residuals::of(&of_plant.estimate);
         of_plant.explanations.iter().map(move |one| explanation(one, model, residuals))
     })
 }
@@ -52,10 +55,14 @@ fn deviation(found: &FoundImperfection, model: &Model, residuals: Residuals) -> 
     let FoundImperfection { imperfection, prior, value, deviation } = *found;
     let prior = prior / imperfection.prior_over_accuracy();
     let (value, slope, accuracy, unit) = match imperfection {
-        // f = 1/(2π √v), and df/dv = −f/(2v). Below zero there is no such frequency.
+        // f = 1/(2π √v), and df/dv = −f/(2v).
         Imperfection::Resonance(_) if value > 0.0 => {
-            let hz = |squared_period: f64| 1.0 / (TAU * squared_period.sqrt());
             (hz(value), 0.5 * hz(value) / value, hz(prior), "Hz")
+        }
+        // Below zero there is no such frequency. v = −1/(2ω²) is a low-pass of first order with the corner ω.
+        Imperfection::Resonance(_) if value < 0.0 => {
+            let corner = hz(-2.0 * value);
+            (corner, 0.5 * corner / -value, hz(prior), "Hz")
         }
         Imperfection::HighPass(_) => (value / TAU, 1.0 / TAU, prior / TAU, "Hz"),
         Imperfection::Load => (1e3 * value, 1e3, 1e3 * prior, "1/kNm"),
@@ -64,12 +71,23 @@ fn deviation(found: &FoundImperfection, model: &Model, residuals: Residuals) -> 
     };
     Deviation {
         entry: entry(imperfection),
-        name: name(imperfection, model),
+        name: match imperfection {
+            Imperfection::Resonance(of) if found.value < 0.0 => {
+                clipped(format_args!("{} low-pass", sensor(of)))
+            }
+            Imperfection::Resonance(of) => clipped(format_args!("{} resonance", sensor(of))),
+            _ => name(imperfection, model),
+        },
         unit: clipped(unit),
         value,
         std: residuals.inflate(deviation).map(|std| std * slope).filter(|std| std.is_finite()),
         accuracy,
     }
+}
+
+/// The frequency of which this is 1/ω².
+fn hz(squared_period: f64) -> f64 {
+    1.0 / (TAU * squared_period.sqrt())
 }
 
 /// The entry of `[accuracy]` that speaks of an imperfection.
@@ -163,7 +181,55 @@ mod tests {
         let negative =
             FoundImperfection { imperfection, prior: 1e-9, value: -1e-9, deviation: f64::INFINITY };
         let found = deviation_of(&negative, &model);
-        assert_eq!((found.unit.as_str(), found.value, found.std), ("s^2", -1e-9, None));
+        assert_eq!((found.name.as_str(), found.unit.as_str()), ("force sensor low-pass", "Hz"));
+        // ω = 1/√(2e-9)
+        assert!((found.value * TAU / 22_360.68 - 1.0).abs() < 1e-6 && found.std.is_none());
+    }
+
+    /// A report looks for errors of one kind by their names.
+    #[test]
+    fn each_entry_has_the_names_of_its_own_imperfections() {
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-tools/scenario/mill3-edge.toml");
+        let model = Config::load(&file).unwrap().model;
+        let all = || {
+            [Sensor::Force, Sensor::Accelerometer]
+                .into_iter()
+                .flat_map(|of| {
+                    [
+                        Imperfection::Gain(of, 0),
+                        Imperfection::Crosstalk(of, 0, 1),
+                        Imperfection::Turn(of, 2),
+                        Imperfection::Resonance(of),
+                        Imperfection::HighPass(of),
+                    ]
+                })
+                .chain([
+                    Imperfection::Delay,
+                    Imperfection::ToolTurn(0),
+                    Imperfection::ToolCentrePoint(1),
+                    Imperfection::AccelerometerPlace(2),
+                    Imperfection::Mass(0),
+                    Imperfection::CentreOfMass(1, 2),
+                    Imperfection::JointAngle(1),
+                    Imperfection::ElasticCentre(0, 0),
+                    Imperfection::Inertia(2),
+                    Imperfection::Hysteresis,
+                    Imperfection::Servo(0),
+                    Imperfection::Load,
+                    Imperfection::Ground(0),
+                    Imperfection::Ground(5),
+                    Imperfection::BaseMass,
+                    Imperfection::RecordDelay(0),
+                    Imperfection::RecordStiffness(0),
+                ])
+        };
+        for of_name in all() {
+            for of_entry in all() {
+                let (name, entry) = (name(of_name, &model), entry(of_entry));
+                assert_eq!(entry.names(&name), of_name == of_entry, "{entry:?} {name}");
+            }
+        }
     }
 
     fn deviation_of(found: &FoundImperfection, model: &Model) -> Deviation {

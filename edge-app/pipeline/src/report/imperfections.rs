@@ -77,10 +77,6 @@ pub(super) fn is_factor(imperfection: Imperfection) -> bool {
 
 /// Returns the name of an imperfection, for example `force sensor turned about x`.
 pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
-    let sensor = |sensor| match sensor {
-        Sensor::Force => "force sensor",
-        Sensor::Accelerometer => "accelerometer",
-    };
     let joint = |joint| joint_name(model, joint);
     match imperfection {
         Imperfection::Delay => clipped("delay"),
@@ -131,6 +127,15 @@ pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
     }
 }
 
+/// What a sensor is called.
+pub(super) fn sensor(sensor: Sensor) -> &'static str {
+    match sensor {
+        Sensor::Force => "force sensor",
+        Sensor::Accelerometer => "accelerometer",
+    }
+}
+
+/// Returns the unit of an imperfection.
 pub(super) fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
     let slides = |joint: usize| model.joints[joint].kind == Kind::Prismatic;
     match imperfection {

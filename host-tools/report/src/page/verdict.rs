@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::format::{agreement, count, percent};
 use super::{DOFS, missing};
-use crate::document::Document;
+use crate::document::{Document, Explanation};
 
 /// FRAC below which a record that was held out is named. Chosen: the prediction then has another shape.
 const POOR_FRAC: f64 = 0.9;
@@ -161,8 +161,11 @@ fn trust(document: &Document) -> Vec<Markup> {
     for line in &confidence.left_over {
         lines.push(html! { "Left over: " (line.text) "." });
     }
-    for explanation in &confidence.explanations {
-        lines.push(html! { (explanation.text) "." });
+    if fit.acceptance == Acceptance::Unsettled && !confidence.explanations.is_empty() {
+        lines.push(html! { "If this minimum is the right one, then the following is off." });
+    }
+    for Explanation { text, alike, .. } in &confidence.explanations {
+        lines.push(html! { (text) @if let Some(alike) = alike { "; " (alike) } "." });
     }
     let all = confidence.held_out.iter().flat_map(|own| own.frac);
     let worst = all.fold(None, |worst: Option<f64>, own| Some(worst.map_or(own, |it| it.min(own))));
