@@ -2,7 +2,7 @@
 //! whole or not at all.
 
 use std::fs::{self, File, OpenOptions, Permissions};
-use std::io::{self, ErrorKind, Write as _};
+use std::io::{self, ErrorKind, Read, Seek as _, Write as _};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
@@ -47,10 +47,29 @@ impl Output {
     /// The disk is full or broken.
     pub(crate) fn finish(self, text: &str) -> Result<()> {
         let written = match self.target {
-            Target::File { path, permissions } => replace(&path, &permissions, text),
+            Target::File { path, permissions } => {
+                replace(&path, &permissions, &mut text.as_bytes())
+            }
             Target::Stream(mut stream) => stream.write_all(text.as_bytes()),
         };
         written.with_context(|| format!("{}: cannot be written", self.file.display()))
+    }
+
+    /// The file, to be written part by part.
+    ///
+    /// # Errors
+    /// No file can be made in its folder. The error states what to do.
+    pub(crate) fn grow(self) -> Result<Growing, BadInput> {
+        let Self { file, target } = self;
+        let (written, replaced) = match target {
+            Target::File { path, permissions } => {
+                let written = tempfile::tempfile_in(folder_of(&path));
+                let written = written.map_err(|error| unwritable(&file, &error))?;
+                (written, Some((path, permissions)))
+            }
+            Target::Stream(stream) => (stream, None),
+        };
+        Ok(Growing { file, written, replaced })
     }
 
     /// As [`Output::finish`], and says on standard error that `what` is written. Nothing is said of a pipe or a device, such as
@@ -66,6 +85,40 @@ impl Output {
         self.finish(text)?;
         said.iter().for_each(|line| complain(line));
         Ok(())
+    }
+}
+
+/// A file that grows while it is made. A regular file has no name before it is whole, so that an interrupted run leaves nothing behind, and the
+/// old contents in place.
+#[derive(Debug)]
+pub(crate) struct Growing {
+    file: PathBuf,
+    /// What has been written. It is the pipe or the device itself.
+    written: File,
+    /// The regular file, if it is one.
+    replaced: Option<(PathBuf, Permissions)>,
+}
+
+impl Growing {
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// The disk is full or broken.
+    pub(crate) fn finish(mut self) -> Result<()> {
+        let cannot = || format!("{}: cannot be written", self.file.display());
+        let Some((path, permissions)) = &self.replaced else { return Ok(()) };
+        self.written.rewind().with_context(cannot)?;
+        replace(path, permissions, &mut self.written).with_context(cannot)
+    }
+}
+
+impl io::Write for Growing {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.written.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.written.flush()
     }
 }
 
@@ -89,14 +142,18 @@ impl Target {
 
 /// An empty temporary file in the folder of `path`.
 fn beside(path: &Path, permissions: &Permissions) -> io::Result<NamedTempFile> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    tempfile::Builder::new().permissions(permissions.clone()).tempfile_in(folder)
+    tempfile::Builder::new().permissions(permissions.clone()).tempfile_in(folder_of(path))
 }
 
-fn replace(path: &Path, permissions: &Permissions, text: &str) -> io::Result<()> {
+/// The folder of a file.
+fn folder_of(path: &Path) -> &Path {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
+}
+
+fn replace(path: &Path, permissions: &Permissions, whole: &mut impl Read) -> io::Result<()> {
     let mut fresh = beside(path, permissions)?;
-    fresh.write_all(text.as_bytes())?;
+    io::copy(whole, fresh.as_file_mut())?;
     fresh.as_file().sync_all()?;
     fresh.persist(path).map_err(|error| error.error)?;
     Ok(())
@@ -129,8 +186,7 @@ fn place(file: &Path) -> Option<PathBuf> {
     match fs::canonicalize(file) {
         Ok(path) => path.is_file().then_some(path),
         Err(_) => {
-            let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-            let folder = fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()?;
+            let folder = fs::canonicalize(folder_of(file)).ok()?;
             Some(folder.join(file.file_name()?))
         }
     }
@@ -189,6 +245,24 @@ mod tests {
         assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
         assert_eq!(names(), ["link.json", "out.json"]);
         assert!(link.is_symlink());
+    }
+
+    #[test]
+    fn what_grows_has_no_name_before_it_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("cut.log");
+        let entries = || fs::read_dir(folder.path()).unwrap().count();
+        let begun = || {
+            let mut growing = Output::create(&file).unwrap().grow().unwrap();
+            growing.write_all(b"frames").unwrap();
+            growing
+        };
+        drop(begun());
+        assert_eq!(entries(), 0);
+        let growing = begun();
+        assert_eq!(entries(), 0);
+        growing.finish().unwrap();
+        assert_eq!((fs::read_to_string(&file).unwrap().as_str(), entries()), ("frames", 1));
     }
 
     #[test]

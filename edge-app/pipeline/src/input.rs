@@ -42,6 +42,22 @@ impl fmt::Display for BadInput {
     }
 }
 
+/// Likeness above which a key is suggested for another. Chosen: two letters of five may be wrong.
+const ALIKE: f64 = 0.55;
+/// Endings of keys, and the units that they give. Longer endings stand first: `_n_per_m` also ends in `_m`.
+const UNITS: [(&str, &str); 11] = [
+    ("_nm_per_rad", "Nm/rad"),
+    ("_nms_per_rad", "Nms/rad"),
+    ("_ns_per_m", "Ns/m"),
+    ("_n_per_m", "N/m"),
+    ("_m_per_s2", "m/s^2"),
+    ("_kg_m2", "kg m^2"),
+    ("_kg", "kg"),
+    ("_hz", "Hz"),
+    ("_rad", "rad"),
+    ("_m", "m"),
+    ("_s", "s"),
+];
 /// Largest file that is read, bytes. All files for flexid are far smaller.
 const LARGEST: u64 = 16 << 20;
 
@@ -141,10 +157,11 @@ fn mend(message: &str, key: &str) -> String {
         format!("key `{culprit}`{} is missing", unit_phrase(culprit))
     } else if message.starts_with("unknown field") {
         let known: Vec<&str> = names.collect();
-        let nearest = known.iter().copied().max_by(|a, b| {
-            strsim::jaro_winkler(a, culprit).total_cmp(&strsim::jaro_winkler(b, culprit))
-        });
-        match nearest.filter(|name| strsim::jaro_winkler(name, culprit) > 0.75) {
+        let nearest = known
+            .iter()
+            .copied()
+            .max_by(|a, b| likeness(a, culprit).total_cmp(&likeness(b, culprit)));
+        match nearest.filter(|name| likeness(name, culprit) > ALIKE) {
             Some(name) => {
                 format!("unknown key `{culprit}`: did you mean `{name}`{}?", unit_phrase(name))
             }
@@ -165,24 +182,32 @@ fn mend(message: &str, key: &str) -> String {
     }
 }
 
+/// Returns how alike two keys are, with or without their units.
+fn likeness(one: &str, other: &str) -> f64 {
+    word_by_word(one, other).max(word_by_word(without_unit(one), without_unit(other)))
+}
+
+/// Returns the part of the letters that need not be changed: the mean over the words if both keys have as many, so that a long word does not
+/// outweigh the others.
+fn word_by_word(one: &str, other: &str) -> f64 {
+    let [words, of_other] = [one, other].map(|key| key.split('_'));
+    let number = words.clone().count();
+    if number != of_other.clone().count() {
+        return strsim::normalized_damerau_levenshtein(one, other);
+    }
+    let alike = words.zip(of_other).map(|(a, b)| strsim::normalized_damerau_levenshtein(a, b));
+    alike.sum::<f64>() / number as f64
+}
+
 /// Returns the unit of a key, for example ` (in Hz)` for `rate_hz`.
 fn unit_phrase(key: &str) -> String {
-    // Longer endings first: `_n_per_m` also ends in `_m`.
-    const UNITS: [(&str, &str); 11] = [
-        ("_nm_per_rad", "Nm/rad"),
-        ("_nms_per_rad", "Nms/rad"),
-        ("_ns_per_m", "Ns/m"),
-        ("_n_per_m", "N/m"),
-        ("_m_per_s2", "m/s^2"),
-        ("_kg_m2", "kg m^2"),
-        ("_kg", "kg"),
-        ("_hz", "Hz"),
-        ("_rad", "rad"),
-        ("_m", "m"),
-        ("_s", "s"),
-    ];
     let unit = UNITS.iter().find(|(ending, _)| key.ends_with(ending));
     unit.map(|(_, unit)| format!(" (in {unit})")).unwrap_or_default()
+}
+
+/// Returns a key without the ending that gives its unit.
+fn without_unit(key: &str) -> &str {
+    UNITS.iter().find_map(|(ending, _)| key.strip_suffix(ending)).unwrap_or(key)
 }
 
 fn one_line(text: &str) -> String {

@@ -42,12 +42,13 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Writes what is still buffered.
+    /// Writes what is still buffered, and gives back what it has written to.
     ///
     /// # Errors
     /// The log cannot be written.
-    pub fn finish(mut self) -> io::Result<()> {
-        self.log.flush()
+    pub fn finish(mut self) -> io::Result<W> {
+        self.log.flush()?;
+        Ok(self.log)
     }
 }
 

@@ -144,11 +144,19 @@ impl Scenario {
     /// # Errors
     /// The errors of [`Scenario::load`]; also if `config` names no scenario, or has another rate than the scenario.
     pub fn of(config: &Config) -> Result<Self, BadInput> {
+        Self::of_first(config, usize::MAX)
+    }
+
+    /// The same, of which no experiment after the first `most` is checked.
+    ///
+    /// # Errors
+    /// The errors of [`Scenario::of`].
+    pub fn of_first(config: &Config, most: usize) -> Result<Self, BadInput> {
         let bad = |message: &str| BadInput::new(&config.file, message);
         let file = config.scenario.as_deref().ok_or_else(|| {
             bad("[simulation] is missing: write [simulation] scenario = \"FILE.toml\"")
         })?;
-        let scenario = Self::load(file, &config.model)?;
+        let scenario = Self::read(file, &input::read(file)?, &config.model, most)?;
         if scenario.measurement.rate_hz != config.rate_hz {
             return Err(bad(&format!(
                 "[measurement] rate_hz is {}, but {} has {}: make them equal",
@@ -173,7 +181,12 @@ impl Scenario {
     /// # Errors
     /// The errors of [`Scenario::load`].
     pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Self, BadInput> {
-        let raw: File = input::parse_toml(file, text)?;
+        Self::read(file, text, model, usize::MAX)
+    }
+
+    fn read(file: &Path, text: &str, model: &Model, most: usize) -> Result<Self, BadInput> {
+        let mut raw: File = input::parse_toml(file, text)?;
+        raw.experiment.truncate(most);
         let bad = |message: String| BadInput::new(file, message);
         let bounds = raw.bounds.check(model).map_err(bad)?;
         let truth = truth(&raw.truth, model, &bounds).map_err(bad)?;

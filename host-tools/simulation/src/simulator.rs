@@ -76,7 +76,20 @@ impl Simulator {
         quality: Quality,
         seed: u64,
     ) -> Result<Self, BadInput> {
-        let scenario = Scenario::of(config)?;
+        Self::of(config, Scenario::of(config)?, truth, quality, seed)
+    }
+
+    /// The robot that `config` names, in this scenario of it.
+    ///
+    /// # Errors
+    /// The model has no chain.
+    pub fn of(
+        config: &Config,
+        scenario: Scenario,
+        truth: Truth,
+        quality: Quality,
+        seed: u64,
+    ) -> Result<Self, BadInput> {
         let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
         let truth = match truth {
             Truth::Nominal => scenario.truth.clone(),

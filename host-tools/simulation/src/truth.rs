@@ -63,42 +63,70 @@ impl TruthFile {
     }
 }
 
-/// Reads the truth of the joints of the model of `config`, base first, within its bounds.
+/// The truth of the joints that the file and a model share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shared {
+    /// Truth of each joint of the model, base first. `None` if the file lacks it.
+    pub bushings: Vec<Option<Bushing>>,
+    /// Joints that only the file or only the model has.
+    pub left_out: Vec<String>,
+}
+
+impl Shared {
+    /// The truth of all joints, if the file has all of them.
+    pub fn whole(&self) -> Option<Vec<Bushing>> {
+        self.bushings.iter().copied().collect()
+    }
+}
+
+/// The truth of all joints.
+impl From<Vec<Bushing>> for Shared {
+    fn from(truth: Vec<Bushing>) -> Self {
+        Self { bushings: truth.into_iter().map(Some).collect(), left_out: Vec::new() }
+    }
+}
+
+/// Reads the truth of the joints of the model of `config`, base first, within its bounds. A simulated plant may stand on a pedestal that the
+/// model has and its file lacks, or the other way round.
 ///
 /// # Errors
-/// The file is wrong. The error is one line that names the file, the joint, and the right input.
-pub fn load(file: &Path, config: &Config) -> Result<Vec<Bushing>, BadInput> {
+/// The file is wrong, or it is of a robot without any of these joints. The error is one line that names the file, the joint, and the right input.
+pub fn load(file: &Path, config: &Config) -> Result<Shared, BadInput> {
     parse(file, &input::read(file)?, config)
 }
 
-fn parse(file: &Path, text: &str, config: &Config) -> Result<Vec<Bushing>, BadInput> {
+fn parse(file: &Path, text: &str, config: &Config) -> Result<Shared, BadInput> {
     let bad = |message: String| BadInput::new(file, message);
     let Truth { mut truth } = input::parse_json(file, text, "flexid simulate --truth-json")?;
     let joints = &config.model.joints;
     let by_mass = scenario::by_mass(&config.model);
     let section = format!("[bounds] of {}", config.file.display());
-    let bushings = joints.iter().enumerate().map(|(index, joint)| {
+    let mut left_out = Vec::new();
+    let mut bushings = Vec::new();
+    for (index, joint) in joints.iter().enumerate() {
         let name = &joint.name;
-        let TrueBushing { stiffness, damping } = truth
+        let bushing = truth
             .remove(name)
-            .ok_or_else(|| bad(format!("\"truth\" has no joint \"{name}\": add it")))?;
-        let bushing = Bushing { stiffness, damping };
-        let by_mass = by_mass.as_ref().map(|own| &own.joints[index]);
-        scenario::check(&bushing, &config.bounds.joints[index], by_mass, &section)
-            .map_err(|error| bad(format!("\"truth\" \"{name}\" {error}")))?;
-        Ok(bushing)
-    });
-    let bushings = bushings.collect::<Result<_, BadInput>>()?;
-    match truth.keys().next() {
-        None => Ok(bushings),
-        Some(unknown) => {
-            let known: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
-            Err(bad(format!(
-                "\"truth\" has the joint \"{unknown}\", but those of the model are {}: remove it",
-                known.join(", ")
-            )))
+            .map(|TrueBushing { stiffness, damping }| Bushing { stiffness, damping });
+        match &bushing {
+            Some(bushing) => {
+                let by_mass = by_mass.as_ref().map(|own| &own.joints[index]);
+                scenario::check(bushing, &config.bounds.joints[index], by_mass, &section)
+                    .map_err(|error| bad(format!("\"truth\" \"{name}\" {error}")))?;
+            }
+            None => left_out.push(format!("{name}, which only the model has")),
         }
+        bushings.push(bushing);
     }
+    if bushings.iter().all(Option::is_none) {
+        let known: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+        return Err(bad(format!(
+            "\"truth\" has none of the joints of the model, {}: name the file of this robot",
+            known.join(", ")
+        )));
+    }
+    left_out.extend(truth.into_keys().map(|name| format!("{name}, which only the file has")));
+    Ok(Shared { bushings, left_out })
 }
 
 #[cfg(test)]
@@ -113,22 +141,29 @@ mod tests {
         let truth = scenario::Scenario::load(&model, &config.model).unwrap().truth;
         let right = serde_json::to_string(&TruthFile::new(&config.model, &truth)).unwrap();
         let read = |text: &str| parse(Path::new("t.json"), text, &config);
-        assert_eq!(read(&right).unwrap(), truth);
+        let all = read(&right).unwrap();
+        assert_eq!((all.whole().unwrap(), all.left_out.len()), (truth, 0));
+        let other = read(&right.replacen("joint_2", "elbow", 1)).unwrap();
+        assert_eq!(other.bushings.iter().flatten().count(), 2);
+        assert!(other.whole().is_none());
+        let sides = ["joint_2, which only the model has", "elbow, which only the file has"];
+        assert_eq!(other.left_out, sides);
         for (from, to, message) in [
             ("60000000.0", "0.0", "\"truth\" \"joint_1\" stiffness tx is 0e0: must lie within"),
             ("60000000.0", "-6.0e7", "stiffness tx is -6e7: must lie within"),
             ("21000.0", "2e6", "mill3-edge.toml, 1e3 to 1e5: correct it, or widen the range"),
             ("21000.0", "2e6", "damping tx is 2e6: must lie within [bounds] of "),
-            ("joint_2", "elbow", "\"truth\" has no joint \"joint_2\": add it"),
             (
-                "{\"joint_1",
-                "{\"elbow\":{\"stiffness\":[1,1,1,1,1,1],\"damping\":[1,1,1,1,1,1]},\"joint_1",
-                "has the joint \"elbow\", but those of the model are joint_1, joint_2, joint_3: remove it",
+                "joint_",
+                "axis",
+                "has none of the joints of the model, joint_1, joint_2, joint_3: name",
             ),
             ("{", "", "give a file as `flexid simulate --truth-json` writes it"),
         ] {
             assert!(right.contains(from), "{from}");
-            let error = read(&right.replacen(from, to, 1)).unwrap_err().to_string();
+            // Only the names are in it more than once.
+            let times = if from == "joint_" { 3 } else { 1 };
+            let error = read(&right.replacen(from, to, times)).unwrap_err().to_string();
             assert!(error.starts_with("t.json: ") && error.contains(message), "{error}");
             assert!(!error.contains('\n'), "{error}");
         }

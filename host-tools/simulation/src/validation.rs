@@ -13,6 +13,7 @@ use realfft::RealFftPlanner;
 
 use crate::experiment::Cut;
 use crate::scenario::Scenario;
+use crate::truth::Shared;
 
 /// Number of poses and cuts on which a fit is tested.
 const UNSEEN: usize = 10;
@@ -62,25 +63,30 @@ fn band_power(mut series: Vec<f64>, rate_hz: f64, [lower, upper]: [f64; 2]) -> f
 }
 
 /// Quality of the estimate, as text: its parameter deviation, and its displacement error on unseen poses if there is
-/// a scenario and no mass is sought. For masses other than the model's the truth is not known.
+/// a scenario, the truth is known of each joint, and no mass is sought. For masses other than the model's the truth is not known.
 ///
 /// # Errors
 /// A config that was loaded gives no error.
 pub fn compare(
     config: &Config,
     scenario: Option<&Scenario>,
-    truth: &[Bushing],
+    truth: &Shared,
     estimate: &[Bushing],
 ) -> Result<String, BadInput> {
-    let deviation = parameter_deviation(truth, estimate, &config.bounds);
+    let deviation = deviation(&truth.bushings, estimate, &config.bounds);
     let mut lines = format!("parameter deviation {deviation:.5}\n");
+    if !truth.left_out.is_empty() {
+        lines += &format!("not compared: {}\n", truth.left_out.join("; "));
+    }
     let masses = config.sought.unknown(Coordinate::Mass(0)).is_some();
-    if let Some(scenario) = scenario.filter(|_| !masses) {
+    let whole = truth.whole();
+    if let Some((scenario, truth)) = scenario.filter(|_| !masses).zip(whole.as_deref()) {
         let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
         let pair = [truth, estimate];
         let error = on_unseen_poses(scenario, &config.model, &chain, pair, UNSEEN, UNSEEN_SEED);
         lines += &format!(
-            "displacement error on {UNSEEN} unseen poses: median {:.3} %, maximum {:.3} %\n",
+            "displacement error on {UNSEEN} unseen poses: median {:.3} %, maximum {:.3} %; stiffnesses that are all off by 0.1 % make \
+             about 1 %, at the resonances\n",
             100.0 * error.median,
             100.0 * error.max
         );
@@ -120,19 +126,24 @@ fn summarise(mut errors: Vec<f64>) -> ErrorSummary {
 
 /// Mean over all parameters of |P − P̂| / bound range (the paper's E, section 5.1).
 pub fn parameter_deviation(truth: &[Bushing], estimate: &[Bushing], bounds: &Bounds) -> f64 {
+    let truth: Vec<_> = truth.iter().copied().map(Some).collect();
+    deviation(&truth, estimate, bounds)
+}
+
+/// The same, over the joints whose truth is known.
+fn deviation(truth: &[Option<Bushing>], estimate: &[Bushing], bounds: &Bounds) -> f64 {
     let share = |a: &[f64; 6], b: &[f64; 6], ranges: &[[f64; 2]; 6]| -> f64 {
         (0..6).map(|dof| (a[dof] - b[dof]).abs() / (ranges[dof][1] - ranges[dof][0])).sum()
     };
-    let sum: f64 = truth
-        .iter()
-        .zip(estimate)
-        .zip(&bounds.joints)
-        .map(|((a, b), own)| {
+    let own = truth.iter().zip(estimate).zip(&bounds.joints);
+    let known = own.filter_map(|((a, b), own)| Some((a.as_ref()?, b, own)));
+    let sum: f64 = known
+        .map(|(a, b, own)| {
             share(&a.stiffness, &b.stiffness, &own.stiffness)
                 + share(&a.damping, &b.damping, &own.damping)
         })
         .sum();
-    sum / (12 * truth.len()) as f64
+    sum / (12 * truth.iter().flatten().count()) as f64
 }
 
 #[cfg(test)]

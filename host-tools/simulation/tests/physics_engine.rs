@@ -126,7 +126,8 @@ fn left_over(recording: &str) -> f64 {
     let folder = assembled(recording);
     let config = Config::load(&folder.path().join("edge.toml")).unwrap();
     let scenario = Scenario::load(&folder.path().join("mill3.toml"), &config.model).unwrap();
-    let bushings = truth::load(&folder.path().join("truth.json"), &config).unwrap();
+    let bushings =
+        truth::load(&folder.path().join("truth.json"), &config).unwrap().whole().unwrap();
     let chain = config.model.chain().unwrap();
     let noise = scenario.measurement.acceleration_noise();
     let recorded = recorded(&config, folder.path(), scenario.measurement.samples());

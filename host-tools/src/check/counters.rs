@@ -8,7 +8,7 @@ use super::Severity::{Doubtful, Note};
 use super::words::percent;
 use super::{Finding, unless_all_is_lost};
 
-const ABOUT: &str = "counters";
+pub(super) const ABOUT: &str = "counters";
 /// Share of lost frames from which on bridging them costs accuracy. At this share the error of bridging is 4 to 7 times the noise of
 /// the force (measured on the reference scenario, with samples that were not lost).
 const LOST: f64 = 0.005;

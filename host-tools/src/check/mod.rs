@@ -33,6 +33,8 @@ mod words;
 
 pub(crate) use identifiers::of_other_angles;
 
+use std::fmt;
+
 use flexid_pipeline::check::Survey;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
@@ -63,6 +65,14 @@ pub(crate) struct Finding {
     pub(crate) finding: String,
     /// What to do. Empty where nothing is to be done.
     pub(crate) mend: String,
+}
+
+/// In one line: what was found, and what to do.
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { finding, mend, .. } = self;
+        if mend.is_empty() { f.write_str(finding) } else { write!(f, "{finding} ({mend})") }
+    }
 }
 
 impl Finding {
@@ -156,6 +166,25 @@ impl<'a> Check<'a> {
             }
         };
         ready + &doubts
+    }
+
+    /// What is known of records before anybody fits them, and is likely to spoil the fit: faults of the sensors, of units and rates, and doubts
+    /// about configuration and model. Nothing where the logs give no record, or break off, which has an error of its own.
+    pub(crate) fn at_once(&self) -> impl Iterator<Item = &Finding> {
+        let is_whole = self
+            .survey
+            .is_none_or(|survey| survey.broken.is_none() && survey.usable().next().is_some());
+        self.findings.iter().filter(move |finding| {
+            let is_of_setup = setup::ABOUTS.contains(&finding.about);
+            let is_of_readings = [sensors::ABOUT, units::ABOUT].contains(&finding.about);
+            let is_of_time = [counters::ABOUT, "rate"].contains(&finding.about);
+            is_whole
+                && match finding.severity {
+                    Severity::Wrong => is_of_setup || is_of_readings || is_of_time,
+                    Severity::Doubtful => is_of_setup || is_of_readings,
+                    Severity::Note | Severity::Right => false,
+                }
+        })
     }
 
     fn of(&self, severity: Severity) -> u64 {

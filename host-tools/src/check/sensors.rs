@@ -10,7 +10,7 @@ use super::Severity::{Doubtful, Note, Wrong};
 use super::words::{enumerate, frames, percent};
 use super::{Finding, Severity, unless_all_is_lost};
 
-const ABOUT: &str = "sensors";
+pub(super) const ABOUT: &str = "sensors";
 /// Share of the samples in which an axis does not move, from which on it counts as stuck throughout: half of them. An axis that is stuck
 /// for a shorter time leaves records without that fault.
 const THROUGHOUT: f64 = 0.5;

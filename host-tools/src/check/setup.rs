@@ -1,7 +1,7 @@
 //! Judges the configuration, its model and its DBC file. Mistakes in them have been refused before, each by one line.
 
 use flexid_core::imperfection::Accuracies;
-use flexid_pipeline::config::{Accelerometer, Config};
+use flexid_pipeline::config::{Accelerometer, Config, loose};
 use flexid_pipeline::text::count;
 
 use super::Finding;
@@ -10,6 +10,9 @@ use super::words::{enumerate, hz};
 use crate::urdf;
 
 const ABOUT: &str = "configuration";
+const ABOUT_MODEL: &str = "model";
+/// What the findings of this file are about.
+pub(super) const ABOUTS: [&str; 2] = [ABOUT, ABOUT_MODEL];
 
 /// Whether the configuration describes records, and not static tests alone.
 pub(super) fn has_signals(config: &Config) -> bool {
@@ -26,7 +29,7 @@ pub(super) fn judge(config: &Config) -> Vec<Finding> {
     }
     let mend = "compare masses and inertias with the robot's data sheet, and import it again";
     let doubts = urdf::doubts(&config.model).into_iter();
-    findings.extend(doubts.map(|doubt| Finding::new(Doubtful, "model", doubt, mend)));
+    findings.extend(doubts.map(|doubt| Finding::new(Doubtful, ABOUT_MODEL, doubt, mend)));
     if !config.statics.tests.is_empty() {
         let tests = count(config.statics.tests.len() as u64, "static test");
         findings.push(Finding::right(ABOUT, format!("{tests} in [static] file")));
@@ -39,6 +42,14 @@ pub(super) fn judge(config: &Config) -> Vec<Finding> {
             "right for a simulated robot; leave assume = \"perfect\" out for a real one",
         ));
     }
+    findings.extend(loose(&config.accuracies).map(|(key, times)| {
+        Finding::new(
+            Doubtful,
+            ABOUT,
+            format!("[accuracy] {key} is {times:.0} times as large as is typical, so that little is left of what is stated"),
+            "measure it, and state what the measurement reaches, as one standard deviation",
+        )
+    }));
     findings
 }
 
@@ -114,6 +125,20 @@ mod tests {
         config.signals.other_angles = [("q4", 0x114), ("q5", 0x115)].map(other_angle).into();
         let note = "[bus] dbc has 2 further angles that [signals] joints does not name: q4 and q5";
         assert_eq!(notes(&config), [note]);
+    }
+
+    #[test]
+    fn an_accuracy_that_states_next_to_nothing_is_doubtful() {
+        let mut config = config();
+        let doubts = |config: &Config| {
+            let all = judge(config).into_iter().filter(|finding| finding.severity == Doubtful);
+            all.map(|finding| finding.finding).collect::<Vec<_>>()
+        };
+        config.accuracies = Accuracies { tool_centre_point: 0.02, ..Accuracies::typical() };
+        assert_eq!(doubts(&config), Vec::<String>::new());
+        config.accuracies.tool_centre_point = 0.5;
+        let [only] = &doubts(&config)[..] else { panic!("one doubt") };
+        assert!(only.starts_with("[accuracy] tcp_m is 500 times as large as is typical"), "{only}");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use flexid_wire::warning::Warning;
 use super::Severity::{Doubtful, Note, Wrong};
 use super::{Finding, unless_all_is_lost};
 
-const ABOUT: &str = "units";
+pub(super) const ABOUT: &str = "units";
 const GIVE_UNIT: &str = "give the unit in [bus] dbc";
 /// Largest force of a cut, N. The strongest robots carry 2300 kg (23 kN), so that none bears this force.
 const LARGEST_CUT_N: f32 = 1e5;

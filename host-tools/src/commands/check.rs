@@ -75,9 +75,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
 }
 
-fn of_logs(config: &Config, logs: &[PathBuf]) -> Result<Survey> {
+/// What the logs hold.
+pub(super) fn of_logs(config: &Config, logs: &[PathBuf]) -> Result<Survey> {
     let meter = Meter::of_reading();
-    let mut source = recording::open(logs, &config.interface, &meter)?;
+    let mut source = recording::open(logs, config, &meter)?;
     let survey = survey(config, &mut source, |records| meter.show_records(records))?;
     meter.finish();
     Ok(survey)

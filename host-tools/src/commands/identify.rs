@@ -1,5 +1,6 @@
 //! `flexid identify`: the daemon's pipeline over recordings, or static tests alone.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
@@ -15,11 +16,13 @@ use flexid_report::document::Document;
 use flexid_report::evidence::{Evidence, Origin, sha256};
 use flexid_report::render;
 use flexid_simulation::scenario::Scenario;
-use flexid_simulation::{truth, validation};
+use flexid_simulation::truth::{self, Shared};
+use flexid_simulation::validation;
 use flexid_wire::finding::Finding;
 use flexid_wire::state::State;
 
-use crate::check::{self, of_other_angles};
+use super::check::of_logs;
+use crate::check::{Check, of_other_angles};
 use crate::json::ResultJson;
 use crate::output::{self, Output};
 use crate::recording::meter::{Meter, Work};
@@ -68,7 +71,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         config.adopts_explanations = true;
     }
     let truth = args.truth.as_deref().map(|file| truth::load(file, &config)).transpose()?;
-    let scenario = match (&truth, &config.scenario) {
+    // The scenario of another robot, one without the pedestal say, has no truth of each joint.
+    let scenario = match (truth.as_ref().and_then(Shared::whole), &config.scenario) {
         (Some(_), Some(file)) => Some(Scenario::load(file, &config.model)?),
         _ => None,
     };
@@ -77,6 +81,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     output::keeps(read, args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let page = args.report.as_deref().map(Output::create).transpose()?;
+    warn_at_once(&config, &args.logs)?;
     let Identified { finding, robot, statics, evidence, broken } = match args.logs.as_slice() {
         [] => {
             let nothing = "nothing to identify from: name a LOG of candump -L, or give static tests in [static]";
@@ -98,7 +103,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     } else {
         Ok(())
     };
-    let mut text = table::finding(&finding, statics.as_ref(), truth.as_deref());
+    let known = truth.as_ref().map(|truth| truth.bushings.as_slice());
+    let mut text = table::finding(&finding, statics.as_ref(), known);
     if let Some(truth) = truth {
         let estimate = table::bushings(&finding.report);
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
@@ -172,13 +178,13 @@ struct Identified {
 
 fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let meter = Meter::new();
-    let mut source = recording::open(logs, &config.interface, &meter)?;
+    let mut source = recording::open(logs, config, &meter)?;
     let mut source = Watched::new(config, &mut source);
     let mut work = Work::default();
     let outcome = run_offline(config, &mut source, |progress| meter.show(&mut work, progress))?;
     meter.finish();
     let other_robot = of_other_angles(config, &source.expected(), &source.unexpected())
-        .map(|check::Finding { finding, mend, .. }| format!("{finding} ({mend})"));
+        .map(|finding| finding.to_string());
     let evidence = Some(Evidence::of(&outcome)).filter(|evidence| !evidence.records.is_empty());
     let Outcome { finding, robot, statics, state, troubles, broken, .. } = outcome;
 
@@ -194,6 +200,19 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let besides = troubles.iter().map(ToString::to_string).chain(other_robot);
     Err(broken
         .unwrap_or_else(|| BadInput::new(first, no_record(config, logs, &state, besides)).into()))
+}
+
+/// Warns of what `check` sees in configuration and logs, before the work begins. Logs that can be read only once are not looked at.
+fn warn_at_once(config: &Config, logs: &[PathBuf]) -> Result<()> {
+    let again = logs.iter().all(|log| fs::metadata(log).is_ok_and(|log| log.is_file()));
+    let survey = match logs {
+        [] => None,
+        _ if again => Some(of_logs(config, logs)?),
+        _ => return Ok(()),
+    };
+    let check = Check::new(config, survey.as_ref(), &[]);
+    check.at_once().for_each(|finding| complain(&format!("warning: {finding}")));
+    Ok(())
 }
 
 /// Why logs give no record, what was seen besides, and what to do.

@@ -1,6 +1,5 @@
 //! `flexid simulate`: the scenario's robot, onto a bus or into a log.
 
-use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +10,7 @@ use flexid_pipeline::config::Config;
 use flexid_pipeline::source::OpenError;
 use flexid_pipeline::text::count;
 use flexid_simulation::bus::BusSender;
-use flexid_simulation::scenario::Experiment;
+use flexid_simulation::scenario::{Experiment, Scenario};
 use flexid_simulation::simulator::{Simulator, Truth};
 use flexid_simulation::transmission::{PAUSE_S, Quality, Transmission};
 use flexid_simulation::truth::{TrueExperiment, TruthFile};
@@ -21,7 +20,7 @@ use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::exit::BadArgument;
-use crate::output::{self, Output, unwritable};
+use crate::output::{self, Growing, Output};
 use crate::progress;
 
 /// Largest number of experiments, and of repetitions: half a day of milling each.
@@ -75,7 +74,9 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<()> {
     let quality = quality(args)?;
     let config = Config::load(&args.config)?;
-    let mut simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
+    let most = args.experiments.map_or(usize::MAX, |count| count as usize);
+    let scenario = Scenario::of_first(&config, most)?;
+    let mut simulator = Simulator::of(&config, scenario, args.truth, quality, args.seed)?;
     if let Some(file) = &args.plant {
         simulator = simulator.with_plant(file, &config.model)?;
     }
@@ -147,15 +148,15 @@ fn experiments(args: &Args, config: &Config, simulator: &Simulator) -> Vec<Exper
 
 /// The destination of the frames.
 enum Sink {
-    /// The log, its name, and the start of the next experiment, s since the epoch.
-    Log { writer: candump::Writer<BufWriter<File>>, file: PathBuf, start_s: f64 },
+    /// The log, and the start of the next experiment, s since the epoch.
+    Log { writer: candump::Writer<BufWriter<Growing>>, file: PathBuf, start_s: f64 },
     /// The bus, in real time.
     Bus(BusSender),
 }
 
 impl Sink {
     fn log(file: &Path, interface: &str) -> Result<Self> {
-        let log = File::create(file).map_err(|error| unwritable(file, &error))?;
+        let log = Output::create(file)?.grow()?;
         let writer = candump::Writer::new(BufWriter::new(log), interface);
         Ok(Self::Log { writer, file: file.to_owned(), start_s: candump::EPOCH_S })
     }
@@ -212,7 +213,10 @@ impl Sink {
     fn finish(self) -> Result<()> {
         match self {
             Self::Log { writer, file, .. } => {
-                writer.finish().with_context(|| format!("{}: cannot be written", file.display()))
+                let cannot = || format!("{}: cannot be written", file.display());
+                let buffered = writer.finish().with_context(cannot)?;
+                let log = buffered.into_inner().map_err(|error| error.into_error());
+                log.with_context(cannot)?.finish()
             }
             Self::Bus(_) => Ok(()),
         }

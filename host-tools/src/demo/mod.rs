@@ -19,6 +19,7 @@ use flexid_pipeline::stop::Stop;
 use flexid_simulation::bus::BusSender;
 use flexid_simulation::simulator::{Simulator, Truth};
 use flexid_simulation::transmission::Quality;
+use flexid_simulation::truth::Shared;
 use flexid_simulation::validation;
 
 use crate::client::Client;
@@ -76,7 +77,7 @@ fn run(args: &Args) -> Result<()> {
     let mut config = write(if args.six_joints { MILL6 } else { MILL3 }, folder.path())?;
     let quality = Quality { noise: 1.0, drop: 0.0 };
     let simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
-    let truth = simulator.truth().to_vec();
+    let truth = Shared::from(simulator.truth().to_vec());
     let scenario = simulator.scenario().clone();
     let experiments = scenario.experiments.len().min(EXPERIMENTS) as u64;
     let DemoBus { robot, daemon, name, what } = DemoBus::new(&config.interface)?;
@@ -105,7 +106,7 @@ fn run(args: &Args) -> Result<()> {
     }
 
     let finding = view.finding.as_ref().context("the daemon has sent no report")?;
-    print(&table::finding(finding, None, Some(&truth)))?;
+    print(&table::finding(finding, None, Some(&truth.bushings)))?;
     if let Some(line) = view.bus_line() {
         print(&(line + "\n"))?;
     }

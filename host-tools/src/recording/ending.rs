@@ -21,21 +21,39 @@ const LONGEST: usize = 4096;
 /// # Errors
 /// The last line has no end, and is no frame or one of another length than in the DBC file. The error names the line and the remedy.
 pub(crate) fn check(name: &Path, table: &SignalTable) -> Result<(), BadInput> {
-    // A log that cannot be read has been reported before.
-    match last_line(name) {
-        Ok(Some((line, text))) if !is_whole(&text, table) => Err(BadInput {
+    match cut_line(name, table) {
+        Some(last) => Err(BadInput {
             file: name.to_path_buf(),
-            line: Some(line),
+            line: Some(last.number),
             message: "the last line is cut off: the log is not complete: copy or record it again"
                 .to_owned(),
         }),
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 
-/// The number, from 1, and the text of a last line without an end. Returns `None` for a log that ends with a line's end, is packed, or is
-/// no regular file.
-fn last_line(name: &Path) -> io::Result<Option<(usize, Vec<u8>)>> {
+/// Number of bytes before a last line that is cut off. `None` where [`check`] finds no fault.
+pub(super) fn whole_bytes(name: &Path, table: &SignalTable) -> Option<u64> {
+    cut_line(name, table).map(|last| last.start)
+}
+
+/// The last line, if it is cut off. A log that cannot be read has been reported before.
+fn cut_line(name: &Path, table: &SignalTable) -> Option<LastLine> {
+    last_line(name).ok().flatten().filter(|last| !is_whole(&last.text, table))
+}
+
+/// A last line without an end.
+struct LastLine {
+    /// Its number, from 1.
+    number: usize,
+    /// Bytes of the log before it.
+    start: u64,
+    /// Its text, or the beginning of it.
+    text: Vec<u8>,
+}
+
+/// The last line if it has no end. Returns `None` for a log that ends with a line's end, is packed, or is no regular file.
+fn last_line(name: &Path) -> io::Result<Option<LastLine>> {
     let file = File::open(name)?;
     if !file.metadata()?.is_file() {
         return Ok(None);
@@ -45,6 +63,7 @@ fn last_line(name: &Path) -> io::Result<Option<(usize, Vec<u8>)>> {
         return Ok(None);
     }
     let (mut lines, mut last) = (0, Vec::new());
+    let (mut before, mut start) = (0, 0);
     loop {
         let part = file.fill_buf()?;
         if part.is_empty() {
@@ -55,13 +74,15 @@ fn last_line(name: &Path) -> io::Result<Option<(usize, Vec<u8>)>> {
         let rest = part.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
         if ends > 0 {
             last.clear();
+            start = before + (read - rest.len()) as u64;
         }
+        before += read as u64;
         let room = LONGEST.saturating_sub(last.len()).min(rest.len());
         last.extend_from_slice(&rest[..room]);
         lines += ends;
         file.consume(read);
     }
-    Ok((!last.is_empty()).then_some((lines + 1, last)))
+    Ok((!last.is_empty()).then_some(LastLine { number: lines + 1, start, text: last }))
 }
 
 /// Whether this line is a frame that the table can read, or one that it does not know.
@@ -103,6 +124,7 @@ mod tests {
             let error = checked(&format!("{WHOLE}\n{WHOLE}\n{}", &WHOLE[..length])).unwrap_err();
             assert_eq!(error.line, Some(3), "{length}");
             assert!(error.to_string().contains("a.log:3: the last line is cut off"), "{error}");
+            assert_eq!(whole_bytes(&log, &table), Some(2 * (WHOLE.len() as u64 + 1)));
         }
         assert_eq!(checked(&"x".repeat(100_000)).unwrap_err().line, Some(1));
     }

@@ -16,6 +16,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::source::{CandumpLog, FrameSource, Logs};
 
@@ -29,20 +30,20 @@ type Log = CandumpLog<Box<dyn Read + Send>>;
 
 /// A log that can be used.
 enum Usable {
-    /// A file, closed again, so that only one file is open at a time.
-    File(PathBuf),
+    /// A file, closed again, so that only one file is open at a time, and the number of its bytes that are read.
+    File(PathBuf, u64),
     /// Standard input or a pipe, which can be opened only once.
     Open(Box<Log>),
 }
 
-/// Opens the logs as one source. It opens and checks each log at once, so that it reports a wrong name before the
-/// work begins.
+/// Opens the logs of a configuration as one source. It opens and checks each log at once, so that it reports a wrong name before the
+/// work begins. A last line that is cut off is not read: [`ending`] reports it.
 ///
 /// # Errors
 /// A log cannot be read, or is not of `candump -L`. The error is one line on the first of them, with the remedy.
 pub(crate) fn open(
     names: &[PathBuf],
-    interface: &str,
+    config: &Config,
     meter: &Meter,
 ) -> Result<impl FrameSource + use<>, BadInput> {
     if let Some(again) = names
@@ -52,20 +53,24 @@ pub(crate) fn open(
     {
         return Err(BadInput::new(again.1, "is standard input, which can be read only once"));
     }
-    let usable = |name: &PathBuf| usable(name, interface, meter);
+    let usable = |name: &PathBuf| usable(name, config, meter);
     let logs = names.iter().map(usable).collect::<Result<Vec<_>, _>>()?;
-    let (interface, meter) = (interface.to_owned(), meter.clone());
+    let (interface, meter) = (config.interface.clone(), meter.clone());
     Ok(Logs::new(logs.into_iter().map(move |usable| match usable {
         Usable::Open(log) => Ok(*log),
-        Usable::File(name) => {
+        Usable::File(name, bytes) => {
             let file = File::open(&name).map_err(|error| unreadable(&name, &error));
-            file.and_then(|file| log(&name, meter.read(file), &interface)).map_err(io::Error::other)
+            let whole = file.map(|file| file.take(bytes));
+            whole
+                .and_then(|file| log(&name, meter.read(file), &interface))
+                .map_err(io::Error::other)
         }
     })))
 }
 
 /// Checks the log of this name.
-fn usable(name: &Path, interface: &str, meter: &Meter) -> Result<Usable, BadInput> {
+fn usable(name: &Path, config: &Config, meter: &Meter) -> Result<Usable, BadInput> {
+    let interface = &config.interface;
     if name.as_os_str() == STANDARD_INPUT {
         let log = log(Path::new("standard input"), io::stdin(), interface)?;
         return Ok(Usable::Open(Box::new(log)));
@@ -78,7 +83,8 @@ fn usable(name: &Path, interface: &str, meter: &Meter) -> Result<Usable, BadInpu
     if metadata.is_file() {
         log(name, file, interface)?;
         meter.expect(metadata.len());
-        Ok(Usable::File(name.to_owned()))
+        let bytes = ending::whole_bytes(name, &config.signals).unwrap_or(u64::MAX);
+        Ok(Usable::File(name.to_owned(), bytes))
     } else {
         Ok(Usable::Open(Box::new(log(name, file, interface)?)))
     }
@@ -117,6 +123,12 @@ mod tests {
         }
     }
 
+    /// That of the reference robot, on the bus of [`LINE`].
+    fn config() -> Config {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-edge.toml");
+        Config { interface: "can0".to_owned(), ..Config::load(&file).unwrap() }
+    }
+
     /// Number of open descriptors of this process. Other tests may open descriptors meanwhile.
     fn descriptors() -> usize {
         fs::read_dir("/proc/self/fd").unwrap().count()
@@ -131,7 +143,7 @@ mod tests {
             fs::write(name, LINE).unwrap();
         }
         let before = descriptors();
-        let logs = open(&names, "can0", &Meter::hidden()).unwrap();
+        let logs = open(&names, &config(), &Meter::hidden()).unwrap();
         assert!(descriptors() < before + 100, "{} are open", descriptors() - before);
         assert_eq!(frames(logs).0, 300);
     }
@@ -143,7 +155,7 @@ mod tests {
         for name in &names {
             fs::write(name, LINE).unwrap();
         }
-        let logs = open(&names, "can0", &Meter::hidden()).unwrap();
+        let logs = open(&names, &config(), &Meter::hidden()).unwrap();
         fs::remove_file(&names[0]).unwrap();
         let (frames, end) = frames(logs);
         assert_eq!(frames, 1);

@@ -30,11 +30,11 @@ pub(crate) fn bushings(report: &Report) -> Vec<Bushing> {
 }
 
 /// All parameters, their confidence, the static tests, the summary of the fit, and the warnings. With `truth` (base first) the table
-/// also has the true values and the errors of the estimates.
+/// also has the true values and the errors of the estimates, where the truth is known.
 pub(crate) fn finding(
     finding: &Finding,
     statics: Option<&StaticReport>,
-    truth: Option<&[Bushing]>,
+    truth: Option<&[Option<Bushing>]>,
 ) -> String {
     let tests = statics.map(statics::lines).unwrap_or_default();
     let ssp = match finding.report.fit.records {
@@ -45,13 +45,17 @@ pub(crate) fn finding(
 }
 
 /// All parameters and their confidence, without the summary of the fit and the warnings.
-pub(crate) fn parameters(finding: &Finding, truth: Option<&[Bushing]>) -> String {
+pub(crate) fn parameters(finding: &Finding, truth: Option<&[Option<Bushing>]>) -> String {
     format!("{}\n{}", numbers(finding, truth, usize::MAX), confidence::lines(finding))
 }
 
 /// All parameters with intervals and verdicts, and a note on the intervals: dampings beside the stiffnesses, or below where `columns`
 /// have no room. Without records there are no dampings.
-pub(crate) fn numbers(finding: &Finding, truth: Option<&[Bushing]>, columns: usize) -> String {
+pub(crate) fn numbers(
+    finding: &Finding,
+    truth: Option<&[Option<Bushing>]>,
+    columns: usize,
+) -> String {
     let has_dampings = finding.report.fit.records > 0;
     let beside = grid(finding, truth, 0..1 + usize::from(has_dampings));
     let is_wide = beside.lines().any(|line| console::measure_text_width(line) > columns);
@@ -72,7 +76,7 @@ pub(crate) fn numbers(finding: &Finding, truth: Option<&[Bushing]>, columns: usi
 /// The table of stiffnesses (kind 0), dampings (kind 1), or both.
 fn grid(
     Finding { report, confidence }: &Finding,
-    truth: Option<&[Bushing]>,
+    truth: Option<&[Option<Bushing>]>,
     kinds: Range<usize>,
 ) -> String {
     let mut table = Table::new();
@@ -86,7 +90,7 @@ fn grid(
     }
     table.set_header(header);
     for (index, (joint, intervals)) in report.joints.iter().zip(&confidence.joints).enumerate() {
-        let truth = truth.and_then(|truth| truth.get(index));
+        let truth = truth.map(|truth| truth.get(index).copied().flatten());
         for (dof, name) in DOF_NAMES.iter().enumerate() {
             let joint_name = if dof == 0 { joint.name.as_str() } else { "" };
             let mut row = vec![joint_name.to_owned(), (*name).to_owned()];
@@ -94,13 +98,13 @@ fn grid(
                 joint.stiffness[dof],
                 intervals.stiffness_interval[dof],
                 joint.stiffness_verdict[dof],
-                truth.map(|truth| truth.stiffness[dof]),
+                truth.map(|truth| truth.map(|truth| truth.stiffness[dof])),
             );
             let damping = cells(
                 joint.damping[dof],
                 intervals.damping_interval[dof],
                 joint.damping_verdict[dof],
-                truth.map(|truth| truth.damping[dof]),
+                truth.map(|truth| truth.map(|truth| truth.damping[dof])),
             );
             row.extend([stiffness, damping][kinds.clone()].concat());
             table.add_row(row);
@@ -142,15 +146,25 @@ fn caveat(report: &Report, confidence: &Confidence) -> String {
     }
 }
 
-/// Value, interval and verdict, and with a `truth` also the truth and the error in per cent.
-fn cells(value: f64, interval: Option<Interval>, own: Verdict, truth: Option<f64>) -> Vec<String> {
+/// Value, interval and verdict, and with a `truth` also the truth and the error in per cent, if it is known.
+fn cells(
+    value: f64,
+    interval: Option<Interval>,
+    own: Verdict,
+    truth: Option<Option<f64>>,
+) -> Vec<String> {
     let mut cells = vec![
         format!("{value:.4e}"),
         interval.map_or_else(|| "-".to_owned(), |interval| relative(value, interval)),
         verdict(own).to_owned(),
     ];
-    if let Some(truth) = truth {
-        cells.extend([format!("{truth:.4e}"), format!("{:.2} %", 100.0 * (value / truth - 1.0))]);
+    match truth {
+        Some(Some(truth)) => {
+            let error = format!("{:.2} %", 100.0 * (value / truth - 1.0));
+            cells.extend([format!("{truth:.4e}"), error]);
+        }
+        Some(None) => cells.extend(["-", "-"].map(str::to_owned)),
+        None => {}
     }
     cells
 }
@@ -173,10 +187,12 @@ mod tests {
 
     #[test]
     fn a_row_has_value_interval_verdict_and_truth() {
-        let row = cells(2.02e6, Some([2.0e6, 2.04e6]), Verdict::Weak, Some(2.0e6));
+        let row = cells(2.02e6, Some([2.0e6, 2.04e6]), Verdict::Weak, Some(Some(2.0e6)));
         assert_eq!(row, ["2.0200e6", "±0.99 %", "weak", "2.0000e6", "1.00 %"]);
         let row = cells(3.0e6, None, Verdict::NotObservable, None);
         assert_eq!(row, ["3.0000e6", "-", "not observable"]);
+        let row = cells(3.0e6, None, Verdict::NotObservable, Some(None));
+        assert_eq!(row, ["3.0000e6", "-", "not observable", "-", "-"]);
     }
 
     #[test]

@@ -290,7 +290,10 @@ fn read(text: &str) -> Result<urdf_rs::Robot, UrdfError> {
 pub(crate) fn doubts(model: &Model) -> Vec<String> {
     let moving = Model { joints: model.driven().cloned().collect(), ..model.clone() };
     let names: Vec<&str> = moving.joints.iter().map(|joint| joint.name.as_str()).collect();
-    moving.chain().map_or_else(|_| Vec::new(), |chain| plausibility::warnings(&chain, &names))
+    moving.chain().map_or_else(
+        |_| Vec::new(),
+        |chain| plausibility::warnings(&chain, &names, &model.tcp.name),
+    )
 }
 
 /// Collects the bodies that the chain carries, and the warnings.

@@ -15,11 +15,13 @@ const LINK_LENGTHS: f64 = 1.5;
 const SLACK_M: f64 = 0.25;
 /// Mass of the lightest spindle with its clamp and a tool, kg: router spindles of 1 kW weigh 1.7 kg.
 const SPINDLE_KG: f64 = 2.0;
+/// Names of the link at the flange, without any tool: those of ROS-Industrial and of REP 199.
+const FLANGES: [&str; 2] = ["tool0", "flange"];
 /// Distance of the TCP from the last joint below which turning that joint hardly moves it, m. A tool is ten times as long.
 const TOOL_M: f64 = 0.01;
 
-/// Warnings about the chain; `names` are the names of its joints.
-pub(super) fn warnings(chain: &Chain, names: &[&str]) -> Vec<String> {
+/// Warnings about the chain; `names` are the names of its joints, `tip` is that of the link at its TCP.
+pub(super) fn warnings(chain: &Chain, names: &[&str], tip: &str) -> Vec<String> {
     let joints = chain.joints();
     let mut warnings = Vec::new();
 
@@ -59,6 +61,8 @@ pub(super) fn warnings(chain: &Chain, names: &[&str]) -> Vec<String> {
     } else if joints[last].link.mass < SPINDLE_KG {
         let mass = joints[last].link.mass;
         warnings.push(format!("the link on joint '{name}' weighs {mass:.1} kg: {mend}"));
+    } else if FLANGES.contains(&tip) {
+        warnings.push(format!("the TCP '{tip}' is by its name the flange, without a tool: {mend}"));
     }
 
     for ((joint, name), &length) in joints.iter().zip(names).zip(&lengths) {

@@ -150,6 +150,23 @@ fn a_log_without_a_record_is_refused_with_what_to_do() {
     }
 }
 
+/// What is left of the last line looks like a frame of another length, and is none.
+#[test]
+fn of_a_log_that_is_cut_off_only_that_is_said() {
+    let folder = folder();
+    let path = folder.path();
+    stdout(path, "simulate --config edge.toml --experiments 1 --candump o.log");
+    let log = fs::read_to_string(path.join("o.log")).unwrap();
+    let last = log.trim_end().rfind('#').unwrap();
+    fs::write(path.join("cut.log"), &log[..last + 5]).unwrap();
+    let output = flexid(path, "identify --config edge.toml cut.log");
+    let table = String::from_utf8(output.stdout.clone()).unwrap();
+    assert!(output.status.success() && !table.contains("bytes"), "{table}");
+    let said = stderr(&output);
+    assert!(said.starts_with("warning: cut.log:") && said.contains(": the last line is cut off"));
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
 /// It is said before the table, which may be long.
 #[test]
 fn one_pose_of_a_robot_of_six_joints_is_warned_of() {

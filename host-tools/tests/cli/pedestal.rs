@@ -74,8 +74,10 @@ fn a_pedestal_in_the_model_takes_what_gives_way_under_the_robot() {
     let said = String::from_utf8(imported.stdout).unwrap();
     assert!(said.contains("mill3 with 3 joints on a pedestal and 1494.0 kg"), "{said}");
     edit(&edge, "\n[bus]", BOUNDS);
-    let output = flexid(folder, "identify --config edge.toml o.log --json o.json");
+    let output = flexid(folder, "identify --config edge.toml o.log --json o.json --truth t.json");
     assert!(output.status.success(), "{}", stderr(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("not compared: pedestal, which only the model has\n"), "{said}");
     let with = json(folder, "o.json");
     assert_eq!(with["fit"]["acceptance"], "consistent");
     let [found, missed] = identified_and_missed(&with, &truth);

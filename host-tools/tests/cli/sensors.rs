@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::setup::{edit, folder, identified, json};
+use crate::setup::{edit, flexid, folder, identified, json, stderr, stdout};
 
 /// Gravity, and an accelerometer that turns with the tool.
 fn as_on_earth(config: &Path) {
@@ -51,4 +51,34 @@ fn sensors_that_sit_elsewhere_are_allowed_for() {
     let ignorant = || fs::write(&edge, &config).unwrap();
     let (_, report) = identified(folder.path(), "", ignorant);
     assert_eq!(report["confidence"]["residuals"]["size_objects"], true);
+}
+
+/// A force sensor that is turned by 180 degrees about z, and an accuracy that states next to nothing. The search runs all the same.
+#[test]
+fn what_the_readings_show_by_themselves_is_said_before_the_search() {
+    let folder = folder();
+    let path = folder.path();
+    stdout(path, "simulate --config edge.toml --experiments 1 --candump o.log");
+    let said = || {
+        let output = flexid(path, "identify --config edge.toml o.log");
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    assert_eq!(said(), "");
+    edit(&path.join("mill3.dbc"), "Fx : 0|16@1- (0.1,", "Fx : 0|16@1- (-0.1,");
+    edit(&path.join("mill3.dbc"), "Fy : 16|16@1- (0.1,", "Fy : 16|16@1- (-0.1,");
+    edit(
+        &path.join("edge.toml"),
+        "assume = \"perfect\"",
+        "assume = \"perfect\"\nelastic_centre_m = 0.3",
+    );
+    let warnings = said();
+    let [first, second] = &warnings.lines().collect::<Vec<_>>()[..] else { panic!("{warnings}") };
+    assert!(first.starts_with("warning: the robot gives off energy ("), "{first}");
+    assert!(first.ends_with("or turn the axes in [mounting])"), "{first}");
+    assert!(
+        second
+            .starts_with("warning: [accuracy] elastic_centre_m is 30 times as large as is typical"),
+        "{second}"
+    );
 }

@@ -1,8 +1,11 @@
 //! `flexid model import` and `flexid simulate`.
 
 use std::fs;
+use std::process::Command;
+use std::thread;
+use std::time::Duration;
 
-use crate::setup::{flexid, folder, json, stderr};
+use crate::setup::{FLEXID, flexid, folder, json, stderr};
 
 const URDF: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/urdf");
 
@@ -18,6 +21,12 @@ fn import_writes_the_model_of_the_scenario_and_warns_of_placeholders() {
     let output = flexid(folder.path(), &arm);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stderr(&output).contains("every moving link weighs 2 kg: are these placeholders?"));
+
+    let flange = format!("model import {URDF}/kuka_kr210l150.urdf --tcp tool0 -o arm.toml");
+    let said = stderr(&flexid(folder.path(), &flange));
+    let no_tool =
+        "the TCP 'tool0' is by its name the flange, without a tool: add a link for spindle";
+    assert!(said.contains(no_tool), "{said}");
 }
 
 #[test]
@@ -54,4 +63,41 @@ fn lost_frames_are_in_the_truth_and_not_in_the_log() {
     let log = fs::read_to_string(folder.path().join("o.log")).unwrap();
     assert_eq!(log.lines().count() as u64, 4 * (2 * 8192 + 41 * 3) - lost);
     assert_eq!(truth["truth"]["joint_1"]["stiffness"][5], 2.3e6);
+}
+
+/// The eighth experiment has a pose beyond the limits.
+#[test]
+fn only_the_experiments_that_are_simulated_are_checked() {
+    let folder = folder();
+    let scenario = folder.path().join("mill3.toml");
+    let faulty = "\n[[experiment]]\nname = \"faulty\"\npose = [99.0, 0.0, 0.0]\nspindle_rpm = [600.0, 3000.0]\nfeed = \"x\"\n";
+    let text = fs::read_to_string(&scenario).unwrap();
+    let experiments = text.matches("[[experiment]]").count();
+    fs::write(&scenario, text + faulty).unwrap();
+    for (number, is_right) in [(1, true), (experiments + 1, false)] {
+        let command = format!("simulate --config edge.toml --experiments {number} --candump o.log");
+        let output = flexid(folder.path(), &command);
+        assert_eq!(output.status.success(), is_right, "{number}: {}", stderr(&output));
+        assert_eq!(stderr(&output).contains("\"faulty\" pose: 99"), !is_right);
+    }
+}
+
+/// The log of an earlier run stays whole where a run is ended.
+#[test]
+fn a_simulation_that_is_ended_leaves_no_part_of_a_log() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("o.log"), "before").unwrap();
+    let entries = || fs::read_dir(path).unwrap().count();
+    let before = entries();
+    let mut running = Command::new(FLEXID)
+        .args("simulate --config edge.toml --experiments 10000 --candump o.log".split(' '))
+        .current_dir(path)
+        .spawn()
+        .unwrap();
+    thread::sleep(Duration::from_secs(1));
+    running.kill().unwrap();
+    assert!(!running.wait().unwrap().success());
+    assert_eq!(fs::read_to_string(path.join("o.log")).unwrap(), "before");
+    assert_eq!(entries(), before);
 }

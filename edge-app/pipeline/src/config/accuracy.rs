@@ -6,6 +6,36 @@ use flexid_core::imperfection::Accuracies;
 
 use super::sections::{AccuracySection, Assumed, CalibrationSection};
 
+/// How many times its typical value an accuracy may be without a warning. Chosen: errors of up to thirty times their typical accuracy are the
+/// largest with which the intervals are proved (tests/README.md), and a standard deviation of twenty times makes larger ones likely.
+const LOOSE: f64 = 20.0;
+
+/// Returns the keys of `[accuracy]` that are so loose that hardly anything is left of what the configuration states, and by how many times they are
+/// larger than typical. Grounds, filters and what grows may be so much worse on a real robot, and are left out.
+pub fn loose(accuracies: &Accuracies) -> impl Iterator<Item = (&'static str, f64)> + use<> {
+    let (own, typical) = (accuracies, Accuracies::typical());
+    let all = [
+        ("delay_s", own.delay / typical.delay),
+        ("force_gain", own.force.gain / typical.force.gain),
+        ("force_crosstalk", own.force.crosstalk / typical.force.crosstalk),
+        ("force_angle_rad", own.force.angle / typical.force.angle),
+        ("acceleration_gain", own.accelerometer.gain / typical.accelerometer.gain),
+        ("acceleration_crosstalk", own.accelerometer.crosstalk / typical.accelerometer.crosstalk),
+        ("accelerometer_angle_rad", own.accelerometer.angle / typical.accelerometer.angle),
+        ("accelerometer_place_m", own.accelerometer_place / typical.accelerometer_place),
+        ("tool_angle_rad", own.tool_angle / typical.tool_angle),
+        ("tcp_m", own.tool_centre_point / typical.tool_centre_point),
+        ("link_mass", own.mass / typical.mass),
+        ("centre_of_mass_m", own.centre_of_mass / typical.centre_of_mass),
+        ("joint_angle_rad", own.joint_angle / typical.joint_angle),
+        ("elastic_centre_m", own.elastic_centre / typical.elastic_centre),
+        ("delay_of_record_s", own.record_delay / typical.record_delay),
+        ("stiffness_of_record", own.record_stiffness / typical.record_stiffness),
+    ];
+    // A part of a calculation may lie just above the limit.
+    all.into_iter().filter(|(_, times)| *times > LOOSE * (1.0 + 1e-9))
+}
+
 /// Returns the accuracies, those that the section does not state as assumed. What `calibration` seeks has a prior there, and none
 /// here. `band_hz` is the band that is fitted.
 pub(super) fn accuracies(

@@ -27,6 +27,7 @@ use crate::text::printable;
 
 pub use flexid_core::sensors::Accelerometer;
 
+pub use accuracy::loose;
 pub use bounds::BoundsSection;
 use bounds::CONCEIVABLE;
 pub use fingerprint::{Fingerprint, Validity};

@@ -358,6 +358,11 @@ fn mistakes_in_the_config_name_place_and_mend() {
             "edge.toml:25: [measurements] unknown key `measurements`: did you mean `measurement`?",
         ),
         (
+            "assume = \"perfect\"",
+            "accelerometer_gain = 0.1",
+            "edge.toml:40: [accuracy] accelerometer_gain: unknown key `accelerometer_gain`: did you mean `acceleration_gain`?",
+        ),
+        (
             "seed = 1",
             "colour = 1",
             "edge.toml:31: [search] colour: unknown key `colour`: known are seed",
