@@ -12,7 +12,7 @@ use flexid_wire::explanation::Explanation;
 use flexid_wire::finding::Finding;
 use flexid_wire::left_over::LeftOver;
 use flexid_wire::messages::Status;
-use flexid_wire::report::{Fit, JointReport, Report};
+use flexid_wire::report::{Acceptance, Fit, JointReport, Report};
 use flexid_wire::residuals::Residuals;
 use flexid_wire::spectra::Spectra;
 use flexid_wire::state::State;
@@ -79,6 +79,23 @@ struct ExplanationJson<'a> {
     alike: Option<String>,
     /// What to do. `null` if the accuracy is not contradicted.
     remedy: Option<String>,
+}
+
+/// What follows from a fit, and how far that is to be trusted.
+#[derive(Serialize)]
+pub(crate) struct Judged<T> {
+    schema: u32,
+    /// That on the fit.
+    verdict: Acceptance,
+    #[serde(flatten)]
+    value: T,
+}
+
+impl<T> Judged<T> {
+    /// `value`, which follows from a fit.
+    pub(crate) fn of(fit: &Fit, value: T) -> Self {
+        Self { schema: SCHEMA, verdict: fit.acceptance, value }
+    }
 }
 
 /// A status as JSON.

@@ -13,7 +13,9 @@ use crate::exit::BadArgument;
 use crate::output::Output;
 
 /// Size of a picture, pixels.
-const SIZE: (u32, u32) = (960, 600);
+pub(crate) const SIZE: (u32, u32) = (960, 600);
+/// Height of the title and of each line below it, pixels.
+const LINE: u32 = 26;
 const FONT: (&str, u32) = ("sans-serif", 16);
 
 pub(crate) type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -23,6 +25,8 @@ pub(crate) type Drawn<T = ()> = Result<T, Box<dyn Error>>;
 
 /// Colours that everyone can distinguish (Okabe and Ito).
 pub(crate) const BLUE: RGBColor = RGBColor(0, 114, 178);
+pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
+pub(crate) const ORANGE: RGBColor = RGBColor(213, 94, 0);
 pub(crate) const INK: RGBColor = RGBColor(40, 40, 40);
 
 /// What a file shows.
@@ -59,26 +63,117 @@ pub(crate) fn outputs(files: &[PathBuf]) -> Result<Vec<(Format, Output)>> {
     files.iter().map(|file| Ok((Format::of(file)?, Output::create(file)?))).collect()
 }
 
-/// The text of a picture.
+/// What a mark in a picture means.
+pub(crate) struct Key<'a> {
+    mark: Mark,
+    words: &'a str,
+}
+
+enum Mark {
+    Line(RGBColor),
+    Area(RGBAColor),
+    /// Strokes of this colour over an area.
+    Hatch(RGBAColor, RGBColor),
+}
+
+impl<'a> Key<'a> {
+    pub(crate) fn line(colour: RGBColor, words: &'a str) -> Self {
+        Self { mark: Mark::Line(colour), words }
+    }
+
+    pub(crate) fn area(colour: RGBAColor, words: &'a str) -> Self {
+        Self { mark: Mark::Area(colour), words }
+    }
+
+    pub(crate) fn hatch(stroke: RGBAColor, area: RGBColor, words: &'a str) -> Self {
+        Self { mark: Mark::Hatch(stroke, area), words }
+    }
+
+    /// Draws the mark and its words from `x` on, and gives the end of the words.
+    fn draw(&self, line: &Canvas<'_>, x: i32, style: &TextStyle<'_>) -> Drawn<i32> {
+        // The middle of the words' height, and the size of a mark.
+        let (middle, width, half) = (9, 24, 7);
+        let [corner, end] = [(x, middle - half), (x + width, middle + half)];
+        match self.mark {
+            Mark::Line(colour) => {
+                let stroke = vec![(x, middle), (x + width, middle)];
+                line.draw(&PathElement::new(stroke, colour.stroke_width(3)))?;
+            }
+            Mark::Area(colour) => line.draw(&Rectangle::new([corner, end], colour.filled()))?,
+            Mark::Hatch(stroke, area) => {
+                line.draw(&Rectangle::new([corner, end], area.filled()))?;
+                for from in [x, x + width / 3, x + 2 * width / 3] {
+                    let strokes = vec![(from, middle + half), (from + width / 3, middle - half)];
+                    line.draw(&PathElement::new(strokes, stroke))?;
+                }
+            }
+        }
+        line.draw(&Text::new(self.words.to_owned(), (x + width + 8, 0), style.clone()))?;
+        let (words, _) = line.estimate_text_size(self.words, style)?;
+        Ok(x + width + 8 + words as i32)
+    }
+}
+
+/// The text of a picture: the title, a doubt about what is shown, if there is one, the keys in a line, and what is drawn.
 ///
 /// # Errors
 /// None for numbers that are finite.
-pub(crate) fn svg(title: &str, draw: impl FnOnce(&Canvas<'_>) -> Drawn) -> Result<String> {
+pub(crate) fn svg(
+    title: &str,
+    doubt: Option<&str>,
+    keys: &[Key<'_>],
+    size: (u32, u32),
+    draw: impl FnOnce(&Canvas<'_>) -> Drawn,
+) -> Result<String> {
     let mut text = String::new();
     {
-        let canvas = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        let canvas = SVGBackend::with_string(&mut text, size).into_drawing_area();
         let drawn = || -> Drawn {
             canvas.fill(&WHITE)?;
             let style = TextStyle::from(FONT.into_font()).color(&INK);
             let canvas = canvas.margin(12, 12, 16, 16);
-            let (head, body) = canvas.split_vertically(28);
-            head.draw(&Text::new(title.to_owned(), (0, 0), style))?;
+            let (head, mut body) = canvas.split_vertically(LINE);
+            head.draw(&Text::new(title.to_owned(), (0, 0), style.clone()))?;
+            if let Some(doubt) = doubt {
+                let (line, rest) = body.split_vertically(LINE);
+                let style = style.color(&ORANGE);
+                line.draw(&Text::new(doubt.to_owned(), (0, 0), style))?;
+                body = rest;
+            }
+            if !keys.is_empty() {
+                let (line, rest) = body.split_vertically(LINE);
+                let mut x = 0;
+                for key in keys {
+                    x = key.draw(&line, x, &style)? + 24;
+                }
+                body = rest;
+            }
             draw(&body)?;
             Ok(canvas.present()?)
         };
         drawn().map_err(|error| anyhow!("the picture cannot be drawn: {error}"))?;
     }
     Ok(text)
+}
+
+/// Sizes of the labels of the axes, and of the margins above and on the right, pixels.
+const LABELS: [u32; 2] = [72, 52];
+const MARGINS: [u32; 2] = [16, 8];
+
+/// Ranges about these with the same scale along both axes, in the axes of an area.
+pub(crate) fn equally_scaled(area: &Canvas<'_>, ranges: [Range<f64>; 2]) -> [Range<f64>; 2] {
+    let (width, height) = area.dim_in_pixel();
+    let pixels = [0, 1].map(|axis| {
+        let outside = LABELS[axis] + MARGINS[axis];
+        f64::from([width, height][axis].saturating_sub(outside).max(1))
+    });
+    let per_pixel = |axis: usize| (ranges[axis].end - ranges[axis].start) / pixels[axis];
+    let scale = per_pixel(0).max(per_pixel(1));
+    [0, 1].map(|axis| {
+        let middle = 0.5 * (ranges[axis].start + ranges[axis].end);
+        let half = 0.5 * scale * pixels[axis];
+        middle - half..middle + half
+    })
 }
 
 /// Axes with a light grid, below what is drawn later.
@@ -88,10 +183,10 @@ pub(crate) fn axes<'a, 'b>(
     y: (&str, Range<f64>),
 ) -> Drawn<Chart<'a, 'b>> {
     let mut chart = ChartBuilder::on(area)
-        .margin_right(16)
-        .margin_top(8)
-        .x_label_area_size(52)
-        .y_label_area_size(72)
+        .margin_right(MARGINS[0])
+        .margin_top(MARGINS[1])
+        .x_label_area_size(LABELS[1])
+        .y_label_area_size(LABELS[0])
         .build_cartesian_2d(x.1, y.1)?;
     chart
         .configure_mesh()

@@ -1,10 +1,12 @@
 //! Joint offsets that take a deflection of the tool back.
 //!
 //! ```text
-//! δq = −A d        A = J_t⁺ + (J_r N)⁺ (R − J_r J_t⁺)        N = 1 − J_t⁺ J_t        left = d + J δq
+//! δq ← δq − A e        A = J_t⁺ + (J_r N)⁺ (R − J_r J_t⁺)        N = 1 − J_t⁺ J_t        e = T(q)⁻¹ T(q + δq) D
 //! ```
 //!
-//! d is the deflection, three translations above three rotations, J the geometric Jacobian of the driven joints, split in the same way,
+//! T is the pose of the tool by the exact kinematics, D the deflection as a motion of the tool, and e what is left, three translations above three
+//! rotations. The first step is that of the linearised kinematics; further ones (Newton's) take back what they leave. The deflection is that of the
+//! pose without offsets. Its uncertainty is that of what is left, since offsets are commanded as they are. J the geometric Jacobian of the driven joints, split in the same way,
 //! and R selects the rotations. The translation comes first; what joints are left for then take the rotation back (task priority: Siciliano and
 //! Slotine, "A general framework for managing multiple tasks in highly redundant robotic systems", ICAR 1991). In a pseudoinverse a
 //! singular value σ below ε counts as `ε²/σ`, so that the offsets stay small near a singularity, and what they leave is told (as damped
@@ -12,13 +14,15 @@
 //! 13, 1997).
 
 use flexid_core::chain::{Chain, JointKind};
-use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Vector3, Vector6};
 use serde::Serialize;
 
 use crate::dynamics::Dynamics;
 use crate::estimate::Estimate;
 use crate::statics::{Compliance, Deflection};
 
+/// Most steps. Chosen: each squares what is left, over the size of the robot, so that four leave rounding.
+const STEPS: usize = 4;
 /// ε: m or rad that the tool moves for a joint's rad (m). Chosen: three degrees from a wrist whose axes are aligned.
 const SINGULAR: f64 = 0.05;
 
@@ -31,7 +35,7 @@ pub struct Compensation {
     pub along_base: Deflection,
     /// To be added to the commanded joint angles, base first, rad (m).
     pub offsets: Vec<Estimate>,
-    /// Deflection that is left then, along the axes of the tool.
+    /// What is left then, along the axes of the tool, and as uncertain as the deflection.
     pub left: Deflection,
     /// Whether the pose is so near a singularity that the offsets are held small.
     pub is_singular: bool,
@@ -52,20 +56,53 @@ impl Dynamics<'_> {
         let inverse = Inverse::new(&jacobian);
         let own = DMatrix::identity(6, 6);
         let base = both(tool(chain, self.pose()).rotation.to_rotation_matrix().matrix());
-        let left = &own - &jacobian * &inverse.matrix;
         let of = |matrix: &DMatrix<f64>| {
             let estimates = self.moved(compliance, wrench, matrix);
             let at = |first: usize| std::array::from_fn(|axis| estimates[first + axis]);
             Deflection { translation: at(0), rotation: at(3) }
         };
+        let deflection = of(&own);
+        let linear = self.moved(compliance, wrench, &-&inverse.matrix);
+        let (offsets, left) = taken_back(chain, self.pose(), &inverse, &deflection);
+        let as_uncertain = |left: f64, of: &Estimate| Estimate::new(left, of.std);
+        let left_over = |first: usize, of: &[Estimate; 3]| {
+            std::array::from_fn(|axis| as_uncertain(left[first + axis], &of[axis]))
+        };
         Compensation {
-            deflection: of(&own),
+            deflection,
             along_base: of(&base),
-            offsets: self.moved(compliance, wrench, &-&inverse.matrix),
-            left: of(&left),
+            offsets: offsets.iter().zip(&linear).map(|(own, of)| as_uncertain(*own, of)).collect(),
+            left: Deflection {
+                translation: left_over(0, &deflection.translation),
+                rotation: left_over(3, &deflection.rotation),
+            },
             is_singular: inverse.is_singular,
         }
     }
+}
+
+/// The offsets that take a deflection back, and what they leave of it. Near a singularity one step is made: more would undo that it is small.
+fn taken_back(
+    chain: &Chain,
+    pose: &[f64],
+    inverse: &Inverse,
+    deflection: &Deflection,
+) -> (DVector<f64>, Vector6<f64>) {
+    let values = |of: &[Estimate; 3]| Vector3::from(of.map(|own| own.value));
+    let deflected = Isometry3::new(values(&deflection.translation), values(&deflection.rotation));
+    let wanted = tool(chain, pose).inverse();
+    let left = |offsets: &DVector<f64>| {
+        let moved: Vec<f64> = pose.iter().zip(offsets).map(|(q, offset)| q + offset).collect();
+        let left = wanted * tool(chain, &moved) * deflected;
+        let rotation = left.rotation.scaled_axis();
+        Vector6::from_iterator(left.translation.vector.iter().chain(&rotation).copied())
+    };
+    let mut offsets = DVector::zeros(pose.len());
+    for _ in 0..if inverse.is_singular { 1 } else { STEPS } {
+        offsets -= &inverse.matrix * left(&offsets);
+    }
+    let left = left(&offsets);
+    (offsets, left)
 }
 
 impl Inverse {

@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use flexid_edge::console::print;
+use flexid_edge::console::{complain, print};
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::path;
 use flexid_prediction::document::Found;
 use rayon::prelude::*;
 
-use crate::compensate::{Compensated, csv, text};
+use crate::compensate::{Compensated, csv, text, too_large};
+use crate::json::Judged;
 use crate::output::{self, Output};
-use crate::predict::table::doubt;
+use crate::predict::table::{doubt, warn_of};
 use crate::progress;
 
 const AFTER_HELP: &str = "path.csv has a place in each line, and names its columns in the first: q1,q2,... or q1_deg,... (joint \
@@ -59,8 +60,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
     bar.finish_and_clear();
     let compensated = compensated?;
     output.finish(&csv(&compensated)?)?;
+    if let Some((line, offset)) = too_large(&compensated) {
+        let warned = BadInput { line: Some(line), ..BadInput::new(&args.path, offset) };
+        complain(&format!("warning: {warned}"));
+    }
     let text = if args.json {
-        serde_json::to_string_pretty(&compensated)? + "\n"
+        warn_of(&args.found, &found.fit);
+        let judged: Vec<_> = compensated.iter().map(|own| Judged::of(&found.fit, own)).collect();
+        serde_json::to_string_pretty(&judged)? + "\n"
     } else {
         let doubt = doubt(&found.fit).map(|line| format!("{line}\n")).unwrap_or_default();
         doubt + &text(&compensated)

@@ -9,15 +9,14 @@ use flexid_export::{Format, Robot, export};
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::text::count;
 use flexid_prediction::document::Found;
-use flexid_wire::report::{Acceptance, Verdict};
+use flexid_prediction::receptance::Grid;
+use flexid_wire::report::Verdict;
 
 use super::pose::given_or_first;
+use crate::exit::BadArgument;
 use crate::numbers::{Numbers, numbers};
 use crate::output::{self, Output};
 use crate::predict::{self, Prediction, Request};
-
-/// Number of frequencies of the receptance.
-const POINTS: usize = 400;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid export found.json --format mjcf --out robot.xml
@@ -39,6 +38,9 @@ pub(super) struct Args {
     /// Joint angles in which the drives hold the robot, base first, rad (m) [default: the pose of the first record]
     #[arg(long, value_name = "Q1,Q2,...", value_parser = numbers, allow_hyphen_values = true)]
     pose: Option<Numbers>,
+    /// Number of frequencies of the receptance (uff) [default: as many as show the peak of each mode, 400 to 20000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000))]
+    points: Option<u32>,
 }
 
 /// What is exported.
@@ -63,27 +65,30 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let pose = &given_or_first(&args.found, &found, args.pose.as_ref())?;
     output::keeps([&*args.found], [&*args.out])?;
     let output = Output::create(&args.out)?;
+    if let (Some(_), Wanted::Robot(_)) = (args.points, args.format) {
+        let message = "--points is of the receptance: leave it out, or take --format uff";
+        return Err(BadArgument(message.into()).into());
+    }
     let format = match args.format {
         Wanted::Robot(format) => format,
         Wanted::Receptance => {
             let highest_hz = found.robot.band_hz()[1];
-            let request = Request { force: None, highest_hz, points: Some(POINTS) };
-            let prediction = Prediction::new(&found.robot, pose, &request, || ())
+            let own = predict::Format::Uff;
+            let grid = args.points.map_or(own.grid(), |points| Grid::Even(points as usize));
+            let request = Request { force: None, highest_hz, grid: Some(grid) };
+            let prediction = Prediction::new(&found.robot, pose, &request)
                 .map_err(|fault| BadInput::new(&args.found, format!("pose {pose:?}: {fault}")))?;
-            return output.finish_and_say(&predict::Format::Uff.text(&[prediction])?, "receptance");
+            output.finish_and_say(&own.text(&[prediction], &found.fit)?, "receptance")?;
+            predict::table::warn_of(&args.out, &found.fit);
+            return Ok(());
         }
-    };
-    let verdict = match found.fit.acceptance {
-        Acceptance::Consistent => "consistent: noise explains the residuals of the fit",
-        Acceptance::ModelSuspect => "MODEL SUSPECT: the fit leaves more than noise",
-        Acceptance::Unsettled => "NOT SETTLED: the fit may have missed the right minimum",
     };
     let exported = Robot {
         model: &robot.model,
         joints: &found.joints,
         gravity_m_per_s2: robot.gravity_m_per_s2,
         pose,
-        verdict,
+        verdict: predict::table::verdict(&found.fit),
     };
     let text = export(&exported, format).map_err(|error| BadInput::new(&args.found, error))?;
     output.finish_and_say(&text, "robot")?;
@@ -94,9 +99,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
 /// Says on stderr what the comments in the file say.
 fn warn(args: &Args, found: &Found) {
     let name = args.out.display();
-    if let Some(doubt) = predict::table::doubt(&found.fit) {
-        complain(&format!("warning: {name}: {doubt}"));
-    }
+    predict::table::warn_of(&args.out, &found.fit);
     let verdicts = found
         .joints
         .iter()

@@ -13,10 +13,11 @@ use flexid_prediction::milling::{Cutter, Milling, plane};
 use super::pose::given_or_first;
 use super::range::within;
 use crate::exit::BadArgument;
+use crate::json::Judged;
 use crate::lobes::{self, Diagram};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
-use crate::predict::table::doubt;
+use crate::predict::table::{doubt, warn_of};
 use crate::progress;
 
 /// Range of the tangential force per area of the chip, N/mm². Chosen: from soft plastics to ten times that of nickel alloys.
@@ -104,8 +105,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         return Err(BadArgument(message).into());
     }
     within("--rpm", upper, [lower, FASTEST_RPM], "turns a minute")?;
-    let [least_hz, highest_hz] = found.robot.band_hz();
-    let highest_hz = args.highest.unwrap_or(highest_hz);
+    let [least_hz, fitted_to_hz] = found.robot.band_hz();
+    let highest_hz = args.highest.unwrap_or(fitted_to_hz);
     if !(highest_hz > least_hz && highest_hz.is_finite()) {
         let message = format!("--highest is {highest_hz}: must be above {least_hz} Hz");
         return Err(BadArgument(message).into());
@@ -126,16 +127,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .ok_or_else(|| bad("the robot does not stand there: it has no stiffness".into()))?;
     let bar = progress::bar(args.points.into(), "seeking the lobes");
     let points = args.points as usize;
-    let diagram = Diagram::new(pose, band_hz, &lobes, [lower, upper], points, || bar.inc(1));
+    let bands = (band_hz, fitted_to_hz);
+    let diagram = Diagram::new(pose, bands, &lobes, [lower, upper], points, || bar.inc(1));
     bar.finish_and_clear();
     for (format, output) in outputs {
         output.finish(&match format {
             Format::Csv => diagram.csv()?,
-            Format::Svg => lobes::svg(&diagram, args.depth)?,
+            Format::Svg => lobes::svg(&diagram, args.depth, doubt(&found.fit))?,
         })?;
     }
     let text = if args.json {
-        serde_json::to_string_pretty(&diagram)? + "\n"
+        warn_of(&args.found, &found.fit);
+        serde_json::to_string_pretty(&Judged::of(&found.fit, &diagram))? + "\n"
     } else {
         let doubt = doubt(&found.fit).map(|line| format!("{line}\n")).unwrap_or_default();
         doubt + &lobes::text(&diagram)

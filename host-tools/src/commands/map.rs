@@ -11,10 +11,11 @@ use flexid_prediction::document::Found;
 use super::pose::given_or_first;
 use super::range;
 use crate::exit::BadArgument;
+use crate::json::Judged;
 use crate::map::{self, Map, Over, Quantity};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
-use crate::predict::table::doubt;
+use crate::predict::table::{doubt, warn_of};
 use crate::progress;
 
 const AFTER_HELP: &str = "Examples:
@@ -101,11 +102,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
     for (format, output) in outputs {
         output.finish(&match format {
             Format::Csv => map.csv()?,
-            Format::Svg => map::svg(&map, &found.robot, positions)?,
+            Format::Svg => map::svg(&map, &found.robot, positions, doubt(&found.fit))?,
         })?;
     }
     let text = if args.json {
-        serde_json::to_string_pretty(&map.cells)? + "\n"
+        warn_of(&args.found, &found.fit);
+        let judged: Vec<_> = map.cells.iter().map(|own| Judged::of(&found.fit, own)).collect();
+        serde_json::to_string_pretty(&judged)? + "\n"
     } else {
         let doubt = doubt(&found.fit).map(|line| format!("{line}\n")).unwrap_or_default();
         doubt + &map::text(&map)

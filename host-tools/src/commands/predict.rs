@@ -6,9 +6,11 @@ use anyhow::Result;
 use flexid_edge::console::print;
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
+use flexid_prediction::receptance::Grid;
 
 use super::{pose, range};
 use crate::exit::BadArgument;
+use crate::json::Judged;
 use crate::numbers::{Numbers, numbers};
 use crate::output::{self, Output};
 use crate::predict::{Format, Prediction, Request, table};
@@ -39,9 +41,10 @@ pub(super) struct Args {
     /// Write the receptance along the band: OUT.csv, or OUT.uff (universal file, data set 58)
     #[arg(long, value_name = "OUT.csv|OUT.uff")]
     receptance: Option<PathBuf>,
-    /// Number of frequencies of the receptance
-    #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u32).range(2..=20_000))]
-    points: u32,
+    /// Number of frequencies of the receptance, equally far apart [default: as many as show the peak of each mode, at least 400; in a CSV
+    /// file they stand closer together about the modes]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000))]
+    points: Option<u32>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -66,7 +69,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let request = Request {
         force,
         highest_hz: args.highest.unwrap_or(2.0 * found.robot.band_hz()[1]),
-        points: output.as_ref().map(|_| args.points as usize),
+        grid: output.as_ref().map(|(format, _)| {
+            args.points.map_or(format.grid(), |points| Grid::Even(points as usize))
+        }),
     };
     let poses: Vec<Vec<f64>> = match args.pose.as_slice() {
         [] => distinct(&found.robot.found().poses),
@@ -76,22 +81,25 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let message = "rests on static tests alone, and names no pose: give --pose";
         return Err(BadInput::new(&args.found, message).into());
     }
-    let frequencies = poses.len() * request.points.unwrap_or(0);
-    let bar = progress::bar(frequencies as u64, "predicting");
+    let bar = progress::bar(poses.len() as u64, "predicting");
     let predictions = poses
         .iter()
         .map(|pose| {
-            Prediction::new(&found.robot, pose, &request, || bar.inc(1))
+            let prediction = Prediction::new(&found.robot, pose, &request);
+            bar.inc(1);
+            prediction
                 .map_err(|fault| BadInput::new(&args.found, format!("pose {pose:?}: {fault}")))
         })
         .collect::<Result<Vec<_>, _>>();
     bar.finish_and_clear();
     let predictions = predictions?;
     if let Some((format, output)) = output {
-        output.finish(&format.text(&predictions)?)?;
+        output.finish(&format.text(&predictions, &found.fit)?)?;
     }
     let text = if args.json {
-        serde_json::to_string_pretty(&predictions)? + "\n"
+        table::warn_of(&args.found, &found.fit);
+        let judged: Vec<_> = predictions.iter().map(|own| Judged::of(&found.fit, own)).collect();
+        serde_json::to_string_pretty(&judged)? + "\n"
     } else {
         table::predictions(&found, &predictions)
     };

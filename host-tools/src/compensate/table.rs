@@ -11,7 +11,11 @@ pub(crate) fn text(path: &[Compensated]) -> String {
     let most =
         |of: &dyn Fn(&Compensated) -> f64| path.iter().max_by(|a, b| of(a).total_cmp(&of(b)));
     let deflected = |own: &Compensated| size(&own.compensation.deflection.translation);
-    let left = |own: &Compensated| size(&own.compensation.left.translation);
+    // The largest that may be left, since offsets leave next to nothing of what is known.
+    let left = |own: &Compensated| {
+        let ends = own.compensation.left.translation.iter().flat_map(|own| own.interval);
+        ends.map(f64::abs).fold(0.0, f64::max)
+    };
     let mut text = format!("{} places\n", path.len());
     if let Some(own) = most(&deflected) {
         let deflection = &own.compensation.deflection;

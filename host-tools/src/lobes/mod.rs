@@ -19,6 +19,8 @@ pub(crate) struct Diagram {
     pub(crate) pose: Vec<f64>,
     /// Lower and upper edge of the chatter frequencies, Hz.
     pub(crate) band_hz: [f64; 2],
+    /// Upper edge of the band that was fitted, Hz.
+    pub(crate) fitted_to_hz: f64,
     /// The limit of the worst speed, m. `None` where no depth chatters.
     pub(crate) least_depth_m: Option<PositiveEstimate>,
     /// Speeds, the lowest first.
@@ -32,13 +34,15 @@ pub(crate) struct Speed {
     pub(crate) rpm: f64,
     /// The limit there. `None` where no depth chatters.
     pub(crate) limit: Option<Limit>,
+    /// Whether it chatters above the band that was fitted, which no record shows.
+    pub(crate) is_beyond: bool,
 }
 
 impl Diagram {
-    /// At `points` speeds from `lower` to `upper`, turns a minute, equally far apart. It calls `done` once for each.
+    /// Limits by the modes of `band_hz`, of which what lies above `fitted_to_hz` is extrapolated, at `points` speeds from `lower` to `upper`, turns a minute, equally far apart. It calls `done` once for each.
     pub(crate) fn new(
         pose: Vec<f64>,
-        band_hz: [f64; 2],
+        (band_hz, fitted_to_hz): ([f64; 2], f64),
         lobes: &Lobes,
         [lower, upper]: [f64; 2],
         points: usize,
@@ -48,11 +52,12 @@ impl Diagram {
         let speed = |index| {
             let rpm = lower + step * index as f64;
             let limit = lobes.limit(rpm);
+            let is_beyond = limit.is_some_and(|own| own.chatter_hz.value > fitted_to_hz);
             done();
-            Speed { rpm, limit }
+            Speed { rpm, limit, is_beyond }
         };
         let speeds = (0..points).into_par_iter().map(speed).collect();
-        Self { pose, band_hz, least_depth_m: lobes.least(), speeds }
+        Self { pose, band_hz, fitted_to_hz, least_depth_m: lobes.least(), speeds }
     }
 
     /// A line for each speed.
@@ -70,8 +75,9 @@ impl Diagram {
             "chatter_low",
             "chatter_high",
             "lobe",
+            "beyond",
         ])?;
-        for Speed { rpm, limit } in &self.speeds {
+        for Speed { rpm, limit, is_beyond } in &self.speeds {
             let mut line = vec![rpm.to_string()];
             match limit {
                 None => line.extend((0..7).map(|_| String::new())),
@@ -83,6 +89,7 @@ impl Diagram {
                     line.push(lobe.to_string());
                 }
             }
+            line.push(u8::from(*is_beyond).to_string());
             writer.write_record(&line)?;
         }
         Ok(String::from_utf8(writer.into_inner()?)?)

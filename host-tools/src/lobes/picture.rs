@@ -4,26 +4,34 @@ use anyhow::Result;
 use plotters::prelude::*;
 
 use super::{Diagram, Speed};
-use crate::picture::{self, BLUE};
+use crate::picture::{self, BLUE, GREEN, Key, ORANGE};
 
 /// Top of the picture, in limits of the worst of its speeds, at most. Chosen: there the worst is three pixels high.
 const TOP: f64 = 150.0;
 
-/// The picture, up to a depth of `top_mm`.
+/// The picture, up to a depth of `top_mm`, with a doubt about the fit in its title.
 ///
 /// # Errors
 /// None for numbers that are finite.
-pub(crate) fn svg(diagram: &Diagram, top_mm: Option<f64>) -> Result<String> {
+pub(crate) fn svg(diagram: &Diagram, top_mm: Option<f64>, doubt: Option<&str>) -> Result<String> {
     let depths = diagram.speeds.iter().filter_map(|speed| Some(1e3 * speed.limit?.depth_m.value));
     let [least, most] = [depths.clone().fold(f64::INFINITY, f64::min), depths.fold(0.0, f64::max)];
     let own = if least.is_finite() { (TOP * least).min(1.1 * most) } else { 1.0 };
     let top = top_mm.unwrap_or(own);
     let pose: Vec<String> = diagram.pose.iter().map(|angle| format!("{angle:.3}")).collect();
-    let title = format!(
-        "Depth of cut at which chatter begins, with 95 % interval (blue); stable (green); pose [{}]",
-        pose.join(", ")
+    let title = format!("Depth of cut at which chatter begins, in pose [{}]", pose.join(", "));
+    let mut keys = vec![
+        Key::line(BLUE, "limit, with its 95 % interval"),
+        Key::area(GREEN.mix(0.12), "stable"),
+    ];
+    let beyond = format!(
+        "chatters above {:.1} Hz, where the band that was fitted ends",
+        diagram.fitted_to_hz
     );
-    picture::svg(&title, |canvas| {
+    if diagram.speeds.iter().any(|speed| speed.is_beyond) {
+        keys.push(Key::line(ORANGE, &beyond));
+    }
+    picture::svg(&title, doubt, &keys, picture::SIZE, |canvas| {
         let [first, last] = [diagram.speeds.first(), diagram.speeds.last()]
             .map(|speed| speed.map_or(0.0, |speed| speed.rpm));
         let mut chart =
@@ -41,9 +49,14 @@ pub(crate) fn svg(diagram: &Diagram, top_mm: Option<f64>) -> Result<String> {
             [0, 1].map(|end| line(&move |speed| Some(speed.limit?.depth_m.interval[end])));
         let band: Vec<(f64, f64)> = low.into_iter().chain(high.into_iter().rev()).collect();
         let stable = value.iter().copied().chain([(last, 0.0), (first, 0.0)]).collect::<Vec<_>>();
-        chart.draw_series([Polygon::new(stable, RGBColor(0, 158, 115).mix(0.12))])?;
+        chart.draw_series([Polygon::new(stable, GREEN.mix(0.12))])?;
         chart.draw_series([Polygon::new(band, BLUE.mix(0.3))])?;
-        chart.draw_series([PathElement::new(value, BLUE.stroke_width(2))])?;
+        chart.draw_series([PathElement::new(value.clone(), BLUE.stroke_width(2))])?;
+        // From each speed that is beyond to the next one.
+        let strokes = value.windows(2).zip(&diagram.speeds).filter(|(_, speed)| speed.is_beyond);
+        chart.draw_series(
+            strokes.map(|(stroke, _)| PathElement::new(stroke.to_vec(), ORANGE.stroke_width(2))),
+        )?;
         Ok(())
     })
 }

@@ -17,16 +17,20 @@ pub(crate) fn text(diagram: &Diagram) -> String {
     let Some(least) = diagram.least_depth_m else {
         return format!("no depth chatters between {lower:.1} and {upper:.1} Hz\n");
     };
-    let limits: Vec<(f64, PositiveEstimate)> =
-        diagram.speeds.iter().filter_map(|own| Some((own.rpm, own.limit?.depth_m))).collect();
+    let limits: Vec<(&Speed, PositiveEstimate)> =
+        diagram.speeds.iter().filter_map(|own| Some((own, own.limit?.depth_m))).collect();
     let worst = limits.iter().min_by(|(_, a), (_, b)| a.value.total_cmp(&b.value));
-    let deepest = limits.iter().max_by(|(_, a), (_, b)| a.interval[0].total_cmp(&b.interval[0]));
+    // What lies beyond the band that was fitted may chatter earlier.
+    let shown = limits.iter().filter(|(speed, _)| !speed.is_beyond);
+    let deepest = shown.max_by(|(_, a), (_, b)| a.interval[0].total_cmp(&b.interval[0]));
     let mut text = String::new();
+    let of_band = format!("deepest by the modes up to {:.1} Hz:", diagram.fitted_to_hz.min(upper));
     for (word, found) in
-        [("stable at these speeds: depths below", worst), ("deepest for sure:", deepest)]
+        [("stable at these speeds: depths below", worst), (of_band.as_str(), deepest)]
     {
-        if let Some((rpm, depth)) = found {
-            text += &format!("{word} {} mm, at {rpm:.0} rpm\n", millimetres(depth));
+        if let Some((speed, depth)) = found {
+            let mark = if speed.is_beyond { " *" } else { "" };
+            text += &format!("{word} {} mm, at {:.0} rpm{mark}\n", millimetres(depth), speed.rpm);
         }
     }
     let free = diagram.speeds.len() - limits.len();
@@ -38,7 +42,7 @@ pub(crate) fn text(diagram: &Diagram) -> String {
     table.load_style(STYLE);
     table.set_header(["rpm", "depth, mm (95 %)", "chatter, Hz (95 %)", "lobe"]);
     let step = diagram.speeds.len().div_ceil(ROWS);
-    for Speed { rpm, limit } in diagram.speeds.iter().step_by(step) {
+    for Speed { rpm, limit, is_beyond } in diagram.speeds.iter().step_by(step) {
         let cells = match limit {
             None => ["any".to_owned(), String::new(), String::new()],
             Some(Limit { depth_m, chatter_hz, lobe }) => [
@@ -48,14 +52,23 @@ pub(crate) fn text(diagram: &Diagram) -> String {
             ],
         };
         let [depth, chatter, lobe] = cells;
-        table.add_row([format!("{rpm:.0}"), depth, chatter, lobe]);
+        let mark = if *is_beyond { " *" } else { "" };
+        table.add_row([format!("{rpm:.0}{mark}"), depth, chatter, lobe]);
     }
     for column in table.column_iter_mut() {
         column.set_cell_alignment(CellAlignment::Right);
     }
+    let fitted = diagram.fitted_to_hz;
+    let beyond = if diagram.speeds.iter().any(|own| own.is_beyond) {
+        format!(
+            " * chatters above the band that was fitted, which ends at {fitted:.1} Hz: no record shows it, the model extrapolates\n"
+        )
+    } else {
+        String::new()
+    };
     format!(
-        "{text}\n{table}\n chatter between {lower:.1} and {upper:.1} Hz: modes of spindle and tool are above the band that was fitted, \
-         and not among these\n"
+        "{text}\n{table}\n{beyond} chatter between {lower:.1} and {upper:.1} Hz: modes of spindle and tool lie above {fitted:.1} Hz, where the \
+         band that was fitted ends, and may limit the depth further\n"
     )
 }
 

@@ -5,8 +5,8 @@ use flexid_prediction::Robot;
 use flexid_prediction::compensation::tool;
 use plotters::prelude::*;
 
-use super::{Cell, Map};
-use crate::picture::{self, Canvas, Chart, Drawn, INK, tick};
+use super::{Cell, Map, UNCERTAIN};
+use crate::picture::{self, Canvas, Chart, Drawn, INK, Key, tick};
 
 /// Colours from the least to the largest value: viridis (Smith and van der Walt, 2015), which grows lighter evenly.
 const COLOURS: [[f64; 3]; 5] = [
@@ -20,13 +20,25 @@ const COLOURS: [[f64; 3]; 5] = [
 const NONE: RGBColor = RGBColor(220, 220, 220);
 /// Width of the scale with its labels, pixels.
 const SCALE: u32 = 130;
+/// Colour of the strokes across a cell whose interval is wide.
+const HATCH: RGBAColor = RGBAColor(255, 255, 255, 0.8);
+/// Size of a picture of places, pixels.
+const SQUARE: (u32, u32) = (960, 860);
 const AXES: [&str; 3] = ["x", "y", "z"];
+/// The axis of the base that points upwards.
+const HEIGHT: usize = 2;
 
-/// The picture. Its plane is that of the angles, or of `positions` of the tool: two axes of the base, 0 to 2.
+/// The picture, with a doubt about the fit in its title. Its plane is that of the angles, or of `positions` of the tool: two axes of the base, 0 to
+/// 2, with equal scales.
 ///
 /// # Errors
 /// None for numbers that are finite.
-pub(crate) fn svg(map: &Map, robot: &Robot, positions: Option<[usize; 2]>) -> Result<String> {
+pub(crate) fn svg(
+    map: &Map,
+    robot: &Robot,
+    positions: Option<[usize; 2]>,
+    doubt: Option<&str>,
+) -> Result<String> {
     let (name, scale) = map.quantity.shown();
     let values = || map.cells.iter().filter_map(|cell| Some(scale * cell.value?.value));
     let [least, most] =
@@ -39,21 +51,37 @@ pub(crate) fn svg(map: &Map, robot: &Robot, positions: Option<[usize; 2]>) -> Re
         None => [0, 1].map(|which| format!("{}, {}", map.over.names[which], map.over.units[which])),
         Some(axes) => axes.map(|axis| format!("{} of the tool in the base, m", AXES[axis])),
     };
-    let title = format!("{name}; hatched: 95 % interval wide");
-    picture::svg(&title, |canvas| {
+    let robot_name = &robot.model().name;
+    let title =
+        format!("{robot_name}: {name}, over {} and {}", map.over.names[0], map.over.names[1]);
+    let wide = format!("95 % interval wider than ±{:.0} %", 100.0 * UNCERTAIN);
+    let mut keys = Vec::new();
+    if map.cells.iter().any(|cell| cell.value.is_some() && cell.is_uncertain) {
+        keys.push(Key::hatch(HATCH, colour(0.5), &wide));
+    }
+    if map.cells.iter().any(|cell| cell.value.is_none()) {
+        keys.push(Key::area(NONE.mix(1.0), "no value"));
+    }
+    if positions.is_some_and(|axes| axes.contains(&HEIGHT)) {
+        keys.push(Key::line(INK, "height of the base, z = 0"));
+    }
+    let range = |of: fn(&(f64, f64)) -> f64| {
+        let all = outlines.iter().flatten().map(of);
+        let [low, high] =
+            [all.clone().fold(f64::INFINITY, f64::min), all.fold(f64::NEG_INFINITY, f64::max)];
+        low..high.max(low + 1e-9)
+    };
+    let ranges = [range(|own| own.0), range(|own| own.1)];
+    let size = if positions.is_some() { SQUARE } else { picture::SIZE };
+    picture::svg(&title, doubt, &keys, size, |canvas| {
         let width = canvas.dim_in_pixel().0.saturating_sub(SCALE);
         let (body, side) = canvas.split_horizontally(width);
-        let range = |of: fn(&(f64, f64)) -> f64| {
-            let all = outlines.iter().flatten().map(of);
-            let [low, high] =
-                [all.clone().fold(f64::INFINITY, f64::min), all.fold(f64::NEG_INFINITY, f64::max)];
-            low..high.max(low + 1e-9)
+        let [x, y] = match positions {
+            None => ranges.clone(),
+            Some(_) => picture::equally_scaled(&body, ranges.clone()),
         };
-        let mut chart = picture::axes(
-            &body,
-            (names[0].as_str(), range(|own| own.0)),
-            (names[1].as_str(), range(|own| own.1)),
-        )?;
+        let mut chart =
+            picture::axes(&body, (names[0].as_str(), x.clone()), (names[1].as_str(), y.clone()))?;
         let colour = |cell: &Cell| match cell.value {
             None => NONE,
             Some(own) => colour((scale * own.value - least) / (most - least)),
@@ -66,6 +94,16 @@ pub(crate) fn svg(map: &Map, robot: &Robot, positions: Option<[usize; 2]>) -> Re
             chart.draw_series([PathElement::new(closed, colour)])?;
         }
         hatch(&mut chart, map, &outlines)?;
+        if let Some(axes) = positions {
+            let level = match axes.map(|axis| axis == HEIGHT) {
+                [false, false] => None,
+                [true, false] => Some([(0.0, y.start), (0.0, y.end)]),
+                [_, true] => Some([(x.start, 0.0), (x.end, 0.0)]),
+            };
+            let strokes =
+                level.into_iter().map(|line| PathElement::new(line.to_vec(), INK.stroke_width(2)));
+            chart.draw_series(strokes)?;
+        }
         legend(&side, [least, most])
     })
 }
@@ -100,7 +138,7 @@ fn hatch(chart: &mut Chart<'_, '_>, map: &Map, outlines: &[[(f64, f64); 4]]) -> 
     chart.draw_series(uncertain.flat_map(|(_, [a, b, c, d])| {
         let strokes =
             [[between(*a, *b), between(*b, *c)], [*a, *c], [between(*a, *d), between(*d, *c)]];
-        strokes.map(|stroke| PathElement::new(stroke.to_vec(), WHITE.mix(0.8)))
+        strokes.map(|stroke| PathElement::new(stroke.to_vec(), HATCH))
     }))?;
     Ok(())
 }

@@ -7,8 +7,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Result;
+use flexid_prediction::receptance::Grid;
+use flexid_wire::report::Fit;
 
 use super::Prediction;
+use super::table::verdict;
 use crate::exit::BadArgument;
 
 /// Kind of a file.
@@ -36,14 +39,22 @@ impl Format {
         }
     }
 
-    /// The contents of the file.
+    /// The frequencies that show each mode: a universal file has them equally far apart.
+    pub(crate) fn grid(self) -> Grid {
+        match self {
+            Self::Csv => Grid::Resolved,
+            Self::Uff => Grid::EvenlyResolved,
+        }
+    }
+
+    /// The contents of the file, of a fit with this verdict, for which a CSV file has no place.
     ///
     /// # Errors
     /// None for predictions of one robot.
-    pub(crate) fn text(self, predictions: &[Prediction]) -> Result<String> {
+    pub(crate) fn text(self, predictions: &[Prediction], fit: &Fit) -> Result<String> {
         match self {
             Self::Csv => csv(predictions),
-            Self::Uff => Ok(uff(predictions)),
+            Self::Uff => Ok(uff(predictions, verdict(fit))),
         }
     }
 }
@@ -84,7 +95,7 @@ fn csv(predictions: &[Prediction]) -> Result<String> {
 }
 
 /// A data set 58 for each entry: displacement at node 1 for a force there, evenly spaced, complex, double precision.
-fn uff(predictions: &[Prediction]) -> String {
+fn uff(predictions: &[Prediction], verdict: &str) -> String {
     let mut text = String::new();
     for (number, prediction) in (1..).zip(predictions) {
         let points = &prediction.receptance;
@@ -100,7 +111,7 @@ fn uff(predictions: &[Prediction]) -> String {
                     "    58".to_owned(),
                     clipped(&name),
                     pose,
-                    "NONE".to_owned(),
+                    clipped(&format!("fit {verdict}")),
                     "NONE".to_owned(),
                     "NONE".to_owned(),
                     // Function type 4, frequency response; node and direction of response and reference.

@@ -4,9 +4,10 @@ mod files;
 pub(crate) mod table;
 
 use flexid_prediction::modes::Mode;
-use flexid_prediction::receptance::{ReceptancePoint, grid};
+use flexid_prediction::receptance::{Grid, ReceptancePoint};
 use flexid_prediction::statics::Deflection;
 use flexid_prediction::{Estimate, Robot};
+use rayon::prelude::*;
 use serde::Serialize;
 
 pub(crate) use files::Format;
@@ -18,8 +19,8 @@ pub(crate) struct Request {
     pub(crate) force: Option<[f64; 3]>,
     /// Highest natural frequency, Hz.
     pub(crate) highest_hz: f64,
-    /// Number of frequencies of the receptance.
-    pub(crate) points: Option<usize>,
+    /// Frequencies of the receptance, if it is wanted.
+    pub(crate) grid: Option<Grid>,
 }
 
 /// Predictions of one pose.
@@ -40,31 +41,32 @@ pub(crate) struct Prediction {
 }
 
 impl Prediction {
-    /// Calls `done` once for each frequency of the receptance.
-    ///
     /// # Errors
     /// The robot does not stand in this pose: a line that says why.
-    pub(crate) fn new(
-        robot: &Robot,
-        pose: &[f64],
-        request: &Request,
-        done: impl Fn(),
-    ) -> Result<Self, String> {
+    pub(crate) fn new(robot: &Robot, pose: &[f64], request: &Request) -> Result<Self, String> {
         let dynamics = robot.at(pose).map_err(|error| error.to_string())?;
         let unstable = || "the robot does not stand there: it has no stiffness".to_owned();
         let compliance = dynamics.compliance().ok_or_else(unstable)?;
         let deflection = request
             .force
             .map(|[x, y, z]| dynamics.deflection(&compliance, [x, y, z, 0.0, 0.0, 0.0]));
-        let points = grid(robot.band_hz(), request.points.unwrap_or(0));
-        let receptance = points
+        let modes = dynamics.modes(request.highest_hz);
+        let frequencies = match request.grid {
+            None => Vec::new(),
+            // Those above the highest that is listed show in the receptance, too.
+            Some(grid) => {
+                let band_hz = robot.band_hz();
+                grid.frequencies(band_hz, &dynamics.modes(band_hz[1]))
+            }
+        };
+        let receptance = frequencies
+            .into_par_iter()
             .map(|frequency| dynamics.receptance(frequency))
-            .inspect(|_| done())
             .collect::<Option<Vec<_>>>()
             .ok_or_else(unstable)?;
         Ok(Self {
             pose: pose.to_vec(),
-            modes: dynamics.modes(request.highest_hz),
+            modes,
             compliance: dynamics.compliance_estimates(&compliance),
             deflection,
             receptance,

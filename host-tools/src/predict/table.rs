@@ -1,6 +1,9 @@
 //! Predictions as tables for people.
 
+use std::path::Path;
+
 use comfy_table::{CellAlignment, Table};
+use flexid_edge::console::complain;
 use flexid_prediction::document::Found;
 use flexid_prediction::{Estimate, PositiveEstimate};
 use flexid_wire::report::{Acceptance, Fit};
@@ -23,6 +26,15 @@ pub(crate) fn predictions(found: &Found, predictions: &[Prediction]) -> String {
     format!("{doubt}{}", parts.collect::<Vec<_>>().join("\n"))
 }
 
+/// The verdict on a fit, for files.
+pub(crate) fn verdict(fit: &Fit) -> &'static str {
+    match fit.acceptance {
+        Acceptance::Consistent => "consistent: noise explains the residuals of the fit",
+        Acceptance::ModelSuspect => "MODEL SUSPECT: the fit leaves more than noise",
+        Acceptance::Unsettled => "NOT SETTLED: the fit may have missed the right minimum",
+    }
+}
+
 /// Why predictions from a fit may be off by more than their intervals say, if they may.
 pub(crate) fn doubt(fit: &Fit) -> Option<&'static str> {
     match fit.acceptance {
@@ -33,6 +45,13 @@ pub(crate) fn doubt(fit: &Fit) -> Option<&'static str> {
         Acceptance::Unsettled => Some(
             "NOT SETTLED: the fit may have missed the right minimum, and the intervals do not allow for that",
         ),
+    }
+}
+
+/// Says the same on stderr, of a result `file` whose reader does not see the text.
+pub(crate) fn warn_of(file: &Path, fit: &Fit) {
+    if let Some(doubt) = doubt(fit) {
+        complain(&format!("warning: {}: {doubt}", file.display()));
     }
 }
 
