@@ -30,6 +30,9 @@ pub(crate) struct ResultJson<'a> {
     warnings: Vec<String>,
     warning_kinds: &'a [Warning],
     confidence: ConfidenceJson<'a>,
+    /// What is doubtful about the robot's model, as `check` says. Left out if nothing is, and of a daemon.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    model_warnings: Vec<String>,
     /// Each static test in the fit. Left out without static tests, and of a daemon.
     #[serde(skip_serializing_if = "Option::is_none")]
     static_tests: Option<&'a StaticReport>,
@@ -142,6 +145,7 @@ impl<'a> From<&'a Finding> for ResultJson<'a> {
             warnings: warnings.iter().map(ToString::to_string).collect(),
             warning_kinds: warnings,
             confidence: confidence.into(),
+            model_warnings: Vec::new(),
             static_tests: None,
             robot: None,
             evidence: None,
@@ -152,6 +156,11 @@ impl<'a> From<&'a Finding> for ResultJson<'a> {
 }
 
 impl<'a> ResultJson<'a> {
+    /// The same, with what is doubtful about the model.
+    pub(crate) fn with_model_warnings(self, model_warnings: Vec<String>) -> Self {
+        Self { model_warnings, ..self }
+    }
+
     /// The same, with what predicts the robot's motion, and what the fit says of each static test.
     pub(crate) fn with(
         self,

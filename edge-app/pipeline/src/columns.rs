@@ -6,7 +6,7 @@ use std::path::Path;
 
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
 
-use crate::input::BadInput;
+use crate::input::{self, BadInput};
 use crate::model::{Kind, Model, ModelJoint};
 
 /// Columns of a load on the tool, each with its unit.
@@ -27,6 +27,12 @@ pub(crate) fn read<T>(
 ) -> Result<(), BadInput> {
     // Files of spreadsheets begin with a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if let Some(own) = input::seems(text).filter(|own| *own != "a CSV file") {
+        return Err(BadInput::new(
+            file,
+            format!("is {own}, and no table: name a file of comma-separated values"),
+        ));
+    }
     let mut reader = ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(Trim::All)

@@ -13,6 +13,7 @@ use serde_path_to_error::Segment;
 
 pub use json::parse_json;
 pub(crate) use kind::kind;
+pub use kind::seems;
 
 /// Error of a file that cannot be used. Its text is one line that names the file, the place and the correction.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -107,7 +108,8 @@ pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, Bad
     }
     let document = toml::Deserializer::parse(text).map_err(|error| match kind(text) {
         Some(other) if other != "a TOML file" => {
-            BadInput::new(file, format!("is {other}, and no TOML file: name the right one"))
+            let own = seems(text).unwrap_or(other);
+            BadInput::new(file, format!("is {own}, and no TOML file: name the right one"))
         }
         _ if is_at_the_end(&error, text) => {
             bad(&error, "the last line is wrong, or the file is cut off here: ", "")
@@ -116,7 +118,24 @@ pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, Bad
     })?;
     serde_path_to_error::deserialize(document).map_err(|error| {
         let (place, key) = place(text, error.path());
-        bad(error.inner(), &place, &key)
+        match of_another_kind(text, error.inner().message()) {
+            Some(fault) => BadInput::new(file, fault),
+            None => bad(error.inner(), &place, &key),
+        }
+    })
+}
+
+/// Returns the message about a TOML `text` most of whose keys at the top are unknown, by serde's message about one of them.
+fn of_another_kind(text: &str, message: &str) -> Option<String> {
+    let known: Vec<&str> = message.split('`').skip(3).step_by(2).collect();
+    let document: toml::Table = toml::from_str(text).ok()?;
+    let unknown = document.keys().filter(|key| !known.contains(&key.as_str())).count();
+    // A key of a table below has its own known keys, none of which is at the top.
+    let is_at_top = message.starts_with("unknown field")
+        && message.split('`').nth(1).is_some_and(|culprit| document.contains_key(culprit));
+    (is_at_top && 2 * unknown > document.len()).then(|| {
+        let own = seems(text).unwrap_or("a TOML file");
+        format!("is {own}: a file with the keys {} is wanted: name that one", known.join(", "))
     })
 }
 

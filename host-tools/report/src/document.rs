@@ -17,6 +17,8 @@ use crate::evidence::{DataQuality, MeasuredReceptance, Origin, RecordEvidence, S
 pub struct Document {
     /// Parameters, fit, warnings and robot.
     pub found: Found,
+    /// What is doubtful about the model of the robot, a line each.
+    pub model_warnings: Vec<String>,
     /// What the file says of their trust. `None` in files of programs that did not write it.
     pub confidence: Option<Confidence>,
     /// Records that the fit rests on.
@@ -118,6 +120,8 @@ pub struct Line {
 /// The entries of a file that [`Found`] leaves out.
 #[derive(Deserialize)]
 struct Further {
+    #[serde(default)]
+    model_warnings: Vec<String>,
     confidence: Option<Confidence>,
     records: Option<Vec<RecordEvidence>>,
     measured_receptance: Option<Vec<MeasuredReceptance>>,
@@ -142,10 +146,25 @@ impl Document {
     pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
         let found = Found::parse(file, text)?;
         let further: Further = input::parse_json(file, text, COMMAND)?;
-        let Further { confidence, records, measured_receptance, course, data_quality, origin } =
-            further;
-        let document =
-            Self { found, confidence, records, measured_receptance, course, data_quality, origin };
+        let Further {
+            model_warnings,
+            confidence,
+            records,
+            measured_receptance,
+            course,
+            data_quality,
+            origin,
+        } = further;
+        let document = Self {
+            found,
+            model_warnings,
+            confidence,
+            records,
+            measured_receptance,
+            course,
+            data_quality,
+            origin,
+        };
         match document.fault() {
             Some(fault) => Err(BadInput::new(file, fault)),
             None => Ok(document),

@@ -134,10 +134,16 @@ fn result() -> Value {
             "acceptance": "consistent", "found_by": "descent", "random_searches": 0, "branches": 1,
         },
         "warnings": ["2 frames are <odd> & lost"],
+        "model_warnings": ["every moving link weighs 2 kg: are these placeholders?"],
         "confidence": {
             "joints": intervals,
-            "nuisances": [],
-            "explanations": [{ "text": "TCP z explains 75 %", "remedy": "measure the TCP", "other": 1 }],
+            "nuisances": [{
+                "name": "accelerometer 1/omega^2", "unit": "s^2", "value": 1e-8, "std": 1e-10, "interval": [9.8e-9, 1.02e-8],
+                "verdict": "weak",
+            }],
+            "explanations": [{
+                "text": "TCP z explains 75 %", "alike": "off as well: TCP x", "remedy": "measure the TCP", "other": 1,
+            }],
             "correlations": { "unknowns": ["joint_1 tx stiffness", "joint_2 tx stiffness"], "percent": [-93] },
             "weak_directions": [{
                 "text": "joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (31 %)",
@@ -193,6 +199,7 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "residuals",
         "modes",
         "parameters",
+        "imperfections",
         "correlations",
         "held-out",
         "course",
@@ -229,6 +236,13 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "The fit explains the records, with reservations. 24 of 36 parameters are identified",
         "Measure the TCP.",
         "2 frames are &lt;odd&gt; &amp; lost",
+        "model: every moving link weighs 2 kg: are these placeholders?",
+        "TCP z explains 75 %; off as well: TCP x.",
+        "robot mill3, 3 joints, 3 records, 2.00 to 200\u{a0}Hz, tool centre point 'tcp'",
+        "Stiffness at the tool, N/m, one axis loaded at a time: x ",
+        "accelerometer resonance 1.59 kHz (1.58 kHz to 1.61 kHz)",
+        "<td class=\"left weak\">weak</td>",
+        "<code>flexid plan</code> proposes them.",
         "with a FRAC (frequency response assurance criterion, 100\u{a0}% for the same shape) of at least 99.8",
         "SSP, the surface similarity parameter, is 0 where",
         "Of the nine entries, 67\u{a0}% are certain enough",
@@ -239,6 +253,20 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "2.00 to 4.00",
     ] {
         assert!(page.contains(text), "{text:?} is not in the page");
+    }
+}
+
+/// `plan` refuses a result whose fit is not consistent.
+#[test]
+fn a_fit_that_is_not_settled_is_no_ground_for_a_plan() {
+    for (acceptance, class) in [("unsettled", "caution"), ("model_suspect", "bad")] {
+        let mut result = result();
+        result["fit"]["acceptance"] = json!(acceptance);
+        let page = page(&result);
+        assert!(page.contains(&format!("<h1 class=\"{class}\">")), "{acceptance}");
+        assert!(page.contains("without <code>--from</code>") && !page.contains("proposes them"));
+        let maybe = "If this minimum is the right one, then the following is off.";
+        assert_eq!(page.contains(maybe), acceptance == "unsettled");
     }
 }
 

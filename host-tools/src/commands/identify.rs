@@ -28,6 +28,7 @@ use crate::output::{self, Output};
 use crate::recording::meter::{Meter, Work};
 use crate::recording::{self, ending};
 use crate::show::table;
+use crate::urdf;
 
 /// Most driven joints that one pose may determine: those of the reference robot.
 const ONE_POSE: usize = 3;
@@ -96,6 +97,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let written = if json.is_some() || page.is_some() {
         let origin = origin(args, &config, evidence.as_ref());
         let result = ResultJson::from(&finding)
+            .with_model_warnings(urdf::doubts(&config.model))
             .with(robot.as_ref(), statics.as_ref())
             .with_evidence(evidence.as_ref(), &origin);
         let text = serde_json::to_string_pretty(&result)? + "\n";

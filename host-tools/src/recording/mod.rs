@@ -17,13 +17,16 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use flexid_pipeline::config::Config;
-use flexid_pipeline::input::BadInput;
+use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::source::{CandumpLog, FrameSource, Logs};
 
 use meter::Meter;
 
 /// Name of standard input.
 const STANDARD_INPUT: &str = "-";
+
+/// What a log of candump seems to be.
+const LOG: &str = "a candump log";
 
 /// A log, unpacked.
 type Log = CandumpLog<Box<dyn Read + Send>>;
@@ -95,6 +98,10 @@ fn log(name: &Path, bytes: impl Read + Send + 'static, interface: &str) -> Resul
     let (head, bytes) = foreign::head(packed::unpacked(bytes));
     if let Some(mend) = foreign::mend(&head) {
         return Err(BadInput::new(name, mend));
+    }
+    let own = input::seems(&String::from_utf8_lossy(&head)).filter(|own| *own != LOG);
+    if let Some(own) = own {
+        return Err(BadInput::new(name, format!("is {own}, and no log of candump -L: name one")));
     }
     CandumpLog::new(name, bytes).on_bus(interface)
 }

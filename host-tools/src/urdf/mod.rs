@@ -9,6 +9,7 @@ mod plausibility;
 mod tree;
 
 use flexid_core::MAX_JOINTS;
+use flexid_pipeline::input;
 use flexid_pipeline::model::{Kind, Model, ModelError, ModelJoint, Tcp};
 use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use urdf_rs::JointType;
@@ -49,6 +50,9 @@ pub enum UrdfError {
     /// XML that is no URDF.
     #[error("not a URDF: {0}")]
     Syntax(String),
+    /// A file of another kind.
+    #[error("is {0}, and no URDF: name the robot's URDF file")]
+    OtherFile(&'static str),
     /// A xacro file, which must be expanded to a URDF first.
     #[error(
         "is a xacro, a template for URDF: expand it first with `xacro IN.xacro > robot.urdf` (ROS package xacro, or `pip install xacro`)"
@@ -282,7 +286,10 @@ fn read(text: &str) -> Result<urdf_rs::Robot, UrdfError> {
     if text.contains("<xacro:") {
         return Err(UrdfError::Xacro);
     }
-    let syntax = |error: urdf_rs::UrdfError| UrdfError::Syntax(one_line(&error.to_string()));
+    let syntax = |error: urdf_rs::UrdfError| match input::seems(text) {
+        Some(own) if !text.trim_start().starts_with('<') => UrdfError::OtherFile(own),
+        _ => UrdfError::Syntax(one_line(&error.to_string())),
+    };
     urdf_rs::read_from_string(text).map_err(syntax)
 }
 

@@ -8,7 +8,7 @@ use crate::setup::{edit, flexid, folder, found, refused, refuses_bad_results, st
 fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
     // Arguments; file, text and its replacement; what stderr says.
     type Case = (&'static str, Option<[&'static str; 3]>, &'static [&'static str]);
-    let cases: [Case; 43] = [
+    let cases: [Case; 52] = [
         ("model import gone.urdf --tcp tcp -o m.toml", None, &["gone.urdf: cannot be read"]),
         (
             "model import mill3.urdf --tcp hand -o m.toml",
@@ -23,8 +23,53 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
                 "the chains end in tcp; all links are base_link, link_1, link_2, link_3, tcp",
             ],
         ),
-        ("model import mill3.toml -o m.toml", None, &["mill3.toml: not a URDF: "]),
-        ("model import mill3.toml --tcp tcp -o m.toml", None, &["mill3.toml: not a URDF: "]),
+        ("model import mill3.toml -o m.toml", None, &["mill3.toml: is a scenario, and no URDF: "]),
+        (
+            "model import mill3.toml --tcp tcp -o m.toml",
+            None,
+            &["mill3.toml: is a scenario, and no URDF: "],
+        ),
+        (
+            "model import edge.toml --tcp tcp -o m.toml",
+            None,
+            &["edge.toml: is a configuration, and no URDF: "],
+        ),
+        (
+            "model import mill3.dbc --tcp tcp -o m.toml",
+            None,
+            &["mill3.dbc: is a DBC file, and no URDF: "],
+        ),
+        (
+            "check --config mill3-model.toml",
+            None,
+            &["mill3-model.toml: is the model of a robot: a file with the keys model, bounds"],
+        ),
+        (
+            "check --config mill3.toml",
+            None,
+            &["mill3.toml: is a scenario: a file with the keys model, bounds"],
+        ),
+        ("check --config mill3.urdf", None, &["mill3.urdf: is a URDF", "and no TOML file"]),
+        (
+            "check --config edge.toml edge.toml",
+            None,
+            &["edge.toml: is a configuration, and no log of candump -L"],
+        ),
+        (
+            "identify --config edge.toml mill3.dbc",
+            None,
+            &["mill3.dbc: is a DBC file, and no log of candump -L"],
+        ),
+        (
+            "predict edge.toml",
+            None,
+            &["edge.toml: is a configuration: give a file as `flexid identify --json` writes it"],
+        ),
+        (
+            "simulate --config edge.toml --plant mill3.toml --candump o.log",
+            None,
+            &["mill3.toml: is a scenario: a file with the keys force_sensor"],
+        ),
         (
             "model import mill3.urdf --tcp tcp -o m.toml",
             Some(["mill3.urdf", "<mass value=\"485\"/>", "<mass value=\"0\"/>"]),
@@ -145,8 +190,7 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
             "identify --config edge.toml mill3.urdf",
             None,
             &[
-                "mill3.urdf: is not a candump log: line 1 is no line of `candump -L` (Invalid timestamp)",
-                "record it with `candump -L can0 > cut.log`",
+                "mill3.urdf: is a URDF (`flexid model import` makes a model file of it), and no log of candump -L: name one",
             ],
         ),
         ("plan --config edge.toml --force -1", None, &["--force -1: must be above 0 N"]),

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::setup::{found, refused, refuses_bad_results, stdout};
+use crate::setup::{flexid, found, refused, refuses_bad_results, stderr, stdout};
 
 #[test]
 fn the_file_has_deflections_offsets_and_what_is_left() {
@@ -40,6 +40,18 @@ fn the_file_has_deflections_offsets_and_what_is_left() {
         at(1, "q2_offset_low") < at(1, "q2_offset") && at(1, "q2_offset") < at(1, "q2_offset_high")
     );
     assert!((at(2, "q1") - 20_f64.to_radians()).abs() < 1e-12);
+
+    // What is left is as uncertain as the deflection.
+    let width = |name: &str| at(1, &format!("{name}_high")) - at(1, &format!("{name}_low"));
+    assert!((width("dx_left") / width("dx") - 1.0).abs() < 1e-6 && width("dx") > 0.0);
+
+    fs::write(folder.join("huge.csv"), "q1,q2,q3,fx,fy,fz\n0,-0.45,0.95,0,2e5,0\n").unwrap();
+    let output = flexid(folder, "compensate o.json huge.csv -o huge-out.csv");
+    let warned = stderr(&output);
+    assert!(
+        output.status.success() && warned.starts_with("warning: huge.csv:2: offset of q"),
+        "{warned}"
+    );
 
     let json = stdout(folder, "compensate o.json path.csv -o out.csv --json");
     let json: Value = serde_json::from_str(&json).unwrap();
@@ -99,7 +111,10 @@ fn bad_paths_are_refused_with_line_column_and_mend() {
         ("compensate o.json bad.csv -o out.csv", "bad.csv: is not text"),
         ("compensate o.json gone.csv -o out.csv", "gone.csv: cannot be read"),
         ("compensate o.json huge.csv -o out.csv", "huge.csv: is larger than 16 MiB"),
-        ("compensate o.json o.json -o out.csv", "o.json:1: "),
+        (
+            "compensate o.json o.json -o out.csv",
+            "o.json: is a result of `flexid identify --json`, and no table: name a file of comma-separated",
+        ),
         ("compensate o.json path.csv -o gone/out.csv", "its folder is not there"),
         ("compensate o.json path.csv", "--out <OUT.csv>"),
     ] {

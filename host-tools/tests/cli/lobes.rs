@@ -56,6 +56,35 @@ fn the_table_the_files_and_json_hold_the_same_limits() {
     assert!(quarter["least_depth_m"]["value"].as_f64().unwrap() > 1.3 * least, "{quarter}");
 }
 
+/// Fast spindles chatter above the band, if a mode is taken into account there.
+#[test]
+fn what_chatters_beyond_the_band_is_marked() {
+    let folder = found();
+    let folder = folder.path();
+    let cut =
+        "--teeth 4 --kt 700 --feed 1,0,0 --rpm 3000,60000 --milling up --immersion 1 --points 40";
+    let beyond = format!("lobes o.json {cut} --highest 2000 --out l.csv --out l.svg");
+    let text = stdout(folder, &beyond);
+    let marked = |text: &str| text.lines().filter(|line| line.contains(" * ")).count() > 0;
+    assert!(marked(&text) && text.contains("\ndeepest by the modes up to 200.0 Hz: "), "{text}");
+    assert!(
+        text.contains("* chatters above the band that was fitted, which ends at 200.0 Hz"),
+        "{text}"
+    );
+    let csv = fs::read_to_string(folder.join("l.csv")).unwrap();
+    for line in csv.lines().skip(1) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let is_beyond = cells[4].parse::<f64>().is_ok_and(|hz| hz > 200.0);
+        assert_eq!(cells[8], if is_beyond { "1" } else { "0" }, "{line}");
+    }
+    assert!(
+        fs::read_to_string(folder.join("l.svg"))
+            .unwrap()
+            .contains("where the band that was fitted ends")
+    );
+    assert!(!marked(&stdout(folder, &format!("lobes o.json {cut}"))));
+}
+
 #[test]
 fn wrong_arguments_are_refused_with_their_mend() {
     let folder = found();

@@ -27,7 +27,7 @@ fn intervals_hold_what_is_true_and_files_hold_what_is_printed() {
     with_truth(folder, &found);
     let predicted = |file: &str| -> Value {
         let arguments = format!(
-            "predict {file} --pose 0.4,-0.7,1.1 --force 120,-80,200 --json --receptance h.csv"
+            "predict {file} --pose 0.4,-0.7,1.1 --force 120,-80,200 --json --receptance h.csv --points 400"
         );
         serde_json::from_str(&stdout(folder, &arguments)).unwrap()
     };
@@ -73,6 +73,9 @@ fn intervals_hold_what_is_true_and_files_hold_what_is_printed() {
     for part in [" mode ", " Hz ", " deflection, µm: x ", " stiffness at the tool, N/m: x "] {
         assert!(table.contains(part), "{part:?} is not in\n{table}");
     }
+    // Without a number of frequencies there are more about each mode.
+    stdout(folder, "predict o.json --pose 0.4,-0.7,1.1 --receptance fine.csv");
+    assert!(fs::read_to_string(folder.join("fine.csv")).unwrap().lines().count() > 500);
     // Nine entries in each of three poses.
     let uff = fs::read_to_string(folder.join("h.uff")).unwrap();
     assert_eq!(uff.lines().filter(|line| *line == "    58").count(), 27);
@@ -106,6 +109,32 @@ fn an_export_says_what_its_comments_say() {
     assert_eq!(written, "open.csv: robot written");
     assert!(doubt.starts_with("warning: open.csv: NOT SETTLED: "), "{said}");
     assert!(open.starts_with("warning: open.csv: 6 parameters not observable"), "{said}");
+
+    // So does what is predicted, in each format that has a place for it, and else on stderr.
+    let output = flexid(folder, "export open.json --format uff --out open.uff --points 3");
+    assert!(
+        stderr(&output).ends_with(
+            "may have missed the right minimum, and the intervals do not allow for that\n"
+        )
+    );
+    let uff = fs::read_to_string(folder.join("open.uff")).unwrap();
+    assert_eq!(
+        uff.matches("\nfit NOT SETTLED: the fit may have missed the right minimum\n").count(),
+        9
+    );
+    let output = flexid(folder, "predict open.json --json");
+    assert!(
+        stderr(&output).starts_with("warning: open.json: NOT SETTLED: "),
+        "{}",
+        stderr(&output)
+    );
+    let predicted: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (&predicted[0]["verdict"], &predicted[0]["schema"]),
+        (&"unsettled".into(), &1.into())
+    );
+    stdout(folder, "map open.json --points 2 --out open.svg");
+    assert!(fs::read_to_string(folder.join("open.svg")).unwrap().contains("NOT SETTLED: "));
 }
 
 /// What goes to a pipe or a device has a reader of its own.

@@ -100,11 +100,11 @@ pub(crate) fn refuses_bad_results(folder: &Path, arguments: &str) {
         ("gone.json", "cannot be read"),
         ("empty.json", "is empty: give a file as `flexid identify --json` writes it"),
         ("cut.json", "is cut off at line 1: copy it again, or give a file as `flexid identify"),
-        ("edge.toml", "is a TOML file: give a file as `flexid identify --json` writes it"),
+        ("edge.toml", "is a configuration: give a file as `flexid identify --json` writes it"),
         ("cut.log", "is a candump log: give a file as `flexid identify --json` writes it"),
         (
             "other.json",
-            "key `joints` is missing: give a file as `flexid identify --json` writes it",
+            "is a file of `flexid simulate --truth-json`: key `joints` is missing: give a file as `flexid identify --json` writes it",
         ),
         (".", "cannot be read"),
         ("huge.json", "is larger than 16 MiB"),

@@ -7,7 +7,7 @@ use serde_json::Deserializer;
 use serde_json::error::Category;
 use serde_path_to_error::Segment;
 
-use super::kind::kind;
+use super::kind::{kind, seems};
 use super::{BadInput, mend};
 
 /// Parses the JSON `text` of `file`, which `command` writes, for example `flexid identify --json`. Of several values one after the other,
@@ -38,8 +38,21 @@ pub fn parse_json<T: DeserializeOwned>(
             _ if is_cut_off(value, &error) => {
                 format!("is cut off at line {line}: copy it again, or")
             }
-            (Category::Data, _) => format!("{path}{}", mend(&without_position(&error), &key)),
-            (_, Some(other)) if other != "a JSON file" => format!("is {other}"),
+            (Category::Data, _) => {
+                let fault = format!("{path}{}", mend(&without_position(&error), &key));
+                match seems(text) {
+                    // What lacks a key at the top may be another file.
+                    Some(own)
+                        if path.is_empty() && !own.contains(command) && own != "a JSON file" =>
+                    {
+                        format!("is {own}: {fault}")
+                    }
+                    _ => fault,
+                }
+            }
+            (_, Some(other)) if other != "a JSON file" => {
+                format!("is {}", seems(text).unwrap_or(other))
+            }
             _ => format!("is no JSON from line {line} on"),
         };
         let give = if fault.ends_with(" or") { format!(" {give}") } else { format!(": {give}") };

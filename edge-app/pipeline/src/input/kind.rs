@@ -1,5 +1,33 @@
 //! What a text seems to be that should be of another format.
 
+/// What a file in TOML seems to be: the head of a table that is in no other one of flexid, and the name of the file.
+const IN_TOML: [(&str, &str); 5] = [
+    ("[[joint]]", "the model of a robot"),
+    ("[[truth]]", "a scenario"),
+    ("[[experiment]]", "a scenario"),
+    ("[model]", "a configuration"),
+    ("[robot]", "a plant file"),
+];
+/// The same of JSON: a key.
+const IN_JSON: [(&str, &str); 2] = [
+    ("\"search_evaluations\"", "a result of `flexid identify --json`"),
+    ("\"truth\"", "a file of `flexid simulate --truth-json`"),
+];
+
+/// Returns what `text` seems to be, as [`kind`], and of files in TOML and JSON which one of flexid's.
+pub fn seems(text: &str) -> Option<&'static str> {
+    let own = kind(text)?;
+    let known = match own {
+        "a TOML file" => {
+            let has = |head: &str| text.lines().any(|line| line.trim_start().starts_with(head));
+            IN_TOML.iter().find(|(head, _)| has(head))
+        }
+        "a JSON file" => IN_JSON.iter().find(|(key, _)| text.contains(key)),
+        _ => None,
+    };
+    Some(known.map_or(own, |(_, name)| name))
+}
+
 /// Returns what `text` seems to be, by its first line that is neither empty nor a comment. Returns `None` if it does not show.
 pub(crate) fn kind(text: &str) -> Option<&'static str> {
     let mut lines = text.lines().map(str::trim);
@@ -50,6 +78,25 @@ fn is_assignment(line: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_tables_and_keys_tell_the_files_of_flexid_apart() {
+        for (text, expected) in [
+            ("name = \"mill3\"\n[[joint]]\n", Some("the model of a robot")),
+            ("robot = \"mill3\"\n[bounds]\n[[truth]]\n", Some("a scenario")),
+            ("[model]\nfile = \"a.toml\"\n", Some("a configuration")),
+            ("[other]\n", Some("a TOML file")),
+            (
+                "{\"fit\": {\"search_evaluations\": 3}}",
+                Some("a result of `flexid identify --json`"),
+            ),
+            ("{\"truth\": {}}", Some("a file of `flexid simulate --truth-json`")),
+            ("{}", Some("a JSON file")),
+            ("Dear reader\n", None),
+        ] {
+            assert_eq!(seems(text), expected, "{text}");
+        }
+    }
 
     #[test]
     fn the_first_line_shows_the_format() {

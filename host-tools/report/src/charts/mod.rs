@@ -33,15 +33,15 @@ pub(crate) type Drawn<T = ()> = Result<T, Box<dyn Error>>;
 /// Colours after Okabe and Ito, which everyone can distinguish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Colour {
-    /// The model, and what is above zero.
+    /// The model, what is weak, and what is above zero.
     Orange,
     /// What was measured.
     Blue,
     /// What is identified.
     Green,
-    /// What is weak, and residuals.
+    /// What is not observable, and residuals.
     Red,
-    /// Noise, and what is not observable. The style sheet dashes its lines.
+    /// Noise. The style sheet dashes its lines.
     Grey,
 }
 

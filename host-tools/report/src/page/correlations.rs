@@ -15,12 +15,15 @@ const DRAWN: u8 = 30;
 const LISTED: u8 = 80;
 /// Most pairs that are listed.
 const MOST_PAIRS: usize = 12;
-/// Height of the picture, pixels; room for the names beside it.
-const HEIGHT: u32 = 1500;
-const NAMES: u32 = 460;
+/// Side of the picture, pixels: room for a name beside each row, within these limits. Room for the names beside it and below.
+const ROW: u32 = 40;
+const SIDES: [u32; 2] = [700, 1900];
+const NAMES: u32 = 470;
 /// Room for half of the first name above, pixels.
 const ABOVE: u32 = 16;
+/// Height of the letters, pixels, at most, and as a part of a row.
 const FONT: f64 = 30.0;
+const OF_ROW: f64 = 0.9;
 
 pub(super) fn section(document: &Document) -> Markup {
     let Some(confidence) = &document.confidence else {
@@ -63,6 +66,7 @@ pub(super) fn section(document: &Document) -> Markup {
                         strong { "Strongest pairs" } ", from " (LISTED) "\u{a0}% on"
                         @if pairs.len() > MOST_PAIRS { "; " (pairs.len() - MOST_PAIRS) " further pairs are in the file" }
                     }
+                    thead { tr { th.left { "unknown" } th.left { "and" } th { "correlation" } } }
                     tbody {
                         @for (row, column, own) in pairs.iter().take(MOST_PAIRS) {
                             tr {
@@ -83,7 +87,7 @@ pub(super) fn section(document: &Document) -> Markup {
                     (picture(correlations))
                     figcaption {
                         "Correlations of " (DRAWN) "\u{a0}% and more between all " (correlations.unknowns.len()) " unknowns; the stronger, the \
-                         darker. Both axes have the order of the names."
+                         fuller the colour. Rows and columns have the same names: the column of an unknown stands below its own row."
                     }
                 }
             }
@@ -94,26 +98,24 @@ pub(super) fn section(document: &Document) -> Markup {
 /// The lower triangle, with the names of the unknowns beside it.
 fn picture(correlations: &Correlations) -> Markup {
     let unknowns = correlations.unknowns.len();
-    let cell = f64::from(HEIGHT) / unknowns as f64;
-    // Each name has at least the height of its letters.
-    let every = (1.15 * FONT / cell).ceil().max(1.0) as usize;
-    svg(HEIGHT + ABOVE, "Correlations between the unknowns", |canvas| {
-        let canvas = canvas.clone().shrink((0, ABOVE), (WIDTH, HEIGHT));
+    let [least, most] = SIDES;
+    let side = (unknowns as u32 * ROW).clamp(least, most);
+    let cell = f64::from(side) / unknowns as f64;
+    let font = FONT.min(OF_ROW * cell);
+    svg(side + ABOVE + NAMES, "Correlations between the unknowns", |canvas| {
+        let canvas = canvas.clone().shrink((0, ABOVE), (WIDTH, side + NAMES));
         let place = |index: usize| (index as f64 * cell).round() as i32;
-        let left = NAMES as i32 + (WIDTH as i32 - NAMES as i32 - HEIGHT as i32) / 2;
+        let left = NAMES as i32 + (WIDTH as i32 - NAMES as i32 - side as i32) / 2;
+        let right = Pos::new(HPos::Right, VPos::Center);
+        let beside = TextStyle::from(("sans-serif", font).into_font()).pos(right);
+        let below = beside.transform(FontTransform::Rotate270);
         for index in 0..unknowns {
             let (from, to) = (place(index), place(index + 1));
             let own = [(left + from, from), (left + to, to)];
             canvas.draw(&Rectangle::new(own, SOFT.mix(0.45).filled()))?;
-            if index % every == 0 {
-                let style = TextStyle::from(("sans-serif", FONT).into_font())
-                    .pos(Pos::new(HPos::Right, VPos::Center));
-                canvas.draw_text(
-                    &correlations.unknowns[index],
-                    &style,
-                    (left - 14, (from + to) / 2),
-                )?;
-            }
+            let (name, middle) = (&correlations.unknowns[index], (from + to) / 2);
+            canvas.draw_text(name, &beside, (left - 14, middle))?;
+            canvas.draw_text(name, &below, (left + middle, side as i32 + 14))?;
         }
         for (row, column, own) in
             correlations.pairs().filter(|(.., own)| own.unsigned_abs() >= DRAWN)
@@ -124,8 +126,7 @@ fn picture(correlations: &Correlations) -> Markup {
             let strength = f64::from(own.unsigned_abs()) / 100.0;
             canvas.draw(&Rectangle::new(corners, colour.rgb().mix(strength).filled()))?;
         }
-        let outline =
-            [(left, 0), (left, HEIGHT as i32 - 1), (left + HEIGHT as i32, HEIGHT as i32 - 1)];
+        let outline = [(left, 0), (left, side as i32 - 1), (left + side as i32, side as i32 - 1)];
         canvas.draw(&PathElement::new(outline, SOFT.stroke_width(2)))?;
         Ok(())
     })

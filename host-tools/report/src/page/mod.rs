@@ -4,6 +4,7 @@ mod correlations;
 mod course;
 mod format;
 mod held_out;
+mod imperfections;
 mod modes;
 mod origin;
 mod parameters;
@@ -49,6 +50,7 @@ pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
                     (residuals::section(document))
                     (modes::section(document, &poses))
                     (parameters::section(document))
+                    (imperfections::section(document))
                     (correlations::section(document))
                     (held_out::section(document))
                     (course::section(document))

@@ -4,8 +4,8 @@ use flexid_prediction::PositiveEstimate;
 use flexid_prediction::modes::Mode;
 use maud::{Markup, html};
 
-use super::format::{count, digits, digits_of, interval, percent, pose};
-use super::{DOFS, Pose};
+use super::format::{count, digits, digits_of, interval, number, percent, pose};
+use super::{AXES, DOFS, Pose};
 use crate::document::Document;
 
 /// Most modes of a pose that are listed.
@@ -25,6 +25,7 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>]) -> Markup {
             }
             @for (index, pose) in poses.iter().enumerate() {
                 (table(document, index, pose))
+                (stiffness(pose))
             }
         }
     }
@@ -57,6 +58,28 @@ fn table(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
         }
         @if modes.len() > MOST_MODES {
             p.note { (count(modes.len() - MOST_MODES, "further mode")) " up to the end of the band." }
+        }
+    }
+}
+
+/// The static stiffness of the tool along each of its axes, as the inverse of its compliance there.
+fn stiffness(own: &Pose<'_>) -> Markup {
+    let compliance = own.dynamics.as_ref().and_then(|dynamics| {
+        let compliance = dynamics.compliance()?;
+        Some(dynamics.compliance_estimates(&compliance))
+    });
+    let Some(compliance) = compliance else { return Markup::default() };
+    html! {
+        p.note {
+            "Stiffness at the tool, N/m, one axis loaded at a time: "
+            @for axis in 0..3 {
+                @let own = compliance[axis][axis];
+                @let ends = [1.0 / own.interval[1], 1.0 / own.interval[0]];
+                @if axis > 0 { ", " }
+                (AXES[axis]) " " (number(1.0 / own.value))
+                @if ends[1] > 0.0 { " (" (interval(ends)) ")" } @else { " (above " (number(ends[0])) ")" }
+            }
+            "."
         }
     }
 }

@@ -14,6 +14,9 @@ use crate::document::Document;
 const ROW: u32 = 46;
 const AROUND: u32 = 190;
 const FONT: f64 = 34.0;
+/// Room for the names, and letters of a joint's name for which there is room beside its degree of freedom, pixels.
+const NAMES: u32 = 400;
+const LETTERS: usize = 18;
 
 /// Class of a verdict in the style sheet.
 pub(super) fn class(verdict: Verdict) -> &'static str {
@@ -25,7 +28,7 @@ pub(super) fn class(verdict: Verdict) -> &'static str {
     }
 }
 
-fn words(verdict: Verdict) -> &'static str {
+pub(super) fn words(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Identified => "identified",
         Verdict::Weak => "weak",
@@ -37,8 +40,8 @@ fn words(verdict: Verdict) -> &'static str {
 fn colour(verdict: Verdict) -> Colour {
     match verdict {
         Verdict::Identified => Colour::Green,
-        Verdict::Weak => Colour::Red,
-        Verdict::NotObservable => Colour::Grey,
+        Verdict::Weak => Colour::Orange,
+        Verdict::NotObservable => Colour::Red,
         Verdict::Fixed => Colour::Blue,
     }
 }
@@ -69,8 +72,8 @@ pub(super) fn section(document: &Document) -> Markup {
             }
             (legend(&[
                 ("identified", Colour::Green, Mark::Dot),
-                ("weak", Colour::Red, Mark::Dot),
-                ("not observable", Colour::Grey, Mark::Dot),
+                ("weak", Colour::Orange, Mark::Dot),
+                ("not observable (hollow)", Colour::Red, Mark::Dot),
                 ("fixed", Colour::Blue, Mark::Dot),
             ]))
             figure { (picture(&parameters)) }
@@ -158,7 +161,7 @@ fn draw(canvas: &Canvas<'_>, title: &str, parameters: &[&Parameter]) -> Drawn {
         .margin(8)
         .margin_right(40)
         .x_label_area_size(116)
-        .y_label_area_size(270)
+        .y_label_area_size(NAMES)
         .build_cartesian_2d(x.clone(), y)?;
     let name = |row: &f64| {
         let own = parameters.get(-row.round() as usize);
@@ -209,11 +212,10 @@ fn draw(canvas: &Canvas<'_>, title: &str, parameters: &[&Parameter]) -> Drawn {
 
 /// A name that fits beside the picture.
 fn short(name: &str) -> String {
-    const MOST: usize = 12;
-    if name.chars().count() <= MOST {
+    if name.chars().count() <= LETTERS {
         return name.to_owned();
     }
-    let end: Vec<char> = name.chars().rev().take(MOST - 1).collect();
+    let end: Vec<char> = name.chars().rev().take(LETTERS - 1).collect();
     format!("…{}", end.into_iter().rev().collect::<String>())
 }
 
@@ -255,6 +257,6 @@ fn cells(own: &Parameter) -> Markup {
         td.ours { (digits(own.value, own.interval.map_or(3, digits_of))) }
         td { @match own.interval { Some(ends) => (interval(ends)), None => "–" } }
         td { @match own.std { Some(std) => (percent(std / own.value)), None => "–" } }
-        td.left class=(class(own.verdict)) { (words(own.verdict)) }
+        td class={ "left " (class(own.verdict)) } { (words(own.verdict)) }
     }
 }

@@ -16,7 +16,7 @@ use crate::evidence::{MeasuredPoint, MeasuredReceptance, same_pose};
 /// Frequencies of a model's curve, but for those near its modes.
 const POINTS: usize = 120;
 /// Places near a mode, in half widths of its resonance: the peak and its flanks.
-const NEAR_MODE: [f64; 7] = [-4.0, -1.5, -0.6, 0.0, 0.6, 1.5, 4.0];
+const NEAR_MODE: [f64; 11] = [-4.0, -2.5, -1.5, -0.8, -0.3, 0.0, 0.3, 0.8, 1.5, 2.5, 4.0];
 /// Heights of the panels, pixels: magnitude, phase, coherence.
 const HEIGHTS: [u32; 3] = [440, 240, 270];
 /// Widths of what stands left of the first column, and below the last row, pixels.
@@ -69,7 +69,7 @@ fn figure(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
             @if modelled.is_empty() {
                 p { "The robot does not stand in this pose: it has no stiffness there." }
             } @else {
-                (chart(own, &modelled, measured, &title))
+                (chart(&modelled, measured, &title))
                 figcaption { (note(measured)) }
             }
         }
@@ -112,7 +112,6 @@ fn curve(pose: &Pose<'_>) -> Vec<ReceptancePoint> {
 }
 
 fn chart(
-    pose: &Pose<'_>,
     modelled: &[ReceptancePoint],
     measured: Option<&MeasuredReceptance>,
     title: &str,
@@ -142,7 +141,7 @@ fn chart(
             canvas.clone().shrink((left as i32, top as i32), (width, height))
         };
         let entries = (0..9).map(|index| Entry::of(modelled, points, index / 3, index % 3));
-        let along = (0..3).map(|row| Entry::along(pose, points, row));
+        let along = (0..3).map(|row| Entry::along(modelled, points, row));
         for (index, entry) in entries.chain(along).enumerate() {
             let (row, column) = (index / 3, index % 3);
             let top = row as u32 * (high + low);
@@ -198,18 +197,20 @@ impl Entry {
         }
     }
 
-    /// Displacement along an axis per force along the direction that it had.
-    fn along(pose: &Pose<'_>, points: &[MeasuredPoint], row: usize) -> Self {
-        let model = |own: &MeasuredPoint| {
-            let h = pose.dynamics.as_ref()?.receptance_value(own.frequency_hz)?;
-            let parts = h[row].iter().zip(own.direction);
-            Some(parts.map(|(entry, direction)| entry * complex(direction)).sum())
+    /// Displacement along an axis per force along the direction that it had. The model's has the direction of the frequencies that were measured
+    /// on both sides, so that its resonances show between them.
+    fn along(modelled: &[ReceptancePoint], points: &[MeasuredPoint], row: usize) -> Self {
+        let model = |own: &ReceptancePoint| {
+            let direction = direction_at(points, own.frequency_hz)?;
+            let entries = own.magnitude[row].iter().zip(&own.phase[row]);
+            let entries = entries.map(|(size, phase)| Complex::from_polar(size.value, phase.value));
+            Some(entries.zip(direction).map(|(entry, part)| entry * part).sum())
         };
         let of =
             |own: &MeasuredPoint, of: &[[f64; 2]; 3]| (own.frequency_hz, Some(complex(of[row])));
         Self {
             title: format!("{} along the force", AXES[row]),
-            model: points.iter().map(|own| (own.frequency_hz, model(own))).collect(),
+            model: modelled.iter().map(|own| (own.frequency_hz, model(own))).collect(),
             bands: [Vec::new(), Vec::new()],
             measured: points.iter().map(|own| of(own, &own.measured_along)).collect(),
             fitted: points.iter().map(|own| of(own, &own.modelled_along)).collect(),
@@ -255,6 +256,31 @@ impl Entry {
             Curve { colour: Colour::Grey, width: 3, points: of(&self.fitted) },
         ]
     }
+}
+
+/// Direction of the force at a frequency, Hz, within those that were measured: between two of them their mean, weighted by its distance from each, or
+/// that of the nearer one if their largest components are different ones, whose phases are the origins.
+fn direction_at(points: &[MeasuredPoint], hz: f64) -> Option<[Complex<f64>; 3]> {
+    let next = points.iter().position(|own| own.frequency_hz >= hz)?;
+    let after = &points[next];
+    // Rounding may have moved the ends.
+    let before = next.checked_sub(1).map_or(after, |before| &points[before]);
+    if next == 0 && after.frequency_hz > hz * (1.0 + 1e-6) {
+        return None;
+    }
+    let width = after.frequency_hz - before.frequency_hz;
+    let part = if width > 0.0 { (hz - before.frequency_hz) / width } else { 1.0 };
+    let [one, other] = [before, after].map(|own| own.direction.map(complex));
+    let part = if largest(&one) == largest(&other) { part } else { part.round() };
+    let mean: [Complex<f64>; 3] =
+        std::array::from_fn(|axis| one[axis] * (1.0 - part) + other[axis] * part);
+    let norm = mean.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
+    (norm > 0.0).then(|| mean.map(|own| own / norm))
+}
+
+/// Number of the largest component.
+fn largest(direction: &[Complex<f64>; 3]) -> Option<usize> {
+    (0..3).max_by(|one, other| direction[*one].norm().total_cmp(&direction[*other].norm()))
 }
 
 fn complex([re, im]: [f64; 2]) -> Complex<f64> {

@@ -3,7 +3,7 @@
 use flexid_wire::report::{Acceptance, JointReport, Verdict};
 use maud::{Markup, html};
 
-use super::format::{agreement, count, percent};
+use super::format::{agreement, count, number, percent};
 use super::{DOFS, missing};
 use crate::document::{Document, Explanation};
 
@@ -17,7 +17,7 @@ pub(super) fn section(document: &Document, name: &str) -> Markup {
     let (class, headline) = headline(document);
     html! {
         header {
-            p.file { "flexid report on " code { (name) } }
+            p.file { "flexid report on " code { (name) } ": " (robot(document)) }
             h1 class=(class) { (headline) }
         }
         section #verdict {
@@ -31,10 +31,11 @@ pub(super) fn section(document: &Document, name: &str) -> Markup {
             ol {
                 @for line in next_steps(document) { li { (line) } }
             }
-            @if !document.found.warnings.is_empty() {
-                h3 { (count(document.found.warnings.len(), "warning")) }
+            @let warnings = warnings(document);
+            @if !warnings.is_empty() {
+                h3 { (count(warnings.len(), "warning")) }
                 ul.warnings {
-                    @for warning in &document.found.warnings { li { (warning) } }
+                    @for warning in &warnings { li { (warning) } }
                 }
             }
             @if fit.records == 0 {
@@ -55,6 +56,25 @@ pub(super) fn section(document: &Document, name: &str) -> Markup {
     }
 }
 
+/// The robot, and what the result rests on.
+fn robot(document: &Document) -> String {
+    let robot = &document.found.robot;
+    let joints = count(robot.model().joints.len(), "joint");
+    let records = count(document.found.fit.records as usize, "record");
+    let [lower, upper] = robot.band_hz().map(number);
+    format!(
+        "robot {}, {joints}, {records}, {lower} to {upper}\u{a0}Hz, tool centre point '{}'",
+        robot.model().name,
+        robot.model().tcp.name
+    )
+}
+
+/// Warnings of the fit, then those of the model.
+fn warnings(document: &Document) -> Vec<String> {
+    let of_model = document.model_warnings.iter().map(|own| format!("model: {own}"));
+    document.found.warnings.iter().cloned().chain(of_model).collect()
+}
+
 /// The class of the headline, and its words.
 fn headline(document: &Document) -> (&'static str, String) {
     let all = of(&document.found.joints, None);
@@ -63,7 +83,10 @@ fn headline(document: &Document) -> (&'static str, String) {
     let fit = &document.found.fit;
     let data = if fit.records == 0 { "static tests" } else { "records" };
     match fit.acceptance {
-        Acceptance::Consistent if document.found.warnings.is_empty() => {
+        Acceptance::Consistent if identified == 0 => {
+            ("caution", format!("The fit explains the {data}. {share}; see what to do next."))
+        }
+        Acceptance::Consistent if warnings(document).is_empty() => {
             ("good", format!("The fit explains the {data}. {share}."))
         }
         Acceptance::Consistent => {
@@ -73,7 +96,7 @@ fn headline(document: &Document) -> (&'static str, String) {
             ("bad", format!("The model does not explain the {data}. {share}; see what to do next."))
         }
         Acceptance::Unsettled => {
-            ("bad", "The fit is not settled: do not use these numbers yet.".to_owned())
+            ("caution", "The fit is not settled: do not use these numbers yet.".to_owned())
         }
     }
 }
@@ -205,12 +228,18 @@ fn next_steps(document: &Document) -> Vec<Markup> {
     let weak = document.confidence.as_ref().map_or(0, |own| own.weak_directions.len());
     let open = of(&document.found.joints, Some(Verdict::Weak))
         + of(&document.found.joints, Some(Verdict::NotObservable));
+    let is_consistent = document.found.fit.acceptance == Acceptance::Consistent;
     if open > 0 || weak > 0 {
         lines.push(html! {
-            "Measure poses that separate what is weak or not observable: " code { "flexid plan" } " proposes them."
+            "Measure poses that separate what is weak or not observable: " code { "flexid plan" }
+            @if is_consistent {
+                " proposes them."
+            } @else {
+                " proposes some without " code { "--from" } "; from this result it does so once a fit is consistent."
+            }
         });
     }
-    if document.found.fit.acceptance == Acceptance::Consistent {
+    if is_consistent {
         lines.push(html! {
             "Use the result: " code { "flexid predict" } " gives modes and deflection in any pose, " code { "flexid export" }
             " writes models for simulation."
