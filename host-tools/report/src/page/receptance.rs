@@ -14,9 +14,9 @@ use crate::document::Document;
 use crate::evidence::{MeasuredPoint, MeasuredReceptance, same_pose};
 
 /// Frequencies of a model's curve, but for those near its modes.
-const POINTS: usize = 120;
+const POINTS: usize = 96;
 /// Places near a mode, in half widths of its resonance: the peak and its flanks.
-const NEAR_MODE: [f64; 11] = [-4.0, -2.5, -1.5, -0.8, -0.3, 0.0, 0.3, 0.8, 1.5, 2.5, 4.0];
+const NEAR_MODE: [f64; 9] = [-4.0, -2.0, -1.0, -0.4, 0.0, 0.4, 1.0, 2.0, 4.0];
 /// Heights of the panels, pixels: magnitude, phase, coherence.
 const HEIGHTS: [u32; 3] = [440, 240, 270];
 /// Widths of what stands left of the first column, and below the last row, pixels.
