@@ -78,41 +78,6 @@ impl Accuracy {
         self.texts()[1]
     }
 
-    /// Whether an imperfection of this name, as a report gives it, is of this entry.
-    pub fn names(self, name: &str) -> bool {
-        let base = "mass of the base";
-        let beginning = match self {
-            Self::DelayS => return name == "delay",
-            Self::BaseMass => return name == base,
-            Self::Hysteresis => return name == "hysteretic part of dampings",
-            Self::DriveGrowthPerKnm => return name == "drives: growth with load",
-            Self::LinkMass => return name != base && name.starts_with("mass of "),
-            Self::ForceGain => "force sensor gain ",
-            Self::AccelerationGain => "accelerometer gain ",
-            Self::ForceCrosstalk => "force sensor crosstalk ",
-            Self::AccelerationCrosstalk => "accelerometer crosstalk ",
-            Self::ForceAngleRad => "force sensor turned ",
-            Self::AccelerometerAngleRad => "accelerometer turned ",
-            Self::ForceResonanceHz => "force sensor 1/omega^2",
-            Self::AccelerometerResonanceHz => "accelerometer 1/omega^2",
-            Self::ForceHighPassHz => "force sensor high-pass",
-            Self::AccelerometerHighPassHz => "accelerometer high-pass",
-            Self::ToolAngleRad => "tool turned ",
-            Self::TcpM => "TCP ",
-            Self::AccelerometerPlaceM => "accelerometer place ",
-            Self::CentreOfMassM => "centre of mass ",
-            Self::JointAngleRad => "angle of ",
-            Self::ElasticCentreM => "elastic centre ",
-            Self::LinkInertia => "inertia of ",
-            Self::DriveGrowth => "drive of ",
-            Self::DelayOfRecordS => "delay of record ",
-            Self::StiffnessOfRecord => "stiffness of record ",
-            Self::GroundMPerN => "ground t",
-            Self::GroundRadPerNm => "ground r",
-        };
-        name.starts_with(beginning)
-    }
-
     /// Whether the imperfections of this entry are factors, of which a report gives the deviation from 1.
     pub(crate) fn is_factor(self) -> bool {
         matches!(

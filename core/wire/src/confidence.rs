@@ -9,6 +9,7 @@ use heapless::{String, Vec};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::accuracy::Accuracy;
 use crate::directions::{MAX_DIRECTIONS, WeakDirection};
 use crate::explanation::{Explanation, MAX_EXPLANATIONS};
 use crate::left_over::{LeftOver, MAX_LEFT_OVER};
@@ -77,6 +78,8 @@ pub struct JointIntervals {
 pub struct Nuisance {
     /// Name of the nuisance.
     pub name: Label,
+    /// The entry of `[accuracy]` that speaks of it; `None` of one that `[calibration]` seeks.
+    pub entry: Option<Accuracy>,
     /// Unit: s, rad, or none.
     pub unit: Unit,
     /// Value in the unit `unit`.

@@ -77,7 +77,7 @@ impl Explanation {
     /// accuracy and than two of their standard deviations.
     pub fn alike(&self, nuisances: &[Nuisance]) -> Option<Alike> {
         let Deviation { entry, accuracy, name, .. } = &self.deviation;
-        let of_kind = nuisances.iter().filter(|own| entry.names(&own.name) && own.name != *name);
+        let of_kind = nuisances.iter().filter(|own| own.entry == Some(*entry) && own.name != *name);
         let deviations = of_kind.map(|own| Deviation {
             entry: *entry,
             name: own.name.clone(),
@@ -223,8 +223,9 @@ mod tests {
             contradicted.remedy().unwrap().to_string(),
             "measure the TCP and correct it in the model, or state tcp_m as it is"
         );
-        let nuisance = |name, value, std| Nuisance {
+        let nuisance = |name, entry, value, std| Nuisance {
             name: clipped(name),
+            entry: Some(entry),
             unit: clipped(""),
             value,
             std: Some(std),
@@ -232,10 +233,10 @@ mod tests {
             verdict: Verdict::Identified,
         };
         let nuisances = [
-            nuisance("force sensor gain x", 1.051, 2e-3),
-            nuisance("force sensor gain y", 0.953, 2e-3),
-            nuisance("force sensor gain z", 1.0213, 1.6e-4),
-            nuisance("accelerometer gain x", 1.05, 2e-3),
+            nuisance("force sensor gain x", Accuracy::ForceGain, 1.051, 2e-3),
+            nuisance("force sensor gain y", Accuracy::ForceGain, 0.953, 2e-3),
+            nuisance("force sensor gain z", Accuracy::ForceGain, 1.0213, 1.6e-4),
+            nuisance("accelerometer gain x", Accuracy::AccelerationGain, 1.05, 2e-3),
         ];
         let of_gains = Explanation { deviation: gain.clone(), ..contradicted.clone() };
         let alike = of_gains.alike(&nuisances).unwrap().to_string();
@@ -245,7 +246,8 @@ mod tests {
         );
         let [within, unsure] = [(1.004, 1e-4), (1.05, 0.03)];
         for (value, std) in [within, unsure] {
-            assert!(of_gains.alike(&[nuisance("force sensor gain x", value, std)]).is_none());
+            let one = nuisance("force sensor gain x", Accuracy::ForceGain, value, std);
+            assert!(of_gains.alike(&[one]).is_none());
         }
         let adopted = Explanation { adopted: true, ..contradicted };
         assert!(adopted.to_string().contains("misfit: adopted, 3.1 times its accuracy (tcp_m"));

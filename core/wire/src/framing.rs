@@ -9,8 +9,8 @@ use core::fmt;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Largest length of the message in one frame, bytes. The fullest finding takes about 36,500.
-pub const MAX_FRAME: usize = 36_864;
+/// Largest length of the message in one frame, bytes. The fullest finding takes about 37,200.
+pub const MAX_FRAME: usize = 37_888;
 /// Length of the prefix before each message, bytes.
 pub const PREFIX: usize = 4;
 /// Size of a buffer that holds any one frame with its prefix, bytes.
@@ -272,7 +272,7 @@ mod tests {
         assert_eq!(take_frame(&announced), Err(FrameError::TooLong(36_865)));
         assert_eq!(
             FrameError::TooLong(36_865).to_string(),
-            "a frame of 36865 bytes is announced, at most 36864 are allowed: \
+            "a frame of 37889 bytes is announced, at most 37888 are allowed: \
              the peer does not speak flexid's protocol"
         );
         assert_eq!(take_frame(&(MAX_FRAME as u32).to_le_bytes()), Ok(None));

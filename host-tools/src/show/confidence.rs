@@ -125,6 +125,7 @@ mod tests {
     fn nuisance(name: &str, unit: &str, [value, lower, upper]: [f64; 3]) -> Nuisance {
         Nuisance {
             name: clipped(name),
+            entry: None,
             unit: clipped(unit),
             value,
             std: None,

@@ -4,22 +4,25 @@ use core::f64::consts::TAU;
 use core::fmt;
 
 use super::{Interval, Nuisance};
+use crate::accuracy::Accuracy;
 use crate::words::Measured;
-
-/// End of the name of an imperfection that is the inverse square of an angular natural frequency.
-const INVERSE_SQUARE: &str = " 1/omega^2";
 
 /// For example `delay 300 µs (290 µs to 310 µs)`. A filter has its frequency: `accelerometer resonance 1.62 kHz (1.55 kHz to 1.70 kHz)`.
 impl fmt::Display for Nuisance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, unit, value, interval, .. } = self;
-        match (unit.as_str(), name.strip_suffix(INVERSE_SQUARE)) {
-            ("s^2", Some(sensor)) => resonance(f, sensor, *value, *interval),
-            ("rad/s", _) => {
+        let Self { name, entry, unit, value, interval, .. } = self;
+        match (entry, unit.as_str()) {
+            (Some(Accuracy::ForceResonanceHz), _) => {
+                resonance(f, "force sensor", *value, *interval)
+            }
+            (Some(Accuracy::AccelerometerResonanceHz), _) => {
+                resonance(f, "accelerometer", *value, *interval)
+            }
+            (_, "rad/s") => {
                 let interval = interval.map(|ends| ends.map(|end| end / TAU));
                 line(f, name, &Quantity(value / TAU, "Hz"), interval.map(|of| Ends(of, "Hz")))
             }
-            (unit, _) => line(f, name, &Quantity(*value, unit), interval.map(|of| Ends(of, unit))),
+            (_, unit) => line(f, name, &Quantity(*value, unit), interval.map(|of| Ends(of, unit))),
         }
     }
 }
@@ -93,7 +96,7 @@ mod tests {
     use crate::text::clipped;
 
     #[test]
-    fn a_filter_is_told_by_its_frequency() {
+    fn a_filter_has_its_frequency() {
         let period = |hz: f64| 1.0 / (TAU * hz * TAU * hz);
         for (name, unit, value, interval, expected) in [
             ("delay", "s", 3e-4, Some([2.9e-4, 3.1e-4]), "delay 300 µs (290 µs to 310 µs)"),
@@ -101,32 +104,45 @@ mod tests {
             ("ground tx", "m/N", 1e-9, None, "ground tx 1.00e-9 m/N"),
             ("a high-pass", "rad/s", TAU * 0.5, None, "a high-pass 500 mHz"),
             (
-                "a 1/omega^2",
+                "accelerometer 1/omega^2",
                 "s^2",
                 period(1600.0),
                 Some([period(1700.0), period(1500.0)]),
-                "a resonance 1.60 kHz (1.50 kHz to 1.70 kHz)",
+                "accelerometer resonance 1.60 kHz (1.50 kHz to 1.70 kHz)",
             ),
             (
-                "a 1/omega^2",
+                "accelerometer 1/omega^2",
                 "s^2",
                 period(1600.0),
                 Some([-1e-9, period(1500.0)]),
-                "a resonance 1.50 kHz or higher",
+                "accelerometer resonance 1.50 kHz or higher",
             ),
             (
-                "a 1/omega^2",
+                "accelerometer 1/omega^2",
                 "s^2",
                 -0.5 * period(300.0),
                 Some([-0.5 * period(280.0), -0.5 * period(320.0)]),
-                "a low-pass 300 Hz (280 Hz to 320 Hz)",
+                "accelerometer low-pass 300 Hz (280 Hz to 320 Hz)",
             ),
-            ("a 1/omega^2", "s^2", -0.5 * period(300.0), None, "a low-pass 300 Hz"),
-            ("a 1/omega^2", "s^2", period(1600.0), None, "a resonance 1.60 kHz"),
+            (
+                "accelerometer 1/omega^2",
+                "s^2",
+                -0.5 * period(300.0),
+                None,
+                "accelerometer low-pass 300 Hz",
+            ),
+            (
+                "accelerometer 1/omega^2",
+                "s^2",
+                period(1600.0),
+                None,
+                "accelerometer resonance 1.60 kHz",
+            ),
         ] {
             let (name, unit) = (clipped(name), clipped(unit));
             let verdict = Verdict::Identified;
-            let nuisance = Nuisance { name, unit, value, std: None, interval, verdict };
+            let entry = (unit == "s^2").then_some(Accuracy::AccelerometerResonanceHz);
+            let nuisance = Nuisance { name, entry, unit, value, std: None, interval, verdict };
             assert_eq!(nuisance.to_string(), expected);
         }
     }

@@ -104,6 +104,7 @@ fn nuisance(found: &sought::Nuisance, width: f64, trust: Trust, residuals: Resid
     };
     Nuisance {
         name: Default::default(),
+        entry: None,
         unit: clipped(unit),
         value,
         std,

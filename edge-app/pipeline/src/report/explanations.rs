@@ -91,7 +91,7 @@ fn hz(squared_period: f64) -> f64 {
 }
 
 /// The entry of `[accuracy]` that speaks of an imperfection.
-fn entry(imperfection: Imperfection) -> Accuracy {
+pub(super) fn entry(imperfection: Imperfection) -> Accuracy {
     use Sensor::{Accelerometer, Force};
     match imperfection {
         Imperfection::Delay => Accuracy::DelayS,
@@ -184,52 +184,6 @@ mod tests {
         assert_eq!((found.name.as_str(), found.unit.as_str()), ("force sensor low-pass", "Hz"));
         // ω = 1/√(2e-9)
         assert!((found.value * TAU / 22_360.68 - 1.0).abs() < 1e-6 && found.std.is_none());
-    }
-
-    /// A report looks for errors of one kind by their names.
-    #[test]
-    fn each_entry_has_the_names_of_its_own_imperfections() {
-        let file =
-            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-tools/scenario/mill3-edge.toml");
-        let model = Config::load(&file).unwrap().model;
-        let all = || {
-            [Sensor::Force, Sensor::Accelerometer]
-                .into_iter()
-                .flat_map(|of| {
-                    [
-                        Imperfection::Gain(of, 0),
-                        Imperfection::Crosstalk(of, 0, 1),
-                        Imperfection::Turn(of, 2),
-                        Imperfection::Resonance(of),
-                        Imperfection::HighPass(of),
-                    ]
-                })
-                .chain([
-                    Imperfection::Delay,
-                    Imperfection::ToolTurn(0),
-                    Imperfection::ToolCentrePoint(1),
-                    Imperfection::AccelerometerPlace(2),
-                    Imperfection::Mass(0),
-                    Imperfection::CentreOfMass(1, 2),
-                    Imperfection::JointAngle(1),
-                    Imperfection::ElasticCentre(0, 0),
-                    Imperfection::Inertia(2),
-                    Imperfection::Hysteresis,
-                    Imperfection::Servo(0),
-                    Imperfection::Load,
-                    Imperfection::Ground(0),
-                    Imperfection::Ground(5),
-                    Imperfection::BaseMass,
-                    Imperfection::RecordDelay(0),
-                    Imperfection::RecordStiffness(0),
-                ])
-        };
-        for of_name in all() {
-            for of_entry in all() {
-                let (name, entry) = (name(of_name, &model), entry(of_entry));
-                assert_eq!(entry.names(&name), of_name == of_entry, "{entry:?} {name}");
-            }
-        }
     }
 
     fn deviation_of(found: &FoundImperfection, model: &Model) -> Deviation {

@@ -7,6 +7,7 @@ use flexid_wire::confidence::Nuisance;
 use flexid_wire::text::{Label, clipped};
 
 use super::confidence::{log_normal, normal};
+use super::explanations::entry;
 use super::residuals::Residuals;
 use super::verdict::verdict;
 use crate::model::{Kind, Model};
@@ -55,6 +56,7 @@ fn nuisance(
     let interval = if is_factor { log_normal } else { normal };
     Nuisance {
         name: name(imperfection, model),
+        entry: Some(entry(imperfection)),
         unit: clipped(unit(imperfection, model)),
         value,
         std,
