@@ -15,8 +15,9 @@ use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Acceptance {
-    /// The residuals are as large as the noise explains, on a plant that is not perfect with the imperfections fitted. Or they are random,
-    /// and up to ten times as large: the cut has more noise than the rest.
+    /// The residuals are as large as the noise explains, on a plant that is not perfect with the imperfections fitted; where they have more
+    /// structure than noise, the standard deviations are robust. Or they are random, and up to ten times as large: the cut has more noise than
+    /// the rest.
     Consistent,
     /// The same minimum was reached from several searches, and its residuals are larger than the noise explains, or have
     /// structure that no noise has: the model is wrong.

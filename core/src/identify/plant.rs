@@ -120,9 +120,10 @@ impl<R> Identifier<R> {
         let acceptance = match settled.acceptance {
             Acceptance::Unsettled => Acceptance::Unsettled,
             _ if !minimum.is_reached() => Acceptance::Unsettled,
+            // Robust deviations allow for the structure of residuals that are no larger than noise.
             _ if are_plausible
                 && minimum.agrees()
-                && !structure_is_beyond_noise(minimum.fit.whiteness) =>
+                && (robust.is_some() || !structure_is_beyond_noise(minimum.fit.whiteness)) =>
             {
                 Acceptance::Consistent
             }
