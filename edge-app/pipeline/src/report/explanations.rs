@@ -27,15 +27,25 @@ pub(crate) fn contradicted(of_plant: Option<&PlantEstimate>, model: &Model) -> O
     Some(Warning::Contradicted { deviation, times, rivals: rivals.len() as u8 })
 }
 
-/// What explains the misfit. Where the fit is not settled, it may be that of a wrong minimum.
+/// What explains the misfit.
 pub(super) fn explanations(
     of_plant: Option<&PlantEstimate>,
     model: &Model,
 ) -> impl Iterator<Item = Explanation> {
     of_plant.into_iter().flat_map(move |of_plant| {
-        let residuals = Residuals::of(&of_plant.estimate);
-        of_plant.explanations.iter().map(move |one| explanation(one, model, residuals))
+        reported(&of_plant.explanations, model, Residuals::of(&of_plant.estimate))
     })
+}
+
+/// The explanations of a fit with these residuals, if it is near enough to the records for its linearisation to say so. Where it is not settled,
+/// they may be those of a wrong minimum.
+fn reported(
+    found: &[refine::Explanation],
+    model: &Model,
+    residuals: Residuals,
+) -> impl Iterator<Item = Explanation> {
+    let near = Some(found).filter(|_| residuals.are_sane());
+    near.into_iter().flatten().map(move |one| explanation(one, model, residuals))
 }
 
 fn explanation(found: &refine::Explanation, model: &Model, residuals: Residuals) -> Explanation {
@@ -184,6 +194,32 @@ mod tests {
         assert_eq!((found.name.as_str(), found.unit.as_str()), ("force sensor low-pass", "Hz"));
         // ω = 1/√(2e-9)
         assert!((found.value * TAU / 22_360.68 - 1.0).abs() < 1e-6 && found.std.is_none());
+    }
+
+    #[test]
+    fn a_fit_that_is_not_settled_is_explained_if_it_is_near_the_records() {
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-tools/scenario/mill3-edge.toml");
+        let model = Config::load(&file).unwrap().model;
+        let largest = FoundImperfection {
+            imperfection: Imperfection::Delay,
+            prior: 2e-5,
+            value: 1e-4,
+            deviation: 1e-6,
+        };
+        let found = refine::Explanation {
+            largest,
+            times: 5.0,
+            share: 0.9,
+            evidence: 20.0,
+            is_adopted: false,
+            rivals: Default::default(),
+        };
+        for (consistency, count) in [(1.0, 1), (9.0, 1), (11.0, 0), (f64::NAN, 0)] {
+            let residuals = Residuals::unsettled(consistency);
+            let reported = reported(std::slice::from_ref(&found), &model, residuals);
+            assert_eq!(reported.count(), count, "{consistency}");
+        }
     }
 
     fn deviation_of(found: &FoundImperfection, model: &Model) -> Deviation {
