@@ -167,6 +167,22 @@ fn of_a_log_that_is_cut_off_only_that_is_said() {
     assert_eq!(said.lines().count(), 1, "{said}");
 }
 
+/// What `check` doubts about the model stands on stderr, in the result and in its page.
+#[test]
+fn doubts_about_the_model_stay_with_the_result() {
+    let folder = folder();
+    let path = folder.path();
+    stdout(path, "simulate --config edge.toml --experiments 1 --candump o.log");
+    edit(&path.join("mill3-model.toml"), "[tcp]\nname = \"tcp\"", "[tcp]\nname = \"tool0\"");
+    let output = flexid(path, "identify --config edge.toml o.log --json o.json --report o.html");
+    let doubt = "the TCP 'tool0' is by its name the flange, without a tool: ";
+    assert!(stderr(&output).starts_with(&format!("warning: {doubt}")), "{}", stderr(&output));
+    let warnings = &json(path, "o.json")["model_warnings"];
+    assert!(warnings[0].as_str().unwrap().starts_with(doubt), "{warnings}");
+    let page = fs::read_to_string(path.join("o.html")).unwrap();
+    assert!(page.contains("<li>model: the TCP 'tool0' is by its name the flange"));
+}
+
 /// It is said before the table, which may be long.
 #[test]
 fn one_pose_of_a_robot_of_six_joints_is_warned_of() {
