@@ -27,6 +27,10 @@ pub(crate) fn lines(report: &StaticReport) -> String {
     text
 }
 
+/// Estimated deviation, m, beyond which a gauge is not the cause: dial gauges of 10 mm err by up to 25 µm (DIN 878), laser trackers by up to 40 µm
+/// at 5 m (10 µm and 5 µm/m, data sheets).
+const OF_NO_GAUGE: f64 = 5e-5;
+
 /// The standard deviation of the displacements that state none, and where it is from.
 fn noise(report: &StaticReport) -> String {
     let Some(deviation) = report.deviation_m else { return String::new() };
@@ -34,8 +38,13 @@ fn noise(report: &StaticReport) -> String {
     // Three digits: of fifty readings the second is unsure.
     let digits = (2.0 - micrometres.log10().floor()).clamp(0.0, 3.0) as usize;
     if report.deviation_is_estimated {
+        let cause = if deviation > OF_NO_GAUGE {
+            ". No gauge has that: the model may lack a compliance, as with drive_only, and the stiffnesses make up for it"
+        } else {
+            ""
+        };
         format!(
-            "; standard deviation {micrometres:.digits$} µm where none is stated, by the residuals: χ²/dof does not test these"
+            "; standard deviation {micrometres:.digits$} µm where none is stated, by the residuals: χ²/dof does not test these{cause}"
         )
     } else {
         format!(
@@ -94,8 +103,14 @@ mod tests {
         let assumed = "1 test; standard deviation 10 µm assumed where none is stated: too few residuals to tell it";
         assert_eq!(lines(&report).trim(), format!("static       {assumed}"));
         (report.deviation_m, report.deviation_is_estimated) = (Some(4.5678e-6), true);
+        let text = lines(&report);
         assert!(
-            lines(&report).contains("deviation 4.57 µm where none is stated, by the residuals")
+            text.contains("deviation 4.57 µm where none is stated, by the residuals"),
+            "{text}"
         );
+        assert!(!text.contains("No gauge"));
+        report.deviation_m = Some(1.17e-4);
+        assert!(lines(&report).contains("117 µm where none is stated"));
+        assert!(lines(&report).contains("No gauge has that: the model may lack a compliance"));
     }
 }
