@@ -269,9 +269,9 @@ mod tests {
     #[test]
     fn a_frame_that_is_too_long_is_refused_by_its_prefix_alone() {
         let announced = (MAX_FRAME as u32 + 1).to_le_bytes();
-        assert_eq!(take_frame(&announced), Err(FrameError::TooLong(36_865)));
+        assert_eq!(take_frame(&announced), Err(FrameError::TooLong(37_889)));
         assert_eq!(
-            FrameError::TooLong(36_865).to_string(),
+            FrameError::TooLong(37_889).to_string(),
             "a frame of 37889 bytes is announced, at most 37888 are allowed: \
              the peer does not speak flexid's protocol"
         );
