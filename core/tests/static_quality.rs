@@ -220,20 +220,21 @@ fn noise_that_nobody_states_is_estimated() {
     assert!(mean.abs() < 0.1 && spread < 0.25, "{mean} {spread}");
 }
 
-/// Noise as large as the displacements would explain any of them.
+/// Noise as large as the displacements would explain any of them. All have the wrong sign, or every other one is 1.6 or 0.4 times as large.
 #[test]
-fn displacements_of_the_wrong_sign_are_no_noise() {
-    for seed in 340..345 {
+fn displacements_that_no_robot_has_are_no_noise() {
+    for (seed, factors) in (340..345).flat_map(|seed| [(seed, [-1.0; 2]), (seed, [1.6, 0.4])]) {
         let mut tests = table(seed, 40);
         unstated(&mut tests);
-        for reading in tests.iter_mut().flat_map(|test| test.displacement.iter_mut().flatten()) {
-            reading.value = -reading.value;
+        let readings = tests.iter_mut().flat_map(|test| test.displacement.iter_mut().flatten());
+        for (index, reading) in readings.enumerate() {
+            reading.value *= factors[index % 2];
         }
         let mut identifier = identifier(&tests, parameters(3), bounds());
         identifier.estimate_static_deviation::<BINS>();
         let estimate = settle(&mut identifier, &[]);
-        assert!(estimate.statics_object, "{seed}");
-        assert_ne!(estimate.acceptance, Acceptance::Consistent, "{seed}");
+        assert!(estimate.statics_object, "{seed} {factors:?}");
+        assert_ne!(estimate.acceptance, Acceptance::Consistent, "{seed} {factors:?}");
     }
 }
 

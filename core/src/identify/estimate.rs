@@ -16,11 +16,11 @@ use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Acceptance {
     /// The residuals are as large as the noise explains, on a plant that is not perfect with the imperfections fitted; where they have more
-    /// structure than noise, the standard deviations are robust. Or they are random, and up to ten times as large: the cut has more noise than
+    /// structure than noise, up to a whiteness of 24, the standard deviations are robust. Or they are random, and up to ten times as large: the cut has more noise than
     /// the rest.
     Consistent,
-    /// The same minimum was reached from several searches, and its residuals are larger than the noise explains, or have
-    /// structure that no noise has: the model is wrong.
+    /// The same minimum was reached from several searches, and its residuals are larger than the noise explains, or have more structure than
+    /// that: the model is wrong.
     ModelSuspect,
     /// The budget of starts ran out before either; or the residuals are too few to test the model, or far smaller than the stated
     /// noise.

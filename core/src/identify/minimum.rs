@@ -19,6 +19,8 @@ const STRUCTURED: f64 = 4.0;
 /// Whiteness that no noise explains: hum between the lines that are taken for noise makes 10, the wrong minima of drawn six-joint
 /// arms whose χ² noise would explain 24 to 72.
 const STRUCTURED_BEYOND_NOISE: f64 = 16.0;
+/// The same where standard deviations are robust: the least of those wrong minima.
+const STRUCTURED_AS_WRONG: f64 = 24.0;
 /// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
 /// one wrong basin in twenty has residuals that noise explains.
 const CLEAR: f64 = 0.05;
@@ -404,6 +406,11 @@ fn probability(gap: f64, inflation: f64) -> f64 {
 /// Whether residuals of this whiteness have more structure than any noise, also one that has lines; what is no number has.
 pub(super) fn structure_is_beyond_noise(whiteness: f64) -> bool {
     whiteness.is_nan() || whiteness > STRUCTURED_BEYOND_NOISE
+}
+
+/// Whether a fit whose residuals have this whiteness may be consistent; none that is no number. Robust standard deviations allow for more.
+pub(super) fn structure_is_allowed_for(whiteness: f64, is_robust: bool) -> bool {
+    whiteness <= if is_robust { STRUCTURED_AS_WRONG } else { STRUCTURED_BEYOND_NOISE }
 }
 
 /// Whether noise leaves a sum of squares of this size; none that is no number.

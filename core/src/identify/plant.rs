@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use super::judged::are_implausible;
-use super::minimum::{Minimum, structure_is_beyond_noise};
+use super::minimum::{Minimum, structure_is_allowed_for};
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
 use crate::refine::{Explanation, FoundImperfection, MAX_EXPLANATIONS, Outcome, Plant, Problem};
@@ -120,10 +120,9 @@ impl<R> Identifier<R> {
         let acceptance = match settled.acceptance {
             Acceptance::Unsettled => Acceptance::Unsettled,
             _ if !minimum.is_reached() => Acceptance::Unsettled,
-            // Robust deviations allow for the structure of residuals that are no larger than noise.
             _ if are_plausible
                 && minimum.agrees()
-                && (robust.is_some() || !structure_is_beyond_noise(minimum.fit.whiteness)) =>
+                && structure_is_allowed_for(minimum.fit.whiteness, robust.is_some()) =>
             {
                 Acceptance::Consistent
             }
@@ -231,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contradicted_accuracy_may_stand_for_what_the_menu_lacks() {
+    fn a_contradicted_accuracy_may_stand_for_another_error() {
         let mass = |share| explanation(Imperfection::Mass(1), 0.1, share);
         let centre = |joint, value| explanation(Imperfection::ElasticCentre(joint, 2), value, 1.0);
         let ground = explanation(Imperfection::Ground(4), 5e-9, 1.0);

@@ -13,9 +13,9 @@ const ROUNDS: usize = 20;
 const SETTLED: f64 = 0.01;
 /// Least redundancy of the displacements: below one, none is left to estimate by.
 const LEAST_REDUNDANCY: f64 = 1.0;
-/// Largest estimated deviation, in the displacements' root mean square. Chosen: what a model leaves of more than a tenth of their squares
-/// is no noise.
-const EXPLAINED: f64 = 1.0 / 3.0;
+/// Largest estimated deviation, in the displacements' root mean square, but at least that of a dial gauge. Chosen: a dozen residuals and more
+/// that are half of the displacements then object to the model.
+const UNEXPLAINED: f64 = 0.25;
 /// Standard deviations within which 95 % of a normal distribution lie.
 const WITHIN: f64 = 1.959_964;
 /// Halvings of an interval of 100 that leave less than rounding.
@@ -33,9 +33,9 @@ impl<R: Rng> Identifier<R> {
     /// σ² ← σ² Σ r² / Σ (1 − h)
     /// ```
     ///
-    /// until it stays. It is at most a third of the displacements' root mean square: residuals that are larger object to the model, as
+    /// until it stays. It is at most a quarter of the displacements' root mean square: residuals of half of them object to the model, as
     /// where all displacements have the wrong sign. Of a deviation that ν = Σ (1 − h) readings give, an interval of 95 % has `t_ν` standard
-    /// deviations, Student's t, in place of 1.96. The fit takes the deviation as so much larger.
+    /// deviations, Student's t, in place of 1.96. The fit takes the deviation as so much larger, within the same limit.
     pub fn estimate_static_deviation<const B: usize>(&mut self) -> Option<f64> {
         let mut deviation = None;
         if self.statics.iter().any(has_unstated) {
@@ -55,7 +55,7 @@ impl<R: Rng> Identifier<R> {
                     break;
                 }
             }
-            self.set_unstated(wider * present);
+            self.set_unstated((wider * present).min(self.largest_unstated()));
             self.phase = Phase::Waiting;
             self.estimate = None;
             self.effort = Effort::default();
@@ -76,19 +76,19 @@ impl<R: Rng> Identifier<R> {
                 redundancy += left_out.redundancy[axis];
             }
         }
-        let most = (EXPLAINED * self.unstated_size()).max(RESOLVED);
         let deviation = present * libm::sqrt(squares / redundancy);
-        (redundancy >= LEAST_REDUNDANCY).then(|| [deviation.clamp(RESOLVED, most), redundancy])
+        (redundancy >= LEAST_REDUNDANCY)
+            .then(|| [deviation.min(self.largest_unstated()).max(RESOLVED), redundancy])
     }
 
-    /// Root mean square of the displacements that state no deviation, m.
-    fn unstated_size(&self) -> f64 {
+    /// Largest deviation of the displacements that state none, m.
+    fn largest_unstated(&self) -> f64 {
         let readings = self.statics.iter().flat_map(StaticTest::readings);
         let unstated = readings.filter(|(_, reading)| !reading.is_stated);
         let (count, squares) = unstated.fold((0.0, 0.0), |(count, squares), (_, reading)| {
             (count + 1.0, squares + reading.value * reading.value)
         });
-        libm::sqrt(squares / f64::max(count, 1.0))
+        (UNEXPLAINED * libm::sqrt(squares / f64::max(count, 1.0))).max(DIAL_GAUGE)
     }
 
     fn set_unstated(&mut self, deviation: f64) {

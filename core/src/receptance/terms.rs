@@ -1,7 +1,7 @@
 //! The linearised chain and its bushings in the precision of the recursion.
 
 use heapless::Vec;
-use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, Vector3};
 
 use super::complex::Complex;
 use super::filter::Filter;
@@ -101,13 +101,7 @@ pub(crate) struct Hose<T> {
 impl<T: Scalar> Hose<T> {
     /// A hose at the TCP of a chain.
     pub(crate) fn new(chain: &LinearChain, stiffness: f64, damping: f64) -> Self {
-        let whole = chain.tip_force * chain.tip_force.transpose();
-        let mut spread = [T::default(); PACKED];
-        for i in 0..DOF {
-            for j in 0..=i {
-                spread[at(i, j)] = T::from_f64(whole[(i, j)]);
-            }
-        }
+        let spread = packed(&(chain.tip_force * chain.tip_force.transpose()));
         Self { stiffness: T::from_f64(stiffness), damping: T::from_f64(damping), spread }
     }
 
@@ -143,7 +137,7 @@ pub struct Terms<T> {
     pub(crate) hysteresis: Hysteresis<T>,
     /// The ground under the first joint. `None` if it is rigid.
     pub(crate) ground: Option<Ground<T>>,
-    /// What hangs on the tool.
+    /// What hangs on the tool. `None` in a model without imperfections.
     pub(crate) hose: Option<Hose<T>>,
 }
 
@@ -289,15 +283,9 @@ impl<T: Scalar> Terms<T> {
 
 impl<T: Scalar> JointTerms<T> {
     fn new(joint: &LinearJoint, bushing: &Bushing) -> Self {
-        let mut inertia = [T::default(); PACKED];
-        for i in 0..DOF {
-            for j in 0..=i {
-                inertia[at(i, j)] = T::from_f64(joint.inertia[(i, j)]);
-            }
-        }
         Self {
             to_parent: ToParent::inverse_of(&joint.from_parent),
-            inertia,
+            inertia: packed(&joint.inertia),
             gravity_turns: rows(&joint.gravity_turns),
             gravity_coupling: rows(&joint.gravity_coupling),
             stiffness: bushing.stiffness.map(T::from_f64),
@@ -305,6 +293,17 @@ impl<T: Scalar> JointTerms<T> {
             growth: None,
         }
     }
+}
+
+/// Lower triangle of a symmetric matrix.
+fn packed<T: Scalar>(matrix: &Matrix6<f64>) -> [T; PACKED] {
+    let mut packed = [T::default(); PACKED];
+    for i in 0..DOF {
+        for j in 0..=i {
+            packed[at(i, j)] = T::from_f64(matrix[(i, j)]);
+        }
+    }
+    packed
 }
 
 /// `L m` of loads L, by columns.

@@ -34,10 +34,11 @@ pub enum Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[serde(rename_all = "snake_case")]
 pub enum Acceptance {
-    /// The residuals are as large as the noise explains, or they are random and up to ten times as large.
+    /// The residuals are as large as the noise explains, and intervals allow for what structure they have; or they are random and up to ten
+    /// times as large.
     Consistent,
-    /// The same minimum was reached more than once, and its residuals are larger than the noise explains, or have structure
-    /// that no noise has.
+    /// The same minimum was reached more than once, and its residuals are larger than the noise explains, or have more
+    /// structure than intervals allow for.
     ModelSuspect,
     /// The work ended before the fit proved to be consistent or suspect; or the residuals are too few to test the model, or far
     /// smaller than the stated noise.

@@ -95,8 +95,73 @@ fn dense(robot: &Robot, pose: &[f64], bushings: &Bushings) -> Dense {
     Dense::new(&chain, pose, EARTH.into(), &sag)
 }
 
+/// Stiffness, with that due to gravity, and damping of the dense model, with a hose of these two at the tool.
+fn with_hose(dense: &Dense, bushings: &Bushings, [k, d]: [f64; 2]) -> [DMatrix<f64>; 2] {
+    let tip = dense.tip();
+    let pulled = tip.rows(0, 3).transpose() * tip.rows(0, 3);
+    let (mut stiffness, mut damping) = (dense.gravity_stiffness() + k * &pulled, d * pulled);
+    for (joint, bushing) in bushings.iter().enumerate() {
+        for dof in 0..6 {
+            let i = 6 * joint + dof;
+            stiffness[(i, i)] += bushing.stiffness[dof];
+            damping[(i, i)] += bushing.damping[dof];
+        }
+    }
+    [stiffness, damping]
+}
+
+/// Values of [`IMPERFECTIONS`] that are those of a hose alone, of this stiffness, N/m, and damping, Ns/m.
+fn hose([k, d]: [f64; 2]) -> Vec<f64> {
+    let value = |(imperfection, unit): &(Imperfection, f64)| match imperfection {
+        Imperfection::Hose => k / unit,
+        Imperfection::HoseDamping => d / unit,
+        _ => 0.0,
+    };
+    IMPERFECTIONS.iter().map(value).collect()
+}
+
+/// Stiffness and damping of a hose that changes the receptance by much of itself.
+fn strong_hose() -> impl Strategy<Value = [f64; 2]> {
+    prop_oneof![Just([0.0; 2]), (1e4..1e6, 10.0..1e3).prop_map(|(k, d)| [k, d])]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+    #[test]
+    fn a_hose_is_a_spring_and_a_damper_at_the_tool_of_a_dense_model(
+        seed in any::<u64>(),
+        hz in 1.0..400.0,
+        values in strong_hose(),
+    ) {
+        let mut random = Random::new(seed);
+        let (bushings, pose) = (random.bushings(6), random.pose(6));
+        let robot = robot(&bushings, &hose(values), None);
+        let at = robot.at(&pose).unwrap();
+        let dense = dense(&robot, &pose, &bushings);
+        let [stiffness, damping] = with_hose(&dense, &bushings, values);
+        let tip = dense.tip();
+        let s = Complex::new(0.0, TAU * hz);
+        let z = dense.mass().map(|m| s * s * m) + damping.map(|d| s * d) + stiffness.map(Complex::from);
+        let tip_at = tip.map(Complex::from);
+        let expected = &tip_at * z.try_inverse().unwrap() * tip_at.transpose();
+        let found = at.receptance_value(hz).unwrap();
+        let size = expected.view((0, 0), (3, 3)).iter().map(|h| h.norm()).fold(0.0, f64::max);
+        for row in 0..3 {
+            for column in 0..3 {
+                let error = (found[row][column] - expected[(row, column)]).norm();
+                prop_assert!(error < 1e-8 * size, "{error:e} of {size:e}");
+            }
+        }
+        let expected = &tip * stiffness.try_inverse().unwrap() * tip.transpose();
+        let compliance = at.compliance_estimates(&at.compliance().unwrap());
+        for row in 0..6 {
+            for column in 0..6 {
+                let error = (compliance[row][column].value - expected[(row, column)]).abs();
+                prop_assert!(error < 1e-8 * expected.amax(), "{row} {column}: {error:e}");
+            }
+        }
+    }
 
     #[test]
     fn the_receptance_is_that_of_a_dense_model(seed in any::<u64>(), hz in 1.0..400.0) {
@@ -130,21 +195,13 @@ proptest! {
 
     /// The eigenvalues of the first-order form.
     #[test]
-    fn the_modes_are_the_poles_of_a_dense_model(seed in any::<u64>()) {
+    fn the_modes_are_the_poles_of_a_dense_model(seed in any::<u64>(), values in strong_hose()) {
         let mut random = Random::new(seed);
         let (bushings, pose) = (lightly_damped(&mut random), random.pose(6));
-        let robot = robot(&bushings, &[], None);
+        let robot = robot(&bushings, &hose(values), None);
         let dense = dense(&robot, &pose, &bushings);
         let n = 36;
-        let mut stiffness = dense.gravity_stiffness();
-        let mut damping = DMatrix::zeros(n, n);
-        for (joint, bushing) in bushings.iter().enumerate() {
-            for dof in 0..6 {
-                let i = 6 * joint + dof;
-                stiffness[(i, i)] += bushing.stiffness[dof];
-                damping[(i, i)] = bushing.damping[dof];
-            }
-        }
+        let [stiffness, damping] = with_hose(&dense, &bushings, values);
         let inverse = dense.mass().try_inverse().unwrap();
         let mut first_order = DMatrix::zeros(2 * n, 2 * n);
         first_order.view_mut((0, n), (n, n)).fill_diagonal(1.0);

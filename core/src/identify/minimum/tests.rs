@@ -230,6 +230,16 @@ fn the_variance_of_a_worse_rival_counts_less() {
 }
 
 #[test]
+fn robust_deviations_allow_for_more_structure() {
+    for (whiteness, without, with) in
+        [(16.0, true, true), (16.1, false, true), (24.1, false, false), (f64::NAN, false, false)]
+    {
+        let allowed = [false, true].map(|is_robust| structure_is_allowed_for(whiteness, is_robust));
+        assert_eq!(allowed, [without, with], "{whiteness}");
+    }
+}
+
+#[test]
 fn size_and_structure_are_looked_at_together() {
     let freedom = 5000.0;
     let spread = libm::sqrt(2.0 / freedom + 0.04 * 0.04);

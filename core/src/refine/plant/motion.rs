@@ -208,36 +208,28 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
     /// By the stiffness of the hose: `−η̂ᵀ S η`.
     #[inline(always)]
     pub(super) fn by_hose(&self, model: &Model, s: Complex<V>) -> [Complex<V>; 3] {
-        let mut derivative = [Complex::zero(s.re); 3];
-        if let Some(hose) = &model.terms.hose {
-            let last = model.terms.joints.len() - 1;
-            let mut one = Complex::zero(s.re);
-            one.re = s.re.fill(1.0);
-            self.subtract_spread(last, &hose.spread, one, &mut derivative);
+        match &model.terms.hose {
+            Some(hose) => self.by_spread(model.terms.joints.len() - 1, &hose.spread),
+            None => [Complex::zero(s.re); 3],
         }
-        derivative
     }
 
-    /// `−h η̂ᵀ S η` with a spread S of the last link.
+    /// `−η̂ᵀ S η` with a spread S of the last link.
     #[inline(always)]
-    fn subtract_spread(
-        &self,
-        last: usize,
-        spread: &[f64; PACKED],
-        h: Complex<V>,
-        derivative: &mut [Complex<V>; 3],
-    ) {
+    fn by_spread(&self, last: usize, spread: &[f64; PACKED]) -> [Complex<V>; 3] {
         let displacement = &self.of_record.displacements[last];
+        let like = displacement[0].re;
+        let mut derivative = [Complex::zero(like); 3];
         for i in 0..DOF {
-            let mut pull = Complex::zero(h.re);
+            let mut pull = Complex::zero(like);
             for (j, displacement) in displacement.iter().enumerate() {
-                pull = pull.add_mul_real(*displacement, h.re.fill(spread[at(i, j)]));
+                pull = pull.add_mul_real(*displacement, like.fill(spread[at(i, j)]));
             }
-            pull = pull * h;
             for (derivative, own) in derivative.iter_mut().zip(&self.per_observation) {
                 *derivative = derivative.sub_mul(own.displacements[last][i], pull);
             }
         }
+        derivative
     }
 
     /// `η̂ᵀ ∂P F + ∂rᵀ η + G ∂Wᵀ η − h η̂ᵀ ∂S η`. `cut` is F.
@@ -267,7 +259,10 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
             derivative[axis] = dot(derivative[axis], &observations[axis], displacement);
         }
         if let Some(hose) = &tip.hose {
-            self.subtract_spread(last, &hose.spread, hose.impedance(s), derivative);
+            let h = hose.impedance(s);
+            for (derivative, own) in derivative.iter_mut().zip(self.by_spread(last, &hose.spread)) {
+                *derivative = derivative.add_mul(own, h);
+            }
         }
         if let Some(tool) = &tip.tool {
             let taken = taken_by_tool(tool, s, displacement);

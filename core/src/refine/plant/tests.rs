@@ -2,7 +2,7 @@
 
 use std::boxed::Box;
 
-use nalgebra::{DMatrix, Rotation3, Vector3};
+use nalgebra::{Complex as Dense, DMatrix, Matrix3, Rotation3, Vector3};
 use proptest::array::{uniform3, uniform6};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -20,7 +20,7 @@ use super::objective::PlantSumOfSquares;
 use super::*;
 use crate::linear::gram::WIDEST;
 use crate::mounting::Mounting;
-use crate::receptance::{Complex, PerDof, Response};
+use crate::receptance::{Complex, PerDof, Response, receptance};
 use crate::sensors::Accelerometer;
 use crate::sought::Sought;
 use crate::spectrum::{Experiment, Measurement};
@@ -82,6 +82,48 @@ pub(super) fn evaluated(
 /// The reading of a model in its force filter and its gains.
 pub(super) fn reading(model: &Model, s: Complex<f64>, raw: &Three, seam: &PerDof<f64>) -> Three {
     evaluated(model, s, raw, seam).0.observed
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(3), ..ProptestConfig::with_cases(24) })]
+
+    /// A robot with a hose of impedance h, whose receptance without it is H, moves as one without it under the force `(1 + h H)⁻¹ F`.
+    #[test]
+    fn a_hose_takes_a_part_of_the_force(
+        omega in 40.0_f64..800.0,
+        raw in uniform6(-100.0_f64..100.0),
+        [k, d] in [0.0_f64..1e6, 0.0_f64..1e3],
+        gravity in prop_oneof![Just([0.0; 3]), Just([0.3, -0.5, -9.8])],
+    ) {
+        let measurement = measurement(&[[0.0; 3]; 4], 0.0, gravity);
+        let (chain, bounds) = (chain(), bounds());
+        let sought = Sought::new(2, &Default::default()).unwrap();
+        let problem = problem(&chain, &measurement, &bounds, &sought);
+        let raw: Three = core::array::from_fn(|axis| Complex { re: raw[axis], im: raw[3 + axis] });
+        let s = Complex { re: 0.0, im: omega };
+        let seam = [[Complex::zero(0.0); DOF]; MAX_JOINTS];
+        let mut plant = plant();
+        plant.imperfections.all = imperfection::all(&Accuracies::typical(), &chain.kinds(), 2);
+        plant.point.coordinates = sought.coordinates(&bushings());
+        let with = |k: f64, d: f64| {
+            let own = plant.imperfections.all.iter().map(|(imperfection, unit)| match imperfection {
+                Imperfection::Hose => k / unit,
+                Imperfection::HoseDamping => d / unit,
+                _ => 0.0,
+            });
+            of_plant(&problem, &plant, &own.collect::<std::vec::Vec<f64>>())
+        };
+        let without = with(0.0, 0.0);
+        let [xx, yx, yy, zx, zy, zz] = receptance(&without.terms, s).map(|own| Dense::new(own.re, own.im));
+        let h = Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz) * Dense::new(k, omega * d);
+        let force = Vector3::from(raw.map(|own| Dense::new(own.re, own.im)));
+        let left = (Matrix3::identity() + h).try_inverse().unwrap() * force;
+        let left: Three = core::array::from_fn(|axis| Complex { re: left[axis].re, im: left[axis].im });
+        let (found, expected) = (reading(&with(k, d), s, &raw, &seam), reading(&without, s, &left, &seam));
+        let size = |all: &Three| all.iter().map(|a| libm::hypot(a.re, a.im)).fold(0.0, f64::max);
+        let gap: Three = core::array::from_fn(|axis| found[axis] - expected[axis]);
+        prop_assert!(size(&gap) < 1e-9 * size(&expected), "{found:?} {expected:?}");
+    }
 }
 
 /// Of all imperfections, compliances and dampings of the ground alone have an end, which is zero.
