@@ -63,7 +63,7 @@ pub fn receptance<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> [Complex
 /// Row and column of each entry of a packed symmetric 3×3 matrix.
 const LOWER: [[usize; 2]; 6] = [[0, 0], [1, 0], [1, 1], [2, 0], [2, 1], [2, 2]];
 
-/// Dynamic stiffness of the last link, factorised. All bushings are springs and dampers, as those of the search are.
+/// Dynamic stiffness of the last link, factorised, without a hose. All bushings are springs and dampers, as those of the search are.
 #[inline(always)]
 pub(super) fn tip_stiffness<V: Lanes>(terms: &Terms<V::Scalar>, s: Complex<V>) -> Factor<V> {
     // Each case has storage of its own. The compiler would copy a common one.
@@ -124,7 +124,10 @@ pub(super) fn outward<V: Lanes, const KEPT: usize, const GRAVITY: bool>(
             }
         }
     }
-    if let Some(hose) = &terms.hose {
+    // The search, which keeps no elimination, leaves hoses out.
+    if KEPT > 1
+        && let Some(hose) = &terms.hose
+    {
         let impedance = hose.impedance(s);
         for (entry, spread) in tip.matrix().iter_mut().zip(&hose.spread) {
             *entry = entry.add_mul_real(impedance, s.re.fill(*spread));

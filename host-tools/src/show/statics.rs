@@ -44,7 +44,7 @@ fn noise(report: &StaticReport) -> String {
             ""
         };
         format!(
-            "; standard deviation {micrometres:.digits$} µm where none is stated, by the residuals: χ²/dof does not test these{cause}"
+            "; standard deviation {micrometres:.digits$} µm where none is stated, by the residuals: a χ²/dof near 1 says nothing of these{cause}"
         )
     } else {
         format!(
