@@ -137,10 +137,14 @@ fn result() -> Value {
         "model_warnings": ["every moving link weighs 2 kg: are these placeholders?"],
         "confidence": {
             "joints": intervals,
-            "nuisances": [{
-                "name": "accelerometer 1/omega^2", "unit": "s^2", "value": 1e-8, "std": 1e-10, "interval": [9.8e-9, 1.02e-8],
-                "verdict": "weak",
-            }],
+            "nuisances": [
+                {
+                    "name": "accelerometer 1/omega^2", "entry": "accelerometer_resonance_hz", "unit": "s^2",
+                    "value": 1e-8, "std": 1e-10, "interval": [9.8e-9, 1.02e-8], "verdict": "weak",
+                },
+                // As older files state it.
+                { "name": "delay", "unit": "s", "value": 3e-4, "std": 5e-6, "interval": [2.9e-4, 3.1e-4], "verdict": "identified" },
+            ],
             "explanations": [{
                 "text": "TCP z explains 75 %", "alike": "off as well: TCP x", "remedy": "measure the TCP", "other": 1,
             }],
@@ -241,6 +245,7 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "robot mill3, 3 joints, 3 records, 2.00 to 200\u{a0}Hz, tool centre point 'tcp'",
         "Stiffness at the tool, N/m, one axis loaded at a time: x ",
         "accelerometer resonance 1.59 kHz (1.58 kHz to 1.61 kHz)",
+        "delay 300 µs (290 µs to 310 µs)",
         "<td class=\"left weak\">weak</td>",
         "<code>flexid plan</code> proposes them.",
         "with a FRAC (frequency response assurance criterion, 100\u{a0}% for the same shape) of at least 99.8",
