@@ -74,10 +74,12 @@ impl Explanation {
     }
 
     /// The other errors of this kind that the data show, if there are any: those among the `nuisances` of its report that are larger than their
-    /// accuracy and than two of their standard deviations.
+    /// accuracy and than two of their standard deviations. An error in another unit cannot be compared with the accuracy, and is left out: the
+    /// entry of a compliance also speaks of its damping.
     pub fn alike(&self, nuisances: &[Nuisance]) -> Option<Alike> {
-        let Deviation { entry, accuracy, name, .. } = &self.deviation;
-        let of_kind = nuisances.iter().filter(|own| own.entry == Some(*entry) && own.name != *name);
+        let Deviation { entry, accuracy, name, unit, .. } = &self.deviation;
+        let is_of_kind = |own: &&Nuisance| own.entry == Some(*entry) && own.unit == *unit;
+        let of_kind = nuisances.iter().filter(is_of_kind).filter(|own| own.name != *name);
         let deviations = of_kind.map(|own| Deviation {
             entry: *entry,
             name: own.name.clone(),
@@ -251,5 +253,40 @@ mod tests {
         }
         let adopted = Explanation { adopted: true, ..contradicted };
         assert!(adopted.to_string().contains("misfit: adopted, 3.1 times its accuracy (tcp_m"));
+    }
+
+    /// A compliance and its damping have one entry, and two units.
+    #[test]
+    fn errors_of_another_unit_are_not_alike() {
+        let entry = Accuracy::GroundMPerN;
+        let ground = Explanation {
+            deviation: Deviation {
+                entry,
+                name: clipped("ground tx"),
+                unit: clipped("m/N"),
+                value: 5e-9,
+                std: Some(1e-10),
+                accuracy: 5e-10,
+            },
+            times: 10.0,
+            share: 0.9,
+            evidence: 20.0,
+            adopted: false,
+            rivals: Vec::new(),
+        };
+        let nuisance = |name, unit, value, std| Nuisance {
+            name: clipped(name),
+            entry: Some(entry),
+            unit: clipped(unit),
+            value,
+            std: Some(std),
+            interval: None,
+            verdict: Verdict::Identified,
+        };
+        let damping = nuisance("damping of ground tx", "m s/N", 1e-7, 1e-9);
+        assert!(ground.alike(&[damping.clone()]).is_none());
+        let other = nuisance("ground ty", "m/N", 4e-9, 1e-10);
+        let alike = ground.alike(&[damping, other]).unwrap().to_string();
+        assert!(alike.starts_with("off as well: ground ty ") && !alike.contains("damping"));
     }
 }
