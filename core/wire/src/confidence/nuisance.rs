@@ -42,6 +42,11 @@ fn resonance(
             write!(f, "{sensor} ")?;
             line(f, "low-pass", &quantity(-2.0 * value), Some(Ends(ends, "Hz")))
         }
+        // At zero there is no filter.
+        Some([lower, upper]) if lower < 0.0 && upper <= 0.0 => {
+            write!(f, "{sensor} low-pass {} or higher", quantity(-2.0 * lower))
+        }
+        Some([_, upper]) if upper <= 0.0 => write!(f, "{sensor} without a filter"),
         Some([lower, upper]) if lower <= 0.0 => {
             write!(f, "{sensor} resonance {} or higher", quantity(upper))
         }
@@ -123,6 +128,20 @@ mod tests {
                 -0.5 * period(300.0),
                 Some([-0.5 * period(280.0), -0.5 * period(320.0)]),
                 "accelerometer low-pass 300 Hz (280 Hz to 320 Hz)",
+            ),
+            (
+                "accelerometer 1/omega^2",
+                "s^2",
+                -0.5 * period(300.0),
+                Some([-0.5 * period(280.0), 0.0]),
+                "accelerometer low-pass 280 Hz or higher",
+            ),
+            (
+                "accelerometer 1/omega^2",
+                "s^2",
+                0.0,
+                Some([0.0, 0.0]),
+                "accelerometer without a filter",
             ),
             (
                 "accelerometer 1/omega^2",
