@@ -80,7 +80,7 @@ pub struct Nuisance {
     pub name: Label,
     /// The entry of `[accuracy]` that speaks of it; `None` of one that `[calibration]` seeks.
     pub entry: Option<Accuracy>,
-    /// Unit: s, rad, or none.
+    /// Unit, for example `rad` or `m/N`. Empty for a factor and for a part.
     pub unit: Unit,
     /// Value in the unit `unit`.
     pub value: f64,
