@@ -1,8 +1,10 @@
 //! A result file. The program checks before the work begins that it can write the file. It writes a regular file
 //! whole or not at all.
 
+mod growing;
+
 use std::fs::{self, File, OpenOptions, Permissions};
-use std::io::{self, ErrorKind, Read, Seek as _, Write as _};
+use std::io::{self, ErrorKind, Read, Write as _};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +12,8 @@ use anyhow::{Context as _, Result};
 use flexid_edge::console::complain;
 use flexid_pipeline::input::BadInput;
 use tempfile::NamedTempFile;
+
+pub(crate) use growing::Growing;
 
 /// A file that is going to be written.
 #[derive(Debug)]
@@ -55,23 +59,6 @@ impl Output {
         written.with_context(|| format!("{}: cannot be written", self.file.display()))
     }
 
-    /// The file, to be written part by part.
-    ///
-    /// # Errors
-    /// No file can be made in its folder. The error states what to do.
-    pub(crate) fn grow(self) -> Result<Growing, BadInput> {
-        let Self { file, target } = self;
-        let (written, replaced) = match target {
-            Target::File { path, permissions } => {
-                let written = tempfile::tempfile_in(folder_of(&path));
-                let written = written.map_err(|error| unwritable(&file, &error))?;
-                (written, Some((path, permissions)))
-            }
-            Target::Stream(stream) => (stream, None),
-        };
-        Ok(Growing { file, written, replaced })
-    }
-
     /// As [`Output::finish`], and says on standard error that `what` is written. Nothing is said of a pipe or a device, such as
     /// standard output.
     ///
@@ -85,40 +72,6 @@ impl Output {
         self.finish(text)?;
         said.iter().for_each(|line| complain(line));
         Ok(())
-    }
-}
-
-/// A file that grows while it is made. A regular file has no name before it is whole, so that an interrupted run leaves nothing behind, and the
-/// old contents in place.
-#[derive(Debug)]
-pub(crate) struct Growing {
-    file: PathBuf,
-    /// What has been written. It is the pipe or the device itself.
-    written: File,
-    /// The regular file, if it is one.
-    replaced: Option<(PathBuf, Permissions)>,
-}
-
-impl Growing {
-    /// Ends the file.
-    ///
-    /// # Errors
-    /// The disk is full or broken.
-    pub(crate) fn finish(mut self) -> Result<()> {
-        let cannot = || format!("{}: cannot be written", self.file.display());
-        let Some((path, permissions)) = &self.replaced else { return Ok(()) };
-        self.written.rewind().with_context(cannot)?;
-        replace(path, permissions, &mut self.written).with_context(cannot)
-    }
-}
-
-impl io::Write for Growing {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.written.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.written.flush()
     }
 }
 
@@ -159,7 +112,8 @@ fn replace(path: &Path, permissions: &Permissions, whole: &mut impl Read) -> io:
     Ok(())
 }
 
-/// Checks that none of `outputs` is one of `inputs`, or another output: writing it would lose what it holds. Pipes and devices hold nothing.
+/// Checks that none of `outputs` is one of `inputs`, or another output: writing it would lose what it holds. Pipes and devices hold
+/// nothing.
 ///
 /// # Errors
 /// Two of them are the same file, by whatever name.
@@ -245,24 +199,6 @@ mod tests {
         assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
         assert_eq!(names(), ["link.json", "out.json"]);
         assert!(link.is_symlink());
-    }
-
-    #[test]
-    fn what_grows_has_no_name_before_it_is_whole() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("cut.log");
-        let entries = || fs::read_dir(folder.path()).unwrap().count();
-        let begun = || {
-            let mut growing = Output::create(&file).unwrap().grow().unwrap();
-            growing.write_all(b"frames").unwrap();
-            growing
-        };
-        drop(begun());
-        assert_eq!(entries(), 0);
-        let growing = begun();
-        assert_eq!(entries(), 0);
-        growing.finish().unwrap();
-        assert_eq!((fs::read_to_string(&file).unwrap().as_str(), entries()), ("frames", 1));
     }
 
     #[test]
