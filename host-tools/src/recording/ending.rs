@@ -1,7 +1,7 @@
 //! Whether the last line of a log is whole. A copy that broke off, or a full disk, ends in the middle of a line.
 
 use std::fs::File;
-use std::io::{self, BufRead as _, BufReader, Read as _};
+use std::io::{self, BufRead as _, BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use flexid_pipeline::source::{CandumpLog, FrameSource as _};
 use super::packed;
 
 /// Longest line that is looked at, bytes. A line of `candump -L` has 80 at most, and one of a CAN FD frame 200.
-const LONGEST: usize = 4096;
+const LONGEST: u64 = 4096;
 
 /// Checks the end of a log.
 ///
@@ -24,7 +24,7 @@ pub(crate) fn check(name: &Path, table: &SignalTable) -> Result<(), BadInput> {
     match cut_line(name, table) {
         Some(last) => Err(BadInput {
             file: name.to_path_buf(),
-            line: Some(last.number),
+            line: line_number(name, last.start).ok(),
             message: "the last line is cut off: the log is not complete: copy or record it again"
                 .to_owned(),
         }),
@@ -44,8 +44,6 @@ fn cut_line(name: &Path, table: &SignalTable) -> Option<LastLine> {
 
 /// A last line without an end.
 struct LastLine {
-    /// Its number, from 1.
-    number: usize,
     /// Bytes of the log before it.
     start: u64,
     /// Its text, or the beginning of it.
@@ -54,35 +52,52 @@ struct LastLine {
 
 /// The last line if it has no end. Returns `None` for a log that ends with a line's end, is packed, or is no regular file.
 fn last_line(name: &Path) -> io::Result<Option<LastLine>> {
-    let file = File::open(name)?;
+    let mut file = File::open(name)?;
     if !file.metadata()?.is_file() {
         return Ok(None);
     }
-    let mut file = BufReader::with_capacity(1 << 16, file);
-    if packed::is_packed(file.fill_buf()?) {
+    let mut head = Vec::new();
+    file.by_ref().take(packed::HEAD).read_to_end(&mut head)?;
+    if packed::is_packed(&head) {
         return Ok(None);
     }
-    let (mut lines, mut last) = (0, Vec::new());
-    let (mut before, mut start) = (0, 0);
-    loop {
-        let part = file.fill_buf()?;
-        if part.is_empty() {
-            break;
+    let start = start_of_last_line(&mut file)?;
+    file.seek(SeekFrom::Start(start))?;
+    let mut text = Vec::new();
+    file.take(LONGEST).read_to_end(&mut text)?;
+    Ok((!text.is_empty()).then_some(LastLine { start, text }))
+}
+
+/// Number of bytes before the last line. It looks for the end of the line before it from the end of the file on, since logs are long.
+fn start_of_last_line(file: &mut File) -> io::Result<u64> {
+    let mut end = file.metadata()?.len();
+    let mut block = Vec::new();
+    while end > 0 {
+        let start = end.saturating_sub(LONGEST);
+        file.seek(SeekFrom::Start(start))?;
+        block.clear();
+        file.take(end - start).read_to_end(&mut block)?;
+        if let Some(place) = block.iter().rposition(|byte| *byte == b'\n') {
+            return Ok(start + place as u64 + 1);
         }
-        let read = part.len();
-        let ends = part.iter().filter(|byte| **byte == b'\n').count();
-        let rest = part.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
-        if ends > 0 {
-            last.clear();
-            start = before + (read - rest.len()) as u64;
-        }
-        before += read as u64;
-        let room = LONGEST.saturating_sub(last.len()).min(rest.len());
-        last.extend_from_slice(&rest[..room]);
-        lines += ends;
-        file.consume(read);
+        end = start;
     }
-    Ok((!last.is_empty()).then_some(LastLine { number: lines + 1, start, text: last }))
+    Ok(0)
+}
+
+/// Number, from 1, of the line that begins after this many bytes.
+fn line_number(name: &Path, start: u64) -> io::Result<usize> {
+    let mut before = BufReader::with_capacity(1 << 16, File::open(name)?.take(start));
+    let mut number = 1;
+    loop {
+        let part = before.fill_buf()?;
+        if part.is_empty() {
+            return Ok(number);
+        }
+        number += part.iter().filter(|byte| **byte == b'\n').count();
+        let read = part.len();
+        before.consume(read);
+    }
 }
 
 /// Whether this line is a frame that the table can read, or one that it does not know.
@@ -127,5 +142,9 @@ mod tests {
             assert_eq!(whole_bytes(&log, &table), Some(2 * (WHOLE.len() as u64 + 1)));
         }
         assert_eq!(checked(&"x".repeat(100_000)).unwrap_err().line, Some(1));
+        // The line's beginning is far from its end.
+        let long = format!("{WHOLE}\n{}", "x".repeat(100_000));
+        assert_eq!(checked(&long).unwrap_err().line, Some(2));
+        assert_eq!(whole_bytes(&log, &table), Some(WHOLE.len() as u64 + 1));
     }
 }

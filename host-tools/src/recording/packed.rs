@@ -18,6 +18,9 @@ const WINDOW: u64 = 128 << 20;
 /// default) until the frame ends. This block ends a frame that breaks off.
 const LAST_BLOCK: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
+/// Number of bytes from the start by which packed contents are known.
+pub(super) const HEAD: u64 = ZSTD.len() as u64;
+
 /// Whether contents that begin with `head` are packed.
 pub(super) fn is_packed(head: &[u8]) -> bool {
     head.starts_with(&GZIP) || head.starts_with(&ZSTD)
