@@ -12,6 +12,8 @@ use super::words::enumerate;
 use super::{Finding, unless_all_is_lost};
 
 const ABOUT: &str = "identifiers";
+/// What findings on rates are about.
+pub(super) const RATE: &str = "rate";
 /// Relative difference from the configured rate from which on a mean rate is wrong. The stream uses no rate that is farther off
 /// (`StreamHealth::wrong_rate`). It measures smaller differences by its clock model, and [`Survey::rate`] has them.
 const RATE_OFF: f64 = 0.1;
@@ -104,7 +106,7 @@ fn of_rates(config: &Config, survey: &Survey) -> Vec<Finding> {
             "samples come at {measured_hz:.2} Hz, and rate_hz is {expected_hz}: {use_of_it}"
         );
         let mend = "set [measurement] rate_hz, or the sensors, to the right rate";
-        return vec![Finding::new(severity, "rate", finding, mend)];
+        return vec![Finding::new(severity, RATE, finding, mend)];
     }
     let sampled = survey.expected.iter().filter(|identifier| identifier.is_sampled);
     let rates: Vec<(&Identifier, f64)> = sampled
@@ -119,7 +121,7 @@ fn of_rates(config: &Config, survey: &Survey) -> Vec<Finding> {
                 name(identifier)
             );
             let mend = "set [measurement] rate_hz, or the sensor, to the right rate";
-            Finding::new(unless_all_is_lost(survey), "rate", finding, mend)
+            Finding::new(unless_all_is_lost(survey), RATE, finding, mend)
         })
         .collect();
     if findings.is_empty() && !rates.is_empty() {
@@ -128,7 +130,7 @@ fn of_rates(config: &Config, survey: &Survey) -> Vec<Finding> {
         let rates = enumerate(texts);
         let finding =
             format!("force and acceleration come at {rates} Hz, and rate_hz is {configured_hz}");
-        findings.push(Finding::right("rate", finding));
+        findings.push(Finding::right(RATE, finding));
     }
     findings
 }

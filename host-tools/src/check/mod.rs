@@ -1,4 +1,4 @@
-//! Judges configuration, DBC file and logs before anybody identifies: what is right, what is wrong, and what to do.
+//! Judges configuration, DBC file and logs before the identification: what is right, what is wrong, and what to do.
 //!
 //! | module        | judges                                                        |
 //! | ------------- | ------------------------------------------------------------- |
@@ -168,8 +168,9 @@ impl<'a> Check<'a> {
         ready + &doubts
     }
 
-    /// What is known of records before anybody fits them, and is likely to spoil the fit: faults of the sensors, of units and rates, and doubts
-    /// about configuration and model. Nothing where the logs give no record, or break off, which has an error of its own.
+    /// What is known before the fit, and is likely to spoil it. Of what is wrong: configuration and model, readings, units, lost frames and
+    /// rates. Of what is doubtful: configuration and model, readings and units. Nothing where the logs give no record, or break off, which
+    /// has an error of its own.
     pub(crate) fn at_once(&self) -> impl Iterator<Item = &Finding> {
         let is_whole = self
             .survey
@@ -177,7 +178,7 @@ impl<'a> Check<'a> {
         self.findings.iter().filter(move |finding| {
             let is_of_setup = setup::ABOUTS.contains(&finding.about);
             let is_of_readings = [sensors::ABOUT, units::ABOUT].contains(&finding.about);
-            let is_of_time = [counters::ABOUT, "rate"].contains(&finding.about);
+            let is_of_time = [counters::ABOUT, identifiers::RATE].contains(&finding.about);
             is_whole
                 && match finding.severity {
                     Severity::Wrong => is_of_setup || is_of_readings || is_of_time,

@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_that_is_stuck_throughout_prevents_identification() {
+    fn an_axis_that_is_stuck_in_all_frames_prevents_identification() {
         let mut survey = good();
         assert_eq!(gravest(&survey).severity, Right);
         for (frames, severity) in [(2048, Doubtful), (20_480, Wrong)] {
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_samples_are_as_grave_as_the_records_that_they_cost() {
+    fn wrong_samples_are_wrong_if_no_record_is_left() {
         let samples = |refused| WrongSamples { signals: signals(9), refused };
         let severity = |mut survey: Survey, refused| {
             survey.implausible = vec![Implausible::Clipped(samples(refused))];

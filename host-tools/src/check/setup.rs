@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn an_accuracy_that_states_next_to_nothing_is_doubtful() {
+    fn an_accuracy_far_above_the_typical_one_is_doubtful() {
         let mut config = config();
         let doubts = |config: &Config| {
             let all = judge(config).into_iter().filter(|finding| finding.severity == Doubtful);
