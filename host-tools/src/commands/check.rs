@@ -1,4 +1,4 @@
-//! `flexid check`: what is right and what is wrong, before anybody identifies.
+//! `flexid check`: what is right and what is wrong, before the identification.
 
 use std::path::PathBuf;
 
