@@ -50,15 +50,18 @@ impl Prediction {
         let deflection = request
             .force
             .map(|[x, y, z]| dynamics.deflection(&compliance, [x, y, z, 0.0, 0.0, 0.0]));
-        let modes = dynamics.modes(request.highest_hz);
+        let band_hz = robot.band_hz();
+        // Those above the highest that is listed show in the receptance, too.
+        let solved_to_hz = match request.grid {
+            Some(_) => request.highest_hz.max(band_hz[1]),
+            None => request.highest_hz,
+        };
+        let mut modes = dynamics.modes(solved_to_hz);
         let frequencies = match request.grid {
             None => Vec::new(),
-            // Those above the highest that is listed show in the receptance, too.
-            Some(grid) => {
-                let band_hz = robot.band_hz();
-                grid.frequencies(band_hz, &dynamics.modes(band_hz[1]))
-            }
+            Some(grid) => grid.frequencies(band_hz, &modes),
         };
+        modes.retain(|mode| mode.frequency_hz.value <= request.highest_hz);
         let receptance = frequencies
             .into_par_iter()
             .map(|frequency| dynamics.receptance(frequency))
