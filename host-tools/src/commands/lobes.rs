@@ -14,7 +14,7 @@ use super::pose::given_or_first;
 use super::range::within;
 use crate::exit::BadArgument;
 use crate::json::Judged;
-use crate::lobes::{self, Diagram};
+use crate::lobes::{self, Bands, Diagram};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
 use crate::predict::table::{doubt, warn_of};
@@ -127,7 +127,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .ok_or_else(|| bad("the robot does not stand there: it has no stiffness".into()))?;
     let bar = progress::bar(args.points.into(), "seeking the lobes");
     let points = args.points as usize;
-    let bands = (band_hz, fitted_to_hz);
+    let bands = Bands { chatter_hz: band_hz, fitted_to_hz };
     let diagram = Diagram::new(pose, bands, &lobes, [lower, upper], points, || bar.inc(1));
     bar.finish_and_clear();
     for (format, output) in outputs {

@@ -12,6 +12,15 @@ use serde::Serialize;
 pub(crate) use picture::svg;
 pub(crate) use table::text;
 
+/// Bands of frequencies of a diagram.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bands {
+    /// Lower and upper edge of the chatter frequencies, Hz.
+    pub(crate) chatter_hz: [f64; 2],
+    /// Upper edge of the band that was fitted, Hz. What lies above it is extrapolated.
+    pub(crate) fitted_to_hz: f64,
+}
+
 /// What is stable.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Diagram {
@@ -39,15 +48,16 @@ pub(crate) struct Speed {
 }
 
 impl Diagram {
-    /// Limits by the modes of `band_hz`, of which what lies above `fitted_to_hz` is extrapolated, at `points` speeds from `lower` to `upper`, turns a minute, equally far apart. It calls `done` once for each.
+    /// Limits at `points` speeds from `lower` to `upper`, turns a minute, equally far apart. It calls `done` once for each.
     pub(crate) fn new(
         pose: Vec<f64>,
-        (band_hz, fitted_to_hz): ([f64; 2], f64),
+        bands: Bands,
         lobes: &Lobes,
         [lower, upper]: [f64; 2],
         points: usize,
         done: impl Fn() + Sync,
     ) -> Self {
+        let Bands { chatter_hz: band_hz, fitted_to_hz } = bands;
         let step = (upper - lower) / (points - 1) as f64;
         let speed = |index| {
             let rpm = lower + step * index as f64;
