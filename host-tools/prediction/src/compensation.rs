@@ -4,14 +4,18 @@
 //! δq ← δq − A e        A = J_t⁺ + (J_r N)⁺ (R − J_r J_t⁺)        N = 1 − J_t⁺ J_t        e = T(q)⁻¹ T(q + δq) D
 //! ```
 //!
-//! T is the pose of the tool by the exact kinematics, D the deflection as a motion of the tool, and e what is left, three translations above three
-//! rotations. The first step is that of the linearised kinematics; further ones (Newton's) take back what they leave. The deflection is that of the
-//! pose without offsets. Its uncertainty is that of what is left, since offsets are commanded as they are. J the geometric Jacobian of the driven joints, split in the same way,
-//! and R selects the rotations. The translation comes first; what joints are left for then take the rotation back (task priority: Siciliano and
-//! Slotine, "A general framework for managing multiple tasks in highly redundant robotic systems", ICAR 1991). In a pseudoinverse a
-//! singular value σ below ε counts as `ε²/σ`, so that the offsets stay small near a singularity, and what they leave is told (as damped
-//! least squares do: Chiaverini, "Singularity-robust task-priority redundancy resolution", IEEE Transactions on Robotics and Automation
-//! 13, 1997).
+//! T is the pose of the tool by the exact kinematics. D is the deflection as a motion of the tool. e is what is left: three translations
+//! above three rotations. J is the geometric Jacobian of the driven joints, split in the same way: J_t of translations and J_r of
+//! rotations. R selects the rotations.
+//!
+//! The first step is that of the linearised kinematics. Further ones (Newton's) take back what they leave. The deflection is that of the
+//! pose without offsets. What is left is as uncertain as the deflection, since offsets are commanded as they are.
+//!
+//! The translation comes first. The joints that it leaves free then take the rotation back (task priority: Siciliano and Slotine, "A
+//! general framework for managing multiple tasks in highly redundant robotic systems", ICAR 1991). In a pseudoinverse a singular value σ
+//! below ε counts as `ε²/σ`. The offsets then stay small near a singularity, and the result states what they leave (as damped least
+//! squares do: Chiaverini, "Singularity-robust task-priority redundancy resolution", IEEE Transactions on Robotics and Automation 13,
+//! 1997).
 
 use flexid_core::chain::{Chain, JointKind};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Vector3, Vector6};
@@ -81,7 +85,8 @@ impl Dynamics<'_> {
     }
 }
 
-/// The offsets that take a deflection back, and what they leave of it. Near a singularity one step is made: more would undo that it is small.
+/// The offsets that take a deflection back, and what they leave of it. Near a singularity one step is made: further ones would make the
+/// offsets large.
 fn taken_back(
     chain: &Chain,
     pose: &[f64],

@@ -11,6 +11,10 @@ use serde::Serialize;
 
 pub(crate) use table::text;
 
+/// Offset of a joint from which on it is no compensation of a deflection, rad (m). Chosen: 20 mrad move a tool at 1 m by 20 mm, ten times
+/// the deflection of machining robots.
+const TOO_LARGE: f64 = 0.02;
+
 /// A place of the path.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Compensated {
@@ -38,11 +42,7 @@ impl Compensated {
     }
 }
 
-/// Offset of a joint from which on it is no compensation of a deflection, rad (m). Chosen: 20 mrad move a tool at 1 m by 20 mm, ten times what
-/// machining robots are deflected by.
-const TOO_LARGE: f64 = 0.02;
-
-/// The first line with an offset that is absurdly large, and a warning of it.
+/// The first line with an offset above [`TOO_LARGE`], and a warning of it.
 pub(crate) fn too_large(path: &[Compensated]) -> Option<(usize, String)> {
     let is_wrong = |offset: &Estimate| offset.value.abs() > TOO_LARGE;
     let all = path.iter().filter(|own| own.compensation.offsets.iter().any(is_wrong));

@@ -11,7 +11,7 @@ pub(crate) fn text(path: &[Compensated]) -> String {
     let most =
         |of: &dyn Fn(&Compensated) -> f64| path.iter().max_by(|a, b| of(a).total_cmp(&of(b)));
     let deflected = |own: &Compensated| size(&own.compensation.deflection.translation);
-    // The largest that may be left, since offsets leave next to nothing of what is known.
+    // The largest value within the interval of what is left: its most likely value is nearly zero.
     let left = |own: &Compensated| {
         let ends = own.compensation.left.translation.iter().flat_map(|own| own.interval);
         ends.map(f64::abs).fold(0.0, f64::max)
