@@ -1,4 +1,5 @@
-//! The page of a small result: what stands in it, in which order, how large it is, and what is missing without the entries of an older file.
+//! The page of a small result: what stands in it, in which order, how large it is, and what is missing without the entries of an
+//! older file.
 
 use std::path::Path;
 
@@ -224,8 +225,8 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
     // One receptance a pose, one residual a record, parameters, correlations, course.
     assert_eq!(charts.len(), 2 * POSES + 3);
     for chart in &charts[..POSES] {
-        // Magnitude and phase of nine entries and of three responses to the force; of the measured ones, three entries are left out. A phase
-        // that goes beyond its range is broken.
+        // Magnitude and phase of nine entries and of three responses to the force. Of the measured ones, three entries are left out. A
+        // phase that goes beyond its range is broken.
         assert!(lines(chart, ORANGE) >= 24, "{}", lines(chart, ORANGE));
         assert_eq!(lines(chart, BLUE), 12 + 6 + 3);
         assert_eq!(lines(chart, GREY), 24);
@@ -272,6 +273,8 @@ fn a_fit_that_is_not_settled_is_no_ground_for_a_plan() {
         assert!(page.contains("without <code>--from</code>") && !page.contains("proposes them"));
         let maybe = "If this minimum is the right one, then the following is off.";
         assert_eq!(page.contains(maybe), acceptance == "unsettled");
+        let errors = "the errors hold only if this minimum is the right one";
+        assert_eq!(page.contains(errors), acceptance == "unsettled");
     }
 }
 
