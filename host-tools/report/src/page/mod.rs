@@ -2,6 +2,7 @@
 
 mod correlations;
 mod course;
+mod direction;
 mod format;
 mod held_out;
 mod imperfections;

@@ -5,6 +5,7 @@ use maud::{Markup, html};
 use nalgebra::Complex;
 use rayon::prelude::*;
 
+use super::direction::{complex, direction_at};
 use super::format::{count, number, percent, pose};
 use super::{AXES, Pose, missing};
 use crate::charts::panel::{Band, Curve, Labels, Panel};
@@ -33,7 +34,7 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>], others: usize) ->
                 "Displacement of the tool per force on it, along the axes of the tool centre point. The model's curve comes from the fitted \
                  parameters, with its 95\u{a0}% band. The measured one comes from the records alone: H₁ of three forces, from segments of \
                  the records. It is left out where its standard deviation is above a third of its size, as where the three forces of a cut \
-                 go together and cannot be told apart. The last rows therefore show what each cut does tell: the displacement per force along \
+                 go together and cannot be separated. The last rows therefore show what each cut does show: the displacement per force along \
                  the direction that the force had."
             }
             p {
@@ -197,8 +198,8 @@ impl Entry {
         }
     }
 
-    /// Displacement along an axis per force along the direction that it had. The model's has the direction of the frequencies that were measured
-    /// on both sides, so that its resonances show between them.
+    /// Displacement along an axis per force along the direction that it had. The model's has the direction of the frequencies that were
+    /// measured on both sides, so that its resonances show between them.
     fn along(modelled: &[ReceptancePoint], points: &[MeasuredPoint], row: usize) -> Self {
         let model = |own: &ReceptancePoint| {
             let direction = direction_at(points, own.frequency_hz)?;
@@ -256,35 +257,6 @@ impl Entry {
             Curve { colour: Colour::Grey, width: 3, points: of(&self.fitted) },
         ]
     }
-}
-
-/// Direction of the force at a frequency, Hz, within those that were measured: between two of them their mean, weighted by its distance from each, or
-/// that of the nearer one if their largest components are different ones, whose phases are the origins.
-fn direction_at(points: &[MeasuredPoint], hz: f64) -> Option<[Complex<f64>; 3]> {
-    let next = points.iter().position(|own| own.frequency_hz >= hz)?;
-    let after = &points[next];
-    // Rounding may have moved the ends.
-    let before = next.checked_sub(1).map_or(after, |before| &points[before]);
-    if next == 0 && after.frequency_hz > hz * (1.0 + 1e-6) {
-        return None;
-    }
-    let width = after.frequency_hz - before.frequency_hz;
-    let part = if width > 0.0 { (hz - before.frequency_hz) / width } else { 1.0 };
-    let [one, other] = [before, after].map(|own| own.direction.map(complex));
-    let part = if largest(&one) == largest(&other) { part } else { part.round() };
-    let mean: [Complex<f64>; 3] =
-        std::array::from_fn(|axis| one[axis] * (1.0 - part) + other[axis] * part);
-    let norm = mean.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
-    (norm > 0.0).then(|| mean.map(|own| own / norm))
-}
-
-/// Number of the largest component.
-fn largest(direction: &[Complex<f64>; 3]) -> Option<usize> {
-    (0..3).max_by(|one, other| direction[*one].norm().total_cmp(&direction[*other].norm()))
-}
-
-fn complex([re, im]: [f64; 2]) -> Complex<f64> {
-    Complex::new(re, im)
 }
 
 /// A phase from −180° to 180° as one from −270° to 90°: a robot lags, and the ends of its range are not those of the axis.
