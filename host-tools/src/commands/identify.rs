@@ -204,14 +204,11 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
         .unwrap_or_else(|| BadInput::new(first, no_record(config, logs, &state, besides)).into()))
 }
 
-/// Warns of what `check` sees in configuration and logs, before the work begins. Logs that can be read only once are not looked at.
+/// Warns of what `check` sees in configuration and logs, before the work begins. Of logs that can be read only once, it looks at the
+/// configuration alone.
 fn warn_at_once(config: &Config, logs: &[PathBuf]) -> Result<()> {
     let again = logs.iter().all(|log| fs::metadata(log).is_ok_and(|log| log.is_file()));
-    let survey = match logs {
-        [] => None,
-        _ if again => Some(of_logs(config, logs)?),
-        _ => return Ok(()),
-    };
+    let survey = if again && !logs.is_empty() { Some(of_logs(config, logs)?) } else { None };
     let check = Check::new(config, survey.as_ref(), &[]);
     check.at_once().for_each(|finding| complain(&format!("warning: {finding}")));
     Ok(())

@@ -1,9 +1,10 @@
 //! Gravity and sensors as the configuration has them, in the simulation and in the fit.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::Path;
+use std::process::Command;
 
-use crate::setup::{edit, flexid, folder, identified, json, stderr, stdout};
+use crate::setup::{FLEXID, edit, flexid, folder, identified, json, stderr, stdout};
 
 /// Gravity, and an accelerometer that turns with the tool.
 fn as_on_earth(config: &Path) {
@@ -53,7 +54,7 @@ fn sensors_that_sit_elsewhere_are_allowed_for() {
     assert_eq!(report["confidence"]["residuals"]["size_objects"], true);
 }
 
-/// A force sensor that is turned by 180 degrees about z, and an accuracy that states next to nothing. The search runs all the same.
+/// A force sensor that is turned by 180 degrees about z, and an accuracy that is very loose. The search runs all the same.
 #[test]
 fn what_the_readings_show_by_themselves_is_said_before_the_search() {
     let folder = folder();
@@ -81,4 +82,26 @@ fn what_the_readings_show_by_themselves_is_said_before_the_search() {
             .starts_with("warning: [accuracy] elastic_centre_m is 30 times as large as is typical"),
         "{second}"
     );
+}
+
+/// A log that gives no record is enough for what the configuration shows.
+#[test]
+fn the_configuration_is_warned_of_where_the_log_is_standard_input() {
+    let folder = folder();
+    let path = folder.path();
+    edit(
+        &path.join("edge.toml"),
+        "assume = \"perfect\"",
+        "assume = \"perfect\"\nelastic_centre_m = 0.3",
+    );
+    fs::write(path.join("o.log"), "(1767000000.000060) vcan0 101#03000000FEFFFE0E\n").unwrap();
+    let output = Command::new(FLEXID)
+        .args("identify --config edge.toml -".split(' '))
+        .current_dir(path)
+        .stdin(File::open(path.join("o.log")).unwrap())
+        .output()
+        .unwrap();
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.starts_with("warning: [accuracy] elastic_centre_m is 30 times"), "{said}");
 }
