@@ -9,7 +9,7 @@ use flexid_export::{Format, Robot, export};
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::text::count;
 use flexid_prediction::document::Found;
-use flexid_prediction::receptance::Grid;
+use flexid_prediction::receptance::{Grid, MOST};
 use flexid_wire::report::Verdict;
 
 use super::pose::given_or_first;
@@ -39,7 +39,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "Q1,Q2,...", value_parser = numbers, allow_hyphen_values = true)]
     pose: Option<Numbers>,
     /// Number of frequencies of the receptance (uff) [default: as many as show the peak of each mode, 400 to 20000]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=MOST as i64))]
     points: Option<u32>,
 }
 
@@ -63,12 +63,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
     let robot = found.robot.found();
     let pose = &given_or_first(&args.found, &found, args.pose.as_ref())?;
-    output::keeps([&*args.found], [&*args.out])?;
-    let output = Output::create(&args.out)?;
     if let (Some(_), Wanted::Robot(_)) = (args.points, args.format) {
         let message = "--points is of the receptance: leave it out, or take --format uff";
         return Err(BadArgument(message.into()).into());
     }
+    output::keeps([&*args.found], [&*args.out])?;
+    let output = Output::create(&args.out)?;
     let format = match args.format {
         Wanted::Robot(format) => format,
         Wanted::Receptance => {

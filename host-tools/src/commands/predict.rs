@@ -6,7 +6,7 @@ use anyhow::Result;
 use flexid_edge::console::print;
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
-use flexid_prediction::receptance::Grid;
+use flexid_prediction::receptance::{Grid, MOST};
 
 use super::{pose, range};
 use crate::exit::BadArgument;
@@ -43,7 +43,7 @@ pub(super) struct Args {
     receptance: Option<PathBuf>,
     /// Number of frequencies of the receptance, equally far apart [default: as many as show the peak of each mode, at least 400; in a CSV
     /// file they stand closer together about the modes]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=MOST as i64))]
     points: Option<u32>,
     /// Print JSON
     #[arg(long)]
