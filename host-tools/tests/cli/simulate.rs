@@ -1,9 +1,10 @@
 //! `flexid model import` and `flexid simulate`.
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::setup::{FLEXID, flexid, folder, json, stderr};
 
@@ -95,7 +96,20 @@ fn a_simulation_that_is_ended_leaves_no_part_of_a_log() {
         .current_dir(path)
         .spawn()
         .unwrap();
-    thread::sleep(Duration::from_secs(1));
+    let descriptors = format!("/proc/{}/fd", running.id());
+    // A file without a name has a number in its folder, and is deleted.
+    let is_of_folder = |target: &Path| {
+        target.starts_with(path) && target.to_string_lossy().ends_with(" (deleted)")
+    };
+    let is_begun = || {
+        let all = fs::read_dir(&descriptors).unwrap().flatten();
+        all.filter_map(|entry| fs::read_link(entry.path()).ok()).any(|target| is_of_folder(&target))
+    };
+    let start = Instant::now();
+    while !is_begun() {
+        assert!(start.elapsed() < Duration::from_secs(60), "no file is begun");
+        thread::sleep(Duration::from_millis(10));
+    }
     running.kill().unwrap();
     assert!(!running.wait().unwrap().success());
     assert_eq!(fs::read_to_string(path.join("o.log")).unwrap(), "before");
