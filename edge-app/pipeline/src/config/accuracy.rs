@@ -6,31 +6,63 @@ use flexid_core::imperfection::Accuracies;
 
 use super::sections::{AccuracySection, Assumed, CalibrationSection};
 
-/// How many times its typical value an accuracy may be without a warning. Chosen: errors of up to thirty times their typical accuracy are the
-/// largest with which the intervals are proved (tests/README.md), and a standard deviation of twenty times makes larger ones likely.
+/// How many times its typical value an accuracy may be without a warning. Chosen: errors of up to thirty times their typical accuracy
+/// are the largest with which the intervals are proved (tests/README.md). A standard deviation of twenty times makes larger ones likely.
 const LOOSE: f64 = 20.0;
 
-/// Returns the keys of `[accuracy]` that are so loose that hardly anything is left of what the configuration states, and by how many times they are
-/// larger than typical. Grounds, filters and what grows may be so much worse on a real robot, and are left out.
+/// Returns the keys of `[accuracy]` that are so loose that hardly anything is left of what the configuration states, and by how many
+/// times they are larger than typical.
+///
+/// Left out is what may be so much worse on a real robot: filters (`*_resonance_hz`, `*_high_pass_hz`), structure and ground
+/// (`structure_*`, `ground_*`), and the growth with load (`drive_growth_per_knm`). Left out is also what is refused before it is so
+/// loose: `link_inertia`, `hysteresis`, `drive_growth` and `base_mass`.
 pub fn loose(accuracies: &Accuracies) -> impl Iterator<Item = (&'static str, f64)> + use<> {
-    let (own, typical) = (accuracies, Accuracies::typical());
+    let typical = Accuracies::typical();
+    // Each is named, so that a new one is not forgotten.
+    let Accuracies {
+        force,
+        accelerometer,
+        delay,
+        tool_angle,
+        tool_centre_point,
+        accelerometer_place,
+        mass,
+        centre_of_mass,
+        joint_angle,
+        elastic_centre,
+        inertia: _,
+        hysteresis: _,
+        servo: _,
+        load: _,
+        record_delay,
+        record_stiffness,
+        structure_translation: _,
+        structure_rotation: _,
+        ground_translation: _,
+        ground_rotation: _,
+        base_mass: _,
+        hose,
+        hose_damping,
+    } = accuracies;
     let all = [
-        ("delay_s", own.delay / typical.delay),
-        ("force_gain", own.force.gain / typical.force.gain),
-        ("force_crosstalk", own.force.crosstalk / typical.force.crosstalk),
-        ("force_angle_rad", own.force.angle / typical.force.angle),
-        ("acceleration_gain", own.accelerometer.gain / typical.accelerometer.gain),
-        ("acceleration_crosstalk", own.accelerometer.crosstalk / typical.accelerometer.crosstalk),
-        ("accelerometer_angle_rad", own.accelerometer.angle / typical.accelerometer.angle),
-        ("accelerometer_place_m", own.accelerometer_place / typical.accelerometer_place),
-        ("tool_angle_rad", own.tool_angle / typical.tool_angle),
-        ("tcp_m", own.tool_centre_point / typical.tool_centre_point),
-        ("link_mass", own.mass / typical.mass),
-        ("centre_of_mass_m", own.centre_of_mass / typical.centre_of_mass),
-        ("joint_angle_rad", own.joint_angle / typical.joint_angle),
-        ("elastic_centre_m", own.elastic_centre / typical.elastic_centre),
-        ("delay_of_record_s", own.record_delay / typical.record_delay),
-        ("stiffness_of_record", own.record_stiffness / typical.record_stiffness),
+        ("delay_s", delay / typical.delay),
+        ("force_gain", force.gain / typical.force.gain),
+        ("force_crosstalk", force.crosstalk / typical.force.crosstalk),
+        ("force_angle_rad", force.angle / typical.force.angle),
+        ("acceleration_gain", accelerometer.gain / typical.accelerometer.gain),
+        ("acceleration_crosstalk", accelerometer.crosstalk / typical.accelerometer.crosstalk),
+        ("accelerometer_angle_rad", accelerometer.angle / typical.accelerometer.angle),
+        ("accelerometer_place_m", accelerometer_place / typical.accelerometer_place),
+        ("tool_angle_rad", tool_angle / typical.tool_angle),
+        ("tcp_m", tool_centre_point / typical.tool_centre_point),
+        ("link_mass", mass / typical.mass),
+        ("centre_of_mass_m", centre_of_mass / typical.centre_of_mass),
+        ("joint_angle_rad", joint_angle / typical.joint_angle),
+        ("elastic_centre_m", elastic_centre / typical.elastic_centre),
+        ("delay_of_record_s", record_delay / typical.record_delay),
+        ("stiffness_of_record", record_stiffness / typical.record_stiffness),
+        ("hose_n_per_m", hose / typical.hose),
+        ("hose_ns_per_m", hose_damping / typical.hose_damping),
     ];
     // A part of a calculation may lie just above the limit.
     all.into_iter().filter(|(_, times)| *times > LOOSE * (1.0 + 1e-9))
@@ -219,4 +251,18 @@ pub(super) fn accuracies(
         *target = of_omega(TAU * stated);
     }
     Ok(accuracies)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hose_of_any_stiffness_is_loose() {
+        let typical = Accuracies::typical();
+        assert_eq!(loose(&typical).count(), 0);
+        let accuracies = Accuracies { hose: 21e3, hose_damping: 400.0, ..typical };
+        let all: Vec<_> = loose(&accuracies).collect();
+        assert!(matches!(all[..], [("hose_n_per_m", times)] if (times - 21.0).abs() < 1e-9));
+    }
 }
