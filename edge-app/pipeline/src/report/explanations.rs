@@ -37,8 +37,8 @@ pub(super) fn explanations(
     })
 }
 
-/// The explanations of a fit with these residuals, if it is near enough to the records for its linearisation to say so. Where it is not settled,
-/// they may be those of a wrong minimum.
+/// The explanations of a fit with these residuals, if it is near enough to the records for its linearisation to say so. Where it is
+/// not settled, they may be those of a wrong minimum.
 fn reported(
     found: &[refine::Explanation],
     model: &Model,
@@ -64,30 +64,27 @@ fn explanation(found: &refine::Explanation, model: &Model, residuals: Residuals)
 fn deviation(found: &FoundImperfection, model: &Model, residuals: Residuals) -> Deviation {
     let FoundImperfection { imperfection, prior, value, deviation } = *found;
     let prior = prior / imperfection.prior_over_accuracy();
-    let (value, slope, accuracy, unit) = match imperfection {
+    let name = name(imperfection, model);
+    let (name, value, slope, accuracy, unit) = match imperfection {
         // f = 1/(2π √v), and df/dv = −f/(2v).
-        Imperfection::Resonance(_) if value > 0.0 => {
-            (hz(value), 0.5 * hz(value) / value, hz(prior), "Hz")
+        Imperfection::Resonance(of) if value > 0.0 => {
+            let name = clipped(format_args!("{} resonance", sensor(of)));
+            (name, hz(value), 0.5 * hz(value) / value, hz(prior), "Hz")
         }
         // Below zero there is no such frequency. v = −1/(2ω²) is a low-pass of first order with the corner ω.
-        Imperfection::Resonance(_) if value < 0.0 => {
+        Imperfection::Resonance(of) if value < 0.0 => {
+            let name = clipped(format_args!("{} low-pass", sensor(of)));
             let corner = hz(-2.0 * value);
-            (corner, 0.5 * corner / -value, hz(prior), "Hz")
+            (name, corner, 0.5 * corner / -value, hz(prior), "Hz")
         }
-        Imperfection::HighPass(_) => (value / TAU, 1.0 / TAU, prior / TAU, "Hz"),
-        Imperfection::Load => (1e3 * value, 1e3, 1e3 * prior, "1/kNm"),
-        _ if is_factor(imperfection) => (value.exp_m1(), value.exp(), prior, ""),
-        _ => (value, 1.0, prior, unit(imperfection, model)),
+        Imperfection::HighPass(_) => (name, value / TAU, 1.0 / TAU, prior / TAU, "Hz"),
+        Imperfection::Load => (name, 1e3 * value, 1e3, 1e3 * prior, "1/kNm"),
+        _ if is_factor(imperfection) => (name, value.exp_m1(), value.exp(), prior, ""),
+        _ => (name, value, 1.0, prior, unit(imperfection, model)),
     };
     Deviation {
         entry: entry(imperfection),
-        name: match imperfection {
-            Imperfection::Resonance(of) if found.value < 0.0 => {
-                clipped(format_args!("{} low-pass", sensor(of)))
-            }
-            Imperfection::Resonance(of) => clipped(format_args!("{} resonance", sensor(of))),
-            _ => name(imperfection, model),
-        },
+        name,
         unit: clipped(unit),
         value,
         std: residuals.inflate(deviation).map(|std| std * slope).filter(|std| std.is_finite()),
