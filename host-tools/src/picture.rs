@@ -160,7 +160,7 @@ pub(crate) fn svg(
 const LABELS: [u32; 2] = [72, 52];
 const MARGINS: [u32; 2] = [16, 8];
 
-/// Ranges about these with the same scale along both axes, in the axes of an area.
+/// Widens one of the ranges about its middle, so that both axes of an area have the same scale.
 pub(crate) fn equally_scaled(area: &Canvas<'_>, ranges: [Range<f64>; 2]) -> [Range<f64>; 2] {
     let (width, height) = area.dim_in_pixel();
     let pixels = [0, 1].map(|axis| {

@@ -86,11 +86,12 @@ impl From<Vec<Bushing>> for Shared {
     }
 }
 
-/// Reads the truth of the joints of the model of `config`, base first, within its bounds. A simulated plant may stand on a pedestal that the
-/// model has and its file lacks, or the other way round.
+/// Reads the truth of the joints of the model of `config`, base first, within its bounds. The model may have a pedestal that the file
+/// lacks, and the file one that the model lacks.
 ///
 /// # Errors
-/// The file is wrong, or it is of a robot without any of these joints. The error is one line that names the file, the joint, and the right input.
+/// The file is wrong, or it is of a robot without any of these joints. The error is one line that names the file, the joint, and the
+/// right input.
 pub fn load(file: &Path, config: &Config) -> Result<Shared, BadInput> {
     parse(file, &input::read(file)?, config)
 }

@@ -28,8 +28,8 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// The axis of the base that points upwards.
 const HEIGHT: usize = 2;
 
-/// The picture, with a doubt about the fit in its title. Its plane is that of the angles, or of `positions` of the tool: two axes of the base, 0 to
-/// 2, with equal scales.
+/// The picture, with a doubt about the fit in its title. Its plane is that of the angles, or of `positions` of the tool: two axes of the
+/// base, 0 to 2, with equal scales.
 ///
 /// # Errors
 /// None for numbers that are finite.
