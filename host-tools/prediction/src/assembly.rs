@@ -7,8 +7,8 @@
 //! P = T_Jᵀ [ forces | torques ] = [ P_f | P_t ]
 //! ```
 //!
-//! E_j selects the elongations of joint j. M is the mass matrix. K is the stiffness due to gravity ([`flexid_core::chain::linearise`]) and of
-//! a hose at the tool, whose stiffness is k and whose damping d. P has the loads of unit forces and torques at the tool centre point.
+//! E_j selects the elongations of joint j. M is the mass matrix. K is the stiffness due to gravity ([`flexid_core::chain::linearise`]) and
+//! of a hose at the tool, whose stiffness is k and whose damping d. P has the loads of unit forces and torques at the tool centre point.
 
 use flexid_core::refine::Mechanics;
 use nalgebra::{DMatrix, Matrix6xX};

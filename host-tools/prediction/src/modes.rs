@@ -1,7 +1,8 @@
 //! Natural frequencies, damping ratios and mode shapes.
 //!
 //! A mode is a solution of `Z(λ) φ = 0`. With springs and dampers that do not depend on the frequency it is an eigenvalue problem, whose
-//! solutions are where the inverse iteration of the whole one begins (Güttel and Tisseur, "The nonlinear eigenvalue problem", Acta Numerica 26, 2017, section 4.3):
+//! solutions are where the inverse iteration of the whole one begins (Güttel and Tisseur, "The nonlinear eigenvalue problem", Acta
+//! Numerica 26, 2017, section 4.3):
 //!
 //! ```text
 //! x = Z(λ)⁻¹ Z'(λ) φ        φ ← x/|x|        λ ← λ − φᵀ Z(λ) φ / φᵀ Z'(λ) φ

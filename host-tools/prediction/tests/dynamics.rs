@@ -15,13 +15,13 @@ use flexid_prediction::Robot;
 use nalgebra::{Complex, DMatrix};
 use proptest::prelude::*;
 
-/// By how much stiffer than the others the robots are whose standard deviations are compared: those sag by centimetres, and predictions leave
-/// out the change of the sag with a stiffness.
+/// By how much stiffer than the others the robots are whose standard deviations are compared: those sag by centimetres, and predictions
+/// leave out the change of the sag with a stiffness.
 const STIFFER: f64 = 4.0;
 /// Part of a standard deviation that comes from that change.
 const LEFT_OUT: f64 = 0.03;
-/// Error of a standard deviation, in that of the coordinate: the sag, and hysteresis, whose derivative along the imaginary axis is taken for
-/// that along any.
+/// Error of a standard deviation, in that of the coordinate: the sag, and hysteresis, whose derivative along the imaginary axis is taken
+/// for that along any.
 const FLOOR: f64 = 0.01;
 const EARTH: [f64; 3] = [0.0, 0.0, -9.80665];
 /// Imperfections of all kinds that move a robot, and the unit of each.
