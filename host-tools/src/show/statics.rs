@@ -27,8 +27,8 @@ pub(crate) fn lines(report: &StaticReport) -> String {
     text
 }
 
-/// Estimated deviation, m, beyond which a gauge is not the cause: dial gauges of 10 mm err by up to 25 µm (DIN 878), laser trackers by up to 40 µm
-/// at 5 m (10 µm and 5 µm/m, data sheets).
+/// Estimated deviation, m, beyond which a gauge is not the cause: dial gauges of 10 mm err by up to 25 µm (DIN 878), laser trackers by
+/// up to 40 µm at 5 m (10 µm and 5 µm/m, data sheets).
 const OF_NO_GAUGE: f64 = 5e-5;
 
 /// The standard deviation of the displacements that state none, and where it is from.

@@ -138,8 +138,8 @@ fn caveat(report: &Report, confidence: &Confidence) -> String {
         " no intervals: another minimum may be the right one\n".to_owned()
     } else if confidence.residuals.size_objects {
         format!(
-            " no intervals: residuals of {times:.1} times the noise have another cause, and how far that moves the numbers \
-             nobody knows\n"
+            " no intervals: residuals of {times:.1} times the noise have another cause, and it is not known how \
+             far that moves the numbers\n"
         )
     } else {
         " no intervals: static tests contradict the fit\n".to_owned()

@@ -60,7 +60,7 @@ fn the_result_says_how_far_to_trust_it() {
     }
 }
 
-/// In gravity, and nobody has given bounds.
+/// In gravity, and without bounds.
 #[test]
 fn a_robot_of_six_joints_is_found_without_bounds() {
     let folder = folder();

@@ -87,8 +87,8 @@ pub(crate) fn refused(folder: &Path, arguments: &str) -> String {
     message
 }
 
-/// Checks that a command refuses each result that is none: missing, empty, cut off, of another kind, too large. `FOUND` stands for its name in
-/// the arguments.
+/// Checks that a command refuses each result that is none: missing, empty, cut off, of another kind, too large. `FOUND` stands for its name
+/// in the arguments.
 pub(crate) fn refuses_bad_results(folder: &Path, arguments: &str) {
     let whole = fs::read_to_string(folder.join("o.json")).unwrap();
     fs::write(folder.join("empty.json"), "").unwrap();
