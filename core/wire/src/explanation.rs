@@ -284,7 +284,7 @@ mod tests {
             verdict: Verdict::Identified,
         };
         let damping = nuisance("damping of ground tx", "m s/N", 1e-7, 1e-9);
-        assert!(ground.alike(&[damping.clone()]).is_none());
+        assert!(ground.alike(core::slice::from_ref(&damping)).is_none());
         let other = nuisance("ground ty", "m/N", 4e-9, 1e-10);
         let alike = ground.alike(&[damping, other]).unwrap().to_string();
         assert!(alike.starts_with("off as well: ground ty ") && !alike.contains("damping"));

@@ -44,12 +44,6 @@ impl Residuals {
         }
     }
 
-    /// Returns those of a fit whose minimum may be a wrong one.
-    #[cfg(test)]
-    pub(super) fn unsettled(consistency: f64) -> Self {
-        Self { settled: false, ..Self::noise(consistency) }
-    }
-
     pub(super) fn of(estimate: &Estimate) -> Self {
         let &Estimate {
             consistency,
