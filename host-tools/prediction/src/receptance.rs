@@ -70,7 +70,8 @@ pub enum Grid {
 pub const COARSE: usize = 400;
 /// Most frequencies that are equally far apart.
 pub const MOST: usize = 20_000;
-/// Frequencies within the half-power bandwidth of a mode. A peak between two of them is higher than either by at most 1/(2 n²): 3 % and 1 %.
+/// Frequencies within the half-power bandwidth of a mode. A peak between two of them is higher than either by at most
+/// 1/(2 n²): 3 % and 1 %.
 const EVENLY: f64 = 4.0;
 const CLOSELY: i32 = 8;
 /// Half-power bandwidths on each side of a mode within which its frequencies are close together. Chosen: there it has fallen to a sixth.
