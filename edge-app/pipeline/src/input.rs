@@ -46,11 +46,13 @@ impl fmt::Display for BadInput {
 /// Likeness above which a key is suggested for another. Chosen: two letters of five may be wrong.
 const ALIKE: f64 = 0.55;
 /// Endings of keys, and the units that they give. Longer endings stand first: `_n_per_m` also ends in `_m`.
-const UNITS: [(&str, &str); 11] = [
+const UNITS: [(&str, &str); 13] = [
     ("_nm_per_rad", "Nm/rad"),
     ("_nms_per_rad", "Nms/rad"),
     ("_ns_per_m", "Ns/m"),
     ("_n_per_m", "N/m"),
+    ("_m_per_n", "m/N"),
+    ("_rad_per_nm", "rad/Nm"),
     ("_m_per_s2", "m/s^2"),
     ("_kg_m2", "kg m^2"),
     ("_kg", "kg"),
@@ -126,15 +128,20 @@ pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, Bad
 }
 
 /// Returns the message about a TOML `text` most of whose keys at the top are unknown, by serde's message about one of them.
+/// Returns `None` if one of them is like a known key, and is therefore misspelled. Another file of flexid may have such keys.
 fn of_another_kind(text: &str, message: &str) -> Option<String> {
     let known: Vec<&str> = message.split('`').skip(3).step_by(2).collect();
     let document: toml::Table = toml::from_str(text).ok()?;
-    let unknown = document.keys().filter(|key| !known.contains(&key.as_str())).count();
+    let unknown: Vec<&String> =
+        document.keys().filter(|key| !known.contains(&key.as_str())).collect();
+    let is_misspelled = |key: &&String| known.iter().any(|name| likeness(name, key) > ALIKE);
+    let other = kind::in_toml(text).find(|(table, _)| !known.contains(table));
     // A key of a table below has its own known keys, none of which is at the top.
     let is_at_top = message.starts_with("unknown field")
         && message.split('`').nth(1).is_some_and(|culprit| document.contains_key(culprit));
-    (is_at_top && 2 * unknown > document.len()).then(|| {
-        let own = seems(text).unwrap_or("a TOML file");
+    let is_other = other.is_some() || !unknown.iter().any(is_misspelled);
+    (is_at_top && 2 * unknown.len() > document.len() && is_other).then(|| {
+        let own = other.map_or("a TOML file", |(_, name)| name);
         format!("is {own}: a file with the keys {} is wanted: name that one", known.join(", "))
     })
 }
@@ -206,8 +213,8 @@ fn likeness(one: &str, other: &str) -> f64 {
     word_by_word(one, other).max(word_by_word(without_unit(one), without_unit(other)))
 }
 
-/// Returns the part of the letters that need not be changed: the mean over the words if both keys have as many, so that a long word does not
-/// outweigh the others.
+/// Returns the part of the letters that need not be changed: the mean over the words if both keys have as many, so that a long word
+/// does not outweigh the others.
 fn word_by_word(one: &str, other: &str) -> f64 {
     let [words, of_other] = [one, other].map(|key| key.split('_'));
     let number = words.clone().count();
@@ -231,4 +238,45 @@ fn without_unit(key: &str) -> &str {
 
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Debug, Default, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    struct Plant {
+        #[serde(rename = "robot")]
+        _robot: toml::Table,
+        #[serde(rename = "hose")]
+        _hose: toml::Table,
+        #[serde(rename = "ground_m_per_n")]
+        _compliance: f64,
+    }
+
+    #[test]
+    fn a_misspelled_key_is_no_other_file() {
+        for (text, expected) in [
+            ("\n[hoose]\n", "p.toml:2: [hoose] unknown key `hoose`: did you mean `hose`?"),
+            ("[hoose]\n[robt]\n", "p.toml:1: [hoose] unknown key `hoose`: did you mean `hose`?"),
+            (
+                "ground_m_pr_n = 1.0\n",
+                "p.toml:1: ground_m_pr_n: unknown key `ground_m_pr_n`: did you mean `ground_m_per_n` (in m/N)?",
+            ),
+            (
+                "[model]\n[hosts]\n",
+                "p.toml: is a configuration: a file with the keys robot, hose, ground_m_per_n is wanted: name that one",
+            ),
+            (
+                "[package]\n",
+                "p.toml: is a TOML file: a file with the keys robot, hose, ground_m_per_n is wanted: name that one",
+            ),
+        ] {
+            let error = parse_toml::<Plant>(Path::new("p.toml"), text).unwrap_err();
+            assert_eq!(error.to_string(), expected, "{text}");
+        }
+    }
 }

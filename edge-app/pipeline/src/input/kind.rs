@@ -1,13 +1,21 @@
 //! What a text seems to be that should be of another format.
 
 /// What a file in TOML seems to be: the head of a table that is in no other one of flexid, and the name of the file.
-const IN_TOML: [(&str, &str); 5] = [
+const IN_TOML: [(&str, &str); 12] = [
     ("[[joint]]", "the model of a robot"),
     ("[[truth]]", "a scenario"),
     ("[[experiment]]", "a scenario"),
     ("[model]", "a configuration"),
-    ("[robot]", "a plant file"),
+    ("[force_sensor]", PLANT),
+    ("[accelerometer]", PLANT),
+    ("[tool]", PLANT),
+    ("[robot]", PLANT),
+    ("[pedestal]", PLANT),
+    ("[bending]", PLANT),
+    ("[hose]", PLANT),
+    ("[joints]", PLANT),
 ];
+const PLANT: &str = "a plant file";
 /// The same of JSON: a key.
 const IN_JSON: [(&str, &str); 2] = [
     ("\"search_evaluations\"", "a result of `flexid identify --json`"),
@@ -18,14 +26,18 @@ const IN_JSON: [(&str, &str); 2] = [
 pub fn seems(text: &str) -> Option<&'static str> {
     let own = kind(text)?;
     let known = match own {
-        "a TOML file" => {
-            let has = |head: &str| text.lines().any(|line| line.trim_start().starts_with(head));
-            IN_TOML.iter().find(|(head, _)| has(head))
-        }
-        "a JSON file" => IN_JSON.iter().find(|(key, _)| text.contains(key)),
+        "a TOML file" => in_toml(text).next(),
+        "a JSON file" => IN_JSON.into_iter().find(|(key, _)| text.contains(key)),
         _ => None,
     };
     Some(known.map_or(own, |(_, name)| name))
+}
+
+/// Returns each table of `text` that is in only one of flexid's files, and the name of that file.
+pub(super) fn in_toml(text: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let has = |head: &str| text.lines().any(|line| line.trim_start().starts_with(head));
+    let tables = IN_TOML.into_iter().filter(move |(head, _)| has(head));
+    tables.map(|(head, name)| (head.trim_matches(['[', ']']), name))
 }
 
 /// Returns what `text` seems to be, by its first line that is neither empty nor a comment. Returns `None` if it does not show.
@@ -85,6 +97,9 @@ mod tests {
             ("name = \"mill3\"\n[[joint]]\n", Some("the model of a robot")),
             ("robot = \"mill3\"\n[bounds]\n[[truth]]\n", Some("a scenario")),
             ("[model]\nfile = \"a.toml\"\n", Some("a configuration")),
+            ("[robot]\n", Some("a plant file")),
+            ("# one hose\n[hose]\nmass_kg = 1.0\n", Some("a plant file")),
+            ("[joints]\n", Some("a plant file")),
             ("[other]\n", Some("a TOML file")),
             (
                 "{\"fit\": {\"search_evaluations\": 3}}",
