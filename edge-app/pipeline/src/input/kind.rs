@@ -22,7 +22,7 @@ const IN_JSON: [(&str, &str); 2] = [
     ("\"truth\"", "a file of `flexid simulate --truth-json`"),
 ];
 
-/// Returns what `text` seems to be, as [`kind`], and of files in TOML and JSON which one of flexid's.
+/// Returns what `text` seems to be, by its first line, and of files in TOML and JSON which one of flexid's.
 pub fn seems(text: &str) -> Option<&'static str> {
     let own = kind(text)?;
     let known = match own {
