@@ -10,62 +10,88 @@ use super::sections::{AccuracySection, Assumed, CalibrationSection};
 /// are the largest with which the intervals are proved (tests/README.md). A standard deviation of twenty times makes larger ones likely.
 const LOOSE: f64 = 20.0;
 
+/// An accuracy of one value that the section may state.
+struct Accuracy {
+    key: &'static str,
+    stated: fn(&AccuracySection) -> Option<f64>,
+    own: fn(&mut Accuracies) -> &mut f64,
+    /// Largest value that may be stated. Beyond it what is off must be corrected itself.
+    most: f64,
+    /// SI unit over that of the section.
+    scale: f64,
+    unit: &'static str,
+    /// Whether a value of more than [`LOOSE`] times the typical one deserves a warning. Structure, ground, and growth with load may be so
+    /// much worse on a real robot. Others are refused before they are so loose.
+    is_warned_of: bool,
+}
+
+/// A row of [`ACCURACIES`].
+macro_rules! accuracy {
+    ($key:ident, $($own:ident).+, $most:expr, $unit:expr, $is_warned_of:expr) => {
+        Accuracy {
+            key: stringify!($key),
+            stated: |section| section.$key,
+            own: |accuracies| &mut accuracies.$($own).+,
+            most: $most,
+            scale: 1.0,
+            unit: $unit,
+            is_warned_of: $is_warned_of,
+        }
+    };
+}
+
+/// Accuracies that a key of `[calibration]` states as well: what that seeks has a prior there, and none here.
+const ALSO_SOUGHT: [(&str, &str, fn(&CalibrationSection) -> Option<f64>); 5] = [
+    ("delay_s", "delay_s", |section| section.delay_s),
+    ("force_gain", "force_gain", |section| section.force_gain),
+    ("acceleration_gain", "acceleration_gain", |section| section.acceleration_gain),
+    ("accelerometer_angle_rad", "misalignment_rad", |section| section.misalignment_rad),
+    ("link_mass", "link_mass", |section| section.link_mass),
+];
+
+const PART: &str = "0.01 is 1 %";
+/// All but those of the filters of sensors, which are stated by their frequencies.
+#[rustfmt::skip]
+const ACCURACIES: [Accuracy; 27] = [
+    accuracy!(delay_s, delay, 1e-3, "in s", true),
+    accuracy!(force_gain, force.gain, 0.5, PART, true),
+    accuracy!(force_crosstalk, force.crosstalk, 0.5, PART, true),
+    accuracy!(force_angle_rad, force.angle, 0.5, "in rad", true),
+    accuracy!(acceleration_gain, accelerometer.gain, 0.5, PART, true),
+    accuracy!(acceleration_crosstalk, accelerometer.crosstalk, 0.5, PART, true),
+    accuracy!(accelerometer_angle_rad, accelerometer.angle, 0.5, "in rad", true),
+    accuracy!(accelerometer_place_m, accelerometer_place, 0.5, "in m", true),
+    accuracy!(tool_angle_rad, tool_angle, 0.5, "in rad", true),
+    accuracy!(tcp_m, tool_centre_point, 0.5, "in m", true),
+    accuracy!(link_mass, mass, 0.5, PART, true),
+    accuracy!(centre_of_mass_m, centre_of_mass, 0.5, "in m", true),
+    accuracy!(joint_angle_rad, joint_angle, 0.5, "in rad", true),
+    accuracy!(elastic_centre_m, elastic_centre, 0.5, "in m", true),
+    accuracy!(link_inertia, inertia, 0.5, PART, false),
+    accuracy!(hysteresis, hysteresis, 1.0, PART, false),
+    accuracy!(drive_growth, servo, 1.0, PART, false),
+    Accuracy { scale: 1e-3, ..accuracy!(drive_growth_per_knm, load, 0.5, PART, false) },
+    accuracy!(delay_of_record_s, record_delay, 1e-3, "in s", true),
+    accuracy!(stiffness_of_record, record_stiffness, 0.2, PART, true),
+    accuracy!(structure_m_per_n, structure_translation, 1e-6, "in m/N: 1e-10 is 1e10 N/m", false),
+    accuracy!(structure_rad_per_nm, structure_rotation, 1e-5, "in rad/Nm: 1e-10 is 1e10 Nm/rad", false),
+    accuracy!(ground_m_per_n, ground_translation, 1e-6, "in m/N: 1e-9 is 1e9 N/m", false),
+    accuracy!(ground_rad_per_nm, ground_rotation, 1e-5, "in rad/Nm: 1e-9 is 1e9 Nm/rad", false),
+    accuracy!(base_mass, base_mass, 1.0, PART, false),
+    accuracy!(hose_n_per_m, hose, 1e6, "in N/m", true),
+    accuracy!(hose_ns_per_m, hose_damping, 1e5, "in Ns/m", true),
+];
+
 /// Returns the keys of `[accuracy]` that are so loose that hardly anything is left of what the configuration states, and by how many
-/// times they are larger than typical.
-///
-/// Left out is what may be so much worse on a real robot: filters (`*_resonance_hz`, `*_high_pass_hz`), structure and ground
-/// (`structure_*`, `ground_*`), and the growth with load (`drive_growth_per_knm`). Left out is also what is refused before it is so
-/// loose: `link_inertia`, `hysteresis`, `drive_growth` and `base_mass`.
+/// times they are larger than typical. Filters (`*_resonance_hz`, `*_high_pass_hz`) may be so much worse on a real robot.
 pub fn loose(accuracies: &Accuracies) -> impl Iterator<Item = (&'static str, f64)> + use<> {
-    let typical = Accuracies::typical();
-    // Each is named, so that a new one is not forgotten.
-    let Accuracies {
-        force,
-        accelerometer,
-        delay,
-        tool_angle,
-        tool_centre_point,
-        accelerometer_place,
-        mass,
-        centre_of_mass,
-        joint_angle,
-        elastic_centre,
-        inertia: _,
-        hysteresis: _,
-        servo: _,
-        load: _,
-        record_delay,
-        record_stiffness,
-        structure_translation: _,
-        structure_rotation: _,
-        ground_translation: _,
-        ground_rotation: _,
-        base_mass: _,
-        hose,
-        hose_damping,
-    } = accuracies;
-    let all = [
-        ("delay_s", delay / typical.delay),
-        ("force_gain", force.gain / typical.force.gain),
-        ("force_crosstalk", force.crosstalk / typical.force.crosstalk),
-        ("force_angle_rad", force.angle / typical.force.angle),
-        ("acceleration_gain", accelerometer.gain / typical.accelerometer.gain),
-        ("acceleration_crosstalk", accelerometer.crosstalk / typical.accelerometer.crosstalk),
-        ("accelerometer_angle_rad", accelerometer.angle / typical.accelerometer.angle),
-        ("accelerometer_place_m", accelerometer_place / typical.accelerometer_place),
-        ("tool_angle_rad", tool_angle / typical.tool_angle),
-        ("tcp_m", tool_centre_point / typical.tool_centre_point),
-        ("link_mass", mass / typical.mass),
-        ("centre_of_mass_m", centre_of_mass / typical.centre_of_mass),
-        ("joint_angle_rad", joint_angle / typical.joint_angle),
-        ("elastic_centre_m", elastic_centre / typical.elastic_centre),
-        ("delay_of_record_s", record_delay / typical.record_delay),
-        ("stiffness_of_record", record_stiffness / typical.record_stiffness),
-        ("hose_n_per_m", hose / typical.hose),
-        ("hose_ns_per_m", hose_damping / typical.hose_damping),
-    ];
-    // A part of a calculation may lie just above the limit.
-    all.into_iter().filter(|(_, times)| *times > LOOSE * (1.0 + 1e-9))
+    let (mut stated, mut typical) = (*accuracies, Accuracies::typical());
+    ACCURACIES
+        .iter()
+        .filter(|accuracy| accuracy.is_warned_of)
+        .map(move |Accuracy { key, own, .. }| (*key, *own(&mut stated) / *own(&mut typical)))
+        // A part of a calculation may lie just above the limit.
+        .filter(|(_, times)| *times > LOOSE * (1.0 + 1e-9))
 }
 
 /// Returns the accuracies, those that the section does not state as assumed. What `calibration` seeks has a prior there, and none
@@ -79,139 +105,27 @@ pub(super) fn accuracies(
         Assumed::Typical => Accuracies::typical(),
         Assumed::Perfect => Accuracies::default(),
     };
-    let Accuracies {
-        force,
-        accelerometer,
-        delay,
-        tool_angle,
-        tool_centre_point,
-        accelerometer_place,
-        mass,
-        centre_of_mass,
-        joint_angle,
-        elastic_centre,
-        inertia,
-        hysteresis,
-        servo,
-        load,
-        record_delay,
-        record_stiffness,
-        structure_translation,
-        structure_rotation,
-        ground_translation,
-        ground_rotation,
-        base_mass,
-        hose,
-        hose_damping,
-    } = &mut accuracies;
-    let part = "0.01 is 1 %";
-    let mut load_per_knm = 0.0;
-    // Beyond these limits the stated value itself must be corrected.
-    for (key, stated, target, most, unit) in [
-        ("delay_s", section.delay_s, &mut *delay, 1e-3, "in s"),
-        ("force_gain", section.force_gain, &mut force.gain, 0.5, part),
-        ("force_crosstalk", section.force_crosstalk, &mut force.crosstalk, 0.5, part),
-        ("force_angle_rad", section.force_angle_rad, &mut force.angle, 0.5, "in rad"),
-        ("acceleration_gain", section.acceleration_gain, &mut accelerometer.gain, 0.5, part),
-        (
-            "acceleration_crosstalk",
-            section.acceleration_crosstalk,
-            &mut accelerometer.crosstalk,
-            0.5,
-            part,
-        ),
-        (
-            "accelerometer_angle_rad",
-            section.accelerometer_angle_rad,
-            &mut accelerometer.angle,
-            0.5,
-            "in rad",
-        ),
-        ("accelerometer_place_m", section.accelerometer_place_m, accelerometer_place, 0.5, "in m"),
-        ("tool_angle_rad", section.tool_angle_rad, tool_angle, 0.5, "in rad"),
-        ("tcp_m", section.tcp_m, tool_centre_point, 0.5, "in m"),
-        ("link_mass", section.link_mass, &mut *mass, 0.5, part),
-        ("centre_of_mass_m", section.centre_of_mass_m, centre_of_mass, 0.5, "in m"),
-        ("joint_angle_rad", section.joint_angle_rad, joint_angle, 0.5, "in rad"),
-        ("elastic_centre_m", section.elastic_centre_m, elastic_centre, 0.5, "in m"),
-        ("link_inertia", section.link_inertia, inertia, 0.5, part),
-        ("hysteresis", section.hysteresis, hysteresis, 1.0, part),
-        ("drive_growth", section.drive_growth, servo, 1.0, part),
-        ("drive_growth_per_knm", section.drive_growth_per_knm, &mut load_per_knm, 0.5, part),
-        ("delay_of_record_s", section.delay_of_record_s, record_delay, 1e-3, "in s"),
-        (
-            "structure_m_per_n",
-            section.structure_m_per_n,
-            structure_translation,
-            1e-6,
-            "in m/N: 1e-10 is 1e10 N/m",
-        ),
-        (
-            "structure_rad_per_nm",
-            section.structure_rad_per_nm,
-            structure_rotation,
-            1e-5,
-            "in rad/Nm: 1e-10 is 1e10 Nm/rad",
-        ),
-        (
-            "ground_m_per_n",
-            section.ground_m_per_n,
-            ground_translation,
-            1e-6,
-            "in m/N: 1e-9 is 1e9 N/m",
-        ),
-        (
-            "ground_rad_per_nm",
-            section.ground_rad_per_nm,
-            ground_rotation,
-            1e-5,
-            "in rad/Nm: 1e-9 is 1e9 Nm/rad",
-        ),
-        ("base_mass", section.base_mass, base_mass, 1.0, part),
-        ("hose_n_per_m", section.hose_n_per_m, hose, 1e6, "in N/m"),
-        ("hose_ns_per_m", section.hose_ns_per_m, hose_damping, 1e5, "in Ns/m"),
-        ("stiffness_of_record", section.stiffness_of_record, record_stiffness, 0.2, part),
-    ] {
-        let Some(stated) = stated else { continue };
-        if !(0.0..=most).contains(&stated) {
-            return Err(format!(
-                "[accuracy] {key} is {stated}: must be 0 to {most} ({unit}), one standard deviation"
-            ));
-        }
-        *target = stated;
-    }
-    if section.drive_growth_per_knm.is_some() {
-        *load = load_per_knm / 1e3;
-    }
-    for (key, stated, other, sought, target) in [
-        ("delay_s", section.delay_s, "delay_s", calibration.delay_s, delay),
-        ("force_gain", section.force_gain, "force_gain", calibration.force_gain, &mut force.gain),
-        (
-            "acceleration_gain",
-            section.acceleration_gain,
-            "acceleration_gain",
-            calibration.acceleration_gain,
-            &mut accelerometer.gain,
-        ),
-        (
-            "accelerometer_angle_rad",
-            section.accelerometer_angle_rad,
-            "misalignment_rad",
-            calibration.misalignment_rad,
-            &mut accelerometer.angle,
-        ),
-        ("link_mass", section.link_mass, "link_mass", calibration.link_mass, mass),
-    ] {
-        match (stated, sought) {
-            (Some(_), Some(_)) => {
+    for Accuracy { key, stated, own, most, scale, unit, .. } in &ACCURACIES {
+        let sought = ALSO_SOUGHT.iter().find(|(also, ..)| also == key);
+        let sought = sought.filter(|(.., sought)| sought(calibration).is_some());
+        let target = own(&mut accuracies);
+        match (stated(section), sought) {
+            (Some(_), Some((_, other, _))) => {
                 return Err(format!(
                     "[accuracy] {key} and [calibration] {other} state the same: leave one out"
                 ));
             }
+            (Some(stated), None) if (0.0..=*most).contains(&stated) => *target = scale * stated,
+            (Some(stated), None) => {
+                return Err(format!(
+                    "[accuracy] {key} is {stated}: must be 0 to {most} ({unit}), one standard deviation"
+                ));
+            }
             (None, Some(_)) => *target = 0.0,
-            _ => {}
+            (None, None) => {}
         }
     }
+    let Accuracies { force, accelerometer, .. } = &mut accuracies;
     // A filter beyond these limits is no small change of the band. A reading is then wrong by a ninth, or turned by a third of a radian.
     let resonances = [3.0 * band_hz[1], 1e6];
     let corners = [0.0, band_hz[0] / 3.0];
@@ -256,6 +170,18 @@ pub(super) fn accuracies(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn each_accuracy_has_a_key() {
+        const FILTERS: usize = 4;
+        let all = size_of::<Accuracies>() / size_of::<f64>();
+        assert_eq!(ACCURACIES.len() + FILTERS, all);
+        let mut accuracies = Accuracies::default();
+        for Accuracy { key, own, .. } in &ACCURACIES {
+            assert_eq!(*own(&mut accuracies), 0.0, "{key} is that of another");
+            *own(&mut accuracies) = 1.0;
+        }
+    }
 
     #[test]
     fn a_hose_of_any_stiffness_is_loose() {
