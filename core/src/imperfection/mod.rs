@@ -2,7 +2,7 @@
 //!
 //! A plant is never quite the one that the configuration describes: a mass, a mounting angle or a joint angle differs by a little.
 //! Each [`Imperfection`] has a value p, whose prior is a normal distribution about zero; [`Accuracies`] give its standard deviation. Of a
-//! compliance of the ground only the half above zero counts.
+//! compliance of the ground, and of a hose, only the half above zero counts.
 //! A fit projects the imperfections out with their priors, as it projects out the seams. Where the data determine an imperfection,
 //! it is thereby sought; where they do not, it widens the intervals of the parameters that it affects (a _considered_ parameter:
 //! Schmidt, "Application of state-space methods to navigation problems", 1966; Bierman, _Factorization Methods for Discrete
@@ -142,7 +142,7 @@ impl Imperfection {
 
     /// Whether it cannot be less than zero.
     pub fn is_positive(self) -> bool {
-        matches!(self, Self::Ground(_) | Self::GroundDamping(_))
+        matches!(self, Self::Ground(_) | Self::GroundDamping(_) | Self::Hose | Self::HoseDamping)
     }
 
     /// Whether it changes how the robot moves, and not only what its sensors read or a single record.
@@ -243,13 +243,13 @@ pub(crate) fn all(
     core::iter::once((I::Delay, accuracies.delay))
         .chain(of_sensors)
         .chain(of_tool)
-        .chain(of_hose)
         .chain(of_links)
         .chain(of_bushings)
         .chain(of_base)
         .chain(of_records)
         // Those that are positive come last: a step eliminates the others once.
         .chain(of_ground)
+        .chain(of_hose)
         .filter(|(_, deviation)| *deviation > 0.0 && deviation.is_finite())
         .collect()
 }

@@ -126,9 +126,9 @@ proptest! {
     }
 }
 
-/// Of all imperfections, compliances and dampings of the ground alone have an end, which is zero.
+/// Of all imperfections, those of the ground and of hoses alone have an end, which is zero.
 #[test]
-fn the_ground_cannot_give_way_the_wrong_way() {
+fn ground_and_hoses_cannot_pull_the_wrong_way() {
     let (chain, bounds) = (chain(), bounds());
     let sought = Sought::new(2, &Default::default()).unwrap();
     let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
@@ -139,9 +139,9 @@ fn the_ground_cannot_give_way_the_wrong_way() {
     plant.point.imperfections[..all.len()].fill(0.3);
     let room = objective::PlantDomain::new(&problem, &all).room(&plant.point);
     for ((imperfection, _), [least, most]) in all.iter().zip(room) {
-        let is_of_ground =
-            matches!(imperfection, Imperfection::Ground(_) | Imperfection::GroundDamping(_));
-        let expected = if is_of_ground { -0.3 } else { f64::NEG_INFINITY };
+        use Imperfection::{Ground, GroundDamping, Hose, HoseDamping};
+        let has_end = matches!(imperfection, Ground(_) | GroundDamping(_) | Hose | HoseDamping);
+        let expected = if has_end { -0.3 } else { f64::NEG_INFINITY };
         assert_eq!([least, most], [expected, f64::INFINITY], "{imperfection:?}");
     }
 }

@@ -65,7 +65,7 @@ fn plant(random: &mut Xoshiro256PlusPlus) -> (Box<Plant>, Rows) {
         *value = match imperfection {
             Imperfection::Mass(_) => 8.0 * uniform() + 20.0,
             Imperfection::Ground(_) => uniform().max(0.0),
-            Imperfection::GroundDamping(_) => uniform().abs(),
+            it if it.is_positive() => uniform().abs(),
             _ => uniform(),
         };
     }
