@@ -8,6 +8,7 @@ use super::{Estimate, Identifier, Phase};
 use crate::refine::{Plant, Problem, Unexplained};
 use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::{CutNoise, Experiment, MAX_TONES};
+use crate::verdict::FOREIGN;
 
 /// Most fits that follow each other because the noise was read again. Chosen: a fit that strong tones have biased shows others; the second
 /// is without that bias, and the level of the noise follows.
@@ -25,7 +26,8 @@ impl<R> Identifier<R> {
     /// the identifier's own. Tones are subtracted. Without new ones, the level is raised where the cut has more noise than the rest.
     ///
     /// Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew) and fitted again, up to
-    /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise that is assumed explains the residuals.
+    /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise that is assumed explains the residuals. The level stays where no
+    /// level that a cut may have explains them.
     // What the records show is large: inlined, it would take room on the stack of the caller.
     #[inline(never)]
     pub fn read_noise_again<const B: usize>(
@@ -45,7 +47,8 @@ impl<R> Identifier<R> {
             .map(|(record, experiment)| self.shown(experiment, plant, estimate, record, bins))
             .collect();
         // Tones are narrow. In a level they would cost a whole band.
-        tones::subtract(experiments, &shown) || cut_noise::replace(experiments, shown)
+        tones::subtract(experiments, &shown)
+            || estimate.consistency <= FOREIGN && cut_noise::replace(experiments, shown)
     }
 
     /// Noise that the residuals of one record show, of all records' `bins`.

@@ -20,8 +20,11 @@ const REACH: usize = SIXTH.len() / 2;
 const SQUARES: f32 = 924.0;
 /// Samples over which the usual size of the differences is read: a twentieth of a second at 2 kHz, several teeth.
 const BLOCK: usize = 128;
-/// Median of the absolute value of normal noise, in its standard deviations.
-const MEDIAN: f32 = 0.6745;
+/// Of the heights in a block the one that is as large gives the usual size: two spikes show in fourteen. A median would leave out the teeth,
+/// whose strikes are the largest heights of a cut, and which a spike may meet.
+const LARGEST: usize = 15;
+/// Absolute value that normal noise exceeds in fifteen of 128 samples, in its standard deviations.
+const EXCEEDED: f32 = 1.567;
 /// Least height of a spike, in standard deviations of what the differences say of a single sample. Normal noise exceeds it once in 10²³.
 const HIGH: f32 = 10.0;
 /// Standard deviations that noise does not exceed in the differences about a spike, nor on the other axes: once in two million.
@@ -74,7 +77,8 @@ fn usual(signal: &[f32], first: usize) -> f32 {
         let heights = block.map(|sample| height(signal, sample).abs());
         let mut heights: Vec<f32, BLOCK> = heights.filter(|height| !height.is_nan()).collect();
         heights.sort_unstable_by(f32::total_cmp);
-        heights.get(heights.len() / 2).copied().unwrap_or(0.0) / MEDIAN
+        let larger = (heights.len() * LARGEST).div_ceil(BLOCK);
+        heights.get(heights.len() - larger).copied().unwrap_or(0.0) / EXCEEDED
     };
     let before = first.checked_sub(BLOCK).map_or(0.0, of_block);
     before.max(of_block(first)).max(of_block(first + BLOCK))
@@ -166,6 +170,21 @@ mod tests {
         let mut signals = cut(4);
         signals.iter_mut().for_each(|signal| signal[2000] += 5.0);
         assert_eq!(remove(&mut signals, 1e-3), [0; 3]);
+    }
+
+    /// Each tooth strikes all axes, harder than is usual between the strikes.
+    #[test]
+    fn a_spike_may_meet_a_tooth() {
+        for seed in 1..20 {
+            let mut signals = cut(seed);
+            for strike in (2000..SAMPLES).step_by(30) {
+                signals.iter_mut().for_each(|signal| signal[strike] += 0.4);
+            }
+            assert_eq!(remove(&mut signals, 1e-3), [0; 3], "{seed}");
+            signals[1][2000 + 30 * 20] += 20.0;
+            signals[1][2000 + 30 * 21] -= 20.0;
+            assert_eq!(remove(&mut signals, 1e-3), [0, 2, 0], "{seed}");
+        }
     }
 
     #[test]

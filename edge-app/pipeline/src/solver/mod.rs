@@ -79,6 +79,8 @@ pub struct Solver {
     /// Imperfections that the configuration allows, and the fit to them.
     /// `None` for a perfect plant.
     plant: Option<Box<Plant>>,
+    /// Whether axes of the signals are wrong. The search then fits no imperfections, since they explain such records in no minimum.
+    has_wrong_axes: bool,
     /// Estimate that holds whatever these imperfections are. `None` until it is made of the settled estimate.
     of_plant: Option<Box<PlantEstimate>>,
     /// Where the residuals of the settled estimate are larger than elsewhere.
@@ -253,6 +255,7 @@ impl Solver {
             came: 0,
             taken: Taken::default(),
             plant: Some(plant).filter(|plant| !plant.is_perfect()),
+            has_wrong_axes: false,
             of_plant: None,
             left_over: Vec::new(),
             is_considered: false,
@@ -322,14 +325,12 @@ impl Solver {
         let begun = Instant::now();
         if std::mem::take(&mut self.changed) {
             self.identifier.renew(&self.experiments);
+            self.has_wrong_axes = self.axes.are_wrong();
             self.work = Work::default();
         }
         let residuals = self.experiments.iter().map(|experiment| 6 * experiment.bins()).sum();
         while is_in_time(stop, &mut self.deadline) {
-            let phase = match &mut self.plant {
-                Some(plant) => self.identifier.step_on_plant(&self.experiments, plant),
-                None => self.identifier.step(&self.experiments),
-            };
+            let phase = self.step();
             let progress = self.identifier.progress();
             self.work.advance(&progress);
             self.course.note(&progress, self.experiments.len() as u64, residuals);
@@ -357,6 +358,15 @@ impl Solver {
         self.unsettled.is_empty()
     }
 
+    /// Does one step of the identifier.
+    fn step(&mut self) -> Phase {
+        let Self { identifier, experiments, plant, has_wrong_axes, .. } = self;
+        match plant {
+            Some(plant) if !*has_wrong_axes => identifier.step_on_plant(experiments, plant),
+            _ => identifier.step(experiments),
+        }
+    }
+
     /// Refines the settled estimate together with the imperfections of the plant, if that has not been done. Reads the noise again from its
     /// residuals, and fits again. Looks where the residuals of the last fit are larger than elsewhere.
     fn consider_plant(&mut self, stop: &Stop) {
@@ -380,12 +390,8 @@ impl Solver {
             }
             rounds += 1;
             identifier.renew(experiments);
-            while go_on() {
-                let phase = match plant {
-                    Some(plant) => identifier.step_on_plant(experiments, plant),
-                    None => identifier.step(experiments),
-                };
-                if matches!(phase, Phase::Settled | Phase::Waiting) {
+            while is_in_time(stop, &mut self.deadline) {
+                if matches!(self.step(), Phase::Settled | Phase::Waiting) {
                     break;
                 }
             }

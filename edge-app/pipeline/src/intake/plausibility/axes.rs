@@ -80,17 +80,24 @@ impl Axes {
 
     /// Returns a warning if the robot gives off energy, and takes it up with other axes of a sensor.
     pub(crate) fn warning(&self) -> Option<Warning> {
+        self.wrong().map(Warning::WrongAxes)
+    }
+
+    /// Whether the records say with which axes the robot would not give off energy.
+    pub(crate) fn are_wrong(&self) -> bool {
+        self.wrong().is_some_and(|axes| axes.force.is_some() || axes.acceleration.is_some())
+    }
+
+    fn wrong(&self) -> Option<WrongAxes> {
         let [force, acceleration] = [0, 1].map(|sensor| self.sums(sensor));
         let best = [&force, &acceleration].map(best);
         let named = |ways: &[Power; WAYS], best: Option<usize>| {
             best.filter(|&best| is_clear(ways, best)).map(axes)
         };
-        best.iter().any(Option::is_some).then(|| {
-            Warning::WrongAxes(WrongAxes {
-                share: force[0].share(),
-                force: named(&force, best[0]),
-                acceleration: named(&acceleration, best[1]),
-            })
+        best.iter().any(Option::is_some).then(|| WrongAxes {
+            share: force[0].share(),
+            force: named(&force, best[0]),
+            acceleration: named(&acceleration, best[1]),
         })
     }
 
