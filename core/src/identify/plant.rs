@@ -183,13 +183,9 @@ fn stand_for_something_else(
         let FoundImperfection { imperfection, value, prior, .. } = own.largest;
         let is_resonance =
             |rival: &FoundImperfection| matches!(rival.imperfection, Imperfection::Resonance(_));
-        match imperfection {
-            Imperfection::Resonance(_) => {
-                value < -LOW_PASS * prior && !own.rivals.iter().any(is_resonance)
-            }
-            Imperfection::HighPass(_) => value < -STATED_TOO_WELL * prior,
-            _ => false,
-        }
+        matches!(imperfection, Imperfection::Resonance(_))
+            && value < -LOW_PASS * prior
+            && !own.rivals.iter().any(is_resonance)
     };
     let explains_little = |own: &Explanation| share < EXPLAINED && own.times > STATED_TOO_WELL;
     let is_elsewhere = |own: &Explanation| {
@@ -240,7 +236,6 @@ mod tests {
             explanation(Imperfection::Resonance(Sensor::Force), 0.11, 1.0).largest;
         let rivals = Vec::from_slice(slice::from_ref(&of_other_sensor)).unwrap();
         let of_either_sensor = Explanation { rivals, ..resonance(-0.11) };
-        let high_pass = |value| explanation(Imperfection::HighPass(Sensor::Force), value, 1.0);
         let ground = Explanation { times: 3.5, ..ground };
         let hard_ground = Explanation { times: 2.5, ..ground.clone() };
         let weakly = Explanation { evidence: 9.0, ..mass(0.05) };
@@ -264,9 +259,6 @@ mod tests {
             (&[resonance(-0.09)], near, false, false),
             (&[resonance(-0.11)], near, false, true),
             (&[of_either_sensor], near, false, false),
-            (&[high_pass(0.2)], near, false, false),
-            (&[high_pass(-0.04)], near, false, false),
-            (&[high_pass(-0.06)], near, false, true),
             (&[centre(0, -0.09)], near, false, true),
             (&[centre(0, -0.09)], far, false, false),
             (&[centre(0, 0.04)], near, false, false),

@@ -28,6 +28,8 @@ pub struct Accuracies {
     pub accelerometer: SensorAccuracies,
     /// Delay of the acceleration after the force, s.
     pub delay: f64,
+    /// Growth of that delay over a record, s/s.
+    pub delay_drift: f64,
     /// Angle of the tool about each axis of the TCP, rad.
     pub tool_angle: f64,
     /// Place of the TCP along each of its axes, m.
@@ -78,6 +80,7 @@ impl Accuracies {
     /// | imperfection                | standard deviation | source                                                              |
     /// | --------------------------- | ------------------ | ------------------------------------------------------------------- |
     /// | delay                       | 20 µs              | assumed: one twenty-fifth of a sample at 2 kHz, filters matched     |
+    /// | growth of the delay         | 2 ppm              | data sheets of temperature-compensated quartz: 0.5 to 2.5 ppm       |
     /// | gain, force                 | 0.5 %              | calibration certificates of piezoelectric dynamometers              |
     /// | gain, acceleration          | 1 %                | calibration certificates, ISO 16063-21                              |
     /// | crosstalk                   | 1 %                | data sheets of triaxial sensors: at most 2 to 3 %                   |
@@ -122,6 +125,7 @@ impl Accuracies {
                 high_pass: TAU * 0.1,
             },
             delay: 20e-6,
+            delay_drift: 2e-6,
             tool_angle: 1.7e-3,
             tool_centre_point: 1e-3,
             accelerometer_place: 2e-3,

@@ -2,7 +2,7 @@
 //!
 //! A plant is never quite the one that the configuration describes: a mass, a mounting angle or a joint angle differs by a little.
 //! Each [`Imperfection`] has a value p, whose prior is a normal distribution about zero; [`Accuracies`] give its standard deviation. Of a
-//! compliance of the ground, and of a hose, only the half above zero counts.
+//! high-pass, a compliance of the ground, and a hose, only the half above zero counts.
 //! A fit projects the imperfections out with their priors, as it projects out the seams. Where the data determine an imperfection,
 //! it is thereby sought; where they do not, it widens the intervals of the parameters that it affects (a _considered_ parameter:
 //! Schmidt, "Application of state-space methods to navigation problems", 1966; Bierman, _Factorization Methods for Discrete
@@ -19,7 +19,7 @@ use crate::search::MAX_EXPERIMENTS;
 use crate::{DOF, MAX_JOINTS};
 
 /// Number of kinds of imperfections.
-pub(crate) const KINDS: usize = 29;
+pub(crate) const KINDS: usize = 30;
 /// Largest number of imperfections of a chain.
 pub const MAX_IMPERFECTIONS: usize = OF_SENSORS
     + OF_HOSE
@@ -28,7 +28,7 @@ pub const MAX_IMPERFECTIONS: usize = OF_SENSORS
     + OF_GROUND
     + OF_RECORDS * MAX_EXPERIMENTS;
 /// Imperfections of the sensors and of the tool.
-const OF_SENSORS: usize = 1 + 6 + 12 + 9 + 6 + 4;
+const OF_SENSORS: usize = 2 + 6 + 12 + 9 + 6 + 4;
 /// Imperfections of what hangs on the tool.
 const OF_HOSE: usize = 2;
 /// Imperfections of each joint and its link.
@@ -70,8 +70,10 @@ pub enum Sensor {
     serde(rename_all = "snake_case")
 )]
 pub enum Imperfection {
-    /// Delay of the acceleration after the force, s.
+    /// Delay of the acceleration after the force, s; at the start of a record, if it drifts.
     Delay,
+    /// Growth of that delay over a record, s/s: how much slower the clock of the accelerometer is than that of the force sensor.
+    DelayDrift,
     /// Logarithm of the gain of an axis of a sensor.
     Gain(Sensor, usize),
     /// Part of the signal along the second axis in the reading along the first.
@@ -142,7 +144,14 @@ impl Imperfection {
 
     /// Whether it cannot be less than zero.
     pub fn is_positive(self) -> bool {
-        matches!(self, Self::Ground(_) | Self::GroundDamping(_) | Self::Hose | Self::HoseDamping)
+        matches!(
+            self,
+            Self::HighPass(_)
+                | Self::Ground(_)
+                | Self::GroundDamping(_)
+                | Self::Hose
+                | Self::HoseDamping
+        )
     }
 
     /// Whether it changes how the robot moves, and not only what its sensors read or a single record.
@@ -164,6 +173,7 @@ impl Imperfection {
             | Self::Hose
             | Self::HoseDamping => true,
             Self::Delay
+            | Self::DelayDrift
             | Self::Gain(..)
             | Self::Crosstalk(..)
             | Self::Turn(..)
@@ -195,9 +205,9 @@ pub(crate) fn all(
         let gains = axes().map(move |axis| (I::Gain(sensor, axis), own.gain));
         let crosstalk = pairs().map(move |(of, by)| (I::Crosstalk(sensor, of, by), own.crosstalk));
         let turns = axes().map(move |axis| (I::Turn(sensor, axis), own.angle));
-        let filters = [(I::Resonance(sensor), own.resonance), (I::HighPass(sensor), own.high_pass)];
-        gains.chain(crosstalk).chain(turns).chain(filters)
+        gains.chain(crosstalk).chain(turns).chain([(I::Resonance(sensor), own.resonance)])
     });
+    let of_amplifiers = sensors().map(|(sensor, own)| (I::HighPass(sensor), own.high_pass));
     let of_tool = axes().flat_map(|axis| {
         [
             (I::ToolTurn(axis), accuracies.tool_angle),
@@ -241,6 +251,7 @@ pub(crate) fn all(
         .filter(move |_| differ)
     });
     core::iter::once((I::Delay, accuracies.delay))
+        .chain([(I::DelayDrift, accuracies.delay_drift)])
         .chain(of_sensors)
         .chain(of_tool)
         .chain(of_links)
@@ -248,6 +259,7 @@ pub(crate) fn all(
         .chain(of_base)
         .chain(of_records)
         // Those that are positive come last: a step eliminates the others once.
+        .chain(of_amplifiers)
         .chain(of_ground)
         .chain(of_hose)
         .filter(|(_, deviation)| *deviation > 0.0 && deviation.is_finite())
@@ -283,6 +295,7 @@ impl Imperfection {
             Self::BaseMass => 26,
             Self::Hose => 27,
             Self::HoseDamping => 28,
+            Self::DelayDrift => 29,
         }
     }
 
@@ -339,6 +352,7 @@ mod tests {
             records,
             6,
             6,
+            1,
             1,
             1,
             1,

@@ -24,6 +24,8 @@ pub(super) struct Bins<'a> {
     /// Per axis real and imaginary parts.
     force: [[&'a [f32]; 2]; 3],
     acceleration: [[&'a [f32]; 2]; 3],
+    /// Derivative of the acceleration by its drift.
+    drift: [[&'a [f32]; 2]; 3],
     /// Per axis mean squares.
     force_noise: [&'a [f32]; 3],
     acceleration_noise: [&'a [f32]; 3],
@@ -37,6 +39,7 @@ impl<'a> Bins<'a> {
             lowest: experiment.first_bin as f64 * experiment.spacing,
             force: experiment.force.parts(),
             acceleration: experiment.acceleration.parts(),
+            drift: experiment.drift.parts(),
             force_noise: experiment.force_noise.each_ref().map(Vec::as_slice),
             acceleration_noise: experiment.acceleration_noise.each_ref().map(Vec::as_slice),
         }
@@ -59,6 +62,7 @@ impl<'a> Bins<'a> {
             lowest: self.lowest,
             force: cut(&self.force),
             acceleration: cut(&self.acceleration),
+            drift: cut(&self.drift),
             force_noise: cut_noise(&self.force_noise),
             acceleration_noise: cut_noise(&self.acceleration_noise),
         }
@@ -78,6 +82,20 @@ impl<'a> Bins<'a> {
             }
         }
         measured
+    }
+
+    /// Real and imaginary part of what this drift adds to the acceleration along each axis.
+    #[inline(always)]
+    pub(super) fn drifted(&self, drift: f64, bin: usize) -> [[f64; 2]; 3] {
+        let mut drifted = [[0.0; 2]; 3];
+        if drift != 0.0 {
+            for axis in 0..3 {
+                for part in 0..2 {
+                    drifted[axis][part] = drift * f64::from(self.drift[axis][part][bin]);
+                }
+            }
+        }
+        drifted
     }
 
     /// Mean squares of the noise of the force, as a sensor of no gain and no filter would have it, and of the acceleration. The
@@ -116,6 +134,8 @@ pub(super) struct Batch<V> {
     pub(super) inverse_s: Complex<V>,
     /// As measured, and then as best known.
     pub(super) force: [Complex<V>; 3],
+    /// Derivative of the acceleration by its drift. Zero until it is [loaded](Batch::load_drift).
+    pub(super) drift: [Complex<V>; 3],
     /// Powers of s/ω₀ of each lane, ω₀ the lowest angular frequency of the band.
     pub(super) powers: [[f64; ORDERS]; WIDEST],
 }
@@ -125,13 +145,7 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
     pub(super) fn new(like: V, record: &Bins<'_>, model: &Model, first: usize) -> Self {
         let force_gain = &model.calibration.force_gain;
         let last = record.bins() - 1;
-        let gather = |value: &dyn Fn(usize) -> f64| {
-            let mut lanes = [0.0; WIDEST];
-            for (lane, target) in lanes[..V::WIDTH].iter_mut().enumerate() {
-                *target = value((first + lane).min(last));
-            }
-            like.load(&lanes)
-        };
+        let gather = |value: &dyn Fn(usize) -> f64| gather(like, first, last, value);
         let zero = like.fill(0.0);
         let omega = gather(&|bin| record.omega(bin));
         let inverse = gather(&|bin| -1.0 / record.omega(bin));
@@ -150,8 +164,33 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
                 *force = *force * inverse;
             }
         }
-        Self { s, inverse_s, force, powers: of_ratio }
+        Self { s, inverse_s, force, drift: [Complex::zero(like); 3], powers: of_ratio }
     }
+
+    /// Loads the derivative of the acceleration by its drift, in the bins from `first` on.
+    #[inline(always)]
+    pub(super) fn load_drift(&mut self, record: &Bins<'_>, first: usize) {
+        let (like, last) = (self.s.re, record.bins() - 1);
+        for (drift, parts) in self.drift.iter_mut().zip(&record.drift) {
+            drift.re = gather(like, first, last, &|bin| f64::from(parts[0][bin]));
+            drift.im = gather(like, first, last, &|bin| f64::from(parts[1][bin]));
+        }
+    }
+}
+
+/// The values of the bins from `first` on, not beyond the last one.
+#[inline(always)]
+fn gather<V: Lanes<Scalar = f64>>(
+    like: V,
+    first: usize,
+    last: usize,
+    value: &dyn Fn(usize) -> f64,
+) -> V {
+    let mut lanes = [0.0; WIDEST];
+    for (lane, target) in lanes[..V::WIDTH].iter_mut().enumerate() {
+        *target = value((first + lane).min(last));
+    }
+    like.load(&lanes)
 }
 
 /// Real and imaginary parts, lane by lane.

@@ -114,9 +114,12 @@ impl<F: Further, const W: usize, const L: usize> Kernel<f64> for Assembly<'_, F,
                 self.correct(like, &weights, &noise, &accelerance, &unexplained, lanes.len());
             self.rows(rows, &mut response, &derivatives, &mut batch, &error);
             if self.equations.has_unknowns() {
-                let (seam, first) = (self.equations.seam(), self.seam_columns());
+                let (seam, behind) = (self.equations.seam(), self.seam_columns());
                 let loads = seam_loads(seam, batch.inverse_s);
-                self.further.write(rows, first, &response, self.model, &batch, &loads);
+                if self.further.count() > 0 {
+                    batch.load_drift(&self.record, first);
+                }
+                self.further.write(rows, behind, &response, self.model, &batch, &loads);
             }
             self.accumulate(rows, &weights, &unexplained, lanes, &mut residuals);
         }
@@ -143,7 +146,8 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
         self.seam_columns() + self.further.count()
     }
 
-    /// Evaluates the model, and returns what it leaves of the measured acceleration: `r = A − H F − …`.
+    /// Evaluates the model, and returns what it leaves of the measured acceleration: `r = A − H F − …`. The drift of its delay is in A alone,
+    /// since a time in the record is none in the model.
     #[inline(always)]
     pub(super) fn read<V: Lanes<Scalar = f64>>(
         &self,
@@ -159,11 +163,14 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
         let mut unexplained = [[[0.0; 2]; 3]; WIDEST];
         for (lane, bin) in lanes.enumerate() {
             let measured = self.record.measured(bin);
+            let drifted = self.record.drifted(self.model.drift, bin);
             for axis in 0..3 {
                 let jump = seam.jump(axis, &batch.powers[lane]);
                 for part in 0..2 {
-                    unexplained[lane][axis][part] =
-                        measured[axis][part] - modelled[axis][part][lane] - jump[part];
+                    unexplained[lane][axis][part] = measured[axis][part]
+                        - drifted[axis][part]
+                        - modelled[axis][part][lane]
+                        - jump[part];
                 }
             }
         }

@@ -16,6 +16,8 @@ pub(super) struct Model {
     pub(super) calibration: Calibration,
     /// Filter of the force sensor.
     pub(super) force_filter: Filter<f64>,
+    /// Growth of the delay of the acceleration over a record.
+    pub(super) drift: f64,
     /// Relative error η of the model that the weights of the residuals allow for.
     pub(super) relative_error: f64,
 }
@@ -52,6 +54,7 @@ impl Model {
         let linear = problem.linearise(pose, &bushings, &calibration)?;
         let terms = Terms::new(&linear, &bushings, &measurement.sensors(&calibration))?;
         let terms = if sought.seeks_masses() { terms.with_masses() } else { terms };
-        Ok(Self { terms, calibration, force_filter: Filter::default(), relative_error: 0.0 })
+        let force_filter = Filter::default();
+        Ok(Self { terms, calibration, force_filter, drift: 0.0, relative_error: 0.0 })
     }
 }

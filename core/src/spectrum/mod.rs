@@ -9,6 +9,7 @@
 //!   loads on the bushings mend its seam, and the refinement estimates them beside the parameters ([`crate::refine`]).
 
 mod cut_noise;
+mod drift;
 #[doc(hidden)] // Public for the tests.
 pub mod fft;
 pub mod thinned;
@@ -135,6 +136,8 @@ pub struct Experiment<const B: usize> {
     pub force: Spectrum<B>,
     /// DFT of the acceleration times the sample period, along the accelerometer's axes, m/s.
     pub acceleration: Spectrum<B>,
+    /// Derivative of the acceleration by a delay that grows with time, from zero at the start of the record, m/s.
+    pub drift: Spectrum<B>,
     /// Mean square of the noise in each bin of the force, per axis, (Ns)².
     pub force_noise: [Vec<f32, B>; 3],
     /// Mean square of the noise in each bin of the acceleration, per axis, (m/s)².
@@ -190,10 +193,12 @@ impl<const B: usize> Experiment<B> {
             return Err(SpectrumError::Bins(bins));
         }
         let band = first_bin..last_bin + 1;
-        let mut plain = |signals: &[Vec<f32, N>; 3]| {
+        let mut plain = |signals: &[Vec<f32, N>; 3], weight: fn(f32) -> f32| {
             let mut spectrum = Spectrum::EMPTY;
             for (axis, signal) in signals.iter().enumerate() {
-                buffer[..samples].copy_from_slice(signal);
+                for (n, (weighted, value)) in buffer.iter_mut().zip(signal).enumerate() {
+                    *weighted = value * weight(n as f32 / samples as f32);
+                }
                 let transformed = fft::real_transform(&mut buffer[..samples])
                     .ok_or(SpectrumError::Length(samples))?;
                 for bin in &transformed[band.clone()] {
@@ -203,8 +208,9 @@ impl<const B: usize> Experiment<B> {
             }
             Ok(spectrum)
         };
-        let force = plain(&record.force)?;
-        let acceleration = plain(&record.acceleration)?;
+        let force = plain(&record.force, |_| 1.0)?;
+        let acceleration = plain(&record.acceleration, |_| 1.0)?;
+        let by_time = plain(&record.acceleration, |part| part)?;
         if !force.power().is_finite() || !acceleration.power().is_finite() {
             return Err(SpectrumError::NotFinite);
         }
@@ -234,6 +240,8 @@ impl<const B: usize> Experiment<B> {
         if force.power() <= LEAST_FORCE * noise {
             return Err(SpectrumError::NoForce);
         }
+        let length = samples as f64 * period;
+        let drift = drift::of(&record.acceleration, length, &acceleration, &by_time, first_bin);
         let thinned = ThinnedSpectra::new(record, band, buffer)?;
         Ok(Self {
             pose: record.pose.clone(),
@@ -241,6 +249,7 @@ impl<const B: usize> Experiment<B> {
             first_bin,
             force,
             acceleration,
+            drift,
             force_noise,
             acceleration_noise,
             broad_noise,

@@ -65,6 +65,8 @@ pub enum Accuracy {
     HoseNPerM,
     /// Damping of hoses at the tool.
     HoseNsPerM,
+    /// Growth of the delay over a record.
+    DelayDrift,
 }
 
 impl Accuracy {
@@ -158,6 +160,9 @@ impl Accuracy {
             Self::BaseMass => ["base_mass", GROUND],
             Self::HoseNPerM => ["hose_n_per_m", HOSE],
             Self::HoseNsPerM => ["hose_ns_per_m", HOSE],
+            Self::DelayDrift => {
+                ["delay_drift", "let one clock sample both sensors, or synchronise their clocks"]
+            }
         }
     }
 }
@@ -170,7 +175,7 @@ mod tests {
     fn entries_have_the_names_of_their_keys() {
         for number in 0..u8::MAX {
             let Ok(entry) = postcard::from_bytes::<Accuracy>(&[number]) else {
-                assert_eq!(number, 29);
+                assert_eq!(number, 30);
                 break;
             };
             assert_eq!(serde_json::to_value(entry).unwrap(), entry.key());

@@ -83,6 +83,7 @@ impl Imperfections {
         let mut derivative = [Complex::zero(like); 3];
         match imperfection {
             Imperfection::Delay => return by_reading(batch.s),
+            Imperfection::DelayDrift => return batch.drift,
             Imperfection::RecordDelay(record) if record == self.record => {
                 return by_reading(batch.s);
             }

@@ -43,6 +43,8 @@ pub(in crate::refine) struct Imperfect {
     ground: Ground<f64>,
     /// Stiffness, N/m, and damping, Ns/m, of what hangs on the tool.
     hose: [f64; 2],
+    /// Growth of the delay of the acceleration over a record.
+    drift: f64,
     /// Number of the record.
     record: usize,
 }
@@ -89,6 +91,7 @@ impl Imperfect {
             stiffness: 1.0,
             ground: Ground { compliance: [0.0; DOF], damping: [0.0; DOF], mass },
             hose: [0.0; 2],
+            drift: 0.0,
             record,
         }
     }
@@ -100,6 +103,7 @@ impl Imperfect {
         let Sensors { mounting, calibration, .. } = sensors;
         match imperfection {
             Imperfection::Delay => calibration.delay += value,
+            Imperfection::DelayDrift => self.drift += value,
             Imperfection::Gain(Sensor::Accelerometer, axis) => {
                 calibration.acceleration_gain[axis] *= libm::exp(value);
             }
@@ -235,6 +239,7 @@ impl Imperfect {
             terms: if problem.sought.seeks_masses() { terms.with_masses() } else { terms },
             calibration: self.sensors.calibration,
             force_filter: self.force_filter,
+            drift: self.drift,
             relative_error: 0.0,
         })
     }

@@ -52,8 +52,9 @@ const ALSO_SOUGHT: [(&str, &str, fn(&CalibrationSection) -> Option<f64>); 5] = [
 const PART: &str = "0.01 is 1 %";
 /// All but those of the filters of sensors, which are stated by their frequencies.
 #[rustfmt::skip]
-const ACCURACIES: [Accuracy; 27] = [
+const ACCURACIES: [Accuracy; 28] = [
     accuracy!(delay_s, delay, 1e-3, "in s", true),
+    accuracy!(delay_drift, delay_drift, 1e-3, "1e-6 is 1 ppm", true),
     accuracy!(force_gain, force.gain, 0.5, PART, true),
     accuracy!(force_crosstalk, force.crosstalk, 0.5, PART, true),
     accuracy!(force_angle_rad, force.angle, 0.5, "in rad", true),

@@ -125,6 +125,7 @@ pub(super) enum Assumed {
 pub(super) struct AccuracySection {
     pub(super) assume: Assumed,
     pub(super) delay_s: Option<f64>,
+    pub(super) delay_drift: Option<f64>,
     pub(super) force_gain: Option<f64>,
     pub(super) force_crosstalk: Option<f64>,
     pub(super) force_angle_rad: Option<f64>,

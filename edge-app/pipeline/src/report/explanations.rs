@@ -137,6 +137,7 @@ pub(super) fn entry(imperfection: Imperfection) -> Accuracy {
         Imperfection::BaseMass => Accuracy::BaseMass,
         Imperfection::Hose => Accuracy::HoseNPerM,
         Imperfection::HoseDamping => Accuracy::HoseNsPerM,
+        Imperfection::DelayDrift => Accuracy::DelayDrift,
         Imperfection::RecordDelay(_) => Accuracy::DelayOfRecordS,
         Imperfection::RecordStiffness(_) => Accuracy::StiffnessOfRecord,
     }

@@ -120,6 +120,7 @@ pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
         Imperfection::BaseMass => clipped("mass of the base"),
         Imperfection::Hose => clipped("hose at the tool"),
         Imperfection::HoseDamping => clipped("damping of hose at the tool"),
+        Imperfection::DelayDrift => clipped("drift of delay"),
         Imperfection::RecordDelay(record) => {
             clipped(format_args!("delay of record {}", record + 1))
         }
@@ -165,5 +166,6 @@ pub(super) fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
         Imperfection::HighPass(_) => "rad/s",
         Imperfection::Hose => "N/m",
         Imperfection::HoseDamping => "Ns/m",
+        Imperfection::DelayDrift => "s/s",
     }
 }

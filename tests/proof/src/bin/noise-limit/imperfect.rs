@@ -66,6 +66,7 @@ pub(crate) fn all(own: &Accuracies, joints: usize, records: usize) -> Vec<(Imper
         all.push((I::Ground(dof), compliance));
         all.push((I::GroundDamping(dof), GROUND_LAG_S * compliance));
     }
+    all.push((I::DelayDrift, own.delay_drift));
     all.push((I::BaseMass, own.base_mass));
     all.push((I::Hose, own.hose));
     all.push((I::HoseDamping, own.hose_damping));
@@ -86,6 +87,7 @@ pub(crate) fn column(
     use Imperfection as I;
     let column: Column = match imperfection {
         I::Delay => of_reading(|s| -s),
+        I::DelayDrift => Box::new(|bin| -bin.rate_by_time),
         I::RecordDelay(record) if record == number => of_reading(|s| -s),
         I::RecordDelay(_) => of_reading(|_| Complex::ZERO),
         I::Resonance(Sensor::Accelerometer) => of_reading(|s| -(s * s)),

@@ -120,7 +120,9 @@ pub(crate) const MENU: [Error; 43] = [
     error("delay from cut to cut", Some(|it| matches!(it, I::RecordDelay(_))), |plant, times| {
         plant.accelerometer.clock.late_spread_s = times * 5e-6;
     }),
-    error("drift of the clock", None, |plant, times| plant.accelerometer.clock.ppm = 2.0 * times),
+    error("drift of the clock", Some(|it| matches!(it, I::DelayDrift)), |plant, times| {
+        plant.accelerometer.clock.ppm = 2.0 * times;
+    }),
     error("jitter", None, |plant, times| plant.accelerometer.clock.jitter_s = 1e-6 * times),
     error("pink noise", None, |plant, times| {
         plant.accelerometer.noise.pink_below_hz = times;

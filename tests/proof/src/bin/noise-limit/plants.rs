@@ -297,7 +297,12 @@ pub(crate) fn drawn(
         force_sensor,
         accelerometer: Sensor {
             offset_m: three(accuracies.accelerometer_place, random),
-            clock: Clock { late_s, late_spread_s: accuracies.record_delay, ..Clock::default() },
+            clock: Clock {
+                late_s,
+                late_spread_s: accuracies.record_delay,
+                ppm: 1e6 * accuracies.delay_drift * random.normal(),
+                ..Clock::default()
+            },
             ..accelerometer
         },
         tool: Tool {

@@ -16,6 +16,8 @@ pub(crate) struct Bin {
     pub(crate) force: Vector3<Complex<f64>>,
     /// Reading of the accelerometer.
     pub(crate) reading: Vector3<Complex<f64>>,
+    /// Rate of that reading, times the time from the start of the window.
+    pub(crate) rate_by_time: Vector3<Complex<f64>>,
     /// Elongation of each degree of freedom.
     pub(crate) elongation: DVector<Complex<f64>>,
     /// Reading per unit load on each degree of freedom, 3×N.
@@ -28,6 +30,7 @@ pub(crate) struct Bin {
 pub(crate) struct Spectra {
     force: Vec<Vec<Complex<f64>>>,
     reading: Vec<Vec<Complex<f64>>>,
+    rate_by_time: Vec<Vec<Complex<f64>>>,
     elongation: Vec<Vec<Complex<f64>>>,
 }
 
@@ -43,10 +46,18 @@ impl Spectra {
             let along = |axis: usize| signal[window.clone()].iter().map(|v| v[axis]).collect();
             (0..3).map(|axis| spectrum(along(axis))).collect()
         };
+        // Both products with the period of a sample cancel.
+        let rate_by_time = |axis: usize| {
+            let at = |sample: usize| motion.acceleration[sample.min(window.end - 1)][axis];
+            let rate =
+                |n: usize| 0.5 * (at(window.start + n + 1) - at((window.start + n).max(1) - 1));
+            spectrum((0..window.len()).map(|n| n as f64 * rate(n)).collect())
+        };
         let elongation = motion.elongation.iter().map(|one| spectrum(one[window.clone()].to_vec()));
         Ok(Self {
             force: axes(&motion.force)?,
             reading: axes(&motion.acceleration)?,
+            rate_by_time: (0..3).map(rate_by_time).collect::<Result<_>>()?,
             elongation: elongation.collect::<Result<_>>()?,
         })
     }
@@ -64,6 +75,7 @@ impl Spectra {
             s,
             force: Vector3::from_fn(|axis, _| each(&self.force, axis)),
             reading: Vector3::from_fn(|axis, _| each(&self.reading, axis)),
+            rate_by_time: Vector3::from_fn(|axis, _| each(&self.rate_by_time, axis)),
             elongation: DVector::from_fn(self.elongation.len(), |dof, _| {
                 each(&self.elongation, dof)
             }),

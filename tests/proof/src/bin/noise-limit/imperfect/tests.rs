@@ -12,6 +12,7 @@ use crate::study::{Purpose, Study, random};
 fn imperfect(imperfection: Imperfection, value: f64) -> Plant {
     match imperfection {
         Imperfection::Delay => with(|plant| plant.accelerometer.clock.late_s = value),
+        Imperfection::DelayDrift => with(|plant| plant.accelerometer.clock.ppm = -1e6 * value),
         Imperfection::Hysteresis => with(|plant| {
             plant.joints.hysteretic = value;
             plant.joints.hysteretic_at_hz = 20.0;
@@ -64,6 +65,7 @@ fn columns_are_differences_of_the_simulated_readings() {
     // The growths of drives are the same for all in the simulator.
     for (all, deviation, has_negative) in [
         (vec![I::Delay], 20e-6, true),
+        (vec![I::DelayDrift], 5e-6, true),
         (vec![I::Turn(Sensor::Force, 1)], 1e-3, true),
         (vec![I::ToolTurn(0)], 1e-3, true),
         (vec![I::ToolCentrePoint(2)], 1e-3, true),
