@@ -17,9 +17,17 @@ use crate::evidence::{DataQuality, MeasuredReceptance, Origin, RecordEvidence, S
 pub struct Document {
     /// Parameters, fit, warnings and robot.
     pub found: Found,
+    /// What the page shows beside them.
+    pub further: Further,
+}
+
+/// Entries of a file that [`Found`] leaves out. Those that are `None` are not in the file.
+#[derive(Debug, Deserialize)]
+pub struct Further {
     /// What is doubtful about the model of the robot, a line each.
+    #[serde(default)]
     pub model_warnings: Vec<String>,
-    /// What the file says of their trust. `None` in files of programs that did not write it.
+    /// What the file says of the trust in the numbers.
     pub confidence: Option<Confidence>,
     /// Records that the fit rests on.
     pub records: Option<Vec<RecordEvidence>>,
@@ -117,19 +125,6 @@ pub struct Line {
     pub text: String,
 }
 
-/// The entries of a file that [`Found`] leaves out.
-#[derive(Deserialize)]
-struct Further {
-    #[serde(default)]
-    model_warnings: Vec<String>,
-    confidence: Option<Confidence>,
-    records: Option<Vec<RecordEvidence>>,
-    measured_receptance: Option<Vec<MeasuredReceptance>>,
-    course: Option<Vec<Step>>,
-    data_quality: Option<DataQuality>,
-    origin: Option<Origin>,
-}
-
 impl Document {
     /// Reads and checks a result file.
     ///
@@ -145,26 +140,7 @@ impl Document {
     /// Those of [`Document::load`].
     pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
         let found = Found::parse(file, text)?;
-        let further: Further = input::parse_json(file, text, COMMAND)?;
-        let Further {
-            model_warnings,
-            confidence,
-            records,
-            measured_receptance,
-            course,
-            data_quality,
-            origin,
-        } = further;
-        let document = Self {
-            found,
-            model_warnings,
-            confidence,
-            records,
-            measured_receptance,
-            course,
-            data_quality,
-            origin,
-        };
+        let document = Self { found, further: input::parse_json(file, text, COMMAND)? };
         match document.fault() {
             Some(fault) => Err(BadInput::new(file, fault)),
             None => Ok(document),
@@ -174,12 +150,12 @@ impl Document {
     /// Entries that the page needs in full and that the file lacks, by their names.
     pub fn missing(&self) -> Vec<&'static str> {
         let entries = [
-            ("confidence", self.confidence.is_none()),
-            ("records", self.records.is_none()),
-            ("measured_receptance", self.measured_receptance.is_none()),
-            ("course", self.course.is_none()),
-            ("data_quality", self.data_quality.is_none()),
-            ("origin", self.origin.is_none()),
+            ("confidence", self.further.confidence.is_none()),
+            ("records", self.further.records.is_none()),
+            ("measured_receptance", self.further.measured_receptance.is_none()),
+            ("course", self.further.course.is_none()),
+            ("data_quality", self.further.data_quality.is_none()),
+            ("origin", self.further.origin.is_none()),
         ];
         entries.into_iter().filter(|(_, is_missing)| *is_missing).map(|(name, _)| name).collect()
     }
@@ -188,7 +164,7 @@ impl Document {
     fn fault(&self) -> Option<String> {
         let again = "run `flexid identify --json` again";
         let joints = self.found.joints.len();
-        if let Some(Confidence { joints: intervals, correlations, .. }) = &self.confidence {
+        if let Some(Confidence { joints: intervals, correlations, .. }) = &self.further.confidence {
             let unknowns = correlations.unknowns.len();
             if !intervals.is_empty() && intervals.len() != joints {
                 return Some(format!("confidence.joints is of another robot: {again}"));
@@ -199,7 +175,7 @@ impl Document {
                 ));
             }
         }
-        for (index, record) in self.records.iter().flatten().enumerate() {
+        for (index, record) in self.further.records.iter().flatten().enumerate() {
             let spectra = &record.spectra;
             let curves = [
                 &spectra.force,

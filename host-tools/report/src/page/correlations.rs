@@ -26,7 +26,7 @@ const FONT: f64 = 30.0;
 const OF_ROW: f64 = 0.9;
 
 pub(super) fn section(document: &Document) -> Markup {
-    let Some(confidence) = &document.confidence else {
+    let Some(confidence) = &document.further.confidence else {
         return html! { section #correlations { h2 { "Correlations and weak directions" } (missing("confidence")) } };
     };
     let correlations = &confidence.correlations;

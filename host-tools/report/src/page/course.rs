@@ -32,7 +32,7 @@ pub(super) fn section(document: &Document) -> Markup {
             p.note {
                 "SSP, the surface similarity parameter, is 0 where model and measurement agree, and 2 where they are opposite."
             }
-            @match &document.course {
+            @match &document.further.course {
                 None => (missing("course")),
                 Some(course) if course.is_empty() => p { "No refinement of records." },
                 Some(course) => figure {

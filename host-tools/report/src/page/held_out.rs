@@ -7,7 +7,7 @@ use super::{AXES, missing};
 use crate::document::Document;
 
 pub(super) fn section(document: &Document) -> Markup {
-    let Some(confidence) = &document.confidence else {
+    let Some(confidence) = &document.further.confidence else {
         return html! { section #held-out { h2 { "Held-out records" } (missing("confidence")) } };
     };
     html! {

@@ -8,7 +8,7 @@ use super::parameters::{class, words};
 use crate::document::Document;
 
 pub(super) fn section(document: &Document) -> Markup {
-    let Some(confidence) = &document.confidence else {
+    let Some(confidence) = &document.further.confidence else {
         return html! { section #imperfections { h2 { "Imperfections" } (missing("confidence")) } };
     };
     html! {

@@ -10,7 +10,7 @@ pub(super) fn section(document: &Document, name: &str, sha256: Option<&str>) -> 
     html! {
         section #origin {
             h2 { "Origin" }
-            @match &document.origin {
+            @match &document.further.origin {
                 None => (missing("origin")),
                 Some(origin) => {
                     p {

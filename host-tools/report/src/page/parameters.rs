@@ -84,7 +84,7 @@ pub(super) fn section(document: &Document) -> Markup {
 
 fn parameters(document: &Document) -> Vec<Parameter> {
     let bounds = &document.found.robot.found().bounds;
-    let intervals = document.confidence.as_ref().map_or(&[][..], |own| &own.joints);
+    let intervals = document.further.confidence.as_ref().map_or(&[][..], |own| &own.joints);
     let mut all = Vec::new();
     for (index, joint) in document.found.joints.iter().enumerate() {
         for is_damping in [false, true] {

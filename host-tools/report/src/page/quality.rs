@@ -14,15 +14,15 @@ pub(super) fn section(document: &Document) -> Markup {
     html! {
         section #quality {
             h2 { "Data quality" }
-            @match &document.records {
+            @match &document.further.records {
                 None => (missing("records")),
                 Some(records) if records.is_empty() => p { "No records." },
                 Some(records) => {
-                    (table(records, document.measured_receptance.as_deref().unwrap_or_default()))
+                    (table(records, document.further.measured_receptance.as_deref().unwrap_or_default()))
                     (excitation(records))
                 },
             }
-            @match &document.data_quality {
+            @match &document.further.data_quality {
                 None => (missing("data_quality")),
                 Some(quality) => (counts(quality)),
             }

@@ -42,7 +42,7 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>], others: usize) ->
                  same records goes through the same estimate (dashed). Compare measured with dashed: where they agree, the model is right, even \
                  where both leave the model's curve. What gravity and the place of the accelerometer add is in both."
             }
-            @if document.measured_receptance.is_none() { (missing("measured_receptance")) }
+            @if document.further.measured_receptance.is_none() { (missing("measured_receptance")) }
             (legend(&[
                 ("model", Colour::Orange, Mark::Line),
                 ("its 95 % band", Colour::Orange, Mark::Area),
@@ -60,7 +60,7 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>], others: usize) ->
 }
 
 fn figure(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
-    let mut all = document.measured_receptance.iter().flatten();
+    let mut all = document.further.measured_receptance.iter().flatten();
     let measured = all.find(|other| same_pose(&other.pose, &own.angles));
     let modelled = curve(own);
     let title = format!("Pose {}, {} rad (m)", index + 1, pose(&own.angles));

@@ -20,7 +20,7 @@ const MOST_RECORDS: usize = MOST_POSES;
 const DECADES: f64 = 6.0;
 
 pub(super) fn section(document: &Document) -> Markup {
-    let Some(records) = &document.records else {
+    let Some(records) = &document.further.records else {
         return html! { section #residuals { h2 { "Residuals beside the noise" } (missing("records")) } };
     };
     let scale = scale(records);

@@ -71,7 +71,7 @@ fn robot(document: &Document) -> String {
 
 /// Warnings of the fit, then those of the model.
 fn warnings(document: &Document) -> Vec<String> {
-    let of_model = document.model_warnings.iter().map(|own| format!("model: {own}"));
+    let of_model = document.further.model_warnings.iter().map(|own| format!("model: {own}"));
     document.found.warnings.iter().cloned().chain(of_model).collect()
 }
 
@@ -176,7 +176,7 @@ fn trust(document: &Document) -> Vec<Markup> {
             "No: the searches do not agree on one result, or the records are too few to test it."
         },
     }];
-    let Some(confidence) = &document.confidence else {
+    let Some(confidence) = &document.further.confidence else {
         lines.push(missing("confidence"));
         return lines;
     };
@@ -205,7 +205,7 @@ fn trust(document: &Document) -> Vec<Markup> {
 
 fn next_steps(document: &Document) -> Vec<Markup> {
     let mut lines = Vec::new();
-    if let Some(confidence) = &document.confidence {
+    if let Some(confidence) = &document.further.confidence {
         for remedy in confidence.explanations.iter().filter_map(|own| own.remedy.as_ref()) {
             lines.push(html! { (capital(remedy)) "." });
         }
@@ -225,7 +225,7 @@ fn next_steps(document: &Document) -> Vec<Markup> {
             "\u{a0}Hz: no record has force in more than " (percent(share)) " of that octave."
         });
     }
-    let weak = document.confidence.as_ref().map_or(0, |own| own.weak_directions.len());
+    let weak = document.further.confidence.as_ref().map_or(0, |own| own.weak_directions.len());
     let open = of(&document.found.joints, Some(Verdict::Weak))
         + of(&document.found.joints, Some(Verdict::NotObservable));
     let is_consistent = document.found.fit.acceptance == Acceptance::Consistent;
@@ -250,7 +250,7 @@ fn next_steps(document: &Document) -> Vec<Markup> {
 
 /// Octaves in which no record has force in half of the bins, with the largest share.
 fn hardly_excited(document: &Document) -> Vec<([f64; 2], f64)> {
-    let records = document.records.as_deref().unwrap_or_default();
+    let records = document.further.records.as_deref().unwrap_or_default();
     let Some(first) = records.first() else { return Vec::new() };
     let best = |index: usize| {
         let shares = records.iter().filter_map(|own| own.octaves.get(index)).map(|own| own.clear);
