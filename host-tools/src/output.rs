@@ -5,6 +5,7 @@ mod growing;
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Read, Write as _};
+use std::os::fd::AsFd as _;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
@@ -15,7 +16,10 @@ use tempfile::NamedTempFile;
 
 pub(crate) use growing::Growing;
 
-/// A file that is going to be written.
+/// Name of standard output.
+const STDOUT: &str = "-";
+
+/// A file that is going to be written, or standard output, `-`.
 #[derive(Debug)]
 pub(crate) struct Output {
     file: PathBuf,
@@ -77,6 +81,9 @@ impl Output {
 
 impl Target {
     fn new(file: &Path) -> io::Result<Self> {
+        if file == Path::new(STDOUT) {
+            return Ok(Self::Stream(io::stdout().as_fd().try_clone_to_owned()?.into()));
+        }
         match OpenOptions::new().append(true).open(file) {
             Ok(stream) if !stream.metadata()?.is_file() => Ok(Self::Stream(stream)),
             Ok(present) => {
@@ -135,8 +142,24 @@ pub(crate) fn keeps<'a>(
     Ok(())
 }
 
+/// Checks that none of `outputs` is standard output, of a command that prints its table there.
+///
+/// # Errors
+/// One of them is `-`.
+pub(crate) fn is_not_stdout<'a>(
+    outputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<(), BadInput> {
+    match outputs.into_iter().find(|file| *file == Path::new(STDOUT)) {
+        Some(file) => Err(BadInput::new(file, "standard output has the table: name a file")),
+        None => Ok(()),
+    }
+}
+
 /// Where a regular file lies or would be made, the links followed. `None` for anything else.
 fn place(file: &Path) -> Option<PathBuf> {
+    if file == Path::new(STDOUT) {
+        return None;
+    }
     match fs::canonicalize(file) {
         Ok(path) => path.is_file().then_some(path),
         Err(_) => {

@@ -42,6 +42,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
+    output::is_not_stdout([&*args.out])?;
     let found = Found::load(&args.found)?;
     let places = path::load(&args.path, found.robot.model())?;
     output::keeps([&*args.found, &*args.path], [&*args.out])?;

@@ -80,6 +80,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let logs = args.logs.iter().map(PathBuf::as_path);
     let read = config.files().chain(logs).chain(args.truth.as_deref());
     output::keeps(read, args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
+    output::is_not_stdout(args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let page = args.report.as_deref().map(Output::create).transpose()?;
     warn_at_once(&config, &args.logs)?;
@@ -110,6 +111,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(truth) = truth {
         let estimate = table::bushings(&finding.report);
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
+    }
+    if args.explain && !finding.confidence.explanations.iter().any(|own| own.adopted) {
+        text += "--explain adopted nothing: no explanation is significant\n";
     }
     // The table is printed even if a file cannot be written, and the error of a recording that broke off is reported even if the table
     // cannot be printed.

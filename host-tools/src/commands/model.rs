@@ -50,6 +50,7 @@ pub(super) fn run(Command::Import(args): &Command) -> Result<()> {
     };
     let base = if args.pedestal { Base::Pedestal } else { Base::Rigid };
     let imported = urdf::import(&text, tcp, base).map_err(|error| BadInput::new(file, error))?;
+    output::is_not_stdout([&*args.output])?;
     output::keeps([&**file], [&*args.output])?;
     for warning in &imported.warnings {
         complain(&format!("warning: {}: {warning}", file.display()));

@@ -78,6 +78,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         None => Start::unknown(&config, sought),
     };
     let read = config.files().chain(args.from.as_deref());
+    output::is_not_stdout(args.json.as_deref())?;
     output::keeps(read, args.json.as_deref())?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;

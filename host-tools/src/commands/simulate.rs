@@ -82,6 +82,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     let experiments = experiments(args, &config, &simulator);
     let read = config.files().chain(config.scenario.as_deref()).chain(args.plant.as_deref());
+    output::is_not_stdout(args.candump.as_deref().into_iter().chain(args.truth_json.as_deref()))?;
     output::keeps(read, args.candump.as_deref().into_iter().chain(args.truth_json.as_deref()))?;
     let truth_json = args.truth_json.as_deref().map(Output::create).transpose()?;
     let mut sink = match (&args.candump, &args.can) {

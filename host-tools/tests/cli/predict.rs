@@ -150,6 +150,11 @@ fn an_export_says_that_a_file_is_written() {
     assert_eq!(said("mjcf", "robot.xml"), "robot.xml: robot written\n");
     assert_eq!(said("uff", "h.uff"), "h.uff: receptance written\n");
     assert_eq!(said("mjcf", "/dev/stdout"), "");
+    assert_eq!(said("mjcf", "-"), "");
+    assert!(stdout(folder.path(), "export o.json --format mjcf --out -").contains("<mujoco"));
+    assert!(!folder.path().join("-").exists());
+    let message = refused(folder.path(), "compensate o.json path.csv --out -");
+    assert!(message.contains("standard output has the table: name a file"), "{message}");
 }
 
 #[test]
