@@ -114,7 +114,7 @@ impl<'a> Key<'a> {
     }
 }
 
-/// The text of a picture: the title, a doubt about what is shown, if there is one, the keys in a line, and what is drawn.
+/// The text of a picture: the lines of the title, a doubt about what is shown, if there is one, the keys in a line, and what is drawn.
 ///
 /// # Errors
 /// None for numbers that are finite.
@@ -132,12 +132,11 @@ pub(crate) fn svg(
             canvas.fill(&WHITE)?;
             let style = TextStyle::from(FONT.into_font()).color(&INK);
             let canvas = canvas.margin(12, 12, 16, 16);
-            let (head, mut body) = canvas.split_vertically(LINE);
-            head.draw(&Text::new(title.to_owned(), (0, 0), style.clone()))?;
-            if let Some(doubt) = doubt {
+            let mut body = canvas.clone();
+            let title = title.lines().map(|line| (line, &INK));
+            for (words, colour) in title.chain(doubt.map(|doubt| (doubt, &ORANGE))) {
                 let (line, rest) = body.split_vertically(LINE);
-                let style = style.color(&ORANGE);
-                line.draw(&Text::new(doubt.to_owned(), (0, 0), style))?;
+                line.draw(&Text::new(words.to_owned(), (0, 0), style.color(colour)))?;
                 body = rest;
             }
             if !keys.is_empty() {

@@ -1,16 +1,40 @@
-//! The progress bar of long work: shown on a terminal, silent elsewhere.
+//! The progress of long work, on stderr: a bar on a terminal. Elsewhere work that can be counted says now and then how far it is; the
+//! reading of logs is silent there, since its errors are single lines.
 
 use std::fmt::Write;
+use std::thread;
 use std::time::Duration;
+
+use flexid_edge::console::complain;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressFinish, ProgressState, ProgressStyle};
 
 /// Interval at which a bar is drawn while nothing comes to an end, so that it is there from the beginning.
 const DRAWN: Duration = Duration::from_millis(250);
 
-/// A bar of `length` ticks, with the time left estimated from the ticks so far.
+/// Interval between two lines where there is no terminal. Chosen: work that is shorter needs none, and an hour of work gives a log of a page
+/// or two.
+const SAID: Duration = Duration::from_secs(10);
+/// Ticks of a part of the work, in a bar of [`parts`].
+const TICKS: f64 = 1000.0;
+
+/// A bar of so many parts, in which [`done`] tells how far a part is.
+pub(crate) fn parts(parts: usize, doing: &'static str) -> ProgressBar {
+    bar(parts as u64 * TICKS as u64, doing)
+}
+
+/// So many parts of a bar of [`parts`] are done, and a part of the next one, 0 to 1.
+pub(crate) fn done(bar: &ProgressBar, parts: usize, of_next: f64) {
+    bar.set_position(((parts as f64 + of_next) * TICKS) as u64);
+}
+
+/// A bar of `length` ticks, with the time left estimated from the ticks so far; without a terminal lines that say the same.
 pub(crate) fn bar(length: u64, doing: &'static str) -> ProgressBar {
-    drawn(ProgressBar::new(length), doing, estimated())
+    let bar = drawn(ProgressBar::new(length), doing, estimated());
+    if bar.is_hidden() {
+        say(&bar);
+    }
+    bar
 }
 
 /// A bar of `length` milliseconds of work in real time. The milliseconds left are the time left.
@@ -60,6 +84,32 @@ fn drawn(bar: ProgressBar, doing: &'static str, style: ProgressStyle) -> Progres
     bar
 }
 
+/// Says every ten seconds how far the work is, so that whoever waits or reads a log sees that it goes on.
+fn say(bar: &ProgressBar) {
+    let bar = bar.downgrade();
+    thread::spawn(move || {
+        loop {
+            thread::sleep(SAID);
+            match bar.upgrade() {
+                Some(bar) if !bar.is_finished() => complain(&line(&bar)),
+                _ => return,
+            }
+        }
+    });
+}
+
+/// For example `predicting: 40 %, 12 seconds left`.
+fn line(bar: &ProgressBar) -> String {
+    let message = bar.message();
+    match bar.length() {
+        Some(length) if length > 0 && bar.position() > 0 => {
+            let percent = 100 * bar.position().min(length) / length;
+            format!("{message}: {percent} %, {} left", HumanDuration(bar.eta()))
+        }
+        _ => format!("{message}: {}", HumanDuration(bar.elapsed())),
+    }
+}
+
 /// The time left of a bar of `length` milliseconds, in words.
 fn time_left(position: u64, length: Option<u64>) -> String {
     let left = length.unwrap_or_default().saturating_sub(position);
@@ -69,6 +119,15 @@ fn time_left(position: u64, length: Option<u64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_says_how_far_the_work_is() {
+        let bar = parts(4, "predicting");
+        assert_eq!(line(&bar), "predicting: 0 seconds");
+        done(&bar, 1, 0.5);
+        let line = line(&bar);
+        assert!(line.starts_with("predicting: 37 %, ") && line.ends_with(" left"), "{line}");
+    }
 
     /// The time left does not depend on the first ticks. An estimate from them was off by hundreds of times.
     #[test]

@@ -6,6 +6,10 @@ use serde::Serialize;
 /// Half of a 95 % interval, in standard deviations of a normal distribution.
 pub const TWO_SIDED: f64 = 1.959_963_984_540_054;
 
+/// Standard deviation, in parts of a number, above which the number says nothing. At 1 the 95 % interval of a normal error reaches from
+/// −1 to 3 times the number, so that not even its sign is known; that of a logarithm reaches from a seventh to seven times.
+const USELESS: f64 = 1.0;
+
 /// A predicted number whose errors are normal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Estimate {
@@ -40,6 +44,11 @@ impl Estimate {
         let reach = TWO_SIDED * std;
         Self { value, std, interval: [value - reach, value + reach] }
     }
+
+    /// Whether the number says something beside others of this `size`: its own, or the length of the vector that it is a component of.
+    pub fn is_useful(&self, size: f64) -> bool {
+        self.std <= USELESS * size
+    }
 }
 
 impl PositiveEstimate {
@@ -55,6 +64,11 @@ impl PositiveEstimate {
     /// Whether the records determine it, to a factor of 1.8 with 95 %: by the limit of a parameter that is not observable.
     pub fn is_determined(&self) -> bool {
         self.value > 0.0 && self.relative_std <= WEAK
+    }
+
+    /// Whether the number says something at all.
+    pub fn is_useful(&self) -> bool {
+        self.value > 0.0 && self.relative_std <= USELESS
     }
 }
 

@@ -46,6 +46,15 @@ pub const MOST_WAVES: f64 = 1e4;
 /// Eigenvalue of α Φ, in parts of the other one, that is rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// What is said of the sampling of a receptance.
+#[derive(Clone, Copy, Debug)]
+pub enum Sampling {
+    /// So many samples are added. How many more they ask for shows only afterwards.
+    Added(usize),
+    /// A sample is there.
+    Done,
+}
+
 /// The two eigenvalues of α Φ at a frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
@@ -151,14 +160,21 @@ impl Sample {
 }
 
 impl Lobes {
-    /// Samples a structure from `lower` to `upper`, Hz. `None` where it has no response.
+    /// Samples a structure from `lower` to `upper`, Hz, and says how far that is. `None` where it has no response.
     pub fn new(
         cutter: Cutter,
         [lower, upper]: [f64; 2],
         sample: impl Fn(f64) -> Option<Sample> + Sync,
+        said: impl Fn(Sampling) + Sync,
     ) -> Option<Self> {
+        let sample = |hz: f64| {
+            let sample = sample(hz);
+            said(Sampling::Done);
+            sample
+        };
         let all = |places: Vec<f64>| -> Option<Vec<Sample>> {
-            places.into_par_iter().map(&sample).collect()
+            said(Sampling::Added(places.len()));
+            places.into_par_iter().map(sample).collect()
         };
         let step = (upper - lower) / (FIRST - 1) as f64;
         let mut samples = all((0..FIRST).map(|index| lower + step * index as f64).collect())?;
@@ -190,7 +206,9 @@ impl Lobes {
             samples[place] = samples[place].matched(&samples[place - 1]);
         }
         let mut lobes = Self { cutter, samples, least: None };
-        lobes.least = lobes.worst(&sample);
+        // Two in each section, and one at its end.
+        said(Sampling::Added(2 * SECTIONS + 1));
+        lobes.least = lobes.worst(sample);
         Some(lobes)
     }
 
@@ -313,17 +331,18 @@ impl Lobes {
 
 impl Dynamics<'_> {
     /// The lobes of a cutter whose [plane](crate::milling::plane) this is, with chatter frequencies from `lower` to `upper`, Hz. `None` where
-    /// the robot has no response.
+    /// the robot has no response. It says how far it is.
     pub fn lobes(
         &self,
         cutter: Cutter,
         plane: &Matrix3x2<f64>,
         band_hz: [f64; 2],
+        said: impl Fn(Sampling) + Sync,
     ) -> Option<Lobes> {
         let directional = cutter.directional();
         let plane = plane.map(Complex::from);
         let covariance = self.robot().covariance();
-        Lobes::new(cutter, band_hz, |hz| {
+        let sample = |hz| {
             let place = Place::At(Complex::new(0.0, TAU * hz));
             let response = self.response(place, 3)?;
             let of_plane = |own: &nalgebra::DMatrix<Complex<f64>>| -> Matrix2<Complex<f64>> {
@@ -332,7 +351,8 @@ impl Dynamics<'_> {
             let gradient: Vec<_> = self.gradient(place, &response).iter().map(of_plane).collect();
             let spread = |a: &DVector<f64>, b: &DVector<f64>| a.dot(&(covariance * b));
             Some(Sample::new(hz, &directional, &of_plane(&response.value), &gradient, spread))
-        })
+        };
+        Lobes::new(cutter, band_hz, sample, said)
     }
 }
 

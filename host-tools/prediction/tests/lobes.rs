@@ -52,7 +52,7 @@ fn robot(bushings: &Bushings, std: f64, uncertain: Option<usize>) -> Robot {
 }
 
 fn lobes(dynamics: &Dynamics<'_>, cutter: Cutter) -> Lobes {
-    dynamics.lobes(cutter, &plane(FEED, AXIS).unwrap(), BAND_HZ).unwrap()
+    dynamics.lobes(cutter, &plane(FEED, AXIS).unwrap(), BAND_HZ, |_| ()).unwrap()
 }
 
 /// One mode along the feed: `G = 1/(k (1 − r² + 2iζr))`. Chatter frequency f gives `b = −1/(2 K Re G)` and
@@ -77,7 +77,7 @@ fn one_mode_has_the_lobes_of_the_closed_form() {
         receptance[(0, 0)] = response(hz);
         Some(Sample::new(hz, &directional, &receptance, &[], |_, _| 0.0))
     };
-    let lobes = Lobes::new(cutter, [1.0, 400.0], sample).unwrap();
+    let lobes = Lobes::new(cutter, [1.0, 400.0], sample, |_| ()).unwrap();
     let along = -3.0 * 6e8 * directional[(0, 0)] / (4.0 * PI);
     let least = 2.0 * stiffness * ratio * (1.0 + ratio) / along;
     assert!((lobes.least().unwrap().value / least - 1.0).abs() < 1e-3);

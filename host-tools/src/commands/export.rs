@@ -17,6 +17,7 @@ use crate::exit::BadArgument;
 use crate::numbers::{Numbers, numbers};
 use crate::output::{self, Output};
 use crate::predict::{self, Prediction, Request};
+use crate::progress;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid export found.json --format mjcf --out robot.xml
@@ -76,8 +77,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
             let own = predict::Format::Uff;
             let grid = args.points.map_or(own.grid(), |points| Grid::Even(points as usize));
             let request = Request { force: None, highest_hz, grid: Some(grid) };
-            let prediction = Prediction::new(&found.robot, pose, &request)
+            let bar = progress::parts(1, "predicting");
+            let done = |part| progress::done(&bar, 0, part);
+            let prediction = Prediction::new(&found.robot, pose, &request, done)
                 .map_err(|fault| BadInput::new(&args.found, format!("pose {pose:?}: {fault}")))?;
+            bar.finish_and_clear();
             output.finish_and_say(&own.text(&[prediction], &found.fit)?, "receptance")?;
             predict::table::warn_of(&args.out, &found.fit);
             return Ok(());

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use flexid_edge::console::print;
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
-use flexid_prediction::lobes::MOST_WAVES;
+use flexid_prediction::lobes::{MOST_WAVES, Sampling};
 use flexid_prediction::milling::{Cutter, Milling, plane};
 
 use super::pose::given_or_first;
@@ -29,7 +29,7 @@ const FASTEST_RPM: f64 = 1e6;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid lobes found.json --teeth 2 --kt 700 --milling down --immersion 0.5 --feed 1,0,0 --rpm 60,1200 --out lobes.svg
-  stable at these speeds: depths below 0.12849 (0.12803 to 0.12895) mm, at 660 rpm
+  stable at these speeds: depths below 0.12848 (0.12802 to 0.12895) mm, at 191 rpm
   ...";
 
 #[derive(Debug, clap::Args)]
@@ -68,7 +68,7 @@ pub(super) struct Args {
     /// Lowest and highest spindle speed, turns a minute
     #[arg(long, value_name = "MIN,MAX", value_parser = numbers, allow_hyphen_values = true)]
     rpm: Numbers,
-    /// Number of spindle speeds
+    /// Number of spindle speeds: half equally far apart, half as the lobes are
     #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u32).range(2..=20_000))]
     points: u32,
     /// Highest frequency of the chatter, Hz [default: the upper edge of the band that was fitted]
@@ -122,9 +122,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let bad = |fault: String| BadInput::new(&args.found, format!("pose {pose:?}: {fault}"));
     let dynamics = found.robot.at(&pose).map_err(|error| bad(error.to_string()))?;
     let band_hz = [least_hz, highest_hz];
+    let bar = progress::bar(0, "sampling the receptance");
+    let said = |sampling| match sampling {
+        Sampling::Added(samples) => bar.inc_length(samples as u64),
+        Sampling::Done => bar.inc(1),
+    };
     let lobes = dynamics
-        .lobes(cutter, &plane, band_hz)
+        .lobes(cutter, &plane, band_hz, said)
         .ok_or_else(|| bad("the robot does not stand there: it has no stiffness".into()))?;
+    bar.finish_and_clear();
     let bar = progress::bar(args.points.into(), "seeking the lobes");
     let points = args.points as usize;
     let bands = Bands { chatter_hz: band_hz, fitted_to_hz };
@@ -133,7 +139,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     for (format, output) in outputs {
         output.finish(&match format {
             Format::Csv => diagram.csv()?,
-            Format::Svg => lobes::svg(&diagram, args.depth, doubt(&found.fit))?,
+            Format::Svg => {
+                let title = lobes::title(&diagram, &found.robot.model().name, &cutter);
+                lobes::svg(&diagram, &title, args.depth, doubt(&found.fit))?
+            }
         })?;
     }
     let text = if args.json {

@@ -81,12 +81,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let message = "rests on static tests alone, and names no pose: give --pose";
         return Err(BadInput::new(&args.found, message).into());
     }
-    let bar = progress::bar(poses.len() as u64, "predicting");
+    let bar = progress::parts(poses.len(), "predicting");
     let predictions = poses
         .iter()
-        .map(|pose| {
-            let prediction = Prediction::new(&found.robot, pose, &request);
-            bar.inc(1);
+        .enumerate()
+        .map(|(number, pose)| {
+            let done = |part| progress::done(&bar, number, part);
+            let prediction = Prediction::new(&found.robot, pose, &request, done);
+            progress::done(&bar, number + 1, 0.0);
             prediction
                 .map_err(|fault| BadInput::new(&args.found, format!("pose {pose:?}: {fault}")))
         })

@@ -9,7 +9,7 @@ use flexid_prediction::lobes::{Limit, Lobes};
 use rayon::prelude::*;
 use serde::Serialize;
 
-pub(crate) use picture::svg;
+pub(crate) use picture::{svg, title};
 pub(crate) use table::text;
 
 /// Bands of frequencies of a diagram.
@@ -48,7 +48,7 @@ pub(crate) struct Speed {
 }
 
 impl Diagram {
-    /// Limits at `points` speeds from `lower` to `upper`, turns a minute, equally far apart. It calls `done` once for each.
+    /// Limits at `points` speeds from `lower` to `upper`, turns a minute. It calls `done` once for each.
     pub(crate) fn new(
         pose: Vec<f64>,
         bands: Bands,
@@ -58,9 +58,8 @@ impl Diagram {
         done: impl Fn() + Sync,
     ) -> Self {
         let Bands { chatter_hz: band_hz, fitted_to_hz } = bands;
-        let step = (upper - lower) / (points - 1) as f64;
         let speed = |index| {
-            let rpm = lower + step * index as f64;
+            let rpm = rpm([lower, upper], index as f64 / (points - 1) as f64);
             let limit = lobes.limit(rpm);
             let is_beyond = limit.is_some_and(|own| own.chatter_hz.value > fitted_to_hz);
             done();
@@ -103,5 +102,38 @@ impl Diagram {
             writer.write_record(&line)?;
         }
         Ok(String::from_utf8(writer.into_inner()?)?)
+    }
+}
+
+/// The speed n at a part p of the range. Lobes are equally far apart in 1/n: half of the speeds are equally far apart in n, half in 1/n.
+///
+/// ```text
+/// 2 p = (n − l)/(u − l) + (1/l − 1/n)/(1/l − 1/u)    ⟹    n² − (2 p − 1)(u − l) n − l u = 0
+/// ```
+fn rpm([lower, upper]: [f64; 2], part: f64) -> f64 {
+    // At the ends the root is exact.
+    match part {
+        0.0 => return lower,
+        1.0 => return upper,
+        _ => {}
+    }
+    let linear = (2.0 * part - 1.0) * (upper - lower);
+    (linear + (linear * linear + 4.0 * lower * upper).sqrt()) / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn speeds_stand_close_together_where_lobes_do() {
+        let range = [60.0, 1200.0];
+        let speeds: Vec<f64> = (0..400).map(|index| rpm(range, f64::from(index) / 399.0)).collect();
+        assert_eq!((speeds[0], speeds[399]), (60.0, 1200.0));
+        assert!(speeds.is_sorted_by(|a, b| a < b));
+        // Of the lobes of a chatter of 60 Hz with two teeth, each has several speeds.
+        let waves = |rpm: f64| 60.0 * 60.0 / (2.0 * rpm);
+        assert!(speeds.windows(2).all(|pair| waves(pair[0]) - waves(pair[1]) < 0.2));
+        assert!(speeds.windows(2).all(|pair| pair[1] - pair[0] < 6.0));
     }
 }

@@ -1,6 +1,7 @@
 //! The lobes as a picture: the limit over the spindle speed, with its band of 95 %.
 
 use anyhow::Result;
+use flexid_prediction::milling::Cutter;
 use plotters::prelude::*;
 
 use super::{Diagram, Speed};
@@ -9,17 +10,33 @@ use crate::picture::{self, BLUE, GREEN, Key, ORANGE};
 /// Top of the picture, in limits of the worst of its speeds, at most. Chosen: there the worst is three pixels high.
 const TOP: f64 = 150.0;
 
-/// The picture, up to a depth of `top_mm`, with a doubt about the fit in its title.
+/// Robot, cutter and pose: two lines.
+pub(crate) fn title(diagram: &Diagram, robot: &str, cutter: &Cutter) -> String {
+    let Cutter { teeth, tangential, radial_ratio, engagement } = cutter;
+    let [entry, exit] = engagement.map(f64::to_degrees);
+    let pose: Vec<String> = diagram.pose.iter().map(|angle| format!("{angle:.3}")).collect();
+    let pose = pose.join(", ");
+    let tangential = tangential / 1e6;
+    format!(
+        "{robot}: depth of cut at which chatter begins, in pose [{pose}]\n\
+         cutter: {teeth} teeth, kt {tangential} N/mm², kr {radial_ratio}, in the cut from {entry:.0}° to {exit:.0}°"
+    )
+}
+
+/// The picture, up to a depth of `top_mm`, with a doubt about the fit below its title.
 ///
 /// # Errors
 /// None for numbers that are finite.
-pub(crate) fn svg(diagram: &Diagram, top_mm: Option<f64>, doubt: Option<&str>) -> Result<String> {
+pub(crate) fn svg(
+    diagram: &Diagram,
+    title: &str,
+    top_mm: Option<f64>,
+    doubt: Option<&str>,
+) -> Result<String> {
     let depths = diagram.speeds.iter().filter_map(|speed| Some(1e3 * speed.limit?.depth_m.value));
     let [least, most] = [depths.clone().fold(f64::INFINITY, f64::min), depths.fold(0.0, f64::max)];
     let own = if least.is_finite() { (TOP * least).min(1.1 * most) } else { 1.0 };
     let top = top_mm.unwrap_or(own);
-    let pose: Vec<String> = diagram.pose.iter().map(|angle| format!("{angle:.3}")).collect();
-    let title = format!("Depth of cut at which chatter begins, in pose [{}]", pose.join(", "));
     let mut keys = vec![
         Key::line(BLUE, "limit, with its 95 % interval"),
         Key::area(GREEN.mix(0.12), "stable"),
@@ -31,7 +48,7 @@ pub(crate) fn svg(diagram: &Diagram, top_mm: Option<f64>, doubt: Option<&str>) -
     if diagram.speeds.iter().any(|speed| speed.is_beyond) {
         keys.push(Key::line(ORANGE, &beyond));
     }
-    picture::svg(&title, doubt, &keys, picture::SIZE, |canvas| {
+    picture::svg(title, doubt, &keys, picture::SIZE, |canvas| {
         let [first, last] = [diagram.speeds.first(), diagram.speeds.last()]
             .map(|speed| speed.map_or(0.0, |speed| speed.rpm));
         let mut chart =

@@ -3,6 +3,8 @@
 mod files;
 pub(crate) mod table;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use flexid_prediction::modes::Mode;
 use flexid_prediction::receptance::{Grid, ReceptancePoint};
 use flexid_prediction::statics::Deflection;
@@ -41,9 +43,16 @@ pub(crate) struct Prediction {
 }
 
 impl Prediction {
+    /// Says after each frequency which part of the receptance is done.
+    ///
     /// # Errors
     /// The robot does not stand in this pose: a line that says why.
-    pub(crate) fn new(robot: &Robot, pose: &[f64], request: &Request) -> Result<Self, String> {
+    pub(crate) fn new(
+        robot: &Robot,
+        pose: &[f64],
+        request: &Request,
+        done: impl Fn(f64) + Sync,
+    ) -> Result<Self, String> {
         let dynamics = robot.at(pose).map_err(|error| error.to_string())?;
         let unstable = || "the robot does not stand there: it has no stiffness".to_owned();
         let compliance = dynamics.compliance().ok_or_else(unstable)?;
@@ -62,9 +71,14 @@ impl Prediction {
             Some(grid) => grid.frequencies(band_hz, &modes),
         };
         modes.retain(|mode| mode.frequency_hz.value <= request.highest_hz);
+        let (all, finished) = (frequencies.len(), AtomicUsize::new(0));
         let receptance = frequencies
             .into_par_iter()
-            .map(|frequency| dynamics.receptance(frequency))
+            .map(|frequency| {
+                let point = dynamics.receptance(frequency);
+                done((1 + finished.fetch_add(1, Ordering::Relaxed)) as f64 / all as f64);
+                point
+            })
             .collect::<Option<Vec<_>>>()
             .ok_or_else(unstable)?;
         Ok(Self {

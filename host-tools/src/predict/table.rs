@@ -55,9 +55,23 @@ pub(crate) fn warn_of(file: &Path, fit: &Fit) {
     }
 }
 
-/// Three estimates along the axes, times `scale`, with their intervals.
-pub(crate) fn along_axes(estimates: &[Estimate; 3], scale: f64) -> String {
+/// What stands in place of a number that says nothing.
+const OPEN: &str = "not determined";
+
+/// Length of a vector.
+pub(crate) fn length(estimates: &[Estimate; 3]) -> f64 {
+    estimates.iter().map(|own| own.value.powi(2)).sum::<f64>().sqrt()
+}
+
+/// Three estimates along the axes, times `scale`, with their intervals, beside a vector of this `length`.
+pub(crate) fn along_axes(estimates: &[Estimate; 3], length: f64, scale: f64) -> String {
+    if !estimates.iter().any(|own| own.is_useful(length)) {
+        return format!(" {OPEN}");
+    }
     let each = estimates.iter().zip(["x", "y", "z"]).map(|(own, axis)| {
+        if !own.is_useful(length) {
+            return format!(" {axis} {OPEN}");
+        }
         // What rounds to zero has no sign.
         let scaled = |own: f64| if (scale * own).abs() < 0.005 { 0.0 } else { scale * own };
         let [low, high] = own.interval.map(scaled);
@@ -101,6 +115,9 @@ fn one(found: &Found, prediction: &Prediction) -> String {
     }
     let stiffness = (0..3).map(|axis| {
         let own: Estimate = prediction.compliance[axis][axis];
+        if !own.is_useful(own.value) {
+            return format!(" {} {OPEN}", ["x", "y", "z"][axis]);
+        }
         let [least, most] = own.interval.map(|compliance| 1.0 / compliance);
         // A compliance whose interval reaches zero has no largest stiffness.
         let least_first = if least > 0.0 {
@@ -113,19 +130,22 @@ fn one(found: &Found, prediction: &Prediction) -> String {
     let stiffness: Vec<String> = stiffness.collect();
     text += &format!(" stiffness at the tool, N/m:{}\n", stiffness.join(","));
     if let Some(deflection) = &prediction.deflection {
-        text += &format!(" deflection, µm:{}\n", along_axes(&deflection.translation, 1e6));
-        text += &format!(" rotation, µrad:{}\n", along_axes(&deflection.rotation, 1e6));
+        for (what, own) in
+            [("deflection, µm", &deflection.translation), ("rotation, µrad", &deflection.rotation)]
+        {
+            text += &format!(" {what}:{}\n", along_axes(own, length(own), 1e6));
+        }
     }
     text
 }
 
-/// A number, `scale` times, and its interval: `-` if the records do not determine it.
+/// A number, `scale` times, and its interval: `-` where the records do not determine it, and no number where it says nothing.
 fn cells(own: &PositiveEstimate, scale: f64) -> [String; 2] {
     let (value, interval) = with_digits(scale * own.value, own.interval.map(|end| scale * end));
-    match (own.is_determined(), own.value > 0.0) {
+    match (own.is_determined(), own.is_useful()) {
         (true, _) => [value, interval],
         (false, true) => [format!("{:.3}", scale * own.value), "-".into()],
-        (false, false) => ["-".into(), "-".into()],
+        (false, false) => ["-".into(), OPEN.into()],
     }
 }
 
@@ -153,7 +173,21 @@ mod tests {
         let shown = |value, std, scale| cells(&PositiveEstimate::new(value, std), scale);
         assert_eq!(shown(12.3041, 0.01, 1.0), ["12.30", "12.07 to 12.55"]);
         assert_eq!(shown(0.02, 0.31, 100.0), ["2.000", "-"]);
-        assert_eq!(shown(-0.02, 0.01, 100.0), ["-", "-"]);
-        assert_eq!(shown(12.3041, f64::NAN, 1.0), ["12.304", "-"]);
+        assert_eq!(shown(0.02, 1.1, 100.0), ["-", "not determined"]);
+        assert_eq!(shown(-0.02, 0.01, 100.0), ["-", "not determined"]);
+        assert_eq!(shown(12.3041, f64::NAN, 1.0), ["-", "not determined"]);
+    }
+
+    /// A component near zero is known where its error is small beside the vector.
+    #[test]
+    fn a_vector_is_shown_where_its_error_is_below_its_length() {
+        let of = |stds: [f64; 3]| {
+            let [x, y, z] = stds;
+            let all = [Estimate::new(0.0, x), Estimate::new(-4e-6, y), Estimate::new(3e-6, z)];
+            along_axes(&all, length(&all), 1e6)
+        };
+        assert!(of([1e-6, 1e-6, 4.9e-6]).starts_with(" x 0.00 (-1.96 to 1.96), y -4.00 ("));
+        assert!(of([1e-6, 1e-6, 5.1e-6]).ends_with(", z not determined"));
+        assert_eq!(of([6e-6, 6e-6, f64::INFINITY]), " not determined");
     }
 }
