@@ -29,11 +29,11 @@ pub(crate) enum Quantity {
 
 impl Quantity {
     /// Name with the unit in which it is shown, and what its SI unit is multiplied by.
-    pub(crate) fn shown(self) -> (&'static str, f64) {
+    pub(crate) fn shown(self) -> (&'static str, &'static str, f64) {
         match self {
-            Self::Compliance => ("compliance, softest direction, µm/N", 1e6),
-            Self::Frequency => ("lowest natural frequency, Hz", 1.0),
-            Self::Deflection(_) => ("deflection, µm", 1e6),
+            Self::Compliance => ("compliance, softest direction", "µm/N", 1e6),
+            Self::Frequency => ("lowest natural frequency", "Hz", 1.0),
+            Self::Deflection(_) => ("deflection", "µm", 1e6),
         }
     }
 

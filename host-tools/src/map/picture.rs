@@ -39,7 +39,7 @@ pub(crate) fn svg(
     positions: Option<[usize; 2]>,
     doubt: Option<&str>,
 ) -> Result<String> {
-    let (name, scale) = map.quantity.shown();
+    let (name, unit, scale) = map.quantity.shown();
     let values = || map.cells.iter().filter_map(|cell| Some(scale * cell.value?.value));
     let [least, most] =
         [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)];
@@ -52,8 +52,10 @@ pub(crate) fn svg(
         Some(axes) => axes.map(|axis| format!("{} of the tool in the base, m", AXES[axis])),
     };
     let robot_name = &robot.model().name;
-    let title =
-        format!("{robot_name}: {name}, over {} and {}", map.over.names[0], map.over.names[1]);
+    let title = format!(
+        "{robot_name}: {name}, {unit}, over {} and {}",
+        map.over.names[0], map.over.names[1]
+    );
     let wide = format!("95 % interval wider than ±{:.0} %", 100.0 * UNCERTAIN);
     let mut keys = Vec::new();
     if map.cells.iter().any(|cell| cell.value.is_some() && cell.is_uncertain) {
@@ -104,7 +106,7 @@ pub(crate) fn svg(
                 level.into_iter().map(|line| PathElement::new(line.to_vec(), INK.stroke_width(2)));
             chart.draw_series(strokes)?;
         }
-        legend(&side, [least, most])
+        legend(&side, [least, most], unit)
     })
 }
 
@@ -143,10 +145,10 @@ fn hatch(chart: &mut Chart<'_, '_>, map: &Map, outlines: &[[(f64, f64); 4]]) -> 
     Ok(())
 }
 
-/// The scale of the colours.
-fn legend(side: &Canvas<'_>, [least, most]: [f64; 2]) -> Drawn {
+/// The scale of the colours, with its unit above.
+fn legend(side: &Canvas<'_>, [least, most]: [f64; 2], unit: &str) -> Drawn {
     let (_, height) = side.dim_in_pixel();
-    let (top, bottom) = (8, height as i32 - 52);
+    let (top, bottom) = (34, height as i32 - 52);
     let steps = 64;
     let at = |part: f64| bottom - ((bottom - top) as f64 * part).round() as i32;
     for step in 0..steps {
@@ -155,6 +157,7 @@ fn legend(side: &Canvas<'_>, [least, most]: [f64; 2]) -> Drawn {
         side.draw(&Rectangle::new([(8, at(high)), (28, at(low))], colour.filled()))?;
     }
     let style = ("sans-serif", 16).into_font().color(&INK);
+    side.draw(&Text::new(unit.to_owned(), (8, 4), style.clone()))?;
     for step in 0..=4 {
         let part = f64::from(step) / 4.0;
         let value = least + (most - least) * part;

@@ -7,13 +7,13 @@ use crate::numbers::with_interval;
 
 /// Least and largest value with their poses, and how much of the map is uncertain, or below the base.
 pub(crate) fn text(map: &Map) -> String {
-    let (name, scale) = map.quantity.shown();
+    let (name, unit, scale) = map.quantity.shown();
     let valued = || map.cells.iter().filter_map(|cell| Some((cell, cell.value?)));
     let by_value = |(_, a): &(&Cell, PositiveEstimate), (_, b): &(&Cell, PositiveEstimate)| {
         a.value.total_cmp(&b.value)
     };
     let mut text = format!(
-        "{name}, over {} and {}, {} poses\n",
+        "{name}, {unit}, over {} and {}, {} poses\n",
         map.over.names[0],
         map.over.names[1],
         map.cells.len()
