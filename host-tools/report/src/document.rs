@@ -9,8 +9,10 @@ use flexid_pipeline::input::{self, BadInput};
 use flexid_prediction::document::{COMMAND, Found};
 use flexid_wire::confidence::{Correlations, HeldOut, Nuisance};
 use serde::Deserialize;
+use serde_json::Value;
 
 use crate::evidence::{DataQuality, MeasuredReceptance, Origin, RecordEvidence, Step};
+use crate::imperfection::Size;
 
 /// A result, as far as the page shows it.
 #[derive(Debug)]
@@ -27,6 +29,9 @@ pub struct Further {
     /// What is doubtful about the model of the robot, a line each.
     #[serde(default)]
     pub model_warnings: Vec<String>,
+    /// The kind of each of the warnings of the fit.
+    #[serde(default)]
+    pub warning_kinds: Vec<Value>,
     /// What the file says of the trust in the numbers.
     pub confidence: Option<Confidence>,
     /// Records that the fit rests on.
@@ -88,6 +93,9 @@ pub struct Explanation {
     /// What to do.
     #[serde(default)]
     pub remedy: Option<String>,
+    /// Its size. `None` in files that do not state it.
+    #[serde(default)]
+    pub deviation: Option<Size>,
 }
 
 /// A combination of unknowns that the data determine badly.
@@ -147,8 +155,16 @@ impl Document {
         }
     }
 
+    /// Whether the result rests on static tests alone: there are no dampings, no modes with intervals, and no band.
+    pub fn is_static(&self) -> bool {
+        self.found.fit.records == 0
+    }
+
     /// Entries that the page needs in full and that the file lacks, by their names.
+    ///
+    /// That of static tests alone needs no records.
     pub fn missing(&self) -> Vec<&'static str> {
+        let of_records = |entry: &str| !matches!(entry, "confidence" | "origin");
         let entries = [
             ("confidence", self.further.confidence.is_none()),
             ("records", self.further.records.is_none()),
@@ -157,7 +173,9 @@ impl Document {
             ("data_quality", self.further.data_quality.is_none()),
             ("origin", self.further.origin.is_none()),
         ];
-        entries.into_iter().filter(|(_, is_missing)| *is_missing).map(|(name, _)| name).collect()
+        let missing =
+            entries.into_iter().filter(|(_, is_missing)| *is_missing).map(|(name, _)| name);
+        missing.filter(|entry| !(self.is_static() && of_records(entry))).collect()
     }
 
     /// The first entry that does not go with the others.

@@ -1,17 +1,21 @@
 //! One page on a fit, for people: what is identified and whether to trust it, and the pictures that show why.
 //!
-//! | folder     | what                                                                            |
-//! | ---------- | ------------------------------------------------------------------------------- |
-//! | `evidence` | what the page shows beside the fit, as `flexid identify --json` writes it       |
-//! | `document` | a result file, read for the page                                                |
-//! | `page`     | the page, one file for each section                                             |
-//! | `charts`   | the charts, as SVG that follows the page's light and dark colours               |
+//! | file or folder | what                                                                            |
+//! | -------------- | ------------------------------------------------------------------------------- |
+//! | `evidence`     | what the page shows beside the fit, as `flexid identify --json` writes it       |
+//! | `document`     | a result file, read for the page                                                |
+//! | `imperfection` | errors of sensors and robot in words, the same on terminal and page             |
+//! | `directions`   | combinations of unknowns that the data determine badly, each set once           |
+//! | `page`         | the page, one file for each section                                             |
+//! | `charts`       | the charts, as SVG that follows the page's light and dark colours               |
 //!
 //! The page is a pure function of the result file: the same file gives the same bytes.
 
 pub mod charts;
+pub mod directions;
 pub mod document;
 pub mod evidence;
+pub mod imperfection;
 mod page;
 
 pub use page::render;

@@ -134,7 +134,8 @@ fn result() -> Value {
             "search_evaluations": 2000, "refine_iterations": 12, "starts": 1, "bridged": 0, "seconds": 1.2,
             "acceptance": "consistent", "found_by": "descent", "random_searches": 0, "branches": 1,
         },
-        "warnings": ["2 frames are <odd> & lost"],
+        "warnings": ["2 frames are <odd> & lost", "look at `[bus]`: two axes are swapped"],
+        "warning_kinds": [{ "misfit": 2 }, { "wrong_axes": {} }],
         "model_warnings": ["every moving link weighs 2 kg: are these placeholders?"],
         "confidence": {
             "joints": intervals,
@@ -143,11 +144,17 @@ fn result() -> Value {
                     "name": "accelerometer 1/omega^2", "entry": "accelerometer_resonance_hz", "unit": "s^2",
                     "value": 1e-8, "std": 1e-10, "interval": [9.8e-9, 1.02e-8], "verdict": "weak",
                 },
+                {
+                    "name": "drives: growth with load", "entry": "drive_growth_per_knm", "unit": "1/Nm",
+                    "value": 3.9e-7, "std": 2.8e-7, "interval": [-1.7e-7, 9.4e-7], "verdict": "identified",
+                },
                 // As older files state it.
                 { "name": "delay", "unit": "s", "value": 3e-4, "std": 5e-6, "interval": [2.9e-4, 3.1e-4], "verdict": "identified" },
             ],
             "explanations": [{
                 "text": "TCP z explains 75 %", "alike": "off as well: TCP x", "remedy": "measure the TCP", "other": 1,
+            }, {
+                "text": "ground tx explains 4 %", "remedy": "look at the ground", "deviation": { "value": 5e-13, "std": 5e-13 },
             }],
             "correlations": { "unknowns": ["joint_1 tx stiffness", "joint_2 tx stiffness"], "percent": [-93] },
             "weak_directions": [{
@@ -243,10 +250,13 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "2 frames are &lt;odd&gt; &amp; lost",
         "model: every moving link weighs 2 kg: are these placeholders?",
         "TCP z explains 75 %; off as well: TCP x.",
+        "drives: growth with load 0.039 %/kNm (-0.017 to 0.094 %/kNm)",
+        "compatible with zero",
+        "look at <code>[bus]</code>: two axes are swapped",
         "robot mill3, 3 joints, 3 records, 2.00 to 200\u{a0}Hz, tool centre point 'tcp'",
         "Stiffness at the tool, N/m, one axis loaded at a time: x ",
-        "accelerometer resonance 1.59 kHz (1.58 kHz to 1.61 kHz)",
-        "delay 300 µs (290 µs to 310 µs)",
+        "accelerometer resonance 1.592 kHz (1.576 to 1.608 kHz)",
+        "delay 300 µs (290 to 310 µs)",
         "<td class=\"left weak\">weak</td>",
         "<code>flexid plan</code> proposes them.",
         "with a FRAC (frequency response assurance criterion, 100\u{a0}% for the same shape) of at least 99.8",
@@ -260,6 +270,47 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
     ] {
         assert!(page.contains(text), "{text:?} is not in the page");
     }
+}
+
+/// What is wrong with the readings comes before what is off, and what is as likely absent is not named.
+#[test]
+fn the_gravest_step_comes_first() {
+    let page = page(&result());
+    let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text:?}"));
+    let steps = place("What to do next");
+    let axes = steps + page[steps..].find("Look at <code>[bus]</code>").unwrap();
+    let tcp = steps + page[steps..].find("Measure the TCP.").unwrap();
+    assert!(axes < tcp && tcp < place("flexid plan"));
+    assert!(
+        !page.to_lowercase().contains("look at the ground") && !page.contains("ground tx explains")
+    );
+}
+
+/// Static tests show neither dampings nor modes, and another run brings none.
+#[test]
+fn a_page_of_static_tests_has_what_they_show() {
+    let mut result = result();
+    result["fit"]["records"] = json!(0);
+    result["robot"]["poses"] = json!([]);
+    for entry in ["records", "measured_receptance", "course", "data_quality"] {
+        result.as_object_mut().unwrap().remove(entry);
+    }
+    let page = page(&result);
+    for text in [
+        "12 of 18 stiffnesses are identified",
+        "robot mill3, 3 joints, static tests alone, tool",
+        "Add static tests: other poses",
+    ] {
+        assert!(page.contains(text), "{text:?} is not in the page");
+    }
+    for text in
+        ["no entry", "id=\"modes\"", "id=\"receptance\"", "200\u{a0}Hz", " damping: ", ">damping<"]
+    {
+        assert!(!page.contains(text), "{text:?} is in the page");
+    }
+    assert_eq!(charts(&page).len(), 2);
+    // A fit of cuts has them.
+    assert!(self::page(&self::result()).contains(">damping<"));
 }
 
 /// `plan` refuses a result whose fit is not consistent.

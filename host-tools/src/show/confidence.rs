@@ -1,12 +1,13 @@
 //! The confidence of a report, in lines for people.
 
 use flexid_pipeline::text::count;
+use flexid_report::directions::distinct;
+use flexid_report::imperfection::{Size, judgement, words};
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance};
-use flexid_wire::explanation::Explanation;
+use flexid_wire::directions::{WeakDirection, named};
+use flexid_wire::explanation::{Deviation, Explanation};
 use flexid_wire::finding::Finding;
 use flexid_wire::report::Acceptance;
-
-use crate::show::verdict::verdict;
 
 /// Correlations above this size are shown, per cent.
 const STRONG: u8 = 90;
@@ -33,15 +34,16 @@ pub(crate) fn lines(Finding { report, confidence }: &Finding) -> String {
         ..
     } = confidence;
     let is_unsettled = report.fit.acceptance == Acceptance::Unsettled;
-    let caveat = (is_unsettled && !explanations.is_empty()).then(|| MAYBE.to_owned());
-    let explained = explanations.iter().flat_map(|one| explanation(one, nuisances));
+    let shown = || explanations.iter().filter(|own| size(&own.deviation).is_shown());
+    let caveat = (is_unsettled && shown().next().is_some()).then(|| MAYBE.to_owned());
+    let explained = shown().flat_map(|one| explanation(one, nuisances));
     let paragraphs = [
         ("residuals", vec![residuals.to_string()]),
         ("left over", left_over.iter().map(ToString::to_string).collect()),
         ("explained", caveat.into_iter().chain(explained).collect()),
         ("held out", prediction(held_out).into_iter().collect()),
         ("retired", retirement(*retired).into_iter().collect()),
-        ("weak", weak_directions.iter().map(ToString::to_string).collect()),
+        ("weak", distinct(weak_directions, names).iter().map(ToString::to_string).collect()),
         ("correlated", strongest(correlations)),
         ("calibration", nuisances.iter().map(calibration).collect()),
     ];
@@ -101,19 +103,30 @@ fn explanation(
 ) -> impl Iterator<Item = String> + use<> {
     let alike = explanation.alike(nuisances).map(|alike| format!("  {alike}"));
     let alternatives = explanation.alternatives().map(|rivals| format!("  {rivals}"));
-    let remedy = explanation.remedy().map(|remedy| format!("  {remedy}"));
-    std::iter::once(explanation.to_string()).chain(alike).chain(alternatives).chain(remedy)
+    let remedy = explanation
+        .remedy()
+        .map_or_else(|| "  nothing to do".to_owned(), |remedy| format!("  {remedy}"));
+    std::iter::once(explanation.to_string()).chain(alike).chain(alternatives).chain([remedy])
 }
 
 fn calibration(nuisance: &Nuisance) -> String {
-    format!("{nuisance}, {}", verdict(nuisance.verdict))
+    format!("{}, {}", words(nuisance), judgement(nuisance))
+}
+
+/// The unknowns that the line of a direction names.
+fn names(direction: &WeakDirection) -> impl Iterator<Item = &str> {
+    named(direction.shares.iter().map(|own| (own.name.as_str(), own.weight)))
+}
+
+/// The size of a deviation.
+fn size(own: &Deviation) -> Size {
+    Size { value: own.value, std: own.std }
 }
 
 #[cfg(test)]
 mod tests {
     use flexid_wire::accuracy::Accuracy;
-    use flexid_wire::directions::{Share, WeakDirection};
-    use flexid_wire::explanation::Deviation;
+    use flexid_wire::directions::Share;
     use flexid_wire::left_over::LeftOver;
     use flexid_wire::report::Verdict;
     use flexid_wire::residuals::{Meaning, Residuals};
@@ -185,7 +198,9 @@ mod tests {
                 unknowns: ["a", "b", "c", "d", "e", "f", "g"].into_iter().map(clipped).collect(),
                 percent: percent.into_iter().collect(),
             },
-            weak_directions: [direction(&["a", "b"]), direction(&["c"])].into_iter().collect(),
+            weak_directions: [direction(&["a", "b"]), direction(&["c"]), direction(&["b", "a"])]
+                .into_iter()
+                .collect(),
             left_over: [
                 LeftOver::Frequency { from_hz: 8.0, to_hz: 90.4, times: 3.42 },
                 LeftOver::Direction { axis: 2, times: 2.2 },
@@ -221,6 +236,7 @@ explained    TCP z 2.0 ± 0.4 mm explains 60 % of the misfit: 2.2 times its accu
                as likely: TCP y 2.0 ± 0.4 mm
                measure the TCP and correct it in the model, or state tcp_m as it is
              TCP x 2.0 ± 0.4 mm explains 60 % of the misfit: allowed by its accuracy (tcp_m, 1.00 mm)
+               nothing to do
 held out     each of 2 records predicted from the others: FRAC (shape) 99.00 % (worst 50.00 %), VAF (shape and size) 97.00 % (worst -60.00 %)
 retired      24 older records, no longer kept: their information is in the numbers
 weak         a and b trade off in these poses (not determined at all)
@@ -231,8 +247,8 @@ correlated   +0.99  f and g
              +0.95  d and e
              +0.92  e and f
              and 1 more above 0.90
-calibration  delay 300 µs (290 µs to 310 µs), identified
-             force gain x 1.1000, not observable
+calibration  delay 300 µs (290 to 310 µs), identified
+             force gain x 1.10, not observable
 ";
         let finding = |confidence, acceptance| {
             let mut finding = view(3, &[]).finding.unwrap();

@@ -1,6 +1,7 @@
 //! Correlations between the unknowns, and directions that the records do not determine.
 
 use flexid_wire::confidence::Correlations;
+use flexid_wire::directions::named;
 use maud::{Markup, html};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -8,7 +9,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::format::{number, percent};
 use super::missing;
 use crate::charts::{Colour, Mark, SOFT, WIDTH, legend, svg};
-use crate::document::Document;
+use crate::directions::distinct;
+use crate::document::{Document, WeakDirection};
 
 /// Least correlation that is drawn and listed, per cent.
 const DRAWN: u8 = 30;
@@ -29,7 +31,7 @@ pub(super) fn section(document: &Document) -> Markup {
     let Some(confidence) = &document.further.confidence else {
         return html! { section #correlations { h2 { "Correlations and weak directions" } (missing("confidence")) } };
     };
-    let correlations = &confidence.correlations;
+    let correlations = &shown(document, &confidence.correlations);
     let mut pairs: Vec<_> =
         correlations.pairs().filter(|(.., own)| own.unsigned_abs() >= LISTED).collect();
     pairs.sort_by_key(|(.., own)| -i16::from(*own).abs());
@@ -37,15 +39,15 @@ pub(super) fn section(document: &Document) -> Markup {
         section #correlations {
             h2 { "Correlations and weak directions" }
             p {
-                "Unknowns that are correlated trade off: the records fix a combination of them better than each alone. A weak direction is a \
-                 combination that the records hardly fix. Other poses separate them."
+                "Unknowns that are correlated trade off: the data fix a combination of them better than each alone. A weak direction is a \
+                 combination that the data hardly fix. Other poses separate them."
             }
             h3 { "Weak directions" }
             @if confidence.weak_directions.is_empty() {
-                p { "None: the records determine every combination of the unknowns." }
+                p { "None: the data determine every combination of the unknowns." }
             } @else {
                 ul {
-                    @for direction in &confidence.weak_directions {
+                    @for direction in distinct(&confidence.weak_directions, names) {
                         li {
                             (direction.text) ". Components: "
                             @for (index, share) in direction.shares.iter().enumerate() {
@@ -93,6 +95,23 @@ pub(super) fn section(document: &Document) -> Markup {
             }
         }
     }
+}
+
+/// The correlations of all unknowns, of static tests those of the stiffnesses alone.
+fn shown(document: &Document, all: &Correlations) -> Correlations {
+    let is_shown =
+        |index: usize| !(document.is_static() && all.unknowns[index].ends_with(" damping"));
+    let unknowns = all.unknowns.iter().enumerate().filter(|(index, _)| is_shown(*index));
+    let pairs = all.pairs().filter(|(row, column, _)| is_shown(*row) && is_shown(*column));
+    Correlations {
+        unknowns: unknowns.map(|(_, name)| name.clone()).collect(),
+        percent: pairs.map(|(.., percent)| percent).collect(),
+    }
+}
+
+/// The unknowns that the line of a direction names.
+fn names(direction: &WeakDirection) -> impl Iterator<Item = &str> {
+    named(direction.shares.iter().map(|own| (own.name.as_str(), own.weight as f32)))
 }
 
 /// The lower triangle, with the names of the unknowns beside it.

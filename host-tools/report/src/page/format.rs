@@ -1,5 +1,7 @@
 //! Numbers as people read them.
 
+use maud::{Markup, html};
+
 use crate::charts::scale::superscript;
 
 /// A number to three digits: plain from 0.01 to 9999, with a power of ten beyond.
@@ -75,6 +77,15 @@ pub(super) fn count(number: usize, thing: &str) -> String {
     format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
 }
 
+/// A line of the file whose `commands` stand between backticks, as code.
+pub(super) fn marked(line: &str) -> Markup {
+    html! {
+        @for (index, part) in line.split('`').enumerate() {
+            @if index % 2 == 1 { code { (part) } } @else { (part) }
+        }
+    }
+}
+
 fn minus(text: &str) -> String {
     text.replace('-', "\u{2212}")
 }
@@ -107,6 +118,7 @@ mod tests {
             ("99.99\u{a0}%".into(), "50\u{a0}%".into())
         );
         assert_eq!(pose(&[0.1, -0.5]), "(0.100, −0.500)");
+        assert_eq!(marked("a `b` <c>").into_string(), "a <code>b</code> &lt;c&gt;");
         assert_eq!((count(1, "pose"), count(2, "pose")), ("1 pose".into(), "2 poses".into()));
     }
 }

@@ -4,8 +4,9 @@ use flexid_wire::report::Acceptance;
 use maud::{Markup, html};
 
 use super::missing;
-use super::parameters::{class, words};
+use super::parameters::class;
 use crate::document::Document;
+use crate::imperfection::{judgement, words};
 
 pub(super) fn section(document: &Document) -> Markup {
     let Some(confidence) = &document.further.confidence else {
@@ -36,8 +37,8 @@ pub(super) fn section(document: &Document) -> Markup {
                     tbody {
                         @for own in &confidence.nuisances {
                             tr {
-                                td.left { (own) }
-                                td class={ "left " (class(own.verdict)) } { (words(own.verdict)) }
+                                td.left { (words(own)) }
+                                td class={ "left " (class(own.verdict)) } { (judgement(own)) }
                             }
                         }
                     }

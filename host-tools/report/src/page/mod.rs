@@ -47,15 +47,20 @@ pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
             body {
                 (verdict::section(document, name))
                 main {
-                    (receptance::section(document, &poses, others))
-                    (residuals::section(document))
-                    (modes::section(document, &poses))
-                    (parameters::section(document))
-                    (imperfections::section(document))
-                    (correlations::section(document))
-                    (held_out::section(document))
-                    (course::section(document))
-                    (quality::section(document))
+                    @if document.is_static() {
+                        (parameters::section(document))
+                        (correlations::section(document))
+                    } @else {
+                        (receptance::section(document, &poses, others))
+                        (residuals::section(document))
+                        (modes::section(document, &poses))
+                        (parameters::section(document))
+                        (imperfections::section(document))
+                        (correlations::section(document))
+                        (held_out::section(document))
+                        (course::section(document))
+                        (quality::section(document))
+                    }
                     (origin::section(document, name, sha256))
                 }
             }

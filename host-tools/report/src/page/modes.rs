@@ -8,6 +8,8 @@ use super::format::{count, digits, digits_of, interval, number, percent, pose};
 use super::{AXES, DOFS, Pose};
 use crate::document::Document;
 
+/// What stands in place of a number that says nothing.
+const OPEN: &str = "not determined";
 /// Most modes of a pose that are listed.
 const MOST_MODES: usize = 12;
 /// Least share of the strain energy of a degree of freedom that is named, and most of them.
@@ -20,8 +22,8 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>]) -> Markup {
         section #modes {
             h2 { "Modes" }
             p {
-                "Modes up to " (digits(upper, 3)) "\u{a0}Hz, the end of the band that was fitted, with 95\u{a0}% intervals; a dash is what no \
-                 record determines. A mode moves what holds its strain energy."
+                "Modes up to " (digits(upper, 3)) "\u{a0}Hz, the end of the band that was fitted, with 95\u{a0}% intervals; a dash is what the \
+                 records do not determine, and where the standard deviation is larger than the number itself, there is none. A mode moves what holds its strain energy."
             }
             @for (index, pose) in poses.iter().enumerate() {
                 (table(document, index, pose))
@@ -76,8 +78,13 @@ fn stiffness(own: &Pose<'_>) -> Markup {
                 @let own = compliance[axis][axis];
                 @let ends = [1.0 / own.interval[1], 1.0 / own.interval[0]];
                 @if axis > 0 { ", " }
-                (AXES[axis]) " " (number(1.0 / own.value))
-                @if ends[1] > 0.0 { " (" (interval(ends)) ")" } @else { " (above " (number(ends[0])) ")" }
+                (AXES[axis]) " "
+                @if !own.is_useful(own.value) {
+                    (OPEN)
+                } @else {
+                    (number(1.0 / own.value))
+                    @if ends[1] > 0.0 { " (" (interval(ends)) ")" } @else { " (above " (number(ends[0])) ")" }
+                }
             }
             "."
         }
@@ -91,10 +98,12 @@ fn estimate(estimate: &PositiveEstimate, times: f64, unit: &str) -> Markup {
         @if estimate.is_determined() {
             td { (digits(times * estimate.value, digits_of(ends))) (unit) }
             td { (interval(ends)) (unit) }
-        } @else {
-            @let value = if estimate.value > 0.0 { times * estimate.value } else { f64::NAN };
-            td { (digits(value, 2)) @if value > 0.0 { (unit) } }
+        } @else if estimate.is_useful() {
+            td { (digits(times * estimate.value, 2)) (unit) }
             td { "–" }
+        } @else {
+            td { "–" }
+            td { (OPEN) }
         }
     }
 }

@@ -18,6 +18,7 @@ pub(super) fn section(document: &Document, name: &str, sha256: Option<&str>) -> 
                         br;
                         code { (origin.command) }
                         @match &origin.date {
+                            _ if document.is_static() => { " from static tests." },
                             Some(date) => { br; "from records that begin at " (date) " by the log's clock." },
                             None => { br; "from records whose clock shows no date." },
                         }

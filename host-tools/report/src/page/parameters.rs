@@ -28,7 +28,7 @@ pub(super) fn class(verdict: Verdict) -> &'static str {
     }
 }
 
-pub(super) fn words(verdict: Verdict) -> &'static str {
+fn words(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Identified => "identified",
         Verdict::Weak => "weak",
@@ -76,7 +76,7 @@ pub(super) fn section(document: &Document) -> Markup {
                 ("not observable (hollow)", Colour::Red, Mark::Dot),
                 ("fixed", Colour::Blue, Mark::Dot),
             ]))
-            figure { (picture(&parameters)) }
+            figure { (picture(document, &parameters)) }
             (table(document, &parameters))
         }
     }
@@ -117,8 +117,8 @@ fn parameters(document: &Document) -> Vec<Parameter> {
     all
 }
 
-/// Four panels, one for each unit.
-fn picture(parameters: &[Parameter]) -> Markup {
+/// A panel for each unit. Static tests show no damping.
+fn picture(document: &Document, parameters: &[Parameter]) -> Markup {
     let groups = [
         ("stiffness of translations / (N/m)", false, 0..3),
         ("stiffness of rotations / (Nm/rad)", false, 3..6),
@@ -130,9 +130,10 @@ fn picture(parameters: &[Parameter]) -> Markup {
         parameters.iter().filter(wanted).collect()
     };
     let rows = parameters.len() / 4;
-    let height = 2 * (rows as u32 * ROW + AROUND);
+    let lines = kinds(document);
+    let height = lines as u32 * (rows as u32 * ROW + AROUND);
     svg(height, "Parameters with their 95 % intervals within their bounds", |canvas| {
-        let panels = canvas.split_evenly((2, 2));
+        let panels = canvas.split_evenly((lines, 2));
         for ((title, is_damping, dofs), panel) in groups.iter().zip(&panels) {
             draw(panel, title, &of(*is_damping, dofs))?;
         }
@@ -210,6 +211,11 @@ fn draw(canvas: &Canvas<'_>, title: &str, parameters: &[&Parameter]) -> Drawn {
     Ok(())
 }
 
+/// Kinds of parameters that are shown: stiffnesses, and dampings if there are records.
+fn kinds(document: &Document) -> usize {
+    if document.is_static() { 1 } else { 2 }
+}
+
 /// A name that fits beside the picture.
 fn short(name: &str) -> String {
     if name.chars().count() <= LETTERS {
@@ -220,28 +226,32 @@ fn short(name: &str) -> String {
 }
 
 fn table(document: &Document, parameters: &[Parameter]) -> Markup {
+    let kinds = kinds(document);
     html! {
         table.parameters {
             caption {
-                strong { "Parameters with 95\u{a0}% intervals" } "; SI units: N/m and Nm/rad, Ns/m and Nms/rad. The standard deviation is in "
-                "per cent of the value."
+                strong { "Parameters with 95\u{a0}% intervals" } "; SI units: N/m and Nm/rad"
+                @if kinds > 1 { ", Ns/m and Nms/rad" } ". The standard deviation is in per cent of the value."
             }
             thead {
-                tr { th {} th.group colspan="4" { "stiffness" } th.group colspan="4" { "damping" } }
                 tr {
                     th {}
-                    @for _ in 0..2 {
+                    @for kind in &["stiffness", "damping"][..kinds] { th.group colspan="4" { (kind) } }
+                }
+                tr {
+                    th {}
+                    @for _ in 0..kinds {
                         th { "value" } th { "interval" } th { "std" } th.left { "verdict" }
                     }
                 }
             }
             @for (index, joint) in document.found.joints.iter().enumerate() {
                 tbody {
-                    tr.joint { th.left colspan="9" { (joint.name) } }
+                    tr.joint { th.left colspan=(1 + 4 * kinds) { (joint.name) } }
                     @for dof in 0..6 {
                         tr {
                             th scope="row" { (DOFS[dof]) }
-                            @for kind in 0..2 {
+                            @for kind in 0..kinds {
                                 (cells(&parameters[12 * index + 6 * kind + dof]))
                             }
                         }

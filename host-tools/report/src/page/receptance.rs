@@ -34,7 +34,7 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>], others: usize) ->
                 "Displacement of the tool per force on it, along the axes of the tool centre point. The model's curve comes from the fitted \
                  parameters, with its 95\u{a0}% band. The measured one comes from the records alone: H₁ of three forces, from segments of \
                  the records. It is left out where its standard deviation is above a third of its size, as where the three forces of a cut \
-                 go together and cannot be separated. The last rows therefore show what each cut does show: the displacement per force along \
+                 go together and cannot be separated. The first row therefore shows what each cut does show: the displacement per force along \
                  the direction that the force had."
             }
             p {
@@ -143,7 +143,12 @@ fn chart(
         };
         let entries = (0..9).map(|index| Entry::of(modelled, points, index / 3, index % 3));
         let along = (0..3).map(|row| Entry::along(modelled, points, row));
-        for (index, entry) in entries.chain(along).enumerate() {
+        // What each cut shows comes first, where there is something measured.
+        let all: Vec<Entry> = match points {
+            [] => entries.chain(along).collect(),
+            _ => along.chain(entries).collect(),
+        };
+        for (index, entry) in all.iter().enumerate() {
             let (row, column) = (index / 3, index % 3);
             let top = row as u32 * (high + low);
             let y = |text: &str| (column == 0).then(|| text.to_owned());

@@ -3,17 +3,18 @@
 use flexid_wire::report::{Acceptance, JointReport, Verdict};
 use maud::{Markup, html};
 
-use super::format::{agreement, count, number, percent};
+use super::format::{agreement, count, marked, number, percent};
 use super::{DOFS, missing};
-use crate::document::{Document, Explanation};
+use crate::document::{Confidence, Document, Explanation};
 
 /// FRAC below which a record that was held out is named. Chosen: the prediction then has another shape.
 const POOR_FRAC: f64 = 0.9;
+/// Kinds of warnings that say that the readings themselves are wrong: as long as they are, no other number means anything.
+const OF_READINGS: [&str; 4] = ["wrong_axes", "disproportion", "implausible", "static_outlier"];
 /// Share of an octave's bins with force, below which the octave is named: that of `flexid check`.
 const HARDLY_EXCITED: f64 = 0.5;
 
 pub(super) fn section(document: &Document, name: &str) -> Markup {
-    let fit = &document.found.fit;
     let (class, headline) = headline(document);
     html! {
         header {
@@ -22,7 +23,7 @@ pub(super) fn section(document: &Document, name: &str) -> Markup {
         }
         section #verdict {
             h3 { "What is identified" }
-            (identified(&document.found.joints))
+            (identified(document))
             h3 { "Can I trust it?" }
             ul {
                 @for line in trust(document) { li { (line) } }
@@ -35,11 +36,14 @@ pub(super) fn section(document: &Document, name: &str) -> Markup {
             @if !warnings.is_empty() {
                 h3 { (count(warnings.len(), "warning")) }
                 ul.warnings {
-                    @for warning in &warnings { li { (warning) } }
+                    @for warning in &warnings { li { (marked(warning)) } }
                 }
             }
-            @if fit.records == 0 {
-                p { "The result rests on static tests alone: dampings are not determined." }
+            @if document.is_static() {
+                p {
+                    "The result rests on static tests alone. They show no damping and no mode, so that this page has neither; for these, mill with \
+                     the same configuration and a " code { "[bus]" } "."
+                }
             }
             @let absent = document.missing();
             @if !absent.is_empty() {
@@ -60,10 +64,15 @@ pub(super) fn section(document: &Document, name: &str) -> Markup {
 fn robot(document: &Document) -> String {
     let robot = &document.found.robot;
     let joints = count(robot.model().joints.len(), "joint");
-    let records = count(document.found.fit.records as usize, "record");
-    let [lower, upper] = robot.band_hz().map(number);
+    let data = if document.is_static() {
+        "static tests alone".to_owned()
+    } else {
+        let records = count(document.found.fit.records as usize, "record");
+        let [lower, upper] = robot.band_hz().map(number);
+        format!("{records}, {lower} to {upper}\u{a0}Hz")
+    };
     format!(
-        "robot {}, {joints}, {records}, {lower} to {upper}\u{a0}Hz, tool centre point '{}'",
+        "robot {}, {joints}, {data}, tool centre point '{}'",
         robot.model().name,
         robot.model().tcp.name
     )
@@ -77,12 +86,14 @@ fn warnings(document: &Document) -> Vec<String> {
 
 /// The class of the headline, and its words.
 fn headline(document: &Document) -> (&'static str, String) {
-    let all = of(&document.found.joints, None);
-    let identified = of(&document.found.joints, Some(Verdict::Identified));
-    let share = format!("{identified} of {all} parameters are identified");
-    let fit = &document.found.fit;
-    let data = if fit.records == 0 { "static tests" } else { "records" };
-    match fit.acceptance {
+    let all = of(document, None);
+    let identified = of(document, Some(Verdict::Identified));
+    let (data, what) = match document.is_static() {
+        true => ("static tests", "stiffnesses"),
+        false => ("records", "parameters"),
+    };
+    let share = format!("{identified} of {all} {what} are identified");
+    match document.found.fit.acceptance {
         Acceptance::Consistent if identified == 0 => {
             ("caution", format!("The fit explains the {data}. {share}; see what to do next."))
         }
@@ -101,34 +112,43 @@ fn headline(document: &Document) -> (&'static str, String) {
     }
 }
 
-/// Number of parameters with this verdict, or of all.
-fn of(joints: &[JointReport], wanted: Option<Verdict>) -> usize {
-    let verdicts =
-        joints.iter().flat_map(|own| own.stiffness_verdict.iter().chain(&own.damping_verdict));
-    verdicts.filter(|verdict| wanted.is_none_or(|wanted| **verdict == wanted)).count()
+/// The verdicts on the stiffnesses and dampings of a joint: static tests have no say in dampings.
+fn verdicts<'a>(
+    document: &Document,
+    joint: &'a JointReport,
+) -> impl Iterator<Item = (&'a [Verdict; 6], &'static str)> + use<'a> {
+    let all = [(&joint.stiffness_verdict, "stiffness"), (&joint.damping_verdict, "damping")];
+    all.into_iter().take(if document.is_static() { 1 } else { 2 })
 }
 
-fn identified(joints: &[JointReport]) -> Markup {
+/// Number of parameters with this verdict, or of all.
+fn of(document: &Document, wanted: Option<Verdict>) -> usize {
+    let joints = document.found.joints.iter();
+    let all = joints.flat_map(|joint| verdicts(document, joint)).flat_map(|(own, _)| own);
+    all.filter(|verdict| wanted.is_none_or(|wanted| **verdict == wanted)).count()
+}
+
+fn identified(document: &Document) -> Markup {
     let rows = [
         (Verdict::Identified, "identified", "the standard deviation is up to 5 %"),
         (Verdict::Weak, "weak", "up to 30 %, or the fit is doubtful"),
         (
             Verdict::NotObservable,
             "not observable",
-            "the records do not tell: the number is no estimate",
+            "the data do not tell: the number is no estimate",
         ),
         (Verdict::Fixed, "fixed", "given, not sought"),
     ];
     html! {
         table.narrow {
             @for (verdict, name, meaning) in rows {
-                @let number = of(joints, Some(verdict));
+                @let number = of(document, Some(verdict));
                 @if number > 0 {
                     tr {
                         th scope="row" class=(super::parameters::class(verdict)) { (number) " " (name) }
-                        td.left { (meaning) }
                         td.left {
-                            @if verdict != Verdict::Identified { (names(joints, verdict)) }
+                            (meaning)
+                            @if verdict != Verdict::Identified { br; (names(document, verdict)) }
                         }
                     }
                 }
@@ -138,7 +158,7 @@ fn identified(joints: &[JointReport]) -> Markup {
 }
 
 /// The parameters with this verdict, joint by joint.
-fn names(joints: &[JointReport], wanted: Verdict) -> String {
+fn names(document: &Document, wanted: Verdict) -> String {
     let of = |verdicts: &[Verdict; 6]| -> Vec<&str> {
         DOFS.into_iter()
             .zip(verdicts)
@@ -147,10 +167,8 @@ fn names(joints: &[JointReport], wanted: Verdict) -> String {
             .collect()
     };
     let mut all = Vec::new();
-    for joint in joints {
-        for (verdicts, kind) in
-            [(&joint.stiffness_verdict, "stiffness"), (&joint.damping_verdict, "damping")]
-        {
+    for joint in &document.found.joints {
+        for (verdicts, kind) in verdicts(document, joint) {
             let dofs = of(verdicts);
             match dofs.len() {
                 0 => {}
@@ -164,16 +182,26 @@ fn names(joints: &[JointReport], wanted: Verdict) -> String {
 
 fn trust(document: &Document) -> Vec<Markup> {
     let fit = &document.found.fit;
-    let mut lines = vec![match fit.acceptance {
-        Acceptance::Consistent => html! {
+    let mut lines = vec![match (fit.acceptance, document.is_static()) {
+        (Acceptance::Consistent, false) => html! {
             "Yes, within the intervals: what the model leaves of the records is what noise leaves."
         },
-        Acceptance::ModelSuspect => html! {
+        (Acceptance::Consistent, true) => html! {
+            "Yes, within the intervals: what the model leaves of the displacements is what noise leaves."
+        },
+        (Acceptance::ModelSuspect, false) => html! {
             "Not as it is: several searches agree on these numbers, and what they leave of the records is more than noise. Something in \
              the model or the sensors is other than stated."
         },
-        Acceptance::Unsettled => html! {
+        (Acceptance::ModelSuspect, true) => html! {
+            "Not as it is: what the model leaves of the displacements is more than noise. A test is wrong, or the robot gives way where the \
+             model does not."
+        },
+        (Acceptance::Unsettled, false) => html! {
             "No: the searches do not agree on one result, or the records are too few to test it."
+        },
+        (Acceptance::Unsettled, true) => html! {
+            "No: the fit does not settle, or the tests are too few to test it."
         },
     }];
     let Some(confidence) = &document.further.confidence else {
@@ -182,13 +210,15 @@ fn trust(document: &Document) -> Vec<Markup> {
     };
     lines.push(html! { "Residuals: " (confidence.residuals.text) "." });
     for line in &confidence.left_over {
-        lines.push(html! { "Left over: " (line.text) "." });
+        lines.push(html! { "Left over: " (marked(&line.text)) "." });
     }
-    if fit.acceptance == Acceptance::Unsettled && !confidence.explanations.is_empty() {
+    if fit.acceptance == Acceptance::Unsettled && shown(confidence).next().is_some() {
         lines.push(html! { "If this minimum is the right one, then the following is off." });
     }
-    for Explanation { text, alike, .. } in &confidence.explanations {
-        lines.push(html! { (text) @if let Some(alike) = alike { "; " (alike) } "." });
+    for Explanation { text, alike, remedy, .. } in shown(confidence) {
+        lines.push(html! {
+            (text) @if let Some(alike) = alike { "; " (alike) } @if remedy.is_none() { "; nothing to do" } "."
+        });
     }
     let all = confidence.held_out.iter().flat_map(|own| own.frac);
     let worst = all.fold(None, |worst: Option<f64>, own| Some(worst.map_or(own, |it| it.min(own))));
@@ -203,14 +233,31 @@ fn trust(document: &Document) -> Vec<Markup> {
     lines
 }
 
+/// The explanations whose error is not zero.
+fn shown(confidence: &Confidence) -> impl Iterator<Item = &Explanation> {
+    let all = confidence.explanations.iter();
+    all.filter(|own| own.deviation.is_none_or(|size| size.is_shown()))
+}
+
+/// The gravest first: readings that are wrong, then errors that the records name, then what the fit lacks.
 fn next_steps(document: &Document) -> Vec<Markup> {
     let mut lines = Vec::new();
+    for (warning, kind) in document.found.warnings.iter().zip(&document.further.warning_kinds) {
+        if OF_READINGS.iter().any(|own| kind.get(own).is_some()) {
+            lines.push(html! { (marked(&capital(warning))) "." });
+        }
+    }
+    if document.is_static() {
+        lines.extend(static_steps(document));
+        return lines;
+    }
     if let Some(confidence) = &document.further.confidence {
-        for remedy in confidence.explanations.iter().filter_map(|own| own.remedy.as_ref()) {
-            lines.push(html! { (capital(remedy)) "." });
+        for remedy in shown(confidence).filter_map(|own| own.remedy.as_ref()) {
+            lines.push(html! { (marked(&capital(remedy))) "." });
         }
     }
     match document.found.fit.acceptance {
+        Acceptance::Unsettled if !lines.is_empty() => {}
         Acceptance::Unsettled => lines.push(html! {
             "Record further poses, each from a second before the cut, and identify from all logs together."
         }),
@@ -226,8 +273,7 @@ fn next_steps(document: &Document) -> Vec<Markup> {
         });
     }
     let weak = document.further.confidence.as_ref().map_or(0, |own| own.weak_directions.len());
-    let open = of(&document.found.joints, Some(Verdict::Weak))
-        + of(&document.found.joints, Some(Verdict::NotObservable));
+    let open = of(document, Some(Verdict::Weak)) + of(document, Some(Verdict::NotObservable));
     let is_consistent = document.found.fit.acceptance == Acceptance::Consistent;
     if open > 0 || weak > 0 {
         lines.push(html! {
@@ -243,6 +289,37 @@ fn next_steps(document: &Document) -> Vec<Markup> {
         lines.push(html! {
             "Use the result: " code { "flexid predict" } " gives modes and deflection in any pose, " code { "flexid export" }
             " writes models for simulation."
+        });
+    }
+    lines
+}
+
+/// What to do where there are static tests and no records.
+fn static_steps(document: &Document) -> Vec<Markup> {
+    let mut lines = Vec::new();
+    let acceptance = document.found.fit.acceptance;
+    if acceptance != Acceptance::Consistent {
+        lines.push(html! {
+            "Check poses, loads, signs and units of the static tests: the lines " code { "static" } " of " code { "flexid identify" }
+            " name those that are farthest from what the others predict."
+        });
+    }
+    if acceptance == Acceptance::ModelSuspect {
+        lines.push(html! {
+            "With " code { "drive_only" } " the drives take up the compliance of all else: leave it out, or free what may give way."
+        });
+    }
+    let open = of(document, Some(Verdict::Weak)) + of(document, Some(Verdict::NotObservable));
+    if open > 0 || acceptance == Acceptance::Unsettled {
+        lines.push(html! {
+            "Add static tests: other poses, each under two loads in different directions, with torques about the joints that are weak or not \
+             observable."
+        });
+    }
+    if acceptance == Acceptance::Consistent {
+        lines.push(html! {
+            "Use the result: " code { "flexid predict --pose … --force …" } " gives stiffness and deflection in any pose, "
+            code { "flexid compensate" } " takes the deflection back."
         });
     }
     lines
