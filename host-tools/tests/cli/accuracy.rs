@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::setup::{edit, flexid, folder, identified, json, stderr};
+use crate::setup::{edit, flexid, folder, identified, json, stderr, stdout};
 
 /// Everything is off by about one standard deviation of the typical accuracies.
 const PLANT: &str = "
@@ -103,6 +103,7 @@ fn what_is_off_is_explained_and_adopted() {
     assert!(output.status.success(), "{}", stderr(&output));
     check_explanations(&json(folder.path(), "o.json"), true);
     let table = String::from_utf8(output.stdout).unwrap();
+    assert!(!table.contains("adopted nothing"), "{table}");
     assert!(
         table.contains("adopted, ") && table.contains("33 of 36 parameters identified"),
         "{table}"
@@ -145,4 +146,9 @@ fn nothing_to_explain_is_a_mistake() {
     );
     edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "");
     refused("", "edge.toml: --explain explains records: name a LOG of candump -L");
+    let table = stdout(folder.path(), "identify --config edge.toml o.log --explain");
+    assert!(
+        table.ends_with("--explain adopted nothing: no explanation is significant\n"),
+        "{table}"
+    );
 }
