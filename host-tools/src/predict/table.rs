@@ -5,6 +5,7 @@ use std::path::Path;
 use comfy_table::{CellAlignment, Table};
 use flexid_edge::console::complain;
 use flexid_prediction::document::Found;
+use flexid_prediction::modes::Mode;
 use flexid_prediction::{Estimate, PositiveEstimate};
 use flexid_wire::report::{Acceptance, Fit};
 
@@ -86,32 +87,37 @@ fn one(found: &Found, prediction: &Prediction) -> String {
     let [lower_hz, upper_hz] = found.robot.band_hz();
     let mut table = Table::new();
     table.load_style(STYLE);
-    table.set_header(["mode", "Hz", "95 % interval", "damping, %", "95 % interval", "springs"]);
+    // Static tests show no damping, and have no band.
+    let is_static = found.fit.records == 0;
+    let dampings: &[&str] = if is_static { &[] } else { &["damping, %", "95 % interval"] };
+    let header = ["mode", "Hz", "95 % interval"].iter().chain(dampings).chain(&["springs"]);
+    table.set_header(header);
+    let is_above = |mode: &Mode| !is_static && mode.frequency_hz.value > upper_hz;
     for (number, mode) in (1..).zip(&prediction.modes) {
-        let above = if mode.frequency_hz.value > upper_hz { " *" } else { "" };
+        let above = if is_above(mode) { " *" } else { "" };
         let open = if mode.frequency_hz.is_determined() { "" } else { " ?" };
         let [frequency, frequencies] = cells(&mode.frequency_hz, 1.0);
-        let [damping, dampings] = cells(&mode.damping_ratio, 100.0);
-        table.add_row([
-            format!("{number}{above}{open}"),
-            frequency,
-            frequencies,
-            damping,
-            dampings,
-            springs(found, &mode.energy),
-        ]);
+        let mut row = vec![format!("{number}{above}{open}"), frequency, frequencies];
+        if !is_static {
+            row.extend(cells(&mode.damping_ratio, 100.0));
+        }
+        row.push(springs(found, &mode.energy));
+        table.add_row(row);
     }
-    for column in table.column_iter_mut().take(5) {
+    for column in table.column_iter_mut().take(3 + dampings.len()) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     text += &format!("{table}\n");
-    if prediction.modes.iter().any(|mode| mode.frequency_hz.value > upper_hz) {
+    if is_static {
+        text += " modes by the masses of the model: static tests show none, and no damping\n";
+    }
+    if prediction.modes.iter().any(is_above) {
         text += &format!(
             " * above the band that was fitted, {lower_hz} to {upper_hz} Hz: no record shows it, the model extrapolates\n"
         );
     }
     if !prediction.modes.iter().all(|mode| mode.frequency_hz.is_determined()) {
-        text += " ? no record determines its springs: it may lie anywhere\n";
+        text += " ? its springs are not determined: it may lie anywhere\n";
     }
     let stiffness = (0..3).map(|axis| {
         let own: Estimate = prediction.compliance[axis][axis];

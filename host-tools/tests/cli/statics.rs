@@ -10,7 +10,7 @@ use rand_core::{Rng as _, SeedableRng as _};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::setup::{edit, flexid, folder, json, stderr};
+use crate::setup::{edit, flexid, folder, json, stderr, stdout};
 
 /// Loads, each with its three displacements.
 const LOADS: usize = 60;
@@ -179,6 +179,11 @@ fn a_file_of_static_tests_alone_gives_stiffnesses_and_names_a_gross_error() {
         let said = String::from_utf8(output.stdout).unwrap();
         assert!(said.contains("joint_3") && !said.contains("damping"), "{said}");
         let report = json(path, "s.json");
+        let predicted = stdout(path, "predict s.json --pose 0.1,-0.5,0.9 --force 0,200,0");
+        assert!(
+            predicted.contains("static tests show none") && !predicted.contains("damping, %"),
+            "{predicted}"
+        );
         let tests = &report["static_tests"];
         assert_eq!(tests["deviation_is_estimated"], true);
         assert_eq!(tests["tests"].as_array().unwrap().len(), LOADS);
