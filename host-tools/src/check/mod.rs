@@ -9,6 +9,7 @@
 //! | `sensors`     | axes that are swapped, stuck or clipped; spikes               |
 //! | `rest`        | rest before each cut                                          |
 //! | `excitation`  | where the force stands clear of its noise                     |
+//! | `statics`     | the signs of static tests                                     |
 //! | `records`     | number, poses and repetitions of the records                  |
 //! | `source`      | logs that are no whole logs of `candump -L`                   |
 //! | `table`       | the findings as a table for people, `json` for scripts        |
@@ -27,6 +28,7 @@ mod rest;
 mod sensors;
 mod setup;
 mod source;
+mod statics;
 pub(crate) mod table;
 mod units;
 mod words;
@@ -124,6 +126,7 @@ impl<'a> Check<'a> {
             findings.extend(records::judge(config, survey, is_explained));
         }
         findings.extend(setup::judge(config));
+        findings.extend(statics::judge(config));
         findings.sort_by_key(|finding| finding.severity);
         Self { config, survey, findings }
     }
@@ -168,8 +171,8 @@ impl<'a> Check<'a> {
         ready + &doubts
     }
 
-    /// What is known before the fit, and is likely to spoil it. Of what is wrong: configuration and model, readings, units, lost frames and
-    /// rates. Of what is doubtful: configuration and model, readings and units. Nothing where the logs give no record, or break off, which
+    /// What is known before the fit, and is likely to spoil it. Of what is wrong: configuration and model, static tests, readings, units, lost
+    /// frames and rates. Of what is doubtful: configuration and model, readings and units. Nothing where the logs give no record, or break off, which
     /// has an error of its own.
     pub(crate) fn at_once(&self) -> impl Iterator<Item = &Finding> {
         let is_whole = self
@@ -181,7 +184,12 @@ impl<'a> Check<'a> {
             let is_of_time = [counters::ABOUT, identifiers::RATE].contains(&finding.about);
             is_whole
                 && match finding.severity {
-                    Severity::Wrong => is_of_setup || is_of_readings || is_of_time,
+                    Severity::Wrong => {
+                        is_of_setup
+                            || finding.about == statics::ABOUT
+                            || is_of_readings
+                            || is_of_time
+                    }
                     Severity::Doubtful => is_of_setup || is_of_readings,
                     Severity::Note | Severity::Right => false,
                 }

@@ -215,3 +215,29 @@ fn a_file_of_static_tests_alone_gives_stiffnesses_and_names_a_gross_error() {
         assert!(said.contains("[bus], [signals], [measurement] are missing: add"), "{said}");
     }
 }
+
+/// A weight whose displacement was noted upwards.
+#[test]
+fn a_displacement_against_its_load_is_wrong() {
+    let folder = folder();
+    let path = folder.path();
+    let config = "[model]\nfile = \"mill3-model.toml\"\n\n[static]\nfile = \"static.csv\"\n";
+    fs::write(path.join("static.toml"), config).unwrap();
+    let table = |second: f64| {
+        format!(
+            "q1,q2,q3,fx,fy,fz,mx,my,mz,dx,dy,dz\n\
+             0,-0.45,0.95,0,0,-981,0,0,0,,,-1.12e-4\n\
+             0.5,-0.45,0.95,0,0,-981,0,0,0,,,{second:e}\n"
+        )
+    };
+    for (second, is_ready) in [(-1.12e-4, true), (1.12e-4, false)] {
+        fs::write(path.join("static.csv"), table(second)).unwrap();
+        let checked = flexid(path, "check --config static.toml");
+        assert_eq!(checked.status.success(), is_ready);
+        let said = String::from_utf8(checked.stdout).unwrap();
+        let named = "line 3 of [static] file has a displacement against the load";
+        assert_eq!(said.starts_with(&format!("not ready: {named}")), !is_ready, "{said}");
+        let warned = stderr(&flexid(path, "identify --config static.toml"));
+        assert_eq!(warned.contains(&format!("warning: {named}")), !is_ready, "{warned}");
+    }
+}

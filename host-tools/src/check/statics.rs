@@ -1,0 +1,155 @@
+//! Judges the signs of static tests: what only yields to a load moves with it, at the load's point and along the load.
+//!
+//! ```text
+//! u = f·d/|f|        u < 0: impossible, since f·d = fᵀ C f is the work that the robot stores
+//! ```
+//!
+//! A gauge at another point, or along other axes, may read against the load. Such tests are left out.
+
+use flexid_core::statics::StaticTest;
+use flexid_pipeline::config::Config;
+use nalgebra::Vector3;
+
+use super::Finding;
+use super::Severity::Wrong;
+use super::words::enumerate;
+
+/// What the findings of this file are about.
+pub(super) const ABOUT: &str = "static tests";
+
+/// Largest distance of the gauge from the force's line of action, m. Chosen: the tool's turn adds little there.
+const NEAR_M: f64 = 1e-3;
+/// Largest part of the force along axes that were not measured. Chosen: with it u may be below 0 only if the robot is ten thousand times as
+/// soft along these.
+const ALONG: f64 = 0.01;
+/// Standard deviations below 0 at which noise does not explain u. Chosen: of 64 tests that do not move at all, one is as far out once in
+/// five hundred tables.
+const BEYOND: f64 = 4.0;
+
+/// Displacement along the load, m, and the standard deviation of its noise. `None` where the gauge is not at the load and along it.
+fn along_load(test: &StaticTest) -> Option<(f64, f64)> {
+    let [fx, fy, fz, torque @ ..] = test.wrench;
+    let force = Vector3::new(fx, fy, fz);
+    let along = force.try_normalize(0.0)?;
+    let arm = Vector3::from(torque) - Vector3::from(test.gauge.place).cross(&force);
+    let parts = test.gauge.axes.map(|axis| along.dot(&Vector3::from(axis)));
+    let [mut moved, mut variance, mut unmeasured] = [0.0; 3];
+    for (part, reading) in parts.into_iter().zip(&test.displacement) {
+        match reading {
+            Some(reading) => {
+                moved += part * reading.value;
+                variance += (part * reading.deviation).powi(2);
+            }
+            None => unmeasured += part * part,
+        }
+    }
+    let is_at_load = arm.norm() <= NEAR_M * force.norm();
+    (is_at_load && unmeasured <= ALONG * ALONG).then(|| (moved, variance.sqrt()))
+}
+
+/// Names the tests that move against their load, or all such if the mean does so.
+pub(super) fn judge(config: &Config) -> Option<Finding> {
+    let statics = &config.statics;
+    let tests = statics.tests.iter().zip(&statics.lines);
+    let judged: Vec<(usize, f64, f64)> = tests
+        .filter_map(|(test, line)| along_load(test).map(|(moved, std)| (*line, moved, std)))
+        .collect();
+    let sum: f64 = judged.iter().map(|(_, moved, _)| moved).sum();
+    let variance: f64 = judged.iter().map(|(.., std)| std * std).sum();
+    let is_reversed = sum < -BEYOND * variance.sqrt();
+    let against = judged.iter().filter(|(_, moved, std)| {
+        let least = if is_reversed { 0.0 } else { -BEYOND * std };
+        *moved < least
+    });
+    let lines: Vec<usize> = against.map(|(line, ..)| *line).collect();
+    let which = match &lines[..] {
+        [] => return None,
+        [only] => format!("line {only} of [static] file has a displacement"),
+        all if all.len() == judged.len() => {
+            format!(
+                "all {} tests of [static] file with a gauge at the load have displacements",
+                all.len()
+            )
+        }
+        some => format!("lines {} of [static] file have displacements", enumerate(some)),
+    };
+    let finding = format!("{which} against the load, which no robot does");
+    let mend = "turn the sign of load or displacement: force along the axes of the TCP, displacement loaded less unloaded, both at the point stated";
+    Some(Finding::new(Wrong, ABOUT, finding, mend))
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_core::statics::{Gauge, Reading};
+
+    use crate::check::fixture;
+
+    use super::*;
+
+    const DOWN: [f64; 6] = [0.0, 0.0, -981.0, 0.0, 0.0, 0.0];
+
+    /// A test whose gauge along z reads `dz`, m, with 2 µm of noise.
+    fn test(wrench: [f64; 6], dz: f64) -> StaticTest {
+        StaticTest {
+            pose: [0.0, -0.4, 0.9].into_iter().collect(),
+            wrench,
+            gauge: Gauge::default(),
+            displacement: [None, None, Some(Reading::stated(dz, 2e-6))],
+        }
+    }
+
+    /// What is said of tests on the lines from 2.
+    fn finding(tests: Vec<StaticTest>) -> Option<String> {
+        let mut config = fixture::config();
+        config.statics.lines = (2..2 + tests.len()).collect();
+        config.statics.tests = tests;
+        judge(&config).map(|finding| finding.finding)
+    }
+
+    #[test]
+    fn a_displacement_against_its_load_is_named() {
+        let right = || test(DOWN, -1e-4);
+        let reversed = || test(DOWN, 1e-4);
+        assert_eq!(finding(vec![right(), right()]), None);
+        assert_eq!(finding(Vec::new()), None);
+        let said = finding(vec![right(), reversed(), right()]).unwrap();
+        assert!(said.starts_with("line 3 of [static] file has a displacement against"), "{said}");
+        let said = finding(vec![right(), reversed(), right(), right(), reversed()]).unwrap();
+        assert!(said.starts_with("lines 3 and 6 of [static] file"), "{said}");
+        let said = finding(vec![reversed(), reversed()]).unwrap();
+        assert!(said.starts_with("all 2 tests of [static] file"), "{said}");
+    }
+
+    /// Each alone may be noise.
+    #[test]
+    fn small_displacements_are_judged_together() {
+        let small = || test(DOWN, 5e-6);
+        assert_eq!(finding(vec![small(), small()]), None);
+        let said = finding(vec![small(), small(), small()]).unwrap();
+        assert!(said.starts_with("all 3 tests"), "{said}");
+    }
+
+    /// Elsewhere, or along another axis, a robot that only yields may move against the load.
+    #[test]
+    fn a_gauge_that_is_not_at_the_load_says_nothing() {
+        let mut beside = test(DOWN, 1e-4);
+        beside.gauge.place = [0.05, 0.0, 0.0];
+        let turned = test([0.0, 0.0, -981.0, 50.0, 0.0, 0.0], 1e-4);
+        let across = test([500.0, 0.0, -981.0, 0.0, 0.0, 0.0], 1e-4);
+        let torque = test([0.0, 0.0, 0.0, 50.0, 0.0, 0.0], 1e-4);
+        assert_eq!(finding(vec![beside, turned, across, torque]), None);
+    }
+
+    /// The load hangs where the gauge is: its torque about the TCP is `p × f`, and the gauge reads along axes of its own.
+    #[test]
+    fn a_load_beside_the_tool_is_judged_at_its_point() {
+        let [fx, fz] = [300.0, -981.0];
+        let mut hung = test([fx, 0.0, fz, 0.0, -0.12 * fz, 0.0], -1e-4);
+        hung.gauge.place = [0.12, 0.0, 0.0];
+        let length = fx.hypot(fz);
+        let [x, z] = [fx / length, fz / length];
+        hung.gauge.axes = [[z, 0.0, -x], [0.0, 1.0, 0.0], [x, 0.0, z]];
+        let said = finding(vec![hung]).unwrap();
+        assert!(said.starts_with("line 2 "), "{said}");
+    }
+}
