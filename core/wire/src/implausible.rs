@@ -114,12 +114,12 @@ impl fmt::Display for Implausible {
             Self::BeyondLimits(joint) => joint.fmt(f),
             Self::GravityDenied { reading, by, file } => write!(
                 f,
-                "the accelerometer reads {reading:.2} m/s^2 at rest: it feels gravity, but {by} in {file}: \
+                "the accelerometer reads {reading:.2} m/s² at rest: it feels gravity, but {by} in {file}: \
                  delete that line"
             ),
             Self::GravityInUnit { reading, unit } => write!(
                 f,
-                "the accelerometer reads {reading:.2} m/s^2 at rest, gravity is 9.81: is it in {unit}? \
+                "the accelerometer reads {reading:.2} m/s² at rest, gravity is 9.81: is it in {unit}? \
                  give its unit in [bus] dbc"
             ),
             Self::Stuck(signals) => write!(

@@ -139,32 +139,32 @@ impl fmt::Display for Objection {
         match self {
             Self::StaticMisfit { consistency } => write!(
                 f,
-                "static tests fit badly (chi^2/dof {consistency:.1}): check poses, loads, signs and standard \
+                "static tests fit badly (χ²/dof {consistency:.1}): check poses, loads, signs and standard \
                  deviations in [static] file, and [bounds]"
             ),
             Self::LoudNoise { consistency } => write!(
                 f,
-                "the noise is taken for louder than it is (chi^2/dof {consistency:.2}): no quiet stretch in the records: \
+                "the noise is taken for louder than it is (χ²/dof {consistency:.2}): no quiet stretch in the records: \
                  let each begin 1 s before the cut"
             ),
             Self::WrongMinimum { consistency, whiteness } => write!(
                 f,
-                "residuals of that minimum object (chi^2/dof {consistency:.1}, whiteness {whiteness:.0}): if other records do not \
+                "residuals of that minimum object (χ²/dof {consistency:.1}, whiteness {whiteness:.0}): if other records do not \
                  help, check masses, TCP, [mounting], gravity, axes and units of the signals"
             ),
             Self::WrongModel { consistency } => write!(
                 f,
-                "the model is wrong (chi^2/dof {consistency:.0}): check masses, TCP, [mounting], joint angles, axes and \
+                "the model is wrong (χ²/dof {consistency:.0}): check masses, TCP, [mounting], joint angles, axes and \
                  units of the signals, then gravity, delay, gains"
             ),
             Self::SlightlyWrongModel { consistency } => write!(
                 f,
-                "the model is wrong by a little (chi^2/dof {consistency:.1}): let [calibration] find delay, \
+                "the model is wrong by a little (χ²/dof {consistency:.1}): let [calibration] find delay, \
                  gains, misalignment, masses; or check gravity, TCP, [mounting]"
             ),
             Self::NoisierCut { consistency } => write!(
                 f,
-                "residuals are larger than the noise, but random (chi^2/dof {consistency:.1}): the sensors are \
+                "residuals are larger than the noise, but random (χ²/dof {consistency:.1}): the sensors are \
                  noisier in the cut than at rest"
             ),
             Self::Structure { whiteness } => write!(

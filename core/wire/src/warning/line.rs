@@ -129,7 +129,7 @@ impl fmt::Display for Line {
         let Self { frequency_hz, amplitude, records } = self;
         write!(
             f,
-            "{frequency_hz:.2} Hz ({amplitude:.2e} m/s^2, {})",
+            "{frequency_hz:.2} Hz ({amplitude:.2e} m/s², {})",
             Count((*records).into(), "record")
         )
     }

@@ -271,7 +271,7 @@ mod tests {
         let loud = Residuals { noise_too_loud: true, settled: false, ..Residuals::noise(0.02) };
         assert_eq!(said(&loud), "χ²/dof 0.02 objects: the noise is taken for louder than it is");
         let advice = advised(&loud).unwrap();
-        assert!(advice.contains("(chi^2/dof 0.02): no quiet stretch") && advice.len() <= 160);
+        assert!(advice.contains("(χ²/dof 0.02): no quiet stretch") && advice.len() <= 160);
         assert!(!loud.allow_intervals());
     }
 
