@@ -3,8 +3,6 @@
 //! A [`Confidence`] is the entry `confidence` of the result file of `flexid identify --json`. The field names are part of the
 //! contract. Vectors of six have the order `tx ty tz rx ry rz` of the joint frame.
 
-mod nuisance;
-
 use heapless::{String, Vec};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};

@@ -46,9 +46,10 @@ pub(crate) struct Measured<'a> {
     pub(crate) unit: &'a str,
 }
 
-const PREFIXES: [(f64, &str); 5] = [(1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ")];
+const PREFIXES: [(f64, &str); 7] =
+    [(1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
 /// Prefix of what is smaller.
-const LEAST: (f64, &str) = (1e-9, "n");
+const LEAST: (f64, &str) = (1e-15, "f");
 /// Part of a prefix from which on three digits show all of it: 999.9 µm is 1.00 mm.
 const FULL: f64 = 0.9995;
 /// Least standard deviation in units of the last digit.
@@ -65,6 +66,9 @@ impl fmt::Display for Measured<'_> {
             "" => (0.01, "", "%"),
             unit => {
                 let size = value.abs().max(std.unwrap_or(0.0));
+                if size == 0.0 {
+                    return write!(f, "0 {unit}");
+                }
                 let (scale, prefix) =
                     PREFIXES.into_iter().find(|(scale, _)| size >= FULL * scale).unwrap_or(LEAST);
                 (scale, prefix, unit)
@@ -121,7 +125,9 @@ mod tests {
             (5e-6, None, "s", "5.00 µs"),
             (1e-3 * (1.0 - 1e-15), None, "m", "1.00 mm"),
             (4e-8, None, "1/s", "40.0 n1/s"),
-            (0.0, None, "m", "0.000000 nm"),
+            (1e-13, None, "rad s/Nm", "100 frad s/Nm"),
+            (2.5e-12, Some(4e-13), "rad s/Nm", "2.5 ± 0.4 prad s/Nm"),
+            (0.0, None, "m", "0 m"),
         ] {
             assert_eq!(Measured { value, std, unit }.to_string(), expected);
         }
