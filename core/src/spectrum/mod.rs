@@ -136,7 +136,7 @@ pub struct Experiment<const B: usize> {
     pub force: Spectrum<B>,
     /// DFT of the acceleration times the sample period, along the accelerometer's axes, m/s.
     pub acceleration: Spectrum<B>,
-    /// Derivative of the acceleration by a delay that grows with time, from zero at the start of the record, m/s.
+    /// Derivative of the acceleration by a delay that grows with time, from zero at the start of the record, m/s, but for a constant.
     pub drift: Spectrum<B>,
     /// Mean square of the noise in each bin of the force, per axis, (Ns)².
     pub force_noise: [Vec<f32, B>; 3],
@@ -240,8 +240,7 @@ impl<const B: usize> Experiment<B> {
         if force.power() <= LEAST_FORCE * noise {
             return Err(SpectrumError::NoForce);
         }
-        let length = samples as f64 * period;
-        let drift = drift::of(&record.acceleration, length, &acceleration, &by_time, first_bin);
+        let drift = drift::of(&acceleration, &by_time, first_bin);
         let thinned = ThinnedSpectra::new(record, band, buffer)?;
         Ok(Self {
             pose: record.pose.clone(),

