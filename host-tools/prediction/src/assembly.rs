@@ -27,23 +27,23 @@ impl Matrices {
         let chain = mechanics.chain();
         let n = 6 * chain.joints.len();
         let (mut mass, mut stiffness) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-        let mut link = Matrix6xX::<f64>::zeros(n);
+        // A link moves with the elongations of its joint and of those before it.
+        let mut link = Matrix6xX::<f64>::zeros(0);
         for (joint, linear) in chain.joints.iter().enumerate() {
+            let first = 6 * joint;
             let carried = linear.from_parent.matrix() * &link;
             let coupling = linear.gravity_coupling * carried.rows(3, 3);
-            let first = 6 * joint;
-            let mut rows = stiffness.rows_mut(first, 6);
+            let mut rows = stiffness.view_mut((first, 0), (6, first));
             rows += &coupling;
-            let transposed = coupling.transpose();
-            let mut columns = stiffness.columns_mut(first, 6);
-            columns += &transposed;
+            let mut columns = stiffness.view_mut((0, first), (first, 6));
+            columns += coupling.transpose();
             let mut turns = stiffness.view_mut((first + 3, first + 3), (3, 3));
             turns += linear.gravity_turns;
-            link = carried;
-            for dof in 0..6 {
-                link[(dof, first + dof)] += 1.0;
-            }
-            mass += link.transpose() * linear.inertia * &link;
+            link = carried.resize_horizontally(first + 6, 0.0);
+            link.fixed_columns_mut::<6>(first).fill_with_identity();
+            let moved = linear.inertia * &link;
+            let mut before = mass.view_mut((0, 0), (first + 6, first + 6));
+            before += link.transpose() * moved;
         }
         let mut loads = DMatrix::<f64>::zeros(6, 6);
         loads.columns_mut(0, 3).copy_from(&chain.tip_force);

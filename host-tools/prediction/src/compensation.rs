@@ -60,17 +60,17 @@ impl Dynamics<'_> {
         let inverse = Inverse::new(&jacobian);
         let own = DMatrix::identity(6, 6);
         let base = both(tool(chain, self.pose()).rotation.to_rotation_matrix().matrix());
-        let of = |matrix: &DMatrix<f64>| {
-            let estimates = self.moved(compliance, wrench, matrix);
-            let at = |first: usize| std::array::from_fn(|axis| estimates[first + axis]);
-            Deflection { translation: at(0), rotation: at(3) }
-        };
+        let of = |matrix: &DMatrix<f64>| Deflection::of(&self.moved(compliance, wrench, matrix));
         let deflection = of(&own);
         let linear = self.moved(compliance, wrench, &-&inverse.matrix);
         let (offsets, left) = taken_back(chain, self.pose(), &inverse, &deflection);
         let as_uncertain = |left: f64, of: &Estimate| Estimate::new(left, of.std);
+        // What is left is nearly zero: it is known where its error is small beside what was taken back.
         let left_over = |first: usize, of: &[Estimate; 3]| {
-            std::array::from_fn(|axis| as_uncertain(left[first + axis], &of[axis]))
+            std::array::from_fn(|axis| Estimate {
+                determined: of[axis].determined,
+                ..as_uncertain(left[first + axis], &of[axis])
+            })
         };
         Compensation {
             deflection,

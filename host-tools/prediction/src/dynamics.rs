@@ -29,8 +29,7 @@ pub struct Dynamics<'a> {
     pose: Vec<f64>,
     mechanics: Mechanics,
     matrices: Matrices,
-    /// By each imperfection; `None` for one without uncertainty.
-    per_imperfection: Vec<Option<PerImperfection>>,
+    per_imperfection: PerImperfection,
 }
 
 /// Where the dynamic stiffness is evaluated.
@@ -58,11 +57,8 @@ impl<'a> Dynamics<'a> {
         let [_, upper] = robot.band_hz();
         // Hysteresis leaves the middle of the band as it is.
         let edge = Place::At(Complex::new(0.0, TAU * upper));
-        let shifted = |(index, std): (usize, f64)| {
-            (std > 0.0).then(|| PerImperfection::new(robot, pose, index, std, edge)).transpose()
-        };
-        let per_imperfection = robot.imperfection_stds().enumerate().map(shifted);
-        let per_imperfection = per_imperfection.collect::<Result<Vec<_>, _>>()?;
+        let size = matrices.mass.nrows();
+        let per_imperfection = PerImperfection::new(robot, pose, size, edge)?;
         Ok(Self { robot, pose: pose.to_vec(), mechanics, matrices, per_imperfection })
     }
 
@@ -116,13 +112,10 @@ impl<'a> Dynamics<'a> {
     /// ∂H by each coordinate of the robot.
     pub(crate) fn gradient(&self, place: Place, response: &Response) -> Vec<DMatrix<Complex<f64>>> {
         let e = &response.elongations;
-        let loads = e.ncols();
         let mut gradient = self.per_coordinate(place, e);
-        let first = gradient.len() - self.per_imperfection.len();
-        for (own, total) in self.per_imperfection.iter().zip(&mut gradient[first..]) {
-            let Some(own) = own else { continue };
-            let tip = own.tip.columns(0, loads).map(Complex::from);
-            let moved = tip.transpose() * e;
+        let first = OF_JOINT * self.size() / 6;
+        for (index, moved) in self.per_imperfection.of_loads(e) {
+            let total = &mut gradient[first + index];
             *total = &moved + moved.transpose() - &*total;
         }
         gradient[..first].iter_mut().for_each(|own| own.neg_mut());
@@ -146,15 +139,7 @@ impl<'a> Dynamics<'a> {
                 }
             }
         }
-        debug_assert_eq!(all.len() % OF_JOINT, 0);
-        let loads = v.ncols();
-        let parts = DMatrix::from_fn(v.nrows(), 2 * loads, |i, j| {
-            if j < loads { v[(i, j)].re } else { v[(i, j - loads)].im }
-        });
-        all.extend(self.per_imperfection.iter().map(|own| match own {
-            Some(own) => own.of_stiffness(place, v, &parts),
-            None => DMatrix::zeros(loads, loads),
-        }));
+        all.extend(self.per_imperfection.of_stiffness(place, v));
         all
     }
 

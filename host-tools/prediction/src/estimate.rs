@@ -19,6 +19,8 @@ pub struct Estimate {
     pub std: f64,
     /// 95 % interval.
     pub interval: [f64; 2],
+    /// Whether the number says something beside its [size](Estimate::beside).
+    pub determined: bool,
 }
 
 /// A predicted positive number. The errors of its logarithm are normal.
@@ -30,6 +32,8 @@ pub struct PositiveEstimate {
     pub relative_std: f64,
     /// 95 % interval.
     pub interval: [f64; 2],
+    /// Whether the number says something.
+    pub determined: bool,
 }
 
 /// Square root of a variance. Rounding may have made it negative; what is no number stays so.
@@ -42,12 +46,19 @@ impl Estimate {
     pub fn new(value: f64, std: f64) -> Self {
         let std = if std.is_nan() { f64::INFINITY } else { std };
         let reach = TWO_SIDED * std;
-        Self { value, std, interval: [value - reach, value + reach] }
+        let interval = [value - reach, value + reach];
+        Self { value, std, interval, determined: false }.beside(value)
     }
 
-    /// Whether the number says something beside others of this `size`: its own, or the length of the vector that it is a component of.
-    pub fn is_useful(&self, size: f64) -> bool {
-        self.std <= USELESS * size
+    /// The same number beside others of this `size`, where that is not its own: the length of the vector that it is a component of, say.
+    pub fn beside(self, size: f64) -> Self {
+        Self { determined: self.std <= USELESS * size, ..self }
+    }
+
+    /// Components of a vector, which say something beside its length.
+    pub fn beside_length<const N: usize>(all: [Self; N]) -> [Self; N] {
+        let length = all.iter().map(|own| own.value.powi(2)).sum::<f64>().sqrt();
+        all.map(|own| own.beside(length))
     }
 }
 
@@ -56,19 +67,16 @@ impl PositiveEstimate {
     pub fn new(value: f64, relative_std: f64) -> Self {
         let factor = (TWO_SIDED * relative_std).exp();
         if !factor.is_finite() {
-            return Self { value, relative_std: f64::INFINITY, interval: [0.0, f64::INFINITY] };
+            let interval = [0.0, f64::INFINITY];
+            return Self { value, relative_std: f64::INFINITY, interval, determined: false };
         }
-        Self { value, relative_std, interval: [value / factor, value * factor] }
+        let interval = [value / factor, value * factor];
+        Self { value, relative_std, interval, determined: value > 0.0 && relative_std <= USELESS }
     }
 
-    /// Whether the records determine it, to a factor of 1.8 with 95 %: by the limit of a parameter that is not observable.
-    pub fn is_determined(&self) -> bool {
+    /// Whether the records show it to a factor of 1.8 with 95 %: by the limit of a parameter that is not observable.
+    pub fn is_observable(&self) -> bool {
         self.value > 0.0 && self.relative_std <= WEAK
-    }
-
-    /// Whether the number says something at all.
-    pub fn is_useful(&self) -> bool {
-        self.value > 0.0 && self.relative_std <= USELESS
     }
 }
 
@@ -79,12 +87,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_is_determined_where_a_parameter_would_be_observable() {
+    fn a_number_is_observable_where_a_parameter_would_be() {
         let trust = Trust::new(1.0, true);
         for relative_std in [0.01, 0.999 * WEAK, 1.001 * WEAK, 1.0, f64::NAN] {
             let (verdict, _) = trust.verdict(1.0, relative_std);
-            let is_determined = PositiveEstimate::new(1.0, relative_std).is_determined();
-            assert_eq!(is_determined, verdict != Verdict::NotObservable, "{relative_std}");
+            let is_observable = PositiveEstimate::new(1.0, relative_std).is_observable();
+            assert_eq!(is_observable, verdict != Verdict::NotObservable, "{relative_std}");
         }
+    }
+
+    #[test]
+    fn a_number_is_determined_where_its_error_is_below_its_size() {
+        let of = |value, std| Estimate::new(value, std).determined;
+        assert_eq!([of(1.0, 0.9), of(1.0, 1.1), of(-1.0, 0.1)], [true, false, false]);
+        let own = Estimate::new(0.0, 1.0);
+        assert_eq!([own.beside(2.0).determined, own.beside(0.5).determined], [true, false]);
+        let vector = [Estimate::new(3.0, 4.9), Estimate::new(-4.0, 5.1)];
+        assert_eq!(Estimate::beside_length(vector).map(|own| own.determined), [true, false]);
+        let of = |value, std| PositiveEstimate::new(value, std).determined;
+        assert_eq!(
+            [of(1.0, 0.9), of(1.0, 1.1), of(1.0, f64::NAN), of(-1.0, 0.1)],
+            [true, false, false, false]
+        );
     }
 }

@@ -51,6 +51,18 @@ impl Dynamics<'_> {
     /// The modes whose natural frequency is at most `highest_hz`, in ascending order. A mode that damping has made aperiodic is
     /// left out.
     pub fn modes(&self, highest_hz: f64) -> Vec<Mode> {
+        let solutions = self.solutions(highest_hz).into_iter();
+        solutions.map(|(lambda, shape)| self.mode(lambda, &shape)).collect()
+    }
+
+    /// The first of [`Dynamics::modes`].
+    pub fn lowest_mode(&self, highest_hz: f64) -> Option<Mode> {
+        let (lambda, shape) = self.solutions(highest_hz).into_iter().next()?;
+        Some(self.mode(lambda, &shape))
+    }
+
+    /// λ and φ of the modes, the lowest first.
+    fn solutions(&self, highest_hz: f64) -> Vec<(Complex<f64>, DVector<Complex<f64>>)> {
         let mut found: Vec<(Complex<f64>, DVector<Complex<f64>>)> = Vec::new();
         for start in self.viscous() {
             if start.norm() > BEYOND * TAU * highest_hz {
@@ -64,7 +76,7 @@ impl Dynamics<'_> {
             }
         }
         found.sort_by(|(a, _), (b, _)| a.norm().total_cmp(&b.norm()));
-        found.into_iter().map(|(lambda, shape)| self.mode(lambda, &shape)).collect()
+        found
     }
 
     /// λ of the modes whose springs and dampers are those at the middle of the band, where the imaginary part is positive: eigenvalues of

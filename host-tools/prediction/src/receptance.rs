@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, DVector};
+use nalgebra::{Complex, DMatrix};
 use serde::Serialize;
 
 use crate::dynamics::{Dynamics, Place};
@@ -26,17 +26,18 @@ impl Dynamics<'_> {
         let place = Place::At(Complex::new(0.0, TAU * frequency_hz));
         let response = self.response(place, 3)?;
         let gradient = self.gradient(place, &response);
-        let robot = self.robot();
+        // ∂ ln H, an entry after the other: its real part is that of the logarithm of the magnitude, its imaginary part that of the phase.
+        let relative = DMatrix::from_fn(gradient.len(), 2 * 9, |own, column| {
+            let entry = column / 2;
+            let relative = gradient[own][entry] / response.value[entry];
+            if column % 2 == 0 { relative.re } else { relative.im }
+        });
+        let stds = self.robot().stds_of(&relative);
         let of = |row: usize, column: usize| {
-            let value = response.value[(row, column)];
-            // ∂ ln H: its real part is that of the logarithm of the magnitude, its imaginary part that of the phase.
-            let relative: Vec<Complex<f64>> =
-                gradient.iter().map(|own| own[(row, column)] / value).collect();
-            let std = |part: fn(&Complex<f64>) -> f64| {
-                robot.std_of(&DVector::from_iterator(relative.len(), relative.iter().map(part)))
-            };
-            let magnitude = PositiveEstimate::new(value.norm(), std(|own| own.re));
-            (magnitude, Estimate::new(value.arg(), std(|own| own.im)))
+            let (value, entry) = (response.value[(row, column)], row + 3 * column);
+            let magnitude = PositiveEstimate::new(value.norm(), stds[2 * entry]);
+            // An error of one radian is as large as the number.
+            (magnitude, Estimate::new(value.arg(), stds[2 * entry + 1]).beside(1.0))
         };
         let all: [[_; 3]; 3] =
             std::array::from_fn(|row| std::array::from_fn(|column| of(row, column)));

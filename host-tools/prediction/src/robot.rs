@@ -180,6 +180,13 @@ impl Robot {
         root(gradient.dot(&(&self.covariance * gradient)))
     }
 
+    /// As [`Robot::std_of`], of each column.
+    pub(crate) fn stds_of(&self, gradients: &DMatrix<f64>) -> Vec<f64> {
+        let spread = &self.covariance * gradients;
+        let columns = gradients.column_iter().zip(spread.column_iter());
+        columns.map(|(gradient, spread)| root(gradient.dot(&spread))).collect()
+    }
+
     /// The covariance of the coordinates.
     pub fn covariance(&self) -> &DMatrix<f64> {
         &self.covariance

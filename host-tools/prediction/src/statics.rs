@@ -24,6 +24,20 @@ pub struct Deflection {
     pub rotation: [Estimate; 3],
 }
 
+impl Deflection {
+    /// Of these three translations and three rotations.
+    pub(crate) fn of(all: &[Estimate]) -> Self {
+        let at =
+            |first: usize| Estimate::beside_length(std::array::from_fn(|axis| all[first + axis]));
+        Self { translation: at(0), rotation: at(3) }
+    }
+
+    /// Length of the translation, m.
+    pub fn distance(&self) -> f64 {
+        Vector3::from(self.translation.map(|own| own.value)).norm()
+    }
+}
+
 impl Dynamics<'_> {
     /// The static compliance at the tool. `None` where the robot has no static stiffness.
     pub fn compliance(&self) -> Option<Compliance> {
@@ -39,8 +53,7 @@ impl Dynamics<'_> {
     /// Deflection under a wrench on the tool: force, N, then torque, Nm, along its axes.
     pub fn deflection(&self, compliance: &Compliance, wrench: [f64; 6]) -> Deflection {
         let all = self.moved(compliance, wrench, &DMatrix::identity(6, 6));
-        let at = |first: usize| std::array::from_fn(|axis| all[first + axis]);
-        Deflection { translation: at(0), rotation: at(3) }
+        Deflection::of(&all)
     }
 
     /// Displacement under a force along the softest direction, per force there, m/N: the largest eigenvalue of the compliance of
@@ -87,14 +100,16 @@ impl Dynamics<'_> {
         (0..value.len()).map(of).collect()
     }
 
-    /// The compliance with its standard deviations.
+    /// The compliance with its standard deviations. An entry says something beside √(C_ii C_jj), below which it is in any robot that stands.
     pub fn compliance_estimates(&self, compliance: &Compliance) -> [[Estimate; 6]; 6] {
         let Compliance { value, gradient } = compliance;
         std::array::from_fn(|row| {
             std::array::from_fn(|column| {
                 let per = gradient.iter().map(|own| own[(row, column)]);
                 let per = DVector::from_iterator(gradient.len(), per);
-                Estimate::new(value[(row, column)], self.robot().std_of(&per))
+                let own = Estimate::new(value[(row, column)], self.robot().std_of(&per));
+                let [a, b] = [row, column].map(|own| value[(own, own)].max(0.0));
+                own.beside((a * b).sqrt())
             })
         })
     }

@@ -1,13 +1,13 @@
 //! What a compensation does, for people.
 
 use super::Compensated;
-use crate::predict::table::{along_axes, length};
+use crate::predict::table::along_axes;
 
 /// The place that is deflected most, what is left there, and the largest offsets of all places.
 pub(crate) fn text(path: &[Compensated]) -> String {
     let most =
         |of: &dyn Fn(&Compensated) -> f64| path.iter().max_by(|a, b| of(a).total_cmp(&of(b)));
-    let deflected = |own: &Compensated| length(&own.compensation.deflection.translation);
+    let deflected = |own: &Compensated| own.compensation.deflection.distance();
     // The largest value within the interval of what is left: its most likely value is nearly zero.
     let left = |own: &Compensated| {
         let ends = own.compensation.left.translation.iter().flat_map(|own| own.interval);
@@ -19,21 +19,18 @@ pub(crate) fn text(path: &[Compensated]) -> String {
         text += &format!(
             " most deflected, line {}, µm:{}\n",
             own.line,
-            along_axes(&deflection.translation, deflected(own), 1e6)
+            along_axes(&deflection.translation, 1e6)
         );
-        let turned = length(&deflection.rotation);
-        text += &format!("  rotation, µrad:{}\n", along_axes(&deflection.rotation, turned, 1e6));
+        text += &format!("  rotation, µrad:{}\n", along_axes(&deflection.rotation, 1e6));
     }
     if let Some(own) = most(&left) {
-        // What is left is nearly zero: it is known where its error is small beside what was taken back.
-        let turned = length(&own.compensation.deflection.rotation);
         let left = &own.compensation.left;
         text += &format!(
             " most left by the offsets, line {}, µm:{}\n",
             own.line,
-            along_axes(&left.translation, deflected(own), 1e6)
+            along_axes(&left.translation, 1e6)
         );
-        text += &format!("  rotation, µrad:{}\n", along_axes(&left.rotation, turned, 1e6));
+        text += &format!("  rotation, µrad:{}\n", along_axes(&left.rotation, 1e6));
     }
     let joints = path.first().map_or(0, |own| own.pose.len());
     text += " largest offsets, mrad (mm), to be added to the commanded angles:";

@@ -53,7 +53,7 @@ impl Quantity {
             Self::Compliance => Some(dynamics.softest(&dynamics.compliance()?)),
             Self::Frequency => {
                 let [_, upper] = robot.band_hz();
-                dynamics.modes(2.0 * upper).first().map(|mode| mode.frequency_hz)
+                dynamics.lowest_mode(2.0 * upper).map(|mode| mode.frequency_hz)
             }
             Self::Deflection(force) => Some(dynamics.moved_by(&dynamics.compliance()?, force)),
         }

@@ -69,7 +69,8 @@ fn csv(predictions: &[Prediction]) -> Result<String> {
     header.push("frequency_hz".into());
     for row in AXES {
         for column in AXES {
-            let names = ["m_per_n", "low", "high", "phase_rad", "phase_low", "phase_high"];
+            let names =
+                ["m_per_n", "low", "high", "phase_rad", "phase_low", "phase_high", "determined"];
             header.extend(names.map(|name| format!("h_{row}{column}_{name}")));
         }
     }
@@ -86,6 +87,7 @@ fn csv(predictions: &[Prediction]) -> Result<String> {
                     let [phase_low, phase_high] = phase.interval;
                     let numbers = [magnitude.value, low, high, phase.value, phase_low, phase_high];
                     line.extend(numbers.map(|number| format!("{number:.9e}")));
+                    line.push(u8::from(magnitude.determined).to_string());
                 }
             }
             writer.write_record(&line)?;

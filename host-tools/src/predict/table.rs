@@ -59,18 +59,13 @@ pub(crate) fn warn_of(file: &Path, fit: &Fit) {
 /// What stands in place of a number that says nothing.
 const OPEN: &str = "not determined";
 
-/// Length of a vector.
-pub(crate) fn length(estimates: &[Estimate; 3]) -> f64 {
-    estimates.iter().map(|own| own.value.powi(2)).sum::<f64>().sqrt()
-}
-
-/// Three estimates along the axes, times `scale`, with their intervals, beside a vector of this `length`.
-pub(crate) fn along_axes(estimates: &[Estimate; 3], length: f64, scale: f64) -> String {
-    if !estimates.iter().any(|own| own.is_useful(length)) {
+/// Three estimates along the axes, times `scale`, with their intervals.
+pub(crate) fn along_axes(estimates: &[Estimate; 3], scale: f64) -> String {
+    if !estimates.iter().any(|own| own.determined) {
         return format!(" {OPEN}");
     }
     let each = estimates.iter().zip(["x", "y", "z"]).map(|(own, axis)| {
-        if !own.is_useful(length) {
+        if !own.determined {
             return format!(" {axis} {OPEN}");
         }
         // What rounds to zero has no sign.
@@ -95,7 +90,7 @@ fn one(found: &Found, prediction: &Prediction) -> String {
     let is_above = |mode: &Mode| !is_static && mode.frequency_hz.value > upper_hz;
     for (number, mode) in (1..).zip(&prediction.modes) {
         let above = if is_above(mode) { " *" } else { "" };
-        let open = if mode.frequency_hz.is_determined() { "" } else { " ?" };
+        let open = if mode.frequency_hz.is_observable() { "" } else { " ?" };
         let [frequency, frequencies] = cells(&mode.frequency_hz, 1.0);
         let mut row = vec![format!("{number}{above}{open}"), frequency, frequencies];
         if !is_static {
@@ -116,12 +111,12 @@ fn one(found: &Found, prediction: &Prediction) -> String {
             " * above the band that was fitted, {lower_hz} to {upper_hz} Hz: no record shows it, the model extrapolates\n"
         );
     }
-    if !prediction.modes.iter().all(|mode| mode.frequency_hz.is_determined()) {
+    if !prediction.modes.iter().all(|mode| mode.frequency_hz.is_observable()) {
         text += " ? its springs are not determined: it may lie anywhere\n";
     }
     let stiffness = (0..3).map(|axis| {
         let own: Estimate = prediction.compliance[axis][axis];
-        if !own.is_useful(own.value) {
+        if !own.determined {
             return format!(" {} {OPEN}", ["x", "y", "z"][axis]);
         }
         let [least, most] = own.interval.map(|compliance| 1.0 / compliance);
@@ -139,7 +134,7 @@ fn one(found: &Found, prediction: &Prediction) -> String {
         for (what, own) in
             [("deflection, µm", &deflection.translation), ("rotation, µrad", &deflection.rotation)]
         {
-            text += &format!(" {what}:{}\n", along_axes(own, length(own), 1e6));
+            text += &format!(" {what}:{}\n", along_axes(own, 1e6));
         }
     }
     text
@@ -148,7 +143,7 @@ fn one(found: &Found, prediction: &Prediction) -> String {
 /// A number, `scale` times, and its interval: `-` where the records do not determine it, and no number where it says nothing.
 fn cells(own: &PositiveEstimate, scale: f64) -> [String; 2] {
     let (value, interval) = with_digits(scale * own.value, own.interval.map(|end| scale * end));
-    match (own.is_determined(), own.is_useful()) {
+    match (own.is_observable(), own.determined) {
         (true, _) => [value, interval],
         (false, true) => [format!("{:.3}", scale * own.value), "-".into()],
         (false, false) => ["-".into(), OPEN.into()],
@@ -190,7 +185,7 @@ mod tests {
         let of = |stds: [f64; 3]| {
             let [x, y, z] = stds;
             let all = [Estimate::new(0.0, x), Estimate::new(-4e-6, y), Estimate::new(3e-6, z)];
-            along_axes(&all, length(&all), 1e6)
+            along_axes(&Estimate::beside_length(all), 1e6)
         };
         assert!(of([1e-6, 1e-6, 4.9e-6]).starts_with(" x 0.00 (-1.96 to 1.96), y -4.00 ("));
         assert!(of([1e-6, 1e-6, 5.1e-6]).ends_with(", z not determined"));

@@ -67,6 +67,8 @@ fn intervals_hold_what_is_true_and_files_hold_what_is_printed() {
     assert_eq!(column("frequency_hz"), 2.0);
     let printed = truth["receptance"][0]["magnitude"][0][0]["value"].as_f64().unwrap();
     assert!((column("h_xx_m_per_n") / printed - 1.0).abs() < 1e-8);
+    assert_eq!(column("h_xx_determined"), 1.0);
+    assert_eq!(truth["receptance"][0]["magnitude"][0][0]["determined"], true);
     assert_eq!(csv.lines().count(), 401);
 
     let table = stdout(folder, "predict o.json --force 120,-80,200 --receptance h.uff");

@@ -79,7 +79,7 @@ fn stiffness(own: &Pose<'_>) -> Markup {
                 @let ends = [1.0 / own.interval[1], 1.0 / own.interval[0]];
                 @if axis > 0 { ", " }
                 (AXES[axis]) " "
-                @if !own.is_useful(own.value) {
+                @if !own.determined {
                     (OPEN)
                 } @else {
                     (number(1.0 / own.value))
@@ -95,10 +95,10 @@ fn stiffness(own: &Pose<'_>) -> Markup {
 fn estimate(estimate: &PositiveEstimate, times: f64, unit: &str) -> Markup {
     html! {
         @let ends = estimate.interval.map(|own| times * own);
-        @if estimate.is_determined() {
+        @if estimate.is_observable() {
             td { (digits(times * estimate.value, digits_of(ends))) (unit) }
             td { (interval(ends)) (unit) }
-        } @else if estimate.is_useful() {
+        } @else if estimate.determined {
             td { (digits(times * estimate.value, 2)) (unit) }
             td { "–" }
         } @else {
