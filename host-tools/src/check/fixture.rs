@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use flexid_core::imperfection::Accuracies;
 use flexid_pipeline::check::{Examined, Excitation, Identifier, Octave, Survey, Traffic};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::intake::Counts;
@@ -9,10 +10,10 @@ use flexid_pipeline::signals::OtherAngle;
 use flexid_wire::misfits::FrameId;
 use flexid_wire::state::State;
 
-/// The configuration of the reference scenario.
+/// The configuration of the reference scenario, of a plant that may be off as is typical.
 pub(super) fn config() -> Config {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-edge.toml");
-    Config::load(&file).unwrap()
+    Config { accuracies: Accuracies::typical(), ..Config::load(&file).unwrap() }
 }
 
 /// A signal in a unit of angles that the configuration does not name.

@@ -102,7 +102,7 @@ pub(crate) struct Check<'a> {
     config: &'a Config,
     /// What the logs hold. `None` without a log.
     survey: Option<&'a Survey>,
-    /// The gravest first, and of equally grave ones the causes before what they bring about.
+    /// Perfect accuracies first, since all else follows from them; then the gravest first, and of equally grave ones the causes before what they bring about.
     pub(crate) findings: Vec<Finding>,
 }
 
@@ -128,6 +128,7 @@ impl<'a> Check<'a> {
         findings.extend(setup::judge(config));
         findings.extend(statics::judge(config));
         findings.sort_by_key(|finding| finding.severity);
+        findings.splice(0..0, setup::of_perfect_accuracies(config));
         Self { config, survey, findings }
     }
 

@@ -19,6 +19,15 @@ pub(super) fn has_signals(config: &Config) -> bool {
     !config.signals.identifiers().is_empty()
 }
 
+/// What is said first: that nothing may be off beside what is sought, if that is stated.
+pub(super) fn of_perfect_accuracies(config: &Config) -> Option<Finding> {
+    let finding =
+        "[accuracy] takes robot and sensors as perfect: the intervals hold only for such a plant";
+    let mend = "right for a simulated robot; leave assume = \"perfect\" out for a real one";
+    (config.accuracies == Accuracies::default())
+        .then(|| Finding::new(Doubtful, ABOUT, finding, mend))
+}
+
 /// Judges joints, band, gravity, masses and accuracies.
 pub(super) fn judge(config: &Config) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -33,14 +42,6 @@ pub(super) fn judge(config: &Config) -> Vec<Finding> {
     if !config.statics.tests.is_empty() {
         let tests = count(config.statics.tests.len() as u64, "static test");
         findings.push(Finding::right(ABOUT, format!("{tests} in [static] file")));
-    }
-    if config.accuracies == Accuracies::default() {
-        findings.push(Finding::new(
-            Note,
-            ABOUT,
-            "[accuracy] takes robot and sensors as perfect",
-            "right for a simulated robot; leave assume = \"perfect\" out for a real one",
-        ));
     }
     findings.extend(loose(&config.accuracies).map(|(key, times)| {
         Finding::new(
@@ -104,6 +105,7 @@ fn of_gravity(config: &Config) -> Option<Finding> {
 
 #[cfg(test)]
 mod tests {
+    use crate::check::Check;
     use crate::check::fixture::{config, other_angle};
 
     use super::*;
@@ -116,15 +118,26 @@ mod tests {
     #[test]
     fn what_no_real_robot_has_is_noted() {
         let mut config = config();
-        assert_eq!(notes(&config).len(), 2, "{:?}", notes(&config));
+        assert_eq!(notes(&config).len(), 1, "{:?}", notes(&config));
         config.gravity = [0.0, 0.0, -9.8];
         assert!(notes(&config)[0].starts_with("accelerometer is"));
         config.accelerometer = Accelerometer::Strapdown;
-        config.accuracies = Accuracies::typical();
         assert_eq!(notes(&config), Vec::<String>::new());
         config.signals.other_angles = [("q4", 0x114), ("q5", 0x115)].map(other_angle).into();
         let note = "[bus] dbc has 2 further angles that [signals] joints does not name: q4 and q5";
         assert_eq!(notes(&config), [note]);
+    }
+
+    #[test]
+    fn perfect_accuracies_are_doubted_first() {
+        let mut config = Config { accuracies: Accuracies::default(), ..config() };
+        let first = |config: &Config| Check::new(config, None, &[]).findings[0].finding.clone();
+        assert!(first(&config).starts_with("[accuracy] takes robot and sensors as perfect"));
+        let mass = config.model.joints[0].mass_kg;
+        config.model.joints.iter_mut().for_each(|joint| joint.mass_kg = mass);
+        assert!(first(&config).starts_with("[accuracy] takes robot and sensors as perfect"));
+        config.accuracies = Accuracies::typical();
+        assert!(first(&config).starts_with("every moving link weighs"));
     }
 
     #[test]

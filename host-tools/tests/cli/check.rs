@@ -23,7 +23,13 @@ fn recorded() -> TempDir {
         fs::read(&file).unwrap()
     });
     fs::write(&file, log).unwrap();
+    typical(folder.path());
     folder
+}
+
+/// The reference robot may be off, as is typical.
+fn typical(folder: &Path) {
+    edit(&folder.join("edge.toml"), "assume = \"perfect\"", "assume = \"typical\"");
 }
 
 /// Exit status, the lines of the report, and what stderr says.
@@ -89,7 +95,7 @@ fn without_a_log_configuration_and_dbc_file_are_checked() {
     let folder = folder();
     let (status, report, errors) = checked(folder.path(), "");
     assert_eq!((status, errors.as_str()), (Some(0), ""));
-    assert_eq!(report[0], "ready to record: 3 joints and 5 identifiers");
+    assert_eq!(report[0], "ready to record: 3 joints and 5 identifiers; 1 doubt");
     let more =
         "\nBO_ 276 JOINT_4: 4 ROBOT\n SG_ q4 : 0|32@1- (1e-06,0) [-2147|2147] \"rad\" EDGE\n";
     edit(&folder.path().join("mill3.dbc"), "\nCM_ BO_ 257", &format!("{more}\nCM_ BO_ 257"));
@@ -158,6 +164,7 @@ fn an_identifier_that_is_missing_is_wrong() {
 fn the_log_of_a_robot_of_more_joints_is_doubtful() {
     let folder = folder();
     let path = folder.path();
+    typical(path);
     let simulated =
         flexid(path, "simulate --config mill6-edge.toml --experiments 1 --candump six.log");
     assert!(simulated.status.success(), "{}", stderr(&simulated));

@@ -5,7 +5,8 @@ use std::fs;
 use serde_json::Value;
 
 use crate::setup::{
-    add_static_test, edit, flexid, folder, found, identified, json, refused, stderr, stdout,
+    add_static_test, besides, edit, flexid, folder, found, identified, json, refused, stderr,
+    stdout,
 };
 
 #[test]
@@ -162,7 +163,7 @@ fn of_a_log_that_is_cut_off_only_that_is_said() {
     let output = flexid(path, "identify --config edge.toml cut.log");
     let table = String::from_utf8(output.stdout.clone()).unwrap();
     assert!(output.status.success() && !table.contains("bytes"), "{table}");
-    let said = stderr(&output);
+    let said = besides(&output);
     assert!(said.starts_with("warning: cut.log:") && said.contains(": the last line is cut off"));
     assert_eq!(said.lines().count(), 1, "{said}");
 }
@@ -176,7 +177,7 @@ fn doubts_about_the_model_stay_with_the_result() {
     edit(&path.join("mill3-model.toml"), "[tcp]\nname = \"tcp\"", "[tcp]\nname = \"tool0\"");
     let output = flexid(path, "identify --config edge.toml o.log --json o.json --report o.html");
     let doubt = "the TCP 'tool0' is by its name the flange, without a tool: ";
-    assert!(stderr(&output).starts_with(&format!("warning: {doubt}")), "{}", stderr(&output));
+    assert!(besides(&output).starts_with(&format!("warning: {doubt}")), "{}", stderr(&output));
     let warnings = &json(path, "o.json")["model_warnings"];
     assert!(warnings[0].as_str().unwrap().starts_with(doubt), "{warnings}");
     let page = fs::read_to_string(path.join("o.html")).unwrap();
@@ -197,7 +198,7 @@ fn one_pose_of_a_robot_of_six_joints_is_warned_of() {
     for (log, is_warned) in [("one.log", true), ("o.log", false)] {
         let output = flexid(folder.path(), &format!("identify --config edge.toml {log}"));
         assert!(output.status.success(), "{}", stderr(&output));
-        assert_eq!(stderr(&output).starts_with(warning), is_warned, "{log}: {}", stderr(&output));
+        assert_eq!(besides(&output).starts_with(warning), is_warned, "{log}: {}", stderr(&output));
     }
 }
 
@@ -211,7 +212,7 @@ fn the_log_of_a_robot_of_more_joints_is_warned_of() {
     let said = |log: &str| {
         let output = flexid(path, &format!("identify --config edge.toml {log}"));
         assert!(output.status.success(), "{}", stderr(&output));
-        stderr(&output)
+        besides(&output)
     };
     let mend = " (name the log of this robot; for one of more joints import all of them, and name their angles)\n";
     let unknown = "warning: next to the identifiers of the joint angles, and at their rate, [bus] dbc lacks 0x114, 0x115 and 0x116: \

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::setup::{DEMO, FLEXID, flexid, folder, json, stderr, unheard};
+use crate::setup::{DEMO, FLEXID, besides, flexid, folder, json, stderr, unheard};
 
 #[test]
 fn nobody_who_listens_is_no_reason_to_panic() {
@@ -38,7 +38,7 @@ fn what_was_identified_stays_whatever_happens_afterwards() {
     // The second recording cannot be read, whoever asks.
     let command = "identify --config edge.toml a.log /proc/self/mem --json o.json";
     let output = flexid(folder.path(), command);
-    let (table, errors) = (String::from_utf8(output.stdout.clone()).unwrap(), stderr(&output));
+    let (table, errors) = (String::from_utf8(output.stdout.clone()).unwrap(), besides(&output));
     assert_eq!(output.status.code(), Some(1), "{errors}");
     assert!(table.contains("joint_3") && table.contains("3 records"), "{table}");
     assert!(errors.contains("the recording breaks off") && errors.lines().count() == 1, "{errors}");
@@ -46,12 +46,12 @@ fn what_was_identified_stays_whatever_happens_afterwards() {
 
     let output = flexid(folder.path(), "identify --config edge.toml a.log --json o.json");
     let table = String::from_utf8(output.stdout.clone()).unwrap();
-    assert!(output.status.success() && output.stderr.is_empty(), "{}", stderr(&output));
+    assert!(output.status.success() && besides(&output).is_empty(), "{}", stderr(&output));
     assert_eq!(table.matches("a.log:1: no line of candump -L").count(), 1, "{table}");
     found();
 
     let command = "identify --config edge.toml a.log --json o.json";
     let output = unheard(folder.path(), FLEXID, command);
-    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
+    assert_eq!((output.status.code(), besides(&output).as_str()), (Some(0), ""));
     found();
 }

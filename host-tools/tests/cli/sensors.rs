@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::path::Path;
 use std::process::Command;
 
-use crate::setup::{FLEXID, edit, flexid, folder, identified, json, stderr, stdout};
+use crate::setup::{FLEXID, besides, edit, flexid, folder, identified, json, stderr, stdout};
 
 /// Gravity, and an accelerometer that turns with the tool.
 fn as_on_earth(config: &Path) {
@@ -63,7 +63,7 @@ fn what_the_readings_show_by_themselves_is_said_before_the_search() {
     let said = || {
         let output = flexid(path, "identify --config edge.toml o.log");
         assert!(output.status.success(), "{}", stderr(&output));
-        stderr(&output)
+        besides(&output)
     };
     assert_eq!(said(), "");
     edit(&path.join("mill3.dbc"), "Fx : 0|16@1- (0.1,", "Fx : 0|16@1- (-0.1,");

@@ -34,6 +34,16 @@ pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
+/// What stderr says of a scenario beside the first line, that its accuracies are perfect.
+pub(crate) fn besides(output: &Output) -> String {
+    let text = stderr(output);
+    let perfect = "warning: [accuracy] takes robot and sensors as perfect";
+    match text.split_once('\n') {
+        Some((first, rest)) if first.starts_with(perfect) => rest.to_owned(),
+        _ => text,
+    }
+}
+
 /// The JSON in a file.
 pub(crate) fn json(folder: &Path, file: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
