@@ -192,6 +192,7 @@ impl Change {
 }
 
 /// B of a joint.
+#[expect(clippy::large_enum_variant, reason = "it lives on the stack, one at a time")]
 enum Block {
     Diagonal(Vector6<Complex<f64>>),
     /// That of the first joint, on ground that gives way.
