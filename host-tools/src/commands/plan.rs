@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use anyhow::{Context as _, Result, anyhow};
 use clap::value_parser;
+use flexid_core::imperfection::Accuracies;
 use flexid_core::spectrum::SpectrumError;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::config::Config;
@@ -123,7 +124,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(json) = json {
         json.finish(&(serde_json::to_string_pretty(&planned)? + "\n"))?;
     }
-    Ok(print(&format!("{}{experiments} planned, {seconds:.1} s\n", table::plan(&planned)))?)
+    let text = table::plan(&planned, config.accuracies == Accuracies::default());
+    Ok(print(&format!("{text}{experiments} planned, {seconds:.1} s\n"))?)
 }
 
 /// The scenario's cutter, its force within the budget.

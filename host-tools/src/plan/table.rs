@@ -7,8 +7,9 @@ use super::{Plan, Prediction, Step};
 use crate::plan::greedy::Criterion;
 use crate::show::table::STYLE;
 
-/// The plan as text: a line for the state before the first experiment, and a line for each experiment.
-pub fn plan(plan: &Plan) -> String {
+/// The plan as text: a line for the state before the first experiment, and a line for each experiment. `is_perfect` says whether the fit will
+/// take robot and sensors as perfect, as the plan does.
+pub fn plan(plan: &Plan, is_perfect: bool) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
     let header = ["step", "pose", "cut", "uncertainty", "median std", "worst std"];
@@ -37,6 +38,11 @@ pub fn plan(plan: &Plan) -> String {
         0 => String::new(),
         some => format!("; {some} given up, which make the robot give way"),
     };
+    let imperfect = if is_perfect {
+        ""
+    } else {
+        " the steps take robot and sensors as perfect, and `flexid identify` does not with this [accuracy]: expect fewer identified\n"
+    };
     let end = plan.steps.last().map_or(&plan.now, |last| &last.after);
     format!(
         "{table}\n\
@@ -47,6 +53,7 @@ pub fn plan(plan: &Plan) -> String {
          \x20std: relative standard deviation of a parameter, from experiments alone\n\
          \x20identified, weak, not observable: of how many parameters `flexid identify` will say so\n\
          \x20predicted for the robot that the plan starts from, if `flexid identify` finds the right minimum\n\
+         {imperfect}\
          \x20each step is the best of {candidates} experiments beside all above it{given_up}\n\
          \x20worst in the end: {}, {}\n",
         end.worst_parameter,
@@ -77,6 +84,31 @@ fn percent(part: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn says_that_the_plan_is_for_a_perfect_plant() {
+        let now = Prediction {
+            uncertainty: 0.1,
+            median: 0.1,
+            worst: 0.2,
+            worst_parameter: String::new(),
+            identified: 1,
+            weak: 2,
+            not_observable: 3,
+        };
+        let own = Plan {
+            criterion: Criterion::D,
+            peak_tangential_n: 100.0,
+            candidates: 1,
+            given_up: 0,
+            now,
+            steps: Vec::new(),
+        };
+        let says = |is_perfect| {
+            plan(&own, is_perfect).contains("\n the steps take robot and sensors as perfect, and")
+        };
+        assert_eq!([says(false), says(true)], [true, false]);
+    }
 
     #[test]
     fn says_neither_none_of_much_nor_zero_of_little() {
