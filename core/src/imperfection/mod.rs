@@ -130,8 +130,33 @@ pub enum Imperfection {
 impl Imperfection {
     /// Whether a robot of this chain can have it, in one of the records that a fit takes.
     pub fn is_of(self, chain: &Chain) -> bool {
-        let all = all(&Accuracies::typical(), &chain.kinds(), MAX_EXPERIMENTS);
-        all.iter().any(|(own, _)| *own == self)
+        let joints = chain.joints();
+        let has_drive =
+            |joint: usize| joints.get(joint).is_some_and(|joint| joint.kind != JointKind::Fixed);
+        match self {
+            Self::Delay
+            | Self::DelayDrift
+            | Self::Resonance(_)
+            | Self::HighPass(_)
+            | Self::Hysteresis
+            | Self::Load
+            | Self::Hose
+            | Self::HoseDamping => true,
+            Self::Gain(_, axis)
+            | Self::Turn(_, axis)
+            | Self::ToolTurn(axis)
+            | Self::ToolCentrePoint(axis)
+            | Self::AccelerometerPlace(axis) => axis < 3,
+            Self::Crosstalk(_, of, by) => of < 3 && by < 3 && of != by,
+            Self::Mass(link) | Self::Inertia(link) => link < joints.len(),
+            Self::CentreOfMass(link, axis) | Self::ElasticCentre(link, axis) => {
+                link < joints.len() && axis < 3
+            }
+            Self::JointAngle(joint) | Self::Servo(joint) => has_drive(joint),
+            Self::Ground(dof) | Self::GroundDamping(dof) => dof < DOF && has_drive(0),
+            Self::BaseMass => has_drive(0),
+            Self::RecordDelay(record) | Self::RecordStiffness(record) => record < MAX_EXPERIMENTS,
+        }
     }
 
     /// Standard deviation of its prior over its accuracy.
@@ -326,7 +351,10 @@ impl Imperfection {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
+
     use super::*;
+    use crate::chain::{Joint, Link};
 
     #[test]
     fn there_is_room_for_all() {
@@ -362,6 +390,48 @@ mod tests {
         assert!(
             super::all(&Accuracies::default(), &[JointKind::Revolute], MAX_EXPERIMENTS).is_empty()
         );
+    }
+
+    /// Of a robot with as many joints as there may be, and of one on a fixed joint.
+    #[test]
+    fn a_robot_can_have_what_all_of_it_are() {
+        let typical = Accuracies::typical();
+        let whole = all(&typical, &[JointKind::Revolute; MAX_JOINTS], MAX_EXPERIMENTS);
+        for kinds in
+            [&[JointKind::Revolute; MAX_JOINTS][..], &[JointKind::Fixed, JointKind::Revolute]]
+        {
+            let chain = chain(kinds);
+            let own = all(&typical, kinds, MAX_EXPERIMENTS);
+            for (imperfection, _) in &whole {
+                let expected = own.iter().any(|(other, _)| other == imperfection);
+                assert_eq!(imperfection.is_of(&chain), expected, "{imperfection:?}");
+            }
+        }
+        let chain = chain(&[JointKind::Revolute; 2]);
+        for beyond in [
+            Imperfection::Gain(Sensor::Force, 3),
+            Imperfection::Crosstalk(Sensor::Force, 1, 1),
+            Imperfection::CentreOfMass(1, 3),
+            Imperfection::Ground(6),
+            Imperfection::RecordDelay(MAX_EXPERIMENTS),
+        ] {
+            assert!(!beyond.is_of(&chain), "{beyond:?}");
+        }
+    }
+
+    fn chain(kinds: &[JointKind]) -> Chain {
+        let joint = |&kind: &JointKind| Joint {
+            origin: Isometry3::identity(),
+            axis: Unit::new_normalize(Vector3::z()),
+            kind,
+            link: Link {
+                mass: 3.0,
+                centre_of_mass: Vector3::zeros(),
+                inertia: Matrix3::identity(),
+            },
+        };
+        let joints: std::vec::Vec<Joint> = kinds.iter().map(joint).collect();
+        Chain::new(&joints, Isometry3::identity()).unwrap()
     }
 
     #[test]
