@@ -34,11 +34,13 @@ pub(super) fn of<const B: usize>(
 
 #[cfg(test)]
 mod tests {
+    use core::f64::consts::{PI, TAU};
+
     use heapless::Vec;
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
-    use super::*;
+    use super::{Spectrum, of};
     use crate::spectrum::fft;
 
     const SAMPLES: usize = 1024;
@@ -62,9 +64,9 @@ mod tests {
                 (0..SAMPLES).map(|n| {
                     let t = n as f64 / RATE_HZ * (1.0 - drift);
                     let own = 1.0 + axis as f64;
-                    let swelling = libm::sin(3.1416 * t * RATE_HZ / SAMPLES as f64);
+                    let swelling = libm::sin(PI * t * RATE_HZ / SAMPLES as f64);
                     let size = swelling * swelling * libm::exp(rate * t);
-                    (size * libm::cos(own * 6.283 * hz * t + phase)) as f32
+                    (size * libm::cos(own * TAU * hz * t + phase)) as f32
                 }).collect()
             };
             let transformed = |signal: &[f32], axis: usize, spectrum: &mut Spectrum<BINS>| {

@@ -40,8 +40,11 @@ macro_rules! accuracy {
     };
 }
 
+/// A key of `[accuracy]`, that of `[calibration]`, and what the latter states.
+type AlsoSought = (&'static str, &'static str, fn(&CalibrationSection) -> Option<f64>);
+
 /// Accuracies that a key of `[calibration]` states as well: what that seeks has a prior there, and none here.
-const ALSO_SOUGHT: [(&str, &str, fn(&CalibrationSection) -> Option<f64>); 5] = [
+const ALSO_SOUGHT: [AlsoSought; 5] = [
     ("delay_s", "delay_s", |section| section.delay_s),
     ("force_gain", "force_gain", |section| section.force_gain),
     ("acceleration_gain", "acceleration_gain", |section| section.acceleration_gain),
