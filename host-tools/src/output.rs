@@ -58,7 +58,15 @@ impl Output {
             Target::File { path, permissions } => {
                 replace(&path, &permissions, &mut text.as_bytes())
             }
-            Target::Stream(mut stream) => stream.write_all(text.as_bytes()),
+            Target::Stream(mut stream) => match stream.write_all(text.as_bytes()) {
+                // Who reads standard output has closed it.
+                Err(error)
+                    if error.kind() == ErrorKind::BrokenPipe && self.file == Path::new(STDOUT) =>
+                {
+                    Ok(())
+                }
+                written => written,
+            },
         };
         written.with_context(|| format!("{}: cannot be written", self.file.display()))
     }

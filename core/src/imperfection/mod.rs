@@ -1,8 +1,8 @@
 //! Imperfections: what is off by a little in every plant, beside the nuisances that a fit seeks. `refine::plant` fits them.
 //!
 //! A plant is never quite the one that the configuration describes: a mass, a mounting angle or a joint angle differs by a little.
-//! Each [`Imperfection`] has a value p, whose prior is a normal distribution about zero; [`Accuracies`] give its standard deviation. Of a
-//! high-pass, a compliance of the ground, and a hose, only the half above zero counts.
+//! Each [`Imperfection`] has a value p, whose prior is a normal distribution about zero; [`Accuracies`] give its standard deviation. Of
+//! those that [cannot be negative](Imperfection::is_positive) only the half above zero counts.
 //! A fit projects the imperfections out with their priors, as it projects out the seams. Where the data determine an imperfection,
 //! it is thereby sought; where they do not, it widens the intervals of the parameters that it affects (a _considered_ parameter:
 //! Schmidt, "Application of state-space methods to navigation problems", 1966; Bierman, _Factorization Methods for Discrete
@@ -72,8 +72,6 @@ pub enum Sensor {
 pub enum Imperfection {
     /// Delay of the acceleration after the force, s; at the start of a record, if it drifts.
     Delay,
-    /// Growth of that delay over a record, s/s: how much slower the clock of the accelerometer is than that of the force sensor.
-    DelayDrift,
     /// Logarithm of the gain of an axis of a sensor.
     Gain(Sensor, usize),
     /// Part of the signal along the second axis in the reading along the first.
@@ -125,6 +123,8 @@ pub enum Imperfection {
     Hose,
     /// Damping d of the same, Ns/m.
     HoseDamping,
+    /// Growth of [`Imperfection::Delay`] over a record, s/s: how much slower the clock of the force sensor is than that of the accelerometer.
+    DelayDrift,
 }
 
 impl Imperfection {

@@ -146,8 +146,8 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
         self.seam_columns() + self.further.count()
     }
 
-    /// Evaluates the model, and returns what it leaves of the measured acceleration: `r = A − H F − …`. The drift of its delay is in A alone,
-    /// since a time in the record is none in the model.
+    /// Evaluates the model, and returns what it leaves of the measured acceleration: `r = A − H F − …`. The model has no time, so that the drift
+    /// of its delay is subtracted from A.
     #[inline(always)]
     pub(super) fn read<V: Lanes<Scalar = f64>>(
         &self,

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A sample is a spike if this explains the differences about it: no filter of a sensor, no step and no impact has this shape. An impact
-//! also shakes all axes at once. A spike counts as a lost sample, and is bridged.
+//! also shakes all axes at once. A spike may meet the strike of a tooth, which is much smaller. It counts as a lost sample, and is bridged.
 
 use heapless::Vec;
 
@@ -20,15 +20,15 @@ const REACH: usize = SIXTH.len() / 2;
 const SQUARES: f32 = 924.0;
 /// Samples over which the usual size of the differences is read: a twentieth of a second at 2 kHz, several teeth.
 const BLOCK: usize = 128;
-/// Of the heights in a block the one that is as large gives the usual size: two spikes show in fourteen. A median would leave out the teeth,
-/// whose strikes are the largest heights of a cut, and which a spike may meet.
-const LARGEST: usize = 15;
-/// Absolute value that normal noise exceeds in fifteen of 128 samples, in its standard deviations.
-const EXCEEDED: f32 = 1.567;
+/// Median of the absolute value of normal noise, in its standard deviations.
+const MEDIAN: f32 = 0.6745;
 /// Least height of a spike, in standard deviations of what the differences say of a single sample. Normal noise exceeds it once in 10²³.
 const HIGH: f32 = 10.0;
 /// Standard deviations that noise does not exceed in the differences about a spike, nor on the other axes: once in two million.
 const NOISE: f32 = 5.0;
+/// Part of the height of a spike that a tooth may have at the same instant. Chosen: an impact that shakes the other axes of a robot by less
+/// is hardly known, and lasts for more than one sample.
+const TOOTH: f32 = 0.1;
 /// A record with more spikes than one in so many samples is refused. Chosen: of bridged samples there may be one in two hundred
 /// ([`super::bridge`]).
 const MANY: usize = 200;
@@ -41,11 +41,15 @@ pub(super) fn remove<const N: usize>(signals: &mut [Vec<f32, N>; 3], step: f32) 
         let usual: [f32; 3] = core::array::from_fn(|axis| usual(&signals[axis], first).max(step));
         for sample in first..(first + BLOCK).min(samples) {
             let heights: [f32; 3] = core::array::from_fn(|axis| height(&signals[axis], sample));
-            let is_high = |axis: usize, limit: f32| heights[axis].abs() > limit * usual[axis];
-            let mut high = (0..3).filter(|&axis| is_high(axis, NOISE));
             // What is NaN is missing already.
+            let largest =
+                heights.iter().fold(0.0, |largest: f32, height| largest.max(height.abs()));
+            let is_high =
+                |&axis: &usize| heights[axis].abs() > (NOISE * usual[axis]).max(TOOTH * largest);
+            let mut high = (0..3).filter(is_high);
             let (Some(axis), None) = (high.next(), high.next()) else { continue };
-            if is_high(axis, HIGH) && is_single(&signals[axis], sample, usual[axis]) {
+            let is_spike = heights[axis].abs() > HIGH * usual[axis];
+            if is_spike && is_single(&signals[axis], sample, usual[axis]) {
                 signals[axis][sample] = f32::NAN;
                 counts[axis] += 1;
             }
@@ -77,8 +81,7 @@ fn usual(signal: &[f32], first: usize) -> f32 {
         let heights = block.map(|sample| height(signal, sample).abs());
         let mut heights: Vec<f32, BLOCK> = heights.filter(|height| !height.is_nan()).collect();
         heights.sort_unstable_by(f32::total_cmp);
-        let larger = (heights.len() * LARGEST).div_ceil(BLOCK);
-        heights.get(heights.len() - larger).copied().unwrap_or(0.0) / EXCEEDED
+        heights.get(heights.len() / 2).copied().unwrap_or(0.0) / MEDIAN
     };
     let before = first.checked_sub(BLOCK).map_or(0.0, of_block);
     before.max(of_block(first)).max(of_block(first + BLOCK))
@@ -94,7 +97,7 @@ fn is_single(signal: &[f32], sample: usize, usual: f32) -> bool {
         squares += SIXTH[offset] * SIXTH[offset];
     }
     let height = right / squares;
-    let limit = NOISE * usual * SIXTH[REACH].abs();
+    let limit = (NOISE * usual).max(TOOTH * height.abs()) * SIXTH[REACH].abs();
     2.0 * squares > SQUARES
         && known.clone().all(|offset| (about(offset) - SIXTH[offset] * height).abs() <= limit)
 }
@@ -177,19 +180,20 @@ mod tests {
     fn a_spike_may_meet_a_tooth() {
         for seed in 1..20 {
             let mut signals = cut(seed);
-            for strike in (2000..SAMPLES).step_by(30) {
+            let apart = 20 + 5 * seed as usize;
+            for strike in (2000..SAMPLES).step_by(apart) {
                 signals.iter_mut().for_each(|signal| signal[strike] += 0.4);
             }
             assert_eq!(remove(&mut signals, 1e-3), [0; 3], "{seed}");
-            signals[1][2000 + 30 * 20] += 20.0;
-            signals[1][2000 + 30 * 21] -= 20.0;
+            signals[1][2000 + 10 * apart] += 20.0;
+            signals[1][2000 + 11 * apart] -= 20.0;
             assert_eq!(remove(&mut signals, 1e-3), [0, 2, 0], "{seed}");
         }
     }
 
     #[test]
     fn many_spikes_are_refused() {
-        for (every, many) in [(300, false), (150, true)] {
+        for (every, many) in [(300, false), (150, true), (50, true), (30, true)] {
             let mut signals = cut(5);
             (10..SAMPLES - 10).step_by(every).for_each(|sample| signals[1][sample] += 9.0);
             let spikes = remove(&mut signals, 1e-3);

@@ -47,7 +47,7 @@ impl Estimate {
         let std = if std.is_nan() { f64::INFINITY } else { std };
         let reach = TWO_SIDED * std;
         let interval = [value - reach, value + reach];
-        Self { value, std, interval, determined: false }.beside(value)
+        Self { value, std, interval, determined: false }.beside(value.abs())
     }
 
     /// The same number beside others of this `size`, where that is not its own: the length of the vector that it is a component of, say.
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn a_number_is_determined_where_its_error_is_below_its_size() {
         let of = |value, std| Estimate::new(value, std).determined;
-        assert_eq!([of(1.0, 0.9), of(1.0, 1.1), of(-1.0, 0.1)], [true, false, false]);
+        assert_eq!([of(1.0, 0.9), of(1.0, 1.1), of(-1.0, 0.9)], [true, false, true]);
         let own = Estimate::new(0.0, 1.0);
         assert_eq!([own.beside(2.0).determined, own.beside(0.5).determined], [true, false]);
         let vector = [Estimate::new(3.0, 4.9), Estimate::new(-4.0, 5.1)];

@@ -87,6 +87,9 @@ pub struct Intervals {
 pub struct Explanation {
     /// What explains how much.
     pub text: String,
+    /// Part of the misfit that its kind explains.
+    #[serde(default)]
+    pub share: f64,
     /// What is off as well, of the same kind.
     #[serde(default)]
     pub alike: Option<String>,

@@ -25,6 +25,8 @@ const PREFIXES: [(f64, &str); 8] = [
 const FULL: f64 = 0.9995;
 /// Standard deviations beyond which an error is not zero: a normal distribution exceeds them once in twenty.
 const SIGNIFICANT: f64 = 2.0;
+/// Share of the misfit that is most of it.
+const MOST: f64 = 0.5;
 /// Most decimal places.
 const MOST_PLACES: i32 = 6;
 
@@ -100,9 +102,10 @@ pub struct Size {
 }
 
 impl Size {
-    /// Whether it is not zero, by two standard deviations. An error that may as well be absent explains nothing.
-    pub fn is_shown(self) -> bool {
-        self.std.is_some_and(|std| SIGNIFICANT * std < self.value.abs())
+    /// Whether an explanation of this size and of this share of the misfit is shown. One that may be zero by two standard deviations
+    /// explains nothing, unless its kind explains most: then it is open which axis is off.
+    pub fn is_shown(self, share: f64) -> bool {
+        share > MOST || self.std.is_some_and(|std| SIGNIFICANT * std < self.value.abs())
     }
 }
 
@@ -267,11 +270,14 @@ mod tests {
     }
 
     #[test]
-    fn an_error_that_may_be_zero_explains_nothing() {
-        for (value, std, expected) in
-            [(-2.0, Some(0.9), true), (2.0, Some(1.0), false), (2.0, None, false)]
-        {
-            assert_eq!(Size { value, std }.is_shown(), expected);
+    fn an_error_that_may_be_zero_explains_most_or_nothing() {
+        for (value, std, share, expected) in [
+            (-2.0, Some(0.9), 0.1, true),
+            (2.0, Some(1.0), 0.4, false),
+            (2.0, Some(1.0), 0.6, true),
+            (2.0, None, 0.4, false),
+        ] {
+            assert_eq!(Size { value, std }.is_shown(share), expected, "{value} {std:?} {share}");
         }
     }
 }

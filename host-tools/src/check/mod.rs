@@ -102,7 +102,7 @@ pub(crate) struct Check<'a> {
     config: &'a Config,
     /// What the logs hold. `None` without a log.
     survey: Option<&'a Survey>,
-    /// Perfect accuracies first, since all else follows from them; then the gravest first, and of equally grave ones the causes before what they bring about.
+    /// Perfect accuracies first, since the intervals of all results depend on them; then the gravest first, and of equally grave ones the causes before what they bring about.
     pub(crate) findings: Vec<Finding>,
 }
 

@@ -47,7 +47,7 @@ fn along_load(test: &StaticTest) -> Option<(f64, f64)> {
     (is_at_load && unmeasured <= ALONG * ALONG).then(|| (moved, variance.sqrt()))
 }
 
-/// Names the tests that move against their load, or all such if the mean does so.
+/// Names the tests that move against their load beyond their noise; if there is none, those that do so together.
 pub(super) fn judge(config: &Config) -> Option<Finding> {
     let statics = &config.statics;
     let tests = statics.tests.iter().zip(&statics.lines);
@@ -56,12 +56,14 @@ pub(super) fn judge(config: &Config) -> Option<Finding> {
         .collect();
     let sum: f64 = judged.iter().map(|(_, moved, _)| moved).sum();
     let variance: f64 = judged.iter().map(|(.., std)| std * std).sum();
-    let is_reversed = sum < -BEYOND * variance.sqrt();
-    let against = judged.iter().filter(|(_, moved, std)| {
-        let least = if is_reversed { 0.0 } else { -BEYOND * std };
-        *moved < least
-    });
-    let lines: Vec<usize> = against.map(|(line, ..)| *line).collect();
+    let beyond = |times: f64| {
+        let against = judged.iter().filter(move |(_, moved, std)| *moved < -times * std);
+        against.map(|(line, ..)| *line).collect::<Vec<usize>>()
+    };
+    let mut lines = beyond(BEYOND);
+    if lines.is_empty() && sum < -BEYOND * variance.sqrt() {
+        lines = beyond(0.0);
+    }
     let which = match &lines[..] {
         [] => return None,
         [only] => format!("line {only} of [static] file has a displacement"),

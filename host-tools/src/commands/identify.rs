@@ -113,7 +113,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
     }
     if args.explain && !finding.confidence.explanations.iter().any(|own| own.adopted) {
-        text += "--explain adopted nothing: no explanation is significant\n";
+        text += "--explain: no explanation of this result is adopted\n";
     }
     // The table is printed even if a file cannot be written, and the error of a recording that broke off is reported even if the table
     // cannot be printed.

@@ -34,7 +34,7 @@ pub(crate) fn lines(Finding { report, confidence }: &Finding) -> String {
         ..
     } = confidence;
     let is_unsettled = report.fit.acceptance == Acceptance::Unsettled;
-    let shown = || explanations.iter().filter(|own| size(&own.deviation).is_shown());
+    let shown = || explanations.iter().filter(|own| size(&own.deviation).is_shown(own.share));
     let caveat = (is_unsettled && shown().next().is_some()).then(|| MAYBE.to_owned());
     let explained = shown().flat_map(|one| explanation(one, nuisances));
     let paragraphs = [

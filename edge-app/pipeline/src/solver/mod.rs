@@ -324,8 +324,7 @@ impl Solver {
         }
         let begun = Instant::now();
         if std::mem::take(&mut self.changed) {
-            self.identifier.renew(&self.experiments);
-            self.has_wrong_axes = self.axes.are_wrong();
+            self.renew();
             self.work = Work::default();
         }
         let residuals = self.experiments.iter().map(|experiment| 6 * experiment.bins()).sum();
@@ -356,6 +355,12 @@ impl Solver {
         }
         self.spent += begun.elapsed();
         self.unsettled.is_empty()
+    }
+
+    /// Renews the identifier, since the experiments have changed.
+    fn renew(&mut self) {
+        self.identifier.renew(&self.experiments);
+        self.has_wrong_axes = self.axes.are_wrong();
     }
 
     /// Does one step of the identifier.
@@ -389,7 +394,7 @@ impl Solver {
                 return;
             }
             rounds += 1;
-            identifier.renew(experiments);
+            self.renew();
             while is_in_time(stop, &mut self.deadline) {
                 if matches!(self.step(), Phase::Settled | Phase::Waiting) {
                     break;

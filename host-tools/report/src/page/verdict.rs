@@ -233,10 +233,10 @@ fn trust(document: &Document) -> Vec<Markup> {
     lines
 }
 
-/// The explanations whose error is not zero.
+/// The explanations that are shown.
 fn shown(confidence: &Confidence) -> impl Iterator<Item = &Explanation> {
     let all = confidence.explanations.iter();
-    all.filter(|own| own.deviation.is_none_or(|size| size.is_shown()))
+    all.filter(|own| own.deviation.is_none_or(|size| size.is_shown(own.share)))
 }
 
 /// The gravest first: readings that are wrong, then errors that the records name, then what the fit lacks.
