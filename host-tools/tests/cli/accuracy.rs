@@ -147,8 +147,5 @@ fn nothing_to_explain_is_a_mistake() {
     edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "");
     refused("", "edge.toml: --explain explains records: name a LOG of candump -L");
     let table = stdout(folder.path(), "identify --config edge.toml o.log --explain");
-    assert!(
-        table.ends_with("--explain: no explanation of this result is adopted\n"),
-        "{table}"
-    );
+    assert!(table.ends_with("--explain: no explanation of this result is adopted\n"), "{table}");
 }
