@@ -83,7 +83,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
     output::is_not_stdout(args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let page = args.report.as_deref().map(Output::create).transpose()?;
-    warn_at_once(&config, &args.logs)?;
+    let is_read_again =
+        args.logs.iter().all(|log| fs::metadata(log).is_ok_and(|log| log.is_file()));
+    if is_read_again {
+        warn_at_once(&config, &args.logs)?;
+    }
     let Identified { finding, robot, statics, evidence, broken } = match args.logs.as_slice() {
         [] => {
             let nothing = "nothing to identify from: name a LOG of candump -L, or give static tests in [static]";
@@ -95,6 +99,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
         logs => from_logs(&config, logs)?,
     };
+    if !is_read_again {
+        warn_at_once(&config, &[])?;
+    }
     let written = if json.is_some() || page.is_some() {
         let origin = origin(args, &config, evidence.as_ref());
         let result = ResultJson::from(&finding)
@@ -208,11 +215,9 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
         .unwrap_or_else(|| BadInput::new(first, no_record(config, logs, &state, besides)).into()))
 }
 
-/// Warns of what `check` sees in configuration and logs, before the work begins. Of logs that can be read only once, it looks at the
-/// configuration alone.
+/// Warns of what `check` sees in configuration and logs. Logs that can be read only once are not among them: their errors come first.
 fn warn_at_once(config: &Config, logs: &[PathBuf]) -> Result<()> {
-    let again = logs.iter().all(|log| fs::metadata(log).is_ok_and(|log| log.is_file()));
-    let survey = if again && !logs.is_empty() { Some(of_logs(config, logs)?) } else { None };
+    let survey = if logs.is_empty() { None } else { Some(of_logs(config, logs)?) };
     let check = Check::new(config, survey.as_ref(), &[]);
     check.at_once().for_each(|finding| complain(&format!("warning: {finding}")));
     Ok(())

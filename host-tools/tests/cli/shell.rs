@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
-use crate::setup::{FLEXID, flexid, folder, found, stderr, unheard};
+use crate::setup::{FLEXID, besides, flexid, folder, found, stderr, unheard};
 
 #[test]
 fn completions_are_scripts_of_their_shell() {
@@ -104,6 +104,6 @@ fn long_work_shows_its_progress_on_a_terminal_only() {
             assert!(shown.contains(part) && shown.contains(" left"), "{arguments}: {shown:?}");
         }
         let piped = flexid(folder.path(), arguments);
-        assert_eq!((piped.status.success(), stderr(&piped).as_str()), (true, ""), "{arguments}");
+        assert_eq!((piped.status.success(), besides(&piped).as_str()), (true, ""), "{arguments}");
     }
 }
