@@ -80,7 +80,7 @@ impl Accuracies {
     /// | imperfection                | standard deviation | source                                                              |
     /// | --------------------------- | ------------------ | ------------------------------------------------------------------- |
     /// | delay                       | 20 µs              | assumed: one twenty-fifth of a sample at 2 kHz, filters matched     |
-    /// | growth of the delay         | 2 ppm              | data sheets of temperature-compensated quartz: 0.5 to 2.5 ppm       |
+    /// | growth of the delay         | 2 ppm              | data sheets of two temperature-compensated clocks: 0.5 to 2.5 ppm   |
     /// | gain, force                 | 0.5 %              | calibration certificates of piezoelectric dynamometers              |
     /// | gain, acceleration          | 1 %                | calibration certificates, ISO 16063-21                              |
     /// | crosstalk                   | 1 %                | data sheets of triaxial sensors: at most 2 to 3 %                   |

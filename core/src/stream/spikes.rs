@@ -26,8 +26,8 @@ const MEDIAN: f32 = 0.6745;
 const HIGH: f32 = 10.0;
 /// Standard deviations that noise does not exceed in the differences about a spike, nor on the other axes: once in two million.
 const NOISE: f32 = 5.0;
-/// Part of the height of a spike that a tooth may have at the same instant. Chosen: an impact that shakes the other axes of a robot by less
-/// is hardly known, and lasts for more than one sample.
+/// Part of the height of a spike that a tooth may have at the same instant. Chosen: an impact shakes the other
+/// axes by more, and lasts for more than one sample.
 const TOOTH: f32 = 0.1;
 /// A record with more spikes than one in so many samples is refused. Chosen: of bridged samples there may be one in two hundred
 /// ([`super::bridge`]).
