@@ -14,6 +14,7 @@ use flexid_pipeline::robot::{FoundRobot, FoundValue, JointBounds};
 use flexid_prediction::Robot;
 use nalgebra::{Complex, DMatrix};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 /// By how much stiffer than the others the robots are whose standard deviations are compared: those sag by centimetres, and predictions
 /// leave out the change of the sag with a stiffness.
@@ -23,6 +24,8 @@ const LEFT_OUT: f64 = 0.03;
 /// Error of a standard deviation, in that of the coordinate: the sag, and hysteresis, whose derivative along the imaginary axis is taken
 /// for that along any.
 const FLOOR: f64 = 0.01;
+/// Error of a difference of logarithms over its step: a few units in the last digit, by a fifth.
+const ROUNDING: f64 = 1e-14;
 const EARTH: [f64; 3] = [0.0, 0.0, -9.80665];
 /// Imperfections of all kinds that move a robot, and the unit of each.
 const IMPERFECTIONS: [(Imperfection, f64); 17] = [
@@ -126,7 +129,7 @@ fn strong_hose() -> impl Strategy<Value = [f64; 2]> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(7), ..ProptestConfig::with_cases(64) })]
 
     #[test]
     fn a_hose_is_a_spring_and_a_damper_at_the_tool_of_a_dense_model(
@@ -260,9 +263,9 @@ proptest! {
         for row in 0..3 {
             let change = (above[row][row] / below[row][row]).ln() / (2.0 * step) * std;
             let magnitude = point.magnitude[row][row].relative_std;
-            prop_assert!((magnitude - change.re.abs()).abs() < FLOOR * std + LEFT_OUT * change.norm(), "{magnitude:e} {change}");
+            prop_assert!((magnitude - change.re.abs()).abs() < FLOOR * std + ROUNDING + LEFT_OUT * change.norm(), "{magnitude:e} {change}");
             let phase = point.phase[row][row].std;
-            prop_assert!((phase - change.im.abs()).abs() < FLOOR * std + LEFT_OUT * change.norm(), "{phase:e} {change}");
+            prop_assert!((phase - change.im.abs()).abs() < FLOOR * std + ROUNDING + LEFT_OUT * change.norm(), "{phase:e} {change}");
         }
 
         let first = |at: &flexid_prediction::Dynamics<'_>| at.modes(400.0)[0].clone();
@@ -270,10 +273,10 @@ proptest! {
         let per = |ratio: f64| ratio.ln() / (2.0 * step) * std;
         let change = per(above.frequency_hz.value / below.frequency_hz.value);
         let found = mode.frequency_hz.relative_std;
-        prop_assert!((found - change.abs()).abs() < FLOOR * std + LEFT_OUT * change.abs(), "{found:e} {change:e}");
+        prop_assert!((found - change.abs()).abs() < FLOOR * std + ROUNDING + LEFT_OUT * change.abs(), "{found:e} {change:e}");
         let change = per(above.damping_ratio.value / below.damping_ratio.value);
         let found = mode.damping_ratio.relative_std;
-        prop_assert!((found - change.abs()).abs() < FLOOR * std + LEFT_OUT * change.abs(), "{found:e} {change:e}");
+        prop_assert!((found - change.abs()).abs() < FLOOR * std + ROUNDING + LEFT_OUT * change.abs(), "{found:e} {change:e}");
 
         let deflected = |at: &flexid_prediction::Dynamics<'_>| {
             at.deflection(&at.compliance().unwrap(), [100.0, 50.0, -30.0, 1.0, 2.0, 3.0]).translation

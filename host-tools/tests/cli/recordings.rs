@@ -61,6 +61,7 @@ fn packed_and_piped_logs_give_the_same_numbers() {
         assert_eq!(numbers(flexid(path, &command)), plain, "{packed}");
     }
     let piped = identify_from(path, "gzip", "identify --config edge.toml - --json o.json");
+    assert!(stderr(&piped).starts_with("warning: [accuracy] takes robot and sensors as perfect"));
     assert_eq!(numbers(piped), plain);
     let twice = identify_from(path, "o.log", "identify --config edge.toml - -");
     assert_eq!(twice.status.code(), Some(2));
