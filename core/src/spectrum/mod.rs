@@ -136,7 +136,8 @@ pub struct Experiment<const B: usize> {
     pub force: Spectrum<B>,
     /// DFT of the acceleration times the sample period, along the accelerometer's axes, m/s.
     pub acceleration: Spectrum<B>,
-    /// Derivative of the acceleration by a delay that grows with time, from zero at the start of the record, m/s, but for a constant.
+    /// Derivative of [`Experiment::acceleration`] by the growth of its delay (s/s), which is zero at the start of the record, but for a
+    /// constant; in the same bins and axes, m/s.
     pub drift: Spectrum<B>,
     /// Mean square of the noise in each bin of the force, per axis, (Ns)².
     pub force_noise: [Vec<f32, B>; 3],
