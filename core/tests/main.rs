@@ -3,6 +3,7 @@
 mod bad_data;
 mod common;
 mod cut_noise;
+mod distortion;
 mod hold_out;
 mod identify;
 mod information;

@@ -11,7 +11,7 @@ pub(super) const TIMES_CONSISTENT: u32 = 2;
 /// twice in a row; of drawn six-joint arms, one in eight.
 const TIMES_SUSPECT: u32 = 4;
 /// How often a refinement is continued that has used up its steps short of the minimum, where noise explains the residuals.
-const MAX_PROLONGATIONS: u32 = 4;
+pub(super) const MAX_PROLONGATIONS: u32 = 4;
 /// Searches that one change of the records may cost.
 const MAX_STARTS: u32 = 8;
 

@@ -1,10 +1,12 @@
-//! What an estimate leaves of the records: bin by bin, and where that is more than elsewhere.
+//! What an estimate leaves of the records: bin by bin, where that is more than elsewhere, and whether it is a response to the force.
 
 use heapless::Vec;
 
+use super::distortion::Distortion;
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::chain::linearise::LinearisationError;
 use crate::refine::{BinLeft, LeftOver, MAX_LEFT_OVER, Plant, Problem};
+use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::Experiment;
 
 impl<R> Identifier<R> {
@@ -27,8 +29,9 @@ impl<R> Identifier<R> {
         refinement.each_bin(&problem, &estimate.coordinates, plant, experiments, first, take)
     }
 
-    /// Where the residuals of a settled `estimate` are larger than elsewhere. It is that of `plant` where its last fit has ended, if there is
-    /// one, or else the identifier's own. Nothing where noise explains the residuals, or where the minimum may be a wrong one.
+    /// Where the residuals of a settled `estimate` are larger than elsewhere, and whether they are no response to the force. It is that of
+    /// `plant` where its last fit has ended, if there is one, or else the identifier's own. Nothing where noise explains the residuals;
+    /// where the minimum may be a wrong one, only whether they are no response to the force: those of a wrong minimum are.
     #[inline(never)]
     pub fn left_over<const B: usize>(
         &mut self,
@@ -37,14 +40,37 @@ impl<R> Identifier<R> {
         estimate: &Estimate,
     ) -> Vec<LeftOver, MAX_LEFT_OVER> {
         let objects = estimate.size_objects || estimate.whiteness_objects;
-        let is_believed = self.phase == Phase::Settled
-            && estimate.acceptance != Acceptance::Unsettled
-            && !estimate.noise_too_loud;
-        if !(objects && is_believed) {
+        if self.phase != Phase::Settled || !objects || estimate.noise_too_loud {
             return Vec::new();
         }
+        // What is random is noise.
+        let is_structured = estimate.whiteness_objects;
+        let distortion =
+            is_structured.then(|| self.distortion(experiments, plant, estimate)).flatten();
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        refinement.left_over(&problem, &estimate.coordinates, plant, experiments)
+        let mut places = match estimate.acceptance {
+            Acceptance::Unsettled => Vec::new(),
+            _ => refinement.left_over(&problem, &estimate.coordinates, plant, experiments),
+        };
+        // There is room for all.
+        places.extend(distortion);
+        places
+    }
+
+    /// The part of the residuals that is no response to the force, if a wrong linear model does not leave so much.
+    #[inline(never)]
+    fn distortion<const B: usize>(
+        &mut self,
+        experiments: &[Experiment<B>],
+        plant: Option<&Plant>,
+        estimate: &Estimate,
+    ) -> Option<LeftOver> {
+        let mut distortion = Distortion::default();
+        for (record, experiment) in experiments.iter().take(MAX_EXPERIMENTS).enumerate() {
+            let left = self.unexplained(experiment, plant, estimate, record)?;
+            distortion.add(experiment, &left);
+        }
+        distortion.part().map(|part| LeftOver::Distortion { part })
     }
 }

@@ -71,7 +71,7 @@ impl<R> Identifier<R> {
 
     /// What `estimate` leaves of one record. `None` where its model cannot be computed.
     #[inline(never)]
-    fn unexplained<const B: usize>(
+    pub(super) fn unexplained<const B: usize>(
         &mut self,
         experiment: &Experiment<B>,
         plant: Option<&Plant>,

@@ -2,8 +2,9 @@
 
 use heapless::Vec;
 
+use super::decision::MAX_PROLONGATIONS;
 use super::judged::are_implausible;
-use super::minimum::{Minimum, structure_is_allowed_for};
+use super::minimum::{Minimum, REACHED, structure_is_allowed_for};
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
 use crate::refine::{Explanation, FoundImperfection, MAX_EXPLANATIONS, Outcome, Plant, Problem};
@@ -65,6 +66,7 @@ impl<R> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.restart_at(&settled.coordinates);
         refinement.restart_plant(plant, experiments.len());
+        let mut prolongations = 0;
         let ended = loop {
             if !go_on() {
                 break None;
@@ -73,7 +75,12 @@ impl<R> Identifier<R> {
                 continue;
             }
             let ended = refinement.fit_plant(&problem, experiments, plant);
-            let Some((fit, _)) = &ended else { break None };
+            let Some((fit, remaining)) = &ended else { break None };
+            if remaining.gain > REACHED && prolongations < MAX_PROLONGATIONS {
+                prolongations += 1;
+                plant.prolong();
+                continue;
+            }
             if !plant.adopt_explanations(&problem, fit.inflation()) {
                 break ended;
             }
@@ -187,7 +194,7 @@ fn stand_for_something_else(
             && value < -LOW_PASS * prior
             && !own.rivals.iter().any(is_resonance)
     };
-    let explains_little = |own: &Explanation| share < EXPLAINED && own.times > STATED_TOO_WELL;
+    let explains_little = |own: &Explanation| share < EXPLAINED && errors(own) > STATED_TOO_WELL;
     let is_elsewhere = |own: &Explanation| {
         imposes
             || explains_little(own)
@@ -197,6 +204,15 @@ fn stand_for_something_else(
     };
     let mut strongly = explanations.iter().filter(|own| own.is_contradicted_very_strongly());
     strongly.any(is_elsewhere)
+}
+
+/// How many standard deviations an imperfection is off. The damping of the ground is that of two errors, its compliance and its lag: it is
+/// their product, and each is about the square root of it.
+fn errors(explanation: &Explanation) -> f64 {
+    match explanation.largest.imperfection {
+        Imperfection::GroundDamping(_) => libm::sqrt(explanation.times),
+        _ => explanation.times,
+    }
 }
 
 /// How many times these standard deviations are larger than those of the covariance, where they are: root mean square over the unknowns that
@@ -237,6 +253,8 @@ mod tests {
         let rivals = Vec::from_slice(slice::from_ref(&of_other_sensor)).unwrap();
         let of_either_sensor = Explanation { rivals, ..resonance(-0.11) };
         let ground = Explanation { times: 3.5, ..ground };
+        let of_ground_damping =
+            |times| Explanation { times, ..explanation(Imperfection::GroundDamping(2), 1.0, 0.05) };
         let hard_ground = Explanation { times: 2.5, ..ground.clone() };
         let weakly = Explanation { evidence: 9.0, ..mass(0.05) };
         let hardly = Explanation { times: 4.8, ..mass(0.05) };
@@ -254,6 +272,8 @@ mod tests {
             (slice::from_ref(&hardly), near, true, true),
             (&[hardly_far], near, false, true),
             (&[ground], near, false, true),
+            (&[of_ground_damping(24.0)], near, false, false),
+            (&[of_ground_damping(26.0)], near, false, true),
             (&[hard_ground], near, false, false),
             (&[resonance(0.2)], near, false, false),
             (&[resonance(-0.09)], near, false, false),

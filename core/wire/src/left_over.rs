@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::report::MAX_JOINTS;
 
 /// Largest number of places of a report.
-pub const MAX_LEFT_OVER: usize = 6;
+pub const MAX_LEFT_OVER: usize = 7;
 /// Names of the axes of a sensor.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -65,6 +65,11 @@ pub enum LeftOver {
         /// Its standard deviation.
         std: f64,
     },
+    /// What is left is no response to the force, so that no linear model explains it.
+    Distortion {
+        /// The part of it that no smooth response to the force explains.
+        part: f64,
+    },
 }
 
 /// For example `direction z: 2.2 times the others: gain, axis or cable of that axis`.
@@ -118,6 +123,11 @@ impl fmt::Display for LeftOver {
                 if *growth < 0.0 { "fall" } else { "grow" },
                 100.0 * growth.abs(),
                 100.0 * std
+            ),
+            Self::Distortion { part } => write!(
+                f,
+                "{:.0} % is no response to the force: nonlinear: friction, backlash or clipping; or a clock that wanders, or shocks",
+                100.0 * part
             ),
         }
     }

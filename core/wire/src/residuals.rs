@@ -86,6 +86,13 @@ pub enum Objection {
         /// Structure, as [`Residuals::whiteness`].
         whiteness: f64,
     },
+    /// The residuals are no response to the force, so that no linear model explains them.
+    Distortion {
+        /// χ² per degree of freedom.
+        consistency: f64,
+        /// The part of them that no smooth response to the force explains.
+        part: f64,
+    },
 }
 
 impl fmt::Display for Residuals {
@@ -166,6 +173,12 @@ impl fmt::Display for Objection {
                 f,
                 "residuals are larger than the noise, but random (χ²/dof {consistency:.1}): the sensors are \
                  noisier in the cut than at rest"
+            ),
+            Self::Distortion { consistency, part } => write!(
+                f,
+                "no linear model explains the residuals (χ²/dof {consistency:.1}, {:.0} % no response to the force): look for friction, \
+                 backlash, clipping, clocks that wander, shocks",
+                100.0 * part
             ),
             Self::Structure { whiteness } => write!(
                 f,

@@ -313,6 +313,7 @@ fn every_kind_is_frozen() {
             Objection::SlightlyWrongModel { consistency },
             Objection::NoisierCut { consistency },
             Objection::Structure { whiteness: 12.0 },
+            Objection::Distortion { consistency, part: 0.25 },
         ],
     );
     let (both, size, structure, none) =
@@ -339,6 +340,7 @@ fn every_kind_is_frozen() {
             LeftOver::Time { from: 0.875, to: 1.0, times: 1.75 },
             LeftOver::Force { exponent: 3.0, std: 0.25 },
             LeftOver::Stiffness { growth: 0.03125, std: 0.0078125 },
+            LeftOver::Distortion { part: 0.25 },
         ],
     );
     frozen.one("LeftOver", &LeftOver::Force { exponent: 0.0, std: 0.25 });

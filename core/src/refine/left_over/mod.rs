@@ -26,8 +26,8 @@ use cells::{Cell, worst};
 use force::{OfRecord, exponent, stiffening};
 use time::{EIGHTHS, InTime};
 
-/// Largest number of places: one for each margin, and the stiffness.
-pub const MAX_LEFT_OVER: usize = 6;
+/// Largest number of places: one for each margin, the stiffness, and the distortion.
+pub const MAX_LEFT_OVER: usize = 7;
 /// Most bands.
 const MAX_BANDS: usize = 16;
 /// Bands in an octave. Chosen: the half width of a resonance that the band shows well is less.
@@ -81,6 +81,11 @@ pub enum LeftOver {
         growth: f64,
         /// Its standard deviation.
         deviation: f64,
+    },
+    /// What is left is no response to the force, so that no linear model explains it.
+    Distortion {
+        /// The part of it that no smooth response to the force explains: the median over narrow bands of its mean square beyond noise.
+        part: f64,
     },
 }
 

@@ -131,6 +131,11 @@ impl Refinement {
 }
 
 impl Plant {
+    /// Goes on with a fit that has had its steps, from where it stands.
+    pub(crate) fn prolong(&mut self) {
+        self.minimiser.restart();
+    }
+
     /// The parameters where the last fit has ended.
     pub(crate) fn coordinates(&self) -> Coordinates {
         self.point.coordinates

@@ -40,6 +40,8 @@ pub(crate) struct Basis<'a> {
     pub(crate) lines: Option<Warning>,
     /// Warning about noise that only the cut has.
     pub(crate) louder_cut: Option<Warning>,
+    /// Part of what the fit leaves that is no response to the force, if no linear model leaves so much.
+    pub(crate) distortion: Option<f64>,
     /// Troubles of the source.
     pub(crate) troubles: &'a [Trouble],
 }

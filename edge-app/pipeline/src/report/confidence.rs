@@ -133,6 +133,7 @@ fn left_over(found: &LeftOver, poses: &[Pose]) -> left_over::LeftOver {
         LeftOver::Time { from, to, times } => Message::Time { from, to, times },
         LeftOver::Force { exponent, deviation } => Message::Force { exponent, std: deviation },
         LeftOver::Stiffness { growth, deviation } => Message::Stiffness { growth, std: deviation },
+        LeftOver::Distortion { part } => Message::Distortion { part },
     }
 }
 

@@ -22,5 +22,6 @@ pub(crate) use explanations::contradicted;
 pub(crate) use fault::{without_equilibrium, without_spectrum};
 pub(crate) use lines::lines;
 pub(crate) use louder_cut::louder_cut;
+pub(crate) use residuals::distortion;
 pub use statics::{StaticReport, StaticTestReport};
 pub use summary::Summary;

@@ -1,6 +1,7 @@
 //! Judgement of the residuals.
 
 use flexid_core::identify::{Acceptance, Estimate};
+use flexid_core::refine::LeftOver;
 use flexid_wire::residuals::{self, Meaning, Objection};
 
 /// Largest χ² per degree of freedom that noise and slightly wrong sensors explain. Larger residuals have another cause. Noise
@@ -116,12 +117,16 @@ impl Residuals {
         }
     }
 
-    /// Returns the objection of the residuals. An objection of the static tests has a warning of its own.
-    pub(super) fn objection(&self) -> Option<Objection> {
+    /// Returns the objection of the residuals, of which this part is no response to the force. An objection of the static tests has a
+    /// warning of its own.
+    pub(super) fn objection(&self, distortion: Option<f64>) -> Option<Objection> {
         let Self { consistency, whiteness, .. } = *self;
         if !self.of_records {
             let misfit = self.size_objects && !self.statics_object;
             return misfit.then_some(Objection::StaticMisfit { consistency });
+        }
+        if let Some(part) = distortion.filter(|_| self.size_objects && !self.noise_too_loud) {
+            return Some(Objection::Distortion { consistency, part });
         }
         match (self.size_objects, self.whiteness_objects) {
             _ if self.noise_too_loud => Some(Objection::LoudNoise { consistency }),
@@ -136,6 +141,14 @@ impl Residuals {
     }
 }
 
+/// Returns the part of what a fit leaves that is no response to the force, if no linear model leaves so much.
+pub(crate) fn distortion(left_over: &[LeftOver]) -> Option<f64> {
+    left_over.iter().find_map(|one| match *one {
+        LeftOver::Distortion { part } => Some(part),
+        _ => None,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,7 +158,7 @@ mod tests {
     }
 
     fn advised(residuals: &Residuals) -> Option<String> {
-        residuals.objection().map(|objection| objection.to_string())
+        residuals.objection(None).map(|objection| objection.to_string())
     }
 
     fn residuals(

@@ -55,7 +55,7 @@ pub(super) fn warnings(
         };
         warnings.push(Warning::OnStatedBounds { parameters, advice });
     }
-    warnings.extend(residuals.objection().map(Warning::Objection));
+    warnings.extend(residuals.objection(basis.distortion).map(Warning::Objection));
     warnings.extend(basis.contradicted.clone());
     if settled && (residuals.size_objects || basis.contradicted.is_some()) && sought.imposes() {
         warnings.push(Warning::ImposedParameters);
@@ -219,6 +219,7 @@ mod tests {
             contradicted: None,
             lines: None,
             louder_cut: None,
+            distortion: None,
             troubles: &troubles,
         };
         let mut expected: Vec<_> = troubles[..4].iter().cloned().map(Warning::Trouble).collect();

@@ -45,6 +45,7 @@ impl Solver {
             contradicted: report::contradicted(self.of_plant.as_deref(), &config.model),
             lines: report::lines(&self.experiments),
             louder_cut: report::louder_cut(&self.experiments),
+            distortion: report::distortion(&self.left_over),
             troubles,
         };
         let report = report(config, sought, &estimate, &basis);

@@ -1,0 +1,66 @@
+//! Which part of what a fit leaves is no response to the force.
+//!
+//! What a wrong linear model leaves is a response to the force, whatever is wrong: masses, axes, filters, a body that the model lacks. What
+//! joints leave that are not linear is not, nor is that of a clock that wanders or of a sensor at its limit (nonlinear distortion: Pintelon
+//! and Schoukens, _System Identification_, 2nd edition, 2012, chapter 3). Where the mean square of what is left is m, in units of the noise,
+//! and that of what no smooth response to the force explains of it i, this part is
+//!
+//! ```text
+//! (i − 1)/(m − 1)
+//! ```
+//!
+//! Resonances amplify both, but at a narrow one a response is not smooth. So the part is the median of many windows.
+
+use heapless::Vec;
+
+use super::local_response::{WINDOW, Window, quantile, sorted};
+use crate::refine::Unexplained;
+use crate::search::MAX_EXPERIMENTS;
+use crate::spectrum::Experiment;
+
+/// Mean square of what is left, in units of the noise, from which on a window counts. A window of noise exceeds 2 once in twenty
+/// thousand.
+const CLEAR: f64 = 3.0;
+/// Least windows of a record along an axis.
+const WINDOWS: usize = 8;
+/// Most windows of a record along an axis.
+const MAX_WINDOWS: usize = 64;
+/// Least part. Chosen: a low-pass and a link that bends, of three and six joints, leave 0.01; friction, backlash, springs that stiffen and a
+/// clock that runs away 0.09 to 0.6.
+const LEAST: f64 = 0.05;
+
+/// The part of each record along each axis that leaves something in many windows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Distortion(Vec<f64, { 3 * MAX_EXPERIMENTS }>);
+
+impl Distortion {
+    /// Adds what a model leaves of a record.
+    pub(super) fn add<const B: usize>(
+        &mut self,
+        experiment: &Experiment<B>,
+        left: &Unexplained<B>,
+    ) {
+        for axis in 0..3 {
+            let first = (0..experiment.bins()).step_by(WINDOW);
+            let whole = first.filter(|first| first + WINDOW <= experiment.bins());
+            let windows = whole.map(|first| Window::of(experiment, left, axis, first));
+            let clear = windows.filter(|window| window.left > CLEAR);
+            let parts: Vec<f64, MAX_WINDOWS> = sorted(clear.map(part));
+            if parts.len() >= WINDOWS {
+                // There is room for every record.
+                let _ = self.0.push(quantile(&parts, 0.5));
+            }
+        }
+    }
+
+    /// The median part, if it is more than an error of a linear model leaves.
+    pub(super) fn part(&self) -> Option<f64> {
+        let parts: Vec<f64, { 3 * MAX_EXPERIMENTS }> = sorted(self.0.iter().copied());
+        Some(quantile(&parts, 0.5)).filter(|part| *part >= LEAST)
+    }
+}
+
+/// The part of a window that is no response to the force.
+fn part(window: Window) -> f64 {
+    ((window.incoherent - 1.0) / (window.left - 1.0)).clamp(0.0, 1.0)
+}
