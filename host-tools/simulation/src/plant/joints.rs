@@ -124,6 +124,12 @@ impl Joints {
         Ok(())
     }
 
+    /// The least part of a stiffness of these bushings that hysteresis leaves at rest.
+    pub(super) fn stiffness_at_rest(&self, bushings: &[Bushing]) -> f64 {
+        let pairs = bushings.iter().flat_map(|own| own.stiffness.iter().zip(own.damping));
+        pairs.map(|(k, d)| 1.0 - self.elastic(self.hysteretic * d) / k).fold(1.0, f64::min)
+    }
+
     /// The elements of a robot with the bushings of [`Joints::bushings`]. `index` maps its joints to those of the chain that moves, whose
     /// elongations at rest are `rest`.
     pub fn elements(

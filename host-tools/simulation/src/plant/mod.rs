@@ -86,6 +86,11 @@ impl Plant {
         self.joints.check_bushings(bushings)
     }
 
+    /// The least part of a stiffness of these bushings that hysteresis leaves at rest. A robot in which it is negative gives way.
+    pub fn stiffness_at_rest(&self, bushings: &[Bushing]) -> f64 {
+        self.joints.stiffness_at_rest(bushings)
+    }
+
     fn check(&self, model: &Model) -> Result<(), String> {
         self.force_sensor.check("force_sensor")?;
         self.accelerometer.check("accelerometer")?;

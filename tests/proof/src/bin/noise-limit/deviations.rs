@@ -8,15 +8,16 @@ use std::fmt;
 use anyhow::{Context as _, Result};
 use flexid_core::imperfection::Accuracies;
 use flexid_core::refine::{Explanation, FoundImperfection};
+use flexid_simulation::plant::Plant;
 use rayon::prelude::*;
 
 use crate::figure::{Figure, median};
-use crate::find::Found;
+use crate::find::{Found, find};
 use crate::intervals::{Intervals, percent};
 use crate::menu::{Error, MENU};
 use crate::plants;
 use crate::spread;
-use crate::study::Study;
+use crate::study::{Purpose, Study, random};
 
 /// Sizes of an error, in its accuracy or typical size.
 const TIMES: [f64; 3] = [3.0, 10.0, 30.0];
@@ -30,9 +31,12 @@ const EXPLAINED: [f64; 2] = [90.0, 100.0];
 const STRIDE: usize = 37;
 /// Error of a logarithm up to which a parameter is right.
 const RIGHT: f64 = 0.01;
+/// Least share of the parameters at the noise limit that are identified where they are right, percent.
+const KEPT: f64 = 80.0;
 
 /// The result of one run.
 struct Outcome {
+    robot: usize,
     error: &'static Error,
     times: f64,
     fit: Fit,
@@ -61,13 +65,31 @@ pub(crate) fn prove(study: &Study, runs: usize, details: bool) -> Result<Vec<Fig
         let (truth, mut found) = plants::found(study, &records, &Accuracies::typical(), robot)?;
         let adopted = found.adopted.take().context("a plant without explanations")?;
         let fit = |found: Found| Fit { errors: found.errors(&truth), found };
-        let outcome = Outcome { error, times, adopted: fit(*adopted), fit: fit(found) };
+        let fits = (fit(*adopted), fit(found));
+        let outcome = Outcome { robot: robot as usize, error, times, adopted: fits.0, fit: fits.1 };
         if details {
-            outcome.print(robot);
+            outcome.print();
         }
         Ok(outcome)
     };
     let all = (0..runs).into_par_iter().map(run).collect::<Result<Vec<_>>>()?;
+    // A perfect model on a perfect plant.
+    let at_noise_limit = |robot: usize| {
+        let cuts = &cuts[robot % cuts.len()];
+        let records = plants::records(study, cuts, &Plant::default(), robot as u64)?;
+        find(&study.task(), &records, random(Purpose::Search, robot as u64).0)
+    };
+    let robots = runs.div_ceil(of_robot);
+    let at_noise_limit =
+        (0..robots).into_par_iter().map(at_noise_limit).collect::<Result<Vec<_>>>()?;
+    let right = |outcome: &Outcome| {
+        let limit = &at_noise_limit[outcome.robot];
+        outcome.fit.right().filter(|&index| limit.identifies(index)).collect::<Vec<_>>()
+    };
+    let right: Vec<_> = all.iter().map(|outcome| (&outcome.fit.found, right(outcome))).collect();
+    let kept = right.iter().flat_map(|(found, right)| right.iter().map(|&it| found.identifies(it)));
+    let kept = kept.filter(|kept| *kept).count();
+    let right: usize = right.iter().map(|(_, right)| right.len()).sum();
     let at_least = |what: &str, share: f64, of: usize, count: usize| {
         let least = spread::percentages(of, share / 100.0, [share, 100.0])[0];
         let held = 100.0 * count as f64 >= least * of as f64;
@@ -80,15 +102,22 @@ pub(crate) fn prove(study: &Study, runs: usize, details: bool) -> Result<Vec<Fig
         explained.push(outcome.adopted.scores().into_iter());
     }
     let named: Vec<bool> = all.iter().filter_map(Outcome::is_named).collect();
-    let right = named.iter().filter(|named| **named).count();
+    let right_names = named.iter().filter(|named| **named).count();
     let identified: usize = all.iter().map(|outcome| outcome.fit.identified().count()).sum();
     let widths = all.iter().flat_map(|outcome| outcome.fit.widths());
     let parameters = 12 * study.chain.joints().len() * all.len();
     Ok(vec![
         at_least("one error: runs that do not lie", HONEST, all.len(), honest),
-        at_least("one error: runs in which it is named first", NAMED, named.len(), right),
+        at_least("one error: runs in which it is named first", NAMED, named.len(), right_names),
         at_least("one error: runs that do not lie, explained", HONEST, all.len(), still_honest),
         explained.cover_within("one error that is on the menu, explained", EXPLAINED),
+        Figure::count(
+            "one error: parameters right to 1 % that are identified, of those that are at the noise limit",
+            right,
+            100.0 * kept as f64 >= KEPT * right as f64,
+            kept,
+            &format!("at least {KEPT:.0} %"),
+        ),
         // This figure shows that the verdict is possible.
         Figure::count(
             "one error: parameters that are identified",
@@ -125,6 +154,11 @@ impl Fit {
         (0..self.errors.len()).filter(|&index| self.found.identifies(index))
     }
 
+    /// The parameters that are right.
+    fn right(&self) -> impl Iterator<Item = usize> {
+        (0..self.errors.len()).filter(|&index| self.errors[index].abs() < RIGHT)
+    }
+
     /// Standard deviations of the identified parameters.
     fn widths(&self) -> impl Iterator<Item = f64> {
         self.identified().map(|index| self.found.deviations[index])
@@ -145,10 +179,10 @@ impl Fit {
 /// In one line: whether it lies, how it was accepted, its residuals, its identified parameters, and how many are right.
 impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { found, errors } = self;
+        let Self { found, .. } = self;
         let scores = self.scores();
         let worst = scores.iter().fold(0.0, |worst: f64, score| worst.max(score.abs()));
-        let right = errors.iter().filter(|error| error.abs() < RIGHT).count();
+        let right = self.right().count();
         let explanations: Vec<_> = found.explanations.iter().map(explanation).collect();
         write!(
             f,
@@ -173,8 +207,8 @@ impl Outcome {
         Some(first.is_some_and(|first| is(first.largest.imperfection)))
     }
 
-    fn print(&self, robot: u64) {
-        let Self { error, times, fit, adopted } = self;
+    fn print(&self) {
+        let Self { robot, error, times, fit, adopted } = self;
         let other = if self.is_named() == Some(false) { "OTHER" } else { "" };
         let starts = fit.found.starts;
         eprintln!(
