@@ -46,6 +46,7 @@ fn added(result: f32) -> Counted {
 impl Lanes for Counted {
     type Scalar = f32;
     const WIDTH: usize = 1;
+    const REGISTERS: usize = 1;
     type Each<T: Copy> = [T; 1];
     fn each<T: Copy>(value: T) -> [T; 1] {
         [value]

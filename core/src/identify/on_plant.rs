@@ -66,9 +66,9 @@ impl<R: Rng> Identifier<R> {
         match end {
             Some(end) => {
                 self.refinement.restart_at(&end);
-                self.refinement.restart_plant_from_descent(plant, experiments.len());
+                self.refinement.restart_plant_from_descent(plant, experiments);
             }
-            None => self.refinement.restart_plant(plant, experiments.len()),
+            None => self.refinement.restart_plant_thinned(plant, experiments),
         }
         self.purpose = Purpose::Plant { found, from };
         self.phase = Phase::Refining;

@@ -25,6 +25,8 @@ pub trait Lanes:
     type Scalar: Scalar;
     /// Number of lanes.
     const WIDTH: usize;
+    /// Number of the processor's registers that the lanes fill.
+    const REGISTERS: usize;
     /// One value of any type for each lane: `[T; WIDTH]`.
     type Each<T: Copy>: AsMut<[T]>;
     /// The same value for each lane.
@@ -61,6 +63,7 @@ macro_rules! scalar {
         impl Lanes for $type {
             type Scalar = $type;
             const WIDTH: usize = 1;
+            const REGISTERS: usize = 1;
             type Each<T: Copy> = [T; 1];
             #[inline(always)]
             fn each<T: Copy>(value: T) -> [T; 1] {
@@ -90,10 +93,11 @@ scalar!(f32);
 scalar!(f64);
 
 macro_rules! vector {
-    ($($type:ident of $scalar:ty, $width:literal);*) => {$(
+    ($($type:ident of $scalar:ty, $width:literal, $native:ident);*) => {$(
         impl<S: Simd> Lanes for $type<S> {
             type Scalar = $scalar;
             const WIDTH: usize = $width;
+            const REGISTERS: usize = size_of::<Self>() / size_of::<S::$native>();
             type Each<T: Copy> = [T; $width];
             #[inline(always)]
             fn each<T: Copy>(value: T) -> [T; $width] {
@@ -123,7 +127,7 @@ macro_rules! vector {
     )*};
 }
 
-vector!(f32x16 of f32, 16; f64x8 of f64, 8);
+vector!(f32x16 of f32, 16, f32s; f64x8 of f64, 8, f64s);
 
 /// A computation that is written once for any number of lanes. Mark `run` with `#[inline(always)]`.
 pub trait Kernel<T: Scalar> {

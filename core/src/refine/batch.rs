@@ -19,6 +19,8 @@ pub(super) const COLUMNS: usize = padded(MAX_SEAM + MAX_UNKNOWNS + 1);
 pub(super) struct Bins<'a> {
     spacing: f64,
     first_bin: usize,
+    /// Distance of the bins that count, 1 where all do.
+    every: usize,
     /// ω₀: the lowest angular frequency of the record.
     lowest: f64,
     /// Per axis real and imaginary parts.
@@ -36,6 +38,7 @@ impl<'a> Bins<'a> {
         Self {
             spacing: experiment.spacing,
             first_bin: experiment.first_bin,
+            every: 1,
             lowest: experiment.first_bin as f64 * experiment.spacing,
             force: experiment.force.parts(),
             acceleration: experiment.acceleration.parts(),
@@ -45,20 +48,28 @@ impl<'a> Bins<'a> {
         }
     }
 
+    /// The first bin, and then one out of `every`.
+    pub(super) fn thinned<const B: usize>(experiment: &'a Experiment<B>, every: usize) -> Self {
+        Self { every, ..Self::of(experiment) }
+    }
+
     /// The same with the noise of the acceleration that has no lines.
     pub(super) fn without_lines<const B: usize>(experiment: &'a Experiment<B>) -> Self {
         let broad = experiment.broad_noise.each_ref().map(Vec::as_slice);
         Self { acceleration_noise: broad, ..Self::of(experiment) }
     }
 
-    /// Some of the bins.
+    /// Some of the bins that count.
     pub(super) fn part(&self, bins: Range<usize>) -> Self {
+        let all = self.force[0][0].len();
+        let bins = bins.start * self.every..all.min(bins.end * self.every);
         let cut =
             |axes: &[[&'a [f32]; 2]; 3]| axes.map(|parts| parts.map(|part| &part[bins.clone()]));
         let cut_noise = |axes: &[&'a [f32]; 3]| axes.map(|axis| &axis[bins.clone()]);
         Self {
             spacing: self.spacing,
             first_bin: self.first_bin + bins.start,
+            every: self.every,
             lowest: self.lowest,
             force: cut(&self.force),
             acceleration: cut(&self.acceleration),
@@ -68,8 +79,15 @@ impl<'a> Bins<'a> {
         }
     }
 
+    /// Number of the bins that count.
     pub(super) fn bins(&self) -> usize {
-        self.force[0][0].len()
+        self.force[0][0].len().div_ceil(self.every)
+    }
+
+    /// A value of the bin of this number, among those that count.
+    #[inline(always)]
+    fn at(&self, values: &[f32], bin: usize) -> f64 {
+        f64::from(values[bin * self.every])
     }
 
     /// Real and imaginary part of the acceleration along each axis.
@@ -78,7 +96,7 @@ impl<'a> Bins<'a> {
         let mut measured = [[0.0; 2]; 3];
         for axis in 0..3 {
             for part in 0..2 {
-                measured[axis][part] = f64::from(self.acceleration[axis][part][bin]);
+                measured[axis][part] = self.at(self.acceleration[axis][part], bin);
             }
         }
         measured
@@ -91,7 +109,7 @@ impl<'a> Bins<'a> {
         if drift != 0.0 {
             for axis in 0..3 {
                 for part in 0..2 {
-                    drifted[axis][part] = drift * f64::from(self.drift[axis][part][bin]);
+                    drifted[axis][part] = drift * self.at(self.drift[axis][part], bin);
                 }
             }
         }
@@ -117,14 +135,14 @@ impl<'a> Bins<'a> {
         let mut noise = [[0.0; 3]; 2];
         for axis in 0..3 {
             let gain = calibration.force_gain[axis];
-            noise[0][axis] = filtered * f64::from(self.force_noise[axis][bin]) / (gain * gain);
-            noise[1][axis] = f64::from(self.acceleration_noise[axis][bin]) + error;
+            noise[0][axis] = filtered * self.at(self.force_noise[axis], bin) / (gain * gain);
+            noise[1][axis] = self.at(self.acceleration_noise[axis], bin) + error;
         }
         noise
     }
 
     fn omega(&self, bin: usize) -> f64 {
-        (self.first_bin + bin) as f64 * self.spacing
+        (self.first_bin + bin * self.every) as f64 * self.spacing
     }
 }
 
@@ -150,8 +168,8 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
         let omega = gather(&|bin| record.omega(bin));
         let inverse = gather(&|bin| -1.0 / record.omega(bin));
         let mut force: [Complex<V>; 3] = core::array::from_fn(|axis| Complex {
-            re: gather(&|bin| f64::from(record.force[axis][0][bin]) / force_gain[axis]),
-            im: gather(&|bin| f64::from(record.force[axis][1][bin]) / force_gain[axis]),
+            re: gather(&|bin| record.at(record.force[axis][0], bin) / force_gain[axis]),
+            im: gather(&|bin| record.at(record.force[axis][1], bin) / force_gain[axis]),
         });
         let mut of_ratio = [[0.0; ORDERS]; WIDEST];
         for (lane, of_ratio) in of_ratio[..V::WIDTH].iter_mut().enumerate() {
@@ -172,8 +190,8 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
     pub(super) fn load_drift(&mut self, record: &Bins<'_>, first: usize) {
         let (like, last) = (self.s.re, record.bins() - 1);
         for (drift, parts) in self.drift.iter_mut().zip(&record.drift) {
-            drift.re = gather(like, first, last, &|bin| f64::from(parts[0][bin]));
-            drift.im = gather(like, first, last, &|bin| f64::from(parts[1][bin]));
+            drift.re = gather(like, first, last, &|bin| record.at(parts[0], bin));
+            drift.im = gather(like, first, last, &|bin| record.at(parts[1], bin));
         }
     }
 }
@@ -201,4 +219,52 @@ pub(super) fn spill<V: Lanes<Scalar = f64>>(value: Complex<V>) -> [[f64; WIDEST]
         part.store(&mut lanes);
         lanes
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::SeedableRng as _;
+
+    use super::super::tests::{BINS, SAMPLES, chain, record};
+    use super::*;
+    use crate::mounting::Mounting;
+    use crate::sensors::Accelerometer;
+    use crate::spectrum::Measurement;
+
+    fn measurement() -> Measurement {
+        Measurement {
+            band_hz: [5.0, 60.0],
+            gravity: [0.0; 3],
+            accelerometer: Accelerometer::Strapdown,
+            mounting: Mounting::default(),
+        }
+    }
+
+    proptest! {
+        /// Bin k of a part of those that count is a bin of the record: with its frequency, force, reading and noise.
+        #[test]
+        fn one_bin_out_of_several_counts(every in 1..6_usize, from in 0..5_usize, count in 1..6_usize) {
+            let measurement = measurement();
+            let record = record(&mut Xoshiro256PlusPlus::seed_from_u64(1));
+            let whole = Experiment::<BINS>::new(&chain(), &measurement, &record, &mut [0.0; SAMPLES]);
+            let whole = whole.unwrap();
+            let (all, some) = (Bins::of(&whole), Bins::thinned(&whole, every));
+            prop_assert_eq!(some.bins(), all.bins().div_ceil(every));
+            let part = some.part(from..from + count);
+            prop_assert_eq!(part.bins(), count);
+            for bin in 0..count {
+                let own = (from + bin) * every;
+                prop_assert_eq!(part.omega(bin), all.omega(own));
+                prop_assert_eq!(part.measured(bin), all.measured(own));
+                prop_assert_eq!(part.drifted(2.0, bin), all.drifted(2.0, own));
+                for axis in 0..3 {
+                    let values = [part.force[axis][0], part.force_noise[axis], part.acceleration_noise[axis]];
+                    let expected = [all.force[axis][0], all.force_noise[axis], all.acceleration_noise[axis]];
+                    prop_assert_eq!(values.map(|own| part.at(own, bin)), expected.map(|whole| f64::from(whole[own])));
+                }
+            }
+        }
+    }
 }

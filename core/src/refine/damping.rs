@@ -3,6 +3,10 @@
 //! The gain of a step is compared with the gain that the normal equations predict, as in a trust region (Nocedal and Wright,
 //! _Numerical Optimization_, 2006, section 4.1). At a large damping λ the length of a step is proportional to `1/λ`: four times λ is
 //! a quarter of the radius.
+//!
+//! Along the floor of a narrow, curved valley a damping that falls by ten is rejected in every second step (Transtrum and Sethna,
+//! "Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares minimization", arXiv:1201.5885, 2012). A bracketed
+//! damping stays between the last one that was rejected and the last one that was kept.
 
 /// First damping (Marquardt, "An algorithm for least-squares estimation of nonlinear parameters", J. SIAM 11, 1963).
 const FIRST: f64 = 1e-2;
@@ -16,6 +20,8 @@ const GOOD: f64 = 0.75;
 const POOR: f64 = 0.25;
 /// Factor by which the damping rises after a poor prediction (as above: the radius falls to a quarter).
 const POOR_UP: f64 = 4.0;
+/// Factor by which the lower end of a bracket falls after a step that was kept. Chosen: the bracket is open again after a few steps.
+const FORGETTING: f64 = 0.5;
 
 /// Damping λ of the next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,12 +29,27 @@ pub(crate) struct Damping {
     value: f64,
     /// Least damping after a step that was kept.
     least: f64,
+    bracket: Option<Bracket>,
+}
+
+/// Ends of a bracket, 0 where no step has set them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Bracket {
+    /// Damping of the last step that was rejected, after which it falls.
+    rejected: f64,
+    /// Damping of the last step that was kept.
+    kept: f64,
 }
 
 impl Damping {
     /// Damping of the first step.
     pub(crate) const fn first(least: f64) -> Self {
-        Self { value: FIRST, least }
+        Self { value: FIRST, least, bracket: None }
+    }
+
+    /// Damping of the first step, bracketed.
+    pub(crate) const fn bracketed(least: f64) -> Self {
+        Self { value: FIRST, least, bracket: Some(Bracket { rejected: 0.0, kept: 0.0 }) }
     }
 
     /// λ.
@@ -45,12 +66,27 @@ impl Damping {
         } else {
             POOR_UP
         };
-        self.value = (factor * self.value).max(self.least);
+        let mut next = factor * self.value;
+        if let Some(Bracket { rejected, kept }) = &mut self.bracket {
+            if next <= *rejected {
+                next = libm::sqrt(self.value * *rejected);
+            }
+            *kept = self.value;
+            *rejected *= FORGETTING;
+        }
+        self.value = next.max(self.least);
     }
 
     /// Rises after a step that was rejected.
     pub(crate) fn rise(&mut self) {
-        self.value *= UP;
+        let mut next = UP * self.value;
+        if let Some(Bracket { rejected, kept }) = &mut self.bracket {
+            *rejected = self.value;
+            if *kept > self.value {
+                next = next.min(*kept);
+            }
+        }
+        self.value = next;
     }
 
     /// Falls for a step that goes further.
@@ -75,5 +111,34 @@ mod tests {
         let mut damping = Damping::first(1e-4);
         (0..5).for_each(|_| damping.follow(1.0));
         assert_eq!(damping.value(), 1e-4);
+    }
+
+    /// 1e-2 and 1e-3 are kept, 1e-4 is rejected: the next ones lie between the last two, and then go below 1e-4 again.
+    #[test]
+    fn a_bracketed_damping_stays_between_the_rejected_and_the_kept_one() {
+        let mut damping = Damping::bracketed(1e-9);
+        let near = |damping: &Damping, expected: f64| {
+            assert!((damping.value() / expected - 1.0).abs() < 1e-12, "{damping:?} {expected}");
+        };
+        (0..2).for_each(|_| damping.follow(1.0));
+        damping.rise();
+        near(&damping, 1e-3);
+        damping.follow(1.0);
+        // √(1e-3 · 1e-4)
+        near(&damping, libm::sqrt(1e-7));
+        damping.rise();
+        near(&damping, 1e-3);
+        let mut rejected = libm::sqrt(1e-7);
+        for _ in 0..4 {
+            let before = damping.value();
+            damping.follow(1.0);
+            let between = libm::sqrt(before * rejected);
+            near(&damping, if 0.1 * before <= rejected { between } else { 0.1 * before });
+            rejected *= 0.5;
+        }
+        assert!(damping.value() < 1e-4);
+        damping.rise();
+        damping.rise();
+        assert!(damping.value() > 1e-4);
     }
 }

@@ -20,7 +20,7 @@ use crate::linear::normal::Normal;
 use crate::sought::MAX_UNKNOWNS;
 
 /// Least damping. Chosen: seven rejected steps raise it to the first one.
-const LEAST_DAMPING: f64 = 1e-9;
+pub(super) const LEAST_DAMPING: f64 = 1e-9;
 /// Damping above which a minimisation ends. Chosen: a step then moves no unknown by more than 1e-8 of the way to its own minimum.
 const LAST_DAMPING: f64 = 1e8;
 
@@ -31,12 +31,15 @@ pub(crate) struct Limits {
     pub(super) negligible: f64,
     /// Steps after which it ends wherever it is.
     pub(super) iterations: u32,
+    /// Damping of its first step.
+    pub(super) damping: Damping,
 }
 
 impl Limits {
     /// Limits of a refinement. Chosen: where residuals have unit variance, all unknowns together end within a hundredth of a standard
     /// deviation of the minimum; a refinement typically takes an eighth of these steps.
-    pub(super) const OF_REFINEMENT: Self = Self { negligible: 1e-4, iterations: 100 };
+    pub(super) const OF_REFINEMENT: Self =
+        Self { negligible: 1e-4, iterations: 100, damping: Damping::first(LEAST_DAMPING) };
 }
 
 /// How a refinement stands.
@@ -78,7 +81,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
         Self {
             normal: Normal::new(),
             linearised: false,
-            damping: Damping::first(LEAST_DAMPING),
+            damping: limits.damping,
             refused: false,
             iterations: 0,
             limits,
@@ -88,7 +91,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
     /// Starts anew from another point.
     pub(crate) fn restart(&mut self) {
         self.linearised = false;
-        self.damping = Damping::first(LEAST_DAMPING);
+        self.damping = self.limits.damping;
         self.refused = false;
         self.iterations = 0;
     }

@@ -56,6 +56,7 @@ use crate::parameters::Bushings;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 use crate::verdict::{self, Direction, MAX_DIRECTIONS};
+use batch::Bins;
 use equations::Equations;
 pub use fit::Fit;
 pub(crate) use fit::lies_on_bound;
@@ -294,7 +295,7 @@ impl Refinement {
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
         let model = Model::perfect(problem, &self.coordinates, &experiment.pose)?;
-        let (seam, _) = self.workspace.fit_seam(problem, &model, experiment);
+        let (seam, _) = self.workspace.fit_seam(problem, &model, Bins::of(experiment));
         Ok(self.information_at(problem, &model, experiment, &seam))
     }
 

@@ -55,13 +55,13 @@ impl Workspace {
     }
 
     /// The seam that fits a record best, and the sum of squares that remains.
-    pub(super) fn fit_seam<const B: usize>(
+    pub(super) fn fit_seam(
         &mut self,
         problem: &Problem<'_>,
         model: &Model,
-        experiment: &Experiment<B>,
+        record: Bins<'_>,
     ) -> (Seam, f64) {
-        self.run(problem, model, experiment, Equations::Seam);
+        self.run(problem, model, record, Equations::Seam);
         let unknowns = problem.seam_unknowns();
         let normal = &mut self.record;
         normal.prefer_small(&[0.0; MAX_SEAM][..unknowns], SMALL_SEAM);
@@ -80,7 +80,7 @@ impl Workspace {
         experiment: &Experiment<B>,
         equations: Equations<'_>,
     ) -> Residuals {
-        let residuals = self.run(problem, model, experiment, equations);
+        let residuals = self.run(problem, model, Bins::of(experiment), equations);
         let unknowns = problem.seam_unknowns();
         let standing = equations.seam().to_solution(problem.chain.joints().len());
         self.record.prefer_small(&standing[..unknowns], SMALL_SEAM);
@@ -97,21 +97,21 @@ impl Workspace {
         experiment: &Experiment<B>,
     ) -> Result<Residuals, LinearisationError> {
         let model = self.model(problem, coordinates, &experiment.pose, record)?;
-        let (seam, _) = self.fit_seam(problem, &model, experiment);
+        let (seam, _) = self.fit_seam(problem, &model, Bins::of(experiment));
         Ok(self.assemble(problem, &model, experiment, Equations::All(&seam)))
     }
 
     /// Fills the record's normal equations.
-    fn run<const B: usize>(
+    fn run(
         &mut self,
         problem: &Problem<'_>,
         model: &Model,
-        experiment: &Experiment<B>,
+        record: Bins<'_>,
         equations: Equations<'_>,
     ) -> Residuals {
         run(Assembly::<_, COLUMNS, _> {
             model,
-            record: Bins::of(experiment),
+            record,
             equations,
             sought: problem.sought,
             further: (),

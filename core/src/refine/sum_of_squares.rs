@@ -1,5 +1,6 @@
 //! The objective of a refinement: the sum of squares of records, static tests, priors, and what is retired.
 
+use super::batch::Bins;
 use super::equations::Equations;
 use super::objective::Objective;
 use super::record::Workspace;
@@ -55,7 +56,8 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
         for (record, experiment) in self.experiments.iter().enumerate() {
             let model = self.workspace.model(self.problem, coordinates, &experiment.pose, record);
             let Ok(model) = model else { return f64::INFINITY };
-            let (seam, remaining) = self.workspace.fit_seam(self.problem, &model, experiment);
+            let (seam, remaining) =
+                self.workspace.fit_seam(self.problem, &model, Bins::of(experiment));
             // A seam for which there is no room is fitted again.
             let _ = self.workspace.seams.push(seam);
             sum_of_squares += remaining;
@@ -77,7 +79,7 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
             let model = workspace.model(problem, coordinates, &experiment.pose, index)?;
             let seam = match workspace.seams.get(index) {
                 Some(seam) => *seam,
-                None => workspace.fit_seam(problem, &model, experiment).0,
+                None => workspace.fit_seam(problem, &model, Bins::of(experiment)).0,
             };
             let residuals = workspace.assemble(problem, &model, experiment, Equations::All(&seam));
             summary.push(&residuals);

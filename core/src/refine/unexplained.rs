@@ -62,7 +62,7 @@ impl Refinement {
                 Some(plant) => plant.model(problem, &experiment.pose, record),
                 None => self.workspace.model(problem, coordinates, &experiment.pose, record),
             }?;
-            let (seam, _) = self.workspace.fit_seam(problem, &model, experiment);
+            let (seam, _) = self.workspace.fit_seam(problem, &model, Bins::of(experiment));
             let assembly = Assembly {
                 model: &model,
                 record: Bins::of(experiment),
@@ -107,7 +107,7 @@ impl Workspace {
         model: &Model,
         experiment: &Experiment<B>,
     ) -> Unexplained<B> {
-        let (seam, _) = self.fit_seam(problem, model, experiment);
+        let (seam, _) = self.fit_seam(problem, model, Bins::of(experiment));
         let mut unexplained = Unexplained {
             first_bin: experiment.first_bin,
             length: experiment.length(),

@@ -123,7 +123,7 @@ impl Workspace {
         experiment: &Experiment<B>,
         margins: &mut Margins,
     ) {
-        let (seam, _) = self.fit_seam(problem, model, experiment);
+        let (seam, _) = self.fit_seam(problem, model, Bins::of(experiment));
         let assembly: Assembly<'_, (), COLUMNS, OF_RECORD> = Assembly {
             model,
             record: Bins::of(experiment),

@@ -23,11 +23,26 @@ impl Refinement {
         plant.stagnation = Stagnation::NONE;
         plant.minimiser.restart();
         plant.end_levels();
+        plant.count_all_bins();
     }
 
-    /// As [`Refinement::restart_plant`], where a descent has ended: the fit allows for errors of the model at first.
-    pub(crate) fn restart_plant_from_descent(&self, plant: &mut Plant, records: usize) {
-        self.restart_plant(plant, records);
+    /// As [`Refinement::restart_plant`], where a minimum may be a wrong one: the fit counts some of the bins at first.
+    pub(crate) fn restart_plant_thinned<const B: usize>(
+        &self,
+        plant: &mut Plant,
+        experiments: &[Experiment<B>],
+    ) {
+        self.restart_plant(plant, experiments.len());
+        plant.thin(experiments.iter().map(Experiment::bins).min().unwrap_or(0));
+    }
+
+    /// As [`Refinement::restart_plant_thinned`], where a descent has ended: the fit also allows for errors of the model at first.
+    pub(crate) fn restart_plant_from_descent<const B: usize>(
+        &self,
+        plant: &mut Plant,
+        experiments: &[Experiment<B>],
+    ) {
+        self.restart_plant_thinned(plant, experiments);
         plant.begin_levels();
     }
 
@@ -48,14 +63,16 @@ impl Refinement {
     }
 
     /// Tries one step over unknowns and imperfections, by Levenberg and Marquardt's method. The refinement stays where it is. Where the
-    /// fit has ended, accuracies that the data contradict are restated, once, and the fit goes on.
+    /// fit has ended, it may go on: with all bins, or with accuracies restated that the data contradict.
     pub(crate) fn step_plant<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
     ) -> Outcome {
-        let Plant { imperfections, minimiser, point, record, relative_error, summary, .. } = plant;
+        let Plant {
+            imperfections, minimiser, point, record, relative_error, every, summary, ..
+        } = plant;
         let domain = PlantDomain::new(problem, &imperfections.all);
         self.minimiser.linearised = false;
         let mut objective = PlantSumOfSquares {
@@ -67,6 +84,7 @@ impl Refinement {
             record,
             others: &mut self.minimiser.normal,
             relative_error: *relative_error,
+            every: *every,
             summary,
         };
         let standing = minimiser.linearised.then(|| minimiser.normal.sum_of_squares());
@@ -74,8 +92,7 @@ impl Refinement {
         if plant.go_on_to_next_level(outcome, standing.unwrap_or(f64::INFINITY)) {
             return Outcome::Improving;
         }
-        if outcome != Outcome::Improving && plant.restate_accuracies() {
-            plant.stagnation = Stagnation::NONE;
+        if outcome != Outcome::Improving && plant.goes_on_after(outcome) {
             return Outcome::Improving;
         }
         outcome
@@ -89,7 +106,8 @@ impl Refinement {
         plant: &mut Plant,
     ) -> Outcome {
         let outcome = self.step_plant(problem, experiments, plant);
-        let residuals = experiments.iter().map(|experiment| 6 * experiment.bins()).sum();
+        let bins = |experiment: &Experiment<B>| experiment.bins().div_ceil(plant.every);
+        let residuals = experiments.iter().map(|experiment| 6 * bins(experiment)).sum();
         let sum_of_squares = plant.minimiser.normal.sum_of_squares();
         // Where the fit has gone on to another level, or with other accuracies, sums of squares do not compare.
         let compares = plant.minimiser.linearised && plant.is_on_last_level();
@@ -97,8 +115,7 @@ impl Refinement {
             && compares
             && plant.stagnation.ends_fit(sum_of_squares, residuals)
         {
-            plant.stagnation = Stagnation::NONE;
-            let goes_on = plant.restate_accuracies();
+            let goes_on = plant.goes_on_after(Outcome::Exhausted);
             return if goes_on { Outcome::Improving } else { Outcome::Exhausted };
         }
         outcome
@@ -131,6 +148,18 @@ impl Refinement {
 }
 
 impl Plant {
+    /// Whether the fit goes on after it has ended with this outcome. From a minimum of some of the bins it goes on with all of them.
+    /// Accuracies that the data contradict are restated, once. A fit that has then come to no minimum of some of the bins takes one last
+    /// step, with all of them.
+    pub(super) fn goes_on_after(&mut self, outcome: Outcome) -> bool {
+        self.stagnation = Stagnation::NONE;
+        if outcome == Outcome::Converged && self.count_all_bins() || self.restate_accuracies() {
+            return true;
+        }
+        self.stagnation = Stagnation::END;
+        self.count_all_bins()
+    }
+
     /// Goes on with a fit that has had its steps, from where it stands.
     pub(crate) fn prolong(&mut self) {
         self.minimiser.restart();

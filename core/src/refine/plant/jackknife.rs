@@ -75,6 +75,7 @@ impl Refinement {
             record,
             others: &mut self.minimiser.normal,
             relative_error: 0.0,
+            every: 1,
             summary,
         };
         // Those that are there may be of a trial step that was rejected.

@@ -13,13 +13,16 @@
 //! before.
 
 use super::super::Outcome;
-use super::super::levels::{LAST_RELATIVE, NEGLIGIBLE, RELATIVE};
+use super::super::levels::{LAST_RELATIVE, RELATIVE};
 use super::Plant;
 use super::stagnation::Stagnation;
 
 /// η of each level; then the noise alone weighs. Chosen: those of the descent. Of seven drawn six-joint arms the first start finds the right
 /// minimum of all with these levels, and of four without.
 const LEVELS: [f64; 2] = [RELATIVE, LAST_RELATIVE];
+
+/// Relative decrease of the sum of squares in a step below which a level ends. Chosen: ten times that of a descent.
+const NEGLIGIBLE: f64 = 1e-2;
 
 impl Plant {
     /// The fit begins at the end of a descent.
@@ -63,7 +66,7 @@ mod tests {
         for (outcome, before, is_over) in [
             (Outcome::Improving, f64::INFINITY, false),
             (Outcome::Improving, 1100.0, false),
-            (Outcome::Improving, 1000.5, true),
+            (Outcome::Improving, 1009.0, true),
             // A step that was rejected.
             (Outcome::Improving, 1000.0, false),
             (Outcome::Converged, 1000.0, true),

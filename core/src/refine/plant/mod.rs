@@ -11,7 +11,7 @@
 //! | `sag`                           | derivatives by these and the stiffnesses through the sag        |
 //! | `correction`                    | a model with the imperfections that a fit has found             |
 //! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
-//! | `fit`, `levels`, `stagnation`        | its minimum, how a fit begins, and when it is given up          |
+//! | `fit`, `levels`, `thinned`, `stagnation` | its minimum, how a fit begins, and when it is given up     |
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | links that give way                                             |
 //! | `information`                   | what records and priors say of unknowns and imperfections       |
@@ -39,10 +39,12 @@ mod sag;
 mod sizes;
 mod stagnation;
 mod structure;
+mod thinned;
 
 use heapless::Vec;
 
-use super::levenberg_marquardt::{LevenbergMarquardt, Limits};
+use super::damping::Damping;
+use super::levenberg_marquardt::{LEAST_DAMPING, LevenbergMarquardt, Limits};
 use super::summary::Summary;
 use crate::MAX_JOINTS;
 use crate::chain::{Chain, JointKind};
@@ -62,7 +64,8 @@ use stagnation::Stagnation;
 
 /// Limits of a fit. Chosen: all unknowns together end within a tenth of a standard deviation of the minimum; a fit typically takes a
 /// sixth of these steps.
-const LIMITS: Limits = Limits { negligible: 1e-2, iterations: 60 };
+const LIMITS: Limits =
+    Limits { negligible: 1e-2, iterations: 60, damping: Damping::bracketed(LEAST_DAMPING) };
 
 /// Imperfections of a plant and memory for a fit to it. It is large: a program that never makes one holds none of it.
 #[derive(Clone, Debug)]
@@ -79,6 +82,8 @@ pub struct Plant {
     adopts: bool,
     /// Relative error of the model that the weights allow for.
     relative_error: f64,
+    /// Distance of the bins that count, 1 where all do.
+    every: usize,
     /// How far the last steps have come.
     stagnation: Stagnation,
     /// Normal equations of the record that was assembled last.
@@ -132,6 +137,7 @@ impl Plant {
             restated: Restated::default(),
             adopts: false,
             relative_error: 0.0,
+            every: 1,
             stagnation: Stagnation::NONE,
             record: Normal::new(),
             whole: Normal::new(),

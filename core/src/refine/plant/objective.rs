@@ -92,6 +92,8 @@ pub(super) struct PlantSumOfSquares<'a, const B: usize> {
     pub(super) others: &'a mut ParameterNormal,
     /// Relative error of the model that the weights allow for.
     pub(super) relative_error: f64,
+    /// Distance of the bins that count.
+    pub(super) every: usize,
     /// Of the residuals at the last [`Objective::linearise`].
     pub(super) summary: &'a mut Summary,
 }
@@ -109,7 +111,8 @@ impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
             let model = self.imperfections.model(problem, point, &bushings, pose, record);
             let Ok(mut model) = model else { return f64::INFINITY };
             model.relative_error = self.relative_error;
-            let (seam, remaining) = workspace.fit_seam(problem, &model, experiment);
+            let (seam, remaining) =
+                workspace.fit_seam(problem, &model, Bins::thinned(experiment, self.every));
             // A seam for which there is no room is fitted again.
             let _ = workspace.seams.push(seam);
             sum_of_squares += remaining;
@@ -158,7 +161,7 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
         experiment: &Experiment<B>,
     ) -> Result<Residuals, LinearisationError> {
         let (model, seam) = self.prepare(point, index, experiment)?;
-        let residuals = self.assemble_bins(&model, &seam, Bins::of(experiment));
+        let residuals = self.assemble_bins(&model, &seam, Bins::thinned(experiment, self.every));
         eliminate_seam(self.problem, &seam, self.record);
         Ok(residuals)
     }
@@ -175,7 +178,7 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
         model.relative_error = self.relative_error;
         let seam = match workspace.seams.get(index) {
             Some(seam) => *seam,
-            None => workspace.fit_seam(problem, &model, experiment).0,
+            None => workspace.fit_seam(problem, &model, Bins::thinned(experiment, self.every)).0,
         };
         Ok((model, seam))
     }
