@@ -10,7 +10,8 @@ pub(super) const TIMES_CONSISTENT: u32 = 2;
 /// The same where its residuals are larger than the noise explains, or have more structure. Two robots of 1200 reach a wrong basin
 /// twice in a row; of drawn six-joint arms, one in eight.
 const TIMES_SUSPECT: u32 = 4;
-/// How often a refinement is continued that has used up its steps short of the minimum, where noise explains the residuals.
+/// How often a refinement is continued that has used up its steps short of the minimum, where noise explains the residuals; and the last
+/// fit to a plant, whatever explains them.
 pub(super) const MAX_PROLONGATIONS: u32 = 4;
 /// Searches that one change of the records may cost.
 const MAX_STARTS: u32 = 8;

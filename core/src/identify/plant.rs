@@ -76,14 +76,14 @@ impl<R> Identifier<R> {
             }
             let ended = refinement.fit_plant(&problem, experiments, plant);
             let Some((fit, remaining)) = &ended else { break None };
-            if remaining.gain > REACHED && prolongations < MAX_PROLONGATIONS {
+            if remaining.gain > REACHED && prolongations < MAX_PROLONGATIONS && plant.prolong() {
                 prolongations += 1;
-                plant.prolong();
                 continue;
             }
             if !plant.adopt_explanations(&problem, fit.inflation()) {
                 break ended;
             }
+            prolongations = 0;
         };
         let Some((fit, remaining)) = ended else {
             refinement.restart_at(&settled.coordinates);
@@ -206,8 +206,8 @@ fn stand_for_something_else(
     strongly.any(is_elsewhere)
 }
 
-/// How many standard deviations an imperfection is off. The damping of the ground is that of two errors, its compliance and its lag: it is
-/// their product, and each is about the square root of it.
+/// How many standard deviations an imperfection is off. The damping of the ground is the product of two errors, its compliance and its lag: if
+/// both are off alike, each is off by its square root.
 fn errors(explanation: &Explanation) -> f64 {
     match explanation.largest.imperfection {
         Imperfection::GroundDamping(_) => libm::sqrt(explanation.times),

@@ -8,11 +8,13 @@ use fearless_simd::Level;
 
 use super::gram;
 use super::packed::packed;
+use crate::receptance::lanes::{Kernel, Lanes, Precision};
 
 /// Part of its diagonal below which the pivot of an unknown counts as zero: the unknown then depends on the unknowns before it.
 const DEPENDENT: f64 = 1e-13;
 
 /// `Σ aᵢ bᵢ`, in partial sums, so that the additions need not wait for each other.
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     const SUMS: usize = 8;
     let mut sums = [0.0; SUMS];
@@ -116,24 +118,13 @@ impl<const L: usize> Normal<L> {
     /// Eliminates the first `count` unknowns. Their rows and columns then hold the factor, and the rest holds the Schur
     /// complement. An unknown that the equations do not determine stays at zero.
     pub(crate) fn eliminate(&mut self, count: usize) {
-        for i in 0..self.size {
-            let (above, row) = self.entries.split_at_mut(packed(i));
-            for j in 0..i {
-                let factor = &above[packed(j)..packed(j + 1)];
-                let known = j.min(count);
-                row[j] -= dot(&row[..known], &factor[..known]);
-                if j < count {
-                    row[j] = if factor[j] > 0.0 { row[j] / factor[j] } else { 0.0 };
-                }
-            }
-            let known = i.min(count);
-            let pivot = row[i] - dot(&row[..known], &row[..known]);
-            row[i] = match i < count {
-                true if pivot > DEPENDENT * row[i] => libm::sqrt(pivot),
-                true => 0.0,
-                false => pivot,
-            };
-        }
+        self.eliminate_with(Level::baseline(), count);
+    }
+
+    /// [`Normal::eliminate`] with these instructions.
+    pub(crate) fn eliminate_with(&mut self, level: Level, count: usize) {
+        let Self { size, entries } = self;
+        f64::dispatch(level, Elimination { size: *size, entries, count });
     }
 
     /// Values of the first `count` unknowns after [`Normal::eliminate`] of these, with the later unknowns at zero.
@@ -282,6 +273,41 @@ impl<const L: usize> Normal<L> {
     /// Entry (i, j), j ≤ i.
     pub(crate) fn entry(&mut self, i: usize, j: usize) -> &mut f64 {
         &mut self.entries[packed(i) + j]
+    }
+}
+
+/// Elimination of the first `count` unknowns of packed equations.
+struct Elimination<'a> {
+    size: usize,
+    entries: &'a mut [f64],
+    count: usize,
+}
+
+impl Kernel<f64> for Elimination<'_> {
+    type Output = ();
+
+    /// The compiler makes vectors of the partial sums, whose values are the same with any instructions.
+    #[inline(always)]
+    fn run<V: Lanes<Scalar = f64>>(self, _like: V) {
+        let Self { size, entries, count } = self;
+        for i in 0..size {
+            let (above, row) = entries.split_at_mut(packed(i));
+            for j in 0..i {
+                let factor = &above[packed(j)..packed(j + 1)];
+                let known = j.min(count);
+                row[j] -= dot(&row[..known], &factor[..known]);
+                if j < count {
+                    row[j] = if factor[j] > 0.0 { row[j] / factor[j] } else { 0.0 };
+                }
+            }
+            let known = i.min(count);
+            let pivot = row[i] - dot(&row[..known], &row[..known]);
+            row[i] = match i < count {
+                true if pivot > DEPENDENT * row[i] => libm::sqrt(pivot),
+                true => 0.0,
+                false => pivot,
+            };
+        }
     }
 }
 

@@ -6,5 +6,5 @@ pub(crate) const RELATIVE: f64 = 0.05;
 /// Relative error η of the model's spectra on the last level of a descent. From the end of this level a fit that weighs by the noise alone
 /// finds the minimum.
 pub(crate) const LAST_RELATIVE: f64 = 0.0125;
-/// Relative decrease of the cost in a step below which a level ends.
+/// Relative decrease of the cost in a step below which a level of a descent ends.
 pub(crate) const NEGLIGIBLE: f64 = 1e-3;

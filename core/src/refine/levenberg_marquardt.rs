@@ -96,6 +96,18 @@ impl<const L: usize> LevenbergMarquardt<L> {
         self.iterations = 0;
     }
 
+    /// Goes on from the same point with another objective.
+    pub(crate) fn renew(&mut self) {
+        self.linearised = false;
+        self.refused = false;
+        self.iterations = 0;
+    }
+
+    /// Whether the last minimisation has had all its steps.
+    pub(crate) fn has_run_out(&self) -> bool {
+        self.iterations >= self.limits.iterations
+    }
+
     /// Tries one step from `point`, and keeps it if the cost falls.
     ///
     /// # Errors
@@ -107,11 +119,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
         objective: &mut O,
         point: &mut D::Point,
     ) -> Result<Outcome, O::Error> {
-        if !self.linearised {
-            objective.cost(point);
-            objective.linearise(point, &mut self.normal)?;
-            self.linearised = true;
-        }
+        self.linearise(objective, point)?;
         self.iterations += 1;
         let standing = self.normal.sum_of_squares();
         let (step, predicted) = propose(&self.normal, &domain.room(point), self.damping.value());
@@ -135,6 +143,24 @@ impl<const L: usize> LevenbergMarquardt<L> {
         Ok(self.unless_exhausted())
     }
 
+    /// Assembles the normal equations at `point`, unless they are those of that point.
+    ///
+    /// # Errors
+    ///
+    /// The objective has no derivatives there.
+    pub(crate) fn linearise<P, O: Objective<P, L>>(
+        &mut self,
+        objective: &mut O,
+        point: &P,
+    ) -> Result<(), O::Error> {
+        if !self.linearised {
+            objective.cost(point);
+            objective.linearise(point, &mut self.normal)?;
+            self.linearised = true;
+        }
+        Ok(())
+    }
+
     /// What follows from a damped step that gains nothing. It says little: what counts is the step without damping.
     fn look_further<const N: usize, D: Domain<N>>(
         &mut self,
@@ -152,7 +178,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
     }
 
     fn unless_exhausted(&self) -> Outcome {
-        if self.damping.value() > LAST_DAMPING || self.iterations >= self.limits.iterations {
+        if self.damping.value() > LAST_DAMPING || self.has_run_out() {
             Outcome::Exhausted
         } else {
             Outcome::Improving

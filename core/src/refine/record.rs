@@ -65,7 +65,7 @@ impl Workspace {
         let unknowns = problem.seam_unknowns();
         let normal = &mut self.record;
         normal.prefer_small(&[0.0; MAX_SEAM][..unknowns], SMALL_SEAM);
-        normal.eliminate(unknowns);
+        normal.eliminate_with(problem.level, unknowns);
         let mut solution = [0.0; MAX_SEAM];
         normal.substitute(unknowns, &mut solution);
         let seam = Seam::from_solution(&solution[..unknowns], problem.chain.joints().len());
@@ -84,7 +84,7 @@ impl Workspace {
         let unknowns = problem.seam_unknowns();
         let standing = equations.seam().to_solution(problem.chain.joints().len());
         self.record.prefer_small(&standing[..unknowns], SMALL_SEAM);
-        self.record.eliminate(unknowns);
+        self.record.eliminate_with(problem.level, unknowns);
         residuals
     }
 

@@ -1,7 +1,7 @@
 //! The bytes of every message.
 //!
-//! If a test here fails, programs in the field speak other bytes: raise `PROTOCOL_VERSION`, and add the new schema key below. The
-//! bytes of `Hello` and `Refused` must never change.
+//! If a test here fails, programs in the field speak other bytes: raise `PROTOCOL_VERSION`, and add the new schema key below. The key of a
+//! version that no release has may be replaced. The bytes of `Hello` and `Refused` must never change.
 
 use std::fmt::Debug;
 

@@ -84,7 +84,7 @@ fn what_the_readings_show_by_themselves_is_said_before_the_search() {
     );
 }
 
-/// A log that gives no record is enough for what the configuration shows.
+/// Standard input can be read only once: what the configuration shows comes after the fit, and not without one.
 #[test]
 fn a_wrong_log_on_standard_input_has_its_error_alone() {
     let folder = folder();

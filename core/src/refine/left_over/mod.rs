@@ -84,7 +84,8 @@ pub enum LeftOver {
     },
     /// What is left is no response to the force, so that no linear model explains it.
     Distortion {
-        /// The part of it that no smooth response to the force explains: the median over narrow bands of its mean square beyond noise.
+        /// The part of it that no smooth response to the force explains: of its mean square beyond noise, the median over
+        /// records and axes of medians over narrow bands.
         part: f64,
     },
 }

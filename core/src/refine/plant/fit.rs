@@ -1,16 +1,19 @@
 //! The minimum over unknowns and imperfections.
 
-use super::super::levenberg_marquardt::{Outcome, Remaining};
+use super::super::levenberg_marquardt::{LevenbergMarquardt, Outcome, Remaining};
 use super::super::proposal::FLOOR;
 use super::super::{Fit, ParameterNormal, Problem, Refinement};
 use super::objective::{PlantDomain, PlantSumOfSquares, Point};
 use super::restated::Restated;
-use super::sizes::ALL;
+use super::sizes::{ALL, OF_ALL};
 use super::stagnation::Stagnation;
 use super::{Correction, Plant};
 use crate::imperfection::{self, MAX_IMPERFECTIONS};
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::Experiment;
+
+/// What a fit with some of the bins may still gain where it is near its minimum. Chosen: one standard deviation.
+const NEAR: f64 = 1.0;
 
 impl Refinement {
     /// Goes to the parameters where this refinement stands, with so many records, and to the imperfections of its model.
@@ -23,7 +26,7 @@ impl Refinement {
         plant.stagnation = Stagnation::NONE;
         plant.minimiser.restart();
         plant.end_levels();
-        plant.count_all_bins();
+        plant.every = 1;
     }
 
     /// As [`Refinement::restart_plant`], where a minimum may be a wrong one: the fit counts some of the bins at first.
@@ -62,6 +65,36 @@ impl Refinement {
         self.minimiser.linearised = false;
     }
 
+    /// The domain of a fit, its sum of squares, its minimisation, and where it stands.
+    fn minimisation<'a, const B: usize>(
+        &'a mut self,
+        problem: &'a Problem<'_>,
+        experiments: &'a [Experiment<B>],
+        plant: &'a mut Plant,
+    ) -> (
+        PlantDomain<'a>,
+        PlantSumOfSquares<'a, B>,
+        &'a mut LevenbergMarquardt<OF_ALL>,
+        &'a mut Point,
+    ) {
+        let Plant { imperfections, minimiser, point, record, summary, .. } = plant;
+        self.minimiser.linearised = false;
+        let domain = PlantDomain::new(problem, &imperfections.all);
+        let objective = PlantSumOfSquares {
+            problem,
+            experiments,
+            retired: &self.retired,
+            workspace: &mut self.workspace,
+            imperfections,
+            record,
+            others: &mut self.minimiser.normal,
+            relative_error: plant.relative_error,
+            every: plant.every,
+            summary,
+        };
+        (domain, objective, minimiser, point)
+    }
+
     /// Tries one step over unknowns and imperfections, by Levenberg and Marquardt's method. The refinement stays where it is. Where the
     /// fit has ended, it may go on: with all bins, or with accuracies restated that the data contradict.
     pub(crate) fn step_plant<const B: usize>(
@@ -70,29 +103,42 @@ impl Refinement {
         experiments: &[Experiment<B>],
         plant: &mut Plant,
     ) -> Outcome {
-        let Plant {
-            imperfections, minimiser, point, record, relative_error, every, summary, ..
-        } = plant;
-        let domain = PlantDomain::new(problem, &imperfections.all);
-        self.minimiser.linearised = false;
-        let mut objective = PlantSumOfSquares {
-            problem,
-            experiments,
-            retired: &self.retired,
-            workspace: &mut self.workspace,
-            imperfections,
-            record,
-            others: &mut self.minimiser.normal,
-            relative_error: *relative_error,
-            every: *every,
-            summary,
-        };
+        let (domain, mut objective, minimiser, point) =
+            self.minimisation(problem, experiments, plant);
         let standing = minimiser.linearised.then(|| minimiser.normal.sum_of_squares());
         let outcome = minimiser.step(&domain, &mut objective, point).unwrap_or(Outcome::Exhausted);
         if plant.go_on_to_next_level(outcome, standing.unwrap_or(f64::INFINITY)) {
             return Outcome::Improving;
         }
-        if outcome != Outcome::Improving && plant.goes_on_after(outcome) {
+        if outcome == Outcome::Improving {
+            return outcome;
+        }
+        self.end_or_go_on(problem, experiments, plant, outcome)
+    }
+
+    /// What follows from the end of a fit. From a minimum of some of the bins it goes on with all of them. Else, once, accuracies are
+    /// restated that the data contradict, by all bins, and it goes on with as many as before.
+    fn end_or_go_on<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+        outcome: Outcome,
+    ) -> Outcome {
+        plant.stagnation = Stagnation::NONE;
+        let every = plant.every;
+        let is_near = plant.remaining(problem).is_some_and(|remaining| remaining.gain < NEAR);
+        if plant.count_all_bins() {
+            if is_near {
+                return Outcome::Improving;
+            }
+            let (_, mut objective, minimiser, point) =
+                self.minimisation(problem, experiments, plant);
+            // Without derivatives there the fit has none.
+            let _ = minimiser.linearise(&mut objective, point);
+        }
+        if plant.restate_accuracies() {
+            plant.every = every;
             return Outcome::Improving;
         }
         outcome
@@ -115,27 +161,22 @@ impl Refinement {
             && compares
             && plant.stagnation.ends_fit(sum_of_squares, residuals)
         {
-            let goes_on = plant.goes_on_after(Outcome::Exhausted);
-            return if goes_on { Outcome::Improving } else { Outcome::Exhausted };
+            return self.end_or_go_on(problem, experiments, plant, Outcome::Exhausted);
         }
         outcome
     }
 
-    /// Evaluates the fit where the plant stands, and goes there. Fisher information and covariance are those that hold whatever the
-    /// imperfections are. Returns also the way that is left to the minimum. Returns `None` where gravity leaves the robot no
-    /// equilibrium.
+    /// Evaluates the fit where the plant stands, and goes there. Fisher information and covariance are those that hold
+    /// whatever the imperfections are. Returns also the way that is left to the minimum. Returns `None` where gravity leaves the robot
+    /// no equilibrium.
     pub(crate) fn fit_plant<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
     ) -> Option<(Fit, Remaining)> {
-        if !plant.minimiser.linearised {
-            return None;
-        }
+        let Remaining { step, gain } = plant.remaining(problem)?;
         let count = plant.imperfections.all.len();
-        let domain = PlantDomain::new(problem, &plant.imperfections.all);
-        let Remaining::<ALL> { step, gain } = plant.minimiser.remaining(&domain, &plant.point);
         let mut of_unknowns = [0.0; MAX_UNKNOWNS];
         of_unknowns.copy_from_slice(&step[count..count + MAX_UNKNOWNS]);
         plant.determine();
@@ -148,21 +189,20 @@ impl Refinement {
 }
 
 impl Plant {
-    /// Whether the fit goes on after it has ended with this outcome. From a minimum of some of the bins it goes on with all of them.
-    /// Accuracies that the data contradict are restated, once. A fit that has then come to no minimum of some of the bins takes one last
-    /// step, with all of them.
-    pub(super) fn goes_on_after(&mut self, outcome: Outcome) -> bool {
-        self.stagnation = Stagnation::NONE;
-        if outcome == Outcome::Converged && self.count_all_bins() || self.restate_accuracies() {
-            return true;
-        }
-        self.stagnation = Stagnation::END;
-        self.count_all_bins()
+    /// The way that is left to the minimum. `None` where the fit has no derivatives.
+    fn remaining(&self, problem: &Problem<'_>) -> Option<Remaining<ALL>> {
+        let Self { imperfections, minimiser, point, .. } = self;
+        let domain = PlantDomain::new(problem, &imperfections.all);
+        minimiser.linearised.then(|| minimiser.remaining(&domain, point))
     }
 
-    /// Goes on with a fit that has had its steps, from where it stands.
-    pub(crate) fn prolong(&mut self) {
-        self.minimiser.restart();
+    /// Goes on from where it stands with a fit that has had its steps. Returns whether it has.
+    pub(crate) fn prolong(&mut self) -> bool {
+        let has_run_out = self.minimiser.has_run_out();
+        if has_run_out {
+            self.minimiser.restart();
+        }
+        has_run_out
     }
 
     /// The parameters where the last fit has ended.

@@ -21,8 +21,9 @@ use super::stagnation::Stagnation;
 /// minimum of all with these levels, and of four without.
 const LEVELS: [f64; 2] = [RELATIVE, LAST_RELATIVE];
 
-/// Relative decrease of the sum of squares in a step below which a level ends. Chosen: ten times that of a descent.
-const NEGLIGIBLE: f64 = 1e-2;
+/// Relative decrease of the sum of squares in a step below which a level ends. Chosen: a level is to end in the basin of the next one, not
+/// at its own minimum; with a tenth of this twice as many steps lead to the same minima.
+const LEVEL_IS_OVER: f64 = 1e-2;
 
 impl Plant {
     /// The fit begins at the end of a descent.
@@ -44,7 +45,7 @@ impl Plant {
     /// whether it has.
     pub(super) fn go_on_to_next_level(&mut self, outcome: Outcome, before: f64) -> bool {
         let gain = before - self.minimiser.normal.sum_of_squares();
-        let is_negligible = gain > 0.0 && gain < NEGLIGIBLE * before;
+        let is_negligible = gain > 0.0 && gain < LEVEL_IS_OVER * before;
         if self.is_on_last_level() || outcome == Outcome::Improving && !is_negligible {
             return false;
         }

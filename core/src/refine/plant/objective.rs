@@ -208,7 +208,7 @@ pub(super) fn eliminate_seam(problem: &Problem<'_>, seam: &Seam, record: &mut No
     let unknowns = problem.seam_unknowns();
     let standing = seam.to_solution(problem.chain.joints().len());
     record.prefer_small(&standing[..unknowns], SMALL_SEAM);
-    record.eliminate(unknowns);
+    record.eliminate_with(problem.level, unknowns);
 }
 
 /// The model at a point, in a record of this number at a pose. Prepares the columns of the imperfections.

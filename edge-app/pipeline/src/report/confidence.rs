@@ -14,7 +14,7 @@ use flexid_wire::text::{Label, clipped};
 use super::directions::weak_direction;
 use super::explanations::explanations;
 use super::imperfections::conspicuous;
-use super::residuals::Residuals;
+use super::residuals::{Residuals, distortion};
 use super::verdict::verdict;
 use crate::config::Config;
 use crate::names::{name, names};
@@ -44,7 +44,7 @@ pub(crate) fn confidence(
     details: &Details<'_>,
 ) -> Confidence {
     let &Details { of_plant, left_over, poses, left_out } = details;
-    let residuals = Residuals::of(estimate);
+    let residuals = Residuals::of(estimate, distortion(left_over));
     let allowed = residuals.allow_intervals();
     let intervals = |values: &[f64; 6], deviations: &[Option<f64>; 6]| {
         std::array::from_fn(|dof| {

@@ -21,7 +21,7 @@ const REACH: f64 = 10.0;
 /// The warning about the first accuracy that the data contradict very strongly, if there is one.
 pub(crate) fn contradicted(of_plant: Option<&PlantEstimate>, model: &Model) -> Option<Warning> {
     let of_plant = of_plant?;
-    let residuals = Residuals::of(&of_plant.estimate);
+    let residuals = Residuals::of(&of_plant.estimate, None);
     // Else its imperfections may be those of a wrong minimum.
     let all = Some(of_plant).filter(|_| residuals.allow_intervals());
     let mut all = all.into_iter().flat_map(|own| held(&own.explanations, &own.imperfections));
@@ -36,9 +36,9 @@ pub(super) fn explanations(
     of_plant: Option<&PlantEstimate>,
     model: &Model,
 ) -> impl Iterator<Item = Explanation> {
-    let near = of_plant.filter(|own| Residuals::of(&own.estimate).are_sane());
+    let near = of_plant.filter(|own| Residuals::of(&own.estimate, None).are_sane());
     near.into_iter().flat_map(move |own| {
-        let residuals = Residuals::of(&own.estimate);
+        let residuals = Residuals::of(&own.estimate, None);
         held(&own.explanations, &own.imperfections)
             .map(move |found| explanation(found, model, residuals))
     })

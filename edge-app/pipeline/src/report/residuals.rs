@@ -27,6 +27,8 @@ pub(super) struct Residuals {
     settled: bool,
     /// Whether the estimate rests on records, not on static tests alone. Only records have structure along the band.
     of_records: bool,
+    /// The part of what the fit leaves that is no response to the force, if no linear model leaves so much.
+    distortion: Option<f64>,
 }
 
 impl Residuals {
@@ -42,10 +44,12 @@ impl Residuals {
             statics_object: false,
             settled: true,
             of_records: true,
+            distortion: None,
         }
     }
 
-    pub(super) fn of(estimate: &Estimate) -> Self {
+    /// Returns the residuals of an estimate, of which this part is no response to the force.
+    pub(super) fn of(estimate: &Estimate, distortion: Option<f64>) -> Self {
         let &Estimate {
             consistency,
             whiteness,
@@ -67,6 +71,7 @@ impl Residuals {
             statics_object,
             settled,
             of_records: experiments > 0,
+            distortion,
         }
     }
 
@@ -110,6 +115,7 @@ impl Residuals {
             _ if self.noise_too_loud => Meaning::LoudNoise,
             (_, false) if self.statics_object => Meaning::StaticTests,
             (false, false) => Meaning::Noise,
+            (true, _) if self.distortion.is_some() => Meaning::WrongModel,
             _ if !self.settled => Meaning::WrongMinimum,
             (true, false) if self.are_sane() => Meaning::NoisierCut,
             (true, _) => Meaning::WrongModel,
@@ -117,15 +123,14 @@ impl Residuals {
         }
     }
 
-    /// Returns the objection of the residuals, of which this part is no response to the force. An objection of the static tests has a
-    /// warning of its own.
-    pub(super) fn objection(&self, distortion: Option<f64>) -> Option<Objection> {
+    /// Returns the objection of the residuals. An objection of the static tests has a warning of its own.
+    pub(super) fn objection(&self) -> Option<Objection> {
         let Self { consistency, whiteness, .. } = *self;
         if !self.of_records {
             let misfit = self.size_objects && !self.statics_object;
             return misfit.then_some(Objection::StaticMisfit { consistency });
         }
-        if let Some(part) = distortion.filter(|_| self.size_objects && !self.noise_too_loud) {
+        if let Some(part) = self.distortion.filter(|_| self.size_objects && !self.noise_too_loud) {
             return Some(Objection::Distortion { consistency, part });
         }
         match (self.size_objects, self.whiteness_objects) {
@@ -158,7 +163,7 @@ mod tests {
     }
 
     fn advised(residuals: &Residuals) -> Option<String> {
-        residuals.objection(None).map(|objection| objection.to_string())
+        residuals.objection().map(|objection| objection.to_string())
     }
 
     fn residuals(
@@ -175,7 +180,25 @@ mod tests {
             statics_object,
             settled,
             of_records,
+            distortion: None,
         }
+    }
+
+    /// What is no response to the force is no matter of the minimum.
+    #[test]
+    fn what_no_linear_model_explains_is_named() {
+        for settled in [true, false] {
+            let bent = Residuals {
+                settled,
+                distortion: Some(0.3),
+                ..residuals([84.2, 99.0], [true, true, false])
+            };
+            assert!(said(&bent).ends_with(": the model is wrong"), "{}", said(&bent));
+            let advice = advised(&bent).unwrap();
+            assert!(advice.contains("no linear model") && advice.len() <= 160, "{advice}");
+        }
+        let explained = Residuals { distortion: Some(0.3), ..Residuals::noise(1.0) };
+        assert_eq!(advised(&explained), None);
     }
 
     /// Without records the words do not mention cuts, sensors or structure along the band.

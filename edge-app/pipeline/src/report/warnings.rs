@@ -30,7 +30,7 @@ pub(super) fn warnings(
     let mut warnings: Vec<Warning> = basis.scale.iter().chain(&basis.axes).cloned().collect();
     let implausible = plausibility::warnings(implausible, at_limit, config);
     warnings.extend(implausible.into_iter().map(Warning::Implausible));
-    let residuals = Residuals::of(estimate);
+    let residuals = Residuals::of(estimate, basis.distortion);
     // Noise that is too loud, and a doubtful rate, have warnings of their own.
     let explained = residuals.noise_too_loud || basis.doubtful_rate;
     if estimate.acceptance == Acceptance::Unsettled && !explained {
@@ -55,7 +55,7 @@ pub(super) fn warnings(
         };
         warnings.push(Warning::OnStatedBounds { parameters, advice });
     }
-    warnings.extend(residuals.objection(basis.distortion).map(Warning::Objection));
+    warnings.extend(residuals.objection().map(Warning::Objection));
     warnings.extend(basis.contradicted.clone());
     if settled && (residuals.size_objects || basis.contradicted.is_some()) && sought.imposes() {
         warnings.push(Warning::ImposedParameters);

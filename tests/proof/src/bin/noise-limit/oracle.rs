@@ -84,7 +84,7 @@ mod tests {
             let accuracies =
                 Accuracies { ground_translation, ground_rotation, ..Accuracies::typical() };
             let cuts = study.cuts().swap_remove(1);
-            let records = records(&study, &cuts, &Plant::default(), 1).unwrap();
+            let records = records(&study, &cuts, &Plant::default(), &study.robot(1), 1).unwrap();
             let (truth, found) = found(&study, &records, &accuracies, 1).unwrap();
             let oracle = deviations(&study, &truth, &cuts, &accuracies).unwrap();
             let identified = (0..oracle.len()).filter(|&index| found.identifies(index));

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use anyhow::{Result, ensure};
 use flexid_core::imperfection::{Accuracies, SensorAccuracies};
-use flexid_core::parameters::Bushings;
+use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::verdict::{Trust, Verdict};
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::plant::clock::Clock;
@@ -128,7 +128,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
         Figure::count(
             "drawn plants: parameters that are identified, of those that the oracle identifies",
             by_oracle,
-            100.0 * identified.len() as f64 >= KEPT_OF_ORACLE * by_oracle as f64,
+            by_oracle > 0 && 100.0 * identified.len() as f64 >= KEPT_OF_ORACLE * by_oracle as f64,
             identified.len(),
             &format!("at least {KEPT_OF_ORACLE:.0} %"),
         )
@@ -146,13 +146,14 @@ fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Opt
     let mut draw = random(Purpose::Draw, robot);
     let plant =
         drawn(&accuracies, study.chain.joints().len(), study.measurement.band_hz, &mut draw);
-    if plant.stiffness_at_rest(&study.robot(robot)) <= 0.0 {
+    let simulated = with_links(&study.robot(robot), &accuracies, &mut draw);
+    if plant.stiffness_at_rest(&simulated) <= 0.0 {
         return Ok(None);
     }
-    let records = records(study, cuts, &plant, robot)?;
+    let records = records(study, cuts, &plant, &simulated, robot)?;
     ensure!(records.len() == cuts.len(), "{} records of {} cuts", records.len(), cuts.len());
     let (truth, found) = found(study, &records, &accuracies, robot)?;
-    let perfect = self::records(study, cuts, &Plant::default(), robot)?;
+    let perfect = self::records(study, cuts, &Plant::default(), &truth, robot)?;
     let at_noise_limit = find(&study.task(), &perfect, random(Purpose::Search, robot).0)?;
     let errors = found.errors(&truth);
     let oracle = oracle::deviations(study, &truth, cuts, &accuracies)?;
@@ -203,19 +204,19 @@ pub(crate) fn with(change: impl FnOnce(&mut Plant)) -> Plant {
     plant
 }
 
-/// Records of robot `number` with the errors of `plant`, of the cuts in which it does not give way and that make a record.
+/// Records of robot `number`, which has these bushings, with the errors of `plant`, of the cuts in which it does not give way and that make a record.
 pub(crate) fn records(
     study: &Study,
     cuts: &[Cut],
     plant: &Plant,
+    bushings: &[Bushing],
     number: u64,
 ) -> Result<Vec<Record>> {
-    let truth = study.robot(number);
     let mut draw = random(Purpose::Plant, number);
     let mut sensors = Sensors::new(study, random(Purpose::Noise, number))?;
     let mut records = Vec::new();
     for (number, cut) in (0..).zip(cuts) {
-        let work = Work { cut, model: &study.chain, bushings: &truth, number };
+        let work = Work { cut, model: &study.chain, bushings, number };
         // The sensors of the study add the noise.
         let samples = study.scenario.measurement.samples();
         let turn = TAU * SPINDLE_HZ / study.scenario.measurement.rate_hz;
@@ -264,7 +265,7 @@ fn print(robot: u64, found: &Found, identified: &[Identified]) {
     }
 }
 
-/// A plant whose every error is drawn from a normal distribution.
+/// A plant whose every error is drawn from a normal distribution, but for links ([`with_links`]).
 pub(crate) fn drawn(
     accuracies: &Accuracies,
     joints: usize,
@@ -330,6 +331,27 @@ pub(crate) fn drawn(
         }),
         ..Plant::default()
     }
+}
+
+/// The joints in series with links that give way. The compliance c of each along each degree of freedom is drawn, none negative:
+///
+/// ```text
+/// 1/(1/z + c) ≈ k/(1 + k c) + s d/(1 + k c)²        z = k + s d
+/// ```
+///
+/// No link is in series with the first joint.
+fn with_links(joints: &[Bushing], accuracies: &Accuracies, random: &mut Random) -> Bushings {
+    let Accuracies { structure_translation, structure_rotation, .. } = *accuracies;
+    let mut softer: Bushings = joints.iter().cloned().collect();
+    for bushing in softer.iter_mut().skip(1) {
+        for dof in 0..6 {
+            let deviation = if dof < 3 { structure_translation } else { structure_rotation };
+            let times = 1.0 + bushing.stiffness[dof] * deviation * random.normal().abs();
+            bushing.stiffness[dof] /= times;
+            bushing.damping[dof] /= times * times;
+        }
+    }
+    softer
 }
 
 /// A ground whose compliances are drawn, none negative.

@@ -82,7 +82,7 @@ fn scores(
         true => Plant::default(),
         false => drawn(accuracies, joints, study.measurement.band_hz, &mut draw),
     };
-    let records = records(study, cuts, &plant, number)?;
+    let records = records(study, cuts, &plant, &study.robot(number), number)?;
     if records.is_empty() {
         return Ok(None);
     }
