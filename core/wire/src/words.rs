@@ -76,10 +76,15 @@ impl fmt::Display for Measured<'_> {
         };
         let (value, std) = (value / scale, std.map(|std| std / scale));
         let (mut last, mut digits) = (std.unwrap_or(value.abs() / OF_THREE_DIGITS), 0);
+        // Value of the last digit.
+        let mut unit_of_last = 1.0;
         while last < LAST && digits < DIGITS {
             last *= 10.0;
             digits += 1;
+            unit_of_last /= 10.0;
         }
+        // Zero has no sign.
+        let value = if value.abs() < 0.5 * unit_of_last { 0.0 } else { value };
         write!(f, "{value:.digits$}")?;
         if let Some(std) = std {
             write!(f, " ± {std:.digits$}")?;
@@ -117,7 +122,7 @@ mod tests {
         for (value, std, unit, expected) in [
             (3.124e-4, Some(2.1e-5), "s", "312 ± 21 µs"),
             (3.124e-3, Some(1.2e-5), "m", "3.124 ± 0.012 mm"),
-            (-1.2e-9, Some(2e-3), "rad", "-0 ± 2 mrad"),
+            (-1.2e-9, Some(2e-3), "rad", "0 ± 2 mrad"),
             (0.0213, Some(0.002), "", "2.1 ± 0.2 %"),
             (-0.898, Some(0.04), "", "-90 ± 4 %"),
             (1600.0, Some(f64::INFINITY), "Hz", "0 ± inf MHz"),

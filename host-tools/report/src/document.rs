@@ -8,6 +8,7 @@ use std::path::Path;
 use flexid_pipeline::input::{self, BadInput};
 use flexid_prediction::document::{COMMAND, Found};
 use flexid_wire::confidence::{Correlations, HeldOut, Nuisance};
+use flexid_wire::residuals::Meaning;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -127,6 +128,9 @@ pub struct Residuals {
     pub text: String,
     /// Structure along the band, about N(0, 1) if there is none.
     pub whiteness: Option<f64>,
+    /// Their meaning. `None` in files that do not state it.
+    #[serde(default)]
+    pub meaning: Option<Meaning>,
 }
 
 /// Something in words.

@@ -103,9 +103,10 @@ pub struct Size {
 
 impl Size {
     /// Whether an explanation of this size and of this share of the misfit is shown. One that may be zero by two standard deviations
-    /// explains nothing, unless its kind explains most: then it is open which axis is off.
-    pub fn is_shown(self, share: f64) -> bool {
-        share > MOST || self.std.is_some_and(|std| SIGNIFICANT * std < self.value.abs())
+    /// explains nothing, unless the records contradict its accuracy and its kind explains most: then it is open which axis is off.
+    pub fn is_shown(self, share: f64, is_contradicted: bool) -> bool {
+        is_contradicted && share > MOST
+            || self.std.is_some_and(|std| SIGNIFICANT * std < self.value.abs())
     }
 }
 
@@ -271,13 +272,15 @@ mod tests {
 
     #[test]
     fn an_error_that_may_be_zero_explains_most_or_nothing() {
-        for (value, std, share, expected) in [
-            (-2.0, Some(0.9), 0.1, true),
-            (2.0, Some(1.0), 0.4, false),
-            (2.0, Some(1.0), 0.6, true),
-            (2.0, None, 0.4, false),
+        for (value, std, share, is_contradicted, expected) in [
+            (-2.0, Some(0.9), 0.1, false, true),
+            (2.0, Some(1.0), 0.4, true, false),
+            (2.0, Some(1.0), 0.6, true, true),
+            (2.0, Some(1.0), 0.6, false, false),
+            (2.0, None, 0.4, true, false),
         ] {
-            assert_eq!(Size { value, std }.is_shown(share), expected, "{value} {std:?} {share}");
+            let is_shown = Size { value, std }.is_shown(share, is_contradicted);
+            assert_eq!(is_shown, expected, "{value} {std:?} {share}");
         }
     }
 }

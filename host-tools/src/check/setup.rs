@@ -48,7 +48,7 @@ pub(super) fn judge(config: &Config) -> Vec<Finding> {
             Doubtful,
             ABOUT,
             format!("[accuracy] {key} is {times:.0} times as large as is typical, so that little is left of what is stated"),
-            "measure it, and state what the measurement reaches, as one standard deviation",
+            "measure it, and state what the measurement reaches, as one standard deviation; parts are fractions, 0.005 for 0.5 %",
         )
     }));
     findings

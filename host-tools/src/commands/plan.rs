@@ -27,8 +27,8 @@ use crate::progress;
 const STACK: usize = 64 << 20;
 
 const AFTER_HELP: &str = "Examples:
-  $ flexid plan --config edge.toml
-  $ flexid plan --config edge.toml --from found.json --experiments 2 --force 300";
+  $ flexid plan --config mill6-edge.toml
+  $ flexid plan --config mill6-edge.toml --from found.json --experiments 2 --force 300";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]

@@ -7,6 +7,7 @@ use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance};
 use flexid_wire::directions::{WeakDirection, named};
 use flexid_wire::explanation::{Deviation, Explanation};
 use flexid_wire::finding::Finding;
+use flexid_wire::left_over::LeftOver;
 use flexid_wire::report::Acceptance;
 
 /// Correlations above this size are shown, per cent.
@@ -19,6 +20,10 @@ pub(super) const INDENT: usize = 13;
 /// Said before the explanations of a fit that is not settled.
 const MAYBE: &str =
     "the searches disagree: the lines below hold only if this minimum is the right one";
+
+/// What stands above the explanations where no linear model explains what is left.
+const NOT_LINEAR: &str =
+    "no linear model explains what is left: the lines below may be effects of that";
 
 /// One paragraph for each part of the confidence of a finding that is not empty.
 pub(crate) fn lines(Finding { report, confidence }: &Finding) -> String {
@@ -34,8 +39,15 @@ pub(crate) fn lines(Finding { report, confidence }: &Finding) -> String {
         ..
     } = confidence;
     let is_unsettled = report.fit.acceptance == Acceptance::Unsettled;
-    let shown = || explanations.iter().filter(|own| size(&own.deviation).is_shown(own.share));
-    let caveat = (is_unsettled && shown().next().is_some()).then(|| MAYBE.to_owned());
+    let is_shown =
+        |own: &&Explanation| size(&own.deviation).is_shown(own.share, own.is_contradicted());
+    let shown = || explanations.iter().filter(is_shown);
+    let is_not_linear = left_over.iter().any(|own| matches!(own, LeftOver::Distortion { .. }));
+    let caveat = match (shown().next().is_some(), is_not_linear) {
+        (true, true) => Some(NOT_LINEAR.to_owned()),
+        (true, false) if is_unsettled => Some(MAYBE.to_owned()),
+        _ => None,
+    };
     let explained = shown().flat_map(|one| explanation(one, nuisances));
     let paragraphs = [
         ("residuals", vec![residuals.to_string()]),

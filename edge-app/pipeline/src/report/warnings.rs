@@ -56,7 +56,8 @@ pub(super) fn warnings(
         warnings.push(Warning::OnStatedBounds { parameters, advice });
     }
     warnings.extend(residuals.objection().map(Warning::Objection));
-    warnings.extend(basis.contradicted.clone());
+    // What is not linear is explained by imperfections that are not there.
+    warnings.extend(basis.contradicted.clone().filter(|_| basis.distortion.is_none()));
     if settled && (residuals.size_objects || basis.contradicted.is_some()) && sought.imposes() {
         warnings.push(Warning::ImposedParameters);
     }

@@ -1,6 +1,7 @@
 //! What is identified and what is not, whether to trust it, and what to do next.
 
 use flexid_wire::report::{Acceptance, JointReport, Verdict};
+use flexid_wire::residuals::Meaning;
 use maud::{Markup, html};
 
 use super::format::{agreement, count, marked, number, percent};
@@ -182,9 +183,20 @@ fn names(document: &Document, wanted: Verdict) -> String {
 
 fn trust(document: &Document) -> Vec<Markup> {
     let fit = &document.found.fit;
+    let meaning = document.further.confidence.as_ref().and_then(|own| own.residuals.meaning);
     let mut lines = vec![match (fit.acceptance, document.is_static()) {
-        (Acceptance::Consistent, false) => html! {
-            "Yes, within the intervals: what the model leaves of the records is what noise leaves."
+        (Acceptance::Consistent, false) => match meaning {
+            Some(Meaning::SmallError) => html! {
+                "Yes, within the intervals: what the model leaves of the records is small, but not random. The intervals allow for an error \
+                 that differs from band to band."
+            },
+            Some(Meaning::NoisierCut) => html! {
+                "Yes, within the intervals: what the model leaves of the records is more than the noise at rest, and the intervals allow for \
+                 that."
+            },
+            _ => html! {
+                "Yes, within the intervals: what the model leaves of the records is what noise leaves."
+            },
         },
         (Acceptance::Consistent, true) => html! {
             "Yes, within the intervals: what the model leaves of the displacements is what noise leaves."
@@ -215,6 +227,9 @@ fn trust(document: &Document) -> Vec<Markup> {
     if fit.acceptance == Acceptance::Unsettled && shown(confidence).next().is_some() {
         lines.push(html! { "If this minimum is the right one, then the following is off." });
     }
+    if is_not_linear(document) && shown(confidence).next().is_some() {
+        lines.push(html! { "No linear model explains what is left: what follows may be an effect of that." });
+    }
     for Explanation { text, alike, remedy, .. } in shown(confidence) {
         lines.push(html! {
             (text) @if let Some(alike) = alike { "; " (alike) } @if remedy.is_none() { "; nothing to do" } "."
@@ -233,10 +248,19 @@ fn trust(document: &Document) -> Vec<Markup> {
     lines
 }
 
+/// Whether a warning says that no linear model explains what is left.
+fn is_not_linear(document: &Document) -> bool {
+    let kinds = &document.further.warning_kinds;
+    let objections = kinds.iter().filter_map(|kind| kind.get("objection"));
+    objections.into_iter().any(|objection| objection.get("distortion").is_some())
+}
+
 /// The explanations that are shown.
 fn shown(confidence: &Confidence) -> impl Iterator<Item = &Explanation> {
     let all = confidence.explanations.iter();
-    all.filter(|own| own.deviation.is_none_or(|size| size.is_shown(own.share)))
+    all.filter(|own| {
+        own.deviation.is_none_or(|size| size.is_shown(own.share, own.remedy.is_some()))
+    })
 }
 
 /// The gravest first: readings that are wrong, then errors that the records name, then what the fit lacks.
@@ -250,6 +274,12 @@ fn next_steps(document: &Document) -> Vec<Markup> {
     if document.is_static() {
         lines.extend(static_steps(document));
         return lines;
+    }
+    if is_not_linear(document) {
+        lines.push(html! {
+            "Look for friction, backlash, clipping and a clock that wanders: no linear model explains what is left. Cut harder, so that the \
+             joints slip. What is named below may be an effect of these."
+        });
     }
     if let Some(confidence) = &document.further.confidence {
         for remedy in shown(confidence).filter_map(|own| own.remedy.as_ref()) {
