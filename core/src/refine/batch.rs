@@ -227,28 +227,15 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::SeedableRng as _;
 
-    use super::super::tests::{BINS, SAMPLES, chain, record};
+    use super::super::tests::{BINS, SAMPLES, chain, measurement, record};
     use super::*;
-    use crate::mounting::Mounting;
-    use crate::sensors::Accelerometer;
-    use crate::spectrum::Measurement;
-
-    fn measurement() -> Measurement {
-        Measurement {
-            band_hz: [5.0, 60.0],
-            gravity: [0.0; 3],
-            accelerometer: Accelerometer::Strapdown,
-            mounting: Mounting::default(),
-        }
-    }
 
     proptest! {
         /// Bin k of a part of those that count is a bin of the record: with its frequency, force, reading and noise.
         #[test]
         fn one_bin_out_of_several_counts(every in 1..6_usize, from in 0..5_usize, count in 1..6_usize) {
-            let measurement = measurement();
             let record = record(&mut Xoshiro256PlusPlus::seed_from_u64(1));
-            let whole = Experiment::<BINS>::new(&chain(), &measurement, &record, &mut [0.0; SAMPLES]);
+            let whole = Experiment::<BINS>::new(&chain(), &measurement(), &record, &mut [0.0; SAMPLES]);
             let whole = whole.unwrap();
             let (all, some) = (Bins::of(&whole), Bins::thinned(&whole, every));
             prop_assert_eq!(some.bins(), all.bins().div_ceil(every));

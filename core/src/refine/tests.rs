@@ -42,6 +42,16 @@ pub(crate) fn chain() -> Chain {
     Chain::new(&joints, Isometry3::translation(0.4, 0.1, 0.2)).unwrap()
 }
 
+/// At the TCP, without gravity.
+pub(crate) fn measurement() -> Measurement {
+    Measurement {
+        band_hz: [5.0, 60.0],
+        gravity: [0.0; 3],
+        accelerometer: Accelerometer::Strapdown,
+        mounting: Mounting::default(),
+    }
+}
+
 /// Its bushings, both alike.
 pub(crate) fn bushings() -> Bushings {
     let bushing = Bushing {

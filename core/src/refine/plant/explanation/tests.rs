@@ -7,15 +7,12 @@ use nalgebra::{DMatrix, DVector};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng as _, SeedableRng as _};
 
-use super::super::super::tests::{bounds, bushings, chain, problem};
+use super::super::super::tests::{bounds, bushings, chain, measurement, problem};
 use super::super::diagnosis::Explanation;
 use super::*;
 use crate::calibration::Nuisances;
 use crate::imperfection::Accuracies;
-use crate::mounting::Mounting;
-use crate::sensors::Accelerometer;
 use crate::sought::Sought;
-use crate::spectrum::Measurement;
 
 const ROWS: usize = 200;
 const INFLATION: f64 = 1.7;
@@ -36,15 +33,6 @@ struct Rows {
 
 fn sought() -> Sought {
     Sought::new(2, &Nuisances::default()).unwrap()
-}
-
-fn measurement() -> Measurement {
-    Measurement {
-        band_hz: [5.0, 60.0],
-        gravity: [0.0; 3],
-        accelerometer: Accelerometer::Strapdown,
-        mounting: Mounting::default(),
-    }
 }
 
 fn on_large_stack(run: impl FnOnce() + Send + 'static) {
