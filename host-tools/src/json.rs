@@ -62,6 +62,7 @@ struct ConfidenceJson<'a> {
     held_out: &'a [HeldOut],
     retired: u64,
     left_out: u64,
+    robust_widening: Option<f64>,
 }
 
 /// Entries of a value, and `text`, its line for people.
@@ -194,6 +195,7 @@ impl<'a> From<&'a Confidence> for ConfidenceJson<'a> {
             held_out,
             retired,
             left_out,
+            robust_widening,
         } = confidence;
         Self {
             joints,
@@ -206,6 +208,7 @@ impl<'a> From<&'a Confidence> for ConfidenceJson<'a> {
             held_out,
             retired: *retired,
             left_out: *left_out,
+            robust_widening: *robust_widening,
         }
     }
 }
@@ -340,6 +343,7 @@ mod tests {
                 "held_out": [],
                 "retired": 0,
                 "left_out": 0,
+                "robust_widening": null,
             },
         });
         assert_eq!(json, expected);

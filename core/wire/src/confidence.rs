@@ -55,6 +55,10 @@ pub struct Confidence {
     /// Number of records that were taken but are not in the numbers. They made room in a fit that could not be believed, were
     /// dropped because newer ones contradict them, or were too short to take the place of others.
     pub left_out: u64,
+    /// By how many times robust standard deviations are larger than those that follow from the noise and the accuracies, at least 1: root mean
+    /// square over the parameters that the data determine. Robust ones are no smaller than the scatter of the parameters between bands of the
+    /// records. `None` where noise explains the residuals, and of perfect accuracies: standard deviations are not robust then.
+    pub robust_widening: Option<f64>,
 }
 
 /// 95 % intervals of one joint's parameters, log-normal.
@@ -78,6 +82,8 @@ pub struct Nuisance {
     pub name: Label,
     /// The entry of `[accuracy]` that speaks of it; `None` of one that `[calibration]` seeks.
     pub entry: Option<Accuracy>,
+    /// That entry in the unit `unit`, one standard deviation; relative of a factor.
+    pub accuracy: Option<f64>,
     /// Unit, for example `rad` or `m/N`. Empty for a factor and for a part.
     pub unit: Unit,
     /// Value in the unit `unit`.

@@ -228,6 +228,7 @@ mod tests {
         let nuisance = |name, entry, value, std| Nuisance {
             name: clipped(name),
             entry: Some(entry),
+            accuracy: None,
             unit: clipped(""),
             value,
             std: Some(std),
@@ -277,6 +278,7 @@ mod tests {
         let nuisance = |name, unit, value, std| Nuisance {
             name: clipped(name),
             entry: Some(entry),
+            accuracy: None,
             unit: clipped(unit),
             value,
             std: Some(std),

@@ -92,6 +92,7 @@ mod tests {
                 held_out: Default::default(),
                 retired: 0,
                 left_out: 0,
+                robust_widening: None,
             },
         }
     }

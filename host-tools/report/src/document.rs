@@ -72,6 +72,9 @@ pub struct Confidence {
     /// Agreement of each record with its prediction by the others.
     #[serde(default)]
     pub held_out: Vec<HeldOut>,
+    /// By how many times robust intervals are wider. `None` where they are not robust, and in files that do not state it.
+    #[serde(default)]
+    pub robust_widening: Option<f64>,
 }
 
 /// 95 % intervals of a joint, `tx ty tz rx ry rz`.

@@ -56,24 +56,51 @@ pub fn words(own: &Nuisance) -> String {
     }
 }
 
-/// The verdict in words. An error whose interval holds the stated value does not show, however narrow the interval is.
-pub fn judgement(own: &Nuisance) -> &'static str {
+/// Whether the interval holds the value that is stated: the error does not show, however narrow the interval is.
+pub fn may_be_as_stated(own: &Nuisance) -> bool {
     let stated = if is_factor(own) { 1.0 } else { 0.0 };
-    match own.interval {
-        Some([lower, upper]) if (lower..=upper).contains(&stated) => {
-            if is_factor(own) {
-                "compatible with 1"
-            } else {
-                "compatible with zero"
-            }
-        }
-        _ => match own.verdict {
+    own.interval.is_some_and(|[lower, upper]| (lower..=upper).contains(&stated))
+}
+
+/// Whether the error shows. Of what `[calibration]` seeks it is the verdict, which compares what is left with what was known before.
+pub fn judgement(own: &Nuisance) -> &'static str {
+    match (may_be_as_stated(own), is_factor(own), own.entry, own.interval) {
+        (true, true, ..) => "compatible with 1",
+        (true, false, ..) => "compatible with zero",
+        (false, _, None, _) => match own.verdict {
             Verdict::Identified => "identified",
             Verdict::Weak => "weak",
             Verdict::NotObservable => "not observable",
             Verdict::Fixed => "fixed",
         },
+        (false, _, Some(_), None) => "no interval",
+        (false, _, Some(entry), Some(_)) if is_filter(entry) => "the records show it",
+        (false, true, ..) => "differs from 1",
+        (false, false, ..) => "differs from zero",
     }
+}
+
+/// The entry of `[accuracy]` that speaks of it, with its size: `delay_s 20.0 µs`. `None` of what `[calibration]` seeks.
+pub fn accuracy(own: &Nuisance) -> Option<String> {
+    let (entry, size) = own.entry.zip(own.accuracy)?;
+    let size = match own.unit.as_str() {
+        "s^2" => number(1.0 / (TAU * size.sqrt()), "Hz"),
+        "rad/s" => number(size / TAU, "Hz"),
+        "1/Nm" => number(1e5 * size, "%/kNm"),
+        unit => number(size, unit),
+    };
+    Some(format!("{} {size}", entry.key()))
+}
+
+/// Whether an entry speaks of the filter of a sensor: what is stated is that there is none.
+fn is_filter(entry: Accuracy) -> bool {
+    matches!(
+        entry,
+        Accuracy::ForceResonanceHz
+            | Accuracy::AccelerometerResonanceHz
+            | Accuracy::ForceHighPassHz
+            | Accuracy::AccelerometerHighPassHz
+    )
 }
 
 /// Whether 1 is as stated, not 0. Of what [calibration] seeks, gains and masses have no unit.
@@ -195,7 +222,7 @@ mod tests {
         interval: Option<[f64; 2]>,
     ) -> Nuisance {
         let (name, unit, verdict) = (clipped(name), clipped(unit), Verdict::Identified);
-        Nuisance { name, entry, unit, value, std: None, interval, verdict }
+        Nuisance { name, entry, accuracy: None, unit, value, std: None, interval, verdict }
     }
 
     #[test]
@@ -253,20 +280,46 @@ mod tests {
     }
 
     #[test]
-    fn what_may_be_as_stated_is_not_identified() {
+    fn what_may_be_as_stated_does_not_differ() {
         let tcp = ("TCP z", Some(Accuracy::TcpM), "m");
         let mass = ("mass", Some(Accuracy::LinkMass), "");
         let crosstalk = ("crosstalk", Some(Accuracy::ForceCrosstalk), "");
+        let resonance = ("1/omega^2", Some(Accuracy::ForceResonanceHz), "s^2");
         for (named, interval, expected) in [
             (tcp, Some([-1e-5, 1e-4]), "compatible with zero"),
-            (tcp, Some([1e-5, 1e-4]), "identified"),
-            (tcp, None, "identified"),
+            (tcp, Some([1e-5, 1e-4]), "differs from zero"),
+            (tcp, None, "no interval"),
             (mass, Some([0.98, 1.01]), "compatible with 1"),
-            (mass, Some([1.01, 1.02]), "identified"),
+            (mass, Some([1.01, 1.02]), "differs from 1"),
+            (resonance, Some([1e-9, 2e-9]), "the records show it"),
+            (resonance, Some([-1e-9, 2e-9]), "compatible with zero"),
             (("force gain x", None, ""), Some([0.98, 1.01]), "compatible with 1"),
+            (("force gain x", None, ""), Some([1.01, 1.02]), "identified"),
+            (("force gain x", None, ""), None, "identified"),
             (crosstalk, Some([-0.01, 0.01]), "compatible with zero"),
         ] {
             assert_eq!(judgement(&nuisance(named, 0.0, interval)), expected, "{named:?}");
+        }
+    }
+
+    #[test]
+    fn an_accuracy_has_the_unit_of_its_entry() {
+        for (entry, unit, size, expected) in [
+            (Accuracy::DelayS, "s", 2e-5, "delay_s 20.0 µs"),
+            (Accuracy::LinkMass, "", 0.02, "link_mass 0.0200"),
+            (
+                Accuracy::ForceResonanceHz,
+                "s^2",
+                (TAU * 3000.0).powi(-2),
+                "force_resonance_hz 3.00 kHz",
+            ),
+            (Accuracy::ForceHighPassHz, "rad/s", TAU * 0.1, "force_high_pass_hz 100 mHz"),
+            (Accuracy::DriveGrowthPerKnm, "1/Nm", 1e-5, "drive_growth_per_knm 1.00 %/kNm"),
+        ] {
+            let own = nuisance(("it", Some(entry), unit), 0.0, None);
+            assert_eq!(accuracy(&own), None);
+            let own = Nuisance { accuracy: Some(size), ..own };
+            assert_eq!(accuracy(&own).unwrap(), expected);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use flexid_pipeline::text::count;
 use flexid_report::directions::distinct;
-use flexid_report::imperfection::{Size, judgement, words};
+use flexid_report::imperfection::{Size, accuracy, judgement, may_be_as_stated, words};
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance};
 use flexid_wire::directions::{WeakDirection, named};
 use flexid_wire::explanation::{Deviation, Explanation};
@@ -48,6 +48,7 @@ pub(crate) fn lines(Finding { report, confidence }: &Finding) -> String {
         (true, false) if is_unsettled => Some(MAYBE.to_owned()),
         _ => None,
     };
+    let (sought, fitted): (Vec<_>, Vec<_>) = nuisances.iter().partition(|own| own.entry.is_none());
     let explained = shown().flat_map(|one| explanation(one, nuisances));
     let paragraphs = [
         ("residuals", vec![residuals.to_string()]),
@@ -57,7 +58,8 @@ pub(crate) fn lines(Finding { report, confidence }: &Finding) -> String {
         ("retired", retirement(*retired).into_iter().collect()),
         ("weak", distinct(weak_directions, names).iter().map(ToString::to_string).collect()),
         ("correlated", strongest(correlations)),
-        ("calibration", nuisances.iter().map(calibration).collect()),
+        ("calibration", sought.into_iter().map(calibration).collect()),
+        ("imperfect", imperfections(fitted, nuisances.is_full())),
     ];
     let mut text = String::new();
     for (about, lines) in paragraphs {
@@ -121,8 +123,30 @@ fn explanation(
     std::iter::once(explanation.to_string()).chain(alike).chain(alternatives).chain([remedy])
 }
 
+/// What `[calibration]` seeks, and its verdict.
 fn calibration(nuisance: &Nuisance) -> String {
     format!("{}, {}", words(nuisance), judgement(nuisance))
+}
+
+/// The imperfections that are not as stated, each beside its accuracy, and the number of those that may be. There may be further ones of these
+/// if the list `is_full`.
+fn imperfections(fitted: Vec<&Nuisance>, is_full: bool) -> Vec<String> {
+    let (as_stated, off): (Vec<_>, Vec<_>) =
+        fitted.into_iter().partition(|own| may_be_as_stated(own));
+    let line = |own: &Nuisance| {
+        let beside = accuracy(own).map_or_else(String::new, |own| format!(" (accuracy: {own})"));
+        format!("{}, {}{beside}", words(own), judgement(own))
+    };
+    let mut lines: Vec<String> = off.into_iter().map(line).collect();
+    if !as_stated.is_empty() {
+        let others = if lines.is_empty() { "" } else { " others" };
+        let or_more = if is_full { " or more" } else { "" };
+        let number = as_stated.len();
+        lines.push(format!(
+            "{number}{or_more}{others} that the cuts narrow down: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)"
+        ));
+    }
+    lines
 }
 
 /// The unknowns that the line of a direction names.
@@ -151,6 +175,7 @@ mod tests {
         Nuisance {
             name: clipped(name),
             entry: None,
+            accuracy: None,
             unit: clipped(unit),
             value,
             std: None,
@@ -158,6 +183,17 @@ mod tests {
             verdict: if lower < upper { Verdict::Identified } else { Verdict::NotObservable },
         }
     }
+
+    fn imperfection(own: Nuisance) -> Nuisance {
+        Nuisance { entry: Some(Accuracy::TcpM), accuracy: Some(1e-3), ..own }
+    }
+
+    /// The last paragraph of the test below.
+    const IMPERFECT: &str = "\
+imperfect    TCP z 2.0 mm (1.0 to 3.0 mm), differs from zero (accuracy: tcp_m 1.00 mm)
+             TCP x 1.00 mm, no interval (accuracy: tcp_m 1.00 mm)
+             2 others that the cuts narrow down: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)
+";
 
     fn explanation([name, rival]: [&str; 2], evidence: f64) -> Explanation {
         let deviation = |name: &str| Deviation {
@@ -200,6 +236,10 @@ mod tests {
             nuisances: [
                 nuisance("delay", "s", [3e-4, 2.9e-4, 3.1e-4]),
                 nuisance("force gain x", "", [1.1, 0.0, 0.0]),
+                imperfection(nuisance("TCP z", "m", [2e-3, 1e-3, 3e-3])),
+                imperfection(nuisance("TCP y", "m", [1e-3, -1e-3, 3e-3])),
+                imperfection(nuisance("TCP x", "m", [1e-3, 0.0, 0.0])),
+                imperfection(nuisance("TCP w", "m", [1e-3, -1e-3, 3e-3])),
             ]
             .into_iter()
             .collect(),
@@ -236,6 +276,7 @@ mod tests {
             held_out: [held_out(0.5), held_out(0.6)].into_iter().collect(),
             retired: 24,
             left_out: 0,
+            robust_widening: None,
         };
         let expected = "\
 residuals    noise explains them (χ²/dof 1.00, whiteness 0.5)
@@ -262,6 +303,7 @@ correlated   +0.99  f and g
 calibration  delay 300 µs (290 to 310 µs), identified
              force gain x 1.10, not observable
 ";
+        let expected = format!("{expected}{IMPERFECT}");
         let finding = |confidence, acceptance| {
             let mut finding = view(3, &[]).finding.unwrap();
             finding.report.fit.acceptance = acceptance;

@@ -261,6 +261,7 @@ pub(crate) mod tests {
                 held_out: Default::default(),
                 retired: 0,
                 left_out: 0,
+                robust_widening: None,
             },
         }
     }

@@ -126,12 +126,13 @@ fn caveat(report: &Report, confidence: &Confidence) -> String {
     let deviations =
         report.joints.iter().flat_map(|joint| joint.stiffness_std.iter().chain(&joint.damping_std));
     if intervals.flatten().next().is_some() {
-        if !confidence.residuals.size_objects {
-            return String::new();
-        }
-        format!(
-            " intervals are at least √(χ²/dof) = {times:.1} times as wide as the noise makes them\n"
-        )
+        let larger = confidence.residuals.size_objects.then(|| {
+            format!(
+                " intervals are at least √(χ²/dof) = {times:.1} times as wide as the noise makes them\n"
+            )
+        });
+        let robust = confidence.robust_widening.map(robust);
+        larger.into_iter().chain(robust).collect()
     } else if deviations.flatten().next().is_none() {
         String::new()
     } else if report.fit.acceptance == Acceptance::Unsettled {
@@ -144,6 +145,14 @@ fn caveat(report: &Report, confidence: &Confidence) -> String {
     } else {
         " no intervals: static tests contradict the fit\n".to_owned()
     }
+}
+
+/// The note on robust intervals, which are so many times as wide.
+fn robust(times: f64) -> String {
+    format!(
+        " intervals are robust: no narrower than the numbers scatter between bands of the records; {times:.1} times as wide as noise and \
+         accuracies make them (root mean square)\n"
+    )
 }
 
 /// Value, interval and verdict, and with a `truth` also the truth and the error in per cent, if it is known.
@@ -184,6 +193,7 @@ pub(crate) fn relative(value: f64, [lower, upper]: Interval) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::show::page::tests::finding;
 
     #[test]
     fn a_row_has_value_interval_verdict_and_truth() {
@@ -193,6 +203,32 @@ mod tests {
         assert_eq!(row, ["3.0000e6", "-", "not observable"]);
         let row = cells(3.0e6, None, Verdict::NotObservable, Some(None));
         assert_eq!(row, ["3.0000e6", "-", "not observable", "-", "-"]);
+    }
+
+    #[test]
+    fn what_makes_intervals_wider_is_noted() {
+        let mut finding = finding(1);
+        let said = |finding: &Finding| caveat(&finding.report, &finding.confidence);
+        assert_eq!(said(&finding), "");
+        finding.confidence.robust_widening = Some(1.34);
+        let robust = said(&finding);
+        assert!(
+            robust.starts_with(" intervals are robust: ") && robust.contains(" 1.3 times as wide")
+        );
+        finding.report.fit.consistency = 4.0;
+        finding.confidence.residuals.size_objects = true;
+        let both = said(&finding);
+        assert!(
+            both.starts_with(" intervals are at least √(χ²/dof) = 2.0 times")
+                && both.ends_with(&robust),
+            "{both}"
+        );
+        // Without intervals there are none that are robust.
+        for joint in &mut finding.confidence.joints {
+            joint.stiffness_interval = [None; 6];
+            joint.damping_interval = [None; 6];
+        }
+        assert!(!said(&finding).contains("robust"));
     }
 
     #[test]

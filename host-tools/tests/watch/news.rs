@@ -81,6 +81,7 @@ fn confidence() -> Confidence {
         held_out: Default::default(),
         retired: 24,
         left_out: 0,
+        robust_widening: None,
     }
 }
 

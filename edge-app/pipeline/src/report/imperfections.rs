@@ -57,6 +57,7 @@ fn nuisance(
     Nuisance {
         name: name(imperfection, model),
         entry: Some(entry(imperfection)),
+        accuracy: Some(prior / imperfection.prior_over_accuracy()),
         unit: clipped(unit(imperfection, model)),
         value,
         std,

@@ -221,6 +221,17 @@ fn trust(document: &Document) -> Vec<Markup> {
         return lines;
     };
     lines.push(html! { "Residuals: " (confidence.residuals.text) "." });
+    let has_intervals = || {
+        let all = confidence.joints.iter();
+        all.flat_map(|own| own.stiffness_interval.iter().chain(&own.damping_interval))
+            .any(Option::is_some)
+    };
+    if let Some(times) = confidence.robust_widening.filter(|_| has_intervals()) {
+        lines.push(html! {
+            "The intervals are robust: no narrower than the numbers scatter between bands of the records. That makes them "
+            (format!("{times:.1}")) " times as wide as noise and accuracies do (root mean square)."
+        });
+    }
     for line in &confidence.left_over {
         lines.push(html! { "Left over: " (marked(&line.text)) "." });
     }
