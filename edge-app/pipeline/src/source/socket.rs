@@ -21,6 +21,7 @@ use socketcan::{Socket as _, SocketOptions as _};
 
 use super::link::{self, Interface, Link};
 use super::monotonic::Offset;
+use super::without_vcan::WithoutVcan;
 use super::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 
 /// Most frames that one system call fetches.
@@ -46,14 +47,14 @@ pub enum OpenError {
     /// No interface has this name.
     #[error(
         "interface {0:?} does not exist: plug the adapter in, or make a virtual bus with \
-         `ip link add dev {0} type vcan && ip link set {0} up`"
+         `ip link add dev {0} type vcan && ip link set {0} up`; {WithoutVcan}"
     )]
     NoInterface(String),
     /// The interface is of another kind.
     #[error("interface {0:?} is not a CAN interface: `ip -br link` lists what there is")]
     NotCan(String),
     /// The kernel has no CAN sockets.
-    #[error("the kernel has no CAN sockets: `modprobe can-raw`")]
+    #[error("the kernel has no CAN sockets: `modprobe can-raw`; {WithoutVcan}")]
     NoCan,
     /// Another error occurred.
     #[error("interface {interface:?} cannot be opened: {error}")]
@@ -423,5 +424,6 @@ mod tests {
         let error = CanSocket::open("nocan9").err().unwrap().to_string();
         assert!(error.starts_with("interface \"nocan9\" does not exist: "), "{error}");
         assert!(error.contains("ip link add dev nocan9 type vcan"), "{error}");
+        assert!(error.contains("up`; where the kernel has no vcan, "), "{error}");
     }
 }
