@@ -75,7 +75,9 @@ impl Dynamics<'_> {
         Compensation {
             deflection,
             along_base: of(&base),
-            offsets: offsets.iter().zip(&linear).map(|(own, of)| as_uncertain(*own, of)).collect(),
+            offsets: beside_length(
+                offsets.iter().zip(&linear).map(|(own, of)| as_uncertain(*own, of)),
+            ),
             left: Deflection {
                 translation: left_over(0, &deflection.translation),
                 rotation: left_over(3, &deflection.rotation),
@@ -83,6 +85,12 @@ impl Dynamics<'_> {
             is_singular: inverse.is_singular,
         }
     }
+}
+
+/// The offsets, which say something beside the length of all together.
+fn beside_length(offsets: impl Iterator<Item = Estimate> + Clone) -> Vec<Estimate> {
+    let length = offsets.clone().map(|own| own.value.powi(2)).sum::<f64>().sqrt();
+    offsets.map(|own| own.beside(length)).collect()
 }
 
 /// The offsets that take a deflection back, and what they leave of it. Near a singularity one step is made: further ones would make the

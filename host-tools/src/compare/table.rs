@@ -2,8 +2,19 @@
 
 use comfy_table::{CellAlignment, Table};
 
+use flexid_prediction::comparison::Comparison;
+
 use super::{Compared, name};
 use crate::show::table::STYLE;
+
+/// What the words of verdict and table mean.
+fn legend(freedoms: usize) -> String {
+    format!(
+        " squared distance: of all parameters together, each change in its standard deviation, what goes together counted once (Mahalanobis); \
+         about {freedoms} for two fits of an unchanged robot\n chance: how often two fits of an unchanged robot are as far apart or farther\n \
+         deviations: the change in its standard deviations\n"
+    )
+}
 
 /// The verdict in the first line, notes, and a line for each parameter.
 pub(crate) fn text(compared: &Compared) -> String {
@@ -38,5 +49,6 @@ pub(crate) fn text(compared: &Compared) -> String {
     for note in &compared.notes {
         text += &format!(" note: {note}\n");
     }
-    format!("{text}\n{table}\n")
+    let Comparison { freedoms, .. } = compared.comparison;
+    format!("{text}\n{table}\n{}", legend(freedoms))
 }

@@ -74,7 +74,7 @@ pub(crate) fn csv(path: &[Compensated]) -> Result<String> {
     });
     let offsets = (1..=joints).map(|joint| format!("q{joint}_offset"));
     for name in moves.chain(offsets) {
-        let ends = ["low", "high"].map(|end| format!("{name}_{end}"));
+        let ends = ["low", "high", "determined"].map(|end| format!("{name}_{end}"));
         header.push(name);
         header.extend(ends);
     }
@@ -86,8 +86,9 @@ pub(crate) fn csv(path: &[Compensated]) -> Result<String> {
         let moves = [deflection, along_base, left].into_iter();
         let moves = moves
             .flat_map(|Deflection { translation, rotation }| translation.iter().chain(rotation));
-        for Estimate { value, interval: [low, high], .. } in moves.chain(offsets) {
+        for Estimate { value, interval: [low, high], determined, .. } in moves.chain(offsets) {
             line.extend([value, low, high].map(|number| format!("{number:.9e}")));
+            line.push(u8::from(*determined).to_string());
         }
         line.push(u8::from(*is_singular).to_string());
         writer.write_record(&line)?;

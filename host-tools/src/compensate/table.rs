@@ -1,7 +1,20 @@
 //! What a compensation does, for people.
 
 use super::Compensated;
-use crate::predict::table::along_axes;
+use crate::predict::table::{OPEN, along_axes};
+
+/// The largest offset of a joint, mrad (mm), of those that are determined.
+fn largest(path: &[Compensated], joint: usize) -> String {
+    let offsets = path.iter().map(|own| own.compensation.offsets[joint]);
+    let determined = offsets.filter(|own| own.determined);
+    match determined.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs())) {
+        None => OPEN.to_owned(),
+        Some(own) => {
+            let [low, high] = own.interval.map(|end| 1e3 * end);
+            format!("{:.4} ({low:.4} to {high:.4})", 1e3 * own.value)
+        }
+    }
+}
 
 /// The place that is deflected most, what is left there, and the largest offsets of all places.
 pub(crate) fn text(path: &[Compensated]) -> String {
@@ -35,15 +48,20 @@ pub(crate) fn text(path: &[Compensated]) -> String {
     let joints = path.first().map_or(0, |own| own.pose.len());
     text += " largest offsets, mrad (mm), to be added to the commanded angles:";
     for joint in 0..joints {
-        let offsets = path.iter().map(|own| own.compensation.offsets[joint]);
-        if let Some(own) = offsets.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs())) {
-            let [low, high] = own.interval.map(|end| 1e3 * end);
-            let comma = if joint > 0 { "," } else { "" };
-            text +=
-                &format!("{comma} q{} {:.4} ({low:.4} to {high:.4})", joint + 1, 1e3 * own.value);
-        }
+        let comma = if joint > 0 { "," } else { "" };
+        text += &format!("{comma} q{} {}", joint + 1, largest(path, joint));
     }
     text.push('\n');
+    let open = |own: &&Compensated| own.compensation.offsets.iter().any(|own| !own.determined);
+    let open: Vec<usize> = path.iter().filter(open).map(|own| own.line).collect();
+    if let Some(first) = open.first() {
+        text += &format!(
+            " not determined: offsets in {} of {} places, the first in line {first}: their standard deviations are larger than all offsets \
+             there together; do not use them\n",
+            open.len(),
+            path.len()
+        );
+    }
     let singular: Vec<usize> =
         path.iter().filter(|own| own.compensation.is_singular).map(|own| own.line).collect();
     if let Some(first) = singular.first() {
@@ -53,4 +71,41 @@ pub(crate) fn text(path: &[Compensated]) -> String {
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_prediction::Estimate;
+    use flexid_prediction::compensation::Compensation;
+    use flexid_prediction::statics::Deflection;
+
+    use super::*;
+
+    fn place(line: usize, offsets: [Estimate; 2]) -> Compensated {
+        let none = Deflection {
+            translation: [Estimate::new(0.0, 0.0); 3],
+            rotation: [Estimate::new(0.0, 0.0); 3],
+        };
+        let compensation = Compensation {
+            deflection: none,
+            along_base: none,
+            offsets: offsets.to_vec(),
+            left: none,
+            is_singular: false,
+        };
+        Compensated { line, pose: vec![0.0; 2], wrench: [0.0; 6], compensation }
+    }
+
+    #[test]
+    fn offsets_that_are_not_determined_are_no_largest_ones() {
+        let (known, unknown) = (Estimate::new(1e-3, 1e-5), Estimate::new(2e-3, 3e-3));
+        let all = text(&[place(2, [known, unknown]), place(3, [unknown, unknown])]);
+        assert!(all.contains(": q1 1.0000 (0.9804 to 1.0196), q2 not determined\n"), "{all}");
+        assert!(
+            all.contains(" not determined: offsets in 2 of 2 places, the first in line 2: "),
+            "{all}"
+        );
+        let known = text(&[place(2, [known, known])]);
+        assert!(!known.contains("not determined"), "{known}");
+    }
 }

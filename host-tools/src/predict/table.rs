@@ -57,7 +57,7 @@ pub(crate) fn warn_of(file: &Path, fit: &Fit) {
 }
 
 /// What stands in place of a number that says nothing.
-const OPEN: &str = "not determined";
+pub(crate) const OPEN: &str = "not determined";
 
 /// Three estimates along the axes, times `scale`, with their intervals.
 pub(crate) fn along_axes(estimates: &[Estimate; 3], scale: f64) -> String {

@@ -35,6 +35,7 @@ fn the_exit_status_and_the_first_line_say_whether_fits_agree() {
         status == Some(0) && first.starts_with("agree: ") && first.contains(" of 36 parameters"),
         "{text}"
     );
+    assert!(text.contains("\n squared distance: ") && text.contains("\n chance: "), "{text}");
     assert!(text.contains(" joint_1 tx stiffness ") && !text.contains("yes"), "{text}");
 
     write(folder, "worn.json", |found| scale(&mut found["joints"][1]["stiffness"][4], 0.85));

@@ -41,6 +41,9 @@ fn the_file_has_deflections_offsets_and_what_is_left() {
     );
     assert!((at(2, "q1") - 20_f64.to_radians()).abs() < 1e-12);
 
+    assert_eq!([at(1, "q2_offset_determined"), at(1, "dx_determined")], [1.0, 1.0]);
+    assert!(!text.contains("not determined"), "{text}");
+
     // What is left is as uncertain as the deflection.
     let width = |name: &str| at(1, &format!("{name}_high")) - at(1, &format!("{name}_low"));
     assert!((width("dx_left") / width("dx") - 1.0).abs() < 1e-6 && width("dx") > 0.0);
@@ -56,6 +59,7 @@ fn the_file_has_deflections_offsets_and_what_is_left() {
     let json = stdout(folder, "compensate o.json path.csv -o out.csv --json");
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json[1]["line"], 5);
+    assert_eq!(json[0]["offsets"][1]["determined"], true);
     assert!((json[0]["offsets"][1]["value"].as_f64().unwrap() - at(1, "q2_offset")).abs() < 1e-12);
 }
 
