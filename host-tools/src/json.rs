@@ -330,7 +330,7 @@ mod tests {
                     "relative_std": 0.5,
                     "shares": [{ "name": "joint_1 tx stiffness", "weight": 0.75 }],
                     "of_nuisance": false,
-                    "text": "joint_1 tx stiffness is hardly determined by these poses (50 %)",
+                    "text": "joint_1 tx stiffness is hardly determined by these poses (standard deviation 50 %)",
                 }],
                 "residuals": {
                     "consistency": 1.0, "whiteness": 0.0, "size_objects": false, "whiteness_objects": false,

@@ -46,8 +46,8 @@ pub fn named<T>(shares: impl Iterator<Item = (T, f32)> + Clone) -> impl Iterator
     shares.filter(move |(_, weight)| weight.abs() >= NAMED * largest).map(|(unknown, _)| unknown)
 }
 
-/// For example `joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (31 %)`. The line has no percentage if it
-/// names a nuisance.
+/// For example `joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (standard deviation 31 %)`. The
+/// deviation is that of the combination. The line has none if it names a nuisance.
 impl fmt::Display for WeakDirection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shares = self.shares.iter().map(|share| (&share.name, share.weight));
@@ -64,9 +64,9 @@ impl fmt::Display for WeakDirection {
             // The deviation is in units of the prior's, so that a percentage would have no meaning.
             Some(_) if self.of_nuisance => f.write_str("hardly better than [calibration]")?,
             Some(deviation) if deviation > LARGEST => {
-                write!(f, "over {:.0} %", 100.0 * LARGEST)?;
+                write!(f, "standard deviation over {:.0} %", 100.0 * LARGEST)?;
             }
-            Some(deviation) => write!(f, "{:.0} %", 100.0 * deviation)?,
+            Some(deviation) => write!(f, "standard deviation {:.0} %", 100.0 * deviation)?,
         }
         f.write_str(")")
     }
@@ -88,13 +88,13 @@ mod tests {
                 &[(a, 0.8), (b, -0.55), (c, 0.2)],
                 Some(0.312),
                 false,
-                "joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (31 %)",
+                "joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (standard deviation 31 %)",
             ),
             (
                 &[(c, 0.99), (a, 0.1)],
                 Some(0.42),
                 false,
-                "joint_2 rz damping is hardly determined by these poses (42 %)",
+                "joint_2 rz damping is hardly determined by these poses (standard deviation 42 %)",
             ),
             (
                 &[(a, 0.6), (b, 0.6), (c, 0.5)],
@@ -107,7 +107,7 @@ mod tests {
                 &[(a, 1.0)],
                 Some(50.0),
                 false,
-                "joint_1 tx stiffness is hardly determined by these poses (over 1000 %)",
+                "joint_1 tx stiffness is hardly determined by these poses (standard deviation over 1000 %)",
             ),
             (&[(a, 1.0)], None, false, "joint_1 tx stiffness is not determined at all"),
             (

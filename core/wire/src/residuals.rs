@@ -166,8 +166,8 @@ impl fmt::Display for Objection {
             ),
             Self::SlightlyWrongModel { consistency } => write!(
                 f,
-                "the model is wrong by a little (χ²/dof {consistency:.1}): let [calibration] find delay, \
-                 gains, misalignment, masses; or check gravity, TCP, [mounting]"
+                "the model is wrong by a little (χ²/dof {consistency:.1}): state in [accuracy] what may be further off; or \
+                 check masses, gravity, TCP, [mounting]"
             ),
             Self::NoisierCut { consistency } => write!(
                 f,
@@ -182,8 +182,8 @@ impl fmt::Display for Objection {
             ),
             Self::Structure { whiteness } => write!(
                 f,
-                "residuals are small, but not random (whiteness {whiteness:.0}): let [calibration] find delay, \
-                 gains, misalignment; or check gravity, filters, [mounting]"
+                "residuals are small, but not random (whiteness {whiteness:.0}): state in [accuracy] what may be further off; \
+                 or check gravity, filters, [mounting]"
             ),
         }
     }

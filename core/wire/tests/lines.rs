@@ -171,6 +171,7 @@ fn warnings() -> Vec<Warning> {
             acceleration: Some([signed(0, true), signed(2, false), signed(1, false)]),
         }),
         Warning::LouderCut { axis: 2, from_hz: 100.25, to_hz: 150.5, times: 2.25, records: 3 },
+        Warning::AssumedPerfect,
     ]
 }
 

@@ -19,6 +19,8 @@ use flexid_simulation::scenario::Scenario;
 use flexid_simulation::truth::{self, Shared};
 use flexid_simulation::validation;
 use flexid_wire::finding::Finding;
+use flexid_wire::report::Acceptance;
+use flexid_wire::residuals::Meaning;
 use flexid_wire::state::State;
 
 use super::check::of_logs;
@@ -32,6 +34,9 @@ use crate::urdf;
 
 /// Most driven joints that one pose may determine: those of the reference robot.
 const ONE_POSE: usize = 3;
+
+/// χ² per degree of freedom above which a report explains nothing.
+const FAR: f64 = 10.0;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid identify --config edge.toml cut.log --json found.json
@@ -120,7 +125,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
     }
     if args.explain && !finding.confidence.explanations.iter().any(|own| own.adopted) {
-        text += "--explain: no explanation of this result is adopted\n";
+        text += &format!("--explain adopts nothing: {}\n", nothing_adopted(&finding));
     }
     // The table is printed even if a file cannot be written, and the error of a recording that broke off is reported even if the table
     // cannot be printed.
@@ -173,6 +178,28 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
         )
     } else {
         Ok(())
+    }
+}
+
+/// Why no explanation of a result is adopted.
+fn nothing_adopted(Finding { report, confidence }: &Finding) -> &'static str {
+    match (report.fit.acceptance, confidence.explanations.is_empty()) {
+        _ if report.fit.consistency > FAR => {
+            "the fit is too far from the records (χ²/dof above 10) to say what is off: see the warnings"
+        }
+        (Acceptance::Unsettled, true) => {
+            "the fit is not settled, so that it does not say what is off: mill another pose"
+        }
+        (_, true) if confidence.residuals.meaning == Meaning::Noise => {
+            "noise explains what the fit leaves, and the records contradict no accuracy: no larger one makes them more probable by a factor e"
+        }
+        (_, true) => {
+            "the records contradict no accuracy: no larger one makes them more probable by a factor e, and what is left has another cause \
+             (see the warnings)"
+        }
+        (_, false) => {
+            "the records contradict no accuracy: what explains a part of the misfit is allowed by its accuracy, and fitted already"
+        }
     }
 }
 

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::{ArgGroup, value_parser};
-use flexid_edge::console::print;
+use flexid_core::imperfection::Accuracies;
+use flexid_edge::console::{complain, print};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::source::OpenError;
 use flexid_pipeline::text::count;
@@ -28,7 +29,9 @@ const MOST: u64 = 10_000;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid simulate --config mill3-edge.toml --candump cut.log --truth-json truth.json
-  $ flexid simulate --config mill3-edge.toml --plant mill3-plant.toml --experiments 5 --can vcan0";
+  $ flexid simulate --config mill3-edge.toml --plant mill3-plant.toml --experiments 5 --can vcan0
+
+Before a plant is identified, leave [accuracy] assume = \"perfect\" out of the configuration.";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP, group(ArgGroup::new("destination").args(["can", "candump"]).required(true)))]
@@ -79,6 +82,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut simulator = Simulator::of(&config, scenario, args.truth, quality, args.seed)?;
     if let Some(file) = &args.plant {
         simulator = simulator.with_plant(file, &config.model)?;
+        warn_of_perfect_accuracies(&config);
     }
     let experiments = experiments(args, &config, &simulator);
     let read = config.files().chain(config.scenario.as_deref()).chain(args.plant.as_deref());
@@ -119,6 +123,17 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let done = format!("{} of {}", count(frames, "frame"), count(done, "experiment"));
     let what = if args.candump.is_some() { "written" } else { "sent" };
     Ok(print(&format!("{done} {what}\n"))?)
+}
+
+/// Warns of a configuration that excludes what a plant has beside the model.
+fn warn_of_perfect_accuracies(config: &Config) {
+    if config.accuracies == Accuracies::default() {
+        complain(&format!(
+            "warning: {}: [accuracy] takes robot and sensors as perfect, which a plant is not: leave assume = \"perfect\" out before you \
+             identify it",
+            config.file.display()
+        ));
+    }
 }
 
 /// The error for a missing destination, which the command line requires before.

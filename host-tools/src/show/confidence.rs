@@ -145,6 +145,8 @@ fn imperfections(fitted: Vec<&Nuisance>, is_full: bool) -> Vec<String> {
         lines.push(format!(
             "{number}{or_more}{others} that the cuts narrow down: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)"
         ));
+    } else if is_full {
+        lines.push("further ones may differ: the list has room for no more".to_owned());
     }
     lines
 }

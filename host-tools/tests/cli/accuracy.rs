@@ -34,6 +34,12 @@ fn stated_accuracies_make_an_imperfect_plant_useful() {
     let (_, perfect) = identified(folder.path(), "--plant plant.toml --truth-json t.json", || ());
     // Nothing can be said of a plant that the model excludes.
     assert_eq!(perfect["fit"]["acceptance"], "model_suspect");
+    assert_eq!(perfect["warning_kinds"][0], "assumed_perfect");
+    let first = perfect["warnings"][0].as_str().unwrap();
+    assert!(first.contains("leave assume = \"perfect\" out"), "{first}");
+    let page = stdout(folder.path(), "report o.json --out -");
+    let steps = &page[page.find("What to do next").unwrap()..];
+    assert!(steps[..200].contains("<li>Leave <code>assume"), "{}", &steps[..200]);
 
     edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "");
     let output = flexid(folder.path(), "identify --config edge.toml o.log --json o.json");
@@ -70,6 +76,10 @@ fn stated_accuracies_make_an_imperfect_plant_useful() {
     // The delay is known far better than beforehand.
     let nuisances = found["confidence"]["nuisances"].as_array().unwrap();
     let delay = nuisances.iter().find(|nuisance| nuisance["name"] == "delay").unwrap();
+    assert_eq!(delay["accuracy"], 20e-6);
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(table.contains("(accuracy: centre_of_mass_m 5.00 mm)"), "{table}");
+    assert!(table.contains(" differs from zero (accuracy: ") && !table.contains("\ncalibration "));
     let [value, std] = ["value", "std"].map(|key| delay[key].as_f64().unwrap());
     assert!((value - 15e-6).abs() < 4.0 * std && std < 1e-5, "{delay}");
 }
@@ -147,5 +157,7 @@ fn nothing_to_explain_is_a_mistake() {
     edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "");
     refused("", "edge.toml: --explain explains records: name a LOG of candump -L");
     let table = stdout(folder.path(), "identify --config edge.toml o.log --explain");
-    assert!(table.ends_with("--explain: no explanation of this result is adopted\n"), "{table}");
+    assert_eq!(table.matches("compatible with zero").count(), 1, "{table}");
+    let said = "--explain adopts nothing: noise explains what the fit leaves, and the records contradict no accuracy";
+    assert!(table.contains(said), "{table}");
 }

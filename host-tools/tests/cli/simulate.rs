@@ -6,7 +6,7 @@ use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::setup::{FLEXID, flexid, folder, json, stderr};
+use crate::setup::{FLEXID, edit, flexid, folder, json, stderr};
 
 const URDF: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/urdf");
 
@@ -114,4 +114,23 @@ fn a_simulation_that_is_ended_leaves_no_part_of_a_log() {
     assert!(!running.wait().unwrap().success());
     assert_eq!(fs::read_to_string(path.join("o.log")).unwrap(), "before");
     assert_eq!(entries(), before);
+}
+
+#[test]
+fn a_plant_is_not_to_be_identified_as_perfect() {
+    let folder = folder();
+    let said = || {
+        let command =
+            "simulate --config edge.toml --plant mill3-plant.toml --experiments 1 --candump o.log";
+        let output = flexid(folder.path(), command);
+        assert!(output.status.success());
+        stderr(&output)
+    };
+    let warning = said();
+    assert!(
+        warning.starts_with("warning: edge.toml: [accuracy] takes robot and sensors as perfect")
+    );
+    assert!(warning.contains("leave assume = \"perfect\" out before you identify it"), "{warning}");
+    edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "");
+    assert_eq!(said(), "");
 }

@@ -105,6 +105,10 @@ impl fmt::Display for Warning {
                 Enumeration { named: lines, more: (*more).into() }
             ),
             Self::WrongAxes(axes) => axes.fmt(f),
+            Self::AssumedPerfect => f.write_str(
+                "[accuracy] takes robot and sensors as perfect, and noise does not explain the residuals: leave assume = \"perfect\" out, \
+                 unless the robot is simulated as modelled",
+            ),
             Self::LouderCut { axis, from_hz, to_hz, times, records } => write!(
                 f,
                 "the cut has up to {times:.1} times the noise of the rest (acceleration {}, {from_hz:.0} to {to_hz:.0} Hz, {}): \

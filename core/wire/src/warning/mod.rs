@@ -164,6 +164,8 @@ pub enum Warning {
         /// Number of records that have more noise in the cut somewhere.
         records: u32,
     },
+    /// The residuals are not those of noise, and `[accuracy]` excludes every error of robot and sensors.
+    AssumedPerfect,
 }
 
 /// A steady oscillation of the accelerometer that no force causes.

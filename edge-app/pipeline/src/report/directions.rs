@@ -72,7 +72,10 @@ mod tests {
             text(&gains),
             "u12 and u15 trade off in these poses (hardly better than [calibration])"
         );
-        assert_eq!(text(&damping), "u11 is hardly determined by these poses (100 %)");
+        assert_eq!(
+            text(&damping),
+            "u11 is hardly determined by these poses (standard deviation 100 %)"
+        );
         assert_eq!(of_parameters(&sought, &[gains, damping]), 1);
     }
 }

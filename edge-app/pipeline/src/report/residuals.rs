@@ -20,7 +20,7 @@ pub(super) struct Residuals {
     /// Whether the residuals are smaller than those that the noise leaves.
     pub(super) noise_too_loud: bool,
     /// Whether the residuals have more structure than noise explains.
-    whiteness_objects: bool,
+    pub(super) whiteness_objects: bool,
     /// Whether the residuals of the static tests are larger than their noise explains.
     statics_object: bool,
     /// Whether the minimum can be believed to be the right one.
@@ -251,7 +251,7 @@ mod tests {
                 [2.1, 9.0],
                 [true, true, false],
                 "χ²/dof 2.10 and whiteness 9.0 object: ",
-                Some("let [calibration] find delay"),
+                Some("state in [accuracy] what"),
             ),
             (
                 [84.2, 99.0],
@@ -284,7 +284,7 @@ mod tests {
                 [2.1, 9.0],
                 [true; 3],
                 "χ²/dof 2.10 and whiteness 9.0 object: ",
-                Some("let [calibration] find delay"),
+                Some("state in [accuracy] what"),
             ),
         ];
         for (numbers, objections, words, advice) in cases {

@@ -3,6 +3,7 @@
 use flexid_wire::report::{Acceptance, JointReport, Verdict};
 use flexid_wire::residuals::Meaning;
 use maud::{Markup, html};
+use serde_json::Value;
 
 use super::format::{agreement, count, marked, number, percent};
 use super::{DOFS, missing};
@@ -285,6 +286,14 @@ fn next_steps(document: &Document) -> Vec<Markup> {
     if document.is_static() {
         lines.extend(static_steps(document));
         return lines;
+    }
+    let is_taken_as_perfect = |own: &Value| own.as_str() == Some("assumed_perfect");
+    if document.further.warning_kinds.iter().any(is_taken_as_perfect) {
+        lines.push(html! {
+            "Leave " code { "assume = \"perfect\"" } " out of " code { "[accuracy]" } ", unless the robot is simulated as modelled: it \
+             excludes every error of robot and sensors, and noise does not explain the residuals. Then identify again: typical errors are \
+             fitted with the joints, and what is named below may be an effect of them."
+        });
     }
     if is_not_linear(document) {
         lines.push(html! {
