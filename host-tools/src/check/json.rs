@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn json_has_what_the_tables_have() {
         let (config, survey) = (config(), good());
-        let check = Check::new(&config, Some(&survey), &[]);
+        let check = Check::new(&config, Some(&survey));
         let json: Value = serde_json::from_str(&text(&check).unwrap()).unwrap();
         assert_eq!(json["ready"], true);
         assert_eq!(json["verdict"], check.verdict());
@@ -121,7 +121,7 @@ mod tests {
         assert_eq!(json["identifiers"][0]["id"], "0x101");
         assert_eq!(json["records"][2]["pose_number"], 3);
         assert_eq!(json["records"][2]["octaves"][0]["clear"], 1.0);
-        let empty = Check::new(&config, None, &[]);
+        let empty = Check::new(&config, None);
         let json: Value = serde_json::from_str(&text(&empty).unwrap()).unwrap();
         assert_eq!(json["records"].as_array().unwrap().len(), 0);
     }

@@ -39,7 +39,6 @@ use std::fmt;
 
 use flexid_pipeline::check::Survey;
 use flexid_pipeline::config::Config;
-use flexid_pipeline::input::BadInput;
 use flexid_pipeline::text::count;
 use serde::Serialize;
 
@@ -107,15 +106,11 @@ pub(crate) struct Check<'a> {
 }
 
 impl<'a> Check<'a> {
-    /// Judges a configuration, and what its logs hold. `cut_off` are the logs whose last line is not whole.
-    pub(crate) fn new(
-        config: &'a Config,
-        survey: Option<&'a Survey>,
-        cut_off: &[BadInput],
-    ) -> Self {
+    /// Judges a configuration, and what its logs hold.
+    pub(crate) fn new(config: &'a Config, survey: Option<&'a Survey>) -> Self {
         let mut findings = Vec::new();
         if let Some(survey) = survey {
-            findings.extend(source::judge(survey, cut_off));
+            findings.extend(source::judge(survey));
             findings.extend(identifiers::judge(config, survey));
             findings.extend(counters::judge(survey));
             findings.extend(units::judge(survey));

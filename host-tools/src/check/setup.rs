@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn perfect_accuracies_are_doubted_first() {
         let mut config = Config { accuracies: Accuracies::default(), ..config() };
-        let first = |config: &Config| Check::new(config, None, &[]).findings[0].finding.clone();
+        let first = |config: &Config| Check::new(config, None).findings[0].finding.clone();
         assert!(first(&config).starts_with("[accuracy] takes robot and sensors as perfect"));
         let mass = config.model.joints[0].mass_kg;
         config.model.joints.iter_mut().for_each(|joint| joint.mass_kg = mass);

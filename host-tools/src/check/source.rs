@@ -1,7 +1,6 @@
 //! Judges the logs as files: lines that are no frames, other buses, logs that break off.
 
 use flexid_pipeline::check::Survey;
-use flexid_pipeline::input::BadInput;
 use flexid_pipeline::text::count;
 use flexid_wire::trouble::Trouble;
 
@@ -11,32 +10,16 @@ use super::Severity::{Doubtful, Note, Wrong};
 const ABOUT: &str = "log";
 const COPY: &str = "copy or record it again";
 
-/// Judges the logs of a survey. `cut_off` are those whose last line is not whole.
-pub(super) fn judge(survey: &Survey, cut_off: &[BadInput]) -> Vec<Finding> {
-    let cut = cut_off.iter().map(|log| {
-        let line = log.line.map(|line| format!(":{line}")).unwrap_or_default();
-        Finding::new(
-            Wrong,
-            ABOUT,
-            format!("{}{line}: the last line is cut off", log.file.display()),
-            COPY,
-        )
-    });
-    cut.chain(survey.troubles.iter().filter_map(|trouble| of(trouble, cut_off))).collect()
+/// Judges the logs of a survey.
+pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
+    survey.troubles.iter().map(of).collect()
 }
 
-fn of(trouble: &Trouble, cut_off: &[BadInput]) -> Option<Finding> {
+fn of(trouble: &Trouble) -> Finding {
     let finding =
-        |severity, finding: String, mend: &str| Some(Finding::new(severity, ABOUT, finding, mend));
+        |severity, finding: String, mend: &str| Finding::new(severity, ABOUT, finding, mend);
     match trouble {
         Trouble::Garbage { file, line, fault, lines } => {
-            let is_last = |log: &BadInput| {
-                log.file.display().to_string() == file.as_str()
-                    && log.line.is_some_and(|last| last as u64 == *line)
-            };
-            if cut_off.iter().any(is_last) {
-                return None;
-            }
             let lines = count(*lines, "line");
             let text =
                 format!("{file}:{line}: {lines} not of candump -L, from this one on ({fault})");
@@ -56,8 +39,6 @@ fn of(trouble: &Trouble, cut_off: &[BadInput]) -> Option<Finding> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use flexid_wire::text::clipped;
     use flexid_wire::trouble::LineFault;
 
@@ -65,28 +46,19 @@ mod tests {
     use crate::check::fixture::good;
 
     #[test]
-    fn a_line_that_is_cut_off_is_named_once() {
+    fn lines_that_are_no_frames_are_doubtful() {
         let mut survey = good();
-        assert_eq!(judge(&survey, &[]), []);
-        let garbage = |line| Trouble::Garbage {
+        assert_eq!(judge(&survey), []);
+        survey.troubles = vec![Trouble::Garbage {
             file: clipped("a.log"),
-            line,
+            line: 3,
             fault: LineFault::Frame,
             lines: 1,
-        };
-        let cut = BadInput { line: Some(7), ..BadInput::new(Path::new("a.log"), "") };
-        survey.troubles = vec![garbage(7)];
-        let [only] = &judge(&survey, std::slice::from_ref(&cut))[..] else { panic!("one finding") };
+        }];
+        let [only] = &judge(&survey)[..] else { panic!("one finding") };
         assert_eq!(
             (only.severity, only.finding.as_str()),
-            (Wrong, "a.log:7: the last line is cut off")
-        );
-        survey.troubles = vec![garbage(3)];
-        assert_eq!(judge(&survey, &[cut]).len(), 2);
-        let [only] = &judge(&survey, &[])[..] else { panic!("one finding") };
-        assert_eq!(
-            only.finding,
-            "a.log:3: 1 line not of candump -L, from this one on (Invalid CAN frame)"
+            (Doubtful, "a.log:3: 1 line not of candump -L, from this one on (Invalid CAN frame)")
         );
     }
 
@@ -97,8 +69,7 @@ mod tests {
             Trouble::RecordingBroken(clipped("a.log.gz:9: cannot be read")),
             Trouble::OtherBuses { file: clipped("b.log"), bus: clipped("can0"), frames: 2 },
         ];
-        let severities: Vec<_> =
-            judge(&survey, &[]).iter().map(|finding| finding.severity).collect();
+        let severities: Vec<_> = judge(&survey).iter().map(|finding| finding.severity).collect();
         assert_eq!(severities, [Wrong, Note]);
     }
 }

@@ -138,7 +138,7 @@ mod tests {
     fn the_verdict_is_the_first_line_and_findings_are_ordered() {
         let config = config();
         let mut survey = good();
-        let check = Check::new(&config, Some(&survey), &[]);
+        let check = Check::new(&config, Some(&survey));
         assert!(check.is_ready());
         let text = text(&check);
         assert_eq!(text.lines().next(), Some("ready to identify: 3 records in 3 poses"));
@@ -146,7 +146,7 @@ mod tests {
 
         survey.expected[4].traffic = Default::default();
         survey.records.pop();
-        let check = Check::new(&config, Some(&survey), &[]);
+        let check = Check::new(&config, Some(&survey));
         assert_eq!(check.verdict(), "not ready: 0x113 (q3) is not in the log");
         assert!(check.findings.is_sorted_by_key(|finding| finding.severity));
         assert!(!check.is_ready());
@@ -157,7 +157,7 @@ mod tests {
         let config = config();
         let mut survey = empty();
         survey.expected = vec![identifier(0x101, &["Fx", "Fy", "Fz"], 0)];
-        let check = Check::new(&config, Some(&survey), &[]);
+        let check = Check::new(&config, Some(&survey));
         assert_eq!(check.verdict(), "not ready: 0x101 (Fx, Fy, Fz) is not in the log (and 1 more)");
         assert!(check.findings[1].finding.starts_with("no record"));
     }
@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn without_a_log_the_configuration_is_judged() {
         let config = config();
-        let check = Check::new(&config, None, &[]);
+        let check = Check::new(&config, None);
         assert_eq!(check.verdict(), "ready to record: 3 joints and 5 identifiers");
         assert!(!text(&check).contains("identifier  "), "{}", text(&check));
     }

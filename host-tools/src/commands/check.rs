@@ -6,12 +6,10 @@ use anyhow::Result;
 use flexid_edge::console::{PrintError, print};
 use flexid_pipeline::check::{Survey, survey};
 use flexid_pipeline::config::Config;
-use flexid_pipeline::input::BadInput;
 
 use crate::check::{Check, json, table};
 use crate::exit::{BadArgument, Told};
 use crate::recording;
-use crate::recording::ending;
 use crate::recording::meter::Meter;
 
 /// The help text with the exit status and examples.
@@ -39,7 +37,7 @@ pub(super) struct Args {
     config: PathBuf,
     /// Logs of candump -L, also packed (.gz, .zst), in the order in which they were recorded; - is standard input. Without any,
     /// the configuration and its DBC file are checked
-    #[arg(value_name = "RECORDING.log")]
+    #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Print the findings as JSON
     #[arg(long)]
@@ -55,18 +53,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
         [] => None,
         logs => Some(of_logs(&config, logs)?),
     };
-    let cut_off: Vec<BadInput> =
-        args.logs.iter().filter_map(|log| ending::check(log, &config.signals).err()).collect();
-    let check = Check::new(&config, survey.as_ref(), &cut_off);
+    let check = Check::new(&config, survey.as_ref());
     let text = if args.json { json::text(&check)? } else { table::text(&check) };
     let is_ready = check.is_ready();
     // What was found is printed even if a log breaks off, and the error is reported even if that cannot be printed.
     let printed = print(&text);
     if let Some(error) = survey.as_mut().and_then(|survey| survey.broken.take()) {
         return Err(BadArgument(format!("{error}: copy or record it again")).into());
-    }
-    if let Some(error) = cut_off.into_iter().next() {
-        return Err(error.into());
     }
     match printed {
         // A reader that closes the pipe does not make it ready.

@@ -27,8 +27,8 @@ use super::check::of_logs;
 use crate::check::{Check, of_other_angles};
 use crate::json::ResultJson;
 use crate::output::{self, Output};
+use crate::recording;
 use crate::recording::meter::{Meter, Work};
-use crate::recording::{self, ending};
 use crate::show::table;
 use crate::urdf;
 
@@ -228,24 +228,22 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let evidence = Some(Evidence::of(&outcome)).filter(|evidence| !evidence.records.is_empty());
     let Outcome { finding, robot, statics, state, troubles, broken, .. } = outcome;
 
-    let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
+    let broken =
+        broken.map(|error| anyhow!("the recording breaks off: {error}: copy or record it again"));
     if let Some(finding) = finding {
-        let cut_off = logs.iter().filter_map(|log| ending::check(log, &config.signals).err());
-        cut_off.for_each(|log| complain(&format!("warning: {log}")));
         other_robot.iter().for_each(|other| complain(&format!("warning: {other}")));
         robot.iter().for_each(|robot| warn_of_one_pose(config, robot));
         return Ok(Identified { finding, robot, statics, evidence, broken });
     }
     let Some(first) = logs.first() else { return Err(anyhow!("no log, and nothing found")) };
     let besides = troubles.iter().map(ToString::to_string).chain(other_robot);
-    Err(broken
-        .unwrap_or_else(|| BadInput::new(first, no_record(config, logs, &state, besides)).into()))
+    Err(BadInput::new(first, no_record(config, logs, &state, besides)).into())
 }
 
 /// Warns of what `check` sees in configuration and logs. Logs that can be read only once are not among them: their errors come first.
 fn warn_at_once(config: &Config, logs: &[PathBuf]) -> Result<()> {
     let survey = if logs.is_empty() { None } else { Some(of_logs(config, logs)?) };
-    let check = Check::new(config, survey.as_ref(), &[]);
+    let check = Check::new(config, survey.as_ref());
     check.at_once().for_each(|finding| complain(&format!("warning: {finding}")));
     Ok(())
 }
@@ -275,8 +273,6 @@ fn no_record(
             )
         }
     };
-    let cut_off = logs.iter().filter_map(|log| ending::check(log, &config.signals).err());
-    let besides = besides.chain(cut_off.map(|log| log.to_string()));
     let besides: String = besides.map(|line| format!("; {line}")).collect();
     format!("{fault}{besides}: {mend}")
 }

@@ -1,11 +1,10 @@
 //! Whether the last line of a log is whole. A copy that broke off, or a full disk, ends in the middle of a line.
 
 use std::fs::File;
-use std::io::{self, BufRead as _, BufReader, Read as _, Seek as _, SeekFrom};
+use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 use std::time::Duration;
 
-use flexid_pipeline::input::BadInput;
 use flexid_pipeline::signals::{NoReading, SignalTable};
 use flexid_pipeline::source::{CandumpLog, FrameSource as _};
 
@@ -14,32 +13,14 @@ use super::packed;
 /// Longest line that is looked at, bytes. A line of `candump -L` has 80 at most, and one of a CAN FD frame 200.
 const LONGEST: u64 = 4096;
 
-/// Checks the end of a log.
+/// Number of bytes before a last line that is cut off: it has no end, and is no frame or one of another length than in the DBC file.
+/// `None` of a log whose last line is whole.
 ///
-/// Packed logs, pipes and standard input are not looked at: a packed log that is cut off has an error of its own.
-///
-/// # Errors
-/// The last line has no end, and is no frame or one of another length than in the DBC file. The error names the line and the remedy.
-pub(crate) fn check(name: &Path, table: &SignalTable) -> Result<(), BadInput> {
-    match cut_line(name, table) {
-        Some(last) => Err(BadInput {
-            file: name.to_path_buf(),
-            line: line_number(name, last.start).ok(),
-            message: "the last line is cut off: the log is not complete: copy or record it again"
-                .to_owned(),
-        }),
-        None => Ok(()),
-    }
-}
-
-/// Number of bytes before a last line that is cut off. `None` where [`check`] finds no fault.
+/// Packed logs, pipes and standard input are not looked at: a packed log that is cut off has an error of its own. A log that cannot be read
+/// has been reported before.
 pub(super) fn whole_bytes(name: &Path, table: &SignalTable) -> Option<u64> {
-    cut_line(name, table).map(|last| last.start)
-}
-
-/// The last line, if it is cut off. A log that cannot be read has been reported before.
-fn cut_line(name: &Path, table: &SignalTable) -> Option<LastLine> {
-    last_line(name).ok().flatten().filter(|last| !is_whole(&last.text, table))
+    let last = last_line(name).ok().flatten()?;
+    (!is_whole(&last.text, table)).then_some(last.start)
 }
 
 /// A last line without an end.
@@ -85,21 +66,6 @@ fn start_of_last_line(file: &mut File) -> io::Result<u64> {
     Ok(0)
 }
 
-/// Number, from 1, of the line that begins after this many bytes.
-fn line_number(name: &Path, start: u64) -> io::Result<usize> {
-    let mut before = BufReader::with_capacity(1 << 16, File::open(name)?.take(start));
-    let mut number = 1;
-    loop {
-        let part = before.fill_buf()?;
-        if part.is_empty() {
-            return Ok(number);
-        }
-        number += part.iter().filter(|byte| **byte == b'\n').count();
-        let read = part.len();
-        before.consume(read);
-    }
-}
-
 /// Whether this line is a frame that the table can read, or one that it does not know.
 fn is_whole(line: &[u8], table: &SignalTable) -> bool {
     let mut frames = Vec::new();
@@ -121,30 +87,27 @@ mod tests {
     const WHOLE: &str = "(1767000000.000060) can0 101#0102030405060708";
 
     #[test]
-    fn a_line_in_the_middle_of_which_the_log_ends_is_named() {
+    fn a_line_in_the_middle_of_which_the_log_ends_is_no_whole_one() {
         let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-edge.toml");
         let table = Config::load(&config).unwrap().signals;
         let folder = tempfile::tempdir().unwrap();
         let log = folder.path().join("a.log");
-        let checked = |text: &str| {
+        let whole = |text: &str| {
             fs::write(&log, text).unwrap();
-            check(&log, &table)
+            whole_bytes(&log, &table)
         };
         // A frame that is not known may have any length.
         let other = "(1767000000.000060) can0 7FF#01";
         for text in ["", WHOLE, other, &format!("{WHOLE}\n"), &format!("{WHOLE}\n{WHOLE}")] {
-            assert_eq!(checked(text), Ok(()), "{text}");
+            assert_eq!(whole(text), None, "{text}");
         }
         for length in 1..WHOLE.len() {
-            let error = checked(&format!("{WHOLE}\n{WHOLE}\n{}", &WHOLE[..length])).unwrap_err();
-            assert_eq!(error.line, Some(3), "{length}");
-            assert!(error.to_string().contains("a.log:3: the last line is cut off"), "{error}");
-            assert_eq!(whole_bytes(&log, &table), Some(2 * (WHOLE.len() as u64 + 1)));
+            let bytes = whole(&format!("{WHOLE}\n{WHOLE}\n{}", &WHOLE[..length]));
+            assert_eq!(bytes, Some(2 * (WHOLE.len() as u64 + 1)), "{length}");
         }
-        assert_eq!(checked(&"x".repeat(100_000)).unwrap_err().line, Some(1));
+        assert_eq!(whole(&"x".repeat(100_000)), Some(0));
         // The line's beginning is far from its end.
         let long = format!("{WHOLE}\n{}", "x".repeat(100_000));
-        assert_eq!(checked(&long).unwrap_err().line, Some(2));
-        assert_eq!(whole_bytes(&log, &table), Some(WHOLE.len() as u64 + 1));
+        assert_eq!(whole(&long), Some(WHOLE.len() as u64 + 1));
     }
 }

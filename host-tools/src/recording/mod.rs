@@ -7,7 +7,7 @@
 //! | `ending`    | whether the last line of a log is whole             |
 //! | `meter`     | the progress of reading and of the work             |
 
-pub(crate) mod ending;
+mod ending;
 pub mod foreign;
 pub(crate) mod meter;
 pub mod packed;
@@ -21,6 +21,7 @@ use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::source::{CandumpLog, FrameSource, Logs};
 
 use meter::Meter;
+use packed::Failure;
 
 /// Name of standard input.
 const STANDARD_INPUT: &str = "-";
@@ -28,19 +29,22 @@ const STANDARD_INPUT: &str = "-";
 /// What a log of candump seems to be.
 const LOG: &str = "a candump log";
 
+/// The error in place of a last line that is cut off.
+const CUT_OFF: &str = "the last line is cut off";
+
 /// A log, unpacked.
 type Log = CandumpLog<Box<dyn Read + Send>>;
 
 /// A log that can be used.
 enum Usable {
-    /// A file, closed again, so that only one file is open at a time, and the number of its bytes that are read.
-    File(PathBuf, u64),
+    /// A file, closed again, so that only one file is open at a time, and the number of bytes before a last line that is cut off.
+    File(PathBuf, Option<u64>),
     /// Standard input or a pipe, which can be opened only once.
     Open(Box<Log>),
 }
 
 /// Opens the logs of a configuration as one source. It opens and checks each log at once, so that it reports a wrong name before the
-/// work begins. A last line that is cut off is not read: [`ending`] reports it.
+/// work begins. In place of a last line that is cut off there comes an error, as at the end of packed data that are cut off.
 ///
 /// # Errors
 /// A log cannot be read, or is not of `candump -L`. The error is one line on the first of them, with the remedy.
@@ -63,7 +67,10 @@ pub(crate) fn open(
         Usable::Open(log) => Ok(*log),
         Usable::File(name, bytes) => {
             let file = File::open(&name).map_err(|error| unreadable(&name, &error));
-            let whole = file.map(|file| file.take(bytes));
+            let whole = file.map(|file| {
+                let end = bytes.map(|_| io::Error::other(CUT_OFF));
+                file.take(bytes.unwrap_or(u64::MAX)).chain(Failure(end))
+            });
             whole
                 .and_then(|file| log(&name, meter.read(file), &interface))
                 .map_err(io::Error::other)
@@ -86,8 +93,7 @@ fn usable(name: &Path, config: &Config, meter: &Meter) -> Result<Usable, BadInpu
     if metadata.is_file() {
         log(name, file, interface)?;
         meter.expect(metadata.len());
-        let bytes = ending::whole_bytes(name, &config.signals).unwrap_or(u64::MAX);
-        Ok(Usable::File(name.to_owned(), bytes))
+        Ok(Usable::File(name.to_owned(), ending::whole_bytes(name, &config.signals)))
     } else {
         Ok(Usable::Open(Box::new(log(name, file, interface)?)))
     }

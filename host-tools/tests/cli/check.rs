@@ -228,7 +228,7 @@ fn a_log_that_is_cut_off_is_bad_input() {
     let lines = log.iter().filter(|byte| **byte == b'\n').count();
     let (status, report, errors) = checked(folder.path(), "short.log");
     assert_eq!((status, errors.lines().count()), (Some(2), 1), "{errors}");
-    let said = format!("flexid: short.log:{lines}: the last line is cut off");
+    let said = format!("flexid: short.log:{lines}: cannot be read: the last line is cut off");
     assert!(errors.starts_with(&said) && errors.contains("copy or record it again"), "{errors}");
     assert!(report[0].starts_with("not ready: short.log:"), "{report:?}");
 

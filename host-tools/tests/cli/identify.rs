@@ -139,7 +139,7 @@ fn a_log_without_a_record_is_refused_with_what_to_do() {
             "cut.log",
             &[
                 "cut.log: no record to identify from: waiting for acceleration frames: none seen",
-                "cut.log:2: the last line is cut off: the log is not complete: copy or record it again",
+                "the recording breaks off: cut.log:2: cannot be read: the last line is cut off",
                 "`flexid check --config edge.toml LOG` says more",
             ],
         ),
@@ -162,9 +162,9 @@ fn of_a_log_that_is_cut_off_only_that_is_said() {
     fs::write(path.join("cut.log"), &log[..last + 5]).unwrap();
     let output = flexid(path, "identify --config edge.toml cut.log");
     let table = String::from_utf8(output.stdout.clone()).unwrap();
-    assert!(output.status.success() && !table.contains("bytes"), "{table}");
+    assert!(table.contains("1 record,") && !table.contains("bytes"), "{table}");
     let said = besides(&output);
-    assert!(said.starts_with("warning: cut.log:") && said.contains(": the last line is cut off"));
+    assert!(said.contains(": cannot be read: the last line is cut off: copy or record it again"));
     assert_eq!(said.lines().count(), 1, "{said}");
 }
 
@@ -334,15 +334,22 @@ fn no_command_overwrites_what_it_reads() {
 
 /// What is there is used, and the user learns that it is not all.
 #[test]
-fn a_log_that_is_cut_off_is_warned_of() {
+fn a_log_that_is_cut_off_is_used_and_named() {
     let folder = folder();
     let folder = folder.path();
     stdout(folder, "simulate --config edge.toml --experiments 1 --candump o.log");
     let log = fs::read_to_string(folder.join("o.log")).unwrap();
     fs::write(folder.join("o.log"), &log[..log.len() - 3]).unwrap();
-    let output = flexid(folder, "identify --config edge.toml o.log");
-    let said = format!("warning: o.log:{}: the last line is cut off", log.lines().count());
-    assert!(output.status.success() && stderr(&output).contains(&said), "{}", stderr(&output));
+    // As of a packed log that is cut off.
+    let output = flexid(folder, "identify --config edge.toml o.log --json o.json");
+    let cause = "cannot be read: the last line is cut off";
+    let said = format!("the recording breaks off: o.log:{}: {cause}", log.lines().count());
+    assert_eq!(output.status.code(), Some(1));
+    let mend = format!("flexid: {said}: copy or record it again\n");
+    assert_eq!(stderr(&output), mend);
+    let found = json(folder, "o.json");
+    assert_eq!((&found["fit"]["records"], &found["warnings"][0]), (&1.into(), &said.into()));
+    assert!(found["warning_kinds"][0]["trouble"]["recording_broken"].is_string());
 }
 
 /// A result file that cannot be written does not cost the result.

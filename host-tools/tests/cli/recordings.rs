@@ -78,6 +78,9 @@ fn a_packed_log_that_is_cut_off_keeps_what_was_there() {
     let errors = stderr(&output);
     assert_eq!((output.status.code(), errors.lines().count()), (Some(1), 1), "{errors}");
     assert!(errors.contains("the gzip data are damaged or cut off"), "{errors}");
+    assert!(errors.ends_with(": copy or record it again\n"), "{errors}");
+    let found = json(folder.path(), "o.json");
+    assert!(found["warning_kinds"][0]["trouble"]["recording_broken"].is_string(), "{found}");
     // 49,521 frames, of which four fifths were there: two experiments and a part of the third.
     let frames = json(folder.path(), "o.json")["fit"]["frames"].as_u64().unwrap();
     assert!((38_000..40_000).contains(&frames), "{frames} frames");
