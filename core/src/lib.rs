@@ -140,6 +140,7 @@ extern crate std;
 
 pub mod calibration;
 pub mod chain;
+pub(crate) mod chi_square;
 pub(crate) mod continuation;
 pub mod identify;
 pub mod imperfection;

@@ -5,7 +5,8 @@
 //! are still wrong: branches of the minimum then find these.
 
 use super::judged::Judged;
-use super::minimum::{Minimum, NEAR, RIVAL, noise_explains, structure_is_beyond_noise};
+use super::minimum::{Minimum, NEAR, RIVAL, structure_is_beyond_noise};
+use crate::chi_square::noise_explains;
 use crate::refine::Fit;
 use crate::sought::Coordinates;
 

@@ -1,6 +1,5 @@
 //! What a minimum is judged by.
 
-use super::minimum::rarely_exceeded;
 use crate::refine::Fit;
 
 /// Residuals that are left at a minimum, and what it is compared by.
@@ -30,10 +29,4 @@ impl Judged {
             log_information: fit.log_information,
         }
     }
-}
-
-/// Whether imperfections whose squares in their standard deviations have this sum are larger than those of a plausible plant. The
-/// records have far more residuals than there are priors, so that a wrong minimum would be explained by imperfections that no plant has.
-pub(super) fn are_implausible(sum_of_squares: f64, count: usize) -> bool {
-    !(0.0..=rarely_exceeded(count as f64)).contains(&sum_of_squares)
 }

@@ -4,13 +4,11 @@ use heapless::Vec;
 
 use super::FoundBy;
 use super::judged::Judged;
+use crate::chi_square::{noise_explains, rarely_exceeded, rarely_undercut};
 use crate::refine::{Fit, Remaining};
 use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::verdict::FOREIGN;
 
-/// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a
-/// few hundred quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
-const CONSISTENT: f64 = 1.3;
 /// χ² per degree of freedom below which the noise is taken for louder than it is, if the residuals are many: the nearest wrong
 /// basin of the reference scenario, at 2, would then be below 1.
 const TOO_LOUD: f64 = 0.5;
@@ -411,22 +409,6 @@ pub(super) fn structure_is_beyond_noise(whiteness: f64) -> bool {
 /// Whether a fit whose residuals have this whiteness may be consistent; none that is no number. Robust standard deviations allow for more.
 pub(super) fn structure_is_allowed_for(whiteness: f64, is_robust: bool) -> bool {
     whiteness <= if is_robust { STRUCTURED_AS_WRONG } else { STRUCTURED_BEYOND_NOISE }
-}
-
-/// Whether noise leaves a sum of squares of this size; none that is no number.
-pub(super) fn noise_explains(sum_of_squares: f64, degrees_of_freedom: f64) -> bool {
-    let most = (CONSISTENT * degrees_of_freedom).max(rarely_exceeded(degrees_of_freedom));
-    (0.0..=most).contains(&sum_of_squares)
-}
-
-/// What χ² of so many degrees of freedom exceeds with a chance below e⁻¹⁰ (Laurent and Massart, 2000, lemma 1).
-pub(super) fn rarely_exceeded(degrees_of_freedom: f64) -> f64 {
-    degrees_of_freedom + 2.0 * libm::sqrt(10.0 * degrees_of_freedom) + 2.0 * 10.0
-}
-
-/// What χ² of so many degrees of freedom falls below with a chance below e⁻¹⁰ (the same lemma).
-fn rarely_undercut(degrees_of_freedom: f64) -> f64 {
-    degrees_of_freedom - 2.0 * libm::sqrt(10.0 * degrees_of_freedom.max(0.0))
 }
 
 #[cfg(test)]

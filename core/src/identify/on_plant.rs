@@ -6,7 +6,7 @@ use rand_core::Rng;
 
 use super::branch::Tried;
 use super::corrected::{Corrected, OnPlant};
-use super::judged::{Judged, are_implausible};
+use super::judged::Judged;
 use super::minimum::{Minimum, REACHED};
 use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
 use crate::refine::{Correction, Plant, Problem};
@@ -165,8 +165,7 @@ impl<R: Rng> Identifier<R> {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let (fit, remaining) = refinement.fit_plant(&problem, experiments, plant)?;
-        let (size, count) = plant.size();
-        let is_plausible = !(are_implausible(size, count) || plant.is_restated_beyond_plausible());
+        let is_plausible = plant.is_plausible();
         let is_reached = remaining.gain <= REACHED;
         // From the end of a descent the fit may have ended far from the minimum.
         if is_reached && is_plausible && from != FitStart::Descent {

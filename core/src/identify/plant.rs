@@ -3,7 +3,6 @@
 use heapless::Vec;
 
 use super::decision::MAX_PROLONGATIONS;
-use super::judged::are_implausible;
 use super::minimum::{Minimum, REACHED, structure_is_allowed_for};
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
@@ -89,7 +88,6 @@ impl<R> Identifier<R> {
             refinement.restart_at(&settled.coordinates);
             return None;
         };
-        let (size, count) = plant.size();
         let coordinates = *refinement.coordinates();
         let mut minimum = Minimum::new(coordinates, settled.found_by, fit, &remaining, sought);
         minimum.apart.clone_from(&settled.apart);
@@ -97,14 +95,13 @@ impl<R> Identifier<R> {
         let explanations = plant.explain(&problem, minimum.inflation(), &mut |shift| {
             minimum.remember_explanation(shift)
         });
-        let are_plausible = !(are_implausible(size, count)
-            || plant.is_restated_beyond_plausible()
-            || stand_for_something_else(
+        let are_plausible = plant.is_plausible()
+            && !stand_for_something_else(
                 &explanations,
                 &plant.found(),
                 sought.imposes(),
                 chain.joints()[0].drive().is_none(),
-            ));
+            );
         minimum.spread(sought);
         // The trust in an estimate multiplies its deviations by the inflation.
         let inflation = libm::sqrt(minimum.inflation());

@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use heapless::Vec;
 
-use super::super::minimum::rarely_exceeded;
+use crate::chi_square::rarely_exceeded;
 use crate::refine::Unexplained;
 use crate::spectrum::{MAX_TONES, Tone};
 

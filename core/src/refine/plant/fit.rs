@@ -116,8 +116,8 @@ impl Refinement {
         self.end_or_go_on(problem, experiments, plant, outcome)
     }
 
-    /// What follows from the end of a fit. From a minimum of some of the bins it goes on with all of them. Else, once, accuracies are
-    /// restated that the data contradict, by all bins, and it goes on with as many as before.
+    /// What follows from the end of a fit. From a minimum of some of the bins that may be the right one it goes on with all of them. Else,
+    /// once, accuracies are restated that the data contradict, by all bins, and it goes on with as many as before.
     fn end_or_go_on<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -128,8 +128,9 @@ impl Refinement {
         plant.stagnation = Stagnation::NONE;
         let every = plant.every;
         let is_near = plant.remaining(problem).is_some_and(|remaining| remaining.gain < NEAR);
+        let goes_on = is_near && plant.may_explain(residuals(experiments, every));
         if plant.count_all_bins() {
-            if is_near {
+            if goes_on {
                 return Outcome::Improving;
             }
             let (_, mut objective, minimiser, point) =
@@ -152,14 +153,14 @@ impl Refinement {
         plant: &mut Plant,
     ) -> Outcome {
         let outcome = self.step_plant(problem, experiments, plant);
-        let bins = |experiment: &Experiment<B>| experiment.bins().div_ceil(plant.every);
-        let residuals = experiments.iter().map(|experiment| 6 * bins(experiment)).sum();
+        let residuals = residuals(experiments, plant.every);
+        let least_gain = plant.least_gain();
         let sum_of_squares = plant.minimiser.normal.sum_of_squares();
         // Where the fit has gone on to another level, or with other accuracies, sums of squares do not compare.
         let compares = plant.minimiser.linearised && plant.is_on_last_level();
         if outcome == Outcome::Improving
             && compares
-            && plant.stagnation.ends_fit(sum_of_squares, residuals)
+            && plant.stagnation.ends_fit(sum_of_squares, residuals, least_gain)
         {
             return self.end_or_go_on(problem, experiments, plant, Outcome::Exhausted);
         }
@@ -186,6 +187,11 @@ impl Refinement {
         let fit = self.fit_of(problem, experiments, Ok(plant.summary.clone()));
         Some((fit, Remaining { step: of_unknowns, gain }))
     }
+}
+
+/// Number of real residuals of the bins of all records that count.
+fn residuals<const B: usize>(experiments: &[Experiment<B>], every: usize) -> usize {
+    experiments.iter().map(|experiment| 6 * experiment.bins().div_ceil(every)).sum()
 }
 
 impl Plant {

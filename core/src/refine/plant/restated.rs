@@ -19,6 +19,7 @@
 //! is contradicted, and 1 of all others. The fit is made again, until τ stays.
 
 use super::Plant;
+use crate::chi_square::rarely_exceeded;
 use crate::imperfection::{Imperfection, KINDS};
 use crate::refine::Problem;
 
@@ -126,9 +127,13 @@ impl Plant {
         (squares.sum::<f64>() + self.cost_of_restating(), count)
     }
 
-    /// Whether some accuracy would have to be far worse than that of a plausible plant.
-    pub(crate) fn is_restated_beyond_plausible(&self) -> bool {
-        self.restated.factors.iter().any(|factor| *factor > FARTHEST)
+    /// Whether a plausible plant has these imperfections: their [`Plant::size`] is hardly ever exceeded, and no accuracy would have to be far
+    /// worse. The records have far more residuals than there are priors, so that a wrong minimum would be explained by imperfections
+    /// that no plant has.
+    pub(crate) fn is_plausible(&self) -> bool {
+        let (size, count) = self.size();
+        let is_restated_too_far = self.restated.factors.iter().any(|factor| *factor > FARTHEST);
+        (0.0..=rarely_exceeded(count as f64)).contains(&size) && !is_restated_too_far
     }
 
     /// The largest `√(S/q)` of a kind where the last fit has ended, S by the stated accuracies, at least 1: the factor by which they would

@@ -24,11 +24,11 @@ impl Stagnation {
     pub(super) const NONE: Self = Self { sum_of_squares: f64::INFINITY, steps: 0 };
 
     /// Whether a fit to so many residuals, whose step has ended at this sum of squares, is to be given up. It lacks what the sum of squares
-    /// exceeds that of residuals up to which an interval may be trusted.
-    pub(super) fn ends_fit(&mut self, sum_of_squares: f64, residuals: usize) -> bool {
+    /// exceeds that of residuals up to which an interval may be trusted. A step that gains less than `least` stagnates in any case.
+    pub(super) fn ends_fit(&mut self, sum_of_squares: f64, residuals: usize, least: f64) -> bool {
         let lacks = sum_of_squares - FOREIGN * residuals as f64;
         let gain = self.sum_of_squares - sum_of_squares;
-        self.steps = if gain < LITTLE * lacks { self.steps + 1 } else { 0 };
+        self.steps = if gain < (LITTLE * lacks).max(least) { self.steps + 1 } else { 0 };
         self.sum_of_squares = sum_of_squares;
         self.steps >= PATIENCE
     }
@@ -38,17 +38,26 @@ impl Stagnation {
 mod tests {
     use super::*;
 
+    fn steps_until_the_end(course: &dyn Fn(i32) -> f64, least: f64) -> Option<usize> {
+        let mut stagnation = Stagnation::NONE;
+        (0..50).position(|step| stagnation.ends_fit(course(step), 100, least))
+    }
+
     /// Of 100 residuals, whose sum of squares should come down to 1000.
     #[test]
     fn a_fit_that_stagnates_is_given_up() {
-        let steps_until_the_end = |course: &dyn Fn(i32) -> f64| {
-            let mut stagnation = Stagnation::NONE;
-            (0..50).position(|step| stagnation.ends_fit(course(step), 100))
-        };
+        let steps_until_the_end = |course: &dyn Fn(i32) -> f64| steps_until_the_end(course, 0.0);
         assert_eq!(steps_until_the_end(&|_| 2000.0), Some(5));
         assert_eq!(steps_until_the_end(&|step| 1000.0 + 1e5 * 0.97_f64.powi(step)), Some(5));
         assert_eq!(steps_until_the_end(&|step| 1000.0 + 1e5 * 0.9_f64.powi(step)), None);
         assert_eq!(steps_until_the_end(&|step| if step < 4 { 3000.0 } else { 2000.0 }), Some(9));
         assert_eq!(steps_until_the_end(&|_| 999.0), None);
+    }
+
+    /// The sum of squares of as many residuals is below 1000, and falls by the same in each step.
+    #[test]
+    fn a_fit_that_gains_less_than_the_least_is_given_up() {
+        let falls_by = |gain: f64| steps_until_the_end(&|step| 900.0 - gain * f64::from(step), 0.1);
+        assert_eq!([0.09, 0.11].map(falls_by), [Some(5), None]);
     }
 }

@@ -1,10 +1,11 @@
 //! A fit that counts some of the bins at first.
 //!
-//! From a wrong minimum no imperfections explain the records, which some of the bins show as well as all. From a minimum of these the fit
-//! goes on with all bins, and a few steps suffice. Any other fit ends there, and is evaluated with all bins. Only the records have fewer
+//! From a wrong minimum no plausible imperfections explain the records, which some of the bins show as well as all. From a minimum of these
+//! that may be the right one the fit goes on with all bins, and a few steps suffice. Any other fit ends there, and is evaluated with all bins. Only the records have fewer
 //! residuals: static tests and the priors of the imperfections keep their weight.
 
 use super::Plant;
+use crate::chi_square::noise_explains;
 
 /// Largest distance of the bins that count. Chosen: a resonance that lies between two of them is missed at first, and found with all
 /// bins; the drawn plants and the single errors of `noise-limit` end as with all bins from the start.
@@ -13,10 +14,28 @@ const THINNING: usize = 4;
 /// Least number of bins of a record that count. Chosen: their 768 residuals are eight times the unknowns of the seam of seven joints.
 const LEAST_BINS: usize = 128;
 
+/// What a step of a fit with some of the bins gains at least, unless it stagnates. Chosen: ten of these are one standard deviation, which
+/// says little beside that of the bins that do not count.
+const LEAST_GAIN: f64 = 0.1;
+
 impl Plant {
     /// From now on one bin out of four counts, or as few as the record of the fewest allows.
     pub(super) fn thin(&mut self, fewest: usize) {
         self.every = (fewest / LEAST_BINS).clamp(1, THINNING);
+    }
+
+    /// What a step gains at least, unless it stagnates.
+    pub(super) fn least_gain(&self) -> f64 {
+        if self.every > 1 { LEAST_GAIN } else { 0.0 }
+    }
+
+    /// Whether the minimum where the fit has ended may be the right one: its imperfections are those of a plausible plant, or noise explains
+    /// what they leave of so many residuals.
+    pub(super) fn may_explain(&self, residuals: usize) -> bool {
+        let count = self.imperfections.all.len();
+        let of_priors: f64 = self.point.imperfections[..count].iter().map(|p| p * p).sum();
+        let sum_of_squares = self.minimiser.normal.sum_of_squares() - of_priors;
+        self.is_plausible() || noise_explains(sum_of_squares, residuals as f64)
     }
 
     /// From now on all bins count. Returns whether that changes anything; the fit then goes on from where it stands.
@@ -50,5 +69,20 @@ mod tests {
         plant.minimiser.linearised = true;
         assert_eq!([(); 2].map(|()| plant.count_all_bins()), [true, false]);
         assert!(!plant.minimiser.linearised);
+    }
+
+    /// A plant of which every imperfection is as far off as this, where the sum of squares of a thousand residuals and of the priors is as large.
+    #[test]
+    fn implausible_imperfections_may_be_right_where_noise_explains_the_rest() {
+        for (p, times, expected) in
+            [(1.0, 5.0, true), (3.0, 1.2, true), (3.0, 1.4, false), (3.0, f64::NAN, false)]
+        {
+            let mut plant = plant();
+            let count = plant.imperfections.all.len();
+            plant.point.imperfections[..count].fill(p);
+            plant.minimiser.normal.reset(0);
+            *plant.minimiser.normal.entry(0, 0) = 1000.0 * times + count as f64 * p * p;
+            assert_eq!(plant.may_explain(1000), expected, "{p} {times}");
+        }
     }
 }
