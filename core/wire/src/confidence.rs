@@ -57,7 +57,7 @@ pub struct Confidence {
     pub left_out: u64,
     /// By how many times robust standard deviations are larger than those that follow from the noise and the accuracies, at least 1: root mean
     /// square over the parameters that the data determine. Robust ones are no smaller than the scatter of the parameters between bands of the
-    /// records. `None` where noise explains the residuals, and of perfect accuracies: standard deviations are not robust then.
+    /// records. `None` where standard deviations are not robust: of perfect accuracies, and where little more than noise is left.
     pub robust_widening: Option<f64>,
 }
 

@@ -18,10 +18,11 @@ use std::path::{Path, PathBuf};
 
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::{self, BadInput};
+use flexid_pipeline::signals::SignalTable;
 use flexid_pipeline::source::{CandumpLog, FrameSource, Logs};
 
+use ending::Whole;
 use meter::Meter;
-use packed::Failure;
 
 /// Name of standard input.
 const STANDARD_INPUT: &str = "-";
@@ -29,16 +30,13 @@ const STANDARD_INPUT: &str = "-";
 /// What a log of candump seems to be.
 const LOG: &str = "a candump log";
 
-/// The error in place of a last line that is cut off.
-const CUT_OFF: &str = "the last line is cut off";
-
 /// A log, unpacked.
 type Log = CandumpLog<Box<dyn Read + Send>>;
 
 /// A log that can be used.
 enum Usable {
-    /// A file, closed again, so that only one file is open at a time, and the number of bytes before a last line that is cut off.
-    File(PathBuf, Option<u64>),
+    /// A file, closed again, so that only one file is open at a time.
+    File(PathBuf),
     /// Standard input or a pipe, which can be opened only once.
     Open(Box<Log>),
 }
@@ -62,17 +60,13 @@ pub(crate) fn open(
     }
     let usable = |name: &PathBuf| usable(name, config, meter);
     let logs = names.iter().map(usable).collect::<Result<Vec<_>, _>>()?;
-    let (interface, meter) = (config.interface.clone(), meter.clone());
+    let (interface, table, meter) =
+        (config.interface.clone(), config.signals.clone(), meter.clone());
     Ok(Logs::new(logs.into_iter().map(move |usable| match usable {
         Usable::Open(log) => Ok(*log),
-        Usable::File(name, bytes) => {
+        Usable::File(name) => {
             let file = File::open(&name).map_err(|error| unreadable(&name, &error));
-            let whole = file.map(|file| {
-                let end = bytes.map(|_| io::Error::other(CUT_OFF));
-                file.take(bytes.unwrap_or(u64::MAX)).chain(Failure(end))
-            });
-            whole
-                .and_then(|file| log(&name, meter.read(file), &interface))
+            file.and_then(|file| log(&name, meter.read(file), &interface, &table))
                 .map_err(io::Error::other)
         }
     })))
@@ -80,9 +74,9 @@ pub(crate) fn open(
 
 /// Checks the log of this name.
 fn usable(name: &Path, config: &Config, meter: &Meter) -> Result<Usable, BadInput> {
-    let interface = &config.interface;
+    let Config { interface, signals: table, .. } = config;
     if name.as_os_str() == STANDARD_INPUT {
-        let log = log(Path::new("standard input"), io::stdin(), interface)?;
+        let log = log(Path::new("standard input"), io::stdin(), interface, table)?;
         return Ok(Usable::Open(Box::new(log)));
     }
     let metadata = fs::metadata(name).map_err(|error| unreadable(name, &error))?;
@@ -91,17 +85,22 @@ fn usable(name: &Path, config: &Config, meter: &Meter) -> Result<Usable, BadInpu
     }
     let file = File::open(name).map_err(|error| unreadable(name, &error))?;
     if metadata.is_file() {
-        log(name, file, interface)?;
+        log(name, file, interface, table)?;
         meter.expect(metadata.len());
-        Ok(Usable::File(name.to_owned(), ending::whole_bytes(name, &config.signals)))
+        Ok(Usable::File(name.to_owned()))
     } else {
-        Ok(Usable::Open(Box::new(log(name, file, interface)?)))
+        Ok(Usable::Open(Box::new(log(name, file, interface, table)?)))
     }
 }
 
 /// The log in `bytes`, packed or not, if it is one of `candump -L`; messages call it `name`.
-fn log(name: &Path, bytes: impl Read + Send + 'static, interface: &str) -> Result<Log, BadInput> {
-    let (head, bytes) = foreign::head(packed::unpacked(bytes));
+fn log(
+    name: &Path,
+    bytes: impl Read + Send + 'static,
+    interface: &str,
+    table: &SignalTable,
+) -> Result<Log, BadInput> {
+    let (head, bytes) = foreign::head(Box::new(Whole::new(packed::unpacked(bytes), table.clone())));
     if let Some(mend) = foreign::mend(&head) {
         return Err(BadInput::new(name, mend));
     }

@@ -18,14 +18,6 @@ const WINDOW: u64 = 128 << 20;
 /// default) until the frame ends. This block ends a frame that breaks off.
 const LAST_BLOCK: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
-/// Number of bytes from the start by which packed contents are known.
-pub(super) const HEAD: u64 = ZSTD.len() as u64;
-
-/// Whether contents that begin with `head` are packed.
-pub(super) fn is_packed(head: &[u8]) -> bool {
-    head.starts_with(&GZIP) || head.starts_with(&ZSTD)
-}
-
 /// The contents of `bytes`, unpacked if they are packed. An error follows the contents before a damage or an early
 /// end.
 pub fn unpacked(mut bytes: impl Read + Send + 'static) -> Box<dyn Read + Send> {

@@ -86,6 +86,30 @@ fn a_packed_log_that_is_cut_off_keeps_what_was_there() {
     assert!((38_000..40_000).contains(&frames), "{frames} frames");
 }
 
+/// Packed or not, through a pipe or not: the same numbers, error and warning.
+#[test]
+fn a_last_line_that_is_cut_off_ends_any_log_alike() {
+    let (folder, log) = simulated();
+    let path = folder.path();
+    let cut = &log[..log.len() - 5];
+    fs::write(path.join("cut.log"), cut).unwrap();
+    fs::write(path.join("cut.log.gz"), gzip(cut)).unwrap();
+    let ended = |output: Output, name: &str| {
+        let errors = stderr(&output);
+        let said = "cannot be read: the last line is cut off";
+        assert!(errors.contains(&format!("breaks off: {name}:49521: {said}")), "{errors}");
+        let found = json(path, "o.json");
+        assert!(found["warnings"][0].as_str().unwrap().ends_with(said), "{found}");
+        (output.status.code(), found["joints"].clone())
+    };
+    let plain = ended(flexid(path, "identify --config edge.toml cut.log --json o.json"), "cut.log");
+    assert_eq!(plain.0, Some(1));
+    let command = "identify --config edge.toml cut.log.gz --json o.json";
+    assert_eq!(ended(flexid(path, command), "cut.log.gz"), plain);
+    let command = "identify --config edge.toml - --json o.json";
+    assert_eq!(ended(identify_from(path, "cut.log", command), "standard input"), plain);
+}
+
 /// Packed or not, through a pipe or not.
 #[test]
 fn logs_of_other_tools_are_named_with_their_conversion() {
