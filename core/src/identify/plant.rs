@@ -42,6 +42,9 @@ pub struct PlantEstimate {
     /// Factor on the standard deviations that follow from [`Plant::information`]: √(χ²/dof), at least 1, times by how much robust ones are
     /// larger, as a root mean square over the unknowns that the data determine.
     pub widening: f64,
+    /// By how many times robust standard deviations are larger than those that follow from noise and accuracies, √(χ²/dof) included, at least 1:
+    /// the same root mean square. `None` if standard deviations are not robust.
+    pub robust_widening: Option<f64>,
 }
 
 impl<R> Identifier<R> {
@@ -110,8 +113,8 @@ impl<R> Identifier<R> {
             .then(|| refinement.jackknife_plant(&problem, experiments, plant, inflation));
         let robust = robust.flatten();
         let covariance = &minimum.fit.covariance;
-        let times = robust.as_ref().map_or(1.0, |robust| times_wider(robust, covariance));
-        let widening = inflation * times;
+        let robust_widening = robust.as_ref().map(|robust| times_wider(robust, covariance));
+        let widening = inflation * robust_widening.unwrap_or(1.0);
         if let Some(deviations) = &robust {
             minimum.fit.raise(sought, deviations);
         }
@@ -147,7 +150,7 @@ impl<R> Identifier<R> {
         estimate.is_of_implausible_plant = !are_plausible;
         let imperfections = plant.found();
         refinement.restart_at(&settled.coordinates);
-        Some(PlantEstimate { estimate, imperfections, explanations, widening })
+        Some(PlantEstimate { estimate, imperfections, explanations, widening, robust_widening })
     }
 }
 

@@ -283,6 +283,10 @@ struct Elimination<'a> {
     count: usize,
 }
 
+/// Number of rows that are reduced together. Each entry of a row waits for the one before it; those of other rows need not wait. Chosen: with
+/// four, an elimination of the 174 unknowns of a plant of six joints takes two thirds of the time of one.
+const TOGETHER: usize = 4;
+
 impl Kernel<f64> for Elimination<'_> {
     type Output = ();
 
@@ -290,24 +294,40 @@ impl Kernel<f64> for Elimination<'_> {
     #[inline(always)]
     fn run<V: Lanes<Scalar = f64>>(self, _like: V) {
         let Self { size, entries, count } = self;
-        for i in 0..size {
-            let (above, row) = entries.split_at_mut(packed(i));
-            for j in 0..i {
+        for first in (0..size).step_by(TOGETHER) {
+            let (above, rows) = entries.split_at_mut(packed(first));
+            let start = |i: usize| packed(i) - packed(first);
+            let block = first..size.min(first + TOGETHER);
+            for j in 0..first {
                 let factor = &above[packed(j)..packed(j + 1)];
-                let known = j.min(count);
-                row[j] -= dot(&row[..known], &factor[..known]);
-                if j < count {
-                    row[j] = if factor[j] > 0.0 { row[j] / factor[j] } else { 0.0 };
+                for i in block.clone() {
+                    reduce(&mut rows[start(i)..start(i + 1)], factor, j, count);
                 }
             }
-            let known = i.min(count);
-            let pivot = row[i] - dot(&row[..known], &row[..known]);
-            row[i] = match i < count {
-                true if pivot > DEPENDENT * row[i] => libm::sqrt(pivot),
-                true => 0.0,
-                false => pivot,
-            };
+            for i in block {
+                let (above, row) = rows.split_at_mut(start(i));
+                for j in first..i {
+                    reduce(row, &above[start(j)..start(j + 1)], j, count);
+                }
+                let known = i.min(count);
+                let pivot = row[i] - dot(&row[..known], &row[..known]);
+                row[i] = match i < count {
+                    true if pivot > DEPENDENT * row[i] => libm::sqrt(pivot),
+                    true => 0.0,
+                    false => pivot,
+                };
+            }
         }
+    }
+}
+
+/// Entry j of a row, by row j above it, of which the first `count` are eliminated.
+#[inline(always)]
+fn reduce(row: &mut [f64], factor: &[f64], j: usize, count: usize) {
+    let known = j.min(count);
+    row[j] -= dot(&row[..known], &factor[..known]);
+    if j < count {
+        row[j] = if factor[j] > 0.0 { row[j] / factor[j] } else { 0.0 };
     }
 }
 

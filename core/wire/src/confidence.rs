@@ -55,8 +55,8 @@ pub struct Confidence {
     /// Number of records that were taken but are not in the numbers. They made room in a fit that could not be believed, were
     /// dropped because newer ones contradict them, or were too short to take the place of others.
     pub left_out: u64,
-    /// By how many times robust standard deviations are larger than those that follow from the noise and the accuracies, at least 1: root mean
-    /// square over the parameters that the data determine. Robust ones are no smaller than the scatter of the parameters between bands of the
+    /// By how many times robust standard deviations are larger than those that follow from noise and accuracies, √(χ²/dof) included, at least
+    /// 1: root mean square over the parameters that the data determine. Robust ones are no smaller than the scatter of the parameters between bands of the
     /// records. `None` where standard deviations are not robust: of perfect accuracies, and where little more than noise is left.
     pub robust_widening: Option<f64>,
 }
@@ -82,7 +82,7 @@ pub struct Nuisance {
     pub name: Label,
     /// The entry of `[accuracy]` that speaks of it; `None` of one that `[calibration]` seeks.
     pub entry: Option<Accuracy>,
-    /// That entry in the unit `unit`, one standard deviation; relative of a factor.
+    /// That entry in the unit `unit`, one standard deviation; relative of a factor. `None` also where the accuracy only follows from the entry.
     pub accuracy: Option<f64>,
     /// Unit, for example `rad` or `m/N`. Empty for a factor and for a part.
     pub unit: Unit,

@@ -128,7 +128,7 @@ impl Refinement {
         plant.stagnation = Stagnation::NONE;
         let every = plant.every;
         let is_near = plant.remaining(problem).is_some_and(|remaining| remaining.gain < NEAR);
-        let goes_on = is_near && plant.may_explain(residuals(experiments, every));
+        let goes_on = is_near && plant.may_explain(residuals(problem, experiments, every));
         if plant.count_all_bins() {
             if goes_on {
                 return Outcome::Improving;
@@ -153,7 +153,7 @@ impl Refinement {
         plant: &mut Plant,
     ) -> Outcome {
         let outcome = self.step_plant(problem, experiments, plant);
-        let residuals = residuals(experiments, plant.every);
+        let residuals = residuals(problem, experiments, plant.every);
         let least_gain = plant.least_gain();
         let sum_of_squares = plant.minimiser.normal.sum_of_squares();
         // Where the fit has gone on to another level, or with other accuracies, sums of squares do not compare.
@@ -189,9 +189,15 @@ impl Refinement {
     }
 }
 
-/// Number of real residuals of the bins of all records that count.
-fn residuals<const B: usize>(experiments: &[Experiment<B>], every: usize) -> usize {
-    experiments.iter().map(|experiment| 6 * experiment.bins().div_ceil(every)).sum()
+/// Number of real residuals of the static tests, and of the bins of all records that count.
+fn residuals<const B: usize>(
+    problem: &Problem<'_>,
+    experiments: &[Experiment<B>],
+    every: usize,
+) -> usize {
+    let of_records = experiments.iter().map(|experiment| 6 * experiment.bins().div_ceil(every));
+    let of_statics = problem.statics.iter().map(|test| test.readings().count());
+    of_records.chain(of_statics).sum()
 }
 
 impl Plant {
@@ -252,3 +258,6 @@ impl Plant {
         u
     }
 }
+
+#[cfg(test)]
+mod tests;

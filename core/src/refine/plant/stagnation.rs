@@ -24,11 +24,16 @@ impl Stagnation {
     pub(super) const NONE: Self = Self { sum_of_squares: f64::INFINITY, steps: 0 };
 
     /// Whether a fit to so many residuals, whose step has ended at this sum of squares, is to be given up. It lacks what the sum of squares
-    /// exceeds that of residuals up to which an interval may be trusted. A step that gains less than `least` stagnates in any case.
+    /// exceeds that of residuals up to which an interval may be trusted. A step that was kept and gains less than `least` stagnates in any case.
     pub(super) fn ends_fit(&mut self, sum_of_squares: f64, residuals: usize, least: f64) -> bool {
         let lacks = sum_of_squares - FOREIGN * residuals as f64;
         let gain = self.sum_of_squares - sum_of_squares;
-        self.steps = if gain < (LITTLE * lacks).max(least) { self.steps + 1 } else { 0 };
+        let was_kept = gain > 0.0;
+        if gain < LITTLE * lacks || (was_kept && gain < least) {
+            self.steps += 1;
+        } else if was_kept {
+            self.steps = 0;
+        }
         self.sum_of_squares = sum_of_squares;
         self.steps >= PATIENCE
     }
@@ -54,10 +59,13 @@ mod tests {
         assert_eq!(steps_until_the_end(&|_| 999.0), None);
     }
 
-    /// The sum of squares of as many residuals is below 1000, and falls by the same in each step.
+    /// The sum of squares of as many residuals is below 1000, and falls by the same in each step. A step that was rejected does not count.
     #[test]
     fn a_fit_that_gains_less_than_the_least_is_given_up() {
         let falls_by = |gain: f64| steps_until_the_end(&|step| 900.0 - gain * f64::from(step), 0.1);
-        assert_eq!([0.09, 0.11].map(falls_by), [Some(5), None]);
+        assert_eq!([0.0, 0.09, 0.11].map(falls_by), [None, Some(5), None]);
+        // Every other step is rejected.
+        let halting = |step: i32| 900.0 - 0.09 * f64::from(step / 2);
+        assert_eq!(steps_until_the_end(&halting, 0.1), Some(10));
     }
 }

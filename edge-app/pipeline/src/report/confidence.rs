@@ -81,16 +81,8 @@ pub(crate) fn confidence(
         held_out: held_out.collect(),
         retired: estimate.retired,
         left_out,
-        robust_widening: of_plant.and_then(robust_widening),
+        robust_widening: of_plant.and_then(|of_plant| of_plant.robust_widening),
     }
-}
-
-/// By how many times the standard deviations of an estimate are larger because they are robust. `None` if they are not.
-fn robust_widening(of_plant: &PlantEstimate) -> Option<f64> {
-    let PlantEstimate { estimate, widening, .. } = of_plant;
-    let times = widening / estimate.consistency.max(1.0).sqrt();
-    // Those of an implausible plant are robust, too, though they are not trusted.
-    (estimate.is_robust || times > 1.0 + 1e-9).then_some(times)
 }
 
 /// Returns the interval of a value whose logarithm is normally distributed.

@@ -57,13 +57,18 @@ fn nuisance(
     Nuisance {
         name: name(imperfection, model),
         entry: Some(entry(imperfection)),
-        accuracy: Some(prior / imperfection.prior_over_accuracy()),
+        accuracy: has_entry(imperfection).then(|| prior / imperfection.prior_over_accuracy()),
         unit: clipped(unit(imperfection, model)),
         value,
         std,
         interval: std.filter(|_| residuals.allow_intervals()).map(|std| interval(value, std)),
         verdict: verdict(own),
     }
+}
+
+/// Whether an entry states its accuracy. That of the ground's damping follows from the ground's compliance.
+fn has_entry(imperfection: Imperfection) -> bool {
+    !matches!(imperfection, Imperfection::GroundDamping(_))
 }
 
 /// Whether an imperfection is the logarithm of a factor.
