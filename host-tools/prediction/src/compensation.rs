@@ -75,7 +75,8 @@ impl Dynamics<'_> {
         Compensation {
             deflection,
             along_base: of(&base),
-            offsets: beside_length(
+            offsets: beside_others(
+                chain,
                 offsets.iter().zip(&linear).map(|(own, of)| as_uncertain(*own, of)),
             ),
             left: Deflection {
@@ -87,10 +88,16 @@ impl Dynamics<'_> {
     }
 }
 
-/// The offsets, which say something beside the length of all together.
-fn beside_length(offsets: impl Iterator<Item = Estimate> + Clone) -> Vec<Estimate> {
-    let length = offsets.clone().map(|own| own.value.powi(2)).sum::<f64>().sqrt();
-    offsets.map(|own| own.beside(length)).collect()
+/// The offsets of the driven joints. An angle says something beside the length of all angles, a stroke beside that of all strokes.
+fn beside_others(chain: &Chain, offsets: impl Iterator<Item = Estimate>) -> Vec<Estimate> {
+    let kinds = chain.joints().iter().map(|joint| joint.kind);
+    let driven = kinds.filter(|kind| *kind != JointKind::Fixed);
+    let all: Vec<(JointKind, Estimate)> = driven.zip(offsets).collect();
+    let length = |kind: JointKind| {
+        let squares = all.iter().filter(|(own, _)| *own == kind).map(|(_, own)| own.value.powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    all.iter().map(|(kind, own)| own.beside(length(*kind))).collect()
 }
 
 /// The offsets that take a deflection back, and what they leave of it. Near a singularity one step is made: further ones would make the
@@ -186,6 +193,8 @@ fn both(rotation: &Matrix3<f64>) -> DMatrix<f64> {
 
 #[cfg(test)]
 mod tests {
+    use flexid_core::chain::{Joint, Link};
+
     use super::*;
 
     #[test]
@@ -199,5 +208,29 @@ mod tests {
         assert!((matrix[(0, 0)] - 0.5).abs() < 1e-12);
         assert!((matrix[(1, 1)] - 1e-4 / SINGULAR.powi(2)).abs() < 1e-12);
         assert!(matrix.columns(3, 3).amax() < 1e-12, "{matrix}");
+    }
+
+    /// An axis that slides, and two that turn.
+    #[test]
+    fn an_offset_is_determined_beside_those_of_its_kind() {
+        let joint = |kind| Joint {
+            origin: Isometry3::identity(),
+            axis: Vector3::z_axis(),
+            kind,
+            link: Link {
+                mass: 1.0,
+                centre_of_mass: Vector3::zeros(),
+                inertia: Matrix3::identity(),
+            },
+        };
+        let [slides, turns] = [JointKind::Prismatic, JointKind::Revolute].map(joint);
+        let chain = Chain::new(&[slides, turns, turns], Isometry3::identity()).unwrap();
+        let determined = |turn: f64| -> Vec<bool> {
+            let offsets = [(5e-3, 1e-4), (1e-4, 2e-3), (turn, 1e-5)];
+            let offsets = offsets.into_iter().map(|(value, std)| Estimate::new(value, std));
+            beside_others(&chain, offsets).iter().map(|own| own.determined).collect()
+        };
+        assert_eq!(determined(1e-4), [true, false, true]);
+        assert_eq!(determined(5e-3), [true; 3]);
     }
 }

@@ -128,8 +128,8 @@ fn calibration(nuisance: &Nuisance) -> String {
     format!("{}, {}", words(nuisance), judgement(nuisance))
 }
 
-/// The imperfections that are not as stated, each beside its accuracy, and the number of those that may be. There may be further ones of these
-/// if the list `is_full`.
+/// The imperfections that are not as stated, each beside its accuracy, and the number of those that may be. There may be further ones if the
+/// list `is_full`.
 fn imperfections(fitted: Vec<&Nuisance>, is_full: bool) -> Vec<String> {
     let (as_stated, off): (Vec<_>, Vec<_>) =
         fitted.into_iter().partition(|own| may_be_as_stated(own));
@@ -140,13 +140,13 @@ fn imperfections(fitted: Vec<&Nuisance>, is_full: bool) -> Vec<String> {
     let mut lines: Vec<String> = off.into_iter().map(line).collect();
     if !as_stated.is_empty() {
         let others = if lines.is_empty() { "" } else { " others" };
-        let or_more = if is_full { " or more" } else { "" };
         let number = as_stated.len();
         lines.push(format!(
-            "{number}{or_more}{others} that the cuts narrow down: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)"
+            "{number}{others}: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)"
         ));
-    } else if is_full {
-        lines.push("further ones may differ: the list has room for no more".to_owned());
+    }
+    if is_full {
+        lines.push("the list is full: further ones are not in it".to_owned());
     }
     lines
 }
@@ -194,7 +194,7 @@ mod tests {
     const IMPERFECT: &str = "\
 imperfect    TCP z 2.0 mm (1.0 to 3.0 mm), differs from zero (accuracy: tcp_m 1.00 mm)
              TCP x 1.00 mm, no interval (accuracy: tcp_m 1.00 mm)
-             2 others that the cuts narrow down: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)
+             2 others: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)
 ";
 
     fn explanation([name, rival]: [&str; 2], evidence: f64) -> Explanation {

@@ -150,8 +150,8 @@ fn caveat(report: &Report, confidence: &Confidence) -> String {
 /// The note on robust intervals, which are so many times as wide.
 fn robust(times: f64) -> String {
     format!(
-        " intervals are robust: no narrower than the numbers scatter between bands of the records; {times:.1} times as wide as noise and \
-         accuracies make them (root mean square)\n"
+        " intervals are robust: no narrower than the numbers scatter between bands of the records; that makes them \
+         {times:.1} times as wide (root mean square)\n"
     )
 }
 

@@ -1,6 +1,6 @@
 //! What is off on the robot beside its joints: errors that were fitted with them.
 
-use flexid_wire::confidence::Nuisance;
+use flexid_wire::confidence::{MAX_NUISANCES, Nuisance};
 use flexid_wire::report::Acceptance;
 use maud::{Markup, html};
 
@@ -31,23 +31,25 @@ pub(super) fn section(document: &Document) -> Markup {
                 @if document.found.fit.acceptance == Acceptance::Unsettled {
                     p { "The searches do not agree on one result: the errors hold only if this minimum is the right one." }
                 }
-                table.narrow {
-                    thead {
-                        tr {
-                            th.left { "Error and its interval" }
-                            th.left { "Its accuracy" }
-                            th.left { "What the records say" }
-                        }
-                    }
-                    tbody {
-                        @for own in off {
+                @if !off.is_empty() {
+                    table.narrow {
+                        thead {
                             tr {
-                                td.left { (words(own)) }
-                                td.left { (accuracy(own).unwrap_or_default()) }
-                                @if own.entry.is_some() {
-                                    td.left { (judgement(own)) }
-                                } @else {
-                                    td class={ "left " (class(own.verdict)) } { (judgement(own)) }
+                                th.left { "Error and its interval" }
+                                th.left { "Its accuracy" }
+                                th.left { "What the records say" }
+                            }
+                        }
+                        tbody {
+                            @for own in &off {
+                                tr {
+                                    td.left { (words(own)) }
+                                    td.left { (accuracy(own).unwrap_or_default()) }
+                                    @if own.entry.is_some() {
+                                        td.left { (judgement(own)) }
+                                    } @else {
+                                        td class={ "left " (class(own.verdict)) } { (judgement(own)) }
+                                    }
                                 }
                             }
                         }
@@ -55,9 +57,12 @@ pub(super) fn section(document: &Document) -> Markup {
                 }
                 @if !as_stated.is_empty() {
                     p {
-                        (as_stated.len()) " that the records narrow down are compatible with zero, or a factor with 1: "
+                        (as_stated.len()) " are compatible with zero, or a factor with 1: "
                         (as_stated.iter().map(|own| words(own)).collect::<Vec<_>>().join("; ")) "."
                     }
+                }
+                @if confidence.nuisances.len() == MAX_NUISANCES {
+                    p { "The list is full: further ones are not in it." }
                 }
             }
         }

@@ -230,7 +230,7 @@ fn trust(document: &Document) -> Vec<Markup> {
     if let Some(times) = confidence.robust_widening.filter(|_| has_intervals()) {
         lines.push(html! {
             "The intervals are robust: no narrower than the numbers scatter between bands of the records. That makes them "
-            (format!("{times:.1}")) " times as wide as noise and accuracies do (root mean square)."
+            (format!("{times:.1}")) " times as wide (root mean square)."
         });
     }
     for line in &confidence.left_over {
