@@ -6,7 +6,6 @@ mod link;
 mod monotonic;
 mod padding;
 mod socket;
-mod without_vcan;
 
 use std::io;
 use std::time::Duration;

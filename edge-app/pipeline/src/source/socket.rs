@@ -21,7 +21,6 @@ use socketcan::{Socket as _, SocketOptions as _};
 
 use super::link::{self, Interface, Link};
 use super::monotonic::Offset;
-use super::without_vcan::WithoutVcan;
 use super::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 
 /// Most frames that one system call fetches.
@@ -41,20 +40,24 @@ const EXTENDED: u32 = 0x8000_0000;
 const REMOTE: u32 = 0x4000_0000;
 const ERROR: u32 = 0x2000_0000;
 
+/// What to do where the kernel has no virtual bus.
+const WITHOUT_VCAN: &str = "where `modprobe vcan` fails, install the kernel's extra modules (Ubuntu: \
+    linux-modules-extra-$(uname -r)), or run the command by tests/with-vcan of flexid's repository, whose bus is vcan0";
+
 /// Why a bus cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// No interface has this name.
     #[error(
         "interface {0:?} does not exist: plug the adapter in, or make a virtual bus with \
-         `ip link add dev {0} type vcan && ip link set {0} up`; {WithoutVcan}"
+         `ip link add dev {0} type vcan && ip link set {0} up`; {WITHOUT_VCAN}"
     )]
     NoInterface(String),
     /// The interface is of another kind.
     #[error("interface {0:?} is not a CAN interface: `ip -br link` lists what there is")]
     NotCan(String),
     /// The kernel has no CAN sockets.
-    #[error("the kernel has no CAN sockets: `modprobe can-raw`; {WithoutVcan}")]
+    #[error("the kernel has no CAN sockets: `modprobe can-raw`")]
     NoCan,
     /// Another error occurred.
     #[error("interface {interface:?} cannot be opened: {error}")]
@@ -424,6 +427,6 @@ mod tests {
         let error = CanSocket::open("nocan9").err().unwrap().to_string();
         assert!(error.starts_with("interface \"nocan9\" does not exist: "), "{error}");
         assert!(error.contains("ip link add dev nocan9 type vcan"), "{error}");
-        assert!(error.contains("up`; where the kernel has no vcan, "), "{error}");
+        assert!(error.contains("up`; where `modprobe vcan` fails, install "), "{error}");
     }
 }
