@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use flexid_pipeline::signals::{NoReading, SignalTable};
-use flexid_pipeline::source::{CandumpLog, FrameSource as _};
+use flexid_pipeline::source::{CandumpLog, Frame, FrameSource as _, LOOK_AHEAD};
 
 /// The error in place of a last line that is cut off.
 const CUT_OFF: &str = "the last line is cut off";
@@ -15,17 +15,21 @@ const LONGEST: usize = 4096;
 /// Bytes that are read at once.
 const BLOCK: usize = 1 << 16;
 
-/// The lines of a log, unpacked. In place of a last line that is cut off there comes an error: a line after others that has no end, and is no
-/// frame or one of another length than in the DBC file.
+/// The lines of a log, unpacked. In place of a last line that is cut off there comes an error: a line that has no end, follows a frame, and is
+/// the beginning of one, or a frame that is shorter than in the DBC file.
 pub(super) struct Whole<R> {
     bytes: R,
+    /// Bus whose frames are taken if the log has any.
+    interface: String,
     table: SignalTable,
     /// What has been read and not yet returned.
     ready: VecDeque<u8>,
     /// The beginning of a line whose end has not been read.
     begun: Vec<u8>,
-    /// Whether a line has ended.
-    has_lines: bool,
+    /// Number of frames that have been looked at: those up to the first of the interface, at most as many as [`CandumpLog::on_bus`] searches.
+    frames: usize,
+    /// Whether one of them is of the interface.
+    has_interface: bool,
     /// Whether the line that has begun is too long to be judged, and its beginning is returned already.
     is_long: bool,
     /// What comes after all that is ready: an error, once, or the end.
@@ -33,13 +37,15 @@ pub(super) struct Whole<R> {
 }
 
 impl<R> Whole<R> {
-    pub(super) fn new(bytes: R, table: SignalTable) -> Self {
+    pub(super) fn new(bytes: R, interface: String, table: SignalTable) -> Self {
         Self {
             bytes,
+            interface,
             table,
             ready: VecDeque::new(),
             begun: Vec::new(),
-            has_lines: false,
+            frames: 0,
+            has_interface: false,
             is_long: false,
             end: None,
         }
@@ -49,10 +55,11 @@ impl<R> Whole<R> {
     fn take(&mut self, block: &[u8]) {
         let mut rest = block;
         if let Some(last) = block.iter().rposition(|byte| *byte == b'\n') {
+            self.begun.extend(&block[..=last]);
+            self.look();
             self.ready.extend(self.begun.drain(..));
-            self.ready.extend(&block[..=last]);
             rest = &block[last + 1..];
-            (self.has_lines, self.is_long) = (true, false);
+            self.is_long = false;
         }
         self.begun.extend(rest);
         if self.begun.len() > LONGEST {
@@ -61,10 +68,39 @@ impl<R> Whole<R> {
         }
     }
 
+    /// Searches the lines that have ended for a frame of the interface.
+    fn look(&mut self) {
+        for line in self.begun.split(|byte| *byte == b'\n').skip(self.is_long.into()) {
+            if self.has_interface || self.frames == LOOK_AHEAD {
+                return;
+            }
+            let Some((bus, _)) = parsed(line) else { continue };
+            self.frames += 1;
+            self.has_interface = bus == self.interface;
+        }
+    }
+
+    /// Whether the line that has begun is cut off, if nothing follows. A line of candump begins with a parenthesis: what does not is no
+    /// frame, whole or not.
+    fn is_cut_off(&self) -> bool {
+        if self.frames == 0 || self.is_long {
+            return false;
+        }
+        let Some((bus, frame)) = parsed(&self.begun) else {
+            return self.begun.trim_ascii_start().starts_with(b"(");
+        };
+        // The frames of another bus are taken only if the log has none of the interface.
+        let is_taken = bus == self.interface || !self.has_interface;
+        let is_short = matches!(
+            self.table.decode(&frame, |_| {}),
+            Err(NoReading::WrongLength { expected }) if frame.data().len() < usize::from(expected)
+        );
+        is_taken && is_short
+    }
+
     /// Judges the line that has begun, since nothing comes any more.
     fn finish(&mut self) {
-        let is_judged = self.has_lines && !self.is_long && !self.begun.is_empty();
-        if is_judged && !is_whole(&self.begun, &self.table) {
+        if self.is_cut_off() {
             self.end = Some(Some(io::Error::other(CUT_OFF)));
         } else {
             self.ready.extend(self.begun.drain(..));
@@ -92,14 +128,12 @@ impl<R: Read> Read for Whole<R> {
     }
 }
 
-/// Whether this line is a frame that the table can read, or one that it does not know.
-fn is_whole(line: &[u8], table: &SignalTable) -> bool {
+/// The bus and the frame of this line, if it is one of `candump -L`.
+fn parsed(line: &[u8]) -> Option<(&str, Frame)> {
     let mut frames = Vec::new();
-    let read =
-        CandumpLog::new(Path::new(""), line.chain(&b"\n"[..])).read(&mut frames, Duration::ZERO);
-    let [arrival] = &frames[..] else { return false };
-    read.is_ok()
-        && !matches!(table.decode(&arrival.frame, |_| {}), Err(NoReading::WrongLength { .. }))
+    CandumpLog::new(Path::new(""), line).read(&mut frames, Duration::ZERO).ok()?;
+    let bus = str::from_utf8(line).ok()?.split_whitespace().nth(1)?;
+    Some((bus, frames.pop()?.frame))
 }
 
 #[cfg(test)]
@@ -109,6 +143,7 @@ mod tests {
     use super::*;
 
     const WHOLE: &str = "(1767000000.000060) can0 101#0102030405060708";
+    const INTERFACE: &str = "can0";
 
     /// A reader of so many bytes at a time.
     struct Slow<'a>(&'a [u8], usize);
@@ -127,7 +162,8 @@ mod tests {
         // What comes before the end, and whether the end is an error, however many bytes come at a time.
         let read = |text: &str| {
             let [once, again] = [1 << 20, 7].map(|count| {
-                let mut whole = Whole::new(Slow(text.as_bytes(), count), table.clone());
+                let mut whole =
+                    Whole::new(Slow(text.as_bytes(), count), INTERFACE.to_owned(), table.clone());
                 let mut bytes = Vec::new();
                 let error = whole.read_to_end(&mut bytes).err().map(|error| error.to_string());
                 (String::from_utf8(bytes).unwrap(), error)
@@ -135,13 +171,36 @@ mod tests {
             assert_eq!(once, again);
             once
         };
-        // A frame that is not known may have any length. What begins in the first line is no log.
-        let other = format!("{WHOLE}\n(1767000000.000060) can0 7FF#01");
-        let long = format!("{WHOLE}\n{}", "x".repeat(100_000));
-        for text in
-            ["", "Dear", WHOLE, &other, &format!("{WHOLE}\n"), &format!("{WHOLE}\n{WHOLE}"), &long]
-        {
-            assert_eq!(read(text), (text.to_owned(), None));
+        let other = WHOLE.replace("can0", "can1");
+        // The frame of 8 bytes, cut to 7.
+        let short = |line: &str| line[..line.len() - 2].to_owned();
+        for text in [
+            // Without a frame before it, the last line tells of no log that is cut off.
+            "".to_owned(),
+            "Dear".to_owned(),
+            "Dear\nSir".to_owned(),
+            "(Dear\n(Sir".to_owned(),
+            WHOLE.to_owned(),
+            format!("{WHOLE}\n"),
+            format!("{WHOLE}\n{WHOLE}"),
+            format!("{WHOLE}\n{WHOLE} "),
+            // What is no line of candump.
+            format!("{WHOLE}\n "),
+            format!("{WHOLE}\n\r"),
+            format!("{WHOLE}\n# by the pe"),
+            format!("{WHOLE}\n{}", "x".repeat(100_000)),
+            format!("{WHOLE}\n({}", "x".repeat(100_000)),
+            // A frame that is not known may have any length, and so may one of a bus that is left out. A longer one is not cut off.
+            format!("{WHOLE}\n(1767000000.000060) can0 7FF#01"),
+            format!("{WHOLE}\n{}", short(&other)),
+            format!("{other}\n{WHOLE}\n{}", short(&other)),
+            format!("{WHOLE}\n{}", WHOLE.replace(" 101#", " 111#")),
+        ] {
+            assert_eq!(read(&text), (text, None));
+        }
+        for (before, last) in [(WHOLE, WHOLE), (&other, WHOLE), (&other, &other)] {
+            let text = format!("{before}\n{}", short(last));
+            assert_eq!(read(&text), (format!("{before}\n"), Some(CUT_OFF.to_owned())), "{text}");
         }
         for length in 1..WHOLE.len() {
             let before = format!("{WHOLE}\n{WHOLE}\n");
@@ -155,7 +214,11 @@ mod tests {
         let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-edge.toml");
         let table = Config::load(&config).unwrap().signals;
         let fails = super::super::packed::Failure(Some(io::Error::other("broken")));
-        let mut whole = Whole::new(WHOLE.as_bytes().chain(&b"\n(17"[..]).chain(fails), table);
+        let mut whole = Whole::new(
+            WHOLE.as_bytes().chain(&b"\n(17"[..]).chain(fails),
+            INTERFACE.to_owned(),
+            table,
+        );
         let mut bytes = Vec::new();
         assert_eq!(whole.read_to_end(&mut bytes).unwrap_err().to_string(), "broken");
         assert_eq!(String::from_utf8(bytes).unwrap(), format!("{WHOLE}\n"));

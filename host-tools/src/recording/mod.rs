@@ -100,7 +100,8 @@ fn log(
     interface: &str,
     table: &SignalTable,
 ) -> Result<Log, BadInput> {
-    let (head, bytes) = foreign::head(Box::new(Whole::new(packed::unpacked(bytes), table.clone())));
+    let whole = Whole::new(packed::unpacked(bytes), interface.to_owned(), table.clone());
+    let (head, bytes) = foreign::head(Box::new(whole));
     if let Some(mend) = foreign::mend(&head) {
         return Err(BadInput::new(name, mend));
     }

@@ -355,6 +355,8 @@ fn no_command_takes_a_file_that_is_none() {
 fn half(whole: &[u8]) -> Vec<u8> {
     let half = &whole[..whole.len() / 2];
     match half.iter().rposition(|byte| *byte == b'\n') {
+        // Each line of a log begins with the time in parentheses.
+        Some(end) if whole.starts_with(b"(") => [&half[..=end], b"(17"].concat(),
         Some(end) => [&half[..=end], b"ra"].concat(),
         None => half.to_vec(),
     }

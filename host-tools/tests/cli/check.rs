@@ -249,6 +249,7 @@ fn bad_input_is_one_line_that_names_file_and_mend() {
     let folder = folder();
     fs::write(folder.path().join("empty.log"), "").unwrap();
     fs::write(folder.path().join("letter.log"), "Dear reader,\n").unwrap();
+    fs::write(folder.path().join("short.log"), "Dear\nSir").unwrap();
     edit(&folder.path().join("mill6-edge.toml"), "rate_hz = 2000.0", "rate_hz = -1.0");
     let mend = "record it with `candump -L can0 > cut.log`, or name another log";
     for (arguments, said) in [
@@ -258,6 +259,7 @@ fn bad_input_is_one_line_that_names_file_and_mend() {
         ("--config edge.toml gone.log", "gone.log: cannot be read"),
         ("--config edge.toml empty.log", &format!("empty.log: is empty: {mend}")),
         ("--config edge.toml letter.log", "letter.log: is not a candump log: line 1 is no line"),
+        ("--config edge.toml short.log", "short.log: is not a candump log: line 1 is no line"),
         ("--config edge.toml letter.log", mend),
         ("", "--config <EDGE.toml>"),
     ] {

@@ -18,7 +18,7 @@ use crate::input::BadInput;
 /// Number of frames that one read takes.
 const BATCH: usize = 256;
 /// Number of frames that are searched for the buses of a log: two seconds of two full buses.
-const LOOK_AHEAD: usize = 32_768;
+pub const LOOK_AHEAD: usize = 32_768;
 
 /// Longest name of an interface, bytes: IFNAMSIZ less its closing zero.
 const LONGEST_NAME: usize = 15;
@@ -76,7 +76,8 @@ impl<R: Read> CandumpLog<R> {
                 }
             }
         }
-        if self.ahead.is_empty() && self.broken.is_none() {
+        // Lines that are no frames say more than the error that follows them.
+        if self.ahead.is_empty() && (self.broken.is_none() || self.first_garbage.is_some()) {
             return Err(BadInput::new(&self.file, self.no_frame()));
         }
         let buses: BTreeSet<&str> = self.ahead.iter().map(|(bus, _)| bus.as_str()).collect();
@@ -358,6 +359,17 @@ mod tests {
             CandumpLog::new(Path::new("a.log"), log.as_bytes()).on_bus("vcan0").err().unwrap();
         let expected = "a.log: holds frames of can0, can1, can10 and 497 more, but none of ";
         assert!(refused.to_string().starts_with(expected), "{refused}");
+    }
+
+    #[test]
+    fn a_failing_disk_does_not_make_a_log_of_other_lines() {
+        let refused = |text| {
+            let log = CandumpLog::new(Path::new("a.log"), Failing(text)).on_bus("can0");
+            log.err().map(|error| error.to_string())
+        };
+        let error = refused(b"Dear\nSir").unwrap();
+        assert!(error.starts_with("a.log: is not a candump log: line 1 is no line of "), "{error}");
+        assert_eq!(refused(b""), None);
     }
 
     struct Failing(&'static [u8]);

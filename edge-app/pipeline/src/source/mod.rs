@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use flexid_wire::trouble::{BusFault, Trouble};
 
-pub use candump::{CandumpLog, Logs};
+pub use candump::{CandumpLog, LOOK_AHEAD, Logs};
 pub use frame::{Arrival, Frame, FrameKind};
 pub use link::ErrorCounts;
 pub use socket::{CanSocket, OpenError};
