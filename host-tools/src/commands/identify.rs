@@ -22,6 +22,7 @@ use flexid_wire::finding::Finding;
 use flexid_wire::report::Acceptance;
 use flexid_wire::residuals::Meaning;
 use flexid_wire::state::State;
+use flexid_wire::trouble::Trouble;
 
 use super::check::of_logs;
 use crate::check::{Check, of_other_angles};
@@ -236,7 +237,10 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
         return Ok(Identified { finding, robot, statics, evidence, broken });
     }
     let Some(first) = logs.first() else { return Err(anyhow!("no log, and nothing found")) };
-    let besides = troubles.iter().map(ToString::to_string).chain(other_robot);
+    // Where the recording breaks off is said with what to do about it.
+    let others = troubles.iter().filter(|own| !matches!(own, Trouble::RecordingBroken(_)));
+    let others = others.map(ToString::to_string).chain(other_robot);
+    let besides = broken.iter().map(ToString::to_string).chain(others);
     Err(BadInput::new(first, no_record(config, logs, &state, besides)).into())
 }
 

@@ -116,6 +116,8 @@ fn a_log_without_a_record_is_refused_with_what_to_do() {
     let force = "(1767000000.000060) can0 101#03000000FEFFFE0E\n";
     log("empty.log", "");
     log("letter.log", "Dear reader,\n\n");
+    log("short.log", "Dear\nSir");
+    log("table.log", "time;id;data\n0.1;101;00");
     log("line.log", &"x".repeat(1 << 20));
     log("other.log", &force.replace(" 101#", " 7F1#").repeat(3));
     log("cut.log", &format!("{force}{}", &force[..30]));
@@ -125,6 +127,8 @@ fn a_log_without_a_record_is_refused_with_what_to_do() {
         ("empty.log", &["empty.log: is empty: ", record][..]),
         ("force.log empty.log", &["empty.log: is empty: ", record]),
         ("letter.log", &["letter.log: is not a candump log: line 1 is no line of", record]),
+        ("short.log", &["short.log: is not a candump log: line 1 is no line of", record]),
+        ("table.log", &["table.log: is a CSV file, ", "can_logconvert"]),
         ("line.log", &["line.log: is not a candump log: line 1 is longer than any", record]),
         (
             "other.log",
@@ -139,9 +143,14 @@ fn a_log_without_a_record_is_refused_with_what_to_do() {
             "cut.log",
             &[
                 "cut.log: no record to identify from: waiting for acceleration frames: none seen",
-                "the recording breaks off: cut.log:2: cannot be read: the last line is cut off",
+                "the recording breaks off: cut.log:2: cannot be read: the last line is cut off: copy or record it again",
                 "`flexid check --config edge.toml LOG` says more",
             ],
+        ),
+        // What breaks off is not the first.
+        (
+            "force.log cut.log",
+            &["cut.log:2: cannot be read: the last line is cut off: copy or record it again"],
         ),
     ] {
         let message = refused(folder.path(), &format!("identify --config edge.toml {arguments}"));
