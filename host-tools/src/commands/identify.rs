@@ -18,6 +18,7 @@ use flexid_report::render;
 use flexid_simulation::scenario::Scenario;
 use flexid_simulation::truth::{self, Shared};
 use flexid_simulation::validation;
+use flexid_wire::explanation::Explanation;
 use flexid_wire::finding::Finding;
 use flexid_wire::report::Acceptance;
 use flexid_wire::residuals::Meaning;
@@ -36,7 +37,7 @@ use crate::urdf;
 /// Most driven joints that one pose may determine: those of the reference robot.
 const ONE_POSE: usize = 3;
 
-/// χ² per degree of freedom above which a report explains nothing.
+/// χ² per degree of freedom above which a report explains nothing: `HUGE` in flexid-pipeline's report/residuals.rs.
 const FAR: f64 = 10.0;
 
 const AFTER_HELP: &str = "Examples:
@@ -184,23 +185,21 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
 
 /// Why no explanation of a result is adopted.
 fn nothing_adopted(Finding { report, confidence }: &Finding) -> &'static str {
-    match (report.fit.acceptance, confidence.explanations.is_empty()) {
-        _ if report.fit.consistency > FAR => {
-            "the fit is too far from the records (χ²/dof above 10) to say what is off: see the warnings"
-        }
-        (Acceptance::Unsettled, true) => {
-            "the fit is not settled, so that it does not say what is off: mill another pose"
-        }
-        (_, true) if confidence.residuals.meaning == Meaning::Noise => {
-            "noise explains what the fit leaves, and the records contradict no accuracy: no larger one makes them more probable by a factor e"
-        }
-        (_, true) => {
-            "the records contradict no accuracy: no larger one makes them more probable by a factor e, and what is left has another cause \
-             (see the warnings)"
-        }
-        (_, false) => {
-            "the records contradict no accuracy: what explains a part of the misfit is allowed by its accuracy, and fitted already"
-        }
+    let explanations = &confidence.explanations;
+    if !(0.0..=FAR).contains(&report.fit.consistency) {
+        "the fit is too far from the records (χ²/dof above 10) to say what is off: see the warnings"
+    } else if explanations.iter().any(Explanation::is_contradicted) {
+        // `restated.rs` of the core: what changes an accuracy by a factor below 1.2 is not worth another fit, and the number of fits is limited.
+        "the records contradict an accuracy, but by less than a fifth more than the fit allows for, or no longer once it is adopted"
+    } else if report.fit.acceptance == Acceptance::Unsettled {
+        "the fit is not settled, so that it does not say what is off: mill another pose"
+    } else if !explanations.is_empty() {
+        "the records contradict no accuracy: what explains a part of the misfit is allowed by its accuracy, and fitted already"
+    } else if confidence.residuals.meaning == Meaning::Noise {
+        "noise explains what the fit leaves, and the records contradict no accuracy: no larger one makes them more probable by a factor e"
+    } else {
+        "the records contradict no accuracy: no larger one makes them more probable by a factor e, and what is left has another cause \
+         (see the warnings)"
     }
 }
 
@@ -289,5 +288,52 @@ fn warn_of_one_pose(config: &Config, robot: &FoundRobot) {
             "warning: all records are of one pose, which does not determine a robot of {joints} joints: mill in three poses or more \
              (`flexid plan` proposes them)"
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_wire::accuracy::Accuracy;
+    use flexid_wire::explanation::Deviation;
+    use flexid_wire::text::clipped;
+
+    use super::*;
+    use crate::show::page::tests::finding;
+
+    #[test]
+    fn what_is_contradicted_is_not_denied() {
+        let explanation = |evidence| Explanation {
+            deviation: Deviation {
+                entry: Accuracy::TcpM,
+                name: clipped("TCP z"),
+                unit: clipped("m"),
+                value: 1.1e-3,
+                std: Some(1e-5),
+                accuracy: 1e-3,
+            },
+            times: 1.1,
+            share: 0.4,
+            evidence,
+            adopted: false,
+            rivals: Default::default(),
+        };
+        let (settled, unsettled) = (Acceptance::Consistent, Acceptance::Unsettled);
+        for (consistency, acceptance, evidence, said) in [
+            (1.0, settled, Some(3.0), "the records contradict an accuracy, but by less than"),
+            (1.0, unsettled, Some(3.0), "the records contradict an accuracy, but by less than"),
+            (1.0, settled, Some(0.0), "the records contradict no accuracy: what explains a part"),
+            (1.0, unsettled, Some(0.0), "the fit is not settled"),
+            (1.0, unsettled, None, "the fit is not settled"),
+            (1.0, settled, None, "noise explains what the fit leaves"),
+            (11.0, settled, None, "the fit is too far from the records"),
+            (f64::NAN, settled, None, "the fit is too far from the records"),
+        ] {
+            let mut finding = finding(3);
+            finding.report.fit.consistency = consistency;
+            finding.report.fit.acceptance = acceptance;
+            finding.confidence.explanations = evidence.map(explanation).into_iter().collect();
+            let why = nothing_adopted(&finding);
+            assert!(why.starts_with(said), "{consistency} {acceptance:?} {evidence:?}: {why}");
+        }
     }
 }
