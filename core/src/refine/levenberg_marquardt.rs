@@ -122,8 +122,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
         self.linearise(objective, point)?;
         self.iterations += 1;
         let standing = self.normal.sum_of_squares();
-        let (step, predicted) =
-            propose(domain.level(), &self.normal, &domain.room(point), self.damping.value());
+        let (step, predicted) = propose(&self.normal, &domain.room(point), self.damping.value());
         if predicted < self.limits.negligible {
             return Ok(self.look_further(domain, point));
         }
@@ -192,7 +191,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
         domain: &D,
         point: &D::Point,
     ) -> Remaining<N> {
-        let (step, gain) = propose(domain.level(), &self.normal, &domain.room(point), 0.0);
+        let (step, gain) = propose(&self.normal, &domain.room(point), 0.0);
         Remaining { step, gain }
     }
 }

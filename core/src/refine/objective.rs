@@ -1,7 +1,5 @@
 //! Interface of a minimisation: the domain of its points, and the sum of squares.
 
-use fearless_simd::Level;
-
 use super::proposal::{Room, Step};
 use crate::linear::normal::Normal;
 use crate::sought::MAX_UNKNOWNS;
@@ -10,9 +8,6 @@ use crate::sought::MAX_UNKNOWNS;
 pub(crate) trait Domain<const N: usize = MAX_UNKNOWNS> {
     /// A point.
     type Point: Copy;
-
-    /// The instruction set to use.
-    fn level(&self) -> Level;
 
     /// How far a step from `point` may go.
     fn room(&self, point: &Self::Point) -> Room<N>;

@@ -18,7 +18,6 @@ use super::columns::{Imperfections, STEP};
 use super::imperfect::Imperfect;
 use super::sag::{self, Sag};
 use super::sizes::{ALL, OF_ALL, OF_RECORD, WIDE};
-use fearless_simd::Level;
 use heapless::Vec;
 
 use crate::chain::Joint;
@@ -53,10 +52,6 @@ impl<'a> PlantDomain<'a> {
 
 impl Domain<ALL> for PlantDomain<'_> {
     type Point = Point;
-
-    fn level(&self) -> Level {
-        self.problem.level
-    }
 
     fn room(&self, point: &Point) -> Room<ALL> {
         let mut room = [[f64::NEG_INFINITY, f64::INFINITY]; ALL];
