@@ -81,6 +81,8 @@ struct ExplanationJson<'a> {
     text: String,
     /// What is off as well, of the same kind. `null` if nothing is.
     alike: Option<String>,
+    /// What explains the records as well.
+    alternatives: Option<String>,
     /// What to do. `null` if the accuracy is not contradicted.
     remedy: Option<String>,
 }
@@ -221,8 +223,9 @@ impl<'a, T: ToString> From<&'a T> for WithText<'a, T> {
 
 fn explanation<'a>(value: &'a Explanation, nuisances: &[Nuisance]) -> ExplanationJson<'a> {
     let alike = value.alike(nuisances).map(|alike| alike.to_string());
+    let alternatives = value.alternatives().map(|rivals| rivals.to_string());
     let remedy = value.remedy().map(|remedy| remedy.to_string());
-    ExplanationJson { value, text: value.to_string(), alike, remedy }
+    ExplanationJson { value, text: value.to_string(), alike, alternatives, remedy }
 }
 
 impl<'a> From<&'a Status> for StatusJson<'a> {
@@ -323,6 +326,7 @@ mod tests {
                     "times": 2.5, "share": 0.75, "evidence": 12.5, "adopted": false, "rivals": [],
                     "text": "TCP z 3.00 ± 0.05 mm explains 75 % of the misfit: 2.5 times its accuracy (tcp_m, 1.00 mm)",
                     "alike": null,
+                    "alternatives": null,
                     "remedy": "measure the TCP and correct it in the model, or state tcp_m as it is",
                 }],
                 "correlations": { "unknowns": [], "percent": [] },

@@ -97,6 +97,9 @@ pub struct Explanation {
     /// What is off as well, of the same kind.
     #[serde(default)]
     pub alike: Option<String>,
+    /// What explains the records as well in its place.
+    #[serde(default)]
+    pub alternatives: Option<String>,
     /// What to do.
     #[serde(default)]
     pub remedy: Option<String>,

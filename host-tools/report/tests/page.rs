@@ -156,7 +156,8 @@ fn result() -> Value {
                 { "name": "delay", "unit": "s", "value": 3e-4, "std": 5e-6, "interval": [2.9e-4, 3.1e-4], "verdict": "identified" },
             ],
             "explanations": [{
-                "text": "TCP z explains 75 %", "alike": "off as well: TCP x", "remedy": "measure the TCP", "other": 1,
+                "text": "TCP z explains 75 %", "alike": "off as well: TCP x", "alternatives": "as likely: TCP y",
+                "remedy": "measure the TCP", "other": 1,
             }, {
                 "text": "ground tx explains 4 %", "remedy": "look at the ground", "deviation": { "value": 5e-13, "std": 5e-13 },
             }],
@@ -254,7 +255,7 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "Measure the TCP.",
         "2 frames are &lt;odd&gt; &amp; lost",
         "model: every moving link weighs 2 kg: are these placeholders?",
-        "TCP z explains 75 %; off as well: TCP x.",
+        "Explained: TCP z explains 75 %; off as well: TCP x; as likely: TCP y.",
         "drives: growth with load 0.039 %/kNm (-0.017 to 0.094 %/kNm)",
         "1 are compatible with zero, or a factor with 1: drives",
         "TCP z 4.0 mm (3.0 to 5.0 mm)</td><td class=\"left\">tcp_m 1.00 mm</td><td class=\"left\">differs from zero</td>",

@@ -146,7 +146,7 @@ fn imperfections(fitted: Vec<&Nuisance>, is_full: bool) -> Vec<String> {
         ));
     }
     if is_full {
-        lines.push("the list is full: further ones are not in it".to_owned());
+        lines.push("only these are listed; the intervals of the joints allow for all".to_owned());
     }
     lines
 }

@@ -62,7 +62,7 @@ pub(super) fn section(document: &Document) -> Markup {
                     }
                 }
                 @if confidence.nuisances.len() == MAX_NUISANCES {
-                    p { "The list is full: further ones are not in it." }
+                    p { "Only these are listed; the intervals of the joints allow for all." }
                 }
             }
         }

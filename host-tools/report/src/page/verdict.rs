@@ -242,9 +242,12 @@ fn trust(document: &Document) -> Vec<Markup> {
     if is_not_linear(document) && shown(confidence).next().is_some() {
         lines.push(html! { "No linear model explains what is left: what follows may be an effect of that." });
     }
-    for Explanation { text, alike, remedy, .. } in shown(confidence) {
+    for Explanation { text, alike, alternatives, remedy, .. } in shown(confidence) {
         lines.push(html! {
-            (text) @if let Some(alike) = alike { "; " (alike) } @if remedy.is_none() { "; nothing to do" } "."
+            "Explained: " (text)
+            @for also in alike.iter().chain(alternatives) { "; " (also) }
+            @if remedy.is_none() { "; nothing to do" }
+            "."
         });
     }
     let all = confidence.held_out.iter().flat_map(|own| own.frac);
