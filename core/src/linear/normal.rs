@@ -284,7 +284,8 @@ struct Elimination<'a> {
 }
 
 /// Number of rows that are reduced together. Each entry of a row waits for the one before it; those of other rows need not wait. Chosen: with
-/// four, an elimination of the 174 unknowns of a plant of six joints takes two thirds of the time of one.
+/// four, an elimination of the 174 unknowns of a plant of six joints takes two thirds (AVX-512) to four
+/// fifths (SSE2) of the time of one.
 const TOGETHER: usize = 4;
 
 impl Kernel<f64> for Elimination<'_> {

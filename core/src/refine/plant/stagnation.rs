@@ -24,7 +24,8 @@ impl Stagnation {
     pub(super) const NONE: Self = Self { sum_of_squares: f64::INFINITY, steps: 0 };
 
     /// Whether a fit to so many residuals, whose step has ended at this sum of squares, is to be given up. It lacks what the sum of squares
-    /// exceeds that of residuals up to which an interval may be trusted. A step that was kept and gains less than `least` stagnates in any case.
+    /// exceeds that of residuals up to which an interval may be trusted. A step that was kept and gains less than `least` stagnates in any case. A
+    /// step that was rejected stagnates only where the sum lacks something, and else leaves the count as it is.
     pub(super) fn ends_fit(&mut self, sum_of_squares: f64, residuals: usize, least: f64) -> bool {
         let lacks = sum_of_squares - FOREIGN * residuals as f64;
         let gain = self.sum_of_squares - sum_of_squares;

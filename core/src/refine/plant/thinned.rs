@@ -1,8 +1,8 @@
 //! A fit that counts some of the bins at first.
 //!
 //! From a wrong minimum no plausible imperfections explain the records, which some of the bins show as well as all. From a minimum of these
-//! that may be the right one the fit goes on with all bins, and a few steps suffice. Any other fit ends there, and is evaluated with all bins. Only the records have fewer
-//! residuals: static tests and the priors of the imperfections keep their weight.
+//! that may be the right one the fit goes on with all bins, and a few steps suffice. Any other fit ends there, and is evaluated with all
+//! bins. Only the records have fewer residuals: static tests and the priors of the imperfections keep their weight.
 
 use super::Plant;
 use crate::chi_square::noise_explains;
