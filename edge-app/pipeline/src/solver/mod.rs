@@ -47,8 +47,6 @@ pub use state::State;
 use state::{MAX_WAITING, Settled};
 use work::Work;
 
-/// Longest time for which the work goes on after the end was requested.
-const GRACE: Duration = Duration::from_secs(2);
 /// Number of records that may join before an accepted minimum is settled on. Without this limit steady milling would never
 /// publish a report.
 const MAX_JOINING: usize = 4;
@@ -310,7 +308,7 @@ impl Solver {
 
     /// Works until the estimate is settled. It stops earlier if the first start has failed and `more` records are at hand. It
     /// does not stop then if several records have led to an accepted minimum, which is settled on before more records join.
-    /// Once `stop` requests the end, it works for 2 s more at most. It calls `on_progress` after every step. Returns whether
+    /// Once `stop` requests the end, it works for the grace of `stop` at most. It calls `on_progress` after every step. Returns whether
     /// nothing is left to do.
     pub fn work(
         &mut self,
@@ -524,8 +522,8 @@ impl Solver {
     }
 }
 
-/// Whether the work may go on. Once `stop` requests the end, it may for the time of [`GRACE`].
+/// Whether the work may go on. Once `stop` requests the end, it may for the grace of `stop`.
 fn is_in_time(stop: &Stop, deadline: &mut Option<Instant>) -> bool {
     let now = Instant::now();
-    !stop.requested() || now < *deadline.get_or_insert(now + GRACE)
+    !stop.requested() || now < *deadline.get_or_insert(now + stop.grace())
 }
