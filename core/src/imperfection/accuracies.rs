@@ -148,4 +148,9 @@ impl Accuracies {
             hose_damping: 20.0,
         }
     }
+
+    /// Returns whether nothing may be off.
+    pub fn are_perfect(&self) -> bool {
+        *self == Self::default()
+    }
 }

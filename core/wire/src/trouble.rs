@@ -114,8 +114,10 @@ impl fmt::Display for Trouble {
         match self {
             Self::Bus(fault) => fault.fmt(f),
             Self::BusBroken(error) => write!(f, "the bus cannot be read any more: {error}"),
-            Self::RecordingBroken(error) => write!(f, "the recording breaks off: {error}"),
-            Self::Unreadable(error) => error.fmt(f),
+            Self::RecordingBroken(error) => {
+                write!(f, "the recording breaks off: {error}: copy or record it again")
+            }
+            Self::Unreadable(error) => write!(f, "{error}: copy or record it again"),
             Self::Garbage { file, line, fault, lines } => write!(
                 f,
                 "{file}:{line}: no line of candump -L ({fault}), {lines} such in all, left out"

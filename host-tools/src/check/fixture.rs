@@ -13,7 +13,8 @@ use flexid_wire::state::State;
 /// The configuration of the reference scenario, of a plant that may be off as is typical.
 pub(super) fn config() -> Config {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario/mill3-edge.toml");
-    Config { accuracies: Accuracies::typical(), ..Config::load(&file).unwrap() }
+    let accuracies = Accuracies::typical();
+    Config { accuracies, assumes_perfect: false, ..Config::load(&file).unwrap() }
 }
 
 /// A signal in a unit of angles that the configuration does not name.

@@ -1,6 +1,5 @@
 //! Judges the configuration, its model and its DBC file. Mistakes in them have been refused before, each by one line.
 
-use flexid_core::imperfection::Accuracies;
 use flexid_pipeline::config::{Accelerometer, Config, loose};
 use flexid_pipeline::text::count;
 
@@ -19,13 +18,11 @@ pub(super) fn has_signals(config: &Config) -> bool {
     !config.signals.identifiers().is_empty()
 }
 
-/// What is said first: that nothing may be off beside what is sought, if that is stated.
+/// What is said first: that nothing may be off but what is sought or stated, if `[accuracy]` assumes so.
 pub(super) fn of_perfect_accuracies(config: &Config) -> Option<Finding> {
-    let finding =
-        "[accuracy] takes robot and sensors as perfect: the intervals hold only for such a plant";
+    let finding = "[accuracy] takes as perfect what it does not state: the intervals hold only for such a plant";
     let mend = "right for a simulated robot; leave assume = \"perfect\" out for a real one";
-    (config.accuracies == Accuracies::default())
-        .then(|| Finding::new(Doubtful, ABOUT, finding, mend))
+    config.assumes_perfect.then(|| Finding::new(Doubtful, ABOUT, finding, mend))
 }
 
 /// Judges joints, band, gravity, masses and accuracies.
@@ -105,6 +102,8 @@ fn of_gravity(config: &Config) -> Option<Finding> {
 
 #[cfg(test)]
 mod tests {
+    use flexid_core::imperfection::Accuracies;
+
     use crate::check::Check;
     use crate::check::fixture::{config, other_angle};
 
@@ -130,13 +129,13 @@ mod tests {
 
     #[test]
     fn perfect_accuracies_are_doubted_first() {
-        let mut config = Config { accuracies: Accuracies::default(), ..config() };
+        let mut config = Config { assumes_perfect: true, ..config() };
         let first = |config: &Config| Check::new(config, None).findings[0].finding.clone();
-        assert!(first(&config).starts_with("[accuracy] takes robot and sensors as perfect"));
+        assert!(first(&config).starts_with("[accuracy] takes as perfect what it does not state"));
         let mass = config.model.joints[0].mass_kg;
         config.model.joints.iter_mut().for_each(|joint| joint.mass_kg = mass);
-        assert!(first(&config).starts_with("[accuracy] takes robot and sensors as perfect"));
-        config.accuracies = Accuracies::typical();
+        assert!(first(&config).starts_with("[accuracy] takes as perfect what it does not state"));
+        config.assumes_perfect = false;
         assert!(first(&config).starts_with("every moving link weighs"));
     }
 

@@ -1,15 +1,13 @@
 //! `flexid identify`: the daemon's pipeline over recordings, or static tests alone.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
-use flexid_core::imperfection::Accuracies;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::check::Watched;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
-use flexid_pipeline::report::StaticReport;
+use flexid_pipeline::report::{MAX_CONSISTENCY, StaticReport};
 use flexid_pipeline::robot::FoundRobot;
 use flexid_pipeline::{Outcome, run_offline, run_statics};
 use flexid_report::document::Document;
@@ -36,9 +34,6 @@ use crate::urdf;
 
 /// Most driven joints that one pose may determine: those of the reference robot.
 const ONE_POSE: usize = 3;
-
-/// χ² per degree of freedom above which a report explains nothing: `HUGE` in flexid-pipeline's report/residuals.rs.
-const FAR: f64 = 10.0;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid identify --config edge.toml cut.log --json found.json
@@ -90,8 +85,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     output::is_not_stdout(args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let page = args.report.as_deref().map(Output::create).transpose()?;
-    let is_read_again =
-        args.logs.iter().all(|log| fs::metadata(log).is_ok_and(|log| log.is_file()));
+    let is_read_again = args.logs.iter().all(|log| recording::is_file(log));
     if is_read_again {
         warn_at_once(&config, &args.logs)?;
     }
@@ -174,7 +168,7 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
     let bad = |message: &str| Err(BadInput::new(&args.config, message));
     if args.logs.is_empty() {
         bad("--explain explains records: name a LOG of candump -L")
-    } else if config.accuracies == Accuracies::default() {
+    } else if config.accuracies.are_perfect() {
         bad(
             "--explain needs an accuracy that may be wrong, and [accuracy] is perfect: leave out assume = \"perfect\"",
         )
@@ -186,7 +180,7 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
 /// Why no explanation of a result is adopted.
 fn nothing_adopted(Finding { report, confidence }: &Finding) -> &'static str {
     let explanations = &confidence.explanations;
-    if !(0.0..=FAR).contains(&report.fit.consistency) {
+    if !(0.0..=MAX_CONSISTENCY).contains(&report.fit.consistency) {
         "the fit is too far from the records (χ²/dof above 10) to say what is off: see the warnings"
     } else if explanations.iter().any(Explanation::is_contradicted) {
         // `restated.rs` of the core: what changes an accuracy by a factor below 1.2 is not worth another fit, and the number of fits is limited.
@@ -260,24 +254,19 @@ fn no_record(
 ) -> String {
     let others = logs.len() - 1;
     let file = config.file.file_name().map_or(&*config.file, Path::new).display();
-    let (fault, mend) = match state {
-        State::UnknownFrames(frames) => {
-            let nor = if others > 0 { ", nor do the others" } else { "" };
-            (
-                format!("holds no frame of any identifier of {file}{nor}: {frames}"),
-                "name a log of this robot, or correct [bus] dbc".to_owned(),
-            )
-        }
-        state => {
-            let more = if others > 0 { format!(" in it and {others} more") } else { String::new() };
-            (
-                format!("no record to identify from{more}: {state}"),
-                format!("`flexid check --config {file} LOG` says more"),
-            )
-        }
-    };
     let besides: String = besides.map(|line| format!("; {line}")).collect();
-    format!("{fault}{besides}: {mend}")
+    if let State::UnknownFrames(frames) = state {
+        let nor = if others > 0 { ", nor do the others" } else { "" };
+        return format!(
+            "holds no frame of any identifier of {file}{nor}: {frames}{besides}: name a log of this robot, or correct [bus] dbc"
+        );
+    }
+    let more = if others > 0 { format!(" in it and {others} more") } else { String::new() };
+    let logs: Vec<String> = logs.iter().map(|log| log.display().to_string()).collect();
+    format!(
+        "no record to identify from{more} ({state}{besides}): see `flexid check --config {file} {}`",
+        logs.join(" ")
+    )
 }
 
 /// Warns that one pose does not determine a robot of many joints, unless static tests add to it.

@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use anyhow::{Context as _, Result, anyhow};
 use clap::value_parser;
-use flexid_core::imperfection::Accuracies;
 use flexid_core::spectrum::SpectrumError;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::config::Config;
@@ -124,7 +123,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(json) = json {
         json.finish(&(serde_json::to_string_pretty(&planned)? + "\n"))?;
     }
-    let text = table::plan(&planned, config.accuracies == Accuracies::default());
+    let text = table::plan(&planned, config.accuracies.are_perfect());
     Ok(print(&format!("{text}{experiments} planned, {seconds:.1} s\n"))?)
 }
 

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::{ArgGroup, value_parser};
-use flexid_core::imperfection::Accuracies;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::source::OpenError;
@@ -127,9 +126,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
 
 /// Warns of a configuration that excludes what a plant has beside the model.
 fn warn_of_perfect_accuracies(config: &Config) {
-    if config.accuracies == Accuracies::default() {
+    if config.assumes_perfect {
         complain(&format!(
-            "warning: {}: [accuracy] takes robot and sensors as perfect, which a plant is not: leave assume = \"perfect\" out before you \
+            "warning: {}: [accuracy] takes as perfect what it does not state, which no plant is: leave assume = \"perfect\" out before you \
              identify it",
             config.file.display()
         ));

@@ -18,7 +18,8 @@ pub(crate) const STYLE: TableStyle =
     TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
 
 /// What the SSP in the summary of a fit is.
-const SSP: &str = "SSP, the surface similarity parameter, is 0 where model and measurement agree, and 2 where they are opposite";
+const SSP: &str = "SSP, the surface similarity parameter, is 0 where model and measurement agree, and 2 where they are opposite; \
+                   the first is the median of all directions of all records";
 
 /// The estimate in a report, base first.
 pub(crate) fn bushings(report: &Report) -> Vec<Bushing> {

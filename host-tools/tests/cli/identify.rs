@@ -52,7 +52,8 @@ fn the_result_says_how_far_to_trust_it() {
         "±0.0",
         "residuals    noise explains them (",
         "held out     each of 3 records predicted from the others: FRAC (shape) ",
-        "\n SSP, the surface similarity parameter, is 0 where model and measurement agree, and 2 where they are opposite\n\nconsistent: ",
+        "\n SSP, the surface similarity parameter, is 0 where model and measurement agree, and 2 where they are opposite; \
+         the first is the median of all directions of all records\n\nconsistent: ",
     ] {
         assert!(table.contains(part), "{part:?} is not in\n{table}");
     }
@@ -141,11 +142,9 @@ fn a_log_without_a_record_is_refused_with_what_to_do() {
         ("other.log other.log", &["of any identifier of edge.toml, nor do the others: expected"]),
         (
             "cut.log",
-            &[
-                "cut.log: no record to identify from: waiting for acceleration frames: none seen",
-                "the recording breaks off: cut.log:2: cannot be read: the last line is cut off: copy or record it again",
-                "`flexid check --config edge.toml LOG` says more",
-            ],
+            &["cut.log: no record to identify from (waiting for acceleration frames: none seen; \
+                 the recording breaks off: cut.log:2: cannot be read: the last line is cut off: copy or record it again): \
+                 see `flexid check --config edge.toml cut.log`"],
         ),
         // What breaks off is not the first.
         (
@@ -354,8 +353,8 @@ fn a_log_that_is_cut_off_is_used_and_named() {
     let cause = "cannot be read: the last line is cut off";
     let said = format!("the recording breaks off: o.log:{}: {cause}", log.lines().count());
     assert_eq!(output.status.code(), Some(1));
-    let mend = format!("flexid: {said}: copy or record it again\n");
-    assert_eq!(stderr(&output), mend);
+    let said = said + ": copy or record it again";
+    assert_eq!(stderr(&output), format!("flexid: {said}\n"));
     let found = json(folder, "o.json");
     assert_eq!((&found["fit"]["records"], &found["warnings"][0]), (&1.into(), &said.into()));
     assert!(found["warning_kinds"][0]["trouble"]["recording_broken"].is_string());

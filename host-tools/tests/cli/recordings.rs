@@ -61,7 +61,9 @@ fn packed_and_piped_logs_give_the_same_numbers() {
         assert_eq!(numbers(flexid(path, &command)), plain, "{packed}");
     }
     let piped = identify_from(path, "gzip", "identify --config edge.toml - --json o.json");
-    assert!(stderr(&piped).starts_with("warning: [accuracy] takes robot and sensors as perfect"));
+    assert!(
+        stderr(&piped).starts_with("warning: [accuracy] takes as perfect what it does not state")
+    );
     assert_eq!(numbers(piped), plain);
     let twice = identify_from(path, "o.log", "identify --config edge.toml - -");
     assert_eq!(twice.status.code(), Some(2));
@@ -96,7 +98,7 @@ fn a_last_line_that_is_cut_off_ends_any_log_alike() {
     fs::write(path.join("cut.log.gz"), gzip(cut)).unwrap();
     let ended = |output: Output, name: &str| {
         let errors = stderr(&output);
-        let said = "cannot be read: the last line is cut off";
+        let said = "cannot be read: the last line is cut off: copy or record it again";
         assert!(errors.contains(&format!("breaks off: {name}:49521: {said}")), "{errors}");
         let found = json(path, "o.json");
         assert!(found["warnings"][0].as_str().unwrap().ends_with(said), "{found}");

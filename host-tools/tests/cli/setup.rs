@@ -37,7 +37,7 @@ pub(crate) fn stderr(output: &Output) -> String {
 /// What stderr says of a scenario beside the first line, that its accuracies are perfect.
 pub(crate) fn besides(output: &Output) -> String {
     let text = stderr(output);
-    let perfect = "warning: [accuracy] takes robot and sensors as perfect";
+    let perfect = "warning: [accuracy] takes as perfect what it does not state";
     match text.split_once('\n') {
         Some((first, rest)) if first.starts_with(perfect) => rest.to_owned(),
         _ => text,

@@ -128,7 +128,8 @@ fn a_plant_is_not_to_be_identified_as_perfect() {
     };
     let warning = said();
     assert!(
-        warning.starts_with("warning: edge.toml: [accuracy] takes robot and sensors as perfect")
+        warning
+            .starts_with("warning: edge.toml: [accuracy] takes as perfect what it does not state")
     );
     assert!(warning.contains("leave assume = \"perfect\" out before you identify it"), "{warning}");
     edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "");

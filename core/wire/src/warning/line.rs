@@ -106,7 +106,7 @@ impl fmt::Display for Warning {
             ),
             Self::WrongAxes(axes) => axes.fmt(f),
             Self::AssumedPerfect => f.write_str(
-                "[accuracy] takes robot and sensors as perfect, and noise does not explain the residuals: leave assume = \"perfect\" out, \
+                "[accuracy] takes as perfect what it does not state, and noise does not explain the residuals: leave assume = \"perfect\" out, \
                  unless the robot is simulated as modelled",
             ),
             Self::LouderCut { axis, from_hz, to_hz, times, records } => write!(

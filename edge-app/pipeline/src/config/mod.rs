@@ -33,6 +33,7 @@ use bounds::CONCEIVABLE;
 pub use fingerprint::{Fingerprint, Validity};
 pub use listen::{Listen, ListenError, SocketAccess};
 use recording::{Recording, Sections};
+use sections::Assumed;
 pub use sections::SignalsSection;
 
 /// Checked configuration of the daemon, the simulator and the offline tool.
@@ -52,6 +53,8 @@ pub struct Config {
     pub sought: Sought,
     /// Standard deviations of what may be off.
     pub accuracies: Accuracies,
+    /// Whether what the file does not state of them is taken as perfect, not as typical.
+    pub assumes_perfect: bool,
     /// Whether an estimate adopts what explains the records. The file does not say.
     pub adopts_explanations: bool,
     /// Name of the CAN interface.
@@ -157,6 +160,7 @@ impl Config {
             bounds,
             sought,
             accuracies,
+            assumes_perfect: raw.accuracy.assume == Assumed::Perfect,
             adopts_explanations: false,
             interface: recording.interface,
             signals: recording.signals,

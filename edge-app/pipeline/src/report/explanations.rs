@@ -44,7 +44,8 @@ pub(super) fn explanations(
     })
 }
 
-/// The explanations that lie so near to where the fit has ended, with these imperfections, that its linearisation holds there.
+/// The explanations that are adopted, or lie so near to where the fit has ended, with these imperfections, that its linearisation holds
+/// there.
 fn held<'a>(
     explanations: &'a [refine::Explanation],
     fitted: &'a [FoundImperfection],
@@ -53,7 +54,7 @@ fn held<'a>(
         let FoundImperfection { imperfection, prior, value, .. } = own.largest;
         let fitted = fitted.iter().find(|fitted| fitted.imperfection == imperfection);
         let size = fitted.map_or(0.0, |fitted| fitted.value.abs()).max(prior);
-        value.abs() <= REACH * size
+        own.is_adopted || value.abs() <= REACH * size
     })
 }
 
@@ -211,15 +212,19 @@ mod tests {
             value,
             deviation: 1e-6,
         };
-        for (fitted, value, count) in
-            [(1e-5, 1.9e-4, 1), (1e-5, 2.1e-4, 0), (1e-4, 9e-4, 1), (1e-4, -1.1e-3, 0)]
-        {
+        for (fitted, value, is_adopted, count) in [
+            (1e-5, 1.9e-4, false, 1),
+            (1e-5, 2.1e-4, false, 0),
+            (1e-5, 2.1e-4, true, 1),
+            (1e-4, 9e-4, false, 1),
+            (1e-4, -1.1e-3, false, 0),
+        ] {
             let found = refine::Explanation {
                 largest: delay(value),
                 times: 5.0,
                 share: 0.9,
                 evidence: 20.0,
-                is_adopted: false,
+                is_adopted,
                 rivals: Default::default(),
             };
             let held = held(std::slice::from_ref(&found), &[delay(fitted)]).count();

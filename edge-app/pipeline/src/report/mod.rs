@@ -22,6 +22,7 @@ pub(crate) use explanations::contradicted;
 pub(crate) use fault::{without_equilibrium, without_spectrum};
 pub(crate) use lines::lines;
 pub(crate) use louder_cut::louder_cut;
+pub use residuals::MAX_CONSISTENCY;
 pub(crate) use residuals::distortion;
 pub use statics::{StaticReport, StaticTestReport};
 pub use summary::Summary;

@@ -6,7 +6,7 @@ use flexid_wire::residuals::{self, Meaning, Objection};
 
 /// Largest χ² per degree of freedom that noise and slightly wrong sensors explain. Larger residuals have another cause. Noise
 /// is not the cause of residuals three times as large as the noise, and their effect on the parameters is unknown.
-const HUGE: f64 = 10.0;
+pub const MAX_CONSISTENCY: f64 = 10.0;
 
 /// Size and structure of the residuals.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +77,7 @@ impl Residuals {
 
     /// Returns whether noise or slightly wrong sensors can be the cause of the residuals.
     pub(super) fn are_sane(&self) -> bool {
-        (0.0..=HUGE).contains(&self.consistency)
+        (0.0..=MAX_CONSISTENCY).contains(&self.consistency)
     }
 
     /// Returns whether intervals are valid that are made for noise of the size of the residuals.

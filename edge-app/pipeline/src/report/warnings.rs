@@ -1,7 +1,6 @@
 //! Warnings about an estimate, with corrections.
 
 use flexid_core::identify::{Acceptance, Estimate};
-use flexid_core::imperfection::Accuracies;
 use flexid_core::parameters::{self, Bounds, Bushings};
 use flexid_core::sought::{Coordinate, Sought};
 use flexid_core::verdict::MAX_DIRECTIONS;
@@ -33,7 +32,7 @@ pub(super) fn warnings(
     warnings.extend(implausible.into_iter().map(Warning::Implausible));
     let residuals = Residuals::of(estimate, basis.distortion);
     // What is named below may be an effect of what is excluded.
-    if residuals.whiteness_objects && config.accuracies == Accuracies::default() {
+    if residuals.whiteness_objects && config.assumes_perfect {
         warnings.push(Warning::AssumedPerfect);
     }
     // Noise that is too loud, and a doubtful rate, have warnings of their own.

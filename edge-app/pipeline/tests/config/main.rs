@@ -219,6 +219,10 @@ fn accuracies_are_those_stated_or_assumed() {
     // What is sought with a prior of its own has no second one.
     let sought = accuracies("[calibration]\ndelay_s = 1e-3");
     assert_eq!((sought.delay, sought.mass), (0.0, typical.mass));
+    // What the file states itself is not assumed.
+    let perfect = |lines| load("edge.toml", "assume = \"perfect\"", lines).unwrap().assumes_perfect;
+    let lines = ["", "assume = \"perfect\"", "assume = \"perfect\"\ndelay_s = 1e-5"];
+    assert_eq!(lines.map(perfect), [false, true, true]);
 }
 
 #[test]

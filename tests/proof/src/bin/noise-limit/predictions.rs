@@ -62,7 +62,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
         for (kind, intervals) in names.into_iter().zip(&kinds) {
             // On a drawn plant the error of a gain moves all bands of a robot.
             let what = format!("{name}: {kind}, 95 % bands");
-            figures.push(intervals.cover(&what, OFF, accuracies != Accuracies::default()));
+            figures.push(intervals.cover(&what, OFF, !accuracies.are_perfect()));
         }
     }
     Ok(figures)
@@ -78,7 +78,7 @@ fn scores(
 ) -> Result<Option<Scores>> {
     let joints = study.chain.joints().len();
     let mut draw = random(Purpose::Draw, number);
-    let plant = match *accuracies == Accuracies::default() {
+    let plant = match accuracies.are_perfect() {
         true => Plant::default(),
         false => drawn(accuracies, joints, study.measurement.band_hz, &mut draw),
     };
