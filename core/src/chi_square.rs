@@ -27,6 +27,18 @@ pub(crate) fn rarely_undercut(degrees_of_freedom: f64) -> f64 {
 mod tests {
     use super::*;
 
+    /// 10 + 2 √(10 · 10) + 20 and 10 − 2 √(10 · 10); of 1000 ± 2 √(10 · 1000), and 20.
+    #[test]
+    fn rare_sums_of_squares() {
+        for (degrees_of_freedom, most, least) in
+            [(0.0, 20.0, 0.0), (10.0, 50.0, -10.0), (1000.0, 1220.0, 800.0)]
+        {
+            assert!((rarely_exceeded(degrees_of_freedom) - most).abs() < 1e-9);
+            assert!((rarely_undercut(degrees_of_freedom) - least).abs() < 1e-9);
+        }
+        assert_eq!(rarely_undercut(-1.0), -1.0);
+    }
+
     #[test]
     fn few_residuals_may_be_larger_than_many() {
         for (sum_of_squares, degrees_of_freedom, explained) in [

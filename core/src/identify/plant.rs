@@ -42,8 +42,7 @@ pub struct PlantEstimate {
     /// Factor on the standard deviations that follow from [`Plant::information`]: √(χ²/dof), at least 1, times by how much robust ones are
     /// larger, as a root mean square over the unknowns that the data determine.
     pub widening: f64,
-    /// By how many times robust standard deviations are larger than those that follow from noise and accuracies, √(χ²/dof) included, at least 1:
-    /// the same root mean square. `None` if standard deviations are not robust.
+    /// Robust standard deviations over those that follow from accuracies and from noise times √(χ²/dof), at least 1: the same root mean square. `None` if standard deviations are not robust.
     pub robust_widening: Option<f64>,
 }
 

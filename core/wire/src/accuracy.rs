@@ -107,7 +107,7 @@ impl Accuracy {
         match self {
             Self::DelayS => [
                 "delay_s",
-                "compare filters and clocks of both sensors, or seek delay_s in [calibration]",
+                "give both sensors the same filter and one clock, or seek delay_s in [calibration]",
             ],
             Self::ForceGain => ["force_gain", GAIN],
             Self::AccelerationGain => ["acceleration_gain", GAIN],
@@ -143,9 +143,10 @@ impl Accuracy {
             Self::Hysteresis => {
                 ["hysteresis", "nothing need be wrong: bolted and geared joints damp like that"]
             }
-            Self::DriveGrowth => {
-                ["drive_growth", "nothing need be wrong: position loops stiffen with frequency"]
-            }
+            Self::DriveGrowth => [
+                "drive_growth",
+                "look for friction if it is negative; else nothing need be wrong: position loops stiffen with frequency",
+            ],
             Self::DriveGrowthPerKnm => {
                 ["drive_growth_per_knm", "nothing need be wrong: gears stiffen with their load"]
             }

@@ -55,8 +55,7 @@ pub struct Confidence {
     /// Number of records that were taken but are not in the numbers. They made room in a fit that could not be believed, were
     /// dropped because newer ones contradict them, or were too short to take the place of others.
     pub left_out: u64,
-    /// By how many times robust standard deviations are larger than those that follow from noise and accuracies, √(χ²/dof) included, at least
-    /// 1: root mean square over the parameters that the data determine. Robust ones are no smaller than the scatter of the parameters
+    /// Robust standard deviations over those that follow from accuracies and from noise times √(χ²/dof), at least 1: root mean square over the parameters that the data determine. Robust ones are no smaller than the scatter of the parameters
     /// between bands of the records. `None` where standard deviations are not robust: of perfect accuracies, and where little more than noise is left.
     pub robust_widening: Option<f64>,
 }

@@ -257,7 +257,7 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "model: every moving link weighs 2 kg: are these placeholders?",
         "Explained: TCP z explains 75 %; off as well: TCP x; as likely: TCP y.",
         "drives: growth with load 0.039 %/kNm (-0.017 to 0.094 %/kNm)",
-        "1 are compatible with zero, or a factor with 1: drives",
+        "Compatible with zero, or a factor with 1 (1): drives",
         "TCP z 4.0 mm (3.0 to 5.0 mm)</td><td class=\"left\">tcp_m 1.00 mm</td><td class=\"left\">differs from zero</td>",
         "The intervals are robust: no narrower than the numbers scatter between bands of the records. That makes them 1.4 times",
         "look at <code>[bus]</code>: two axes are swapped",

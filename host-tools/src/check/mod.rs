@@ -168,17 +168,15 @@ impl<'a> Check<'a> {
     }
 
     /// What is known before the fit, and is likely to spoil it. Of what is wrong: configuration and model, static tests, readings, units, lost
-    /// frames and rates. Of what is doubtful: configuration and model, readings and units. Nothing where the logs give no record, or break off, which
-    /// has an error of its own.
+    /// frames and rates. Of what is doubtful: configuration and model, readings and units. Nothing where the logs give no record, which has an error
+    /// of its own.
     pub(crate) fn at_once(&self) -> impl Iterator<Item = &Finding> {
-        let is_whole = self
-            .survey
-            .is_none_or(|survey| survey.broken.is_none() && survey.usable().next().is_some());
+        let has_record = self.survey.is_none_or(|survey| survey.usable().next().is_some());
         self.findings.iter().filter(move |finding| {
             let is_of_setup = setup::ABOUTS.contains(&finding.about);
             let is_of_readings = [sensors::ABOUT, units::ABOUT].contains(&finding.about);
             let is_of_time = [counters::ABOUT, identifiers::RATE].contains(&finding.about);
-            is_whole
+            has_record
                 && match finding.severity {
                     Severity::Wrong => {
                         is_of_setup

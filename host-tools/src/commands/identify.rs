@@ -180,13 +180,15 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
 /// Why no explanation of a result is adopted.
 fn nothing_adopted(Finding { report, confidence }: &Finding) -> &'static str {
     let explanations = &confidence.explanations;
-    if !(0.0..=MAX_CONSISTENCY).contains(&report.fit.consistency) {
-        "the fit is too far from the records (χ²/dof above 10) to say what is off: see the warnings"
+    if report.fit.records == 0 {
+        "the numbers rest on no record: see the warnings"
+    } else if !(0.0..=MAX_CONSISTENCY).contains(&report.fit.consistency) {
+        "the fit is too far from the records (χ²/dof is not between 0 and 10) to say what is off: see the warnings"
     } else if explanations.iter().any(Explanation::is_contradicted) {
         // `restated.rs` of the core: what changes an accuracy by a factor below 1.2 is not worth another fit, and the number of fits is limited.
         "the records contradict an accuracy, but by less than a fifth more than the fit allows for, or no longer once it is adopted"
     } else if report.fit.acceptance == Acceptance::Unsettled {
-        "the fit is not settled, so that it does not say what is off: mill another pose"
+        "the fit is not settled, so that it does not say what is off: see the warnings"
     } else if !explanations.is_empty() {
         "the records contradict no accuracy: what explains a part of the misfit is allowed by its accuracy, and fitted already"
     } else if confidence.residuals.meaning == Meaning::Noise {
@@ -262,10 +264,8 @@ fn no_record(
         );
     }
     let more = if others > 0 { format!(" in it and {others} more") } else { String::new() };
-    let logs: Vec<String> = logs.iter().map(|log| log.display().to_string()).collect();
     format!(
-        "no record to identify from{more} ({state}{besides}): see `flexid check --config {file} {}`",
-        logs.join(" ")
+        "no record to identify from{more} ({state}{besides}): see `flexid check` of the same logs"
     )
 }
 

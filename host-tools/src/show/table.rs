@@ -152,7 +152,7 @@ fn caveat(report: &Report, confidence: &Confidence) -> String {
 fn robust(times: f64) -> String {
     format!(
         " intervals are robust: no narrower than the numbers scatter between bands of the records; that makes them \
-         {times:.1} times as wide (root mean square)\n"
+         {times:.1} times as wide as accuracies and √(χ²/dof) make them (root mean square)\n"
     )
 }
 

@@ -78,7 +78,8 @@ fn a_packed_log_that_is_cut_off_keeps_what_was_there() {
     let command = "identify --config edge.toml cut.log.gz --json o.json";
     let output = flexid(folder.path(), command);
     let errors = stderr(&output);
-    assert_eq!((output.status.code(), errors.lines().count()), (Some(1), 1), "{errors}");
+    // The other is that of perfect accuracies.
+    assert_eq!((output.status.code(), errors.lines().count()), (Some(1), 2), "{errors}");
     assert!(errors.contains("the gzip data are damaged or cut off"), "{errors}");
     assert!(errors.ends_with(": copy or record it again\n"), "{errors}");
     let found = json(folder.path(), "o.json");

@@ -164,7 +164,7 @@ pub enum Warning {
         /// Number of records that have more noise in the cut somewhere.
         records: u32,
     },
-    /// The residuals are not those of noise, and `[accuracy]` excludes every error of robot and sensors.
+    /// The residuals are not those of noise, and `[accuracy]` takes as perfect what it does not state.
     AssumedPerfect,
 }
 

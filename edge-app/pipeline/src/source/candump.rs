@@ -404,7 +404,10 @@ mod tests {
         };
         assert_eq!(batch.len(), 2);
         assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out");
-        assert_eq!(lines(&logs.health()), ["b.log:2: cannot be read: worn out"]);
+        assert_eq!(
+            lines(&logs.health()),
+            ["b.log:2: cannot be read: worn out: copy or record it again"]
+        );
         assert_eq!(logs.read(&mut batch, Duration::ZERO).unwrap(), Flow::Ended);
     }
 

@@ -57,7 +57,7 @@ pub(super) fn section(document: &Document) -> Markup {
                 }
                 @if !as_stated.is_empty() {
                     p {
-                        (as_stated.len()) " are compatible with zero, or a factor with 1: "
+                        "Compatible with zero, or a factor with 1 (" (as_stated.len()) "): "
                         (as_stated.iter().map(|own| words(own)).collect::<Vec<_>>().join("; ")) "."
                     }
                 }

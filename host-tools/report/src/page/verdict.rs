@@ -230,7 +230,7 @@ fn trust(document: &Document) -> Vec<Markup> {
     if let Some(times) = confidence.robust_widening.filter(|_| has_intervals()) {
         lines.push(html! {
             "The intervals are robust: no narrower than the numbers scatter between bands of the records. That makes them "
-            (format!("{times:.1}")) " times as wide (root mean square)."
+            (format!("{times:.1}")) " times as wide as accuracies and √(χ²/dof) make them (root mean square)."
         });
     }
     for line in &confidence.left_over {
@@ -294,7 +294,7 @@ fn next_steps(document: &Document) -> Vec<Markup> {
     if document.further.warning_kinds.iter().any(is_taken_as_perfect) {
         lines.push(html! {
             "Leave " code { "assume = \"perfect\"" } " out of " code { "[accuracy]" } ", unless the robot is simulated as modelled: it \
-             excludes every error of robot and sensors, and noise does not explain the residuals. Then identify again: typical errors are \
+             takes as perfect what is not stated, and noise does not explain the residuals. Then identify again: typical errors are \
              fitted with the joints, and what is named below may be an effect of them."
         });
     }
