@@ -7,6 +7,7 @@
 //! ```text
 //! delay −s A      gain of A  A_a           resonance of A  −s² A/(1 + s²/ω_r²)       high-pass of A  −A/s/(1 + ω_h/s)
 //!                 gain of F  −G_a F_a      resonance of F  s² G F/(1 + s²/ω_r²)      high-pass of F  G F/s/(1 + ω_h/s)
+//! dispersion s³ A/(1 − c s³ + e s⁴)        roll-off −s⁴ A/(1 − c s³ + e s⁴)
 //! ```
 //!
 //! Those of a bushing along one degree of freedom change its impedance z: the derivative is `−∂z e_out q`, summed over the degrees of
@@ -80,9 +81,15 @@ impl Imperfections {
             |filter: &Filter<f64>| (batch.s * batch.s) * filter.of_resonance(batch.s).reciprocal();
         let high_pass =
             |filter: &Filter<f64>| batch.inverse_s * filter.of_high_pass(batch.s).reciprocal();
+        let cube = || {
+            let filter = &self.accelerometer_filter;
+            batch.s * batch.s * batch.s * filter.of_low_pass(batch.s).reciprocal()
+        };
         let mut derivative = [Complex::zero(like); 3];
         match imperfection {
             Imperfection::Delay => return by_reading(batch.s),
+            Imperfection::Dispersion => return by_reading(-cube()),
+            Imperfection::RollOff => return by_reading(batch.s * cube()),
             Imperfection::DelayDrift => return batch.drift,
             Imperfection::RecordDelay(record) if record == self.record => {
                 return by_reading(batch.s);

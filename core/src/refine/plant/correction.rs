@@ -27,8 +27,10 @@ impl Correction {
     /// Whether a robot with these joints can have these imperfections.
     pub(crate) fn is_of(&self, joints: &[JointKind]) -> bool {
         let known = imperfection::all(&Accuracies::typical(), joints, MAX_EXPERIMENTS);
-        let is_known =
-            |own: &Imperfection| known.iter().any(|(imperfection, _)| imperfection == own);
+        let of_low_pass = imperfection::of_low_pass(1.0);
+        let is_known = |own: &Imperfection| {
+            known.iter().chain(&of_low_pass).any(|(imperfection, _)| imperfection == own)
+        };
         self.0.iter().all(|(imperfection, value)| is_known(imperfection) && value.is_finite())
     }
 

@@ -104,6 +104,8 @@ impl Imperfect {
         match imperfection {
             Imperfection::Delay => calibration.delay += value,
             Imperfection::DelayDrift => self.drift += value,
+            Imperfection::Dispersion => self.accelerometer_filter.dispersion += value,
+            Imperfection::RollOff => self.accelerometer_filter.roll_off += value,
             Imperfection::Gain(Sensor::Accelerometer, axis) => {
                 calibration.acceleration_gain[axis] *= libm::exp(value);
             }

@@ -20,7 +20,7 @@
 
 use super::Plant;
 use crate::chi_square::rarely_exceeded;
-use crate::imperfection::{Imperfection, KINDS};
+use crate::imperfection::{self, Imperfection, KINDS};
 use crate::refine::Problem;
 
 /// How often explanations are adopted. Chosen: of errors ten times their accuracy, the first adoption changes τ by a tenth, the next ones
@@ -117,6 +117,24 @@ impl Plant {
         }
         restated.factors = factors;
         minimiser.restart();
+        self.follow_delay();
+    }
+
+    /// A delay beyond its accuracy may be that of a low-pass: the plant then has what a low-pass does beside, as its accuracy follows from that
+    /// of the delay. Each imperfection keeps its value.
+    fn follow_delay(&mut self) {
+        let factor = self.restated.factor(Imperfection::Delay);
+        let Self { accuracies, imperfections, point, .. } = self;
+        for (own, prior) in imperfection::of_low_pass(factor * accuracies.delay) {
+            let place = imperfections.all.iter().position(|(imperfection, _)| *imperfection == own);
+            if let Some(index) = place {
+                let before = core::mem::replace(&mut imperfections.all[index].1, prior);
+                point.imperfections[index] *= before / prior;
+            } else if factor > 1.0 && imperfections.all.insert(0, (own, prior)).is_ok() {
+                point.imperfections.rotate_right(1);
+                point.imperfections[0] = 0.0;
+            }
+        }
     }
 
     /// How far the imperfections are from those of a plausible plant where the last fit has ended, and their number: minus twice the
@@ -231,6 +249,44 @@ mod tests {
         }
         let expected = libm::log(25.0 / (1.0 + 3.0 * libm::sqrt(2.0)));
         assert!((plant.cost_of_restating() - expected).abs() < 1e-6);
+    }
+
+    /// A delay of ten accuracies may be that of a low-pass: τ is √(100/q), with q = 1 + 3 √2. The others keep their values.
+    #[test]
+    fn a_delay_beyond_its_accuracy_may_be_that_of_a_low_pass() {
+        let mut plant = plant();
+        let all = plant.imperfections.all.clone();
+        for (value, (imperfection, _)) in plant.point.imperfections.iter_mut().zip(&all) {
+            *value = if *imperfection == Imperfection::Delay { 10.0 } else { 0.5 };
+        }
+        let before = plant.found();
+        assert!(plant.restate_accuracies());
+        let found = plant.found();
+        let [roll_off, dispersion, others @ ..] = &found[..] else { panic!("{found:?}") };
+        let delay = 20e-6 * libm::sqrt(100.0 / (1.0 + 3.0 * libm::sqrt(2.0)));
+        for (own, imperfection, prior) in [
+            (dispersion, Imperfection::Dispersion, 3.0 * delay.powi(3)),
+            (roll_off, Imperfection::RollOff, 5.0 * delay.powi(4)),
+        ] {
+            assert_eq!((own.imperfection, own.value), (imperfection, 0.0));
+            assert!((own.prior / prior - 1.0).abs() < 1e-12, "{own:?}");
+        }
+        for (own, before) in others.iter().zip(&before) {
+            assert_eq!(own.imperfection, before.imperfection);
+            assert!((own.value - before.value).abs() <= 1e-12 * before.value.abs());
+        }
+        assert_eq!(others.len(), before.len());
+        // With an accuracy of the delay that is worse twice, both keep their values.
+        plant.point.imperfections[..2].fill(1.0);
+        let before = plant.found();
+        let mut factors = plant.restated.factors;
+        factors[Imperfection::Delay.kind()] *= 2.0;
+        plant.restate(factors);
+        for (index, times) in [16.0, 8.0].into_iter().enumerate() {
+            let own = plant.found()[index];
+            assert!((own.prior / before[index].prior / times - 1.0).abs() < 1e-12);
+            assert!((own.value / before[index].value - 1.0).abs() < 1e-12);
+        }
     }
 
     #[test]

@@ -185,6 +185,7 @@ proptest! {
 
         let mut plant = plant();
         plant.imperfections.all = imperfection::all(&Accuracies::typical(), &chain.kinds(), 2);
+        plant.imperfections.all.extend(imperfection::of_low_pass(1e-3));
         let count = plant.imperfections.all.len();
         plant.point.coordinates = sought.coordinates(&bushings());
         let standing = inside(&plant.imperfections.all, away);

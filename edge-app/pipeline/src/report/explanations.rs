@@ -111,7 +111,7 @@ fn hz(squared_period: f64) -> f64 {
 pub(super) fn entry(imperfection: Imperfection) -> Accuracy {
     use Sensor::{Accelerometer, Force};
     match imperfection {
-        Imperfection::Delay => Accuracy::DelayS,
+        Imperfection::Delay | Imperfection::Dispersion | Imperfection::RollOff => Accuracy::DelayS,
         Imperfection::Gain(Force, _) => Accuracy::ForceGain,
         Imperfection::Gain(Accelerometer, _) => Accuracy::AccelerationGain,
         Imperfection::Crosstalk(Force, ..) => Accuracy::ForceCrosstalk,

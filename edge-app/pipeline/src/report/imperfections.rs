@@ -30,6 +30,10 @@ pub(super) fn conspicuous(
     let size = |found: &FoundImperfection| (found.value / found.prior).abs();
     let mut all: Vec<&FoundImperfection> = found
         .iter()
+        // What a low-pass does beside its delay belongs to the delay.
+        .filter(|found| {
+            !matches!(found.imperfection, Imperfection::Dispersion | Imperfection::RollOff)
+        })
         .filter(|found| found.deviation < DETERMINED * found.prior || size(found) > CONSPICUOUS)
         .collect();
     let significance = |found: &FoundImperfection| (found.value / found.deviation).abs();
@@ -66,9 +70,13 @@ fn nuisance(
     }
 }
 
-/// Whether an entry states its accuracy. That of the ground's damping follows from the ground's compliance.
+/// Whether an entry states its accuracy. That of the ground's damping follows from the ground's compliance, and those of a low-pass from the
+/// delay.
 fn has_entry(imperfection: Imperfection) -> bool {
-    !matches!(imperfection, Imperfection::GroundDamping(_))
+    !matches!(
+        imperfection,
+        Imperfection::GroundDamping(_) | Imperfection::Dispersion | Imperfection::RollOff
+    )
 }
 
 /// Whether an imperfection is the logarithm of a factor.
@@ -127,6 +135,8 @@ pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
         Imperfection::Hose => clipped("hose at the tool"),
         Imperfection::HoseDamping => clipped("damping of hose at the tool"),
         Imperfection::DelayDrift => clipped("drift of delay"),
+        Imperfection::Dispersion => clipped("low-pass beside its delay: phase"),
+        Imperfection::RollOff => clipped("low-pass beside its delay: magnitude"),
         Imperfection::RecordDelay(record) => {
             clipped(format_args!("delay of record {}", record + 1))
         }
@@ -173,5 +183,7 @@ pub(super) fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
         Imperfection::Hose => "N/m",
         Imperfection::HoseDamping => "Ns/m",
         Imperfection::DelayDrift => "s/s",
+        Imperfection::Dispersion => "s^3",
+        Imperfection::RollOff => "s^4",
     }
 }

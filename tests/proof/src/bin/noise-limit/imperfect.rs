@@ -88,6 +88,8 @@ pub(crate) fn column(
     let column: Column = match imperfection {
         I::Delay => of_reading(|s| -s),
         I::DelayDrift => Box::new(|bin| -bin.rate_by_time),
+        I::Dispersion => of_reading(|s| s * s * s),
+        I::RollOff => of_reading(|s| -(s * s * s * s)),
         I::RecordDelay(record) if record == number => of_reading(|s| -s),
         I::RecordDelay(_) => of_reading(|_| Complex::ZERO),
         I::Resonance(Sensor::Accelerometer) => of_reading(|s| -(s * s)),
