@@ -35,6 +35,17 @@ pub(super) struct Circumstances {
     pub(super) prolongations: u32,
 }
 
+/// The searches that have led to the best minimum so far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Searches {
+    /// How many there were.
+    pub(super) starts: u32,
+    /// Implausible imperfections have explained the records.
+    pub(super) is_explained_implausibly: bool,
+    /// The model has the imperfections of the plant.
+    pub(super) is_corrected: bool,
+}
+
 /// What to do with the minimum where a refinement has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OfFound {
@@ -92,12 +103,15 @@ pub(super) fn of_found(found: &Minimum, circumstances: &Circumstances) -> OfFoun
     OfFound::Compare { branch: stopped_short && !has_best }
 }
 
-/// What follows from the best minimum after `starts` searches. Where implausible imperfections have explained the records, plausible ones may:
-/// as long as there are searches left, one that noise does not explain is not believed.
-pub(super) fn of_best(best: &Minimum, starts: u32, is_explained_implausibly: bool) -> OfBest {
+/// What follows from the best minimum after searches. Where implausible imperfections have explained the records, plausible ones may:
+/// as long as there are searches left, one that noise does not explain is not believed. In a model with imperfections some structure is left
+/// by what is of second order in them.
+pub(super) fn of_best(best: &Minimum, searches: Searches) -> OfBest {
+    let Searches { starts, is_explained_implausibly, is_corrected } = searches;
     let structured = structure_is_beyond_noise(best.judged().whiteness);
     let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
         (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
+        (true, true) if !structured && is_corrected => (TIMES_CONSISTENT, Acceptance::Consistent),
         (true, true) if !structured => (TIMES_SUSPECT, Acceptance::Consistent),
         _ if best.is_noisier_than_at_rest() => (TIMES_CONSISTENT, Acceptance::Consistent),
         _ => (TIMES_SUSPECT, Acceptance::ModelSuspect),
@@ -111,6 +125,14 @@ pub(super) fn of_best(best: &Minimum, starts: u32, is_explained_implausibly: boo
         return OfBest::Conclude(acceptance);
     }
     OfBest::GoOn { branch: best.is_near(), search: starts < MAX_STARTS }
+}
+
+/// What becomes of the best minimum where the budget of searches is spent and its branches have been refined. In a model with imperfections, of
+/// which as many searches have found none better, the structure that they leave does not object.
+pub(super) fn of_last(best: &Minimum, is_corrected: bool) -> Acceptance {
+    let structured = structure_is_beyond_noise(best.judged().whiteness);
+    let is_sound = best.is_reached() && best.is_consistent() && !best.contradicted && !structured;
+    if is_corrected && is_sound { Acceptance::Consistent } else { Acceptance::Unsettled }
 }
 
 #[cfg(test)]
@@ -198,22 +220,53 @@ mod tests {
         ] {
             let mut best = minimum(sum_of_squares, 0.0);
             (best.times, best.fit.whiteness) = (times, whiteness);
-            let decision = of_best(&best, starts, false);
+            let searches = perfect(starts);
+            let decision = of_best(&best, searches);
             assert_eq!(decision, expected, "{sum_of_squares} {whiteness} {times}");
             let of_explained_implausibly = match decision {
                 OfBest::Conclude(ModelSuspect) => go_on(best.is_near(), true),
                 other => other,
             };
-            assert_eq!(of_best(&best, starts, true), of_explained_implausibly);
-            let of_last = of_best(&best, MAX_STARTS, false);
-            assert_eq!(of_best(&best, MAX_STARTS, true), of_last);
+            let implausible = Searches { is_explained_implausibly: true, ..searches };
+            assert_eq!(of_best(&best, implausible), of_explained_implausibly);
+            let of_last = of_best(&best, perfect(MAX_STARTS));
+            assert_eq!(of_best(&best, Searches { starts: MAX_STARTS, ..implausible }), of_last);
             best.has_rival = true;
-            assert!(matches!(of_best(&best, starts, false), OfBest::GoOn { .. }));
+            assert!(matches!(of_best(&best, searches), OfBest::GoOn { .. }));
             best.contradicted = true;
-            assert_eq!(of_best(&best, starts, false) == OfBest::TryAlone, times >= 2);
+            assert_eq!(of_best(&best, searches) == OfBest::TryAlone, times >= 2);
         }
         let mut short = minimum(2000.0, 2.0);
         short.times = 2;
-        assert_eq!(of_best(&short, 2, false), go_on(true, true));
+        assert_eq!(of_best(&short, perfect(2)), go_on(true, true));
+    }
+
+    /// After so many searches in the perfect model.
+    fn perfect(starts: u32) -> Searches {
+        Searches { starts, is_explained_implausibly: false, is_corrected: false }
+    }
+
+    /// Of two thousand residuals. Twice suffices, and at the end of the searches once.
+    #[test]
+    fn imperfections_leave_some_structure() {
+        for (sum_of_squares, whiteness, remaining, is_accepted) in [
+            (2000.0, 15.0, 0.0, true),
+            (2000.0, 17.0, 0.0, false),
+            (4000.0, 15.0, 0.0, false),
+            (2000.0, 15.0, 2.0, false),
+        ] {
+            let mut best = minimum(sum_of_squares, remaining);
+            (best.times, best.fit.whiteness) = (2, whiteness);
+            let searches = Searches { is_corrected: true, ..perfect(2) };
+            let concludes = of_best(&best, searches) == OfBest::Conclude(Consistent);
+            assert_eq!(concludes, is_accepted, "{sum_of_squares} {whiteness} {remaining}");
+            best.times = 1;
+            assert!(matches!(of_best(&best, searches), OfBest::GoOn { .. }));
+            let expected = if is_accepted { Consistent } else { Unsettled };
+            assert_eq!(of_last(&best, true), expected, "{sum_of_squares} {whiteness} {remaining}");
+            assert_eq!(of_last(&best, false), Unsettled);
+            best.contradicted = true;
+            assert_eq!(of_last(&best, true), Unsettled);
+        }
     }
 }

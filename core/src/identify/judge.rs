@@ -4,7 +4,7 @@ use core::mem;
 
 use rand_core::Rng;
 
-use super::decision::{self, Circumstances, OfBest, OfFound, TIMES_CONSISTENT};
+use super::decision::{self, Circumstances, OfBest, OfFound, Searches, TIMES_CONSISTENT};
 use super::minimum::Minimum;
 use super::on_plant::may_be_mended;
 use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
@@ -95,7 +95,12 @@ impl<R: Rng> Identifier<R> {
             }
             None => found,
         };
-        match decision::of_best(&best, self.starts, self.is_explained_implausibly) {
+        let searches = Searches {
+            starts: self.starts,
+            is_explained_implausibly: self.is_explained_implausibly,
+            is_corrected: self.refinement.is_corrected(),
+        };
+        match decision::of_best(&best, searches) {
             OfBest::Conclude(acceptance) => {
                 if !self.believes_deferred(&best, acceptance) {
                     self.conclude(&mut best, acceptance, experiments);
@@ -128,7 +133,8 @@ impl<R: Rng> Identifier<R> {
         if self.believes_deferred(&best, Acceptance::Unsettled) {
             return;
         }
-        let may_be_corrected = may_be_mended(&best) && !self.refinement.is_corrected();
+        let is_corrected = self.refinement.is_corrected();
+        let may_be_corrected = may_be_mended(&best) && !is_corrected;
         match plant {
             Some(plant) if may_be_corrected => {
                 self.stand_at(&best, experiments);
@@ -136,7 +142,10 @@ impl<R: Rng> Identifier<R> {
                 self.purpose = Purpose::Plant { found: best, from: FitStart::Best };
                 self.phase = Phase::Refining;
             }
-            _ => self.settle(&mut best, Acceptance::Unsettled, experiments),
+            _ => {
+                let acceptance = decision::of_last(&best, is_corrected);
+                self.settle(&mut best, acceptance, experiments);
+            }
         }
     }
 

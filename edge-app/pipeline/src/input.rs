@@ -99,7 +99,11 @@ pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, Bad
             let before = text.as_bytes().get(..span.start).unwrap_or_default();
             1 + before.iter().filter(|&&byte| byte == b'\n').count()
         });
-        let message = one_line(&format!("{place}{}", mend(error.message(), key)));
+        let message = match key_given_twice(error, text) {
+            Some(key) => format!("key `{key}` is there twice: delete one of the two"),
+            None => format!("{place}{}", mend(error.message(), key)),
+        };
+        let message = one_line(&message);
         BadInput { file: file.to_path_buf(), line, message }
     };
     if text.trim().is_empty() {
@@ -144,6 +148,12 @@ fn of_another_kind(text: &str, message: &str) -> Option<String> {
         let own = other.map_or("a TOML file", |(_, name)| name);
         format!("is {own}: a file with the keys {} is wanted: name that one", known.join(", "))
     })
+}
+
+/// Returns the key of which the TOML `text` has two.
+fn key_given_twice<'a>(error: &toml::de::Error, text: &'a str) -> Option<&'a str> {
+    let span = error.span().filter(|_| error.message() == "duplicate key")?;
+    text.get(span)
 }
 
 /// Returns whether an error is at the end of `text`, as that of a text that is cut off.
@@ -258,8 +268,12 @@ mod tests {
     }
 
     #[test]
-    fn a_misspelled_key_is_no_other_file() {
+    fn the_wrong_key_is_named() {
         for (text, expected) in [
+            (
+                "hose.a = 1\nhose.a = 2\n[robot]\n",
+                "p.toml:2: key `a` is there twice: delete one of the two",
+            ),
             ("\n[hoose]\n", "p.toml:2: [hoose] unknown key `hoose`: did you mean `hose`?"),
             ("[hoose]\n[robt]\n", "p.toml:1: [hoose] unknown key `hoose`: did you mean `hose`?"),
             (

@@ -3,7 +3,7 @@
 use heapless::Vec;
 use rand_core::Rng;
 
-use super::{Branch, RunnerUp, Tried};
+use super::{Branch, ELSEWHERE, RunnerUp, Tried};
 use crate::identify::minimum::{Minimum, REACHED, SAME_PLACE};
 use crate::identify::{Acceptance, FitStart, Identifier, Purpose};
 use crate::refine::Plant;
@@ -72,7 +72,11 @@ impl<R: Rng> Identifier<R> {
                     && self.leaves_stiffness_undetermined(&minimum)
                     && !minimum.is_same_place(distance)
                 {
-                    self.tried.remember_runner_up(&ended);
+                    let away = self.away([&minimum, &ended]);
+                    let is_elsewhere = self
+                        .undetermined_stiffnesses(&minimum)
+                        .any(|unknown| away[unknown].abs() > ELSEWHERE);
+                    self.tried.remember_runner_up(&ended, is_elsewhere);
                 }
                 self.go_on_from(minimum, acceptance, experiments, plant);
                 None

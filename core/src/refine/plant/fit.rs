@@ -12,9 +12,6 @@ use crate::imperfection::{self, MAX_IMPERFECTIONS};
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::Experiment;
 
-/// What a fit with some of the bins may still gain where it is near its minimum. Chosen: one standard deviation.
-const NEAR: f64 = 1.0;
-
 impl Refinement {
     /// Goes to the parameters where this refinement stands, with so many records, and to the imperfections of its model.
     pub(crate) fn restart_plant(&self, plant: &mut Plant, records: usize) {
@@ -116,7 +113,7 @@ impl Refinement {
         self.end_or_go_on(problem, experiments, plant, outcome)
     }
 
-    /// What follows from the end of a fit. From a minimum of some of the bins that may be the right one it goes on with all of them. Else,
+    /// What follows from the end of a fit. Where some of the bins count and the right minimum may be near, it goes on with all of them. Else,
     /// once, accuracies are restated that the data contradict, by all bins, and it goes on with as many as before.
     fn end_or_go_on<const B: usize>(
         &mut self,
@@ -127,10 +124,9 @@ impl Refinement {
     ) -> Outcome {
         plant.stagnation = Stagnation::NONE;
         let every = plant.every;
-        let is_near = plant.remaining(problem).is_some_and(|remaining| remaining.gain < NEAR);
-        let goes_on = is_near && plant.may_explain(residuals(problem, experiments, every));
+        let may_explain = plant.may_explain(residuals(problem, experiments, every));
         if plant.count_all_bins() {
-            if goes_on {
+            if may_explain {
                 return Outcome::Improving;
             }
             let (_, mut objective, minimiser, point) =

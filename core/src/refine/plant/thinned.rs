@@ -15,7 +15,7 @@ const THINNING: usize = 4;
 const LEAST_BINS: usize = 128;
 
 /// What a step of a fit with some of the bins gains at least, unless it stagnates. Chosen: the five steps after which a fit is given up
-/// then lower the sum of squares by a half at most, half of what [`super::fit`] takes as near the minimum.
+/// then lower the sum of squares by a half at most, half of what a minimum that counts as reached may still gain.
 const LEAST_GAIN: f64 = 0.1;
 
 impl Plant {

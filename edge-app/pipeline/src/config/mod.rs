@@ -133,7 +133,18 @@ impl Config {
         let model_file = base.join(&raw.model.file);
         let dbc_file = raw.bus.as_ref().map(|bus| base.join(&bus.dbc));
         let statics_file = raw.statics.as_ref().map(|section| base.join(&section.file));
-        let named_files = [Some(model_file.clone()), dbc_file, statics_file];
+        let named_files = [
+            ("[model] file", Some(model_file.clone())),
+            ("[bus] dbc", dbc_file),
+            ("[statics] file", statics_file),
+        ];
+        let named_files = named_files.into_iter().filter_map(|(key, named)| Some((key, named?)));
+        if let Some((key, missing)) = named_files.clone().find(|(_, named)| !named.exists()) {
+            let missing = missing.display();
+            return Err(bad(format!(
+                "{key} names {missing}, which does not exist: its path is relative to this file"
+            )));
+        }
         let model = Model::load(&model_file)?;
         let sections =
             Sections { bus: raw.bus, signals: raw.signals, measurement: raw.measurement };
@@ -154,7 +165,7 @@ impl Config {
 
         Ok(Self {
             file: file.to_path_buf(),
-            named_files: named_files.into_iter().flatten().collect(),
+            named_files: named_files.map(|(_, named)| named).collect(),
             model,
             gravity,
             bounds,

@@ -480,7 +480,12 @@ fn mistakes_in_the_config_name_place_and_mend() {
         (
             "\"mill3-model.toml\"",
             "\"mill4.toml\"",
-            "mill4.toml: cannot be read: No such file or directory (os error 2)",
+            "edge.toml: [model] file names mill4.toml, which does not exist: its path is relative to this file",
+        ),
+        (
+            "\"mill3.dbc\"",
+            "\"mill4.dbc\"",
+            "edge.toml: [bus] dbc names mill4.dbc, which does not exist: its path is relative to this file",
         ),
         ("dbc = \"mill3.dbc\"", "dbc = \"edge.toml\"", "edge.toml: is not a DBC file:"),
         // Signals.
