@@ -119,6 +119,12 @@ fn is_factor(own: &Nuisance) -> bool {
     }
 }
 
+/// Sum of these shares of the misfit, if there are any and most of it has another cause. Shares overlap, so that together they explain no more.
+pub fn little(shares: impl Iterator<Item = f64>) -> Option<f64> {
+    let sum = shares.reduce(|sum, share| sum + share)?;
+    (sum < MOST).then_some(sum)
+}
+
 /// The size of an error, as an explanation states it.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Size {

@@ -338,6 +338,21 @@ fn a_fit_that_is_not_settled_is_no_ground_for_a_plan() {
     }
 }
 
+/// Its share is that of the explanation of the example, whose accuracy the records contradict, if `remedy` is there.
+#[test]
+fn explanations_of_little_may_be_effects() {
+    for (share, is_contradicted, expected) in
+        [(0.28, true, true), (0.28, false, false), (0.9, true, false), (0.0, true, false)]
+    {
+        let mut result = result();
+        let explanation = &mut result["confidence"]["explanations"][0];
+        explanation["share"] = json!(share);
+        explanation["remedy"] = if is_contradicted { json!("do it") } else { json!(null) };
+        let caveat = "What follows explains at most 28\u{a0}% of the misfit together";
+        assert_eq!(page(&result).contains(caveat), expected, "{share} {is_contradicted}");
+    }
+}
+
 /// No script, nothing from elsewhere, small, and the same again.
 #[test]
 fn the_page_stands_alone() {

@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::format::{agreement, count, marked, number, percent};
 use super::{DOFS, missing};
 use crate::document::{Confidence, Document, Explanation};
+use crate::imperfection::little;
 
 /// FRAC below which a record that was held out is named. Chosen: the prediction then has another shape.
 const POOR_FRAC: f64 = 0.9;
@@ -236,12 +237,7 @@ fn trust(document: &Document) -> Vec<Markup> {
     for line in &confidence.left_over {
         lines.push(html! { "Left over: " (marked(&line.text)) "." });
     }
-    if fit.acceptance == Acceptance::Unsettled && shown(confidence).next().is_some() {
-        lines.push(html! { "If this minimum is the right one, then the following is off." });
-    }
-    if is_not_linear(document) && shown(confidence).next().is_some() {
-        lines.push(html! { "No linear model explains what is left: what follows may be an effect of that." });
-    }
+    lines.extend(caveat(document, confidence));
     for Explanation { text, alike, alternatives, remedy, .. } in shown(confidence) {
         lines.push(html! {
             "Explained: " (text)
@@ -261,6 +257,25 @@ fn trust(document: &Document) -> Vec<Markup> {
         });
     }
     lines
+}
+
+/// What stands above the explanations, if they may not be what is off.
+fn caveat(document: &Document, confidence: &Confidence) -> Option<Markup> {
+    shown(confidence).next()?;
+    if is_not_linear(document) {
+        return Some(
+            html! { "No linear model explains what is left: what follows may be an effect of that." },
+        );
+    }
+    if document.found.fit.acceptance == Acceptance::Unsettled {
+        return Some(html! { "If this minimum is the right one, then the following is off." });
+    }
+    // A file may state no share.
+    let contradicted = shown(confidence).filter(|own| own.remedy.is_some() && own.share > 0.0);
+    let share = little(contradicted.map(|own| own.share))?;
+    Some(html! {
+        "What follows explains at most " (percent(share)) " of the misfit together: the rest has another cause, of which it may be an effect."
+    })
 }
 
 /// Whether a warning says that no linear model explains what is left.
