@@ -155,7 +155,7 @@ fn imperfections(fitted: Vec<&Nuisance>, is_full: bool) -> Vec<String> {
         ));
     }
     if is_full {
-        lines.push("only these are listed; the intervals of the joints allow for all".to_owned());
+        lines.push("only these are listed; the fit allows for the others, too".to_owned());
     }
     lines
 }

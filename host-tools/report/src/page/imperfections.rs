@@ -62,7 +62,7 @@ pub(super) fn section(document: &Document) -> Markup {
                     }
                 }
                 @if confidence.nuisances.len() == MAX_NUISANCES {
-                    p { "Only these are listed; the intervals of the joints allow for all." }
+                    p { "Only these are listed; the fit allows for the others, too." }
                 }
             }
         }
