@@ -7,7 +7,7 @@ use super::minimum::{Minimum, structure_is_beyond_noise};
 
 /// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin.
 pub(super) const TIMES_CONSISTENT: u32 = 2;
-/// The same where its residuals are larger than the noise explains, or have more structure. Two robots of 1200 reach a wrong basin
+/// The same where its residuals are larger than the noise explains, or where in the perfect model they have more structure. Two robots of 1200 reach a wrong basin
 /// twice in a row; of drawn six-joint arms, one in eight.
 const TIMES_SUSPECT: u32 = 4;
 /// How often a refinement is continued that has used up its steps short of the minimum, where noise explains the residuals; and the last
@@ -35,10 +35,10 @@ pub(super) struct Circumstances {
     pub(super) prolongations: u32,
 }
 
-/// The searches that have led to the best minimum so far.
+/// The searches since the records changed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Searches {
-    /// How many there were.
+    /// How many there were, those in the perfect model included.
     pub(super) starts: u32,
     /// Implausible imperfections have explained the records.
     pub(super) is_explained_implausibly: bool,
@@ -104,8 +104,11 @@ pub(super) fn of_found(found: &Minimum, circumstances: &Circumstances) -> OfFoun
 }
 
 /// What follows from the best minimum after searches. Where implausible imperfections have explained the records, plausible ones may:
-/// as long as there are searches left, one that noise does not explain is not believed. In a model with imperfections some structure is left
-/// by what is of second order in them.
+/// as long as there are searches left, one that noise does not explain is not believed.
+///
+/// In a model with imperfections the right minimum may leave some structure: where the spindle passes a resonance, the arm answers with second
+/// harmonics, and a linear model has none. Twice suffices then. Of the drawn six-joint plants with structure up to [`structure_is_beyond_noise`]
+/// none was wrong that had been reached twice; wrong minima had a whiteness of 0.1, or of 41 and more.
 pub(super) fn of_best(best: &Minimum, searches: Searches) -> OfBest {
     let Searches { starts, is_explained_implausibly, is_corrected } = searches;
     let structured = structure_is_beyond_noise(best.judged().whiteness);
@@ -125,14 +128,6 @@ pub(super) fn of_best(best: &Minimum, searches: Searches) -> OfBest {
         return OfBest::Conclude(acceptance);
     }
     OfBest::GoOn { branch: best.is_near(), search: starts < MAX_STARTS }
-}
-
-/// What becomes of the best minimum where the budget of searches is spent and its branches have been refined. In a model with imperfections, of
-/// which as many searches have found none better, the structure that they leave does not object.
-pub(super) fn of_last(best: &Minimum, is_corrected: bool) -> Acceptance {
-    let structured = structure_is_beyond_noise(best.judged().whiteness);
-    let is_sound = best.is_reached() && best.is_consistent() && !best.contradicted && !structured;
-    if is_corrected && is_sound { Acceptance::Consistent } else { Acceptance::Unsettled }
 }
 
 #[cfg(test)]
@@ -246,7 +241,7 @@ mod tests {
         Searches { starts, is_explained_implausibly: false, is_corrected: false }
     }
 
-    /// Of two thousand residuals. Twice suffices, and at the end of the searches once.
+    /// Of two thousand residuals. Twice suffices.
     #[test]
     fn imperfections_leave_some_structure() {
         for (sum_of_squares, whiteness, remaining, is_accepted) in [
@@ -262,11 +257,8 @@ mod tests {
             assert_eq!(concludes, is_accepted, "{sum_of_squares} {whiteness} {remaining}");
             best.times = 1;
             assert!(matches!(of_best(&best, searches), OfBest::GoOn { .. }));
-            let expected = if is_accepted { Consistent } else { Unsettled };
-            assert_eq!(of_last(&best, true), expected, "{sum_of_squares} {whiteness} {remaining}");
-            assert_eq!(of_last(&best, false), Unsettled);
-            best.contradicted = true;
-            assert_eq!(of_last(&best, true), Unsettled);
+            (best.times, best.has_rival) = (2, true);
+            assert!(matches!(of_best(&best, searches), OfBest::GoOn { .. }));
         }
     }
 }

@@ -133,8 +133,7 @@ impl<R: Rng> Identifier<R> {
         if self.believes_deferred(&best, Acceptance::Unsettled) {
             return;
         }
-        let is_corrected = self.refinement.is_corrected();
-        let may_be_corrected = may_be_mended(&best) && !is_corrected;
+        let may_be_corrected = may_be_mended(&best) && !self.refinement.is_corrected();
         match plant {
             Some(plant) if may_be_corrected => {
                 self.stand_at(&best, experiments);
@@ -142,10 +141,7 @@ impl<R: Rng> Identifier<R> {
                 self.purpose = Purpose::Plant { found: best, from: FitStart::Best };
                 self.phase = Phase::Refining;
             }
-            _ => {
-                let acceptance = decision::of_last(&best, is_corrected);
-                self.settle(&mut best, acceptance, experiments);
-            }
+            _ => self.settle(&mut best, Acceptance::Unsettled, experiments),
         }
     }
 

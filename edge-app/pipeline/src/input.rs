@@ -100,7 +100,7 @@ pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, Bad
             1 + before.iter().filter(|&&byte| byte == b'\n').count()
         });
         let message = match key_given_twice(error, text) {
-            Some(key) => format!("key `{key}` is there twice: delete one of the two"),
+            Some(key) => format!("`{key}` is there twice: keep one key, or join the two sections"),
             None => format!("{place}{}", mend(error.message(), key)),
         };
         let message = one_line(&message);
@@ -150,7 +150,7 @@ fn of_another_kind(text: &str, message: &str) -> Option<String> {
     })
 }
 
-/// Returns the key of which the TOML `text` has two.
+/// Returns the key or section of which the TOML `text` has two, if that is the error, by the message of the crate `toml`.
 fn key_given_twice<'a>(error: &toml::de::Error, text: &'a str) -> Option<&'a str> {
     let span = error.span().filter(|_| error.message() == "duplicate key")?;
     text.get(span)
@@ -272,7 +272,7 @@ mod tests {
         for (text, expected) in [
             (
                 "hose.a = 1\nhose.a = 2\n[robot]\n",
-                "p.toml:2: key `a` is there twice: delete one of the two",
+                "p.toml:2: `a` is there twice: keep one key, or join the two sections",
             ),
             ("\n[hoose]\n", "p.toml:2: [hoose] unknown key `hoose`: did you mean `hose`?"),
             ("[hoose]\n[robt]\n", "p.toml:1: [hoose] unknown key `hoose`: did you mean `hose`?"),

@@ -119,8 +119,8 @@ fn is_factor(own: &Nuisance) -> bool {
     }
 }
 
-/// Sum of these shares of the misfit, if there are any and most of it has another cause. Shares overlap, so that together they explain no more.
-pub fn little(shares: impl Iterator<Item = f64>) -> Option<f64> {
+/// Sum of these shares of the misfit, if there are any and most of it has another cause.
+pub fn sum_if_minor(shares: impl Iterator<Item = f64>) -> Option<f64> {
     let sum = shares.reduce(|sum, share| sum + share)?;
     (sum < MOST).then_some(sum)
 }

@@ -338,18 +338,27 @@ fn a_fit_that_is_not_settled_is_no_ground_for_a_plan() {
     }
 }
 
-/// Its share is that of the explanation of the example, whose accuracy the records contradict, if `remedy` is there.
+/// The explanation of the example, with another share of the misfit. A remedy stands beside an accuracy that the records contradict.
 #[test]
 fn explanations_of_little_may_be_effects() {
-    for (share, is_contradicted, expected) in
-        [(0.28, true, true), (0.28, false, false), (0.9, true, false), (0.0, true, false)]
-    {
+    for (acceptance, share, is_contradicted, expected) in [
+        ("model_suspect", 0.28, true, true),
+        ("model_suspect", 0.28, false, false),
+        ("model_suspect", 0.9, true, false),
+        ("model_suspect", 0.0, true, false),
+        ("consistent", 0.28, true, false),
+    ] {
         let mut result = result();
+        result["fit"]["acceptance"] = json!(acceptance);
         let explanation = &mut result["confidence"]["explanations"][0];
         explanation["share"] = json!(share);
         explanation["remedy"] = if is_contradicted { json!("do it") } else { json!(null) };
-        let caveat = "What follows explains at most 28\u{a0}% of the misfit together";
-        assert_eq!(page(&result).contains(caveat), expected, "{share} {is_contradicted}");
+        let caveat = "What follows explains in all 28\u{a0}% of the misfit";
+        assert_eq!(
+            page(&result).contains(caveat),
+            expected,
+            "{acceptance} {share} {is_contradicted}"
+        );
     }
 }
 

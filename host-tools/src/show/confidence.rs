@@ -2,7 +2,9 @@
 
 use flexid_pipeline::text::count;
 use flexid_report::directions::distinct;
-use flexid_report::imperfection::{Size, accuracy, judgement, little, may_be_as_stated, words};
+use flexid_report::imperfection::{
+    Size, accuracy, judgement, may_be_as_stated, sum_if_minor, words,
+};
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance};
 use flexid_wire::directions::{WeakDirection, named};
 use flexid_wire::explanation::{Deviation, Explanation};
@@ -43,11 +45,13 @@ pub(crate) fn lines(Finding { report, confidence }: &Finding) -> String {
         |own: &&Explanation| size(&own.deviation).is_shown(own.share, own.is_contradicted());
     let shown = || explanations.iter().filter(is_shown);
     let is_not_linear = left_over.iter().any(|own| matches!(own, LeftOver::Distortion { .. }));
-    let contradicted = shown().filter(|own| own.is_contradicted());
+    let is_suspect = report.fit.acceptance == Acceptance::ModelSuspect;
+    let contradicted = explanations.iter().filter(|own| is_suspect && own.is_contradicted());
     let caveat = match (shown().next().is_some(), is_not_linear) {
         (true, true) => Some(NOT_LINEAR.to_owned()),
         (true, false) if is_unsettled => Some(MAYBE.to_owned()),
-        _ => little(contradicted.map(|own| own.share)).map(another_cause),
+        (true, false) => sum_if_minor(contradicted.map(|own| own.share)).map(another_cause),
+        (false, _) => None,
     };
     let (sought, fitted): (Vec<_>, Vec<_>) = nuisances.iter().partition(|own| own.entry.is_none());
     let explained = shown().flat_map(|one| explanation(one, nuisances));
@@ -111,10 +115,10 @@ fn strongest(correlations: &Correlations) -> Vec<String> {
     lines
 }
 
-/// What stands above explanations of so little of the misfit.
+/// What stands above explanations of this share of the misfit.
 fn another_cause(share: f64) -> String {
     format!(
-        "together at most {:.0} % of the misfit: the rest has another cause, of which the lines below may be effects",
+        "in all {:.0} % of the misfit: most of it has another cause, of which the lines below may be effects",
         100.0 * share
     )
 }
@@ -328,7 +332,7 @@ calibration  delay 300 µs (290 to 310 µs), identified
         let mut of_little = confidence.clone();
         of_little.explanations.iter_mut().for_each(|own| own.share = 0.28);
         let of_little = lines(&finding(of_little, Acceptance::ModelSuspect));
-        let caveat = "explained    together at most 28 % of the misfit: the rest has another cause";
+        let caveat = "explained    in all 28 % of the misfit: most of it has another cause";
         assert!(of_little.contains(caveat), "{of_little}");
         let nothing = Confidence {
             nuisances: Default::default(),

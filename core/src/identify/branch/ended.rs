@@ -3,7 +3,7 @@
 use heapless::Vec;
 use rand_core::Rng;
 
-use super::{Branch, ELSEWHERE, RunnerUp, Tried};
+use super::{Branch, FAR_STIFFNESS, RunnerUp, Tried};
 use crate::identify::minimum::{Minimum, REACHED, SAME_PLACE};
 use crate::identify::{Acceptance, FitStart, Identifier, Purpose};
 use crate::refine::Plant;
@@ -73,10 +73,10 @@ impl<R: Rng> Identifier<R> {
                     && !minimum.is_same_place(distance)
                 {
                     let away = self.away([&minimum, &ended]);
-                    let is_elsewhere = self
+                    let is_far = self
                         .undetermined_stiffnesses(&minimum)
-                        .any(|unknown| away[unknown].abs() > ELSEWHERE);
-                    self.tried.remember_runner_up(&ended, is_elsewhere);
+                        .any(|unknown| away[unknown].abs() > FAR_STIFFNESS);
+                    self.tried.remember_runner_up(&ended, is_far);
                 }
                 self.go_on_from(minimum, acceptance, experiments, plant);
                 None

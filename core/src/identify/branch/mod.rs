@@ -40,10 +40,10 @@ const MAX_REPLACED: u32 = 30;
 /// Searches for rivals of a minimum that leaves some stiffness undetermined. Without them four of 48 drawn six-joint arms with three
 /// cuts had a wrong parameter called identified; with two searches these four are right.
 const SEARCHES_ELSEWHERE: u32 = 2;
-/// How far an undetermined stiffness is from that of the minimum, by logarithms, if it is elsewhere. Chosen: it is a decade. From branches of
-/// a drawn six-joint arm that were up to three times stiffer the fit of the imperfections led back to the minimum, from those that were 34 and
-/// more times stiffer to the right one.
-const ELSEWHERE: f64 = core::f64::consts::LN_10;
+/// Change of the logarithm of an undetermined stiffness beyond which a branch is far from its minimum. Chosen: a decade. From branches of a drawn
+/// six-joint arm that were up to three times stiffer the fit of the imperfections led back to the minimum, from those that were 34 and more
+/// times stiffer to the right one.
+const FAR_STIFFNESS: f64 = core::f64::consts::LN_10;
 /// A branch is given up after so many stagnating steps in a row, rejected ones included: up to ten are rejected before one is good.
 const PATIENCE: u32 = 12;
 /// A step stagnates if it gains less than this part of what the branch lacks to be clearly better.
@@ -81,7 +81,7 @@ pub(super) struct Tried {
     elsewhere: u32,
     /// Branches that have replaced their minimum.
     replaced: u32,
-    /// The best of the branches that the model with imperfections explains worse than their minimum.
+    /// The best of the branches that the model with imperfections explains worse than their minimum; of the far ones, if there are any.
     runner_up: Option<RunnerUp>,
 }
 
@@ -91,8 +91,8 @@ pub(super) struct Tried {
 struct RunnerUp {
     coordinates: Coordinates,
     objective: f64,
-    /// A stiffness that the minimum leaves undetermined is far from there.
-    is_elsewhere: bool,
+    /// A stiffness that the minimum leaves undetermined has changed by more than [`FAR_STIFFNESS`].
+    is_far: bool,
 }
 
 impl Branch {
@@ -129,17 +129,17 @@ impl Branch {
 }
 
 impl Tried {
-    /// Remembers a branch that is worse than its minimum, if it is the best such branch so far, and near. One on which an undetermined
-    /// stiffness is elsewhere is better than all others: from these a fit of the imperfections leads back to the minimum.
-    fn remember_runner_up(&mut self, branch: &Minimum, is_elsewhere: bool) {
+    /// Remembers a branch that is worse than its minimum, if its residuals are not large and it is the best such branch so far. A far one is
+    /// better than all others: from those a fit of the imperfections often leads back to the minimum.
+    fn remember_runner_up(&mut self, branch: &Minimum, is_far: bool) {
         let (coordinates, objective) = (branch.coordinates, branch.fit.objective);
-        let is_better = |best: RunnerUp| match (is_elsewhere, best.is_elsewhere) {
+        let is_better = |best: RunnerUp| match (is_far, best.is_far) {
             (true, false) => true,
             (false, true) => false,
             _ => objective < best.objective,
         };
         if branch.is_near() && self.runner_up.is_none_or(is_better) {
-            self.runner_up = Some(RunnerUp { coordinates, objective, is_elsewhere });
+            self.runner_up = Some(RunnerUp { coordinates, objective, is_far });
         }
     }
 }
@@ -292,7 +292,7 @@ mod tests {
     #[test]
     fn the_best_of_the_near_branches_is_the_runner_up() {
         let mut tried = Tried::default();
-        for (sum_of_squares, is_elsewhere, best) in [
+        for (sum_of_squares, is_far, best) in [
             (1e6, true, None),
             (3000.0, false, Some(3000.0)),
             (2500.0, false, Some(2500.0)),
@@ -302,7 +302,7 @@ mod tests {
             (2650.0, true, Some(2650.0)),
             (2660.0, true, Some(2650.0)),
         ] {
-            tried.remember_runner_up(&minimum(sum_of_squares, 0.0), is_elsewhere);
+            tried.remember_runner_up(&minimum(sum_of_squares, 0.0), is_far);
             assert_eq!(tried.runner_up.map(|own| own.objective), best, "{sum_of_squares}");
         }
     }

@@ -113,8 +113,9 @@ impl Refinement {
         self.end_or_go_on(problem, experiments, plant, outcome)
     }
 
-    /// What follows from the end of a fit. Where some of the bins count and the right minimum may be near, it goes on with all of them. Else,
-    /// once, accuracies are restated that the data contradict, by all bins, and it goes on with as many as before.
+    /// What follows from the end of a fit. Where some of the bins count and what it has found may explain the records, it goes on with all of
+    /// them, and takes a new damping if it was stuck. Else, once, accuracies are restated that the data contradict, by all bins, and it goes on
+    /// with as many as before.
     fn end_or_go_on<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -124,9 +125,13 @@ impl Refinement {
     ) -> Outcome {
         plant.stagnation = Stagnation::NONE;
         let every = plant.every;
-        let may_explain = plant.may_explain(residuals(problem, experiments, every));
+        let may_explain =
+            plant.minimiser.linearised && plant.may_explain(residuals(problem, experiments, every));
         if plant.count_all_bins() {
             if may_explain {
+                if outcome == Outcome::Exhausted {
+                    plant.minimiser.restart();
+                }
                 return Outcome::Improving;
             }
             let (_, mut objective, minimiser, point) =
@@ -141,7 +146,7 @@ impl Refinement {
         outcome
     }
 
-    /// As [`Refinement::step_plant`]. A fit that stagnates is given up, unless the data contradict accuracies.
+    /// As [`Refinement::step_plant`]. A fit that stagnates is given up, unless it may go on ([`Refinement::end_or_go_on`]).
     pub(crate) fn step_plant_or_give_up<const B: usize>(
         &mut self,
         problem: &Problem<'_>,

@@ -1,7 +1,7 @@
 //! A fit that counts some of the bins at first.
 //!
-//! From a wrong minimum no plausible imperfections explain the records, which some of the bins show as well as all. From a minimum of these
-//! that may be the right one the fit goes on with all bins, and a few steps suffice. Any other fit ends there, and is evaluated with all
+//! From a wrong minimum no plausible imperfections explain the records, which some of the bins show as well as all. A fit whose imperfections are
+//! plausible, or that explains the records, goes on with all bins, and mostly a few steps suffice. Any other ends there, and is evaluated with all
 //! bins. Only the records have fewer residuals: static tests and the priors of the imperfections keep their weight.
 
 use super::Plant;
@@ -15,7 +15,7 @@ const THINNING: usize = 4;
 const LEAST_BINS: usize = 128;
 
 /// What a step of a fit with some of the bins gains at least, unless it stagnates. Chosen: the five steps after which a fit is given up
-/// then lower the sum of squares by a half at most, half of what a minimum that counts as reached may still gain.
+/// then lower the sum of squares by a half at most, over all bins by two.
 const LEAST_GAIN: f64 = 0.1;
 
 impl Plant {

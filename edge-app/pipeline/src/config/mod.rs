@@ -139,10 +139,11 @@ impl Config {
             ("[statics] file", statics_file),
         ];
         let named_files = named_files.into_iter().filter_map(|(key, named)| Some((key, named?)));
-        if let Some((key, missing)) = named_files.clone().find(|(_, named)| !named.exists()) {
+        let is_missing = |named: &PathBuf| matches!(named.try_exists(), Ok(false));
+        if let Some((key, missing)) = named_files.clone().find(|(_, named)| is_missing(named)) {
             let missing = missing.display();
             return Err(bad(format!(
-                "{key} names {missing}, which does not exist: its path is relative to this file"
+                "{key}: there is no file {missing}: a path begins where this file lies, or with /"
             )));
         }
         let model = Model::load(&model_file)?;

@@ -480,12 +480,12 @@ fn mistakes_in_the_config_name_place_and_mend() {
         (
             "\"mill3-model.toml\"",
             "\"mill4.toml\"",
-            "edge.toml: [model] file names mill4.toml, which does not exist: its path is relative to this file",
+            "edge.toml: [model] file: there is no file mill4.toml: a path begins where this file lies, or with /",
         ),
         (
             "\"mill3.dbc\"",
             "\"mill4.dbc\"",
-            "edge.toml: [bus] dbc names mill4.dbc, which does not exist: its path is relative to this file",
+            "edge.toml: [bus] dbc: there is no file mill4.dbc: a path begins where this file lies, or with /",
         ),
         ("dbc = \"mill3.dbc\"", "dbc = \"edge.toml\"", "edge.toml: is not a DBC file:"),
         // Signals.

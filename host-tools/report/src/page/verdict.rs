@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::format::{agreement, count, marked, number, percent};
 use super::{DOFS, missing};
 use crate::document::{Confidence, Document, Explanation};
-use crate::imperfection::little;
+use crate::imperfection::sum_if_minor;
 
 /// FRAC below which a record that was held out is named. Chosen: the prediction then has another shape.
 const POOR_FRAC: f64 = 0.9;
@@ -270,11 +270,15 @@ fn caveat(document: &Document, confidence: &Confidence) -> Option<Markup> {
     if document.found.fit.acceptance == Acceptance::Unsettled {
         return Some(html! { "If this minimum is the right one, then the following is off." });
     }
+    if document.found.fit.acceptance != Acceptance::ModelSuspect {
+        return None;
+    }
     // A file may state no share.
-    let contradicted = shown(confidence).filter(|own| own.remedy.is_some() && own.share > 0.0);
-    let share = little(contradicted.map(|own| own.share))?;
+    let contradicted =
+        confidence.explanations.iter().filter(|own| own.remedy.is_some() && own.share > 0.0);
+    let share = sum_if_minor(contradicted.map(|own| own.share))?;
     Some(html! {
-        "What follows explains at most " (percent(share)) " of the misfit together: the rest has another cause, of which it may be an effect."
+        "What follows explains in all " (percent(share)) " of the misfit: most of it has another cause, of which this may be an effect."
     })
 }
 
