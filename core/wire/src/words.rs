@@ -64,6 +64,8 @@ impl fmt::Display for Measured<'_> {
         let Self { value, std, unit } = *self;
         let (scale, prefix, unit) = match unit {
             "" => (0.01, "", "%"),
+            // As its entry of [accuracy].
+            "1/kNm" => (0.01, "", "%/kNm"),
             unit => {
                 let size = value.abs().max(std.unwrap_or(0.0));
                 if size == 0.0 {
@@ -128,6 +130,7 @@ mod tests {
             (1600.0, Some(f64::INFINITY), "Hz", "0 ± inf MHz"),
             (3000.0, None, "Hz", "3.00 kHz"),
             (5e-6, None, "s", "5.00 µs"),
+            (8.8e-3, Some(2.8e-3), "1/kNm", "0.9 ± 0.3 %/kNm"),
             (1e-3 * (1.0 - 1e-15), None, "m", "1.00 mm"),
             (4e-8, None, "1/s", "40.0 n1/s"),
             (1e-13, None, "rad s/Nm", "100 frad s/Nm"),

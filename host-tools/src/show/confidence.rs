@@ -141,9 +141,11 @@ fn calibration(nuisance: &Nuisance) -> String {
     format!("{}, {}", words(nuisance), judgement(nuisance))
 }
 
-/// The imperfections that are not as stated, each beside its accuracy, and the number of those that may be. There may be further ones if the
+/// The imperfections that are not as stated, each beside its accuracy, and the numbers of those that may be and of those without an interval. There may be further ones if the
 /// list `is_full`.
 fn imperfections(fitted: Vec<&Nuisance>, is_full: bool) -> Vec<String> {
+    let (open, fitted): (Vec<_>, Vec<_>) =
+        fitted.into_iter().partition(|own| own.interval.is_none());
     let (as_stated, off): (Vec<_>, Vec<_>) =
         fitted.into_iter().partition(|own| may_be_as_stated(own));
     let line = |own: &Nuisance| {
@@ -157,6 +159,10 @@ fn imperfections(fitted: Vec<&Nuisance>, is_full: bool) -> Vec<String> {
         lines.push(format!(
             "{number}{others}: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)"
         ));
+    }
+    if !open.is_empty() {
+        let others = if lines.is_empty() { "" } else { " others" };
+        lines.push(format!("{}{others}: no interval (JSON: confidence.nuisances)", open.len()));
     }
     if is_full {
         lines.push("only these are listed; the fit allows for the others, too".to_owned());
@@ -206,8 +212,8 @@ mod tests {
     /// The last paragraph of the test below.
     const IMPERFECT: &str = "\
 imperfect    TCP z 2.0 mm (1.0 to 3.0 mm), differs from zero (accuracy: tcp_m 1.00 mm)
-             TCP x 1.00 mm, no interval (accuracy: tcp_m 1.00 mm)
              2 others: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)
+             1 others: no interval (JSON: confidence.nuisances)
 ";
 
     fn explanation([name, rival]: [&str; 2], evidence: f64) -> Explanation {

@@ -10,7 +10,7 @@ use flexid_wire::explanation::{Deviation, Explanation};
 use flexid_wire::text::clipped;
 use flexid_wire::warning::Warning;
 
-use super::imperfections::{is_factor, name, sensor, unit};
+use super::imperfections::{is_factor, is_listed, name, sensor, unit};
 use super::residuals::Residuals;
 use crate::model::Model;
 
@@ -44,7 +44,7 @@ pub(super) fn explanations(
     })
 }
 
-/// The explanations that are adopted, or lie so near to where the fit has ended, with these imperfections, that its linearisation holds
+/// The explanations that a report names and that are adopted, or lie so near to where the fit has ended, with these imperfections, that its linearisation holds
 /// there.
 fn held<'a>(
     explanations: &'a [refine::Explanation],
@@ -54,7 +54,7 @@ fn held<'a>(
         let FoundImperfection { imperfection, prior, value, .. } = own.largest;
         let fitted = fitted.iter().find(|fitted| fitted.imperfection == imperfection);
         let size = fitted.map_or(0.0, |fitted| fitted.value.abs()).max(prior);
-        own.is_adopted || value.abs() <= REACH * size
+        is_listed(imperfection) && (own.is_adopted || value.abs() <= REACH * size)
     })
 }
 
@@ -67,7 +67,7 @@ fn explanation(found: &refine::Explanation, model: &Model, residuals: Residuals)
         share: *share,
         evidence: *evidence,
         adopted: *is_adopted,
-        rivals: rivals.iter().map(deviation).collect(),
+        rivals: rivals.iter().filter(|own| is_listed(own.imperfection)).map(deviation).collect(),
     }
 }
 

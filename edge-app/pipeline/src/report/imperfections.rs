@@ -30,10 +30,7 @@ pub(super) fn conspicuous(
     let size = |found: &FoundImperfection| (found.value / found.prior).abs();
     let mut all: Vec<&FoundImperfection> = found
         .iter()
-        // What a low-pass does beside its delay belongs to the delay.
-        .filter(|found| {
-            !matches!(found.imperfection, Imperfection::Dispersion | Imperfection::RollOff)
-        })
+        .filter(|found| is_listed(found.imperfection))
         .filter(|found| found.deviation < DETERMINED * found.prior || size(found) > CONSPICUOUS)
         .collect();
     let significance = |found: &FoundImperfection| (found.value / found.deviation).abs();
@@ -77,6 +74,11 @@ fn has_entry(imperfection: Imperfection) -> bool {
         imperfection,
         Imperfection::GroundDamping(_) | Imperfection::Dispersion | Imperfection::RollOff
     )
+}
+
+/// Whether a report names it. What a low-pass does beside its delay belongs to the delay.
+pub(super) fn is_listed(imperfection: Imperfection) -> bool {
+    !matches!(imperfection, Imperfection::Dispersion | Imperfection::RollOff)
 }
 
 /// Whether an imperfection is the logarithm of a factor.

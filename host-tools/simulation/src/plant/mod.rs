@@ -123,7 +123,7 @@ pub(crate) fn between(place: &str, value: f64, [least, most]: [f64; 2]) -> Resul
     if (least..=most).contains(&value) {
         Ok(())
     } else {
-        Err(format!("{place} is {value:e}: must lie between {least:e} and {most:e}"))
+        Err(format!("{place} is {value:?}: must lie between {least:?} and {most:?}"))
     }
 }
 
