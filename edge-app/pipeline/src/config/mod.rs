@@ -143,7 +143,7 @@ impl Config {
         if let Some((key, missing)) = named_files.clone().find(|(_, named)| is_missing(named)) {
             let missing = missing.display();
             return Err(bad(format!(
-                "{key}: there is no file {missing}: a path begins where this file lies, or with /"
+                "{key}: {missing} cannot be read: it does not exist; a path begins where this file lies, or with /"
             )));
         }
         let model = Model::load(&model_file)?;

@@ -480,12 +480,12 @@ fn mistakes_in_the_config_name_place_and_mend() {
         (
             "\"mill3-model.toml\"",
             "\"mill4.toml\"",
-            "edge.toml: [model] file: there is no file mill4.toml: a path begins where this file lies, or with /",
+            "edge.toml: [model] file: mill4.toml cannot be read: it does not exist; a path begins where this file lies, or with /",
         ),
         (
             "\"mill3.dbc\"",
             "\"mill4.dbc\"",
-            "edge.toml: [bus] dbc: there is no file mill4.dbc: a path begins where this file lies, or with /",
+            "edge.toml: [bus] dbc: mill4.dbc cannot be read: it does not exist; a path begins where this file lies, or with /",
         ),
         ("dbc = \"mill3.dbc\"", "dbc = \"edge.toml\"", "edge.toml: is not a DBC file:"),
         // Signals.
