@@ -264,7 +264,7 @@ fn the_config_names_the_file() {
     let statics = config(Some(GAUGE)).unwrap().statics;
     assert_eq!((statics.tests, statics.lines), (parse(GAUGE).unwrap(), vec![3, 4]));
     let error = config(None).unwrap_err();
-    assert!(error.starts_with("static.csv: cannot be read: "), "{error}");
+    assert!(error.starts_with("edge.toml: [static] file: static.csv cannot be read: "), "{error}");
     let error = config(Some(&GAUGE.replace("-981", "x"))).unwrap_err();
     assert!(error.starts_with("static.csv:3: column fz"), "{error}");
 }

@@ -136,7 +136,7 @@ impl Config {
         let named_files = [
             ("[model] file", Some(model_file.clone())),
             ("[bus] dbc", dbc_file),
-            ("[statics] file", statics_file),
+            ("[static] file", statics_file),
         ];
         let named_files = named_files.into_iter().filter_map(|(key, named)| Some((key, named?)));
         let is_missing = |named: &PathBuf| matches!(named.try_exists(), Ok(false));
