@@ -7,8 +7,8 @@ use super::minimum::{Minimum, structure_is_beyond_noise};
 
 /// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin.
 pub(super) const TIMES_CONSISTENT: u32 = 2;
-/// The same where its residuals are larger than the noise explains, or where in the perfect model they have more structure. Two robots of 1200 reach a wrong basin
-/// twice in a row; of drawn six-joint arms, one in eight.
+/// The same where its residuals are larger than the noise explains, or where in the perfect model they have more structure. Two robots
+/// of 1200 reach a wrong basin twice in a row; of drawn six-joint arms, one in eight.
 const TIMES_SUSPECT: u32 = 4;
 /// How often a refinement is continued that has used up its steps short of the minimum, where noise explains the residuals; and the last
 /// fit to a plant, whatever explains them.

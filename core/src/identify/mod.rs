@@ -5,8 +5,8 @@
 //! and no better minimum has been found on its branches (`branch`). Where it leaves a stiffness undetermined, so that a wrong minimum
 //! may be nearly as good, noise must explain size and structure together. If not, the basin is wrong, or the model is, or the noise
 //! hides which, and another search begins. The best minimum is accepted as well once several searches have reached it, compared by
-//! coordinates and not by χ² alone; if noise does not explain it, the model is suspect. Structure alone, up to a limit, is no reason for that (`decision`). A bare threshold on χ² would search for
-//! ever on real data. Two equally good minima in different places leave the estimate unsettled: the data do not say which is right.
+//! coordinates and not by χ² alone; if noise does not explain it, the model is suspect. Structure alone, up to a limit, is no
+//! reason for that (`decision`). A bare threshold on χ² would search for ever on real data. Two equally good minima in different places leave the estimate unsettled: the data do not say which is right.
 //!
 //! On a plant that is not perfect, a minimum that noise does not explain is judged by the residuals that are left once the
 //! [imperfections](crate::imperfection) of the plant are fitted with the parameters, from the end of the descent that has led to it, and else

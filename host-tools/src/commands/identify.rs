@@ -120,11 +120,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let estimate = table::bushings(&finding.report);
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
     }
-    if args.explain && !finding.confidence.explanations.iter().any(|own| own.adopted) {
-        text += &format!("--explain adopts nothing: {}\n", nothing_adopted(&finding));
-    }
-    if args.explain && finding.report.fit.acceptance == Acceptance::ModelSuspect {
-        text += &stays_suspect(&finding);
+    if args.explain {
+        if !finding.confidence.explanations.iter().any(|own| own.adopted) {
+            text += &format!("--explain adopts nothing: {}\n", nothing_adopted(&finding));
+        } else if finding.report.fit.acceptance == Acceptance::ModelSuspect {
+            text += &stays_suspect(&finding);
+        }
     }
     // The table is printed even if a file cannot be written, and the error of a recording that broke off is reported even if the table
     // cannot be printed.
@@ -180,11 +181,8 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
     }
 }
 
-/// What is left where explanations are adopted and the model is still suspect. Empty if none is.
+/// What to think of explanations that are adopted and leave the model suspect.
 fn stays_suspect(Finding { report, confidence }: &Finding) -> String {
-    if !confidence.explanations.iter().any(|own| own.adopted) {
-        return String::new();
-    }
     format!(
         "what is adopted does not make the model right (χ²/dof {:.2}, whiteness {:.1}): it may stand for another cause, such as friction\n",
         report.fit.consistency, confidence.residuals.whiteness

@@ -44,8 +44,8 @@ pub(super) fn explanations(
     })
 }
 
-/// The explanations that a report names and that are adopted, or lie so near to where the fit has ended, with these imperfections, that its linearisation holds
-/// there.
+/// The explanations that a report names and that are adopted, or lie so near to where the fit has ended, with these imperfections, that
+/// its linearisation holds there.
 fn held<'a>(
     explanations: &'a [refine::Explanation],
     fitted: &'a [FoundImperfection],
