@@ -30,6 +30,8 @@ const BEYOND: f64 = 1.2;
 const CONVERGED: f64 = 1e-12;
 /// Distance of two λ, relative, that are the same mode.
 const SAME: f64 = 1e-6;
+/// The same of Newton's method for the determinant, whose result the inverse iteration refines. Chosen: below [`SAME`].
+const BESIDE: f64 = 1e-8;
 /// Part of |λ| by which a derivative along the imaginary axis differs.
 const STEP: f64 = 1e-5;
 
@@ -47,6 +49,9 @@ pub struct Mode {
     pub tool: [[f64; 2]; 6],
 }
 
+/// λ and φ of a mode.
+type Solution = (Complex<f64>, DVector<Complex<f64>>);
+
 impl Dynamics<'_> {
     /// The modes whose natural frequency is at most `highest_hz`, in ascending order. A mode that damping has made aperiodic is
     /// left out.
@@ -62,21 +67,49 @@ impl Dynamics<'_> {
     }
 
     /// λ and φ of the modes, the lowest first.
-    fn solutions(&self, highest_hz: f64) -> Vec<(Complex<f64>, DVector<Complex<f64>>)> {
-        let mut found: Vec<(Complex<f64>, DVector<Complex<f64>>)> = Vec::new();
+    fn solutions(&self, highest_hz: f64) -> Vec<Solution> {
+        let mut found: Vec<Solution> = Vec::new();
         for start in self.viscous() {
             if start.norm() > BEYOND * TAU * highest_hz {
                 continue;
             }
-            let Some((lambda, shape)) = self.mode_near(start) else { continue };
-            let is_new =
-                found.iter().all(|(other, _)| (other - lambda).norm() > SAME * lambda.norm());
-            if is_new && lambda.im > 0.0 && lambda.norm() <= TAU * highest_hz {
-                found.push((lambda, shape));
-            }
+            let is_new = |own: &Solution| found.iter().all(|other| !is_same(other.0, own.0));
+            // Each start has a mode of its own. If a neighbour attracts it, the iteration goes on without that one.
+            let solution = self.mode_near(start).filter(is_new).or_else(|| {
+                let lambda = self.eigenvalue_beside(start, &found)?;
+                self.mode_near(lambda).filter(is_new)
+            });
+            found.extend(solution);
         }
+        found.retain(|(lambda, _)| lambda.im > 0.0 && lambda.norm() <= TAU * highest_hz);
         found.sort_by(|(a, _), (b, _)| a.norm().total_cmp(&b.norm()));
         found
+    }
+
+    /// λ near this one where `det Z` is zero, beside those that are found: Newton's method for `det Z` over the product of `λ − λₖ`
+    /// (Maehly, 1954). `None` if it does not converge.
+    ///
+    /// ```text
+    /// λ ← λ − 1/(tr Z⁻¹ Z' − Σₖ 1/(λ − λₖ))
+    /// ```
+    fn eigenvalue_beside(
+        &self,
+        mut lambda: Complex<f64>,
+        found: &[Solution],
+    ) -> Option<Complex<f64>> {
+        for _ in 0..ITERATIONS {
+            let solved = self.stiffness(Place::At(lambda)).lu().solve(&self.slope(lambda))?;
+            let others: Complex<f64> = found.iter().map(|(own, _)| (lambda - own).inv()).sum();
+            let step = (solved.trace() - others).inv();
+            lambda -= step;
+            if !lambda.norm().is_finite() {
+                return None;
+            }
+            if step.norm() <= BESIDE * lambda.norm() {
+                return Some(lambda);
+            }
+        }
+        None
     }
 
     /// λ of the modes whose springs and dampers are those at the middle of the band, where the imaginary part is positive: eigenvalues of
@@ -112,7 +145,7 @@ impl Dynamics<'_> {
     }
 
     /// λ and φ of the mode near this λ. `None` if the iteration does not converge.
-    fn mode_near(&self, mut lambda: Complex<f64>) -> Option<(Complex<f64>, DVector<Complex<f64>>)> {
+    fn mode_near(&self, mut lambda: Complex<f64>) -> Option<Solution> {
         // Any vector has a part along the mode. The phases keep it from being at right angles to one by symmetry.
         let mut shape = DVector::from_fn(self.size(), |i, _| Complex::cis(i as f64));
         for iteration in 0..ITERATIONS {
@@ -185,6 +218,107 @@ impl Dynamics<'_> {
                 let own = tool[axis] * scale;
                 [own.re, own.im]
             }),
+        }
+    }
+}
+
+/// Whether two λ are of the same mode.
+fn is_same(a: Complex<f64>, b: Complex<f64>) -> bool {
+    (a - b).norm() <= SAME * b.norm()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use flexid_core::imperfection::Imperfection;
+    use flexid_core::parameters::Bushing;
+    use flexid_pipeline::model::Model;
+    use flexid_pipeline::robot::{FoundRobot, FoundValue};
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    use super::*;
+    use crate::robot::Robot;
+
+    /// Corners of a rectangle of λ that holds modes, rad/s. Its lower side is above those that are nearly aperiodic.
+    const REAL: [f64; 2] = [-80.0, 20.0];
+    const IMAGINARY: [f64; 2] = [TAU * 3.0, TAU * 90.0];
+    /// Points on each of its sides.
+    const POINTS: usize = 1000;
+
+    /// A robot like that of six joints, whose parameters differ by these factors, with hysteresis and drives that stiffen.
+    fn robot(factors: &[f64], hysteresis: f64, servo: f64) -> Robot {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenario/mill6-model.toml");
+        let model = Model::load(&file).unwrap();
+        let all = factors.chunks(12).zip(0..).map(|(own, joint)| {
+            let size = 0.5_f64.powi(joint);
+            let bushing = |dof: usize| size * own[dof] * if dof < 3 { 2e8 } else { 9e6 };
+            let stiffness: [f64; 6] = std::array::from_fn(bushing);
+            Bushing {
+                stiffness,
+                damping: std::array::from_fn(|dof| 1e-4 * own[6 + dof] * stiffness[dof]),
+            }
+        });
+        let value = |imperfection, value| FoundValue { imperfection, value };
+        let servos = (0..6).map(|joint| value(Imperfection::Servo(joint), servo));
+        let imperfections: Vec<_> =
+            servos.chain([value(Imperfection::Hysteresis, hysteresis)]).collect();
+        let size = factors.len() + imperfections.len();
+        let found = FoundRobot {
+            model,
+            gravity_m_per_s2: [0.0, 0.0, -9.81],
+            band_hz: [2.0, 200.0],
+            poses: Vec::new(),
+            bounds: Vec::new(),
+            covariance: vec![0.0; size * (size + 1) / 2],
+            imperfections,
+        };
+        Robot::new(found, all.collect()).unwrap()
+    }
+
+    /// Zeros of det Z in the rectangle: the turns of its argument along the border. Z has no poles there.
+    fn zeros(at: &Dynamics<'_>) -> f64 {
+        let [[left, right], [low, high]] = [REAL, IMAGINARY];
+        let corners = [(left, low), (right, low), (right, high), (left, high), (left, low)];
+        let corners = corners.map(|(re, im)| Complex::new(re, im));
+        let scale: DVector<f64> =
+            at.stiffness(at.at_rest()).diagonal().map(|own| own.norm().sqrt().recip());
+        let border = corners.windows(2).flat_map(|side| {
+            (0..POINTS).map(|point| side[0] + (side[1] - side[0]) * (point as f64 / POINTS as f64))
+        });
+        let values: Vec<Complex<f64>> = border
+            .map(|s| {
+                let z = at.stiffness(Place::At(s));
+                let n = z.nrows();
+                DMatrix::from_fn(n, n, |i, j| z[(i, j)] * scale[i] * scale[j]).determinant()
+            })
+            .collect();
+        let next = values.iter().cycle().skip(1);
+        values.iter().zip(next).map(|(own, next)| (next / own).arg()).sum::<f64>() / TAU
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(7), ..ProptestConfig::with_cases(24) })]
+
+        /// Cauchy's argument principle.
+        #[test]
+        fn no_mode_is_missing(
+            factors in prop::collection::vec(0.5..2.0, 72),
+            pose in prop::collection::vec(-1.0..1.0, 6),
+            hysteresis in 0.0..0.6,
+            servo in 0.0..0.1,
+        ) {
+            let robot = robot(&factors, hysteresis, servo);
+            let at = robot.at(&pose).unwrap();
+            let inside = |lambda: Complex<f64>| {
+                let within = |value: f64, [low, high]: [f64; 2]| low < value && value < high;
+                within(lambda.re, REAL) && within(lambda.im, IMAGINARY)
+            };
+            let found = at.solutions(400.0).iter().filter(|(lambda, _)| inside(*lambda)).count();
+            let zeros = zeros(&at);
+            prop_assert!((zeros - found as f64).abs() < 1e-6, "{found} of {zeros}");
+            prop_assert!(found >= 4);
         }
     }
 }

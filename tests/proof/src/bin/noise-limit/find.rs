@@ -11,11 +11,11 @@ use flexid_core::imperfection::Accuracies;
 use flexid_core::parameters::{Bounds, Bushings};
 use flexid_core::refine::{Explanation, Plant};
 use flexid_core::sought::Sought;
-use flexid_core::spectrum::Measurement;
+use flexid_core::spectrum::{Experiment, Measurement};
 use flexid_core::verdict::Verdict;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::records::{Record, experiment};
+use crate::records::{BINS, Record, experiment};
 use crate::study::logarithms;
 
 /// The task of the identification: model, bounds, measurement and nuisances.
@@ -59,13 +59,22 @@ impl Task<'_> {
 
 /// Identifies a robot from records to the end, as the daemon does.
 pub(crate) fn find(task: &Task, records: &[Record], random: Xoshiro256PlusPlus) -> Result<Found> {
-    let experiments = records.iter().map(|one| experiment(task.chain, &task.measurement, one));
-    let experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let identifier = settled(task, records, random)?;
+    let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
+    Ok(Found::new(estimate, identifier.progress().effort.starts))
+}
+
+/// The identifier that has settled on these records.
+pub(crate) fn settled(
+    task: &Task,
+    records: &[Record],
+    random: Xoshiro256PlusPlus,
+) -> Result<Box<Identifier<Xoshiro256PlusPlus>>> {
+    let experiments = experiments(task, records)?;
     let mut identifier = task.identifier(random)?;
     identifier.renew(&experiments);
     while identifier.step(&experiments) != Phase::Settled {}
-    let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
-    Ok(Found::new(estimate, identifier.progress().effort.starts))
+    Ok(identifier)
 }
 
 /// Identifies a robot whose plant has these accuracies, as the daemon does.
@@ -75,8 +84,34 @@ pub(crate) fn find_on_plant(
     records: &[Record],
     random: Xoshiro256PlusPlus,
 ) -> Result<Found> {
-    let experiments = records.iter().map(|one| experiment(task.chain, &task.measurement, one));
-    let mut experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let OnPlant { mut identifier, experiments, mut plant, found } =
+        settled_on_plant(task, accuracies, records, random)?;
+    plant.adopt(true);
+    let adopted = identifier.estimate_of_plant(&experiments, &mut plant, || true);
+    let adopted = adopted.context("a plant that adopts without an estimate")?;
+    let starts = identifier.progress().effort.starts;
+    let tones = experiments.iter().map(|one| one.tones_hz().collect()).collect();
+    let adopted = Some(Box::new(Found::of_plant(&adopted, starts)));
+    Ok(Found { adopted, tones, ..Found::of_plant(&found, starts) })
+}
+
+/// A fit to a plant, and what it rests on.
+pub(crate) struct OnPlant {
+    pub(crate) identifier: Box<Identifier<Xoshiro256PlusPlus>>,
+    pub(crate) experiments: Vec<Experiment<BINS>>,
+    /// It stands where the fit has ended.
+    pub(crate) plant: Box<Plant>,
+    pub(crate) found: PlantEstimate,
+}
+
+/// The fit to a plant of these accuracies, with its noise read again as the daemon does.
+pub(crate) fn settled_on_plant(
+    task: &Task,
+    accuracies: &Accuracies,
+    records: &[Record],
+    random: Xoshiro256PlusPlus,
+) -> Result<OnPlant> {
+    let mut experiments = experiments(task, records)?;
     ensure!(!experiments.is_empty(), "no record");
     let mut identifier = task.identifier(random)?;
     let mut plant = Box::new(Plant::new(accuracies, task.chain));
@@ -88,16 +123,14 @@ pub(crate) fn find_on_plant(
         if round == MAX_NOISE_ROUNDS
             || !identifier.read_noise_again(&mut experiments, Some(&plant), &found.estimate)
         {
-            plant.adopt(true);
-            let adopted = identifier.estimate_of_plant(&experiments, &mut plant, || true);
-            let adopted = adopted.context("a plant that adopts without an estimate")?;
-            let starts = identifier.progress().effort.starts;
-            let tones = experiments.iter().map(|one| one.tones_hz().collect()).collect();
-            let adopted = Some(Box::new(Found::of_plant(&adopted, starts)));
-            return Ok(Found { adopted, tones, ..Found::of_plant(&found, starts) });
+            return Ok(OnPlant { identifier, experiments, plant, found });
         }
     }
     unreachable!("the last round returns")
+}
+
+fn experiments(task: &Task, records: &[Record]) -> Result<Vec<Experiment<BINS>>> {
+    records.iter().map(|one| experiment(task.chain, &task.measurement, one)).collect()
 }
 
 impl Found {

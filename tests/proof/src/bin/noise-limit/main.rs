@@ -56,7 +56,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 14] = [
+const PARTS: [Part; 15] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 16] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 24] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 5] },
@@ -65,7 +65,8 @@ const PARTS: [Part; 14] = [
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 1] },
     Part { name: "plants", prove: plants::prove, robots: [200, 4] },
     Part { name: "plants-of-six", prove: plants::prove_of_six_joints, robots: [200, 3] },
-    Part { name: "predictions", prove: predictions::prove, robots: [20, 2] },
+    Part { name: "predictions", prove: predictions::prove, robots: [200, 2] },
+    Part { name: "predictions-of-six", prove: predictions::prove_of_six_joints, robots: [40, 0] },
     Part { name: "deviations", prove: deviations::prove, robots: [516, 4] },
     Part { name: "folding", prove: folding::prove, robots: [100, 1] },
     Part { name: "arms", prove: arms::prove, robots: [100, 3] },

@@ -139,17 +139,10 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
     ])
 }
 
-/// `None` of a robot that gives way: below the middle of the band a joint with hysteresis is softer than its stiffness there, and an
-/// overdamped one may have none left at rest.
+/// `None` of a robot that gives way.
 fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Option<Outcome>> {
     let accuracies = Accuracies::typical();
-    let mut draw = random(Purpose::Draw, robot);
-    let plant =
-        drawn(&accuracies, study.chain.joints().len(), study.measurement.band_hz, &mut draw);
-    let simulated = with_links(&study.robot(robot), &accuracies, &mut draw);
-    if plant.stiffness_at_rest(&simulated) <= 0.0 {
-        return Ok(None);
-    }
+    let Some((plant, simulated)) = drawn_robot(study, &accuracies, robot) else { return Ok(None) };
     let records = records(study, cuts, &plant, &simulated, robot)?;
     ensure!(records.len() == cuts.len(), "{} records of {} cuts", records.len(), cuts.len());
     let (truth, found) = found(study, &records, &accuracies, robot)?;
@@ -265,13 +258,21 @@ fn print(robot: u64, found: &Found, identified: &[Identified]) {
     }
 }
 
-/// A plant whose every error is drawn from a normal distribution, but for links ([`with_links`]).
-pub(crate) fn drawn(
+/// Robot `number` on a drawn plant: the plant, and the bushings in series with links that give way. `None` of a robot that gives way: below
+/// the middle of the band a joint with hysteresis is softer than its stiffness there, and an overdamped one may have none left at rest.
+pub(crate) fn drawn_robot(
+    study: &Study,
     accuracies: &Accuracies,
-    joints: usize,
-    band_hz: [f64; 2],
-    random: &mut Random,
-) -> Plant {
+    number: u64,
+) -> Option<(Plant, Bushings)> {
+    let mut draw = random(Purpose::Draw, number);
+    let plant = drawn(accuracies, study.chain.joints().len(), study.measurement.band_hz, &mut draw);
+    let bushings = with_links(&study.robot(number), accuracies, &mut draw);
+    (plant.stiffness_at_rest(&bushings) > 0.0).then_some((plant, bushings))
+}
+
+/// A plant whose every error is drawn from a normal distribution, but for links ([`with_links`]).
+fn drawn(accuracies: &Accuracies, joints: usize, band_hz: [f64; 2], random: &mut Random) -> Plant {
     let sensor = |own: &SensorAccuracies, random: &mut Random| {
         let resonance = own.resonance * random.normal().abs();
         Sensor {

@@ -6,9 +6,8 @@
 
 use anyhow::{Context, Result, ensure};
 use flexid_core::chain::Chain;
-use flexid_core::identify::Phase;
+use flexid_core::identify::Acceptance;
 use flexid_core::imperfection::{Accuracies, BASE_OVER_MOVING, Imperfection as I};
-use flexid_core::refine;
 use flexid_pipeline::robot::{FoundRobot, FoundValue};
 use flexid_prediction::Robot;
 use flexid_prediction::receptance::grid;
@@ -17,10 +16,10 @@ use flexid_simulation::plant::Plant;
 use rayon::prelude::*;
 
 use crate::figure::Figure;
+use crate::find::{OnPlant, settled, settled_on_plant};
 use crate::intervals::Intervals;
-use crate::plants::{drawn, records};
-use crate::records::experiment;
 use crate::study::{Purpose, Study, random};
+use crate::{plants, spread};
 
 /// Poses of each robot.
 const POSES: u64 = 2;
@@ -30,6 +29,8 @@ const FREQUENCIES: usize = 12;
 const MODES: usize = 3;
 /// Forces on the tool along its axes, N; no moments.
 const FORCE: [f64; 6] = [120.0, -80.0, 200.0, 0.0, 0.0, 0.0];
+/// Least share of the fits that are settled, percent: that of `plants`.
+const SETTLED: f64 = 95.0;
 /// Largest distance from 95 % of the share of bands that hold, percent.
 const OFF: f64 = 2.0;
 
@@ -41,73 +42,108 @@ struct Scores {
     frequencies: Vec<f64>,
 }
 
-/// Predictions of as many robots, on perfect and on drawn plants.
+/// A robot as it was found, and as it is.
+struct Predicted {
+    acceptance: Acceptance,
+    found: Robot,
+    truth: Robot,
+}
+
+/// Predictions of as many robots of three joints, on perfect and on drawn plants.
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
+    let mut figures = figures(study, &Accuracies::default(), robots, details)?;
+    figures.extend(self::figures(study, &Accuracies::typical(), robots, details)?);
+    Ok(figures)
+}
+
+/// The same of robots of six joints, on drawn plants.
+pub(crate) fn prove_of_six_joints(_: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
+    figures(&Study::of_six_joints()?, &Accuracies::typical(), robots, details)
+}
+
+fn figures(
+    study: &Study,
+    accuracies: &Accuracies,
+    robots: usize,
+    details: bool,
+) -> Result<Vec<Figure>> {
     let cuts = study.cuts();
-    let mut figures = Vec::new();
-    for (name, accuracies) in
-        [("perfect plants", Accuracies::default()), ("drawn plants", Accuracies::typical())]
-    {
-        let one = |robot: u64| {
-            scores(study, &cuts[robot as usize % cuts.len()], &accuracies, robot, details)
-        };
-        let all = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
-        let mut kinds = [(); 3].map(|()| Intervals::default());
-        for Scores { receptance, deflection, frequencies } in all.into_iter().flatten() {
-            for (intervals, scores) in kinds.iter_mut().zip([receptance, deflection, frequencies]) {
-                intervals.push(scores.into_iter());
-            }
+    let one = |robot: u64| {
+        let cuts = &cuts[robot as usize % cuts.len()];
+        let Some(predicted) = predicted(study, cuts, accuracies, robot)? else { return Ok(None) };
+        scores(study, &predicted, robot, details).map(|scores| Some((predicted.acceptance, scores)))
+    };
+    let all = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
+    let all: Vec<_> = all.into_iter().flatten().collect();
+    let settled = all.iter().filter(|(acceptance, _)| *acceptance != Acceptance::Unsettled);
+    let mut kinds = [(); 3].map(|()| Intervals::default());
+    let mut count = 0;
+    for (_, Scores { receptance, deflection, frequencies }) in settled {
+        count += 1;
+        for (intervals, scores) in kinds.iter_mut().zip([receptance, deflection, frequencies]) {
+            intervals.push(scores.iter().copied());
         }
-        let names = ["receptance", "deflection", "first three natural frequencies"];
-        for (kind, intervals) in names.into_iter().zip(&kinds) {
-            // On a drawn plant the error of a gain moves all bands of a robot.
-            let what = format!("{name}: {kind}, 95 % bands");
-            figures.push(intervals.cover(&what, OFF, !accuracies.are_perfect()));
-        }
+    }
+    let plants = if accuracies.are_perfect() { "perfect plants" } else { "drawn plants" };
+    let least = spread::percentages(all.len(), SETTLED / 100.0, [SETTLED, 100.0])[0];
+    let mut figures = vec![Figure::count(
+        format!("{plants}: fits that are settled"),
+        all.len(),
+        100.0 * f64::from(count) >= least * all.len() as f64,
+        count as usize,
+        &format!("at least {least:.0} %"),
+    )];
+    let names = ["receptance", "deflection", "first three natural frequencies"];
+    for (kind, intervals) in names.into_iter().zip(&kinds) {
+        let what = format!("{plants}: {kind}, 95 % bands");
+        // On a drawn plant the error of a gain moves all bands of a robot.
+        figures.push(intervals.cover(&what, OFF, !accuracies.are_perfect()));
     }
     Ok(figures)
 }
 
-/// `None` of a robot that gives way.
-fn scores(
+/// Robot `number`, identified from `cuts`. `None` of a robot that gives way.
+fn predicted(
     study: &Study,
     cuts: &[Cut],
     accuracies: &Accuracies,
     number: u64,
-    details: bool,
-) -> Result<Option<Scores>> {
-    let joints = study.chain.joints().len();
-    let mut draw = random(Purpose::Draw, number);
-    let plant = match accuracies.are_perfect() {
-        true => Plant::default(),
-        false => drawn(accuracies, joints, study.measurement.band_hz, &mut draw),
-    };
-    let records = records(study, cuts, &plant, &study.robot(number), number)?;
-    if records.is_empty() {
-        return Ok(None);
-    }
-    let experiments = records.iter().map(|one| experiment(&study.chain, &study.measurement, one));
-    let experiments = experiments.collect::<Result<Vec<_>>>()?;
-    let mut identifier = study.task().identifier(random(Purpose::Search, number).0)?;
-    let mut fitted = Box::new(refine::Plant::new(accuracies, &study.chain));
-    identifier.renew(&experiments);
-    while identifier.step_on_plant(&experiments, &mut fitted) != Phase::Settled {}
-    let of_plant = identifier.estimate_of_plant(&experiments, &mut fitted, || true);
-    let estimate = match &of_plant {
-        Some(of_plant) => &of_plant.estimate,
-        None => identifier.estimate().context("a settled identifier without an estimate")?,
-    };
-    let on_plant = of_plant.as_ref().map(|of_plant| (&*fitted, of_plant));
+) -> Result<Option<Predicted>> {
+    let search = random(Purpose::Search, number).0;
     let poses: [&[f64]; 0] = [];
-    let sought = identifier.sought();
-    let found = FoundRobot::new(&study.config, sought, estimate, on_plant, &poses);
+    let (plant, bushings, found, estimate) = if accuracies.are_perfect() {
+        let (plant, bushings) = (Plant::default(), study.robot(number));
+        let records = plants::records(study, cuts, &plant, &bushings, number)?;
+        let identifier = settled(&study.task(), &records, search)?;
+        let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
+        let sought = identifier.sought();
+        let found = FoundRobot::new(&study.config, sought, estimate, None, &poses);
+        (plant, bushings, found, estimate.clone())
+    } else {
+        let Some((plant, bushings)) = plants::drawn_robot(study, accuracies, number) else {
+            return Ok(None);
+        };
+        let records = plants::records(study, cuts, &plant, &bushings, number)?;
+        let OnPlant { identifier, plant: fitted, found: of_plant, .. } =
+            settled_on_plant(&study.task(), accuracies, &records, search)?;
+        let (sought, on_plant) = (identifier.sought(), Some((&*fitted, &of_plant)));
+        let found = FoundRobot::new(&study.config, sought, &of_plant.estimate, on_plant, &poses);
+        (plant, bushings, found, of_plant.estimate)
+    };
     let mut truth =
         FoundRobot { imperfections: imperfections(&plant, &study.chain), ..found.clone() };
-    let size = 12 * joints + truth.imperfections.len();
+    let size = 12 * study.chain.joints().len() + truth.imperfections.len();
     truth.covariance = vec![0.0; size * (size + 1) / 2];
-    let found = Robot::new(found, estimate.bushings.clone())?;
-    let truth = Robot::new(truth, study.robot(number))?;
+    Ok(Some(Predicted {
+        acceptance: estimate.acceptance,
+        found: Robot::new(found, estimate.bushings)?,
+        truth: Robot::new(truth, bushings)?,
+    }))
+}
 
+/// The errors in poses that no identification has seen.
+fn scores(study: &Study, predicted: &Predicted, number: u64, details: bool) -> Result<Scores> {
+    let Predicted { acceptance, found, truth } = predicted;
     let mut scores = Scores::default();
     for pose in study.unseen_poses(POSES * number..POSES * (number + 1)) {
         let (at, true_at) = (found.at(&pose)?, truth.at(&pose)?);
@@ -165,14 +201,13 @@ fn scores(
             format!("{within} of {}", scores.len())
         };
         eprintln!(
-            "robot {number}: {:?}, bands that hold: receptance {}, deflection {}, frequencies {}",
-            estimate.acceptance,
+            "robot {number}: {acceptance:?}, bands that hold: receptance {}, deflection {}, frequencies {}",
             share(&scores.receptance),
             share(&scores.deflection),
             share(&scores.frequencies)
         );
     }
-    Ok(Some(scores))
+    Ok(scores)
 }
 
 /// The imperfections of a drawn plant that move the robot.
