@@ -1,5 +1,7 @@
 //! Numbers on the command line, and estimates in words.
 
+use flexid_pipeline::text::count;
+
 use crate::exit::BadArgument;
 
 /// Numbers with commas between, all finite.
@@ -27,7 +29,8 @@ impl Numbers {
         let Self(all) = self;
         all.as_slice().try_into().map_err(|_| {
             let wanted = ["none", "one", "two", "three"].get(N).copied().unwrap_or("as many");
-            BadArgument(format!("{name} has {} numbers: give {wanted}", all.len()))
+            let given = count(all.len() as u64, "number");
+            BadArgument(format!("{name} has {given}: give {wanted}"))
         })
     }
 }

@@ -10,7 +10,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use crate::exit::BadArgument;
-use crate::output::Output;
+use crate::output::{self, Output};
 
 /// Size of a picture, pixels.
 pub(crate) const SIZE: (u32, u32) = (960, 600);
@@ -55,11 +55,12 @@ impl Format {
     }
 }
 
-/// The files that are going to be written, each with its format.
+/// The files that are going to be written from the result `found`, each with its format.
 ///
 /// # Errors
-/// A name ends otherwise, or a file cannot be written.
-pub(crate) fn outputs(files: &[PathBuf]) -> Result<Vec<(Format, Output)>> {
+/// A name ends otherwise, two files are the same, or a file cannot be written.
+pub(crate) fn outputs(found: &Path, files: &[PathBuf]) -> Result<Vec<(Format, Output)>> {
+    output::keeps([found], files.iter().map(PathBuf::as_path))?;
     files.iter().map(|file| Ok((Format::of(file)?, Output::create(file)?))).collect()
 }
 
@@ -114,7 +115,7 @@ impl<'a> Key<'a> {
     }
 }
 
-/// The text of a picture: the lines of the title, a doubt about what is shown, if there is one, the keys in a line, and what is drawn.
+/// The text of a picture: the lines of the title, those of a doubt about what is shown, if there is one, the keys in a line, and what is drawn.
 ///
 /// # Errors
 /// None for numbers that are finite.
@@ -134,7 +135,9 @@ pub(crate) fn svg(
             let canvas = canvas.margin(12, 12, 16, 16);
             let mut body = canvas.clone();
             let title = title.lines().map(|line| (line, &INK));
-            for (words, colour) in title.chain(doubt.map(|doubt| (doubt, &ORANGE))) {
+            for (words, colour) in
+                title.chain(doubt.into_iter().flat_map(str::lines).map(|line| (line, &ORANGE)))
+            {
                 let (line, rest) = body.split_vertically(LINE);
                 line.draw(&Text::new(words.to_owned(), (0, 0), style.color(colour)))?;
                 body = rest;

@@ -157,7 +157,8 @@ impl<R> Identifier<R> {
 ///
 /// - A parameter fixed at a wrong value (`imposes`) is explained by wrong masses, gains or records.
 /// - What is no imperfection, friction say, is explained by many imperfections together, and the contradicted ones explain little of the misfit,
-///   though they are far off.
+///   though they are far off. A high-pass is no such sign: noise that grows towards the lower end of the band looks like one, and moves a
+///   few bins there.
 /// - A pedestal that gives way, and that the model lacks, is explained by an elastic centre of the first joint, alone, that lies far below it.
 /// - On ground that is much softer than stated the mass of the base counts, which nobody gives.
 /// - A low-pass near the band is explained by a natural frequency whose square would be negative, and not as well by that of the other sensor.
@@ -193,7 +194,9 @@ fn stand_for_something_else(
             && value < -LOW_PASS * prior
             && !own.rivals.iter().any(is_resonance)
     };
-    let explains_little = |own: &Explanation| share < EXPLAINED && errors(own) > STATED_TOO_WELL;
+    let is_low = |own: &Explanation| matches!(own.largest.imperfection, Imperfection::HighPass(_));
+    let explains_little =
+        |own: &Explanation| share < EXPLAINED && errors(own) > STATED_TOO_WELL && !is_low(own);
     let is_elsewhere = |own: &Explanation| {
         imposes
             || explains_little(own)
@@ -257,6 +260,7 @@ mod tests {
         let hard_ground = Explanation { times: 2.5, ..ground.clone() };
         let weakly = Explanation { evidence: 9.0, ..mass(0.05) };
         let hardly = Explanation { times: 4.8, ..mass(0.05) };
+        let high_pass = explanation(Imperfection::HighPass(Sensor::Force), 0.1, 0.05);
         let hardly_far = Explanation { times: 2.7, ..centre(0, -0.09) };
         // Of the second joint, beside the largest.
         let (near, far) = (0.02, 0.03);
@@ -274,6 +278,7 @@ mod tests {
             (&[of_ground_damping(24.0)], near, false, false),
             (&[of_ground_damping(26.0)], near, false, true),
             (&[hard_ground], near, false, false),
+            (&[high_pass], near, false, false),
             (&[resonance(0.2)], near, false, false),
             (&[resonance(-0.09)], near, false, false),
             (&[resonance(-0.11)], near, false, true),

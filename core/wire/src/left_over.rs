@@ -78,7 +78,7 @@ impl fmt::Display for LeftOver {
         match self {
             Self::Frequency { from_hz, to_hz, times } => write!(
                 f,
-                "{} to {} Hz: {times:.1} times the rest: a filter or resonance of a sensor, or a resonance that the model lacks",
+                "{} to {} Hz: {times:.1} times the rest: a filter or resonance of a sensor, a resonance that the model lacks, or noise that grows there",
                 Hz(*from_hz),
                 Hz(*to_hz)
             ),

@@ -5,7 +5,7 @@ mod kind;
 
 use std::fmt;
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
@@ -69,7 +69,7 @@ const LARGEST: u64 = 16 << 20;
 /// # Errors
 /// The file cannot be read, or is larger than 16 MiB.
 pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, BadInput> {
-    let unreadable = |error| BadInput::new(file, format!("cannot be read: {error}"));
+    let unreadable = |error| unreadable(file, &error);
     let mut bytes = Vec::new();
     let open = File::open(file).map_err(unreadable)?;
     open.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
@@ -77,6 +77,20 @@ pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, BadInput> {
         return Err(BadInput::new(file, "is larger than 16 MiB: name another file"));
     }
     Ok(bytes)
+}
+
+/// The error for a `file` that cannot be read: the cause and the remedy.
+pub fn unreadable(file: &Path, error: &io::Error) -> BadInput {
+    let why = match error.kind() {
+        ErrorKind::NotFound if file == Path::new("-") => {
+            "standard input is not read here: name a file, or /dev/stdin".to_owned()
+        }
+        ErrorKind::NotFound => "it does not exist: correct its name".to_owned(),
+        ErrorKind::IsADirectory => "it is a folder: name a file in it".to_owned(),
+        ErrorKind::PermissionDenied => "no permission: ask its owner, or copy it".to_owned(),
+        _ => error.to_string(),
+    };
+    BadInput::new(file, format!("cannot be read: {why}"))
 }
 
 /// Reads the text of `file`.
@@ -214,6 +228,7 @@ fn mend(message: &str, key: &str) -> String {
             )
             .replace("expected f64", &number)
             .replace("expected usize", whole)
+            .replace("expected u32", whole)
             .replace("expected u64", whole)
     }
 }

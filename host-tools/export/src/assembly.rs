@@ -2,14 +2,16 @@
 
 use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::chain::{Chain, Joint, Link};
+use flexid_core::imperfection::Imperfection;
 use flexid_core::parameters::Bushing;
+use flexid_core::refine::Mechanics;
 use flexid_pipeline::names::DOF_NAMES;
 use flexid_wire::report::{JointReport, Verdict};
 use flexid_wire::text::{Name, clipped};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use crate::text::{numbers, one_line};
-use crate::{ExportError, Robot, remark};
+use crate::{ExportError, Robot, imperfect, remark};
 
 /// Relative distance of a principal moment from the sum of the two others within which the moments are raised. A model may
 /// exceed the sum by 1e-6 because its file rounds. Other programs refuse any excess, or replace the inertia.
@@ -23,10 +25,10 @@ pub(crate) struct Body<'a> {
     pub(crate) frame: Isometry3<f64>,
     /// The link in the joint frame.
     pub(crate) link: Link,
-    /// The bushing.
+    /// The bushing, with what its drive and hysteresis add.
     pub(crate) bushing: Bushing,
-    /// Values and verdicts of the bushing.
-    pub(crate) report: &'a JointReport,
+    /// Values and verdicts of the bushing; `None` of the ground, which is no joint of the robot.
+    pub(crate) report: Option<&'a JointReport>,
     /// Elongation of the bushing at rest under gravity, m and rad; `None` if the robot does not come to rest.
     pub(crate) sag: Option<[f64; 6]>,
     /// Lines on what differs from the model or is not identified.
@@ -52,12 +54,13 @@ impl<'a> Assembly<'a> {
     pub(crate) fn new(robot: &Robot<'a>) -> Result<Self, ExportError> {
         let chain = robot.model.chain()?;
         check(robot, &chain)?;
-        let bushings: Vec<Bushing> = robot.joints.iter().map(bushing).collect();
+        let (chain, pose) = Mechanics::places(&chain, robot.pose, robot.imperfections);
+        let bushings = imperfect::bushings(robot)?;
         let gravity = Vector3::from(robot.gravity_m_per_s2);
-        let rest = chain.linearise(robot.pose, gravity, &bushings);
+        let rest = chain.linearise(&pose, gravity, &bushings);
         let sag = |index: usize| rest.as_ref().ok().map(|linear| linear.joints[index].sag.into());
-        let places = chain.joints().iter().zip(chain.angles(robot.pose));
-        let bodies: Vec<Body> = places
+        let places = chain.joints().iter().zip(chain.angles(&pose));
+        let mut bodies: Vec<Body> = places
             .zip(robot.joints)
             .enumerate()
             .map(|(index, ((joint, angle), report))| {
@@ -67,12 +70,15 @@ impl<'a> Assembly<'a> {
                     frame: joint.frame(angle),
                     link: admissible(joint, &mut remarks),
                     bushing: bushings[index],
-                    report,
+                    report: Some(report),
                     sag: sag(index),
                     remarks,
                 }
             })
             .collect();
+        if let Some(ground) = imperfect::ground(robot, &bodies, gravity) {
+            bodies.insert(0, ground);
+        }
         Ok(Self {
             name: one_line(&robot.model.name),
             heading: heading(robot, rest.err()),
@@ -107,6 +113,10 @@ fn check(robot: &Robot, chain: &Chain) -> Result<(), ExportError> {
     if angles != driven {
         return Err(ExportError::AngleCount { angles, driven });
     }
+    let is_right = |(own, value): &(Imperfection, f64)| own.is_of(chain) && value.is_finite();
+    if let Some(wrong) = robot.imperfections.iter().position(|own| !is_right(own)) {
+        return Err(ExportError::Imperfection(wrong));
+    }
     if !robot.pose.iter().all(|angle| angle.is_finite()) {
         return Err(ExportError::NotFinite("pose"));
     }
@@ -114,10 +124,6 @@ fn check(robot: &Robot, chain: &Chain) -> Result<(), ExportError> {
         return Err(ExportError::NotFinite("gravity"));
     }
     Ok(())
-}
-
-fn bushing(report: &JointReport) -> Bushing {
-    Bushing { stiffness: report.stiffness, damping: report.damping }
 }
 
 /// Returns the link of a joint with principal moments of which none exceeds the sum of the two others.
@@ -154,6 +160,7 @@ fn heading(robot: &Robot, error: Option<LinearisationError>) -> Vec<String> {
          the new z. Its springs are relaxed at 0, and the robot sags under gravity."
             .to_string(),
     ];
+    lines.extend(imperfect::heading(robot));
     lines.extend(error.map(|error| format!("No equilibrium is known with these values: {error}.")));
     lines.iter().map(|line| one_line(line)).collect()
 }

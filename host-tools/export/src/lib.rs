@@ -5,6 +5,7 @@
 //! | [`mod@format`] | the formats and their names                                               |
 //! | [`mod@error`] | why a robot cannot be exported                                            |
 //! | `assembly`   | the robot at its pose: frames, links, bushings, elongations at rest       |
+//! | `imperfect`  | the robot with the imperfections that the fit has found, and its ground |
 //! | `remark`     | comments on parameters that the data do not determine                     |
 //! | `text`       | numbers and names as text                                                 |
 //! | `step`       | a step of time that resolves the fastest mode                             |
@@ -22,6 +23,7 @@ mod assembly;
 mod drake;
 pub mod error;
 pub mod format;
+mod imperfect;
 mod mjcf;
 mod remark;
 mod simscape;
@@ -29,6 +31,7 @@ mod step;
 mod table;
 mod text;
 
+use flexid_core::imperfection::Imperfection;
 use flexid_pipeline::model::Model;
 use flexid_wire::report::JointReport;
 
@@ -47,6 +50,13 @@ pub struct Robot<'a> {
     pub gravity_m_per_s2: [f64; 3],
     /// Angle (rad) or stroke (m) of each driven joint, base first. The drives are locked there.
     pub pose: &'a [f64],
+    /// Imperfections that the fit has found, each in its unit.
+    pub imperfections: &'a [(Imperfection, f64)],
+    /// Band that was fitted, Hz. Hysteretic dampings are those in its middle.
+    pub band_hz: [f64; 2],
+    /// Frequency at which springs and dampers are as they are exported, Hz. Of a robot without hysteresis whose drives do not stiffen
+    /// they are so at any.
+    pub at_hz: f64,
     /// Acceptance of the fit in words, one line.
     pub verdict: &'a str,
 }

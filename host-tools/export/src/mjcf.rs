@@ -118,7 +118,7 @@ fn body(xml: &mut Xml, bodies: &[Body], tcp: &Isometry3<f64>) -> io::Result<()> 
 
 fn bushing(xml: &mut Xml, body: &Body) -> io::Result<()> {
     for (dof, name) in DOF_NAMES.into_iter().enumerate() {
-        for remark in remark::of_dof(body.report, dof) {
+        for remark in body.report.iter().flat_map(|report| remark::of_dof(report, dof)) {
             comment(xml, &remark)?;
         }
         let attributes = [

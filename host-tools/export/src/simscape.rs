@@ -40,7 +40,11 @@ pub(crate) fn write(assembly: &Assembly) -> String {
 }
 
 fn joint(body: &Body) -> String {
-    let remarks = body.remarks.iter().cloned().chain(remark::of_joint(body.report));
+    let remarks = body
+        .remarks
+        .iter()
+        .cloned()
+        .chain(body.report.iter().flat_map(|report| remark::of_joint(report)));
     let remarks: String = remarks.map(|line| format!("% {}: {line}\n", body.name)).collect();
     let [xx, yy, zz, xy, xz, yz] = symmetric(&body.link.inertia);
     let entries = [

@@ -14,8 +14,9 @@ pub(crate) fn write(assembly: &Assembly) -> Result<String, ExportError> {
     let mut rows = csv::Writer::from_writer(Vec::new());
     rows.write_record(["joint", "dof", "kind", "value", "std", "unit", "verdict"])
         .map_err(io::Error::from)?;
-    for body in &assembly.bodies {
-        for kind in remark::kinds(body.report) {
+    let bodies = assembly.bodies.iter().filter_map(|body| Some((body, body.report?)));
+    for (body, report) in bodies {
+        for kind in remark::kinds(report) {
             for (dof, name) in DOF_NAMES.into_iter().enumerate() {
                 let value = number(kind.values[dof]);
                 let std = kind.stds[dof].map_or_else(String::new, number);

@@ -67,11 +67,16 @@ def poles_hz(matrix):
     return np.sort(np.abs(poles[poles.imag > 0])) / (2 * np.pi)
 
 
+def state_matrix(mass, stiffness, damping):
+    """Matrix of the first-order form."""
+    size, inverse = len(mass), np.linalg.inv(mass)
+    return np.block([[np.zeros((size, size)), np.eye(size)], [-inverse @ stiffness, -inverse @ damping]])
+
+
 def stepped(model, data, at, mass, stiffness, damping, highest_hz):
     """Relative deviation of the natural frequencies in the band that the steps of time cause."""
-    size, identity = model.nv, np.eye(model.nv)
-    inverse = np.linalg.inv(mass)
-    state = np.block([[np.zeros((size, size)), identity], [-inverse @ stiffness, -inverse @ damping]])
+    size = model.nv
+    state = state_matrix(mass, stiffness, damping)
     data.qpos[:], data.qvel[:] = at, 0
     mujoco.mj_forward(model, data)
     steps = np.zeros((2 * size, 2 * size))
@@ -95,8 +100,12 @@ def deviations(case):
     damping = -derivative(lambda qvel: residual(model, data, at, qvel), np.zeros(model.nv))
     residual(model, data, at, np.zeros(model.nv))
     mass = mass_matrix(model, data)
-    ours = natural_hz(mass, stiffness)
+    highest = natural_hz(mass, stiffness)[-1]
     theirs = np.array(case["natural_hz"])
+    if case["is_damped"]:
+        ours = poles_hz(state_matrix(mass, stiffness, damping))[: theirs.size]
+    else:
+        ours = natural_hz(mass, stiffness)
     assert ours.shape == theirs.shape, "another number of degrees of freedom"
     # Along the axes of the TCP.
     jacobian = np.zeros((3, model.nv))
@@ -115,7 +124,7 @@ def deviations(case):
         "frequency": float(np.abs(ours / theirs - 1).max()),
         "receptance": float(worst),
         "stepped": stepped(model, data, at, mass, stiffness, damping, case["hz"][-1]),
-        "step_angle": float(model.opt.timestep * 2 * np.pi * ours[-1]),
+        "step_angle": float(model.opt.timestep * 2 * np.pi * highest),
     }
 
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use flexid_core::imperfection::Imperfection;
 use flexid_export::Robot;
 use flexid_pipeline::model::{Kind, Model};
 use flexid_wire::report::{JointReport, Verdict};
@@ -35,6 +36,7 @@ pub(crate) struct Scenario {
     pub(crate) joints: Vec<JointReport>,
     pub(crate) gravity: [f64; 3],
     pub(crate) poses: Vec<Vec<f64>>,
+    pub(crate) imperfections: Vec<(Imperfection, f64)>,
     pub(crate) verdict: String,
 }
 
@@ -47,7 +49,8 @@ impl Scenario {
         let file: File = toml::from_str(&text).unwrap();
         let joints = file.truth.iter().map(report).collect();
         let poses = file.experiment.into_iter().map(|experiment| experiment.pose).collect();
-        Self { model, joints, gravity, poses, verdict: "consistent".to_string() }
+        let verdict = "consistent".to_string();
+        Self { model, joints, gravity, poses, imperfections: Vec::new(), verdict }
     }
 
     /// A robot of six joints in gravity with a pedestal, a slide, skewed axes, turned frames and gravity askew.
@@ -71,6 +74,9 @@ impl Scenario {
             joints: &self.joints,
             gravity_m_per_s2: self.gravity,
             pose: &self.poses[experiment],
+            imperfections: &self.imperfections,
+            band_hz: [2.0, 200.0],
+            at_hz: 20.0,
             verdict: &self.verdict,
         }
     }

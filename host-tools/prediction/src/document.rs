@@ -34,12 +34,14 @@ pub struct Found {
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "an object with the entries of a result")]
 struct Version {
     #[serde(default = "first")]
     schema: u32,
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "an object with the entries of a result")]
 struct Document {
     joints: Vec<JointReport>,
     fit: Fit,
@@ -82,6 +84,11 @@ impl Found {
     pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
         let bad = |message: String| BadInput::new(file, message);
         let Version { schema } = input::parse_json(file, text, COMMAND)?;
+        if schema == 0 {
+            return Err(bad(format!(
+                "schema must be 1 to {SCHEMA}: run `flexid identify --json` again"
+            )));
+        }
         if schema > SCHEMA {
             return Err(bad(format!(
                 "is of schema {schema}, this flexid reads {SCHEMA}: install the newer flexid"

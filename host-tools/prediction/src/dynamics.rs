@@ -102,10 +102,13 @@ impl<'a> Dynamics<'a> {
         Bushings::new(&self.mechanics, place)
     }
 
-    /// H for the first `loads` of the three forces and three torques. `None` where Z has no inverse.
+    /// H for the first `loads` of the three forces and three torques. `None` where Z has no inverse, or one beyond the range of numbers.
     pub(crate) fn response(&self, place: Place, loads: usize) -> Option<Response> {
         let tip = self.tip(loads);
         let elongations = self.stiffness(place).lu().solve(&tip)?;
+        if !elongations.iter().all(|own| own.is_finite()) {
+            return None;
+        }
         Some(Response { value: tip.transpose() * &elongations, elongations })
     }
 

@@ -59,7 +59,7 @@ impl Dynamics<'_> {
 /// Frequencies of a receptance along a band.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grid {
-    /// So many, equally far apart.
+    /// So many, equally far apart. First and step have six digits, as in a universal file.
     Even(usize),
     /// Equally far apart, [`COARSE`] or as many more as show the peak of each mode to 3 %, up to [`MOST`].
     EvenlyResolved,
@@ -89,12 +89,12 @@ impl Grid {
         });
         let peaks = peaks.filter(|(hz, width)| (lower..=upper).contains(hz) && *width > 0.0);
         match self {
-            Self::Even(count) => grid(band_hz, count).collect(),
+            Self::Even(count) => even(band_hz, count).collect(),
             Self::EvenlyResolved => {
                 let narrowest = peaks.map(|(_, width)| width).fold(f64::INFINITY, f64::min);
                 let count = 1.0 + (EVENLY * (upper - lower) / narrowest).ceil();
                 // The conversion saturates.
-                grid(band_hz, (count as usize).clamp(COARSE, MOST)).collect()
+                even(band_hz, (count as usize).clamp(COARSE, MOST)).collect()
             }
             Self::Resolved => {
                 let about = peaks.flat_map(|(hz, width)| {
@@ -109,6 +109,17 @@ impl Grid {
             }
         }
     }
+}
+
+/// The same as [`grid`], with the step rounded down and the lower edge up to six digits.
+fn even([lower, upper]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
+    let rounded = |value: f64, round: fn(f64) -> f64| {
+        let digit = 10.0_f64.powf(value.log10().floor() - 5.0);
+        round(value / digit) * digit
+    };
+    let first = rounded(lower, f64::ceil);
+    let step = rounded((upper - first) / (count.max(2) - 1) as f64, f64::floor);
+    (0..count).map(move |index| first + step * index as f64)
 }
 
 /// `count` frequencies from the lower to the upper edge, Hz, equally far apart.

@@ -16,6 +16,10 @@ use crate::estimate::root;
 pub(crate) const OF_JOINT: usize = 12;
 /// Least lower edge of a band, as a part of its upper edge.
 const LEAST: f64 = 1e-3;
+/// Highest upper edge of a band, Hz. Chosen: above what any accelerometer reads.
+const HIGHEST: f64 = 1e6;
+/// Largest logarithm of a factor on a mass. Chosen: no file is off by 4000 times.
+const LARGEST_LOGARITHM: f64 = 8.0;
 /// Most iterations for the eigenvalues of a covariance. Chosen: a few for each of two hundred.
 const ITERATIONS: usize = 100_000;
 /// Largest negative eigenvalue of a correlation matrix, and largest excess of a correlation, that is rounding.
@@ -38,8 +42,20 @@ pub enum RobotError {
     #[error("model {0}")]
     Model(#[from] ModelError),
     /// A parameter is no positive number.
-    #[error("joint {0}: a stiffness or damping is not positive")]
+    #[error(
+        "joint {0}: a stiffness or damping is not positive: run `flexid identify --json` again"
+    )]
     Parameter(String),
+    /// A pose of a record is none of this robot.
+    #[error(
+        "poses[{index}] must have {wanted} angles, one for each driven joint: run `flexid identify --json` again"
+    )]
+    Pose {
+        /// Place of the pose, from 0.
+        index: usize,
+        /// Number of driven joints.
+        wanted: usize,
+    },
     /// The file has parameters of another number of joints.
     #[error("has {model} joints, and the parameters are of {parameters}")]
     Joints {
@@ -49,10 +65,14 @@ pub enum RobotError {
         parameters: usize,
     },
     /// The robot cannot have such an imperfection.
-    #[error("imperfections[{0}] is of another robot, or no number")]
+    #[error(
+        "imperfections[{0}] is of another robot, or out of its range: run `flexid identify --json` again"
+    )]
     Imperfection(usize),
     /// The covariance has a wrong number of entries.
-    #[error("covariance has {given} entries: {wanted} are those of this robot")]
+    #[error(
+        "covariance has {given} entries, and this robot has {wanted}: run `flexid identify --json` again"
+    )]
     CovarianceLength {
         /// Entries in the file.
         given: usize,
@@ -60,10 +80,12 @@ pub enum RobotError {
         wanted: usize,
     },
     /// The covariance is none.
-    #[error("covariance is none: a variance is negative or no number")]
+    #[error(
+        "covariance is none: a variance is negative or no number: run `flexid identify --json` again"
+    )]
     Covariance,
     /// The band is none.
-    #[error("band_hz must be two positive numbers, the lower first")]
+    #[error("band_hz must be two positive numbers up to {HIGHEST:e}, the lower first")]
     Band,
     /// Gravity is no vector.
     #[error("gravity_m_per_s2 has a number that is not finite")]
@@ -82,7 +104,7 @@ impl Robot {
             return Err(RobotError::Joints { model, parameters });
         }
         let [lower, upper] = found.band_hz;
-        if !(lower >= 0.0 && lower < upper && upper.is_finite()) {
+        if !(lower >= 0.0 && lower < upper && upper <= HIGHEST) {
             return Err(RobotError::Band);
         }
         if !found.gravity_m_per_s2.iter().all(|component| component.is_finite()) {
@@ -96,9 +118,15 @@ impl Robot {
         }
         let imperfections: Vec<(Imperfection, f64)> =
             found.imperfections.iter().map(|own| (own.imperfection, own.value)).collect();
-        let is_of = |(own, value): &(Imperfection, f64)| own.is_of(&chain) && value.is_finite();
-        if let Some(wrong) = imperfections.iter().position(|own| !is_of(own)) {
+        let is_right =
+            |(own, value): &(Imperfection, f64)| own.is_of(&chain) && is_in_range(*own, *value);
+        if let Some(wrong) = imperfections.iter().position(|own| !is_right(own)) {
             return Err(RobotError::Imperfection(wrong));
+        }
+        let wanted = found.model.driven().count();
+        let is_pose = |pose: &Vec<f64>| pose.len() == wanted && pose.iter().all(|q| q.is_finite());
+        if let Some(index) = found.poses.iter().position(|pose| !is_pose(pose)) {
+            return Err(RobotError::Pose { index, wanted });
         }
         let size = OF_JOINT * bushings.len() + imperfections.len();
         let covariance = symmetric(size, &found.covariance)?;
@@ -190,6 +218,16 @@ impl Robot {
     /// The covariance of the coordinates.
     pub fn covariance(&self) -> &DMatrix<f64> {
         &self.covariance
+    }
+}
+
+/// Whether an imperfection can have this value.
+fn is_in_range(imperfection: Imperfection, value: f64) -> bool {
+    match imperfection {
+        Imperfection::Mass(_) | Imperfection::Inertia(_) | Imperfection::BaseMass => {
+            value.abs() <= LARGEST_LOGARITHM
+        }
+        _ => value.is_finite() && !(imperfection.is_positive() && value < 0.0),
     }
 }
 

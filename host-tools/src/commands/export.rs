@@ -63,10 +63,17 @@ fn wanted(name: &str) -> Result<Wanted, String> {
 pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
     let robot = found.robot.found();
-    let pose = &given_or_first(&args.found, &found, args.pose.as_ref())?;
+    let pose = &match (args.format, &args.pose) {
+        // The table is that of the parameters alone.
+        (Wanted::Robot(Format::Csv), None) => vec![0.0; found.robot.model().driven().count()],
+        (_, given) => given_or_first(&args.found, &found, given.as_ref())?,
+    };
     if let (Some(_), Wanted::Robot(_)) = (args.points, args.format) {
         let message = "--points is of the receptance: leave it out, or take --format uff";
         return Err(BadArgument(message.into()).into());
+    }
+    if let Wanted::Receptance = args.format {
+        predict::Format::Uff.holds(&args.found, &found.fit)?;
     }
     output::keeps([&*args.found], [&*args.out])?;
     let output = Output::create(&args.out)?;
@@ -82,12 +89,22 @@ pub(super) fn run(args: &Args) -> Result<()> {
             let prediction = Prediction::new(&found.robot, pose, &request, done)
                 .map_err(|fault| BadInput::new(&args.found, format!("pose {pose:?}: {fault}")))?;
             bar.finish_and_clear();
-            output.finish_and_say(&own.text(&[prediction], &found.fit)?, "receptance")?;
+            let predictions = [prediction];
+            output.finish_and_say(&own.text(&predictions, &found.fit)?, "receptance")?;
             predict::table::warn_of(&args.out, &found.fit);
+            own.warn_of_open(&args.out, &predictions);
             return Ok(());
         }
     };
+    let band_hz = found.robot.band_hz();
+    let lowest = found.robot.at(pose).ok().and_then(|dynamics| dynamics.lowest_mode(band_hz[1]));
+    let imperfections: Vec<_> =
+        robot.imperfections.iter().map(|own| (own.imperfection, own.value)).collect();
     let exported = Robot {
+        imperfections: &imperfections,
+        band_hz,
+        // The lowest mode moves the tool most.
+        at_hz: lowest.map_or((band_hz[0] * band_hz[1]).sqrt(), |mode| mode.frequency_hz.value),
         model: &robot.model,
         joints: &found.joints,
         gravity_m_per_s2: robot.gravity_m_per_s2,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::ValueEnum;
-use flexid_edge::console::print;
+use flexid_edge::console::{complain, print};
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
 use flexid_prediction::lobes::{MOST_WAVES, Sampling};
@@ -17,7 +17,7 @@ use crate::json::Judged;
 use crate::lobes::{self, Bands, Diagram};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
-use crate::predict::table::{doubt, warn_of};
+use crate::predict::table::doubt;
 use crate::progress;
 
 /// Range of the tangential force per area of the chip, N/mm². Chosen: from soft plastics to ten times that of nickel alloys.
@@ -93,6 +93,10 @@ enum Way {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
+    if found.fit.records == 0 {
+        let message = "rests on static tests alone, which show no damping: identify the log of a cut with them";
+        return Err(BadInput::new(&args.found, message).into());
+    }
     let pose = given_or_first(&args.found, &found, args.pose.as_ref())?;
     let cutter = cutter(args)?;
     let along = [args.feed.exactly("--feed")?, args.axis.exactly("--axis")?];
@@ -117,7 +121,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         return Err(BadArgument(message).into());
     }
     positive("--depth", args.depth.unwrap_or(1.0))?;
-    let outputs = outputs(&args.out)?;
+    let outputs = outputs(&args.found, &args.out)?;
 
     let bad = |fault: String| BadInput::new(&args.found, format!("pose {pose:?}: {fault}"));
     let dynamics = found.robot.at(&pose).map_err(|error| bad(error.to_string()))?;
@@ -136,21 +140,27 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let bands = Bands { chatter_hz: band_hz, fitted_to_hz };
     let diagram = Diagram::new(pose, bands, &lobes, [lower, upper], points, || bar.inc(1));
     bar.finish_and_clear();
+    let doubts: Vec<String> = doubt(&found.fit)
+        .map(str::to_owned)
+        .into_iter()
+        .chain(lobes::open_damping(&dynamics.modes(highest_hz)))
+        .collect();
     for (format, output) in outputs {
         output.finish(&match format {
             Format::Csv => diagram.csv()?,
             Format::Svg => {
                 let title = lobes::title(&diagram, &found.robot.model().name, &cutter);
-                lobes::svg(&diagram, &title, args.depth, doubt(&found.fit))?
+                lobes::svg(&diagram, &title, args.depth, &doubts.join("\n"))?
             }
         })?;
     }
     let text = if args.json {
-        warn_of(&args.found, &found.fit);
+        let file = args.found.display();
+        doubts.iter().for_each(|doubt| complain(&format!("warning: {file}: {doubt}")));
         serde_json::to_string_pretty(&Judged::of(&found.fit, &diagram))? + "\n"
     } else {
-        let doubt = doubt(&found.fit).map(|line| format!("{line}\n")).unwrap_or_default();
-        doubt + &lobes::text(&diagram)
+        let doubts: String = doubts.iter().map(|line| format!("{line}\n")).collect();
+        doubts + &lobes::text(&diagram)
     };
     Ok(print(&text)?)
 }

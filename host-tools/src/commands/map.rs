@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use flexid_edge::console::print;
 use flexid_pipeline::model::{Kind, ModelJoint};
+use flexid_pipeline::text::count;
 use flexid_prediction::document::Found;
 
 use super::pose::given_or_first;
@@ -92,10 +93,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
         axes => {
             let count = axes.len();
-            return Err(BadArgument(format!("--positions has {count} axes: give two")).into());
+            return Err(
+                BadArgument(format!("--positions names {count} of x, y, z: give two")).into()
+            );
         }
     };
-    let outputs = outputs(&args.out)?;
+    let outputs = outputs(&args.found, &args.out)?;
     let bar = progress::bar((over.points * over.points) as u64, "mapping");
     let map = Map::new(&found.robot, quantity, over, &pose, || bar.inc(1));
     bar.finish_and_clear();
@@ -138,8 +141,8 @@ fn over(args: &Args, found: &Found) -> Result<Over, BadArgument> {
         // The first joint of an arm turns its stiffness with it.
         [] => [driven.len().min(3) - 2, driven.len().min(3) - 1],
         names => {
-            let count = names.len();
-            return Err(BadArgument(format!("--over has {count} joints: give two")));
+            let joints = count(names.len() as u64, "joint");
+            return Err(BadArgument(format!("--over has {joints}: give two")));
         }
     };
     if joints[0] == joints[1] {

@@ -43,7 +43,7 @@ pub(super) struct Args {
     receptance: Option<PathBuf>,
     /// Number of frequencies of the receptance, equally far apart [default: as many as show the peak of each mode, at least 400; in a CSV
     /// file they stand closer together about the modes]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=MOST as i64))]
+    #[arg(long, value_name = "N", requires = "receptance", value_parser = clap::value_parser!(u32).range(2..=MOST as i64))]
     points: Option<u32>,
     /// Print JSON
     #[arg(long)]
@@ -63,13 +63,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
         None => None,
         Some(file) => {
             output::keeps([&*args.found], [&**file])?;
-            Some((Format::of(file)?, Output::create(file)?))
+            let format = Format::of(file)?;
+            format.holds(&args.found, &found.fit)?;
+            Some((file, format, Output::create(file)?))
         }
     };
     let request = Request {
         force,
         highest_hz: args.highest.unwrap_or(2.0 * found.robot.band_hz()[1]),
-        grid: output.as_ref().map(|(format, _)| {
+        grid: output.as_ref().map(|(_, format, _)| {
             args.points.map_or(format.grid(), |points| Grid::Even(points as usize))
         }),
     };
@@ -95,8 +97,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .collect::<Result<Vec<_>, _>>();
     bar.finish_and_clear();
     let predictions = predictions?;
-    if let Some((format, output)) = output {
+    if let Some((file, format, output)) = output {
         output.finish(&format.text(&predictions, &found.fit)?)?;
+        format.warn_of_open(file, &predictions);
     }
     let text = if args.json {
         table::warn_of(&args.found, &found.fit);

@@ -7,8 +7,7 @@ use flexid_report::document::Document;
 use flexid_report::evidence::OriginFile;
 use flexid_report::render;
 
-use crate::exit::BadArgument;
-use crate::output::Output;
+use crate::output::{self, Output};
 
 const AFTER_HELP: &str = "Examples:
   $ flexid report found.json --out report.html";
@@ -27,10 +26,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<()> {
     let document = Document::load(&args.found)?;
     let page = args.out.clone().unwrap_or_else(|| args.found.with_extension("html"));
-    if page == args.found {
-        let message = format!("{} is the result itself: name the page by --out", page.display());
-        return Err(BadArgument(message).into());
-    }
+    output::keeps([&*args.found], [&*page])?;
     let output = Output::create(&page)?;
     let OriginFile { name, sha256 } = OriginFile::of(&args.found);
     output.finish_and_say(&render(&document, &name, sha256.as_deref()), "report")

@@ -1,5 +1,7 @@
 //! What a compensation does, for people.
 
+use flexid_pipeline::text::count;
+
 use super::Compensated;
 use crate::predict::table::{OPEN, along_axes};
 
@@ -26,7 +28,7 @@ pub(crate) fn text(path: &[Compensated]) -> String {
         let ends = own.compensation.left.translation.iter().flat_map(|own| own.interval);
         ends.map(f64::abs).fold(0.0, f64::max)
     };
-    let mut text = format!("{} places\n", path.len());
+    let mut text = format!("{}\n", count(path.len() as u64, "place"));
     if let Some(own) = most(&deflected) {
         let deflection = &own.compensation.deflection;
         text += &format!(

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub(crate) use picture::{svg, title};
-pub(crate) use table::text;
+pub(crate) use table::{open_damping, text};
 
 /// Bands of frequencies of a diagram.
 #[derive(Clone, Copy, Debug)]
@@ -85,6 +85,7 @@ impl Diagram {
             "chatter_high",
             "lobe",
             "beyond",
+            "determined",
         ])?;
         for Speed { rpm, limit, is_beyond } in &self.speeds {
             let mut line = vec![rpm.to_string()];
@@ -99,6 +100,7 @@ impl Diagram {
                 }
             }
             line.push(u8::from(*is_beyond).to_string());
+            line.push(u8::from(limit.is_none_or(|own| own.depth_m.determined)).to_string());
             writer.write_record(&line)?;
         }
         Ok(String::from_utf8(writer.into_inner()?)?)

@@ -23,7 +23,7 @@ pub(crate) fn title(diagram: &Diagram, robot: &str, cutter: &Cutter) -> String {
     )
 }
 
-/// The picture, up to a depth of `top_mm`, with a doubt about the fit below its title.
+/// The picture, up to a depth of `top_mm`, with the lines of a doubt below its title.
 ///
 /// # Errors
 /// None for numbers that are finite.
@@ -31,7 +31,7 @@ pub(crate) fn svg(
     diagram: &Diagram,
     title: &str,
     top_mm: Option<f64>,
-    doubt: Option<&str>,
+    doubt: &str,
 ) -> Result<String> {
     let depths = diagram.speeds.iter().filter_map(|speed| Some(1e3 * speed.limit?.depth_m.value));
     let [least, most] = [depths.clone().fold(f64::INFINITY, f64::min), depths.fold(0.0, f64::max)];
@@ -48,7 +48,7 @@ pub(crate) fn svg(
     if diagram.speeds.iter().any(|speed| speed.is_beyond) {
         keys.push(Key::line(ORANGE, &beyond));
     }
-    picture::svg(title, doubt, &keys, picture::SIZE, |canvas| {
+    picture::svg(title, Some(doubt), &keys, picture::SIZE, |canvas| {
         let [first, last] = [diagram.speeds.first(), diagram.speeds.last()]
             .map(|speed| speed.map_or(0.0, |speed| speed.rpm));
         let mut chart =

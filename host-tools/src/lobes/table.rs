@@ -1,11 +1,14 @@
 //! The lobes as a table for people.
 
 use comfy_table::{CellAlignment, Table};
+use flexid_pipeline::text::count;
 use flexid_prediction::PositiveEstimate;
 use flexid_prediction::lobes::Limit;
+use flexid_prediction::modes::Mode;
 
 use super::{Diagram, Speed};
 use crate::numbers::with_interval;
+use crate::predict::table::OPEN;
 use crate::show::table::STYLE;
 
 /// Speeds in the table, at most.
@@ -21,8 +24,8 @@ pub(crate) fn text(diagram: &Diagram) -> String {
         diagram.speeds.iter().filter_map(|own| Some((own, own.limit?.depth_m))).collect();
     let worst = limits.iter().min_by(|(_, a), (_, b)| a.value.total_cmp(&b.value));
     // What lies beyond the band that was fitted may chatter earlier.
-    let shown = limits.iter().filter(|(speed, _)| !speed.is_beyond);
-    let deepest = shown.max_by(|(_, a), (_, b)| a.interval[0].total_cmp(&b.interval[0]));
+    let within = limits.iter().filter(|(speed, _)| !speed.is_beyond);
+    let deepest = within.max_by(|(_, a), (_, b)| a.interval[0].total_cmp(&b.interval[0]));
     let mut text = String::new();
     let of_band = format!("deepest by the modes up to {:.1} Hz:", diagram.fitted_to_hz.min(upper));
     for (word, found) in
@@ -30,14 +33,14 @@ pub(crate) fn text(diagram: &Diagram) -> String {
     {
         if let Some((speed, depth)) = found {
             let mark = if speed.is_beyond { " *" } else { "" };
-            text += &format!("{word} {} mm, at {:.0} rpm{mark}\n", millimetres(depth), speed.rpm);
+            text += &format!("{word} {}, at {:.0} rpm{mark}\n", depth_mm(depth), speed.rpm);
         }
     }
     let free = diagram.speeds.len() - limits.len();
     if free > 0 {
         text += &format!("no depth chatters at {free} of {} speeds\n", diagram.speeds.len());
     }
-    text += &format!("stable at any speed: depths below {} mm\n", millimetres(&least));
+    text += &format!("stable at any speed: depths below {}\n", depth_mm(&least));
     let mut table = Table::new();
     table.load_style(STYLE);
     table.set_header(["rpm", "depth, mm (95 %)", "chatter, Hz (95 %)", "lobe"]);
@@ -45,11 +48,9 @@ pub(crate) fn text(diagram: &Diagram) -> String {
     for Speed { rpm, limit, is_beyond } in diagram.speeds.iter().step_by(step) {
         let cells = match limit {
             None => ["any".to_owned(), String::new(), String::new()],
-            Some(Limit { depth_m, chatter_hz, lobe }) => [
-                millimetres(depth_m),
-                with_interval(chatter_hz.value, chatter_hz.interval),
-                lobe.to_string(),
-            ],
+            Some(Limit { depth_m, chatter_hz, lobe }) => {
+                [shown(depth_m, 1e3), shown(chatter_hz, 1.0), lobe.to_string()]
+            }
         };
         let [depth, chatter, lobe] = cells;
         let mark = if *is_beyond { " *" } else { "" };
@@ -72,6 +73,52 @@ pub(crate) fn text(diagram: &Diagram) -> String {
     )
 }
 
-fn millimetres(depth: &PositiveEstimate) -> String {
-    with_interval(1e3 * depth.value, depth.interval.map(|end| 1e3 * end))
+/// A line about modes whose damping says nothing: their lobes may lie anywhere, and the interval of another lobe does not show it.
+pub(crate) fn open_damping(modes: &[Mode]) -> Option<String> {
+    let open = modes.iter().filter(|mode| !mode.damping_ratio.determined);
+    let first = open.clone().next()?.frequency_hz.value;
+    let modes = count(open.count() as u64, "mode");
+    Some(format!(
+        "the damping of {modes} is not determined, the lowest of {first:.1} Hz: cuts may chatter at smaller depths than these"
+    ))
+}
+
+fn depth_mm(depth: &PositiveEstimate) -> String {
+    let unit = if depth.determined { " mm" } else { "" };
+    format!("{}{unit}", shown(depth, 1e3))
+}
+
+/// A number, `scale` times, with its interval, unless it says nothing.
+fn shown(own: &PositiveEstimate, scale: f64) -> String {
+    match own.determined {
+        true => with_interval(scale * own.value, own.interval.map(|end| scale * end)),
+        false => OPEN.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_says_nothing_has_no_number() {
+        assert_eq!(depth_mm(&PositiveEstimate::new(1.25e-3, 0.02)), "1.250 (1.202 to 1.300) mm");
+        assert_eq!(depth_mm(&PositiveEstimate::new(1.25e-3, 1.1)), "not determined");
+    }
+
+    #[test]
+    fn modes_of_open_damping_are_named() {
+        let mode = |hz, std| Mode {
+            frequency_hz: PositiveEstimate::new(hz, 0.01),
+            damping_ratio: PositiveEstimate::new(0.02, std),
+            energy: Vec::new(),
+            tool: [[0.0; 2]; 6],
+        };
+        assert_eq!(open_damping(&[mode(12.0, 0.1), mode(20.0, 0.9)]), None);
+        let line = open_damping(&[mode(12.0, 0.1), mode(20.0, 1.1), mode(31.0, 3.6)]).unwrap();
+        assert!(
+            line.starts_with("the damping of 2 modes is not determined, the lowest of 20.0 Hz: "),
+            "{line}"
+        );
+    }
 }

@@ -149,7 +149,8 @@ impl Map {
         let joints = self.cells.first().map_or(0, |cell| cell.pose.len());
         let mut header: Vec<String> = (1..=joints).map(|joint| format!("q{joint}")).collect();
         header.extend(
-            ["x", "y", "z", self.quantity.column(), "low", "high", "uncertain"].map(str::to_owned),
+            ["x", "y", "z", self.quantity.column(), "low", "high", "uncertain", "determined"]
+                .map(str::to_owned),
         );
         writer.write_record(&header)?;
         for Cell { pose, tool, value, is_uncertain } in &self.cells {
@@ -161,6 +162,7 @@ impl Map {
                 }
             }
             line.push(u8::from(*is_uncertain).to_string());
+            line.push(u8::from(value.is_some_and(|own| own.determined)).to_string());
             writer.write_record(&line)?;
         }
         Ok(String::from_utf8(writer.into_inner()?)?)

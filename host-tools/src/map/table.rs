@@ -9,6 +9,7 @@ use crate::numbers::with_interval;
 pub(crate) fn text(map: &Map) -> String {
     let (name, unit, scale) = map.quantity.shown();
     let valued = || map.cells.iter().filter_map(|cell| Some((cell, cell.value?)));
+    let determined = || valued().filter(|(_, own)| own.determined);
     let by_value = |(_, a): &(&Cell, PositiveEstimate), (_, b): &(&Cell, PositiveEstimate)| {
         a.value.total_cmp(&b.value)
     };
@@ -19,7 +20,7 @@ pub(crate) fn text(map: &Map) -> String {
         map.cells.len()
     );
     for (word, found) in
-        [("least", valued().min_by(by_value)), ("largest", valued().max_by(by_value))]
+        [("least", determined().min_by(by_value)), ("largest", determined().max_by(by_value))]
     {
         let Some((cell, own)) = found else { continue };
         let pose: Vec<String> = cell.pose.iter().map(|angle| format!("{angle:.3}")).collect();
@@ -36,6 +37,20 @@ pub(crate) fn text(map: &Map) -> String {
         map.cells.len(),
         100.0 * UNCERTAIN
     );
+    let open = valued().count() - determined().count();
+    if open > 0 {
+        text += &format!(
+            " not determined: in {open} of {} poses an interval reaches from a seventh to seven times the value, or farther\n",
+            map.cells.len()
+        );
+    }
+    let without = map.cells.len() - valued().count();
+    if without > 0 {
+        text += &format!(
+            " no value: in {without} of {} poses the robot has no stiffness, or no mode up to twice the band\n",
+            map.cells.len()
+        );
+    }
     let below = map.cells.iter().filter(|cell| cell.tool[2] < 0.0).count();
     if below > 0 {
         text += &format!(

@@ -7,6 +7,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Result;
+use flexid_edge::console::complain;
+use flexid_pipeline::input::BadInput;
 use flexid_prediction::receptance::Grid;
 use flexid_wire::report::Fit;
 
@@ -36,6 +38,34 @@ impl Format {
                 "{}: a receptance is written as .csv or .uff: name such a file",
                 file.display()
             ))),
+        }
+    }
+
+    /// Checks that what the file would hold is known of a fit in the result `found`. A universal file cannot mark what is not.
+    ///
+    /// # Errors
+    /// The fit rests on static tests alone, and the file is a universal one.
+    pub(crate) fn holds(self, found: &Path, fit: &Fit) -> Result<(), BadInput> {
+        if self == Self::Uff && fit.records == 0 {
+            let message = "rests on static tests alone, which show no damping, and a universal file cannot mark that: identify the log of a cut with \
+                           them, or write a .csv by `flexid predict --receptance`";
+            return Err(BadInput::new(found, message));
+        }
+        Ok(())
+    }
+
+    /// Says on stderr which part of the receptances in `file` is not determined, where the file does not mark them.
+    pub(crate) fn warn_of_open(self, file: &Path, predictions: &[Prediction]) {
+        let points = predictions.iter().flat_map(|own| &own.receptance);
+        let all: Vec<bool> = points
+            .flat_map(|point| point.magnitude.iter().flatten().map(|own| own.determined))
+            .collect();
+        let open = all.iter().filter(|is_determined| !**is_determined).count();
+        if self == Self::Uff && open > 0 {
+            let (file, share) = (file.display(), 100.0 * open as f64 / all.len() as f64);
+            complain(&format!(
+                "warning: {file}: {share:.1} % of the receptances are not determined, and a universal file does not mark them: a .csv does"
+            ));
         }
     }
 

@@ -70,7 +70,7 @@ pub(crate) fn open(
     Ok(Logs::new(logs.into_iter().map(move |usable| match usable {
         Usable::Open(log) => Ok(*log),
         Usable::File(name) => {
-            let file = File::open(&name).map_err(|error| unreadable(&name, &error));
+            let file = File::open(&name).map_err(|error| input::unreadable(&name, &error));
             file.and_then(|file| log(&name, meter.read(file), &interface, &table))
                 .map_err(io::Error::other)
         }
@@ -84,11 +84,11 @@ fn usable(name: &Path, config: &Config, meter: &Meter) -> Result<Usable, BadInpu
         let log = log(Path::new("standard input"), io::stdin(), interface, table)?;
         return Ok(Usable::Open(Box::new(log)));
     }
-    let metadata = fs::metadata(name).map_err(|error| unreadable(name, &error))?;
+    let metadata = fs::metadata(name).map_err(|error| input::unreadable(name, &error))?;
     if metadata.is_dir() {
         return Err(BadInput::new(name, "is a folder: name the log files in it"));
     }
-    let file = File::open(name).map_err(|error| unreadable(name, &error))?;
+    let file = File::open(name).map_err(|error| input::unreadable(name, &error))?;
     if metadata.is_file() {
         log(name, file, interface, table)?;
         meter.expect(metadata.len());
@@ -115,10 +115,6 @@ fn log(
         return Err(BadInput::new(name, format!("is {own}, and no log of candump -L: name one")));
     }
     CandumpLog::new(name, bytes).on_bus(interface)
-}
-
-fn unreadable(name: &Path, error: &io::Error) -> BadInput {
-    BadInput::new(name, format!("cannot be read: {error}"))
 }
 
 #[cfg(test)]
@@ -178,6 +174,6 @@ mod tests {
         let (frames, end) = frames(logs);
         assert_eq!(frames, 1);
         let error = end.unwrap_err().to_string();
-        assert!(error.contains("a.log: cannot be read: No such file"), "{error}");
+        assert!(error.contains("a.log: cannot be read: it does not exist"), "{error}");
     }
 }

@@ -301,7 +301,7 @@ imperfect    TCP z 2.0 mm (1.0 to 3.0 mm), differs from zero (accuracy: tcp_m 1.
         };
         let expected = "\
 residuals    noise explains them (χ²/dof 1.00, whiteness 0.5)
-left over    8.0 to 90 Hz: 3.4 times the rest: a filter or resonance of a sensor, or a resonance that the model lacks
+left over    8.0 to 90 Hz: 3.4 times the rest: a filter or resonance of a sensor, a resonance that the model lacks, or noise that grows there
              direction z: 2.2 times the others: gain, axis or cable of that axis
              record 2 (pose 0.30 -0.45): 2.0 times the others: its joint angles, clock or trigger, or what differed in that cut
              75 to 88 % of the records: 1.8 times the rest: drift, warming or feed, or what the cut does then

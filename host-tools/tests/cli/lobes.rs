@@ -90,6 +90,7 @@ fn wrong_arguments_are_refused_with_their_mend() {
     let folder = found();
     let folder = folder.path();
     refuses_bad_results(folder, &format!("lobes FOUND {CUT} --angles 0,90"));
+    fs::copy(folder.join("o.json"), folder.join("o.svg")).unwrap();
     let cut = |change: &str| format!("lobes o.json --teeth 4 --kt 700 {change}");
     for (arguments, expected) in [
         (format!("lobes o.json {CUT}"), "--milling <WAY>"),
@@ -116,6 +117,10 @@ fn wrong_arguments_are_refused_with_their_mend() {
             "--pose has 1 angles: this robot has 3 driven joints",
         ),
         (format!("lobes o.json {CUT} --angles 0,90 --axis 1,0,0"), "--feed is along --axis"),
+        (
+            format!("lobes o.svg {CUT} --angles 0,90 --out o.svg"),
+            "o.svg: is read by this command, and would be lost",
+        ),
         (
             format!("lobes o.json {CUT} --angles 0,90 --out l.png"),
             "l.png: is written as .csv or .svg",

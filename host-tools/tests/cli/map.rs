@@ -24,7 +24,10 @@ fn the_words_the_files_and_json_hold_the_same_map() {
     assert!(svg.matches("<polygon").count() >= 25);
 
     let csv = fs::read_to_string(folder.join("m.csv")).unwrap();
-    assert!(csv.starts_with("q1,q2,q3,x,y,z,compliance_m_per_n,low,high,uncertain\n"), "{csv}");
+    assert!(
+        csv.starts_with("q1,q2,q3,x,y,z,compliance_m_per_n,low,high,uncertain,determined\n"),
+        "{csv}"
+    );
     let json: Value =
         serde_json::from_str(&stdout(folder, "map o.json --points 5 --json")).unwrap();
     assert_eq!((json.as_array().unwrap().len(), csv.lines().count()), (25, 26));
@@ -71,8 +74,9 @@ fn wrong_arguments_are_refused_with_their_mend() {
     let folder = found();
     let folder = folder.path();
     refuses_bad_results(folder, "map FOUND");
+    fs::copy(folder.join("o.json"), folder.join("o.csv")).unwrap();
     for (arguments, expected) in [
-        ("map o.json --over joint_2", "--over has 1 joints: give two"),
+        ("map o.json --over joint_2", "--over has 1 joint: give two"),
         (
             "map o.json --over joint_2,elbow",
             "--over elbow: no driven joint has this name: there are joint_1, joint_2, joint_3",
@@ -84,9 +88,11 @@ fn wrong_arguments_are_refused_with_their_mend() {
         ("map o.json --force 1,0", "--force has 2 numbers: give three"),
         ("map o.json --force 1,0,0 --show frequency", "cannot be used with"),
         ("map o.json --positions x,q", "--positions"),
-        ("map o.json --positions x", "--positions has 1 axes: give two"),
+        ("map o.json --positions x", "--positions names 1 of x, y, z: give two"),
         ("map o.json --positions x,x", "--positions names an axis twice: name two different"),
         ("map o.json --force 1e12,0,0", "--force is 1000000000000: must lie between -1000000 and"),
+        ("map o.json --out m.csv --out m.csv", "m.csv: is another result, and would be lost"),
+        ("map o.csv --out o.csv", "o.csv: is read by this command, and would be lost"),
         ("map o.json --out m.pdf", "m.pdf: is written as .csv or .svg"),
         ("map o.json --out gone/m.svg", "its folder is not there"),
     ] {

@@ -165,12 +165,12 @@ fn a_wrong_result_is_refused_with_its_place_and_mend() {
     let folder = folder.path();
     let (_, found) = identified(folder, "", || ());
     type Change = fn(&mut Value);
-    let changes: [(Change, &str); 8] = [
+    let changes: [(Change, &str); 12] = [
         (|found| found["schema"] = value!(9), "is of schema 9, this flexid reads 1"),
         (|found| drop(found.as_object_mut().unwrap().remove("robot")), "has no robot"),
         (
             |found| drop(found["robot"]["covariance"].as_array_mut().unwrap().pop()),
-            "covariance has 665 entries: 666 are",
+            "covariance has 665 entries, and this robot has 666",
         ),
         (|found| found["robot"]["covariance"][0] = value!(-1.0), "covariance is none"),
         (|found| found["joints"][0]["stiffness"][0] = value!(-1.0), "not positive"),
@@ -182,6 +182,15 @@ fn a_wrong_result_is_refused_with_its_place_and_mend() {
             "imperfections[0] is of another robot",
         ),
         (|found| found["robot"]["band_hz"] = value!([200.0, 2.0]), "band_hz must be"),
+        (|found| found["robot"]["band_hz"] = value!([2.0, 1e300]), "band_hz must be"),
+        (|found| found["robot"]["poses"][1] = value!([0.1]), "poses[1] must have 3 angles"),
+        (
+            |found| {
+                found["robot"]["imperfections"] = value!([{"imperfection": "hose", "value": -1e9}])
+            },
+            "imperfections[0] is of another robot, or out of its range",
+        ),
+        (|found| found["schema"] = value!(0), "schema must be 1 to 1"),
         (
             |found| drop(found["joints"].as_array_mut().unwrap().pop()),
             "joints and robot.model are of different robots",

@@ -157,7 +157,10 @@ fn a_wrong_result_is_refused_with_its_place_and_mend() {
         ("report edge.toml --out x", "edge.toml: "),
         ("report daemon.json --out x", "has no robot"),
         ("report o.json --out gone/x", "its folder is not there"),
-        ("report o.html", "o.html is the result itself"),
+        (
+            "report o.html",
+            "o.html: is read by this command, and would be lost: name another file for the result",
+        ),
         ("identify --config edge.toml o.log --report gone/x", "its folder is not there"),
     ] {
         let output = flexid(folder, arguments);

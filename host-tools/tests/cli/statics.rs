@@ -10,7 +10,7 @@ use rand_core::{Rng as _, SeedableRng as _};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::setup::{edit, flexid, folder, json, stderr, stdout};
+use crate::setup::{edit, flexid, folder, json, refused, stderr, stdout};
 
 /// Loads, each with its three displacements.
 const LOADS: usize = 60;
@@ -184,6 +184,14 @@ fn a_file_of_static_tests_alone_gives_stiffnesses_and_names_a_gross_error() {
             predicted.contains("static tests show none") && !predicted.contains("damping, %"),
             "{predicted}"
         );
+        for command in [
+            "lobes s.json --pose 0,-0.5,0.9 --teeth 2 --kt 700 --feed 1,0,0 --rpm 60,900 --angles 0,90",
+            "export s.json --pose 0,-0.5,0.9 --format uff --out x.uff",
+            "predict s.json --pose 0,-0.5,0.9 --receptance x.uff",
+        ] {
+            let message = refused(path, command);
+            assert!(message.contains("static tests alone, which show no damping"), "{message}");
+        }
         let tests = &report["static_tests"];
         assert_eq!(tests["deviation_is_estimated"], true);
         assert_eq!(tests["tests"].as_array().unwrap().len(), LOADS);
@@ -209,9 +217,7 @@ fn a_file_of_static_tests_alone_gives_stiffnesses_and_names_a_gross_error() {
     }
     // Records need what describes them.
     for command in ["identify --config static.toml a.log", "plan --config static.toml"] {
-        let refused = flexid(path, command);
-        assert_eq!(refused.status.code(), Some(2));
-        let said = stderr(&refused);
+        let said = refused(path, command);
         assert!(said.contains("[bus], [signals], [measurement] are missing: add"), "{said}");
     }
 }

@@ -11,8 +11,8 @@ use crate::setup::{flexid, folder, identified, stderr};
 
 /// Largest deviation of a receptance from the one that is printed, relative: the file has thirteen digits.
 const DIGITS: f64 = 1e-11;
-/// Largest deviation of a frequency, relative: first frequency and spacing have six digits.
-const FREQUENCY_DIGITS: f64 = 1e-5;
+/// Largest deviation of a frequency, relative: rounding.
+const FREQUENCY_DIGITS: f64 = 1e-12;
 
 /// What a program that is not ours reads of the file equals what `predict --json` prints, in each direction at each frequency.
 #[test]

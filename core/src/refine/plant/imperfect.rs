@@ -179,6 +179,11 @@ impl Imperfect {
         }
     }
 
+    /// The chain and the joint angles.
+    pub(super) fn into_places(self) -> (Chain, Vec<f64, MAX_JOINTS>) {
+        (self.chain, self.pose)
+    }
+
     /// Filter of the accelerometer.
     pub(super) fn accelerometer_filter(&self) -> Filter<f64> {
         self.accelerometer_filter

@@ -1,15 +1,16 @@
 //! The mechanics of a robot as a fit has found it, without its sensors: what predicts how it moves.
 
+use heapless::Vec;
 use nalgebra::Vector3;
 
 use super::imperfect::Imperfect;
-use crate::DOF;
 use crate::chain::Chain;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::imperfection::Imperfection;
 use crate::parameters::Bushings;
 use crate::receptance::{Complex, JointTerms, Rates, Terms, bushing};
 use crate::sensors::Sensors;
+use crate::{DOF, MAX_JOINTS};
 
 /// A robot at a pose, linearised about its static equilibrium, with bushings whose impedance depends on the frequency.
 #[derive(Clone, Debug)]
@@ -43,15 +44,24 @@ impl Mechanics {
         if pose.len() != chain.driven() {
             return Err(LinearisationError::Angles(pose.len()));
         }
-        let sensors = Sensors::default();
-        let mut robot = Imperfect::of(chain.clone(), sensors, band_hz, pose, Self::RECORD);
-        for (imperfection, value) in imperfections {
-            assert!(imperfection.is_of(chain), "{imperfection:?} of another robot");
-            robot.add(*imperfection, *value);
-        }
+        let robot = imperfect(chain, band_hz, pose, imperfections);
         let chain = robot.linearise_under(gravity, bushings)?;
-        let terms = robot.terms(&chain, &robot.loaded(&chain, bushings), &sensors)?;
+        let terms = robot.terms(&chain, &robot.loaded(&chain, bushings), &Sensors::default())?;
         Ok(Self { chain, terms })
+    }
+
+    /// The chain and the joint angles (rad, m) that a robot with these imperfections has at joint angles `pose`, before its bushings give way.
+    /// Its elastic centres are the origins of its joint frames. This holds at that pose alone.
+    ///
+    /// # Panics
+    /// If an imperfection is [of another robot](Imperfection::is_of).
+    pub fn places(
+        chain: &Chain,
+        pose: &[f64],
+        imperfections: &[(Imperfection, f64)],
+    ) -> (Chain, Vec<f64, MAX_JOINTS>) {
+        // The band is that of hysteresis, which moves nothing.
+        imperfect(chain, [1.0, 1.0], pose, imperfections).into_places()
     }
 
     /// The chain, linearised about its static equilibrium.
@@ -89,4 +99,20 @@ impl Mechanics {
         let (whole, springs) = (bushing(&whole, &rates), bushing(&springs, &rates));
         [springs, core::array::from_fn(|dof| whole[dof] - springs[dof])]
     }
+}
+
+/// A chain at a pose with these imperfections, in the record that is predicted.
+fn imperfect(
+    chain: &Chain,
+    band_hz: [f64; 2],
+    pose: &[f64],
+    imperfections: &[(Imperfection, f64)],
+) -> Imperfect {
+    let sensors = Sensors::default();
+    let mut robot = Imperfect::of(chain.clone(), sensors, band_hz, pose, Mechanics::RECORD);
+    for (imperfection, value) in imperfections {
+        assert!(imperfection.is_of(chain), "{imperfection:?} of another robot");
+        robot.add(*imperfection, *value);
+    }
+    robot
 }

@@ -20,6 +20,8 @@ pub fn parse_json<T: DeserializeOwned>(
     text: &str,
     command: &str,
 ) -> Result<T, BadInput> {
+    // Editors of Windows write a byte order mark first.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let start = last(text);
     let before = text.get(..start).unwrap_or_default();
     let value = text.get(start..).unwrap_or_default();
@@ -52,6 +54,10 @@ pub fn parse_json<T: DeserializeOwned>(
             }
             (_, Some(other)) if other != "a JSON file" => {
                 format!("is {}", seems(text).unwrap_or(other))
+            }
+            // A list whose number of entries is fixed.
+            _ if serde_json::from_str::<IgnoredAny>(value).is_ok() => {
+                format!("{path}has too many entries")
             }
             _ => format!("is no JSON from line {line} on"),
         };
@@ -134,6 +140,7 @@ mod tests {
         let found = Found { fits: vec![Fit { rate_hz: 2.5 }] };
         let text = "{\"fits\": [{\"rate_hz\": 2.5}]}\n";
         assert_eq!(parse(text), Ok(found));
+        assert_eq!(parse(&format!("\u{feff}{text}")), parse(text));
         assert_eq!(parse(&format!("{{\"status\": 1}}\n{text}\n")), parse(text));
     }
 
@@ -173,6 +180,7 @@ mod tests {
             ("{\"fits\": []}\nDear reader", "is no JSON from line 2 on: "),
             ("{\"fits\": [\n,]}", "is no JSON from line 2 on: "),
             ("{}", "key `fits` is missing: "),
+            ("{\"fits\": [[1, 2]]}", "fits[0]: has too many entries: "),
             ("{\"fits\": [{}]}", "fits[0]: key `rate_hz` (in Hz) is missing: "),
             (
                 "{\"fits\": [{\"rate_hz\": null}]}",

@@ -534,7 +534,7 @@ fn mistakes_in_the_config_name_place_and_mend() {
 #[test]
 fn a_file_that_is_not_there_is_named() {
     let error = Config::load(Path::new("/nowhere/edge.toml")).unwrap_err().to_string();
-    assert_eq!(error, "/nowhere/edge.toml: cannot be read: No such file or directory (os error 2)");
+    assert_eq!(error, "/nowhere/edge.toml: cannot be read: it does not exist: correct its name");
 }
 
 fn check(file: &str, table: &[(&str, &str, &str)]) {

@@ -14,6 +14,8 @@ use crate::imperfection::sum_if_minor;
 const POOR_FRAC: f64 = 0.9;
 /// Kinds of warnings that say that the readings themselves are wrong: as long as they are, no other number means anything.
 const OF_READINGS: [&str; 4] = ["wrong_axes", "disproportion", "implausible", "static_outlier"];
+/// χ²/dof above which the model is more likely to be wrong than the minimum: that above which no parameter has an interval.
+const FAR: f64 = 10.0;
 /// Share of an octave's bins with force, below which the octave is named: that of `flexid check`.
 const HARDLY_EXCITED: f64 = 0.5;
 
@@ -218,6 +220,13 @@ fn trust(document: &Document) -> Vec<Markup> {
             "No: the fit does not settle, or the tests are too few to test it."
         },
     }];
+    let is_perfect = document.found.robot.found().imperfections.is_empty();
+    if is_perfect && !document.is_static() {
+        lines.push(html! {
+            "Only if robot, sensors and ground are exactly as they are stated: the fit seeks no errors of theirs, and no interval allows for \
+             them, as with " code { "assume = \"perfect\"" } " in " code { "[accuracy]" } "."
+        });
+    }
     let Some(confidence) = &document.further.confidence else {
         lines.push(missing("confidence"));
         return lines;
@@ -330,9 +339,17 @@ fn next_steps(document: &Document) -> Vec<Markup> {
     }
     match document.found.fit.acceptance {
         Acceptance::Unsettled if !lines.is_empty() => {}
-        Acceptance::Unsettled => lines.push(html! {
-            "Record further poses, each from a second before the cut, and identify from all logs together."
-        }),
+        Acceptance::Unsettled => {
+            if document.found.fit.consistency > FAR {
+                lines.push(html! {
+                    "Check masses, TCP, sensor mounting, axes and units: what the best minimum leaves is far from noise. "
+                    code { "flexid check" } " looks for the usual mistakes."
+                });
+            }
+            lines.push(html! {
+                "Record further poses, each from a second before the cut, and identify from all logs together."
+            });
+        }
         Acceptance::ModelSuspect if lines.is_empty() => lines.push(html! {
             "Check masses, TCP, sensor mounting, axes and units: " code { "flexid check" } " looks for the usual mistakes."
         }),

@@ -1,0 +1,145 @@
+//! The robot with the imperfections that the fit has found, as far as another program can carry them.
+//!
+//! Springs and dampers are those at one frequency ω:
+//!
+//! ```text
+//! k = Re z(iω)        d = Im z(iω)/ω
+//! ```
+//!
+//! z is the impedance of a bushing, with the growth of its drive and with hysteresis. The ground is a bushing of its own below the first
+//! joint, whose link is the base.
+
+use std::f64::consts::TAU;
+
+use flexid_core::chain::Link;
+use flexid_core::imperfection::{BASE_OVER_MOVING, Imperfection};
+use flexid_core::parameters::{Bushing, Bushings};
+use flexid_core::receptance::Complex;
+use flexid_core::refine::Mechanics;
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use crate::assembly::Body;
+use crate::{ExportError, Robot};
+
+/// Name of the body of the base.
+const GROUND: &str = "flexid_ground";
+/// Compliance of the ground below which it is exported as rigid, and least one of a ground that gives way, m/N and rad/Nm. Chosen: a tool
+/// at 2.5 m moves by 6e-10 m/N with it, a thousandth of what the joints of a stiff robot give; harder ground asks for a short step of time.
+const RIGID: f64 = 1e-10;
+/// Radius of gyration of the base, m. The fit takes the base as a point, and other programs need an inertia. Chosen: that of a base of
+/// half a metre; the turns of the base are then above a kilohertz.
+const GYRATION_M: f64 = 0.3;
+/// Relative difference of a value that is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// The bushings at the frequency of the export; those of the fit where the robot does not come to rest.
+///
+/// # Errors
+/// There are more joints than a robot may have.
+pub(crate) fn bushings(robot: &Robot) -> Result<Bushings, ExportError> {
+    let chain = robot.model.chain()?;
+    let mut bushings: Bushings = robot
+        .joints
+        .iter()
+        .map(|joint| Bushing { stiffness: joint.stiffness, damping: joint.damping })
+        .collect();
+    let gravity = Vector3::from(robot.gravity_m_per_s2);
+    let Robot { band_hz, pose, imperfections, .. } = robot;
+    let Ok(mechanics) = Mechanics::new(&chain, gravity, *band_hz, pose, &bushings, imperfections)
+    else {
+        return Ok(bushings);
+    };
+    let omega = TAU * robot.at_hz;
+    for (joint, bushing) in bushings.iter_mut().enumerate() {
+        let [springs, dampers] = mechanics.impedance(joint, Complex { re: 0.0, im: omega });
+        for dof in 0..6 {
+            let z =
+                [springs[dof].re + dampers[dof].re, (springs[dof].im + dampers[dof].im) / omega];
+            let own = [&mut bushing.stiffness[dof], &mut bushing.damping[dof]];
+            for (own, value) in own.into_iter().zip(z) {
+                if (value - *own).abs() > ROUNDING * *own {
+                    *own = value;
+                }
+            }
+        }
+    }
+    Ok(bushings)
+}
+
+/// The base on its ground, of a robot with these bodies. `None` on rigid ground.
+pub(crate) fn ground<'a>(
+    robot: &Robot,
+    bodies: &[Body],
+    gravity: Vector3<f64>,
+) -> Option<Body<'a>> {
+    let value = |wanted: Imperfection| {
+        robot.imperfections.iter().find(|(own, _)| *own == wanted).map_or(0.0, |(_, value)| *value)
+    };
+    let dofs = [0, 1, 2, 3, 4, 5];
+    let compliance = dofs.map(|dof| value(Imperfection::Ground(dof)));
+    if compliance.iter().all(|c| *c < RIGID) {
+        return None;
+    }
+    let compliance = compliance.map(|c| c.max(RIGID));
+    // 1/(k + s d) ≈ c − s d c²: an imperfection is d c².
+    let damping = dofs.map(|dof| value(Imperfection::GroundDamping(dof)) / compliance[dof].powi(2));
+    let moving: f64 = bodies.iter().map(|body| body.link.mass).sum();
+    let mass = BASE_OVER_MOVING * moving * value(Imperfection::BaseMass).exp();
+    let (mut force, mut torque) = (mass * gravity, Vector3::zeros());
+    let mut place = Isometry3::identity();
+    for body in bodies {
+        place *= body.frame;
+        let centre = place * nalgebra::Point3::from(body.link.centre_of_mass);
+        let weight = body.link.mass * gravity;
+        force += weight;
+        torque += centre.coords.cross(&weight);
+    }
+    let load: Vec<f64> = force.iter().chain(torque.iter()).copied().collect();
+    Some(Body {
+        name: GROUND.to_owned(),
+        frame: Isometry3::identity(),
+        link: Link {
+            mass,
+            centre_of_mass: Vector3::zeros(),
+            inertia: Matrix3::identity() * (mass * GYRATION_M * GYRATION_M),
+        },
+        bushing: Bushing { stiffness: compliance.map(|c| 1.0 / c), damping },
+        report: None,
+        sag: Some(dofs.map(|dof| compliance[dof] * load[dof])),
+        remarks: vec![format!(
+            "the base on its ground, which gives way as the fit has found; a radius of gyration of {GYRATION_M} m is assumed"
+        )],
+    })
+}
+
+/// Lines on the imperfections for the head of a file.
+pub(crate) fn heading(robot: &Robot) -> Vec<String> {
+    let found = |is_wanted: fn(&Imperfection) -> bool| {
+        robot.imperfections.iter().filter(move |(own, value)| is_wanted(own) && *value != 0.0)
+    };
+    let mut lines = Vec::new();
+    if found(|own| !matches!(own, Imperfection::RecordStiffness(_))).next().is_some() {
+        lines.push(
+            "Masses, places and ground are those of the model with the imperfections that the fit has found, at this pose: they differ from those of \
+             the model's file."
+                .to_owned(),
+        );
+    }
+    let depends = found(|own| {
+        matches!(own, Imperfection::Hysteresis | Imperfection::Servo(_) | Imperfection::Load)
+    });
+    if depends.count() > 0 {
+        lines.push(format!(
+            "Springs and dampers are those at {:.1} Hz under the load at this pose: hysteresis, and drives that stiffen with frequency and load, make them \
+             differ from the identified parameters, and from those at other frequencies.",
+            robot.at_hz
+        ));
+    }
+    let hose: Vec<f64> = found(|own| matches!(own, Imperfection::Hose)).map(|(_, k)| *k).collect();
+    if let Some(stiffness) = hose.first() {
+        lines.push(format!(
+            "What pulls on the tool from the ground, such as hoses, {stiffness:.0} N/m, is left out."
+        ));
+    }
+    lines
+}
