@@ -25,7 +25,7 @@ pub(crate) struct Body<'a> {
     pub(crate) frame: Isometry3<f64>,
     /// The link in the joint frame.
     pub(crate) link: Link,
-    /// The bushing, with what its drive and hysteresis add.
+    /// The bushing, with what its drive and hysteresis add. A stiffness is infinite where the ground is rigid.
     pub(crate) bushing: Bushing,
     /// Values and verdicts of the bushing; `None` of the ground, which is no joint of the robot.
     pub(crate) report: Option<&'a JointReport>,
@@ -47,6 +47,21 @@ pub(crate) struct Assembly<'a> {
     pub(crate) gravity: [f64; 3],
     /// Lines for the head of a file.
     pub(crate) heading: Vec<String>,
+}
+
+/// Stiffness of rigid ground in formats that ask for a number, N/m and Nm/rad. Chosen: a hundred times that of a stiff joint.
+const RIGID: f64 = 5e10;
+
+impl Body<'_> {
+    /// Stiffnesses, all finite.
+    pub(crate) fn finite_stiffness(&self) -> [f64; 6] {
+        self.bushing.stiffness.map(|own| if own.is_finite() { own } else { RIGID })
+    }
+
+    /// Degrees of freedom in which the bushing gives way.
+    pub(crate) fn dofs(&self) -> impl Iterator<Item = usize> {
+        (0..6).filter(|dof| self.bushing.stiffness[*dof].is_finite())
+    }
 }
 
 impl<'a> Assembly<'a> {

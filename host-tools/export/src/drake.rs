@@ -39,7 +39,7 @@ fn joint(body: &Body) -> String {
         .chain(body.report.iter().flat_map(|report| remark::of_joint(report)));
     let remarks: String = remarks.map(|line| format!("    # {}: {line}\n", body.name)).collect();
     let list = |values: &[f64]| format!("[{}]", numbers(values.iter().copied(), ", "));
-    let bushing = &body.bushing;
+    let (stiffness, damping) = (body.finite_stiffness(), body.bushing.damping);
     format!(
         "{remarks}    {{\n        \
              \"name\": {name},\n        \
@@ -57,10 +57,10 @@ fn joint(body: &Body) -> String {
         mass = number(body.link.mass),
         centre = list(body.link.centre_of_mass.as_slice()),
         inertia = list(&symmetric(&body.link.inertia)),
-        force_stiffness = list(&bushing.stiffness[..3]),
-        force_damping = list(&bushing.damping[..3]),
-        torque_stiffness = list(&bushing.stiffness[3..]),
-        torque_damping = list(&bushing.damping[3..]),
+        force_stiffness = list(&stiffness[..3]),
+        force_damping = list(&damping[..3]),
+        torque_stiffness = list(&stiffness[3..]),
+        torque_damping = list(&damping[3..]),
     )
 }
 

@@ -23,20 +23,20 @@ use crate::{ExportError, Robot};
 
 /// Name of the body of the base.
 const GROUND: &str = "flexid_ground";
-/// Compliance of the ground below which it is exported as rigid, and least one of a ground that gives way, m/N and rad/Nm. Chosen: a tool
-/// at 2.5 m moves by 6e-10 m/N with it, a thousandth of what the joints of a stiff robot give; harder ground asks for a short step of time.
-const RIGID: f64 = 1e-10;
+/// Compliance of the ground below which it is exported as rigid, m/N and rad/Nm. Chosen: that of stiff joints is a hundred times as large, and
+/// harder ground would ask for a shorter step of time.
+const RIGID: f64 = 5e-11;
 /// Radius of gyration of the base, m. The fit takes the base as a point, and other programs need an inertia. Chosen: that of a base of
 /// half a metre; the turns of the base are then above a kilohertz.
 const GYRATION_M: f64 = 0.3;
 /// Relative difference of a value that is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The bushings at the frequency of the export; those of the fit where the robot does not come to rest.
+/// The bushings of the robot as they are exported: those at [`Robot::at_hz`], or those of the fit where the robot does not come to rest.
 ///
 /// # Errors
-/// There are more joints than a robot may have.
-pub(crate) fn bushings(robot: &Robot) -> Result<Bushings, ExportError> {
+/// The model is invalid.
+pub fn bushings(robot: &Robot) -> Result<Bushings, ExportError> {
     let chain = robot.model.chain()?;
     let mut bushings: Bushings = robot
         .joints
@@ -80,9 +80,12 @@ pub(crate) fn ground<'a>(
     if compliance.iter().all(|c| *c < RIGID) {
         return None;
     }
-    let compliance = compliance.map(|c| c.max(RIGID));
     // 1/(k + s d) ≈ c − s d c²: an imperfection is d c².
-    let damping = dofs.map(|dof| value(Imperfection::GroundDamping(dof)) / compliance[dof].powi(2));
+    let damping = dofs.map(|dof| match compliance[dof] {
+        c if c < RIGID => 0.0,
+        c => value(Imperfection::GroundDamping(dof)) / (c * c),
+    });
+    let compliance = compliance.map(|c| if c < RIGID { 0.0 } else { c });
     let moving: f64 = bodies.iter().map(|body| body.link.mass).sum();
     let mass = BASE_OVER_MOVING * moving * value(Imperfection::BaseMass).exp();
     let (mut force, mut torque) = (mass * gravity, Vector3::zeros());
@@ -135,6 +138,7 @@ pub(crate) fn heading(robot: &Robot) -> Vec<String> {
             robot.at_hz
         ));
     }
+    lines.extend(robot.note.map(str::to_owned));
     let hose: Vec<f64> = found(|own| matches!(own, Imperfection::Hose)).map(|(_, k)| *k).collect();
     if let Some(stiffness) = hose.first() {
         lines.push(format!(

@@ -38,6 +38,7 @@ use flexid_wire::report::JointReport;
 use assembly::Assembly;
 pub use error::ExportError;
 pub use format::Format;
+pub use imperfect::bushings;
 
 /// A robot as it is exported.
 #[derive(Clone, Copy, Debug)]
@@ -59,6 +60,8 @@ pub struct Robot<'a> {
     pub at_hz: f64,
     /// Acceptance of the fit in words, one line.
     pub verdict: &'a str,
+    /// One more line for the head of a file.
+    pub note: Option<&'a str>,
 }
 
 /// Returns the robot in this format, as the content of a file.

@@ -77,7 +77,11 @@ fn model(xml: &mut Xml, assembly: &Assembly) -> io::Result<()> {
         }
         body(xml, &assembly.bodies, &assembly.tcp)
     })?;
-    let sag: Option<Vec<_>> = assembly.bodies.iter().map(|body| body.sag).collect();
+    let of_body = |body: &Body| -> Option<Vec<f64>> {
+        let sag = body.sag?;
+        Some(body.dofs().map(|dof| sag[dof]).collect())
+    };
+    let sag: Option<Vec<_>> = assembly.bodies.iter().map(of_body).collect();
     if let Some(sag) = sag {
         xml.create_element("keyframe").write_inner_content(|xml| {
             comment(xml, "static equilibrium under gravity")?;
@@ -117,7 +121,8 @@ fn body(xml: &mut Xml, bodies: &[Body], tcp: &Isometry3<f64>) -> io::Result<()> 
 }
 
 fn bushing(xml: &mut Xml, body: &Body) -> io::Result<()> {
-    for (dof, name) in DOF_NAMES.into_iter().enumerate() {
+    for dof in body.dofs() {
+        let name = DOF_NAMES[dof];
         for remark in body.report.iter().flat_map(|report| remark::of_dof(report, dof)) {
             comment(xml, &remark)?;
         }

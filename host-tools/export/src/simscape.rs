@@ -52,7 +52,7 @@ fn joint(body: &Body) -> String {
         ("centre_of_mass", list(body.link.centre_of_mass.iter().copied())),
         ("moments", list([xx, yy, zz])),
         ("products", list([yz, xz, xy])),
-        ("stiffness", list(body.bushing.stiffness)),
+        ("stiffness", list(body.finite_stiffness())),
         ("damping", list(body.bushing.damping)),
         ("rest", list(body.sag.into_iter().flatten())),
     ];

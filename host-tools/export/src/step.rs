@@ -39,8 +39,10 @@ fn highest_frequency(bodies: &[Body]) -> f64 {
     bodies.iter().enumerate().filter_map(square).fold(0.0, f64::max).sqrt()
 }
 
+/// Where nothing gives way, no spring is stretched.
 fn diagonal(body: &Body) -> Matrix6<f64> {
-    Matrix6::from_diagonal(&Vector6::from(body.bushing.stiffness))
+    let stiffness = body.bushing.stiffness.map(|own| if own.is_finite() { own } else { 0.0 });
+    Matrix6::from_diagonal(&Vector6::from(stiffness))
 }
 
 /// Returns X, which transforms a displacement (translation, rotation) of the link before to the frame of this joint.

@@ -78,6 +78,7 @@ impl Scenario {
             band_hz: [2.0, 200.0],
             at_hz: 20.0,
             verdict: &self.verdict,
+            note: None,
         }
     }
 }
