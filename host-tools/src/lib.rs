@@ -6,6 +6,7 @@ pub mod client;
 pub mod commands;
 mod compare;
 mod compensate;
+mod constant;
 pub mod demo;
 mod exit;
 mod json;

@@ -115,13 +115,13 @@ impl<'a> Key<'a> {
     }
 }
 
-/// The text of a picture: the lines of the title, those of a doubt about what is shown, if there is one, the keys in a line, and what is drawn.
+/// The text of a picture: the lines of the title, those of a doubt about what is shown, the keys in a line, and what is drawn.
 ///
 /// # Errors
 /// None for numbers that are finite.
 pub(crate) fn svg(
     title: &str,
-    doubt: Option<&str>,
+    doubt: &str,
     keys: &[Key<'_>],
     size: (u32, u32),
     draw: impl FnOnce(&Canvas<'_>) -> Drawn,
@@ -135,9 +135,7 @@ pub(crate) fn svg(
             let canvas = canvas.margin(12, 12, 16, 16);
             let mut body = canvas.clone();
             let title = title.lines().map(|line| (line, &INK));
-            for (words, colour) in
-                title.chain(doubt.into_iter().flat_map(str::lines).map(|line| (line, &ORANGE)))
-            {
+            for (words, colour) in title.chain(doubt.lines().map(|line| (line, &ORANGE))) {
                 let (line, rest) = body.split_vertically(LINE);
                 line.draw(&Text::new(words.to_owned(), (0, 0), style.color(colour)))?;
                 body = rest;

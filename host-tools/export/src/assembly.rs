@@ -49,13 +49,10 @@ pub(crate) struct Assembly<'a> {
     pub(crate) heading: Vec<String>,
 }
 
-/// Stiffness of rigid ground in formats that ask for a number, N/m and Nm/rad. Chosen: a hundred times that of a stiff joint.
-const RIGID: f64 = 5e10;
-
 impl Body<'_> {
     /// Stiffnesses, all finite.
     pub(crate) fn finite_stiffness(&self) -> [f64; 6] {
-        self.bushing.stiffness.map(|own| if own.is_finite() { own } else { RIGID })
+        self.bushing.stiffness.map(|own| if own.is_finite() { own } else { 1.0 / imperfect::RIGID })
     }
 
     /// Degrees of freedom in which the bushing gives way.
@@ -69,7 +66,10 @@ impl<'a> Assembly<'a> {
     pub(crate) fn new(robot: &Robot<'a>) -> Result<Self, ExportError> {
         let chain = robot.model.chain()?;
         check(robot, &chain)?;
-        let (chain, pose) = Mechanics::places(&chain, robot.pose, robot.imperfections);
+        let (chain, pose) =
+            Mechanics::places(&chain, robot.pose, robot.imperfections).map_err(|_| {
+                ExportError::AngleCount { angles: robot.pose.len(), driven: chain.driven() }
+            })?;
         let bushings = imperfect::bushings(robot)?;
         let gravity = Vector3::from(robot.gravity_m_per_s2);
         let rest = chain.linearise(&pose, gravity, &bushings);
@@ -104,7 +104,8 @@ impl<'a> Assembly<'a> {
     }
 }
 
-fn check(robot: &Robot, chain: &Chain) -> Result<(), ExportError> {
+/// Checks that the parts of the robot are numbers, and of one robot.
+pub(crate) fn check(robot: &Robot, chain: &Chain) -> Result<(), ExportError> {
     let (fit, model) = (robot.joints.len(), robot.model.joints.len());
     if fit != model {
         return Err(ExportError::JointCount { fit, model });
@@ -128,7 +129,9 @@ fn check(robot: &Robot, chain: &Chain) -> Result<(), ExportError> {
     if angles != driven {
         return Err(ExportError::AngleCount { angles, driven });
     }
-    let is_right = |(own, value): &(Imperfection, f64)| own.is_of(chain) && value.is_finite();
+    let is_right = |(own, value): &(Imperfection, f64)| {
+        own.is_of(chain) && value.is_finite() && !(own.is_positive() && *value < 0.0)
+    };
     if let Some(wrong) = robot.imperfections.iter().position(|own| !is_right(own)) {
         return Err(ExportError::Imperfection(wrong));
     }
@@ -175,7 +178,7 @@ fn heading(robot: &Robot, error: Option<LinearisationError>) -> Vec<String> {
          the new z. Its springs are relaxed at 0, and the robot sags under gravity."
             .to_string(),
     ];
-    lines.extend(imperfect::heading(robot));
+    lines.extend(imperfect::heading(robot, error.is_none()));
     lines.extend(error.map(|error| format!("No equilibrium is known with these values: {error}.")));
     lines.iter().map(|line| one_line(line)).collect()
 }

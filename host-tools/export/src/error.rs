@@ -36,8 +36,8 @@ pub enum ExportError {
         /// Number of driven joints of the model.
         driven: usize,
     },
-    /// An imperfection is of a joint that the model does not have, or its value is NaN or infinite.
-    #[error("imperfections[{0}] is of another robot, or no number")]
+    /// An imperfection is of a joint that the model does not have, or out of its range.
+    #[error("imperfections[{0}] is of another robot, or out of its range")]
     Imperfection(usize),
     /// A number of the pose or of gravity is NaN or infinite.
     #[error("the {0} has a number that is not finite")]

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! z is the impedance of a bushing, with the growth of its drive and with hysteresis. The ground is a bushing of its own below the first
-//! joint, whose link is the base.
+//! joint, whose link is the base: `z = 1/(c − iω e)`, c the compliance and e its damping.
 
 use std::f64::consts::TAU;
 
@@ -16,28 +16,36 @@ use flexid_core::imperfection::{BASE_OVER_MOVING, Imperfection};
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::receptance::Complex;
 use flexid_core::refine::Mechanics;
+use flexid_pipeline::names::DOF_NAMES;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use crate::assembly::Body;
+use crate::assembly::{self, Body};
 use crate::{ExportError, Robot};
 
 /// Name of the body of the base.
 const GROUND: &str = "flexid_ground";
 /// Compliance of the ground below which it is exported as rigid, m/N and rad/Nm. Chosen: that of stiff joints is a hundred times as large, and
-/// harder ground would ask for a shorter step of time.
-const RIGID: f64 = 5e-11;
-/// Radius of gyration of the base, m. The fit takes the base as a point, and other programs need an inertia. Chosen: that of a base of
-/// half a metre; the turns of the base are then above a kilohertz.
+/// harder ground would ask for a shorter step of time. Formats that cannot leave out a degree of freedom
+/// have this compliance there.
+pub(crate) const RIGID: f64 = 5e-11;
+/// Largest radius of gyration of the base, m. The fit takes the base as a point, and other programs need an inertia. Chosen: that of a base
+/// of half a metre.
 const GYRATION_M: f64 = 0.3;
+/// Least natural frequency of the turns of the base on its ground, in upper edges of the band. Chosen: at the edge its inertia then changes the
+/// compliance of the ground by 1.6 %.
+const ABOVE: f64 = 8.0;
+/// Damping over stiffness of rigid ground in formats that cannot leave it out, s: that of ground which gives way.
+const LAG_S: f64 = 1e-4;
 /// Relative difference of a value that is rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// The bushings of the robot as they are exported: those at [`Robot::at_hz`], or those of the fit where the robot does not come to rest.
 ///
 /// # Errors
-/// The model is invalid.
+/// Those of [`export`](crate::export).
 pub fn bushings(robot: &Robot) -> Result<Bushings, ExportError> {
     let chain = robot.model.chain()?;
+    assembly::check(robot, &chain)?;
     let mut bushings: Bushings = robot
         .joints
         .iter()
@@ -80,14 +88,26 @@ pub(crate) fn ground<'a>(
     if compliance.iter().all(|c| *c < RIGID) {
         return None;
     }
-    // 1/(k + s d) ≈ c − s d c²: an imperfection is d c².
-    let damping = dofs.map(|dof| match compliance[dof] {
-        c if c < RIGID => 0.0,
-        c => value(Imperfection::GroundDamping(dof)) / (c * c),
+    let omega = TAU * robot.at_hz;
+    let [stiffness, damping]: [[f64; 6]; 2] = [0, 1].map(|part| {
+        dofs.map(|dof| {
+            let (c, e) = (compliance[dof], value(Imperfection::GroundDamping(dof)));
+            let size = c * c + omega * omega * e * e;
+            match (c < RIGID, part) {
+                (true, 0) => f64::INFINITY,
+                (true, _) => LAG_S / RIGID,
+                (false, 0) => c / size,
+                (false, _) => e / size,
+            }
+        })
     });
     let compliance = compliance.map(|c| if c < RIGID { 0.0 } else { c });
-    let moving: f64 = bodies.iter().map(|body| body.link.mass).sum();
+    // The fit weighs the base by the masses of the model's file.
+    let moving: f64 = robot.model.joints.iter().map(|joint| joint.mass_kg).sum();
     let mass = BASE_OVER_MOVING * moving * value(Imperfection::BaseMass).exp();
+    let softest = compliance[3..].iter().copied().fold(RIGID, f64::max);
+    let highest = TAU * ABOVE * robot.band_hz[1];
+    let inertia = (mass * GYRATION_M * GYRATION_M).min(1.0 / (softest * highest * highest));
     let (mut force, mut torque) = (mass * gravity, Vector3::zeros());
     let mut place = Isometry3::identity();
     for body in bodies {
@@ -97,6 +117,8 @@ pub(crate) fn ground<'a>(
         force += weight;
         torque += centre.coords.cross(&weight);
     }
+    let rigid: Vec<&str> =
+        dofs.into_iter().filter(|dof| compliance[*dof] == 0.0).map(|dof| DOF_NAMES[dof]).collect();
     let load: Vec<f64> = force.iter().chain(torque.iter()).copied().collect();
     Some(Body {
         name: GROUND.to_owned(),
@@ -104,24 +126,42 @@ pub(crate) fn ground<'a>(
         link: Link {
             mass,
             centre_of_mass: Vector3::zeros(),
-            inertia: Matrix3::identity() * (mass * GYRATION_M * GYRATION_M),
+            inertia: Matrix3::identity() * inertia,
         },
-        bushing: Bushing { stiffness: compliance.map(|c| 1.0 / c), damping },
+        bushing: Bushing { stiffness, damping },
         report: None,
         sag: Some(dofs.map(|dof| compliance[dof] * load[dof])),
         remarks: vec![format!(
-            "the base on its ground, which gives way as the fit has found; a radius of gyration of {GYRATION_M} m is assumed"
+            "the base on its ground, which gives way as the fit has found, but for {}; an inertia of {inertia:.2} kg m^2 is assumed",
+            if rigid.is_empty() {
+                "nothing".to_owned()
+            } else {
+                format!("{}, where it is rigid", rigid.join(", "))
+            }
         )],
     })
 }
 
-/// Lines on the imperfections for the head of a file.
-pub(crate) fn heading(robot: &Robot) -> Vec<String> {
+/// Lines on the imperfections for the head of a file, of a robot that comes to rest or not.
+pub(crate) fn heading(robot: &Robot, stands: bool) -> Vec<String> {
     let found = |is_wanted: fn(&Imperfection) -> bool| {
         robot.imperfections.iter().filter(move |(own, value)| is_wanted(own) && *value != 0.0)
     };
     let mut lines = Vec::new();
-    if found(|own| !matches!(own, Imperfection::RecordStiffness(_))).next().is_some() {
+    let places = found(|own| {
+        matches!(
+            own,
+            Imperfection::Mass(_)
+                | Imperfection::Inertia(_)
+                | Imperfection::CentreOfMass(..)
+                | Imperfection::JointAngle(_)
+                | Imperfection::ElasticCentre(..)
+                | Imperfection::ToolTurn(_)
+                | Imperfection::ToolCentrePoint(_)
+                | Imperfection::Ground(_)
+        )
+    });
+    if places.count() > 0 {
         lines.push(
             "Masses, places and ground are those of the model with the imperfections that the fit has found, at this pose: they differ from those of \
              the model's file."
@@ -131,7 +171,7 @@ pub(crate) fn heading(robot: &Robot) -> Vec<String> {
     let depends = found(|own| {
         matches!(own, Imperfection::Hysteresis | Imperfection::Servo(_) | Imperfection::Load)
     });
-    if depends.count() > 0 {
+    if depends.count() > 0 && stands {
         lines.push(format!(
             "Springs and dampers are those at {:.1} Hz under the load at this pose: hysteresis, and drives that stiffen with frequency and load, make them \
              differ from the identified parameters, and from those at other frequencies.",

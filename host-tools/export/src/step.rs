@@ -39,7 +39,7 @@ fn highest_frequency(bodies: &[Body]) -> f64 {
     bodies.iter().enumerate().filter_map(square).fold(0.0, f64::max).sqrt()
 }
 
-/// Where nothing gives way, no spring is stretched.
+/// An infinite stiffness is a degree of freedom that does not exist.
 fn diagonal(body: &Body) -> Matrix6<f64> {
     let stiffness = body.bushing.stiffness.map(|own| if own.is_finite() { own } else { 0.0 });
     Matrix6::from_diagonal(&Vector6::from(stiffness))

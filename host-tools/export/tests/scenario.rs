@@ -37,6 +37,8 @@ pub(crate) struct Scenario {
     pub(crate) gravity: [f64; 3],
     pub(crate) poses: Vec<Vec<f64>>,
     pub(crate) imperfections: Vec<(Imperfection, f64)>,
+    /// Frequency at which springs and dampers are exported, Hz.
+    pub(crate) at_hz: f64,
     pub(crate) verdict: String,
 }
 
@@ -50,7 +52,7 @@ impl Scenario {
         let joints = file.truth.iter().map(report).collect();
         let poses = file.experiment.into_iter().map(|experiment| experiment.pose).collect();
         let verdict = "consistent".to_string();
-        Self { model, joints, gravity, poses, imperfections: Vec::new(), verdict }
+        Self { model, joints, gravity, poses, imperfections: Vec::new(), at_hz: 20.0, verdict }
     }
 
     /// A robot of six joints in gravity with a pedestal, a slide, skewed axes, turned frames and gravity askew.
@@ -76,7 +78,7 @@ impl Scenario {
             pose: &self.poses[experiment],
             imperfections: &self.imperfections,
             band_hz: [2.0, 200.0],
-            at_hz: 20.0,
+            at_hz: self.at_hz,
             verdict: &self.verdict,
             note: None,
         }

@@ -77,6 +77,10 @@ impl<'a> Dynamics<'a> {
         self.matrices.mass.nrows()
     }
 
+    pub(crate) fn mechanics(&self) -> &Mechanics {
+        &self.mechanics
+    }
+
     pub(crate) fn matrices(&self) -> &Matrices {
         &self.matrices
     }

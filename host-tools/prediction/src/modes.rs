@@ -11,6 +11,7 @@
 
 use std::f64::consts::TAU;
 
+use flexid_core::receptance;
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 use serde::Serialize;
 
@@ -54,7 +55,7 @@ type Solution = (Complex<f64>, DVector<Complex<f64>>);
 
 impl Dynamics<'_> {
     /// The modes whose natural frequency is at most `highest_hz`, in ascending order. A mode that damping has made aperiodic is
-    /// left out.
+    /// left out. Of modes whose λ are equal to a millionth, as of a symmetric robot, one is listed.
     pub fn modes(&self, highest_hz: f64) -> Vec<Mode> {
         let solutions = self.solutions(highest_hz).into_iter();
         solutions.map(|(lambda, shape)| self.mode(lambda, &shape)).collect()
@@ -69,12 +70,12 @@ impl Dynamics<'_> {
     /// λ and φ of the modes, the lowest first.
     fn solutions(&self, highest_hz: f64) -> Vec<Solution> {
         let mut found: Vec<Solution> = Vec::new();
-        for start in self.viscous() {
+        for start in self.viscous().into_iter().chain(self.of_base()) {
             if start.norm() > BEYOND * TAU * highest_hz {
                 continue;
             }
             let is_new = |own: &Solution| found.iter().all(|other| !is_same(other.0, own.0));
-            // Each start has a mode of its own. If a neighbour attracts it, the iteration goes on without that one.
+            // There are as many starts as modes. If two starts lead to one mode, the second seeks another beside those that are found.
             let solution = self.mode_near(start).filter(is_new).or_else(|| {
                 let lambda = self.eigenvalue_beside(start, &found)?;
                 self.mode_near(lambda).filter(is_new)
@@ -142,6 +143,26 @@ impl Dynamics<'_> {
         };
         let eigenvalues = schur.complex_eigenvalues();
         eigenvalues.iter().map(|own| own * omega).filter(|lambda| lambda.im > 0.0).collect()
+    }
+
+    /// λ from which the modes of the base on its ground are sought, which is no coordinate of Z: a mass between the springs of the ground and
+    /// of the first joint, without damping. None where the ground is rigid.
+    ///
+    /// ```text
+    /// λ = i √((1/c + k₁)/m)        along each axis
+    /// ```
+    fn of_base(&self) -> Vec<Complex<f64>> {
+        let mechanics = self.mechanics();
+        let still = receptance::Complex { re: 0.0, im: 0.0 };
+        let (Some(ground), Some(mass)) = (mechanics.ground(still), mechanics.base_mass()) else {
+            return Vec::new();
+        };
+        let springs = self.bushings(self.at_rest()).springs;
+        let each = (0..3).map(|axis| {
+            let stiffness = 1.0 / ground[axis].re + springs[axis].re;
+            Complex::new(0.0, (stiffness / mass).sqrt())
+        });
+        each.filter(|own| own.im.is_finite()).collect()
     }
 
     /// λ and φ of the mode near this λ. `None` if the iteration does not converge.
@@ -239,16 +260,20 @@ mod tests {
     use proptest::test_runner::RngSeed;
 
     use super::*;
+    use crate::bushings;
     use crate::robot::Robot;
 
     /// Corners of a rectangle of λ that holds modes, rad/s. Its lower side is above those that are nearly aperiodic.
     const REAL: [f64; 2] = [-80.0, 20.0];
     const IMAGINARY: [f64; 2] = [TAU * 3.0, TAU * 90.0];
+    /// Natural frequency up to which modes are sought: that of the farthest corner.
+    const HIGHEST_HZ: f64 = 91.0;
     /// Points on each of its sides.
     const POINTS: usize = 1000;
 
-    /// A robot like that of six joints, whose parameters differ by these factors, with hysteresis and drives that stiffen.
-    fn robot(factors: &[f64], hysteresis: f64, servo: f64) -> Robot {
+    /// A robot like that of six joints, whose parameters differ by these factors, with hysteresis, drives that stiffen, and ground of this
+    /// compliance, m/N and rad/Nm.
+    fn robot(factors: &[f64], hysteresis: f64, servo: f64, ground: f64) -> Robot {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenario/mill6-model.toml");
         let model = Model::load(&file).unwrap();
         let all = factors.chunks(12).zip(0..).map(|(own, joint)| {
@@ -262,8 +287,10 @@ mod tests {
         });
         let value = |imperfection, value| FoundValue { imperfection, value };
         let servos = (0..6).map(|joint| value(Imperfection::Servo(joint), servo));
-        let imperfections: Vec<_> =
-            servos.chain([value(Imperfection::Hysteresis, hysteresis)]).collect();
+        let grounds = (0..6).map(|dof| value(Imperfection::Ground(dof), ground));
+        let others =
+            [value(Imperfection::Hysteresis, hysteresis), value(Imperfection::BaseMass, 0.5)];
+        let imperfections: Vec<_> = servos.chain(grounds).chain(others).collect();
         let size = factors.len() + imperfections.len();
         let found = FoundRobot {
             model,
@@ -277,7 +304,9 @@ mod tests {
         Robot::new(found, all.collect()).unwrap()
     }
 
-    /// Zeros of det Z in the rectangle: the turns of its argument along the border. Z has no poles there.
+    /// Zeros of `det Z det(I + G z)/Π gᵢ` in the rectangle: the turns of its argument along the border. G are the compliances g of the ground
+    /// with its base, turned to the axes of the first joint. Without the last two factors there are poles, where the base moves between ground
+    /// and a link at rest.
     fn zeros(at: &Dynamics<'_>) -> f64 {
         let [[left, right], [low, high]] = [REAL, IMAGINARY];
         let corners = [(left, low), (right, low), (right, high), (left, high), (left, low)];
@@ -291,11 +320,26 @@ mod tests {
             .map(|s| {
                 let z = at.stiffness(Place::At(s));
                 let n = z.nrows();
-                DMatrix::from_fn(n, n, |i, j| z[(i, j)] * scale[i] * scale[j]).determinant()
+                let scaled = DMatrix::from_fn(n, n, |i, j| z[(i, j)] * scale[i] * scale[j]);
+                scaled.determinant() * of_ground(at, s)
             })
             .collect();
         let next = values.iter().cycle().skip(1);
         values.iter().zip(next).map(|(own, next)| (next / own).arg()).sum::<f64>() / TAU
+    }
+
+    /// `det(I + G z)/Π gᵢ`, apart from a positive factor.
+    fn of_ground(at: &Dynamics<'_>, s: Complex<f64>) -> Complex<f64> {
+        let mechanics = at.mechanics();
+        let of_core = |own: receptance::Complex<f64>| Complex::new(own.re, own.im);
+        let Some(ground) = mechanics.ground(receptance::Complex { re: s.re, im: s.im }) else {
+            return 1.0.into();
+        };
+        let bushings = at.bushings(Place::At(s));
+        let z = (bushings.springs + bushings.dampers).fixed_rows::<6>(0).into_owned();
+        let part = bushings::part(mechanics, Place::At(s), &z).unwrap();
+        let units = ground.map(|own| of_core(own).inv() * 1e-9);
+        units.into_iter().product::<Complex<f64>>() / part.determinant()
     }
 
     proptest! {
@@ -308,14 +352,15 @@ mod tests {
             pose in prop::collection::vec(-1.0..1.0, 6),
             hysteresis in 0.0..0.6,
             servo in 0.0..0.1,
+            ground in prop_oneof![Just(0.0), 1e-10..3e-8],
         ) {
-            let robot = robot(&factors, hysteresis, servo);
+            let robot = robot(&factors, hysteresis, servo, ground);
             let at = robot.at(&pose).unwrap();
             let inside = |lambda: Complex<f64>| {
                 let within = |value: f64, [low, high]: [f64; 2]| low < value && value < high;
                 within(lambda.re, REAL) && within(lambda.im, IMAGINARY)
             };
-            let found = at.solutions(400.0).iter().filter(|(lambda, _)| inside(*lambda)).count();
+            let found = at.solutions(HIGHEST_HZ).iter().filter(|(lambda, _)| inside(*lambda)).count();
             let zeros = zeros(&at);
             prop_assert!((zeros - found as f64).abs() < 1e-6, "{found} of {zeros}");
             prop_assert!(found >= 4);

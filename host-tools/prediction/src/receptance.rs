@@ -111,14 +111,11 @@ impl Grid {
     }
 }
 
-/// The same as [`grid`], with the step rounded down and the lower edge up to six digits.
+/// The same as [`grid`], with lower edge and step rounded to six digits.
 fn even([lower, upper]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
-    let rounded = |value: f64, round: fn(f64) -> f64| {
-        let digit = 10.0_f64.powf(value.log10().floor() - 5.0);
-        round(value / digit) * digit
-    };
-    let first = rounded(lower, f64::ceil);
-    let step = rounded((upper - first) / (count.max(2) - 1) as f64, f64::floor);
+    let rounded = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
+    let first = rounded(lower);
+    let step = rounded((upper - first) / (count.max(2) - 1) as f64);
     (0..count).map(move |index| first + step * index as f64)
 }
 
@@ -144,6 +141,8 @@ mod tests {
         // Bandwidths of 0.2 and 4 Hz; the third lies above the band.
         let modes = [mode(20.0, 0.005), mode(100.0, 0.02), mode(300.0, 1e-4)];
         assert_eq!(Grid::Even(5).frequencies(band, &modes), [2.0, 51.5, 101.0, 150.5, 200.0]);
+        let whole: Vec<f64> = (2..=200).map(f64::from).collect();
+        assert_eq!(Grid::Even(199).frequencies(band, &modes), whole);
         let resolved = Grid::Resolved.frequencies(band, &modes);
         assert_eq!(resolved.len(), COARSE + 2 * 49);
         assert!(resolved.is_sorted_by(|a, b| a < b) && resolved.contains(&20.0));

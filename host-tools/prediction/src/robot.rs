@@ -18,7 +18,7 @@ pub(crate) const OF_JOINT: usize = 12;
 const LEAST: f64 = 1e-3;
 /// Highest upper edge of a band, Hz. Chosen: above what any accelerometer reads.
 const HIGHEST: f64 = 1e6;
-/// Largest logarithm of a factor on a mass. Chosen: no file is off by 4000 times.
+/// Largest logarithm of a factor on a mass or on stiffnesses. Chosen: no file is off by 3000 times.
 const LARGEST_LOGARITHM: f64 = 8.0;
 /// Most iterations for the eigenvalues of a covariance. Chosen: a few for each of two hundred.
 const ITERATIONS: usize = 100_000;
@@ -224,9 +224,10 @@ impl Robot {
 /// Whether an imperfection can have this value.
 fn is_in_range(imperfection: Imperfection, value: f64) -> bool {
     match imperfection {
-        Imperfection::Mass(_) | Imperfection::Inertia(_) | Imperfection::BaseMass => {
-            value.abs() <= LARGEST_LOGARITHM
-        }
+        Imperfection::Mass(_)
+        | Imperfection::Inertia(_)
+        | Imperfection::BaseMass
+        | Imperfection::RecordStiffness(_) => value.abs() <= LARGEST_LOGARITHM,
         _ => value.is_finite() && !(imperfection.is_positive() && value < 0.0),
     }
 }

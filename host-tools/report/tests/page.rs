@@ -335,6 +335,15 @@ fn a_fit_that_is_not_settled_is_no_ground_for_a_plan() {
         assert_eq!(page.contains(maybe), acceptance == "unsettled");
         let errors = "the errors hold only if this minimum is the right one";
         assert_eq!(page.contains(errors), acceptance == "unsettled");
+        assert!(!page.contains("But only if robot, sensors and ground are exactly"));
+    }
+    let first = "Check masses, TCP, sensor mounting, axes and units: what the best minimum leaves";
+    for consistency in [9.0, 11.0] {
+        let mut result = result();
+        result["fit"]["acceptance"] = json!("unsettled");
+        result["fit"]["consistency"] = json!(consistency);
+        result["confidence"]["explanations"] = json!([]);
+        assert_eq!(page(&result).contains(first), consistency > 10.0);
     }
 }
 

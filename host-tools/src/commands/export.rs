@@ -4,19 +4,16 @@ use std::path::PathBuf;
 use std::str::FromStr as _;
 
 use anyhow::Result;
-use flexid_core::imperfection::Imperfection;
 use flexid_edge::console::complain;
-use flexid_export::{ExportError, Format, Robot, bushings, export};
+use flexid_export::{Format, Robot, export};
 use flexid_pipeline::input::BadInput;
-use flexid_pipeline::robot::FoundRobot;
 use flexid_pipeline::text::count;
-use flexid_prediction::Robot as PredictedRobot;
 use flexid_prediction::document::Found;
-use flexid_prediction::modes::Mode;
 use flexid_prediction::receptance::{Grid, MOST};
 use flexid_wire::report::Verdict;
 
 use super::pose::given_or_first;
+use crate::constant;
 use crate::exit::BadArgument;
 use crate::numbers::{Numbers, numbers};
 use crate::output::{self, Output};
@@ -47,9 +44,6 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=MOST as i64))]
     points: Option<u32>,
 }
-
-/// Relative difference of a natural frequency that is not worth a line: a tenth of a per cent, within which an export is right.
-const SAME: f64 = 1e-3;
 
 /// What is exported.
 #[derive(Clone, Copy, Debug)]
@@ -119,9 +113,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
         verdict: predict::table::verdict(&found.fit),
         note: None,
     };
-    let note = differences(&found, &exported)
-        .map_err(|error| BadInput::new(&args.found, error))?
-        .filter(|_| !matches!(format, Format::Csv));
+    let note = match format {
+        Format::Csv => None,
+        _ => constant::differences(&found, &exported)
+            .map_err(|error| BadInput::new(&args.found, error))?,
+    };
     let exported = Robot { note: note.as_deref(), ..exported };
     let text = export(&exported, format).map_err(|error| BadInput::new(&args.found, error))?;
     output.finish_and_say(&text, "robot")?;
@@ -130,47 +126,6 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     warn(args, &found);
     Ok(())
-}
-
-/// A line on how far the modes of the exported robot, whose springs and dampers are constant, lie from those of the robot that was found.
-/// `None` if they are the same.
-///
-/// # Errors
-/// Those of an export.
-fn differences(found: &Found, exported: &Robot) -> Result<Option<String>, ExportError> {
-    let depends = |own: Imperfection| {
-        matches!(own, Imperfection::Hysteresis | Imperfection::Servo(_) | Imperfection::Load)
-    };
-    let whole = found.robot.found();
-    let imperfections: Vec<_> =
-        whole.imperfections.iter().filter(|own| !depends(own.imperfection)).copied().collect();
-    let size = 12 * whole.model.joints.len() + imperfections.len();
-    let constant =
-        FoundRobot { imperfections, covariance: vec![0.0; size * (size + 1) / 2], ..whole.clone() };
-    let Ok(constant) = PredictedRobot::new(constant, bushings(exported)?) else { return Ok(None) };
-    let [_, upper] = found.robot.band_hz();
-    // Another order or number of modes has no pairs.
-    let modes = |robot: &PredictedRobot| {
-        robot.at(exported.pose).map(|at| at.modes(upper)).unwrap_or_default()
-    };
-    let (own, theirs) = (modes(&found.robot), modes(&constant));
-    let pairs = || own.iter().zip(&theirs);
-    let ratio = |of: fn(&Mode) -> f64| {
-        pairs()
-            .map(|(own, theirs)| of(theirs) / of(own))
-            .fold([1.0_f64; 2], |[low, high], own| [low.min(own), high.max(own)])
-    };
-    let [slower, faster] = ratio(|mode| mode.frequency_hz.value);
-    let off = (1.0 - slower).max(faster - 1.0);
-    if off < SAME {
-        return Ok(None);
-    }
-    let [lighter, heavier] = ratio(|mode| mode.damping_ratio.value);
-    Ok(Some(format!(
-        "natural frequencies up to {upper} Hz are up to {:.1} % off those of flexid, and damping ratios {lighter:.2} to {heavier:.2} times: the fit has \
-         found springs and dampers that change with frequency, and here they are constant",
-        100.0 * off
-    )))
 }
 
 /// Says on stderr what the comments in the file say.

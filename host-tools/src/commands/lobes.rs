@@ -17,7 +17,7 @@ use crate::json::Judged;
 use crate::lobes::{self, Bands, Diagram};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
-use crate::predict::table::doubt;
+use crate::predict::table::{doubt, lacks_damping};
 use crate::progress;
 
 /// Range of the tangential force per area of the chip, N/mm². Chosen: from soft plastics to ten times that of nickel alloys.
@@ -93,9 +93,8 @@ enum Way {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let found = Found::load(&args.found)?;
-    if found.fit.records == 0 {
-        let message = "rests on static tests alone, which show no damping: identify the log of a cut with them";
-        return Err(BadInput::new(&args.found, message).into());
+    if let Some(why) = lacks_damping(&found.fit) {
+        return Err(BadInput::new(&args.found, why).into());
     }
     let pose = given_or_first(&args.found, &found, args.pose.as_ref())?;
     let cutter = cutter(args)?;
@@ -145,13 +144,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .into_iter()
         .chain(lobes::open_damping(&dynamics.modes(highest_hz)))
         .collect();
+    let title = lobes::title(&diagram, &found.robot.model().name, &cutter);
     for (format, output) in outputs {
         output.finish(&match format {
             Format::Csv => diagram.csv()?,
-            Format::Svg => {
-                let title = lobes::title(&diagram, &found.robot.model().name, &cutter);
-                lobes::svg(&diagram, &title, args.depth, &doubts.join("\n"))?
-            }
+            Format::Svg => lobes::svg(&diagram, &title, args.depth, &doubts.join("\n"))?,
         })?;
     }
     let text = if args.json {
@@ -160,7 +157,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         serde_json::to_string_pretty(&Judged::of(&found.fit, &diagram))? + "\n"
     } else {
         let doubts: String = doubts.iter().map(|line| format!("{line}\n")).collect();
-        doubts + &lobes::text(&diagram)
+        doubts + &lobes::text(&diagram, &title)
     };
     Ok(print(&text)?)
 }

@@ -100,7 +100,9 @@ impl Diagram {
                 }
             }
             line.push(u8::from(*is_beyond).to_string());
-            line.push(u8::from(limit.is_none_or(|own| own.depth_m.determined)).to_string());
+            line.push(limit.map_or_else(String::new, |own| {
+                u8::from(own.depth_m.determined && own.chatter_hz.determined).to_string()
+            }));
             writer.write_record(&line)?;
         }
         Ok(String::from_utf8(writer.into_inner()?)?)

@@ -48,7 +48,7 @@ pub(crate) fn svg(
     if diagram.speeds.iter().any(|speed| speed.is_beyond) {
         keys.push(Key::line(ORANGE, &beyond));
     }
-    picture::svg(title, Some(doubt), &keys, picture::SIZE, |canvas| {
+    picture::svg(title, doubt, &keys, picture::SIZE, |canvas| {
         let [first, last] = [diagram.speeds.first(), diagram.speeds.last()]
             .map(|speed| speed.map_or(0.0, |speed| speed.rpm));
         let mut chart =

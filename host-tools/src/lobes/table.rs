@@ -14,8 +14,8 @@ use crate::show::table::STYLE;
 /// Speeds in the table, at most.
 const ROWS: usize = 13;
 
-/// The depths that are stable at all of these speeds, at the best, and at any, and a line for some speeds.
-pub(crate) fn text(diagram: &Diagram) -> String {
+/// The depths that are stable at all of these speeds, at the best, and at any, a line for some speeds, and the title.
+pub(crate) fn text(diagram: &Diagram, title: &str) -> String {
     let [lower, upper] = diagram.band_hz;
     let Some(least) = diagram.least_depth_m else {
         return format!("no depth chatters between {lower:.1} and {upper:.1} Hz\n");
@@ -28,19 +28,19 @@ pub(crate) fn text(diagram: &Diagram) -> String {
     let deepest = within.max_by(|(_, a), (_, b)| a.interval[0].total_cmp(&b.interval[0]));
     let mut text = String::new();
     let of_band = format!("deepest by the modes up to {:.1} Hz:", diagram.fitted_to_hz.min(upper));
-    for (word, found) in
-        [("stable at these speeds: depths below", worst), (of_band.as_str(), deepest)]
+    for (word, prefix, found) in
+        [("stable at these speeds:", "depths below ", worst), (of_band.as_str(), "", deepest)]
     {
         if let Some((speed, depth)) = found {
             let mark = if speed.is_beyond { " *" } else { "" };
-            text += &format!("{word} {}, at {:.0} rpm{mark}\n", depth_mm(depth), speed.rpm);
+            text += &format!("{word} {}, at {:.0} rpm{mark}\n", depth_mm(prefix, depth), speed.rpm);
         }
     }
     let free = diagram.speeds.len() - limits.len();
     if free > 0 {
         text += &format!("no depth chatters at {free} of {} speeds\n", diagram.speeds.len());
     }
-    text += &format!("stable at any speed: depths below {}\n", depth_mm(&least));
+    text += &format!("stable at any speed: {}\n", depth_mm("depths below ", &least));
     let mut table = Table::new();
     table.load_style(STYLE);
     table.set_header(["rpm", "depth, mm (95 %)", "chatter, Hz (95 %)", "lobe"]);
@@ -67,8 +67,9 @@ pub(crate) fn text(diagram: &Diagram) -> String {
     } else {
         String::new()
     };
+    let title: String = title.lines().map(|line| format!(" {line}\n")).collect();
     format!(
-        "{text}\n{table}\n{beyond} chatter between {lower:.1} and {upper:.1} Hz: modes of spindle and tool lie above {fitted:.1} Hz, where the \
+        "{text}\n{table}\n{title}{beyond} chatter between {lower:.1} and {upper:.1} Hz: modes of spindle and tool lie above {fitted:.1} Hz, where the \
          band that was fitted ends, and may limit the depth further\n"
     )
 }
@@ -83,9 +84,12 @@ pub(crate) fn open_damping(modes: &[Mode]) -> Option<String> {
     ))
 }
 
-fn depth_mm(depth: &PositiveEstimate) -> String {
-    let unit = if depth.determined { " mm" } else { "" };
-    format!("{}{unit}", shown(depth, 1e3))
+/// A depth behind the words `prefix`, which stand only before a number.
+fn depth_mm(prefix: &str, depth: &PositiveEstimate) -> String {
+    match depth.determined {
+        true => format!("{prefix}{} mm", shown(depth, 1e3)),
+        false => OPEN.to_owned(),
+    }
 }
 
 /// A number, `scale` times, with its interval, unless it says nothing.
@@ -102,8 +106,9 @@ mod tests {
 
     #[test]
     fn what_says_nothing_has_no_number() {
-        assert_eq!(depth_mm(&PositiveEstimate::new(1.25e-3, 0.02)), "1.250 (1.202 to 1.300) mm");
-        assert_eq!(depth_mm(&PositiveEstimate::new(1.25e-3, 1.1)), "not determined");
+        let of = |std| depth_mm("below ", &PositiveEstimate::new(1.25e-3, std));
+        assert_eq!(of(0.02), "below 1.250 (1.202 to 1.300) mm");
+        assert_eq!(of(1.1), "not determined");
     }
 
     #[test]

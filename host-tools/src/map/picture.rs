@@ -75,7 +75,7 @@ pub(crate) fn svg(
     };
     let ranges = [range(|own| own.0), range(|own| own.1)];
     let size = if positions.is_some() { SQUARE } else { picture::SIZE };
-    picture::svg(&title, doubt, &keys, size, |canvas| {
+    picture::svg(&title, doubt.unwrap_or_default(), &keys, size, |canvas| {
         let width = canvas.dim_in_pixel().0.saturating_sub(SCALE);
         let (body, side) = canvas.split_horizontally(width);
         let [x, y] = match positions {

@@ -13,7 +13,7 @@ use flexid_prediction::receptance::Grid;
 use flexid_wire::report::Fit;
 
 use super::Prediction;
-use super::table::verdict;
+use super::table::{lacks_damping, verdict};
 use crate::exit::BadArgument;
 
 /// Kind of a file.
@@ -46,12 +46,15 @@ impl Format {
     /// # Errors
     /// The fit rests on static tests alone, and the file is a universal one.
     pub(crate) fn holds(self, found: &Path, fit: &Fit) -> Result<(), BadInput> {
-        if self == Self::Uff && fit.records == 0 {
-            let message = "rests on static tests alone, which show no damping, and a universal file cannot mark that: identify the log of a cut with \
-                           them, or write a .csv by `flexid predict --receptance`";
-            return Err(BadInput::new(found, message));
+        match lacks_damping(fit).filter(|_| self == Self::Uff) {
+            Some(why) => Err(BadInput::new(
+                found,
+                format!(
+                    "{why}, or write a .csv by `flexid predict --receptance`, which marks what is not determined"
+                ),
+            )),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Says on stderr which part of the receptances in `file` is not determined, where the file does not mark them.

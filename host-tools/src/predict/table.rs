@@ -49,6 +49,13 @@ pub(crate) fn doubt(fit: &Fit) -> Option<&'static str> {
     }
 }
 
+/// Why nothing that needs a damping can be said of a fit to static tests alone, if the fit is one.
+pub(crate) fn lacks_damping(fit: &Fit) -> Option<&'static str> {
+    (fit.records == 0).then_some(
+        "rests on static tests alone, which show no damping: identify the log of a cut with them",
+    )
+}
+
 /// Says the same on stderr, of a result `file` whose reader does not see the text.
 pub(crate) fn warn_of(file: &Path, fit: &Fit) {
     if let Some(doubt) = doubt(fit) {

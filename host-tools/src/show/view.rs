@@ -74,7 +74,7 @@ impl View {
             Phase::Settled if records == 0 => waiting(),
             Phase::Searching => Some(format!("searching with record {records}, start {starts}")),
             Phase::Refining => Some(format!("refining with record {records}, start {starts}")),
-            Phase::Settled => Some(format!("settled, {}", count(records, "record"))),
+            Phase::Settled => Some(format!("search ended, {}", count(records, "record"))),
         }
     }
 

@@ -139,6 +139,35 @@ fn an_export_says_what_its_comments_say() {
     assert!(fs::read_to_string(folder.join("open.svg")).unwrap().contains("NOT SETTLED: "));
 }
 
+/// A drive that stiffens has no constant spring: the note says how far the modes are off, and the file, too.
+#[test]
+fn an_export_says_what_it_cannot_carry() {
+    let folder = found();
+    let folder = folder.path();
+    let export = |result: &str| {
+        let output = flexid(folder, &format!("export {result} --format mjcf --out o.xml"));
+        assert!(output.status.success(), "{}", stderr(&output));
+        (stderr(&output), fs::read_to_string(folder.join("o.xml")).unwrap())
+    };
+    let (said, file) = export("o.json");
+    assert!(!said.contains("note: ") && !file.contains("are up to"), "{said}");
+
+    let mut found = json(folder, "o.json");
+    let all = (0..3).map(|joint| value!({"imperfection": {"servo": joint}, "value": 0.05}));
+    found["robot"]["imperfections"] = all.collect();
+    let covariance = found["robot"]["covariance"].as_array_mut().unwrap();
+    covariance.resize(39 * 40 / 2, value!(0.0));
+    fs::write(folder.join("servo.json"), found.to_string()).unwrap();
+    let (said, file) = export("servo.json");
+    let note = said.lines().find(|line| line.starts_with("note: o.xml: natural frequencies up to"));
+    let note = note.unwrap_or_else(|| panic!("{said}"));
+    // A stiffness that is 5 % off moves a natural frequency by 2.5 % at most.
+    let (_, off) = note.split_once("are up to ").unwrap();
+    let off: f64 = off.split_once(" %").unwrap().0.parse().unwrap();
+    assert!((0.1..2.6).contains(&off), "{note}");
+    assert!(file.contains(note.strip_prefix("note: o.xml: ").unwrap()), "{file}");
+}
+
 /// What goes to a pipe or a device has a reader of its own.
 #[test]
 fn an_export_says_that_a_file_is_written() {

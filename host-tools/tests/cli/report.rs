@@ -40,6 +40,7 @@ fn a_page_is_made_of_the_result_alone() {
         "The fit explains the records",
         joint.as_str().unwrap(),
         "flexid identify --config edge.toml o.log",
+        "But only if robot, sensors and ground are exactly as they are stated",
     ] {
         assert!(page.contains(part), "{part:?}");
     }

@@ -55,8 +55,11 @@ fn gives_up_at_the_timeout_and_says_where_the_work_stands() {
         (vec![], "no news from the daemon"),
         (vec![progress(Phase::Searching, 3), consistent()], "searching with record 3, start 2"),
         // The work on a fourth record has ended, and its report is still to come.
-        (vec![progress(Phase::Settled, 4), consistent()], "settled, 4 records"),
-        (vec![progress(Phase::Settled, 3), report(Acceptance::ModelSuspect, 3)], "settled"),
+        (vec![progress(Phase::Settled, 4), consistent()], "search ended, 4 records"),
+        (
+            vec![progress(Phase::Settled, 3), report(Acceptance::ModelSuspect, 3)],
+            "search ended, 3 records",
+        ),
     ] {
         let output = watch(&news, "--until identified --timeout 0.7");
         let errors = text(&output.stderr);
@@ -86,7 +89,7 @@ fn waits_for_as_many_records_as_asked_and_for_a_parameter_that_is_determined() {
     let news = [progress(Phase::Settled, 1), report(Acceptance::ModelSuspect, 1)];
     let output = watch(&news, "--until identified --timeout 0.7");
     let (lines, errors) = (text(&output.stdout), text(&output.stderr));
-    assert!(errors.contains("settled, 1 record"), "{errors}");
+    assert!(errors.contains("search ended, 1 record"), "{errors}");
     assert!(lines.contains("; 1 record, 16384 frames") && !lines.contains("1 records"), "{lines}");
 }
 

@@ -27,7 +27,7 @@ fn without_a_record_it_says_what_the_daemon_waits_for() {
         [status(State::NoForce), progress(Phase::Settled, 0), report(Acceptance::Consistent, 0)];
     let output = watch(&news, "--timeout 1");
     let lines = text(&output.stdout);
-    assert!(lines.contains(waiting) && !lines.contains("settled, 0 records"), "{lines}");
+    assert!(lines.contains(waiting) && !lines.contains("search ended, 0 records"), "{lines}");
 }
 
 #[test]

@@ -53,15 +53,21 @@ impl Mechanics {
     /// The chain and the joint angles (rad, m) that a robot with these imperfections has at joint angles `pose`, before its bushings give way.
     /// Its elastic centres are the origins of its joint frames. This holds at that pose alone.
     ///
+    /// # Errors
+    /// There is not one angle per driven joint.
+    ///
     /// # Panics
     /// If an imperfection is [of another robot](Imperfection::is_of).
     pub fn places(
         chain: &Chain,
         pose: &[f64],
         imperfections: &[(Imperfection, f64)],
-    ) -> (Chain, Vec<f64, MAX_JOINTS>) {
-        // The band is that of hysteresis, which moves nothing.
-        imperfect(chain, [1.0, 1.0], pose, imperfections).into_places()
+    ) -> Result<(Chain, Vec<f64, MAX_JOINTS>), LinearisationError> {
+        if pose.len() != chain.driven() {
+            return Err(LinearisationError::Angles(pose.len()));
+        }
+        // Any band: its middle is the reference of hysteresis, which moves nothing.
+        Ok(imperfect(chain, [1.0, 1.0], pose, imperfections).into_places())
     }
 
     /// The chain, linearised about its static equilibrium.
@@ -74,6 +80,11 @@ impl Mechanics {
     pub fn ground(&self, s: Complex<f64>) -> Option<[Complex<f64>; DOF]> {
         let ground = self.terms.ground?;
         Some(core::array::from_fn(|dof| ground.at(s, dof)))
+    }
+
+    /// Mass of the base, a point on the ground, kg. `None` if the ground is rigid.
+    pub fn base_mass(&self) -> Option<f64> {
+        Some(self.terms.ground?.mass)
     }
 
     /// Stiffness, N/m, and damping, Ns/m, of what hangs on the tool, along each axis at its centre point.

@@ -56,14 +56,22 @@ pub fn parse_json<T: DeserializeOwned>(
                 format!("is {}", seems(text).unwrap_or(other))
             }
             // A list whose number of entries is fixed.
-            _ if serde_json::from_str::<IgnoredAny>(value).is_ok() => {
+            _ if is_whole(value, &error, "trailing characters") => {
                 format!("{path}has too many entries")
+            }
+            _ if is_whole(value, &error, "number out of range") => {
+                format!("{path}is a number that is too large")
             }
             _ => format!("is no JSON from line {line} on"),
         };
         let give = if fault.ends_with(" or") { format!(" {give}") } else { format!(": {give}") };
         BadInput::new(file, fault + &give)
     })
+}
+
+/// Whether a value is JSON, and the error about it begins so.
+fn is_whole(value: &str, error: &serde_json::Error, begins: &str) -> bool {
+    error.to_string().starts_with(begins) && serde_json::from_str::<IgnoredAny>(value).is_ok()
 }
 
 /// Whether the text ends within a value. Within a number that it skips, the parser expects a digit, and does not say that the text ends.
@@ -181,6 +189,10 @@ mod tests {
             ("{\"fits\": [\n,]}", "is no JSON from line 2 on: "),
             ("{}", "key `fits` is missing: "),
             ("{\"fits\": [[1, 2]]}", "fits[0]: has too many entries: "),
+            (
+                "{\"fits\": [{\"rate_hz\": 1e999}]}",
+                "fits[0].rate_hz: is a number that is too large: ",
+            ),
             ("{\"fits\": [{}]}", "fits[0]: key `rate_hz` (in Hz) is missing: "),
             (
                 "{\"fits\": [{\"rate_hz\": null}]}",

@@ -220,17 +220,18 @@ fn trust(document: &Document) -> Vec<Markup> {
             "No: the fit does not settle, or the tests are too few to test it."
         },
     }];
-    let is_perfect = document.found.robot.found().imperfections.is_empty();
-    if is_perfect && !document.is_static() {
-        lines.push(html! {
-            "Only if robot, sensors and ground are exactly as they are stated: the fit seeks no errors of theirs, and no interval allows for \
-             them, as with " code { "assume = \"perfect\"" } " in " code { "[accuracy]" } "."
-        });
-    }
     let Some(confidence) = &document.further.confidence else {
         lines.push(missing("confidence"));
         return lines;
     };
+    let seeks_none =
+        document.found.robot.found().imperfections.is_empty() && confidence.nuisances.is_empty();
+    if seeks_none && fit.acceptance == Acceptance::Consistent && !document.is_static() {
+        lines.push(html! {
+            "But only if robot, sensors and ground are exactly as they are stated: the fit seeks no errors of theirs, and no interval allows for \
+             them, as with " code { "assume = \"perfect\"" } " in " code { "[accuracy]" } "."
+        });
+    }
     lines.push(html! { "Residuals: " (confidence.residuals.text) "." });
     let has_intervals = || {
         let all = confidence.joints.iter();

@@ -1,0 +1,62 @@
+//! What an export leaves out: how far the modes of a robot with constant springs and dampers, and without hoses, lie from those of the robot
+//! that was found.
+
+use flexid_core::imperfection::Imperfection;
+use flexid_export::{ExportError, Robot, bushings};
+use flexid_pipeline::robot::FoundRobot;
+use flexid_prediction::Robot as Predicted;
+use flexid_prediction::document::Found;
+use flexid_prediction::modes::Mode;
+
+/// Relative difference of a natural frequency that is not worth a line. Chosen: a tenth of a per cent, as an export is right to.
+const SAME: f64 = 1e-3;
+/// The same of a damping ratio. Chosen: the standard deviation of one that is well identified.
+const DAMPED_ALIKE: f64 = 0.02;
+
+/// A line on how far they lie from each other. `None` if they are the same.
+///
+/// # Errors
+/// Those of an export.
+pub(crate) fn differences(found: &Found, exported: &Robot) -> Result<Option<String>, ExportError> {
+    let whole = found.robot.found();
+    let imperfections: Vec<_> =
+        whole.imperfections.iter().filter(|own| !is_left_out(own.imperfection)).copied().collect();
+    let size = 12 * whole.model.joints.len() + imperfections.len();
+    let constant =
+        FoundRobot { imperfections, covariance: vec![0.0; size * (size + 1) / 2], ..whole.clone() };
+    let Ok(constant) = Predicted::new(constant, bushings(exported)?) else { return Ok(None) };
+    let [_, upper] = found.robot.band_hz();
+    let modes =
+        |robot: &Predicted| robot.at(exported.pose).map(|at| at.modes(upper)).unwrap_or_default();
+    let (own, theirs) = (modes(&found.robot), modes(&constant));
+    let [slower, faster] = ratios(&own, &theirs, |mode| mode.frequency_hz.value);
+    let [lighter, heavier] = ratios(&own, &theirs, |mode| mode.damping_ratio.value);
+    let off = (1.0 - slower).max(faster - 1.0);
+    if off < SAME && 1.0 - lighter < DAMPED_ALIKE && heavier - 1.0 < DAMPED_ALIKE {
+        return Ok(None);
+    }
+    Ok(Some(format!(
+        "natural frequencies up to {upper} Hz are up to {:.1} % off those of flexid, and damping ratios {lighter:.2} to {heavier:.2} times: the fit has \
+         found springs and dampers that change with frequency, or hoses, which the file does not carry",
+        100.0 * off
+    )))
+}
+
+/// Whether an imperfection is in the constant bushings already, or in no format.
+fn is_left_out(imperfection: Imperfection) -> bool {
+    use Imperfection as I;
+    matches!(
+        imperfection,
+        I::Hysteresis | I::Servo(_) | I::Load | I::RecordStiffness(_) | I::Hose | I::HoseDamping
+    )
+}
+
+/// Least and largest ratio of a number of the mode with the nearest natural frequency to that of each mode, 1 included.
+fn ratios(own: &[Mode], theirs: &[Mode], of: fn(&Mode) -> f64) -> [f64; 2] {
+    let nearest = |own: &Mode| {
+        let off = |theirs: &Mode| (theirs.frequency_hz.value / own.frequency_hz.value).ln().abs();
+        theirs.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
+    };
+    let all = own.iter().filter_map(|own| Some(of(nearest(own)?) / of(own)));
+    all.fold([1.0_f64; 2], |[low, high], own| [low.min(own), high.max(own)])
+}
