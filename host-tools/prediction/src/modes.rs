@@ -5,7 +5,7 @@
 //! Numerica 26, 2017, section 4.3):
 //!
 //! ```text
-//! x = Z(λ)⁻¹ Z'(λ) φ        φ ← x/|x|        λ ← λ − φᵀ Z(λ) φ / φᵀ Z'(λ) φ
+//! λ ← λ − φᵀ Z(λ) φ / φᵀ Z'(λ) φ        x = Z(λ)⁻¹ Z'(λ) φ        φ ← x/|x|
 //! f = |λ|/2π                ζ = −Re λ/|λ|    ∂λ = −φᵀ ∂Z φ / φᵀ Z'(λ) φ
 //! ```
 
@@ -23,8 +23,12 @@ use crate::estimate::PositiveEstimate;
 const ITERATIONS: usize = 40;
 /// Most iterations for the starts. Chosen: a few for each of eighty-four.
 const SCHUR_ITERATIONS: usize = 10_000;
-/// Iterations in which λ stays, until φ is along the mode. Chosen: λ is within a per cent.
+/// Inverse iterations for φ at a λ. Chosen: each makes what is not along the mode smaller by the distance of λ over that of the next mode.
 const ALIGNING: usize = 2;
+/// Distance from λ, relative, at which Z has an inverse that shows φ.
+const NEAR: f64 = 1e-6;
+/// Radius of gyration of the base in the starts, m; the base is a point. Chosen: small, so that its turns are above a kilohertz.
+const GYRATION_M: f64 = 0.01;
 /// How far beyond the highest frequency a start may lie, as a factor.
 const BEYOND: f64 = 1.2;
 /// Change of λ, relative, at which an iteration has converged.
@@ -70,15 +74,13 @@ impl Dynamics<'_> {
     /// λ and φ of the modes, the lowest first.
     fn solutions(&self, highest_hz: f64) -> Vec<Solution> {
         let mut found: Vec<Solution> = Vec::new();
-        for start in self.viscous().into_iter().chain(self.of_base()) {
-            if start.norm() > BEYOND * TAU * highest_hz {
-                continue;
-            }
+        for (start, shape) in self.starts(BEYOND * TAU * highest_hz) {
             let is_new = |own: &Solution| found.iter().all(|other| !is_same(other.0, own.0));
-            // There are as many starts as modes. If two starts lead to one mode, the second seeks another beside those that are found.
-            let solution = self.mode_near(start).filter(is_new).or_else(|| {
+            // If two starts lead to one mode, the second seeks another beside those that are found.
+            let solution = self.mode_near(start, shape).filter(is_new).or_else(|| {
                 let lambda = self.eigenvalue_beside(start, &found)?;
-                self.mode_near(lambda).filter(is_new)
+                let shape = aligned(self.stiffness(Place::At(lambda)))?;
+                self.mode_near(lambda, shape).filter(is_new)
             });
             found.extend(solution);
         }
@@ -113,28 +115,25 @@ impl Dynamics<'_> {
         None
     }
 
-    /// λ of the modes whose springs and dampers are those at the middle of the band, where the imaginary part is positive: eigenvalues of
-    /// the first-order form, with time in units of 1/ω₀.
+    /// λ, up to this size and with a positive imaginary part, and φ of the modes whose springs and dampers are those at the middle of the band:
+    /// λ are eigenvalues of the first-order form, with time in units of 1/ω₀.
     ///
     /// ```text
     /// [        0           1         ]
     /// [ −M⁻¹ K/ω₀²   −M⁻¹ D/ω₀ ] (x, v)ᵀ = λ/ω₀ (x, v)ᵀ
     /// ```
-    fn viscous(&self) -> Vec<Complex<f64>> {
+    fn starts(&self, highest: f64) -> Vec<Solution> {
         let [lower, upper] = self.robot().band_hz();
         let omega = TAU * (lower * upper).sqrt();
-        let Matrices { mass, stiffness, damping, .. } = self.matrices();
+        let [mass, stiffness, damping] = self.with_base(omega);
         // Links have mass and inertia, so that M is positive.
         let Some(inverse) = mass.clone().cholesky() else { return Vec::new() };
-        let bushings = self.bushings(Place::At(Complex::new(0.0, omega))).matrix();
-        let stiffness = stiffness + bushings.map(|entry| entry.re);
-        let damping = damping + bushings.map(|entry| entry.im / omega);
-        let n = self.size();
+        let n = stiffness.nrows();
         let mut first_order = DMatrix::zeros(2 * n, 2 * n);
         first_order.view_mut((0, n), (n, n)).fill_diagonal(1.0);
-        let [stiffness, damping] = [stiffness / -(omega * omega), damping / -omega];
-        first_order.view_mut((n, 0), (n, n)).copy_from(&inverse.solve(&stiffness));
-        first_order.view_mut((n, n), (n, n)).copy_from(&inverse.solve(&damping));
+        let scaled = [&stiffness / -(omega * omega), &damping / -omega];
+        first_order.view_mut((n, 0), (n, n)).copy_from(&inverse.solve(&scaled[0]));
+        first_order.view_mut((n, n), (n, n)).copy_from(&inverse.solve(&scaled[1]));
         if !first_order.iter().all(|entry| entry.is_finite()) {
             return Vec::new();
         }
@@ -142,54 +141,84 @@ impl Dynamics<'_> {
             return Vec::new();
         };
         let eigenvalues = schur.complex_eigenvalues();
-        eigenvalues.iter().map(|own| own * omega).filter(|lambda| lambda.im > 0.0).collect()
+        let eigenvalues = eigenvalues.iter().map(|own| own * omega);
+        let wanted = eigenvalues.filter(|own| own.im > 0.0 && own.norm() <= highest);
+        let with_shape = |lambda: Complex<f64>| {
+            let near = lambda * (1.0 + NEAR);
+            let shape = aligned(DMatrix::from_fn(n, n, |i, j| {
+                near * near * mass[(i, j)] + near * damping[(i, j)] + stiffness[(i, j)]
+            }))?;
+            Some((lambda, shape.rows(0, self.size()).into_owned()))
+        };
+        wanted.filter_map(with_shape).collect()
     }
 
-    /// λ from which the modes of the base on its ground are sought, which is no coordinate of Z: a mass between the springs of the ground and
-    /// of the first joint, without damping. None where the ground is rigid.
+    /// M, K and D with springs and dampers as they are at ω. On ground that gives way the displacements u of the base follow the elongations:
     ///
     /// ```text
-    /// λ = i √((1/c + k₁)/m)        along each axis
+    /// Z = [ Z_e + z      −z X     ]        z, X of the first joint        K_g = 1/c + s² m
+    ///     [ −Xᵀ z    Xᵀ z X + K_g ]
     /// ```
-    fn of_base(&self) -> Vec<Complex<f64>> {
+    fn with_base(&self, omega: f64) -> [DMatrix<f64>; 3] {
+        let n = self.size();
+        let Matrices { mass, stiffness, damping, .. } = self.matrices();
+        let bushings = self.bushings(Place::At(Complex::new(0.0, omega)));
+        let z = bushings.springs + bushings.dampers;
+        let parts = [z.map(|own| own.re), z.map(|own| own.im / omega)];
         let mechanics = self.mechanics();
         let still = receptance::Complex { re: 0.0, im: 0.0 };
-        let (Some(ground), Some(mass)) = (mechanics.ground(still), mechanics.base_mass()) else {
-            return Vec::new();
-        };
-        let springs = self.bushings(self.at_rest()).springs;
-        let each = (0..3).map(|axis| {
-            let stiffness = 1.0 / ground[axis].re + springs[axis].re;
-            Complex::new(0.0, (stiffness / mass).sqrt())
-        });
-        each.filter(|own| own.im.is_finite()).collect()
-    }
-
-    /// λ and φ of the mode near this λ. `None` if the iteration does not converge.
-    fn mode_near(&self, mut lambda: Complex<f64>) -> Option<Solution> {
-        // Any vector has a part along the mode. The phases keep it from being at right angles to one by symmetry.
-        let mut shape = DVector::from_fn(self.size(), |i, _| Complex::cis(i as f64));
-        for iteration in 0..ITERATIONS {
-            let slope = self.slope(lambda);
-            let solved = self.stiffness(Place::At(lambda)).lu().solve(&(&slope * &shape));
-            // At the solution itself Z has no inverse.
-            if let Some(solved) = solved {
-                let norm = solved.norm();
-                if norm.is_finite() && norm > 0.0 {
-                    shape = solved.unscale(norm);
+        let ground = mechanics.ground(still).zip(mechanics.base_mass());
+        let size = n + if ground.is_some() { 6 } else { 0 };
+        let mut all = [mass, stiffness, damping].map(|own| own.clone().resize(size, size, 0.0));
+        let [mass, forces @ ..] = &mut all;
+        let x = mechanics.chain().joints[0].from_parent.matrix();
+        for (own, z) in forces.iter_mut().zip(&parts) {
+            for i in 0..n {
+                own[(i, i)] += z[i];
+            }
+            for dof in 0..size - n {
+                for i in 0..6 {
+                    own[(i, n + dof)] -= z[i] * x[(i, dof)];
+                    own[(n + dof, i)] -= z[i] * x[(i, dof)];
+                    for other in 0..6 {
+                        own[(n + dof, n + other)] += x[(i, dof)] * z[i] * x[(i, other)];
+                    }
                 }
             }
-            if iteration < ALIGNING {
-                continue;
+        }
+        if let Some((compliance, base)) = ground {
+            for dof in 0..6 {
+                let gyration = if dof < 3 { 1.0 } else { GYRATION_M };
+                mass[(n + dof, n + dof)] = base * gyration * gyration;
+                forces[0][(n + dof, n + dof)] += 1.0 / compliance[dof].re;
             }
-            let z = self.stiffness(Place::At(lambda));
-            let step = shape.dot(&(z * &shape)) / shape.dot(&(slope * &shape));
+        }
+        all
+    }
+
+    /// λ and φ of the mode near these. `None` if the iteration does not converge.
+    fn mode_near(
+        &self,
+        mut lambda: Complex<f64>,
+        mut shape: DVector<Complex<f64>>,
+    ) -> Option<Solution> {
+        for _ in 0..ITERATIONS {
+            let (z, slope) = (self.stiffness(Place::At(lambda)), self.slope(lambda));
+            let step = shape.dot(&(z * &shape)) / shape.dot(&(&slope * &shape));
             lambda -= step;
             if !lambda.norm().is_finite() {
                 return None;
             }
             if step.norm() <= CONVERGED * lambda.norm() {
                 return Some((lambda, shape));
+            }
+            // At the solution itself Z has no inverse.
+            let solved = self.stiffness(Place::At(lambda)).lu().solve(&(slope * &shape));
+            if let Some(solved) = solved {
+                let norm = solved.norm();
+                if norm.is_finite() && norm > 0.0 {
+                    shape = solved.unscale(norm);
+                }
             }
         }
         None
@@ -241,6 +270,20 @@ impl Dynamics<'_> {
             }),
         }
     }
+}
+
+/// φ by inverse iterations with this Z. `None` if Z has no inverse.
+fn aligned(z: DMatrix<Complex<f64>>) -> Option<DVector<Complex<f64>>> {
+    let size = z.nrows();
+    let inverse = z.lu();
+    // Any vector has a part along the mode. The phases keep it from being at right angles to one by symmetry.
+    let mut shape = DVector::from_fn(size, |i, _| Complex::cis(i as f64));
+    for _ in 0..ALIGNING {
+        shape = inverse.solve(&shape)?;
+        let norm = shape.norm();
+        shape.unscale_mut(norm);
+    }
+    Some(shape)
 }
 
 /// Whether two λ are of the same mode.
