@@ -11,6 +11,7 @@
 //! | `estimate`         | a predicted number with its standard deviation                              |
 //! | `receptance`       | displacement at the tool for a force there, along the band                  |
 //! | `modes`            | natural frequencies, damping ratios and shapes                              |
+//! | `starts`           | where the search for the modes begins                                       |
 //! | `statics`          | compliance and deflection                                                   |
 //! | `compensation`     | joint offsets that take a deflection back                                   |
 //! | `milling`          | the force of a cutter per displacement of the tool                          |
@@ -34,6 +35,7 @@ pub mod modes;
 mod per_imperfection;
 pub mod receptance;
 mod robot;
+mod starts;
 pub mod statics;
 
 pub use dynamics::Dynamics;
