@@ -24,7 +24,7 @@ const IDENTIFIED: f64 = 0.05;
 const SUSPECT: f64 = 2.0;
 /// Above this one no standard deviation can be trusted: the residuals are three times as large as the noise, and what else the model
 /// lacks is unknown.
-pub(crate) const FOREIGN: f64 = 10.0;
+pub const FOREIGN: f64 = 10.0;
 /// Up to this relative standard deviation a parameter is weak; beyond, the data do not determine it.
 pub const WEAK: f64 = 0.30;
 

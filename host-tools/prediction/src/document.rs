@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use flexid_core::parameters::Bushing;
+use flexid_core::verdict::FOREIGN;
 use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::robot::FoundRobot;
 use flexid_wire::report::{Fit, JointReport};
@@ -14,6 +15,11 @@ use crate::robot::Robot;
 /// Version of the result. An entry that is added does not change it. An entry that is renamed or removed, or whose meaning
 /// changes, does.
 pub const SCHEMA: u32 = 1;
+
+/// Whether a fit is so far from its records that no interval of a parameter holds.
+pub fn is_far(fit: &Fit) -> bool {
+    fit.consistency > FOREIGN
+}
 
 /// Command that writes a result file.
 pub const COMMAND: &str = "flexid identify --json";

@@ -343,6 +343,8 @@ fn a_fit_that_is_not_settled_is_no_ground_for_a_plan() {
         result["fit"]["acceptance"] = json!("unsettled");
         result["fit"]["consistency"] = json!(consistency);
         result["confidence"]["explanations"] = json!([]);
+        result["warnings"] = json!([]);
+        result["warning_kinds"] = json!([]);
         assert_eq!(page(&result).contains(first), consistency > 10.0);
     }
 }

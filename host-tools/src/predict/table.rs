@@ -4,7 +4,7 @@ use std::path::Path;
 
 use comfy_table::{CellAlignment, Table};
 use flexid_edge::console::complain;
-use flexid_prediction::document::Found;
+use flexid_prediction::document::{Found, is_far};
 use flexid_prediction::modes::Mode;
 use flexid_prediction::{Estimate, PositiveEstimate};
 use flexid_wire::report::{Acceptance, Fit};
@@ -40,6 +40,9 @@ pub(crate) fn verdict(fit: &Fit) -> &'static str {
 pub(crate) fn doubt(fit: &Fit) -> Option<&'static str> {
     match fit.acceptance {
         Acceptance::Consistent => None,
+        _ if is_far(fit) => Some(
+            "χ²/dof IS ABOVE 10: the fit is far from the records, and neither these numbers nor their intervals hold: check masses, TCP, axes and units",
+        ),
         Acceptance::ModelSuspect => Some(
             "MODEL SUSPECT: the fit leaves more than noise, and what is predicted may be off by more than the intervals say",
         ),
@@ -174,6 +177,8 @@ fn springs(found: &Found, energy: &[[f64; 6]]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use flexid_wire::report::FoundBy;
+
     use super::*;
 
     #[test]
@@ -184,6 +189,34 @@ mod tests {
         assert_eq!(shown(0.02, 1.1, 100.0), ["-", "not determined"]);
         assert_eq!(shown(-0.02, 0.01, 100.0), ["-", "not determined"]);
         assert_eq!(shown(12.3041, f64::NAN, 1.0), ["-", "not determined"]);
+    }
+
+    #[test]
+    fn a_fit_far_from_the_records_is_worth_nothing() {
+        let said = |acceptance, consistency| {
+            let fit = Fit {
+                records: 3,
+                frames: 0,
+                frames_lost: 0,
+                ssp: 0.01,
+                ssp_max: 0.01,
+                consistency,
+                search_evaluations: 0,
+                refine_iterations: 0,
+                starts: 1,
+                bridged: 0,
+                seconds: 0.0,
+                acceptance,
+                found_by: FoundBy::Descent,
+                random_searches: 0,
+                branches: 0,
+            };
+            doubt(&fit).unwrap_or("")
+        };
+        assert_eq!(said(Acceptance::Consistent, 1.0), "");
+        assert!(said(Acceptance::Unsettled, 9.0).starts_with("NOT SETTLED: "));
+        assert!(said(Acceptance::ModelSuspect, 9.0).starts_with("MODEL SUSPECT: "));
+        assert!(said(Acceptance::Unsettled, 11.0).starts_with("χ²/dof IS ABOVE 10: "));
     }
 
     /// A component near zero is known where its error is small beside the vector.

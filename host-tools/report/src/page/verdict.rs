@@ -1,5 +1,6 @@
 //! What is identified and what is not, whether to trust it, and what to do next.
 
+use flexid_prediction::document::is_far;
 use flexid_wire::report::{Acceptance, JointReport, Verdict};
 use flexid_wire::residuals::Meaning;
 use maud::{Markup, html};
@@ -14,8 +15,6 @@ use crate::imperfection::sum_if_minor;
 const POOR_FRAC: f64 = 0.9;
 /// Kinds of warnings that say that the readings themselves are wrong: as long as they are, no other number means anything.
 const OF_READINGS: [&str; 4] = ["wrong_axes", "disproportion", "implausible", "static_outlier"];
-/// χ²/dof above which the model is more likely to be wrong than the minimum: that above which no parameter has an interval.
-const FAR: f64 = 10.0;
 /// Share of an octave's bins with force, below which the octave is named: that of `flexid check`.
 const HARDLY_EXCITED: f64 = 0.5;
 
@@ -341,7 +340,7 @@ fn next_steps(document: &Document) -> Vec<Markup> {
     match document.found.fit.acceptance {
         Acceptance::Unsettled if !lines.is_empty() => {}
         Acceptance::Unsettled => {
-            if document.found.fit.consistency > FAR {
+            if is_far(&document.found.fit) {
                 lines.push(html! {
                     "Check masses, TCP, sensor mounting, axes and units: what the best minimum leaves is far from noise. "
                     code { "flexid check" } " looks for the usual mistakes."
