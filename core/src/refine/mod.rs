@@ -68,7 +68,7 @@ use levenberg_marquardt::{LevenbergMarquardt, Limits};
 use model::Model;
 pub(crate) use plant::Correction;
 pub use plant::{
-    Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Plant,
+    Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant,
     PlantInformation,
 };
 pub use problem::Problem;

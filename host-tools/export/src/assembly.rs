@@ -4,7 +4,7 @@ use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::chain::{Chain, Joint, Link};
 use flexid_core::imperfection::Imperfection;
 use flexid_core::parameters::Bushing;
-use flexid_core::refine::Mechanics;
+use flexid_core::refine::{Mechanics, Places};
 use flexid_pipeline::names::DOF_NAMES;
 use flexid_wire::report::{JointReport, Verdict};
 use flexid_wire::text::{Name, clipped};
@@ -66,7 +66,7 @@ impl<'a> Assembly<'a> {
     pub(crate) fn new(robot: &Robot<'a>) -> Result<Self, ExportError> {
         let chain = robot.model.chain()?;
         check(robot, &chain)?;
-        let (chain, pose) =
+        let Places { chain, pose, base_mass } =
             Mechanics::places(&chain, robot.pose, robot.imperfections).map_err(|_| {
                 ExportError::AngleCount { angles: robot.pose.len(), driven: chain.driven() }
             })?;
@@ -91,7 +91,7 @@ impl<'a> Assembly<'a> {
                 }
             })
             .collect();
-        if let Some(ground) = imperfect::ground(robot, &bodies, gravity) {
+        if let Some(ground) = imperfect::ground(robot, &bodies, base_mass, gravity) {
             bodies.insert(0, ground);
         }
         Ok(Self {

@@ -12,7 +12,7 @@
 use std::f64::consts::TAU;
 
 use flexid_core::chain::Link;
-use flexid_core::imperfection::{BASE_OVER_MOVING, Imperfection};
+use flexid_core::imperfection::Imperfection;
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::receptance::Complex;
 use flexid_core::refine::Mechanics;
@@ -25,8 +25,7 @@ use crate::{ExportError, Robot};
 /// Name of the body of the base.
 const GROUND: &str = "flexid_ground";
 /// Compliance of the ground below which it is exported as rigid, m/N and rad/Nm. Chosen: that of stiff joints is a hundred times as large, and
-/// harder ground would ask for a shorter step of time. Formats that cannot leave out a degree of freedom
-/// have this compliance there.
+/// harder ground would ask for a shorter step of time. Formats that cannot leave out a degree of freedom have this compliance there.
 pub(crate) const RIGID: f64 = 5e-11;
 /// Largest radius of gyration of the base, m. The fit takes the base as a point, and other programs need an inertia. Chosen: that of a base
 /// of half a metre.
@@ -74,10 +73,11 @@ pub fn bushings(robot: &Robot) -> Result<Bushings, ExportError> {
     Ok(bushings)
 }
 
-/// The base on its ground, of a robot with these bodies. `None` on rigid ground.
+/// The base on its ground, of a robot with these bodies and a base of this mass, kg, under `gravity`, m/s². `None` on rigid ground.
 pub(crate) fn ground<'a>(
     robot: &Robot,
     bodies: &[Body],
+    mass: f64,
     gravity: Vector3<f64>,
 ) -> Option<Body<'a>> {
     let value = |wanted: Imperfection| {
@@ -89,22 +89,17 @@ pub(crate) fn ground<'a>(
         return None;
     }
     let omega = TAU * robot.at_hz;
-    let [stiffness, damping]: [[f64; 6]; 2] = [0, 1].map(|part| {
-        dofs.map(|dof| {
-            let (c, e) = (compliance[dof], value(Imperfection::GroundDamping(dof)));
-            let size = c * c + omega * omega * e * e;
-            match (c < RIGID, part) {
-                (true, 0) => f64::INFINITY,
-                (true, _) => LAG_S / RIGID,
-                (false, 0) => c / size,
-                (false, _) => e / size,
-            }
-        })
-    });
+    // Stiffness and damping.
+    let of = |dof: usize| -> [f64; 2] {
+        let (c, e) = (compliance[dof], value(Imperfection::GroundDamping(dof)));
+        if c < RIGID {
+            return [f64::INFINITY, LAG_S / RIGID];
+        }
+        let size = c * c + omega * omega * e * e;
+        [c / size, e / size]
+    };
+    let [stiffness, damping] = [0, 1].map(|part| dofs.map(|dof| of(dof)[part]));
     let compliance = compliance.map(|c| if c < RIGID { 0.0 } else { c });
-    // The fit weighs the base by the masses of the model's file.
-    let moving: f64 = robot.model.joints.iter().map(|joint| joint.mass_kg).sum();
-    let mass = BASE_OVER_MOVING * moving * value(Imperfection::BaseMass).exp();
     let softest = compliance[3..].iter().copied().fold(RIGID, f64::max);
     let highest = TAU * ABOVE * robot.band_hz[1];
     let inertia = (mass * GYRATION_M * GYRATION_M).min(1.0 / (softest * highest * highest));

@@ -103,7 +103,7 @@ fn is_filter(entry: Accuracy) -> bool {
     )
 }
 
-/// Whether 1 is as stated, not 0. Of what [calibration] seeks, gains and masses have no unit.
+/// Whether 1 is as stated, not 0. Of what `[calibration]` seeks, gains and masses have no unit.
 fn is_factor(own: &Nuisance) -> bool {
     match own.entry {
         None => own.unit.is_empty(),

@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 
 use super::super::Problem;
 use super::super::model::Model;
+use super::mechanics::Places;
 use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::chain::{Chain, Joint, JointKind};
@@ -179,9 +180,9 @@ impl Imperfect {
         }
     }
 
-    /// The chain and the joint angles.
-    pub(super) fn into_places(self) -> (Chain, Vec<f64, MAX_JOINTS>) {
-        (self.chain, self.pose)
+    /// What stands where.
+    pub(super) fn into_places(self) -> Places {
+        Places { chain: self.chain, pose: self.pose, base_mass: self.ground.mass }
     }
 
     /// Filter of the accelerometer.

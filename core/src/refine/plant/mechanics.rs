@@ -19,6 +19,17 @@ pub struct Mechanics {
     terms: Terms<f64>,
 }
 
+/// What stands where in a robot with imperfections, before its bushings give way.
+#[derive(Clone, Debug)]
+pub struct Places {
+    /// The chain. Its elastic centres are the origins of its joint frames. This holds at this pose alone.
+    pub chain: Chain,
+    /// Joint angles, one per driven joint, rad (m).
+    pub pose: Vec<f64, MAX_JOINTS>,
+    /// Mass of the base, a point on the ground, kg. It counts where the ground gives way.
+    pub base_mass: f64,
+}
+
 impl Mechanics {
     /// Number of the record that is predicted.
     pub const RECORD: usize = 0;
@@ -50,8 +61,7 @@ impl Mechanics {
         Ok(Self { chain, terms })
     }
 
-    /// The chain and the joint angles (rad, m) that a robot with these imperfections has at joint angles `pose`, before its bushings give way.
-    /// Its elastic centres are the origins of its joint frames. This holds at that pose alone.
+    /// What stands where in a robot with these imperfections at joint angles `pose`, one per driven joint, rad (m).
     ///
     /// # Errors
     /// There is not one angle per driven joint.
@@ -62,7 +72,7 @@ impl Mechanics {
         chain: &Chain,
         pose: &[f64],
         imperfections: &[(Imperfection, f64)],
-    ) -> Result<(Chain, Vec<f64, MAX_JOINTS>), LinearisationError> {
+    ) -> Result<Places, LinearisationError> {
         if pose.len() != chain.driven() {
             return Err(LinearisationError::Angles(pose.len()));
         }

@@ -56,7 +56,7 @@ use columns::Imperfections;
 pub(crate) use correction::Correction;
 pub use diagnosis::{Explanation, MAX_EXPLANATIONS, MAX_RIVALS};
 pub use information::PlantInformation;
-pub use mechanics::Mechanics;
+pub use mechanics::{Mechanics, Places};
 use objective::Point;
 use restated::Restated;
 use sizes::{OF_ALL, OF_RECORD};
