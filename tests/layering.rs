@@ -14,6 +14,7 @@ const PACKAGES: &[&str] = &[
     "flexid-pipeline",
     "flexid-edge",
     "flexid-simulation",
+    "flexid-console",
     "flexid-reproduce",
     "flexid-export",
     "flexid-prediction",
@@ -75,15 +76,16 @@ fn the_pipeline_reaches_no_daemon() {
 
 #[test]
 fn what_commands_call_reaches_no_command() {
-    for package in [
-        "flexid-simulation",
-        "flexid-reproduce",
-        "flexid-export",
-        "flexid-prediction",
-        "flexid-report",
-    ] {
-        never(package, &reached(package), &["flexid", "flexid-edge", "clap"]);
+    for package in ["flexid-simulation", "flexid-export", "flexid-prediction", "flexid-report"] {
+        never(package, &reached(package), &["flexid", "flexid-edge", "flexid-console", "clap"]);
     }
+}
+
+/// Its optimisers, a second nalgebra among them, take as long to build as all commands.
+#[test]
+fn the_reproduction_is_a_program_of_its_own() {
+    never("flexid", &reached("flexid"), &["flexid-reproduce", "argmin"]);
+    never("flexid-reproduce", &reached("flexid-reproduce"), &["flexid"]);
 }
 
 #[test]

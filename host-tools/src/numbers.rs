@@ -1,8 +1,7 @@
 //! Numbers on the command line, and estimates in words.
 
+use flexid_console::exit::BadArgument;
 use flexid_pipeline::text::count;
-
-use crate::exit::BadArgument;
 
 /// Numbers with commas between, all finite.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,12 +5,11 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
+use flexid_console::exit::BadArgument;
+use flexid_console::output::{self, Output};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
-
-use crate::exit::BadArgument;
-use crate::output::{self, Output};
 
 /// Size of a picture, pixels.
 pub(crate) const SIZE: (u32, u32) = (960, 600);

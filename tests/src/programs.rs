@@ -1,4 +1,4 @@
-//! The programs under test as they are shipped: built with the release profile, unless others are named.
+//! The programs under test as they are shipped: built with the profile `dist`, unless others are named.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub fn folder() -> Result<&'static Path> {
 
 fn build() -> Result<PathBuf> {
     let output = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo")))
-        .args(["build", "--release", "--package=flexid", "--package=flexid-edge", "--bins"])
+        .args(["build", "--profile=dist", "--package=flexid", "--package=flexid-edge", "--bins"])
         .args(["--message-format=json-render-diagnostics"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .stderr(Stdio::inherit())

@@ -28,6 +28,7 @@ pub mod plant;
 #[cfg(test)]
 mod reference;
 pub mod scenario;
+pub mod shipped;
 pub mod simulator;
 pub mod transmission;
 pub mod truth;

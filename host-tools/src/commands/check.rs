@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use flexid_console::exit::{BadArgument, Told};
 use flexid_edge::console::{PrintError, print};
 use flexid_pipeline::check::{Survey, survey};
 use flexid_pipeline::config::Config;
 
 use crate::check::{Check, json, table};
-use crate::exit::{BadArgument, Told};
 use crate::recording;
 use crate::recording::meter::Meter;
 

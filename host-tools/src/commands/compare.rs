@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use flexid_console::exit::Told;
 use flexid_edge::console::{PrintError, print};
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::comparison::compare;
 use flexid_prediction::document::Found;
 
 use crate::compare::{Compared, table};
-use crate::exit::Told;
 
 const AFTER_HELP: &str = "Exit status: 0 when the fits agree within their intervals; 1 when they differ; 2 for bad input.
 

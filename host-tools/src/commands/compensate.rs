@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use flexid_console::output::{self, Output};
+use flexid_console::progress;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::path;
@@ -11,9 +13,7 @@ use rayon::prelude::*;
 
 use crate::compensate::{Compensated, csv, text, too_large};
 use crate::json::Judged;
-use crate::output::{self, Output};
 use crate::predict::table::{doubt, warn_of};
-use crate::progress;
 
 const AFTER_HELP: &str = "path.csv has a place in each line, and names its columns in the first: q1,q2,... or q1_deg,... (joint \
 angles), fx,fy,fz (N) and, if wanted, mx,my,mz (Nm), on the tool along its axes.

@@ -4,6 +4,9 @@ use std::path::PathBuf;
 use std::str::FromStr as _;
 
 use anyhow::Result;
+use flexid_console::exit::BadArgument;
+use flexid_console::output::{self, Output};
+use flexid_console::progress;
 use flexid_edge::console::complain;
 use flexid_export::{Format, Robot, export};
 use flexid_pipeline::input::BadInput;
@@ -14,11 +17,8 @@ use flexid_wire::report::Verdict;
 
 use super::pose::given_or_first;
 use crate::constant;
-use crate::exit::BadArgument;
 use crate::numbers::{Numbers, numbers};
-use crate::output::{self, Output};
 use crate::predict::{self, Prediction, Request};
-use crate::progress;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid export found.json --format mjcf --out robot.xml

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
+use flexid_console::output::{self, Output};
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::check::Watched;
 use flexid_pipeline::config::Config;
@@ -26,7 +27,6 @@ use flexid_wire::trouble::Trouble;
 use super::check::of_logs;
 use crate::check::{Check, of_other_angles};
 use crate::json::ResultJson;
-use crate::output::{self, Output};
 use crate::recording;
 use crate::recording::meter::{Meter, Work};
 use crate::show::table;

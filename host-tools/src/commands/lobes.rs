@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::ValueEnum;
+use flexid_console::exit::BadArgument;
+use flexid_console::progress;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
@@ -12,13 +14,11 @@ use flexid_prediction::milling::{Cutter, Milling, plane};
 
 use super::pose::given_or_first;
 use super::range::within;
-use crate::exit::BadArgument;
 use crate::json::Judged;
 use crate::lobes::{self, Bands, Diagram};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
 use crate::predict::table::{doubt, lacks_damping};
-use crate::progress;
 
 /// Range of the tangential force per area of the chip, N/mm². Chosen: from soft plastics to ten times that of nickel alloys.
 const TANGENTIAL: [f64; 2] = [1.0, 1e5];

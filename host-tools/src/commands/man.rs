@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
-
-use crate::output;
+use flexid_console::output;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid man ~/.local/share/man/man1";

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::ValueEnum;
+use flexid_console::exit::BadArgument;
+use flexid_console::progress;
 use flexid_edge::console::print;
 use flexid_pipeline::model::{Kind, ModelJoint};
 use flexid_pipeline::text::count;
@@ -11,13 +13,11 @@ use flexid_prediction::document::Found;
 
 use super::pose::given_or_first;
 use super::range;
-use crate::exit::BadArgument;
 use crate::json::Judged;
 use crate::map::{self, Map, Over, Quantity};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
 use crate::predict::table::{doubt, warn_of};
-use crate::progress;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid map found.json --over joint_2,joint_3 --positions x,z --out map.svg

@@ -23,8 +23,7 @@ mod web;
 use std::process::ExitCode;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
-
-use crate::exit;
+use flexid_console::exit;
 
 /// Finds the joint stiffness and damping of robots while they mill.
 #[derive(Debug, Parser)]

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use flexid_console::output::{self, Output};
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::text::count;
 
-use crate::output::{self, Output};
 use crate::urdf::{self, Base};
 
 /// The subcommands.

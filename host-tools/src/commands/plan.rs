@@ -5,6 +5,9 @@ use std::time::Instant;
 
 use anyhow::{Context as _, Result, anyhow};
 use clap::value_parser;
+use flexid_console::exit::BadArgument;
+use flexid_console::output::{self, Output};
+use flexid_console::progress;
 use flexid_core::spectrum::SpectrumError;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::config::Config;
@@ -14,13 +17,10 @@ use flexid_simulation::scenario::{Cutting, Scenario};
 use rayon::ThreadPoolBuilder;
 
 use super::range::LARGEST_FORCE_N;
-use crate::exit::BadArgument;
-use crate::output::{self, Output};
 use crate::plan::candidates::Candidates;
 use crate::plan::greedy::Criterion;
 use crate::plan::start::Start;
 use crate::plan::{self, table};
-use crate::progress;
 
 /// Room for records, spectra and normal equations of several jobs, of which a thread may take one while it waits for another, bytes.
 const STACK: usize = 64 << 20;

@@ -4,12 +4,12 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use anyhow::Result;
+use flexid_console::exit::BadArgument;
 use flexid_edge::console::complain;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::model::{Kind, ModelJoint};
 use flexid_prediction::document::Found;
 
-use crate::exit::BadArgument;
 use crate::numbers::Numbers;
 
 /// The pose that was given, or that of the first record in the result `file`.

@@ -3,18 +3,18 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use flexid_console::exit::BadArgument;
+use flexid_console::output::{self, Output};
+use flexid_console::progress;
 use flexid_edge::console::print;
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
 use flexid_prediction::receptance::{Grid, MOST};
 
 use super::{pose, range};
-use crate::exit::BadArgument;
 use crate::json::Judged;
 use crate::numbers::{Numbers, numbers};
-use crate::output::{self, Output};
 use crate::predict::{Format, Prediction, Request, table};
-use crate::progress;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid predict found.json --force 0,200,0

@@ -1,6 +1,7 @@
 //! Ranges of numbers on the command line, beyond which no robot and no cutter is.
 
-use crate::exit::BadArgument;
+use flexid_console::exit::BadArgument;
+
 use crate::numbers::Numbers;
 
 /// Largest force on the tool, N. No robot bears more.

@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use flexid_console::output::{self, Output};
 use flexid_report::document::Document;
 use flexid_report::evidence::OriginFile;
 use flexid_report::render;
-
-use crate::output::{self, Output};
 
 const AFTER_HELP: &str = "Examples:
   $ flexid report found.json --out report.html";

@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::{ArgGroup, value_parser};
+use flexid_console::exit::BadArgument;
+use flexid_console::output::{self, Growing, Output};
+use flexid_console::progress;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::source::OpenError;
@@ -18,10 +21,6 @@ use flexid_simulation::{candump, interface};
 use indicatif::ProgressBar;
 use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
-
-use crate::exit::BadArgument;
-use crate::output::{self, Growing, Output};
-use crate::progress;
 
 /// Largest number of experiments, and of repetitions: half a day of milling each.
 const MOST: u64 = 10_000;

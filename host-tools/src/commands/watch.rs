@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
 use clap::value_parser;
+use flexid_console::exit::BadArgument;
 use flexid_pipeline::stop::Stop;
 
 use crate::client::{self, Client};
-use crate::exit::BadArgument;
 use crate::show::screen::Screen;
 use crate::show::view::View;
 

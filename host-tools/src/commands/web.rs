@@ -6,11 +6,11 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context as _, Result};
+use flexid_console::exit::BadArgument;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::stop::Stop;
 
 use crate::client;
-use crate::exit::BadArgument;
 use crate::web::{connections, follow, service};
 
 /// Interval at which the command sees a signal.

@@ -3,50 +3,32 @@
 
 mod bus;
 
-use std::fs;
-use std::path::Path;
 use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, anyhow, ensure};
 use clap::Parser;
+use flexid_console::exit;
 use flexid_edge::console::print;
 use flexid_edge::daemon;
 use flexid_edge::server::Listener;
 use flexid_pipeline::config::{Config, Listen};
 use flexid_pipeline::stop::Stop;
 use flexid_simulation::bus::BusSender;
+use flexid_simulation::shipped::{MILL3, MILL6};
 use flexid_simulation::simulator::{Simulator, Truth};
 use flexid_simulation::transmission::Quality;
 use flexid_simulation::truth::Shared;
 use flexid_simulation::validation;
 
 use crate::client::Client;
-use crate::exit;
 use crate::show::screen::Screen;
 use crate::show::table;
 use crate::show::view::{REDRAW, View};
 
 use bus::DemoBus;
 
-/// Files of a scenario, the daemon's configuration as `edge.toml`.
-type Scenario = [(&'static str, &'static str); 4];
-
-/// The reference scenario: three joints, no gravity.
-const MILL3: Scenario = [
-    ("edge.toml", include_str!("../../scenario/mill3-edge.toml")),
-    ("mill3-model.toml", include_str!("../../scenario/mill3-model.toml")),
-    ("mill3.toml", include_str!("../../scenario/mill3.toml")),
-    ("mill3.dbc", include_str!("../../scenario/mill3.dbc")),
-];
-/// Six joints in gravity, without bounds.
-const MILL6: Scenario = [
-    ("edge.toml", include_str!("../../scenario/mill6-edge.toml")),
-    ("mill6-model.toml", include_str!("../../scenario/mill6-model.toml")),
-    ("mill6.toml", include_str!("../../scenario/mill6.toml")),
-    ("mill6.dbc", include_str!("../../scenario/mill6.dbc")),
-];
 /// Number of experiments that the robot does, from the first of the scenario.
 const EXPERIMENTS: usize = 3;
 /// Time that the daemon may work after the last frame.
@@ -74,7 +56,8 @@ pub fn main() -> ExitCode {
 
 fn run(args: &Args) -> Result<()> {
     let folder = tempfile::tempdir().context("no temporary folder")?;
-    let mut config = write(if args.six_joints { MILL6 } else { MILL3 }, folder.path())?;
+    let scenario = if args.six_joints { MILL6 } else { MILL3 };
+    let mut config = Config::load(&scenario.write(folder.path()).context("temporary folder")?)?;
     let quality = Quality { noise: 1.0, drop: 0.0 };
     let simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
     let truth = Shared::from(simulator.truth().to_vec());
@@ -114,18 +97,6 @@ fn run(args: &Args) -> Result<()> {
     print(&validation::compare(&config, Some(&scenario), &truth, &estimate)?)?;
     ensure!(view.identified(experiments), "the robot was not identified: {}", view.summary());
     Ok(())
-}
-
-/// The reference scenario, written to a folder.
-pub(crate) fn config(folder: &Path) -> Result<Config> {
-    write(MILL3, folder)
-}
-
-fn write(scenario: Scenario, folder: &Path) -> Result<Config> {
-    for (name, text) in scenario {
-        fs::write(folder.join(name), text).context("temporary folder")?;
-    }
-    Ok(Config::load(&folder.join("edge.toml"))?)
 }
 
 /// The robot does its experiments in real time.

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Result;
+use flexid_console::exit::BadArgument;
 use flexid_edge::console::complain;
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::receptance::Grid;
@@ -14,7 +15,6 @@ use flexid_wire::report::Fit;
 
 use super::Prediction;
 use super::table::{lacks_damping, verdict};
-use crate::exit::BadArgument;
 
 /// Kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,11 +8,10 @@ use std::io::{self, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use flexid_console::progress;
 use flexid_pipeline::text::count;
 use flexid_wire::messages::{Phase, Progress};
 use indicatif::ProgressBar;
-
-use crate::progress;
 
 /// A counter of the bytes that its readers read; clones share it.
 #[derive(Clone, Debug)]

@@ -306,7 +306,6 @@ fn no_command_takes_a_file_that_is_none() {
             "mill3-plant.toml",
             TOML,
         ),
-        ("reproduce --config edge.toml --out x", "edge.toml", TOML),
     ] {
         let path = folder.join(file);
         let whole = fs::read(&path).unwrap();

@@ -14,14 +14,14 @@ use flexid_edge::console::complain;
 use flexid_pipeline::input::BadInput;
 use tempfile::NamedTempFile;
 
-pub(crate) use growing::Growing;
+pub use growing::Growing;
 
 /// Name of standard output.
 const STDOUT: &str = "-";
 
 /// A file that is going to be written, or standard output, `-`.
 #[derive(Debug)]
-pub(crate) struct Output {
+pub struct Output {
     file: PathBuf,
     target: Target,
 }
@@ -39,7 +39,7 @@ impl Output {
     ///
     /// # Errors
     /// The file cannot be written. The error states what to do.
-    pub(crate) fn create(file: &Path) -> Result<Self, BadInput> {
+    pub fn create(file: &Path) -> Result<Self, BadInput> {
         let unwritable = |error| unwritable(file, &error);
         let target = Target::new(file).map_err(unwritable)?;
         if let Target::File { path, permissions } = &target {
@@ -53,7 +53,7 @@ impl Output {
     ///
     /// # Errors
     /// The disk is full or broken.
-    pub(crate) fn finish(self, text: &str) -> Result<()> {
+    pub fn finish(self, text: &str) -> Result<()> {
         let written = match self.target {
             Target::File { path, permissions } => {
                 replace(&path, &permissions, &mut text.as_bytes())
@@ -76,7 +76,7 @@ impl Output {
     ///
     /// # Errors
     /// Those of [`Output::finish`].
-    pub(crate) fn finish_and_say(self, text: &str, what: &str) -> Result<()> {
+    pub fn finish_and_say(self, text: &str, what: &str) -> Result<()> {
         let said = match self.target {
             Target::File { .. } => Some(format!("{}: {what} written", self.file.display())),
             Target::Stream(_) => None,
@@ -132,7 +132,7 @@ fn replace(path: &Path, permissions: &Permissions, whole: &mut impl Read) -> io:
 ///
 /// # Errors
 /// Two of them are the same file, by whatever name.
-pub(crate) fn keeps<'a>(
+pub fn keeps<'a>(
     inputs: impl IntoIterator<Item = &'a Path>,
     outputs: impl IntoIterator<Item = &'a Path>,
 ) -> Result<(), BadInput> {
@@ -154,9 +154,7 @@ pub(crate) fn keeps<'a>(
 ///
 /// # Errors
 /// One of them is `-`.
-pub(crate) fn is_not_stdout<'a>(
-    outputs: impl IntoIterator<Item = &'a Path>,
-) -> Result<(), BadInput> {
+pub fn is_not_stdout<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), BadInput> {
     match outputs.into_iter().find(|file| *file == Path::new(STDOUT)) {
         Some(file) => Err(BadInput::new(file, "standard output has the table: name a file")),
         None => Ok(()),
@@ -181,7 +179,7 @@ fn place(file: &Path) -> Option<PathBuf> {
 ///
 /// # Errors
 /// The folder cannot be made. The error states what to do.
-pub(crate) fn folder(folder: &Path) -> Result<(), BadInput> {
+pub fn folder(folder: &Path) -> Result<(), BadInput> {
     fs::create_dir_all(folder).map_err(|error| {
         let why = match error.kind() {
             ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "a file is in its place".into(),
@@ -193,7 +191,7 @@ pub(crate) fn folder(folder: &Path) -> Result<(), BadInput> {
 }
 
 /// The error for a `file` that cannot be written: the cause and the remedy.
-pub(crate) fn unwritable(file: &Path, error: &io::Error) -> BadInput {
+pub fn unwritable(file: &Path, error: &io::Error) -> BadInput {
     let why = match error.kind() {
         ErrorKind::NotFound => "its folder is not there: make it first".to_owned(),
         ErrorKind::IsADirectory => "is a folder: name a file in it".to_owned(),

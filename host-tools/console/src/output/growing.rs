@@ -12,7 +12,7 @@ use super::{Output, Target, folder_of, replace, unwritable};
 /// A file that is written part by part. A regular file has no name before it is whole. An interrupted run therefore leaves no new file, and
 /// does not change the old one.
 #[derive(Debug)]
-pub(crate) struct Growing {
+pub struct Growing {
     file: PathBuf,
     /// What has been written. It is the pipe or the device itself.
     written: File,
@@ -25,7 +25,7 @@ impl Growing {
     ///
     /// # Errors
     /// The disk is full or broken.
-    pub(crate) fn finish(mut self) -> Result<()> {
+    pub fn finish(mut self) -> Result<()> {
         let cannot = || format!("{}: cannot be written", self.file.display());
         let Some((path, permissions)) = &self.replaced else { return Ok(()) };
         self.written.rewind().with_context(cannot)?;
@@ -48,7 +48,7 @@ impl Output {
     ///
     /// # Errors
     /// No file can be made in its folder. The error states what to do.
-    pub(crate) fn grow(self) -> Result<Growing, BadInput> {
+    pub fn grow(self) -> Result<Growing, BadInput> {
         let Self { file, target } = self;
         let (written, replaced) = match target {
             Target::File { path, permissions } => {

@@ -19,17 +19,17 @@ const SAID: Duration = Duration::from_secs(10);
 const TICKS: f64 = 1000.0;
 
 /// A bar of so many parts, in which [`done`] tells how far a part is.
-pub(crate) fn parts(parts: usize, doing: &'static str) -> ProgressBar {
+pub fn parts(parts: usize, doing: &'static str) -> ProgressBar {
     bar(parts as u64 * TICKS as u64, doing)
 }
 
 /// So many parts of a bar of [`parts`] are done, and a part of the next one, 0 to 1.
-pub(crate) fn done(bar: &ProgressBar, parts: usize, of_next: f64) {
+pub fn done(bar: &ProgressBar, parts: usize, of_next: f64) {
     bar.set_position(((parts as f64 + of_next) * TICKS) as u64);
 }
 
 /// A bar of `length` ticks, with the time left estimated from the ticks so far; without a terminal lines that say the same.
-pub(crate) fn bar(length: u64, doing: &'static str) -> ProgressBar {
+pub fn bar(length: u64, doing: &'static str) -> ProgressBar {
     let bar = drawn(ProgressBar::new(length), doing, estimated());
     if bar.is_hidden() {
         say(&bar);
@@ -38,7 +38,7 @@ pub(crate) fn bar(length: u64, doing: &'static str) -> ProgressBar {
 }
 
 /// A bar of `length` milliseconds of work in real time. The milliseconds left are the time left.
-pub(crate) fn timed(length: u64, doing: &'static str) -> ProgressBar {
+pub fn timed(length: u64, doing: &'static str) -> ProgressBar {
     let left = |state: &ProgressState, text: &mut dyn Write| {
         // The bar's own writer does not fail.
         let _ = text.write_str(&time_left(state.pos(), state.len()));
@@ -47,12 +47,12 @@ pub(crate) fn timed(length: u64, doing: &'static str) -> ProgressBar {
 }
 
 /// A spinner for work of unknown length.
-pub(crate) fn endless(doing: &'static str) -> ProgressBar {
+pub fn endless(doing: &'static str) -> ProgressBar {
     drawn(ProgressBar::no_length(), doing, style("{spinner} {msg}"))
 }
 
 /// The style of a [`bar`].
-pub(crate) fn estimated() -> ProgressStyle {
+pub fn estimated() -> ProgressStyle {
     with_time_left(|state: &ProgressState, text: &mut dyn Write| {
         // Before the first tick nothing is known.
         let left = match state.pos() {

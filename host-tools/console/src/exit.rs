@@ -14,15 +14,15 @@ const BAD_INPUT: u8 = 2;
 /// Bad input that is no file, such as an argument, an interface or an address, or a file that the text names already.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
-pub(crate) struct BadArgument(pub(crate) String);
+pub struct BadArgument(pub String);
 
 /// A failure that standard output has told. Nothing is printed on standard error.
 #[derive(Debug, thiserror::Error)]
 #[error("standard output says why")]
-pub(crate) struct Told;
+pub struct Told;
 
 /// Runs this program with the arguments that it was started with.
-pub(crate) fn main<A: Parser>(run: impl FnOnce(&A) -> Result<()>) -> ExitCode {
+pub fn main<A: Parser>(run: impl FnOnce(&A) -> Result<()>) -> ExitCode {
     let arguments = match usage::parse::<A>() {
         Ok(arguments) => arguments,
         Err(status) => return status,

@@ -1,0 +1,6 @@
+//! What every program on the host shares: its exit status, its result files, its progress.
+#![forbid(unsafe_code)]
+
+pub mod exit;
+pub mod output;
+pub mod progress;
