@@ -1,5 +1,7 @@
 //! The packages that each crate must never reach by its dependency graph, and the few files that may touch the bus.
 
+mod circles;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
