@@ -248,7 +248,7 @@ fn a_bus_that_falls_silent_ends_the_record() {
         });
         // No joint angle follows that would show that the robot stood still to the end.
         let (finding, spectra) = connect().finding();
-        let Finding { report, confidence } = &finding;
+        let Finding { report, confidence, .. } = &finding;
         assert_eq!((report.joints.len(), report.fit.frames), (3, 1280));
         assert_eq!(confidence.joints.len(), 3);
         let spectra = spectra.expect("the spectra come before the finding");

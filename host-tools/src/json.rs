@@ -6,6 +6,7 @@
 use flexid_pipeline::report::StaticReport;
 use flexid_pipeline::robot::FoundRobot;
 use flexid_report::evidence::{Evidence, Origin};
+use flexid_wire::answer::Answer;
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, JointIntervals, Nuisance};
 use flexid_wire::directions::WeakDirection;
 use flexid_wire::explanation::Explanation;
@@ -30,6 +31,9 @@ pub(crate) struct ResultJson<'a> {
     warnings: Vec<String>,
     warning_kinds: &'a [Warning],
     confidence: ConfidenceJson<'a>,
+    /// The robot as a whole. Left out if the robot does not stand by these parameters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    answer: Option<WithText<'a, Answer>>,
     /// What is doubtful about the robot's model, as `check` says. Left out if nothing is, and of a daemon.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     model_warnings: Vec<String>,
@@ -140,7 +144,7 @@ fn first_schema() -> u32 {
 
 impl<'a> From<&'a Finding> for ResultJson<'a> {
     fn from(finding: &'a Finding) -> Self {
-        let Finding { report: Report { joints, fit, warnings }, confidence } = finding;
+        let Finding { report: Report { joints, fit, warnings }, confidence, answer } = finding;
         Self {
             schema: SCHEMA,
             joints,
@@ -148,6 +152,7 @@ impl<'a> From<&'a Finding> for ResultJson<'a> {
             warnings: warnings.iter().map(ToString::to_string).collect(),
             warning_kinds: warnings,
             confidence: confidence.into(),
+            answer: answer.as_ref().map(WithText::from),
             model_warnings: Vec::new(),
             static_tests: None,
             robot: None,

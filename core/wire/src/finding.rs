@@ -1,8 +1,9 @@
-//! A report and its confidence.
+//! A report, its confidence, and its answer.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::answer::Answer;
 use crate::confidence::Confidence;
 use crate::report::Report;
 use crate::state::{Obstacle, State};
@@ -15,6 +16,8 @@ pub struct Finding {
     pub report: Report,
     /// Confidence of the report.
     pub confidence: Confidence,
+    /// The robot as a whole. `None` if the robot does not stand by these parameters.
+    pub answer: Option<Answer>,
 }
 
 impl Finding {
@@ -94,6 +97,7 @@ mod tests {
                 left_out: 0,
                 robust_widening: None,
             },
+            answer: None,
         }
     }
 

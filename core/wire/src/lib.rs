@@ -5,7 +5,8 @@
 //! | module                        | holds                                                                |
 //! | ----------------------------- | -------------------------------------------------------------------- |
 //! | [`messages`]                  | the messages of both sides, and the version that both must have      |
-//! | [`finding`]                   | a report and its confidence                                          |
+//! | [`finding`]                   | a report, its confidence and its answer                              |
+//! | [`answer`]                    | stiffness of the tool, lowest mode, stiffnesses of the drives        |
 //! | [`report`], [`warning`]       | the identified parameters, and warnings about them                   |
 //! | [`confidence`], [`residuals`], [`directions`] | how far to trust them                                |
 //! | [`explanation`], [`accuracy`] | what is off on the robot, by the records                             |
@@ -22,6 +23,7 @@
 #![no_std]
 
 pub mod accuracy;
+pub mod answer;
 pub mod axes;
 pub mod bits;
 pub mod confidence;

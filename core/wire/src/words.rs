@@ -71,8 +71,7 @@ impl fmt::Display for Measured<'_> {
                 if size == 0.0 {
                     return write!(f, "0 {unit}");
                 }
-                let (scale, prefix) =
-                    PREFIXES.into_iter().find(|(scale, _)| size >= FULL * scale).unwrap_or(LEAST);
+                let (scale, prefix) = prefixed(size);
                 (scale, prefix, unit)
             }
         };
@@ -93,6 +92,64 @@ impl fmt::Display for Measured<'_> {
         }
         write!(f, " {prefix}{unit}")
     }
+}
+
+/// A number of which three digits count.
+pub(crate) struct ThreeDigits(pub(crate) f64);
+
+impl fmt::Display for ThreeDigits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (mut limit, mut digits) = (100.0 * FULL, 0);
+        while self.0.abs() < limit && digits < DIGITS {
+            limit /= 10.0;
+            digits += 1;
+        }
+        write!(f, "{:.digits$}", self.0)
+    }
+}
+
+/// A value with three digits that count, and its unit with the prefix that suits it.
+pub(crate) struct InUnit<'a> {
+    pub(crate) value: f64,
+    pub(crate) unit: &'a str,
+}
+
+impl fmt::Display for InUnit<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (scale, prefix) = prefixed(self.value.abs());
+        write!(f, "{} {prefix}{}", ThreeDigits(self.value / scale), self.unit)
+    }
+}
+
+/// An interval in parts of its value: one number where both sides are about equal.
+pub(crate) struct Within {
+    pub(crate) value: f64,
+    pub(crate) interval: [f64; 2],
+}
+
+/// Part of the upper side by which both sides of an interval may differ and are shown as one number: one in its second digit.
+const ALIKE: f64 = 0.1;
+
+impl fmt::Display for Within {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [low, high] = self.interval;
+        let (down, up) = (100.0 * (1.0 - low / self.value), 100.0 * (high / self.value - 1.0));
+        if up - down > ALIKE * up {
+            return write!(f, "-{down:.0} to +{up:.0} %");
+        }
+        let half = 0.5 * (down + up);
+        match half {
+            ..0.01 => f.write_str("±<0.01 %"),
+            0.01..0.095 => write!(f, "±{half:.2} %"),
+            0.095..9.95 => write!(f, "±{half:.1} %"),
+            _ => write!(f, "±{half:.0} %"),
+        }
+    }
+}
+
+/// Size and sign of the prefix for numbers of this size.
+fn prefixed(size: f64) -> (f64, &'static str) {
+    PREFIXES.into_iter().find(|(scale, _)| size >= FULL * scale).unwrap_or(LEAST)
 }
 
 /// Writes the separator before the part `index` of `parts`.
@@ -139,6 +196,32 @@ mod tests {
         ] {
             assert_eq!(Measured { value, std, unit }.to_string(), expected);
         }
+    }
+
+    #[test]
+    fn three_digits_count() {
+        for (value, expected) in [
+            (0.381, "0.381"),
+            (0.999_6, "1.00"),
+            (6.3302, "6.33"),
+            (99.96, "100"),
+            (1234.0, "1234"),
+            (0.0, "0.000000"),
+        ] {
+            assert_eq!(ThreeDigits(value).to_string(), expected);
+        }
+        let in_unit = |value| InUnit { value, unit: "Nm/rad" }.to_string();
+        assert_eq!([2.31e6, 4.5e4].map(in_unit), ["2.31 MNm/rad", "45.0 kNm/rad"]);
+    }
+
+    #[test]
+    fn a_lopsided_interval_has_both_its_sides() {
+        let within = |low, high| Within { value: 100.0, interval: [low, high] }.to_string();
+        assert_eq!(within(98.0, 102.0), "±2.0 %");
+        assert_eq!(within(99.95, 100.05), "±0.05 %");
+        assert_eq!(within(99.999, 100.001), "±<0.01 %");
+        assert_eq!(within(88.0, 112.5), "±12 %");
+        assert_eq!(within(56.0, 180.0), "-44 to +80 %");
     }
 
     #[test]

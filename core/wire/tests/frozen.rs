@@ -6,6 +6,7 @@
 use std::fmt::Debug;
 
 use flexid_wire::accuracy::Accuracy;
+use flexid_wire::answer::*;
 use flexid_wire::confidence::*;
 use flexid_wire::directions::*;
 use flexid_wire::explanation::*;
@@ -24,7 +25,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 11] = [
+const SCHEMA_KEYS: [(u16, [u8; 8]); 12] = [
     (1, [27, 84, 154, 181, 40, 115, 78, 33]),
     (2, [228, 103, 188, 121, 18, 38, 118, 136]),
     (3, [199, 205, 85, 206, 40, 25, 67, 64]),
@@ -36,6 +37,7 @@ const SCHEMA_KEYS: [(u16, [u8; 8]); 11] = [
     (9, [178, 143, 119, 99, 46, 5, 169, 116]),
     (10, [20, 107, 33, 101, 102, 228, 157, 88]),
     (11, [38, 227, 52, 82, 59, 87, 202, 96]),
+    (12, [226, 165, 201, 251, 185, 128, 249, 18]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
@@ -157,6 +159,23 @@ fn confidence() -> Confidence {
     }
 }
 
+fn answer() -> Answer {
+    let number = |value, interval| Some(Number { value, interval });
+    Answer {
+        pose: [1.0, 0.5].into_iter().collect(),
+        record: Some(300),
+        softest: ToolStiffness {
+            stiffness: number(2.0, Some([1.0, 4.0])),
+            direction: Some([1.0, 0.0, -0.5]),
+        },
+        stiffest: ToolStiffness { stiffness: None, direction: None },
+        lowest_mode: LowestMode { frequency_hz: number(8.0, None), damping_ratio: None },
+        drives: [Drive { joint: clipped("joint_1"), dof: 5, stiffness: None }]
+            .into_iter()
+            .collect(),
+    }
+}
+
 #[test]
 fn schema_key_belongs_to_the_protocol_version() {
     assert_eq!(SCHEMA_KEYS.last(), Some(&(PROTOCOL_VERSION, SCHEMA_KEY)));
@@ -259,8 +278,12 @@ fn from_edge_bus_health() {
 #[test]
 fn from_edge_finding() {
     frozen(
-        FromEdge::Finding(Finding { report: report(), confidence: confidence() }),
-        "6b020000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
+        FromEdge::Finding(Finding {
+            report: report(),
+            confidence: confidence(),
+            answer: Some(answer()),
+        }),
+        "cb020000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
          0000000000000840 0000000000001040 0000000000001440 0000000000001840 \
          01000000000000e03f 00 01000000000000d03f 01000000000000f03f \
          010000000000000040 00 000201000002 9a9999999999b93f 9a9999999999c93f \
@@ -280,7 +303,10 @@ fn from_edge_finding() {
          01 01 02 0000000000000440 \
          01 02 000000000000f03f 0000000000000040 000000000000f03f \
          000000000000e03f 000000000000d03f 000000000000f0bf 000000000000f0bf 000000000000f0bf \
-         ac02 02 01000000000000e03f",
+         ac02 02 01000000000000e03f \
+         01 02 000000000000f03f 000000000000e03f 01 ac02 \
+         01 0000000000000040 01 000000000000f03f0000000000001040 01 000000000000f03f0000000000000000000000000000e0bf \
+         00 00 01 0000000000002040 00 00 01 076a6f696e745f31 05 00",
     );
 }
 
@@ -344,7 +370,8 @@ fn json_names_of_variants() {
 /// Every string and list full, every number as long as it gets.
 #[test]
 fn the_fullest_finding_fits_a_frame() {
-    let finding = Finding { report: fullest_report(), confidence: fullest_confidence() };
+    let (report, confidence) = (fullest_report(), fullest_confidence());
+    let finding = Finding { report, confidence, answer: Some(fullest_answer()) };
     let mut buffer = [0; FRAME_BUFFER];
     let frame = framing::encode(&FromEdge::Finding(finding), &mut buffer).unwrap();
     assert!((30_000..=MAX_FRAME).contains(&frame.len()), "{}", frame.len());
@@ -392,6 +419,20 @@ fn fullest_report() -> Report {
             ..report().fit
         },
         warnings: std::iter::repeat_n(Warning::Trouble(trouble), MAX_WARNINGS).collect(),
+    }
+}
+
+fn fullest_answer() -> Answer {
+    let number = Some(Number { value: 1.0, interval: Some([1.0; 2]) });
+    let tool = ToolStiffness { stiffness: number, direction: Some([1.0; 3]) };
+    let drive = Drive { joint: full(), dof: 5, stiffness: number };
+    Answer {
+        pose: std::iter::repeat_n(1.0, MAX_JOINTS).collect(),
+        record: Some(u64::MAX),
+        softest: tool,
+        stiffest: tool,
+        lowest_mode: LowestMode { frequency_hz: number, damping_ratio: number },
+        drives: std::iter::repeat_n(drive, MAX_JOINTS).collect(),
     }
 }
 

@@ -13,6 +13,7 @@
 pub mod check;
 mod columns;
 pub mod config;
+pub mod dynamics;
 pub mod input;
 pub mod intake;
 pub mod model;

@@ -17,3 +17,11 @@ pub type Record = flexid_core::stream::Record<SAMPLES>;
 pub type Experiment = flexid_core::spectrum::Experiment<BINS>;
 /// Joint angles, rad (m).
 pub(crate) type Pose = heapless::Vec<f64, MAX_JOINTS>;
+
+/// Largest difference between the angles of one pose, rad (m).
+const SAME_POSE: f64 = 1e-3;
+
+/// Returns whether two poses (rad, m) are the same.
+pub(crate) fn same_pose(one: &[f64], other: &[f64]) -> bool {
+    one.iter().zip(other).all(|(a, b)| (a - b).abs() <= SAME_POSE)
+}

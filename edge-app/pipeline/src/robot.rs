@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 use crate::model::Model;
-use crate::solver::same_pose;
+use crate::record::same_pose;
 
 /// All that predicts how a robot moves: its model, its bushings, its imperfections, and how far each may be off.
 ///

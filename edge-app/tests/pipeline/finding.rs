@@ -23,7 +23,7 @@ fn a_confidence_goes_with_its_report() {
 }
 
 /// What is asked of the shape of a confidence, whatever it says; counts the intervals.
-fn counted_intervals(Finding { report, confidence }: &Finding) -> usize {
+fn counted_intervals(Finding { report, confidence, .. }: &Finding) -> usize {
     let mut intervals = 0;
     for (joint, own) in report.joints.iter().zip(&confidence.joints) {
         assert_eq!(joint.name, own.name);
@@ -80,7 +80,7 @@ fn records_that_are_lost_are_counted() {
     let mut source = Replay { frames: frames.into_iter(), breaks: false };
     let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
     let taken = outcome.counts.stream.records;
-    let Finding { report, confidence } = outcome.finding.expect("a finding");
+    let Finding { report, confidence, .. } = outcome.finding.expect("a finding");
     assert!(taken >= 7 && !report.warnings.is_empty(), "{taken} records");
     assert_eq!((report.fit.records, confidence.retired, confidence.left_out), (4, 0, taken - 4));
     let lost = |warning: &Warning| matches!(warning, Warning::MadeRoom { .. });

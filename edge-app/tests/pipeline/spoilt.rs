@@ -88,7 +88,7 @@ fn a_wrong_rate_is_warned_of_with_what_was_done() {
         (2020.0, 1e-3, Some(": too uncertain to be used, so nothing is identified")),
     ] {
         let outcome = spoilt(at(rate_hz, jitter_s));
-        let Finding { report, confidence } = outcome.finding.expect("a finding");
+        let Finding { report, confidence, .. } = outcome.finding.expect("a finding");
         let warning = lines(&report).into_iter().find(|warning| warning.contains("rate_hz"));
         println!("{rate_hz} Hz: {warning:?}");
         assert_eq!(warning.is_some(), said.is_some(), "{:?}", report.warnings);

@@ -26,8 +26,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 use statrs::function::erf::erfc;
 
 use crate::document::Found;
-use crate::estimate::PositiveEstimate;
-use crate::robot::OF_JOINT;
+use flexid_pipeline::dynamics::OF_JOINT;
+use flexid_pipeline::dynamics::PositiveEstimate;
 
 /// Chance that two fits of the same robot are called different.
 pub const LEVEL: f64 = 0.05;

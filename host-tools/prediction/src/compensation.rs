@@ -21,9 +21,9 @@ use flexid_core::chain::{Chain, JointKind};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Vector3, Vector6};
 use serde::Serialize;
 
-use crate::dynamics::Dynamics;
-use crate::estimate::Estimate;
-use crate::statics::{Compliance, Deflection};
+use flexid_pipeline::dynamics::Dynamics;
+use flexid_pipeline::dynamics::Estimate;
+use flexid_pipeline::dynamics::statics::{Compliance, Deflection};
 
 /// Most steps. Chosen: each squares what is left, over the size of the robot, so that four leave rounding.
 const STEPS: usize = 4;
@@ -52,18 +52,18 @@ struct Inverse {
     is_singular: bool,
 }
 
-impl Dynamics<'_> {
+impl Compensation {
     /// Joint offsets that take the deflection under a wrench on the tool back: force, N, then torque, Nm, along its axes.
-    pub fn compensation(&self, compliance: &Compliance, wrench: [f64; 6]) -> Compensation {
-        let chain = self.robot().chain();
-        let jacobian = jacobian(chain, self.pose());
+    pub fn of(at: &Dynamics<'_>, compliance: &Compliance, wrench: [f64; 6]) -> Self {
+        let chain = at.robot().chain();
+        let jacobian = jacobian(chain, at.pose());
         let inverse = Inverse::new(&jacobian);
         let own = DMatrix::identity(6, 6);
-        let base = both(tool(chain, self.pose()).rotation.to_rotation_matrix().matrix());
-        let of = |matrix: &DMatrix<f64>| Deflection::of(&self.moved(compliance, wrench, matrix));
+        let base = both(tool(chain, at.pose()).rotation.to_rotation_matrix().matrix());
+        let of = |matrix: &DMatrix<f64>| Deflection::of(&at.moved(compliance, wrench, matrix));
         let deflection = of(&own);
-        let linear = self.moved(compliance, wrench, &-&inverse.matrix);
-        let (offsets, left) = taken_back(chain, self.pose(), &inverse, &deflection);
+        let linear = at.moved(compliance, wrench, &-&inverse.matrix);
+        let (offsets, left) = taken_back(chain, at.pose(), &inverse, &deflection);
         let as_uncertain = |left: f64, of: &Estimate| Estimate::new(left, of.std);
         // What is left is nearly zero: it is known where its error is small beside what was taken back.
         let left_over = |first: usize, of: &[Estimate; 3]| {
@@ -72,7 +72,7 @@ impl Dynamics<'_> {
                 ..as_uncertain(left[first + axis], &of[axis])
             })
         };
-        Compensation {
+        Self {
             deflection,
             along_base: of(&base),
             offsets: beside_others(

@@ -10,7 +10,7 @@ use flexid_wire::report::{Fit, JointReport};
 use flexid_wire::text::{Name, clipped};
 use serde::Deserialize;
 
-use crate::robot::Robot;
+use flexid_pipeline::dynamics::Robot;
 
 /// Version of the result. An entry that is added does not change it. An entry that is renamed or removed, or whose meaning
 /// changes, does.

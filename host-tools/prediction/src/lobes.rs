@@ -26,9 +26,9 @@ use nalgebra::{Complex, DVector, Matrix2, Matrix3x2, Vector2};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::dynamics::{Dynamics, Place};
-use crate::estimate::{PositiveEstimate, root as variance_root};
 use crate::milling::Cutter;
+use flexid_pipeline::dynamics::{Dynamics, Place};
+use flexid_pipeline::dynamics::{PositiveEstimate, root as variance_root};
 
 /// Samples of the receptance at the start, evenly spaced. Chosen: a mode of 1 % damping at 10 Hz is a tenth of a hertz wide, and refining
 /// finds it, since its flanks reach far.
@@ -329,30 +329,30 @@ impl Lobes {
     }
 }
 
-impl Dynamics<'_> {
+impl Lobes {
     /// The lobes of a cutter whose [plane](crate::milling::plane) this is, with chatter frequencies from `lower` to `upper`, Hz. `None` where
     /// the robot has no response. It says how far it is.
-    pub fn lobes(
-        &self,
+    pub fn of(
+        at: &Dynamics<'_>,
         cutter: Cutter,
         plane: &Matrix3x2<f64>,
         band_hz: [f64; 2],
         said: impl Fn(Sampling) + Sync,
-    ) -> Option<Lobes> {
+    ) -> Option<Self> {
         let directional = cutter.directional();
         let plane = plane.map(Complex::from);
-        let covariance = self.robot().covariance();
+        let covariance = at.robot().covariance();
         let sample = |hz| {
             let place = Place::At(Complex::new(0.0, TAU * hz));
-            let response = self.response(place, 3)?;
+            let response = at.response(place, 3)?;
             let of_plane = |own: &nalgebra::DMatrix<Complex<f64>>| -> Matrix2<Complex<f64>> {
                 plane.transpose() * own.fixed_view::<3, 3>(0, 0) * plane
             };
-            let gradient: Vec<_> = self.gradient(place, &response).iter().map(of_plane).collect();
+            let gradient: Vec<_> = at.gradient(place, &response).iter().map(of_plane).collect();
             let spread = |a: &DVector<f64>, b: &DVector<f64>| a.dot(&(covariance * b));
             Some(Sample::new(hz, &directional, &of_plane(&response.value), &gradient, spread))
         };
-        Lobes::new(cutter, band_hz, sample, said)
+        Self::new(cutter, band_hz, sample, said)
     }
 }
 

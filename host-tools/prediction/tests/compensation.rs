@@ -37,7 +37,7 @@ fn robot(scenario: &str, bushings: &Bushings, uncertain: Option<(usize, f64)>) -
 
 fn compensation(robot: &Robot, pose: &[f64], wrench: [f64; 6]) -> Compensation {
     let dynamics = robot.at(pose).unwrap();
-    dynamics.compensation(&dynamics.compliance().unwrap(), wrench)
+    Compensation::of(&dynamics, &dynamics.compliance().unwrap(), wrench)
 }
 
 fn values(all: &[flexid_prediction::Estimate]) -> Vec<f64> {

@@ -52,7 +52,7 @@ fn robot(bushings: &Bushings, std: f64, uncertain: Option<usize>) -> Robot {
 }
 
 fn lobes(dynamics: &Dynamics<'_>, cutter: Cutter) -> Lobes {
-    dynamics.lobes(cutter, &plane(FEED, AXIS).unwrap(), BAND_HZ, |_| ()).unwrap()
+    Lobes::of(dynamics, cutter, &plane(FEED, AXIS).unwrap(), BAND_HZ, |_| ()).unwrap()
 }
 
 /// One mode along the feed: `G = 1/(k (1 − r² + 2iζr))`. Chatter frequency f gives `b = −1/(2 K Re G)` and

@@ -182,7 +182,7 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
 }
 
 /// What to think of explanations that are adopted and leave the model suspect.
-fn stays_suspect(Finding { report, confidence }: &Finding) -> String {
+fn stays_suspect(Finding { report, confidence, .. }: &Finding) -> String {
     format!(
         "what is adopted does not make the model right (χ²/dof {:.2}, whiteness {:.1}): it may stand for another cause, such as friction\n",
         report.fit.consistency, confidence.residuals.whiteness
@@ -190,7 +190,7 @@ fn stays_suspect(Finding { report, confidence }: &Finding) -> String {
 }
 
 /// Why no explanation of a result is adopted.
-fn nothing_adopted(Finding { report, confidence }: &Finding) -> &'static str {
+fn nothing_adopted(Finding { report, confidence, .. }: &Finding) -> &'static str {
     let explanations = &confidence.explanations;
     if report.fit.records == 0 {
         "the numbers rest on no record: see the warnings"

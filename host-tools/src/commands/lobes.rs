@@ -9,7 +9,7 @@ use flexid_console::progress;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::input::BadInput;
 use flexid_prediction::document::Found;
-use flexid_prediction::lobes::{MOST_WAVES, Sampling};
+use flexid_prediction::lobes::{Lobes, MOST_WAVES, Sampling};
 use flexid_prediction::milling::{Cutter, Milling, plane};
 
 use super::pose::given_or_first;
@@ -130,8 +130,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Sampling::Added(samples) => bar.inc_length(samples as u64),
         Sampling::Done => bar.inc(1),
     };
-    let lobes = dynamics
-        .lobes(cutter, &plane, band_hz, said)
+    let lobes = Lobes::of(&dynamics, cutter, &plane, band_hz, said)
         .ok_or_else(|| bad("the robot does not stand there: it has no stiffness".into()))?;
     bar.finish_and_clear();
     let bar = progress::bar(args.points.into(), "seeking the lobes");

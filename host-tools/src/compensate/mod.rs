@@ -37,7 +37,7 @@ impl Compensated {
         let dynamics = robot.at(&pose).map_err(|error| error.to_string())?;
         let compliance =
             dynamics.compliance().ok_or("the robot does not stand there: it has no stiffness")?;
-        let compensation = dynamics.compensation(&compliance, wrench);
+        let compensation = Compensation::of(&dynamics, &compliance, wrench);
         Ok(Self { line, pose, wrench, compensation })
     }
 }

@@ -28,7 +28,7 @@ const NOT_LINEAR: &str =
     "no linear model explains what is left: the lines below may be effects of that";
 
 /// One paragraph for each part of the confidence of a finding that is not empty.
-pub(crate) fn lines(Finding { report, confidence }: &Finding) -> String {
+pub(crate) fn lines(Finding { report, confidence, .. }: &Finding) -> String {
     let Confidence {
         nuisances,
         explanations,

@@ -191,6 +191,7 @@ fn fitting(mut lines: Vec<Line>, rows: usize) -> Vec<Line> {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use flexid_wire::answer::{Answer, Drive, LowestMode, Number, ToolStiffness};
     use flexid_wire::confidence::{Confidence, Correlations, JointIntervals};
     use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge};
     use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report};
@@ -263,6 +264,32 @@ pub(crate) mod tests {
                 left_out: 0,
                 robust_widening: None,
             },
+            answer: Some(answer(joints)),
+        }
+    }
+
+    /// An answer in which all is determined but the last drive, and intervals are wide enough to be shown.
+    pub(crate) fn answer(joints: usize) -> Answer {
+        let number = |value: f64| {
+            let interval = Some([0.98 * value, 1.02 * value]);
+            Some(Number { value, interval })
+        };
+        let tool = |stiffness, direction| ToolStiffness {
+            stiffness: number(stiffness),
+            direction: Some(direction),
+        };
+        let drive = |index: usize| Drive {
+            joint: clipped(format_args!("joint_{}", index + 1)),
+            dof: 5,
+            stiffness: number(2.31e6).filter(|_| index + 1 < joints),
+        };
+        Answer {
+            pose: [0.1, -0.45, 0.95].into_iter().collect(),
+            record: Some(3),
+            softest: tool(3.81e5, [0.71, 0.02, -0.7]),
+            stiffest: tool(8.7e5, [0.0, 1.0, 0.03]),
+            lowest_mode: LowestMode { frequency_hz: number(6.33), damping_ratio: number(0.011) },
+            drives: (0..joints).map(drive).collect(),
         }
     }
 

@@ -76,7 +76,7 @@ pub(crate) fn numbers(
 
 /// The table of stiffnesses (kind 0), dampings (kind 1), or both.
 fn grid(
-    Finding { report, confidence }: &Finding,
+    Finding { report, confidence, .. }: &Finding,
     truth: Option<&[Option<Bushing>]>,
     kinds: Range<usize>,
 ) -> String {

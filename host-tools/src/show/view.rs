@@ -48,7 +48,7 @@ impl View {
     /// The report on all records that the daemon has, once the work on them has ended.
     pub(crate) fn settled(&self) -> Option<&Report> {
         let (progress, finding) = (self.progress.as_ref()?, self.finding.as_ref()?);
-        let Finding { report, confidence } = finding;
+        let Finding { report, confidence, .. } = finding;
         // The daemon sends the progress before the report that belongs to it.
         let current = report.fit.records + confidence.left_out >= progress.records;
         (progress.phase == Phase::Settled && current).then_some(report)

@@ -32,7 +32,7 @@ struct Axis {
 
 /// A section for each joint, base first. Without records there are no dampings.
 pub(super) fn parameters(finding: &Finding) -> Markup {
-    let Finding { report, confidence } = finding;
+    let Finding { report, confidence, .. } = finding;
     let has_dampings = report.fit.records > 0;
     let joints: Vec<(&str, Vec<Kind>)> = report
         .joints

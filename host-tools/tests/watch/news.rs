@@ -51,7 +51,7 @@ pub(crate) fn finding(acceptance: Acceptance, records: u64) -> Finding {
     };
     let joints = [joint].into_iter().collect();
     let report = Report { joints, fit, warnings: Default::default() };
-    Finding { report, confidence: confidence() }
+    Finding { report, confidence: confidence(), answer: None }
 }
 
 pub(crate) fn report(acceptance: Acceptance, records: u64) -> FromEdge {

@@ -62,7 +62,7 @@ fn json_speaks_before_the_first_report_and_then_in_reports_alone() {
 fn no_control_character_reaches_the_terminal() {
     let evil = "\x1b]0;owned\x07\r\n\u{9b}2J\u{202e}";
     let mut finding = finding(Acceptance::ModelSuspect, 3);
-    let Finding { report, confidence } = &mut finding;
+    let Finding { report, confidence, .. } = &mut finding;
     report.joints[0].name = clipped(evil);
     let stuck = SignalFrames { signal: clipped(evil), frames: 1 };
     let stuck = Implausible::Stuck([stuck].into_iter().collect());

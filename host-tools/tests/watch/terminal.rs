@@ -48,7 +48,7 @@ fn with_server(test: impl FnOnce(&Path, &Latest)) {
 /// A finding as large as that of a robot of six joints.
 fn six_joints() -> Finding {
     let mut finding = finding(Acceptance::ModelSuspect, 3);
-    let Finding { report, confidence } = &mut finding;
+    let Finding { report, confidence, .. } = &mut finding;
     let (joint, intervals) = (report.joints[0].clone(), confidence.joints[0].clone());
     for _ in 1..6 {
         report.joints.push(joint.clone()).unwrap();

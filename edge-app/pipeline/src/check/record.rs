@@ -12,8 +12,8 @@ use flexid_wire::warning::Warning;
 use super::excitation::Excitation;
 use crate::config::Config;
 use crate::intake::plausibility::{Axes, Scale};
-use crate::record::{Record, SAMPLES};
-use crate::solver::{Fingerprint, Taken, experiment, same_pose};
+use crate::record::{Record, SAMPLES, same_pose};
+use crate::solver::{Fingerprint, Taken, experiment};
 use crate::unchecked;
 
 /// What a record holds.

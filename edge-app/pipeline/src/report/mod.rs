@@ -1,5 +1,6 @@
 //! From an estimate to its finding: report, confidence and warnings.
 
+mod answer;
 mod assembly;
 mod basis;
 mod confidence;
@@ -15,6 +16,7 @@ mod summary;
 mod verdict;
 mod warnings;
 
+pub(crate) use answer::{Place, answer};
 pub(crate) use assembly::report;
 pub(crate) use basis::Basis;
 pub(crate) use confidence::{Details, confidence};

@@ -1,13 +1,16 @@
 //! What a solver has found.
 
 use flexid_core::identify::{Acceptance, Estimate};
+use flexid_wire::answer::Answer;
+use flexid_wire::confidence::Confidence;
 use flexid_wire::finding::Finding;
+use flexid_wire::report::Report;
 use flexid_wire::trouble::Trouble;
 use flexid_wire::unused::Unused;
 
 use super::{CoursePoint, Solver};
 use crate::intake::Counts;
-use crate::report::{self, Basis, Details, StaticReport, confidence, report};
+use crate::report::{self, Basis, Details, Place, StaticReport, confidence, report};
 use crate::robot::FoundRobot;
 
 impl Solver {
@@ -56,7 +59,23 @@ impl Solver {
             left_out,
         };
         let confidence = confidence(config, sought, &estimate, &report, &details);
-        Some(Finding { report, confidence })
+        let answer = self.answer(&estimate, &report, &confidence);
+        Some(Finding { report, confidence, answer })
+    }
+
+    /// Returns the answer at the pose of the newest record of the estimate, or without records at that of the last static test.
+    fn answer(
+        &self,
+        estimate: &Estimate,
+        report: &Report,
+        confidence: &Confidence,
+    ) -> Option<Answer> {
+        let newest = self.state.settled.as_ref().and_then(|settled| settled.numbers.last());
+        let (pose, record) = match (self.poses.last(), newest) {
+            (Some(pose), Some(number)) => (pose.as_slice(), Some(*number)),
+            _ => (self.config.statics.tests.last()?.pose.as_slice(), None),
+        };
+        report::answer(self.robot()?, estimate, report, confidence, Place { pose, record })
     }
 
     /// Returns what the present estimate says of each static test. Returns `None` without an estimate or without static tests.

@@ -1,9 +1,6 @@
 //! Choice of the records that are kept: the newest of each pose, for as many poses as there is room for.
 
-use crate::record::{MAX_EXPERIMENTS, MAX_PER_POSE};
-
-/// Largest difference between the angles of one pose, rad (m).
-const SAME_POSE: f64 = 1e-3;
+use crate::record::{MAX_EXPERIMENTS, MAX_PER_POSE, same_pose};
 
 /// Properties of a record that the choice depends on.
 #[derive(Clone, Copy, Debug)]
@@ -29,11 +26,6 @@ impl Entry<'_> {
     fn shares_pose(&self, other: &Self) -> bool {
         same_pose(self.pose, other.pose)
     }
-}
-
-/// Returns whether two poses (rad, m) are the same.
-pub(crate) fn same_pose(one: &[f64], other: &[f64]) -> bool {
-    one.iter().zip(other).all(|(a, b)| (a - b).abs() <= SAME_POSE)
 }
 
 /// Finds room for `new` beside `kept`, which are in the order in which they came.

@@ -11,10 +11,10 @@ use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::refine::Mechanics;
 use nalgebra::{Complex, DMatrix, Matrix6, Vector6};
 
-use crate::assembly::Matrices;
-use crate::bushings::{self, Bushings};
-use crate::dynamics::Place;
-use crate::robot::Robot;
+use super::assembly::Matrices;
+use super::at_pose::Place;
+use super::bushings::{self, Bushings};
+use super::robot::Robot;
 
 /// Shift of an imperfection for a difference, in its standard deviations. Chosen: the error of a central difference grows with its square.
 const SHIFT: f64 = 0.1;

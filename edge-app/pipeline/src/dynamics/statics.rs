@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 use serde::Serialize;
 
-use crate::dynamics::Dynamics;
-use crate::estimate::{Estimate, PositiveEstimate};
+use super::at_pose::Dynamics;
+use super::estimate::{Estimate, PositiveEstimate};
 
 /// Displacement of the tool for loads there. Both are three translations, then three rotations, along the axes of the tool centre point.
 #[derive(Clone, Debug)]
@@ -13,6 +13,17 @@ pub struct Compliance {
     value: DMatrix<f64>,
     /// By each coordinate of the robot.
     gradient: Vec<DMatrix<f64>>,
+}
+
+/// Displacement of the tool per force, along a direction in which it moves as the force points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipalCompliance {
+    /// m/N.
+    pub compliance: PositiveEstimate,
+    /// Unit vector along the axes of the tool centre point. Its largest component is positive.
+    pub direction: [f64; 3],
+    /// Standard deviation of the direction, rad. It has no limit where another direction is as soft.
+    pub direction_std: f64,
 }
 
 /// Deflection of the tool, along its axes.
@@ -26,7 +37,7 @@ pub struct Deflection {
 
 impl Deflection {
     /// Of these three translations and three rotations.
-    pub(crate) fn of(all: &[Estimate]) -> Self {
+    pub fn of(all: &[Estimate]) -> Self {
         let at =
             |first: usize| Estimate::beside_length(std::array::from_fn(|axis| all[first + axis]));
         Self { translation: at(0), rotation: at(3) }
@@ -56,16 +67,38 @@ impl Dynamics<'_> {
         Deflection::of(&all)
     }
 
-    /// Displacement under a force along the softest direction, per force there, m/N: the largest eigenvalue of the compliance of
-    /// translations. Where two directions are equally soft, the interval is that of one of them.
-    pub fn softest(&self, compliance: &Compliance) -> PositiveEstimate {
+    /// Displacement per force on the tool along the directions in which it moves as the force points, the softest first: eigenvalues and
+    /// eigenvectors of the compliance of translations. Where two are equally soft, the intervals are those of one of them.
+    pub fn principal(&self, compliance: &Compliance) -> [PrincipalCompliance; 3] {
         let eigen = compliance.value.fixed_view::<3, 3>(0, 0).into_owned().symmetric_eigen();
-        let softest = eigen.eigenvalues.imax();
-        let (value, along) = (eigen.eigenvalues[softest], eigen.eigenvectors.column(softest));
-        // ∂λ = vᵀ ∂C v.
-        let per = compliance.gradient.iter();
-        let per = per.map(|own| along.dot(&(own.fixed_view::<3, 3>(0, 0) * along)) / value);
-        self.positive(value, per.collect())
+        let mut order = [0, 1, 2];
+        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+        order.map(|own| {
+            let (value, along) = (eigen.eigenvalues[own], eigen.eigenvectors.column(own));
+            // ∂λ = vᵀ ∂C v, and ∂v has the part wᵀ ∂C v / (λ − μ) along another eigenvector w, of the eigenvalue μ.
+            let per = |other: usize, over: f64| {
+                let across = eigen.eigenvectors.column(other);
+                let of = |own: &DMatrix<f64>| across.dot(&(own.fixed_view::<3, 3>(0, 0) * along));
+                compliance.gradient.iter().map(|own| of(own) / over).collect()
+            };
+            let others = order.into_iter().filter(|other| *other != own);
+            let turns = others.map(|other| {
+                let over = value - eigen.eigenvalues[other];
+                self.robot().std_of(&DVector::from_vec(per(other, over))).powi(2)
+            });
+            let largest = along[along.iamax()];
+            PrincipalCompliance {
+                compliance: self.positive(value, per(own, value)),
+                direction: std::array::from_fn(|axis| along[axis] * largest.signum()),
+                direction_std: turns.sum::<f64>().sqrt(),
+            }
+        })
+    }
+
+    /// The first of [`Dynamics::principal`], m/N.
+    pub fn softest(&self, compliance: &Compliance) -> PositiveEstimate {
+        let [softest, ..] = self.principal(compliance);
+        softest.compliance
     }
 
     /// Distance that the tool moves under a force on it along its axes, N, m.
@@ -83,7 +116,7 @@ impl Dynamics<'_> {
     }
 
     /// What moves with the deflection d under a wrench, as `matrix` d.
-    pub(crate) fn moved(
+    pub fn moved(
         &self,
         compliance: &Compliance,
         wrench: [f64; 6],

@@ -5,7 +5,7 @@
 //! ∂H = −eᵀ ∂Z e + ∂Pᵀ e + eᵀ ∂P
 //! ```
 //!
-//! B is that of the [bushings](crate::bushings), and q are their elongations, which differ from e where the ground gives way.
+//! B is that of the [bushings](super::bushings), and q are their elongations, which differ from e where the ground gives way.
 //!
 //! H is what the tool moves, translation and rotation, per force and torque there. The derivatives by the logarithm of a stiffness or a
 //! damping have a single entry of ∂Z; the change of the sag with a stiffness is left out. Those by an imperfection are central
@@ -17,10 +17,10 @@ use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::refine::Mechanics;
 use nalgebra::{Complex, DMatrix};
 
-use crate::assembly::Matrices;
-use crate::bushings::Bushings;
-use crate::per_imperfection::PerImperfection;
-use crate::robot::{OF_JOINT, Robot};
+use super::assembly::Matrices;
+use super::bushings::Bushings;
+use super::per_imperfection::PerImperfection;
+use super::robot::{OF_JOINT, Robot};
 
 /// A robot at a pose.
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ pub struct Dynamics<'a> {
 
 /// Where the dynamic stiffness is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Place {
+pub enum Place {
     /// At this complex frequency, rad/s.
     At(Complex<f64>),
     /// At rest, with the stiffnesses that the bushings have at this frequency, rad/s.
@@ -43,9 +43,9 @@ pub(crate) enum Place {
 
 /// H and e.
 #[derive(Clone, Debug)]
-pub(crate) struct Response {
+pub struct Response {
     /// H, over the loads that were asked for.
-    pub(crate) value: DMatrix<Complex<f64>>,
+    pub value: DMatrix<Complex<f64>>,
     /// e, a column per load.
     elongations: DMatrix<Complex<f64>>,
 }
@@ -107,7 +107,7 @@ impl<'a> Dynamics<'a> {
     }
 
     /// H for the first `loads` of the three forces and three torques. `None` where Z has no inverse, or one beyond the range of numbers.
-    pub(crate) fn response(&self, place: Place, loads: usize) -> Option<Response> {
+    pub fn response(&self, place: Place, loads: usize) -> Option<Response> {
         let tip = self.tip(loads);
         let elongations = self.stiffness(place).lu().solve(&tip)?;
         if !elongations.iter().all(|own| own.is_finite()) {
@@ -117,7 +117,7 @@ impl<'a> Dynamics<'a> {
     }
 
     /// ∂H by each coordinate of the robot.
-    pub(crate) fn gradient(&self, place: Place, response: &Response) -> Vec<DMatrix<Complex<f64>>> {
+    pub fn gradient(&self, place: Place, response: &Response) -> Vec<DMatrix<Complex<f64>>> {
         let e = &response.elongations;
         let mut gradient = self.per_coordinate(place, e);
         let first = OF_JOINT * self.size() / 6;

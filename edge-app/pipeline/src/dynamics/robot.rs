@@ -1,19 +1,19 @@
 //! The robot that was found, and the covariance of all that is uncertain in it.
 
+use crate::model::{Model, ModelError};
+use crate::robot::FoundRobot;
 use flexid_core::chain::Chain;
 use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::imperfection::Imperfection;
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::Mechanics;
-use flexid_pipeline::model::{Model, ModelError};
-use flexid_pipeline::robot::FoundRobot;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::dynamics::Dynamics;
-use crate::estimate::root;
+use super::at_pose::Dynamics;
+use super::estimate::root;
 
 /// Parameters of a joint.
-pub(crate) const OF_JOINT: usize = 12;
+pub const OF_JOINT: usize = 12;
 /// Least lower edge of a band, as a part of its upper edge.
 const LEAST: f64 = 1e-3;
 /// Highest upper edge of a band, Hz. Chosen: above what any accelerometer reads.

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix};
 use serde::Serialize;
 
-use crate::dynamics::{Dynamics, Place};
-use crate::estimate::{Estimate, PositiveEstimate};
-use crate::modes::Mode;
+use super::at_pose::{Dynamics, Place};
+use super::estimate::{Estimate, PositiveEstimate};
+use super::modes::Mode;
 
 /// Receptance at one frequency. Rows are displacements, columns forces, along the axes of the tool centre point.
 #[derive(Clone, Debug, PartialEq, Serialize)]

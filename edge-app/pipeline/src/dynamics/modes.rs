@@ -14,10 +14,10 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
-use crate::assembly::Matrices;
-use crate::dynamics::{Dynamics, Place};
-use crate::estimate::PositiveEstimate;
-use crate::starts::aligned;
+use super::assembly::Matrices;
+use super::at_pose::{Dynamics, Place};
+use super::estimate::PositiveEstimate;
+use super::starts::aligned;
 
 /// Most iterations. Chosen: the convergence is cubic, and takes three to six.
 const ITERATIONS: usize = 40;
@@ -192,17 +192,16 @@ fn is_same(a: Complex<f64>, b: Complex<f64>) -> bool {
 mod tests {
     use std::path::Path;
 
+    use crate::model::Model;
+    use crate::robot::{FoundRobot, FoundValue};
     use flexid_core::imperfection::Imperfection;
     use flexid_core::parameters::Bushing;
     use flexid_core::receptance;
-    use flexid_pipeline::model::Model;
-    use flexid_pipeline::robot::{FoundRobot, FoundValue};
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
+    use super::super::{bushings, robot::Robot};
     use super::*;
-    use crate::bushings;
-    use crate::robot::Robot;
 
     /// Corners of a rectangle of λ that holds modes, rad/s. Its lower side is above those that are nearly aperiodic.
     const REAL: [f64; 2] = [-80.0, 20.0];
@@ -215,7 +214,8 @@ mod tests {
     /// A robot like that of six joints, whose parameters differ by these factors, with hysteresis, drives that stiffen, and ground of this
     /// compliance, m/N and rad/Nm.
     fn robot(factors: &[f64], hysteresis: f64, servo: f64, ground: f64) -> Robot {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenario/mill6-model.toml");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../../host-tools/scenario/mill6-model.toml");
         let model = Model::load(&file).unwrap();
         let all = factors.chunks(12).zip(0..).map(|(own, joint)| {
             let size = 0.5_f64.powi(joint);

@@ -37,7 +37,7 @@ pub struct PositiveEstimate {
 }
 
 /// Square root of a variance. Rounding may have made it negative; what is no number stays so.
-pub(crate) fn root(variance: f64) -> f64 {
+pub fn root(variance: f64) -> f64 {
     if variance < 0.0 { 0.0 } else { variance.sqrt() }
 }
 
@@ -72,6 +72,11 @@ impl PositiveEstimate {
         }
         let interval = [value / factor, value * factor];
         Self { value, relative_std, interval, determined: value > 0.0 && relative_std <= USELESS }
+    }
+
+    /// One over the number. Its logarithm has the same deviation.
+    pub fn inverse(&self) -> Self {
+        Self::new(self.value.recip(), self.relative_std)
     }
 
     /// Whether the records show it to a factor of 1.8 with 95 %: by the limit of a parameter that is not observable.

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use flexid_core::receptance;
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
-use crate::assembly::Matrices;
-use crate::dynamics::{Dynamics, Place};
-use crate::modes::Solution;
+use super::assembly::Matrices;
+use super::at_pose::{Dynamics, Place};
+use super::modes::Solution;
 
 /// Most iterations for the starts. Chosen: a few for each of eighty-four.
 const SCHUR_ITERATIONS: usize = 10_000;
