@@ -13,6 +13,7 @@
 //!
 //! ```
 //! use fearless_simd::Level;
+//! use flexid_core::MAX_JOINTS;
 //! use flexid_core::chain::{Chain, Joint, JointKind, Link};
 //! use flexid_core::identify::{Identifier, Phase};
 //! use flexid_core::motion::{EquationOfMotion, radau::Radau};
@@ -20,7 +21,7 @@
 //! use flexid_core::parameters::{Bounds, Bushing};
 //! use flexid_core::sensors::Accelerometer;
 //! use flexid_core::spectrum::{Experiment, Measurement};
-//! use flexid_core::stream::{Reading, Stream, StreamConfig};
+//! use flexid_core::stream::{AngleSignal, Reading, Stream, StreamConfig};
 //! use flexid_core::verdict::Verdict;
 //! use nalgebra::{Isometry3, Matrix3, Vector3};
 //! use rand_xoshiro::Xoshiro256PlusPlus;
@@ -74,6 +75,7 @@
 //!     counter_bits: 16,
 //!     force_resolution: 1e-3,
 //!     acceleration_resolution: 1e-5,
+//!     angles: [AngleSignal::FINE; MAX_JOINTS],
 //! })?;
 //! let mut records = Vec::new();
 //! let equation = EquationOfMotion::new(&chain, &[0.3], Vector3::zeros(), &[truth])?;

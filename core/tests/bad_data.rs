@@ -3,13 +3,14 @@
 
 use std::error::Error;
 
+use flexid_core::MAX_JOINTS;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::identify::{Acceptance, Estimate, Identifier};
 use flexid_core::parameters::{Bounds, Bushings, EmptyBounds, Ranges};
 use flexid_core::sought::Coordinate;
 use flexid_core::spectrum::{Experiment, Measurement, SpectrumError};
 use flexid_core::statics::StaticTestError;
-use flexid_core::stream::{Record, Stream, StreamConfig};
+use flexid_core::stream::{AngleSignal, Record, Stream, StreamConfig};
 use flexid_core::verdict::Verdict;
 
 use crate::common::fits::{parameters, settle};
@@ -345,6 +346,7 @@ fn errors_name_the_place_and_the_remedy() {
         counter_bits: 4,
         force_resolution: 0.1,
         acceleration_resolution: 0.01,
+        angles: [AngleSignal::FINE; MAX_JOINTS],
     };
     let empty = EmptyBounds { joint: 2, damping: true, dof: 0 };
     let errors: [(Option<Box<dyn Error>>, &str); 12] = [

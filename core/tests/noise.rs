@@ -2,10 +2,11 @@
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
+use flexid_core::MAX_JOINTS;
 use flexid_core::identify::{Acceptance, Estimate};
 use flexid_core::parameters::Bushings;
 use flexid_core::spectrum::Experiment;
-use flexid_core::stream::{Reading, Record, Stream, StreamConfig};
+use flexid_core::stream::{AngleSignal, Reading, Record, Stream, StreamConfig};
 
 use crate::common::fits::{identifier, parameters, relative, scores, settle};
 use crate::common::milling::{
@@ -23,6 +24,7 @@ const CONFIG: StreamConfig = StreamConfig {
     counter_bits: 16,
     force_resolution: 0.01,
     acceleration_resolution: 0.001,
+    angles: [AngleSignal::FINE; MAX_JOINTS],
 };
 
 /// Force and acceleration at every sample.

@@ -177,6 +177,10 @@ impl Aligner {
             return;
         }
         health.restarts += 1;
+        let goes_on = |newest: Newest| {
+            (1..=1 + MAX_MISSING).contains(&self.step(newest.counter, frame.counter))
+        };
+        health.pauses += u64::from(silent && self.newest.is_some_and(goes_on));
         if first.is_some() {
             // The first frame was right: the new sequence begins with it.
             self.suspect = None;

@@ -1,6 +1,7 @@
 //! Properties of the signals that a stream reads, and their ranges.
 
 use core::error::Error;
+use core::f64::consts::TAU;
 use core::fmt;
 
 use crate::MAX_JOINTS;
@@ -21,6 +22,27 @@ pub struct StreamConfig {
     pub force_resolution: f32,
     /// Smallest step of the acceleration signal, m/s².
     pub acceleration_resolution: f32,
+    /// Properties of the signals of the joints, base first.
+    pub angles: [AngleSignal; MAX_JOINTS],
+}
+
+/// Properties of the signal of a joint's angle or stroke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AngleSignal {
+    /// Smallest step of the signal, rad (m). A joint that rests may read two neighbouring steps in turn.
+    pub resolution: f64,
+    /// Whether the joint turns: angles that differ by whole turns are equal.
+    pub turns: bool,
+}
+
+impl AngleSignal {
+    /// The signal of a joint that turns, whose steps are too small to matter.
+    pub const FINE: Self = Self { resolution: 0.0, turns: true };
+
+    /// Distance from one position to another, rad (m): the shorter way of a joint that turns.
+    pub fn difference(&self, to: f64, from: f64) -> f64 {
+        if self.turns { libm::remainder(to - from, TAU) } else { to - from }
+    }
 }
 
 /// Why a stream refuses its configuration.
@@ -36,6 +58,8 @@ pub enum StreamError {
     CounterBits,
     /// A resolution is not positive and finite.
     Resolution,
+    /// The resolution of a joint's angle is negative or not finite.
+    AngleResolution,
 }
 
 impl StreamConfig {
@@ -54,6 +78,9 @@ impl StreamConfig {
             .all(|step| step.is_finite() && *step > 0.0)
         {
             Err(StreamError::Resolution)
+        } else if !self.angles.iter().all(|angle| (0.0..f64::INFINITY).contains(&angle.resolution))
+        {
+            Err(StreamError::AngleResolution)
         } else {
             Ok(())
         }
@@ -71,6 +98,9 @@ impl fmt::Display for StreamError {
             Self::Joints => write!(f, "joints: must be 1 to {MAX_JOINTS}"),
             Self::CounterBits => f.write_str("width of the counters: must be 8 to 32 bits"),
             Self::Resolution => f.write_str("resolutions: must be positive and finite"),
+            Self::AngleResolution => {
+                f.write_str("resolutions of the joints' angles: must not be negative, and finite")
+            }
         }
     }
 }

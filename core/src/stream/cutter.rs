@@ -38,7 +38,8 @@ impl<const N: usize> Cutter<'_, N> {
                 let let_go = self.stretch.push(&instant, self.config);
                 health.samples_discarded += let_go as u64;
                 if self.stretch.newest_missing() > bridge::MAX_GAP {
-                    let standing = self.stretch.len() - self.stretch.newest_missing();
+                    let known = self.stretch.len() - self.stretch.newest_missing();
+                    let standing = self.stretch.standing_at_end(self.config).min(known);
                     self.end(standing, health, sink);
                     return self.stretch.clear_samples();
                 }
@@ -55,7 +56,7 @@ impl<const N: usize> Cutter<'_, N> {
                 }
             }
             Aligned::Gap(missing) => {
-                self.end(self.stretch.len(), health, sink);
+                self.end(self.stretch.standing_at_end(self.config), health, sink);
                 self.stretch.clear_samples();
                 match missing {
                     Some(instants) => self.clock.miss(instants),
@@ -63,7 +64,7 @@ impl<const N: usize> Cutter<'_, N> {
                 }
             }
             Aligned::Restart => {
-                self.end(self.stretch.len(), health, sink);
+                self.end(self.stretch.standing_at_end(self.config), health, sink);
                 self.stretch.clear();
                 self.clock.end_run();
             }
@@ -83,6 +84,8 @@ impl<const N: usize> Cutter<'_, N> {
         if self.stretch.pose.unknown(self.config.joints).is_some() || !self.stretch.cutting {
             (standing, rest) = (0, self.stretch.len());
         }
+        let least = (full / SHORTEST).max(MIN_SAMPLES);
+        health.without_pose += u64::from(self.stretch.cutting && rest >= least);
         // One or two samples that were lost at the very end can be bridged too.
         let short = full - standing.min(full);
         let open = self.stretch.newest_missing() + short;
@@ -92,7 +95,7 @@ impl<const N: usize> Cutter<'_, N> {
             }
             standing = full;
         }
-        while standing >= (full / SHORTEST).max(MIN_SAMPLES) && self.stretch.cutting {
+        while standing >= least && self.stretch.cutting {
             let samples = full.min(1 << standing.ilog2());
             self.emit(samples, health, sink);
             standing -= samples;

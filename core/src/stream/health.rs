@@ -1,6 +1,22 @@
 //! Counts and measurements of a stream.
 
 use super::clock;
+use crate::MAX_JOINTS;
+
+/// Counts of the readings of one joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AngleHealth {
+    /// Single readings away from the pose, with the reading before and after at it: left out.
+    pub wrong: u64,
+    /// The newest of them, rad (m).
+    pub wrong_value: f64,
+    /// Step of the signal, rad (m), if the joint was seen to rest between two steps that are larger than a pose may change; else 0.
+    pub step: f64,
+    /// Cuts that ended before the length of a record since the joint moved.
+    pub ended: u64,
+    /// Smallest of these movements, rad (m).
+    pub ended_by: f64,
+}
 
 /// Counts and measurements of a stream since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,12 +43,16 @@ pub struct StreamHealth {
     pub refused_held: u64,
     /// Restarts: a counter disagreed with the time that passed, since the sensor started anew or was silent.
     pub restarts: u64,
+    /// Restarts whose counter went on without a gap: the clock was set forward, or the sensor paused.
+    pub pauses: u64,
     /// Readings whose counter had come before.
     pub repeated: u64,
     /// Records emitted.
     pub records: u64,
     /// Samples discarded, as when the pose moved, the gap was too long or the stretch too short.
     pub samples_discarded: u64,
+    /// Cuts of which an eighth of a record or more was discarded since no joint angle confirmed the pose.
+    pub without_pose: u64,
     /// Readings refused: a value that is not finite, a joint that the robot does not have, a single counter out of sequence.
     pub refused: u64,
     /// Records whose measured rate differs from the configured one: by more than 200 ppm and three standard deviations where the
@@ -48,6 +68,8 @@ pub struct StreamHealth {
     pub measured_rate_hz: f32,
     /// Standard deviation of `measured_rate_hz`, Hz.
     pub measured_rate_std_hz: f32,
+    /// Readings of the joints, base first.
+    pub angles: [AngleHealth; MAX_JOINTS],
 }
 
 impl StreamHealth {

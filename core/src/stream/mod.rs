@@ -21,11 +21,12 @@ use heapless::Vec;
 
 use align::{Aligned, Aligner, Channel, Frame};
 use clock::{Clock, SET_BACK_S};
-pub use config::{StreamConfig, StreamError};
+pub use config::{AngleSignal, StreamConfig, StreamError};
 use cutter::Cutter;
-pub use health::StreamHealth;
+pub use health::{AngleHealth, StreamHealth};
 use invalid::Earlier;
-use pose::Moved;
+pub use pose::STATIC;
+use pose::Shown;
 pub use record::Record;
 use stretch::Stretch;
 
@@ -134,6 +135,11 @@ impl<const N: usize> Stream<N> {
         if time_s < before_s - SET_BACK_S && self.aligner.has_begun() {
             self.set_back = Some([None; MAX_JOINTS]);
         }
+        if self.set_back.is_none()
+            && let Some(joint) = self.stretch.pose.overdue(time_s)
+        {
+            self.moved(joint, &mut sink);
+        }
         let (channel, counter, value) = match reading {
             Reading::Force { counter, value } => (Channel::Force, counter, value),
             Reading::Acceleration { counter, value } => (Channel::Acceleration, counter, value),
@@ -194,10 +200,15 @@ impl<const N: usize> Stream<N> {
         (samples as f32 / self.config.record_samples as f32).min(1.0)
     }
 
-    /// The first joint whose angle is missing. An angle is missing if it has not come since the start, since
+    /// The first joint whose angle is missing.
+    pub fn missing_joint(&self) -> Option<usize> {
+        self.missing_joints().next()
+    }
+
+    /// The joints whose angle is missing. An angle is missing if it has not come since the start, since
     /// [`forget_angles`](Self::forget_angles) or since a silence of 10 s, or if it used to come in a cycle and has not come for
     /// 2 s.
-    pub fn missing_joint(&self) -> Option<usize> {
+    pub fn missing_joints(&self) -> impl Iterator<Item = usize> {
         self.stretch.pose.awaited(self.config.joints, self.heard_s.unwrap_or_default())
     }
 
@@ -212,15 +223,41 @@ impl<const N: usize> Stream<N> {
             angles[joint] = Some((angle, time_s));
             return;
         }
-        let samples = self.stretch.len();
-        if let Err(Moved) = self.stretch.pose.read(joint, angle, time_s, samples) {
-            let standing = self.stretch.standing(&self.config);
-            let (_, health, mut cutter) = self.split();
-            cutter.end(standing, health, sink);
-            self.stretch.clear();
-            self.stretch.pose.forget(joint);
-            // The first reading of the new pose.
-            let _ = self.stretch.pose.read(joint, angle, time_s, 0);
+        let (samples, signal) = (self.stretch.came(), self.config.angles[joint]);
+        match self.stretch.pose.read(joint, angle, time_s, samples, &signal) {
+            Shown::Holds | Shown::Doubted => {}
+            Shown::HoldsAfter(wrong) => {
+                let health = &mut self.health.angles[joint];
+                (health.wrong, health.wrong_value) = (health.wrong + 1, wrong);
+            }
+            Shown::Moved => {
+                self.moved(joint, sink);
+                let samples = self.stretch.came();
+                self.stretch.pose.read(joint, angle, time_s, samples, &signal);
+            }
         }
+        let step = self.stretch.pose.step(joint);
+        self.health.angles[joint].step = if step > STATIC { step } else { 0.0 };
+    }
+
+    /// Ends the stretch at the doubted reading of a joint, which has moved. The samples after it begin the next stretch.
+    fn moved(&mut self, joint: usize, sink: &mut impl FnMut(&Record<N>)) {
+        let signal = self.config.angles[joint];
+        let Some((doubt, by)) = self.stretch.pose.doubt(joint, &signal) else { return };
+        let standing = self.stretch.standing(&self.config);
+        if self.stretch.cutting && standing < self.config.record_samples {
+            let health = &mut self.health.angles[joint];
+            let smallest = if health.ended == 0 { by } else { by.min(health.ended_by) };
+            (health.ended, health.ended_by) = (health.ended + 1, smallest);
+        }
+        // What came while the stretch was full is lost: the newest samples do not follow on.
+        let overflows = self.stretch.overflows();
+        let kept = if overflows { 0 } else { self.stretch.len().saturating_sub(doubt.samples) };
+        let (_, health, mut cutter) = self.split();
+        cutter.end(standing, health, sink);
+        self.health.samples_discarded -= kept as u64;
+        self.stretch.keep(kept, doubt.time_s, &self.config);
+        self.stretch.pose.forget(joint);
+        self.stretch.pose.read(joint, doubt.angle, doubt.time_s, 0, &signal);
     }
 }

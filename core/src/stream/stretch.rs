@@ -215,12 +215,26 @@ impl<const N: usize> Stretch<N> {
         force.iter().all(|signal| signal.len() >= BLOCK / 2).then_some(Block { force })
     }
 
+    /// Number of instants of the stretch, with those for which it had no room.
+    pub(super) fn came(&self) -> usize {
+        self.len() + self.beyond
+    }
+
     /// Number of the oldest samples during which every joint is known to have stood still.
     pub(super) fn standing(&self, config: &StreamConfig) -> usize {
-        let came = self.len() + self.beyond;
-        // The notice ends before a full stretch is overdue.
-        let notice = ((NOTICE_S * config.rate_hz) as usize).min(N / PATIENCE / 2);
-        self.pose.standing(config.joints, came, notice).min(self.len())
+        self.pose.standing(config.joints, self.came(), Self::notice(config)).min(self.len())
+    }
+
+    /// The same where the stretch ends.
+    pub(super) fn standing_at_end(&self, config: &StreamConfig) -> usize {
+        let (came, notice) = (self.came(), Self::notice(config));
+        let standing = self.pose.standing_at_end(config.joints, came, notice, config.rate_hz);
+        standing.min(self.len())
+    }
+
+    /// Samples until an angle that is sent on change would have come. They end before a full stretch is overdue.
+    fn notice(config: &StreamConfig) -> usize {
+        ((NOTICE_S * config.rate_hz) as usize).min(N / PATIENCE / 2)
     }
 
     /// Number of the newest samples in a row that lack force, or lack acceleration.
@@ -240,6 +254,14 @@ impl<const N: usize> Stretch<N> {
         self.start_s += count as f64 / rate_hz;
         self.beyond = 0;
         self.pose.discard(count);
+    }
+
+    /// Discards all but the newest `kept` samples. Joint angles that came after `since_s`, s, hold for them.
+    pub(super) fn keep(&mut self, kept: usize, since_s: f64, config: &StreamConfig) {
+        self.discard(self.len() - kept, config.rate_hz);
+        self.pose.renew_since(since_s);
+        self.has_started = false;
+        self.look_for_cut(config);
     }
 
     /// Empties the stretch. Joint angles that hold without another reading stay known.

@@ -1,5 +1,6 @@
 //! From readings to records: what arrives comes out, whatever is lost, late, doubled or moved.
 
+mod angles;
 mod any;
 mod clock;
 mod invalid;
@@ -8,7 +9,10 @@ mod spikes;
 
 use std::f64::consts::TAU;
 
-use flexid_core::stream::{Reading, Record, Stream, StreamConfig, StreamError, StreamHealth};
+use flexid_core::MAX_JOINTS;
+use flexid_core::stream::{
+    AngleSignal, Reading, Record, Stream, StreamConfig, StreamError, StreamHealth,
+};
 
 use crate::common::Random;
 
@@ -22,6 +26,7 @@ const CONFIG: StreamConfig = StreamConfig {
     counter_bits: 16,
     force_resolution: 0.1,
     acceleration_resolution: 0.002,
+    angles: [AngleSignal::FINE; MAX_JOINTS],
 };
 
 /// A sensor and a robot that feed a stream.

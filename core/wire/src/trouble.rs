@@ -6,6 +6,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::text::{Name, Text};
+use crate::words::Count;
 
 /// Present fault of a bus.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
@@ -54,6 +55,8 @@ pub enum Trouble {
         fault: LineFault,
         /// Number of such lines.
         lines: u64,
+        /// Number of all lines of the recording.
+        of: u64,
     },
     /// A recording has frames of other buses. They are left out.
     OtherBuses {
@@ -64,6 +67,65 @@ pub enum Trouble {
         /// Number of frames of other buses.
         frames: u64,
     },
+    /// The stamps of a recording are no times, or not all of them.
+    Stamps {
+        /// Path of the recording.
+        file: Text,
+        /// Fault of the stamps.
+        fault: StampFault,
+        /// Number of the frames concerned.
+        frames: u64,
+    },
+    /// The kernel dropped frames while a recording was made.
+    Dropped {
+        /// Path of the recording.
+        file: Text,
+        /// Number of frames.
+        frames: u64,
+    },
+}
+
+/// Fault of the stamps of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[serde(rename_all = "snake_case")]
+pub enum StampFault {
+    /// All stamps are equal.
+    Equal,
+    /// All stamps are whole seconds.
+    WholeSeconds,
+    /// The stamps go back again and again, as differences do.
+    GoBack,
+    /// Single stamps are not between those before and after them. They have been replaced.
+    Jump,
+}
+
+/// A fault of the stamps of so many frames, in words.
+#[derive(Clone, Copy, Debug)]
+pub struct OfStamps {
+    fault: StampFault,
+    frames: u64,
+}
+
+impl StampFault {
+    /// Returns the fault of so many frames, in words.
+    pub fn of(self, frames: u64) -> OfStamps {
+        OfStamps { fault: self, frames }
+    }
+
+    /// Returns whether the stamps tell no time at all.
+    pub fn is_of_all(self) -> bool {
+        self != Self::Jump
+    }
+
+    /// Returns what is to be done.
+    pub fn mend(self) -> &'static str {
+        match self {
+            Self::Equal => "record without -H: the adapter has no clock",
+            Self::WholeSeconds => "record with `candump -L`, whose stamps have microseconds",
+            Self::GoBack => "record without -t d: differences are no times",
+            Self::Jump => "record without -H, whose stamps are those of the adapter",
+        }
+    }
 }
 
 /// Fault of a line of a recording.
@@ -118,13 +180,38 @@ impl fmt::Display for Trouble {
                 write!(f, "the recording breaks off: {error}: copy or record it again")
             }
             Self::Unreadable(error) => write!(f, "{error}: copy or record it again"),
-            Self::Garbage { file, line, fault, lines } => write!(
+            Self::Garbage { file, line, fault, lines, of } => write!(
                 f,
-                "{file}:{line}: no line of candump -L ({fault}), {lines} such in all, left out"
+                "{file}:{line}: no line of candump -L ({fault}), {lines} such of {of}, left out"
             ),
             Self::OtherBuses { file, bus, frames } => {
                 write!(f, "{file}: took the frames of {bus}, left out {frames} others")
             }
+            Self::Stamps { file, fault, frames } => {
+                write!(f, "{file}: {}: {}", fault.of(*frames), fault.mend())
+            }
+            Self::Dropped { file, frames } => write!(
+                f,
+                "{file}: the kernel dropped {} while this was recorded: record with `candump -r 8388608 -L`",
+                Count(*frames, "frame")
+            ),
+        }
+    }
+}
+
+impl fmt::Display for OfStamps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.fault {
+            StampFault::Equal => f.write_str("all stamps are equal"),
+            StampFault::WholeSeconds => f.write_str("all stamps are whole seconds"),
+            StampFault::GoBack => {
+                write!(f, "the stamps go back {} times", self.frames)
+            }
+            StampFault::Jump => write!(
+                f,
+                "the stamps of {} jump away and back, and were replaced",
+                Count(self.frames, "frame")
+            ),
         }
     }
 }

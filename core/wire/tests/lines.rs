@@ -260,8 +260,11 @@ fn every_kind_is_frozen() {
                 line: 2,
                 fault: LineFault::Timestamp,
                 lines: 5,
+                of: 7,
             },
             Trouble::OtherBuses { file: clipped("a.log"), bus: clipped("can0"), frames: 2 },
+            Trouble::Stamps { file: clipped("a.log"), fault: StampFault::Jump, frames: 2 },
+            Trouble::Dropped { file: clipped("a.log"), frames: 15 },
         ],
     );
     for kind in [

@@ -119,6 +119,15 @@ impl SignalTable {
         names.map(String::as_str).collect()
     }
 
+    /// Returns the signal of the angle or stroke of a joint, counted from the base. Its scale is in rad (m).
+    pub(crate) fn joint(&self, joint: usize) -> Option<&Signal> {
+        let mut contents = self.messages.values().flat_map(|message| &message.contents);
+        contents.find_map(|content| match content {
+            Content::Joint { index, value } if usize::from(*index) == joint => Some(value),
+            _ => None,
+        })
+    }
+
     /// Returns whether the frames of an identifier carry force or acceleration.
     pub fn is_sampled(&self, id: Id) -> bool {
         let is_of_sensor = |content: &Content| !matches!(content, Content::Joint { .. });

@@ -1,12 +1,12 @@
 //! Judges the counters of force and acceleration: lost frames, restarts, counters that do not count.
 
-use flexid_pipeline::check::Survey;
+use flexid_pipeline::check::{Identifier, Survey};
 use flexid_pipeline::text::count;
 use flexid_wire::state::Obstacle;
 
 use super::Severity::{Doubtful, Note};
 use super::words::percent;
-use super::{Finding, unless_all_is_lost};
+use super::{Finding, source, unless_all_is_lost};
 
 pub(super) const ABOUT: &str = "counters";
 /// Share of lost frames from which on bridging them costs accuracy. At this share the error of bridging is 4 to 7 times the noise of
@@ -18,7 +18,10 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
     let stream = &survey.counts.stream;
     let mut findings: Vec<Finding> = of_obstacle(survey).into_iter().collect();
     let lost = stream.frames_lost;
-    if lost > 0 {
+    let is_missing = |one: &Identifier| one.is_sampled && one.traffic.frames == 0;
+    if survey.expected.iter().any(is_missing) {
+        // The sensor that is missing has a finding of its own.
+    } else if lost > 0 {
         let share = lost as f64 / (stream.frames + lost) as f64;
         let severity = if share > LOST { Doubtful } else { Note };
         let finding = format!(
@@ -33,11 +36,23 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
         let frames = stream.frames;
         findings.push(Finding::right(ABOUT, format!("no frame of {frames} lost")));
     }
-    if stream.restarts > 0 {
+    let restarts = stream.restarts - stream.pauses;
+    if source::is_without_time(survey) {
+        return findings;
+    }
+    if stream.pauses > 0 {
+        let finding = format!(
+            "{} of more than 0.5 s, over which the counters go on without a gap",
+            count(stream.pauses, "pause")
+        );
+        let mend = "right if the sensors paused; else the clock of the recording was set";
+        findings.push(Finding::new(Note, ABOUT, finding, mend));
+    }
+    if restarts > 0 {
         // Counters may begin anew with each recording.
-        let is_often = stream.records > 0 && stream.restarts > stream.records;
+        let is_often = stream.records > 0 && restarts > stream.records;
         let severity = if is_often { Doubtful } else { Note };
-        let finding = format!("{} of the counters", count(stream.restarts, "restart"));
+        let finding = format!("{} of the counters", count(restarts, "restart"));
         let mend = "right between recordings; else check supply and cables of the sensors";
         findings.push(Finding::new(severity, ABOUT, finding, mend));
     }

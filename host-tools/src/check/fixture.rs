@@ -35,6 +35,7 @@ pub(super) fn identifier(id: u16, signals: &[&str], frames: u64) -> Identifier {
             seconds: intervals as f64 / 2000.0,
             newest_s: intervals as f64 / 2000.0,
             silences: 0,
+            again: 0,
         },
     }
 }
@@ -77,6 +78,9 @@ pub(super) fn empty() -> Survey {
         scale: None,
         axes: None,
         rate: None,
+        elsewhere: Vec::new(),
+        began_s: 0.0,
+        silent: Vec::new(),
         troubles: Vec::new(),
         broken: None,
     }

@@ -9,7 +9,7 @@ use flexid_wire::rate::RateUsed;
 
 use super::Severity::{Doubtful, Note, Wrong};
 use super::words::enumerate;
-use super::{Finding, unless_all_is_lost};
+use super::{Finding, source, unless_all_is_lost};
 
 const ABOUT: &str = "identifiers";
 /// What findings on rates are about.
@@ -54,6 +54,16 @@ fn of_presence(survey: &Survey) -> Finding {
         let all = survey.expected.len();
         return Finding::right(ABOUT, format!("all {all} expected identifiers are in the log"));
     }
+    let elsewhere = |identifier: &Identifier| {
+        let mut all = survey.elsewhere.iter();
+        all.find(|(id, _)| *id == identifier.id)
+            .map(|(_, bus)| format!("{} is on {bus} in this log", name(identifier)))
+    };
+    let moved: Vec<String> = missing.iter().filter_map(|missing| elsewhere(missing)).collect();
+    if !moved.is_empty() {
+        let mend = "all sensors and joints must share a bus: connect them to one, or let a gateway pass the frames on";
+        return Finding::new(Wrong, ABOUT, enumerate(moved), mend);
+    }
     let verb = if missing.len() == 1 { "is" } else { "are" };
     let names = enumerate(missing.iter().map(|identifier| name(identifier)));
     let came =
@@ -86,6 +96,9 @@ fn of_form(survey: &Survey) -> Option<Finding> {
 }
 
 fn of_rates(config: &Config, survey: &Survey) -> Vec<Finding> {
+    if source::is_without_time(survey) {
+        return Vec::new();
+    }
     let configured_hz = config.rate_hz;
     if let Some((rate, used)) = &survey.rate {
         let (measured_hz, expected_hz) = (f64::from(rate.measured_hz), rate.rate_hz);

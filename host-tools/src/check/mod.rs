@@ -5,6 +5,7 @@
 //! | `setup`       | the configuration and its DBC file                            |
 //! | `identifiers` | identifiers and rates                                         |
 //! | `counters`    | lost frames, and the counters of the sensors                  |
+//! | `joints`      | joint angles that are wrong, coarse, or come no more          |
 //! | `units`       | units of angles, acceleration and force                       |
 //! | `sensors`     | axes that are swapped, stuck or clipped; spikes               |
 //! | `rest`        | rest before each cut                                          |
@@ -22,6 +23,7 @@ mod excitation;
 #[cfg(test)]
 mod fixture;
 mod identifiers;
+mod joints;
 pub(crate) mod json;
 mod records;
 mod rest;
@@ -113,6 +115,7 @@ impl<'a> Check<'a> {
             findings.extend(source::judge(survey));
             findings.extend(identifiers::judge(config, survey));
             findings.extend(counters::judge(survey));
+            findings.extend(joints::judge(config, survey));
             findings.extend(units::judge(survey));
             findings.extend(sensors::judge(survey));
             findings.extend(rest::judge(survey));
@@ -167,15 +170,17 @@ impl<'a> Check<'a> {
         ready + &doubts
     }
 
-    /// What is known before the fit, and is likely to spoil it. Of what is wrong: configuration and model, static tests, readings, units, lost
+    /// What is known before the fit, and is likely to spoil it. Of what is wrong: configuration and model, static tests, readings, units, logs, lost
     /// frames and rates. Of what is doubtful: configuration and model, readings and units. Nothing where the logs give no record, which has an error
     /// of its own.
     pub(crate) fn at_once(&self) -> impl Iterator<Item = &Finding> {
         let has_record = self.survey.is_none_or(|survey| survey.usable().next().is_some());
         self.findings.iter().filter(move |finding| {
             let is_of_setup = setup::ABOUTS.contains(&finding.about);
-            let is_of_readings = [sensors::ABOUT, units::ABOUT].contains(&finding.about);
-            let is_of_time = [counters::ABOUT, identifiers::RATE].contains(&finding.about);
+            let is_of_readings =
+                [sensors::ABOUT, units::ABOUT, joints::ABOUT].contains(&finding.about);
+            let is_of_time =
+                [source::LINES, counters::ABOUT, identifiers::RATE].contains(&finding.about);
             has_record
                 && match finding.severity {
                     Severity::Wrong => {

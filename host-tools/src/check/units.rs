@@ -5,7 +5,7 @@ use flexid_wire::implausible::{BeyondLimits, GravityDenial, Implausible};
 use flexid_wire::warning::Warning;
 
 use super::Severity::{Doubtful, Note, Wrong};
-use super::{Finding, unless_all_is_lost};
+use super::{Finding, joints, unless_all_is_lost};
 
 pub(super) const ABOUT: &str = "units";
 const GIVE_UNIT: &str = "give the unit in [bus] dbc";
@@ -79,7 +79,8 @@ fn beyond_limits(joint: &BeyondLimits) -> Finding {
 
 fn of_angles(survey: &Survey) -> Option<Finding> {
     let is_beyond = |readings: &Implausible| matches!(readings, Implausible::BeyondLimits(_));
-    let any = survey.usable().next().is_some() && !survey.implausible.iter().any(is_beyond);
+    let are_right = !survey.implausible.iter().any(is_beyond) && !joints::has_wrong(survey);
+    let any = survey.usable().next().is_some() && are_right;
     any.then(|| Finding::right(ABOUT, "all joint angles are within the limits of the model"))
 }
 

@@ -2,11 +2,11 @@
 //! them.
 //!
 //! `can_logconvert` comes with the Python package `python-can` (4.6 was tried). It recognises formats by the file's
-//! ending.
+//! ending. `scapy` (2.7 was tried) reads captures of Wireshark and tcpdump.
 
 use std::io::{Cursor, Read};
 
-use socketcan::dump::Reader;
+use flexid_pipeline::source::is_frame;
 
 use super::packed::Failure;
 
@@ -14,7 +14,7 @@ use super::packed::Failure;
 const HEAD: u64 = 4096;
 
 /// First bytes of formats that are not text, and the remedy.
-const BINARY: [(&[u8], &str); 6] = [
+const BINARY: [(&[u8], &str); 14] = [
     // Vector's specification: the signature of the file header.
     (
         b"LOGG",
@@ -26,7 +26,25 @@ const BINARY: [(&[u8], &str); 6] = [
     (b"\xFD7zXZ\0", "is packed with xz: unpack it first with `xz -d`"),
     (b"BZh", "is packed with bzip2: unpack it first with `bzip2 -d`"),
     (b"PK\x03\x04", "is a zip archive: unpack it first with `unzip`"),
+    // Pcap, with stamps of microseconds or nanoseconds, in both orders of bytes; then pcapng.
+    (b"\xD4\xC3\xB2\xA1", CAPTURE),
+    (b"\xA1\xB2\xC3\xD4", CAPTURE),
+    (b"\x4D\x3C\xB2\xA1", CAPTURE),
+    (b"\xA1\xB2\x3C\x4D", CAPTURE),
+    (b"\x0A\x0D\x0D\x0A", CAPTURE),
+    (
+        b"SQLite format 3\0",
+        "is a SQLite database, as python-can writes: convert it with `pip install python-can; can_logconvert IN.db OUT.log`",
+    ),
+    (b"\xFF\xFE", UTF_16),
+    (b"\xFE\xFF", UTF_16),
 ];
+
+const CAPTURE: &str = "is a capture of Wireshark or tcpdump (pcap): convert it with `pip install scapy; python3 -c \"from scapy.all import *; load_layer('can'); \
+    [print('(%.6f) can0 %s#%s' % (p.time, ('%08X' if 'extended' in p[CAN].flags else '%03X') % p[CAN].identifier, p[CAN].data.hex())) \
+    for p in PcapReader('IN.pcap')]\" > OUT.log`";
+const UTF_16: &str =
+    "is UTF-16, as PowerShell writes: convert it with `iconv -f UTF-16 -t UTF-8 IN.log > OUT.log`";
 
 const MEASUREMENT_DATA: &str = "is an MDF (MF4) log: convert it with `pip install 'python-can[mf4]'; can_logconvert IN.mf4 OUT.log`";
 const ASC: &str =
@@ -36,8 +54,13 @@ const TRACE: &str =
 const CSV_OF_PYTHON_CAN: &str = "is a CSV log of python-can: convert it with `pip install python-can; can_logconvert IN.csv OUT.log`";
 const CSV: &str = "is a CSV file, of which there are many kinds: export the recording as ASC or BLF instead and convert that with \
     `pip install python-can; can_logconvert IN.asc OUT.log`, or write lines like `(1767000000.000060) can0 101#0011223344556677`";
-const PLAIN: &str = "is what candump prints without -L: record with `candump -L`; if it has absolute times (-t a), convert it with \
+const PLAIN: &str = "is what candump prints without -L: record with `candump -L`, or convert it with \
     `sed -E 's/^ *(\\([0-9.]+\\)) +(\\S+) +(\\S+) +\\[[0-9]+\\] */\\1 \\2 \\3#/; :a; s/(#\\S*) /\\1/; ta' IN > OUT.log`";
+const PLAIN_DATES: &str = "is what candump prints without -L, with dates (-t A): record with `candump -L`, or convert it with \
+    `awk '{ gsub(/[-(]/, \" \", $1); split($2, s, /[:.)]/); printf \"(%d.%s) %s %s#\", mktime($1 \" \" s[1] \" \" s[2] \" \" s[3]), s[4], $3, $4; \
+    for (i = 6; i <= NF; i++) printf \"%s\", $i; print \"\" }' IN > OUT.log`";
+const PLAIN_DIFFERENCES: &str = "is what candump prints without -L, with differences of times (-t d): record with `candump -L`, or convert it with \
+    `awk '{ t += substr($1, 2, 10); printf \"(%.6f) %s %s#\", t, $2, $3; for (i = 5; i <= NF; i++) printf \"%s\", $i; print \"\" }' IN > OUT.log`";
 const PLAIN_WITHOUT_TIMES: &str =
     "is what candump prints without -L, and has no times: record again with `candump -L`";
 
@@ -61,12 +84,12 @@ pub fn mend(head: &[u8]) -> Option<&'static str> {
     if head.len() as u64 == HEAD && !head.contains(&b'\n') {
         return Some(ENDLESS);
     }
-    if Reader::from_reader(head).any(|line| line.is_ok()) {
+    let text = String::from_utf8_lossy(head);
+    if text.lines().any(is_frame) {
         return None;
     }
-    let text = String::from_utf8_lossy(head);
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-    lines.clone().find_map(of_line).or_else(|| {
+    lines.clone().find_map(of_line).or_else(|| of_plain(lines.clone())).or_else(|| {
         let (first, second) = (lines.next()?, lines.next()?);
         if first.starts_with("timestamp,arbitration_id,") {
             return Some(CSV_OF_PYTHON_CAN);
@@ -85,14 +108,27 @@ fn of_line(line: &str) -> Option<&'static str> {
         // The header has the line `base hex  timestamps absolute`.
         ("base", Some("hex" | "dec")) => Some(ASC),
         (first, _) if first.starts_with(";$FILEVERSION=") => Some(TRACE),
-        (first, _) if is_plain(line) => {
-            // Absolute times look like `(1767000000.000060)`. The times of -t z and -t d are shorter and cannot be
-            // used.
-            let absolute = first.starts_with('(') && first.contains('.') && first.len() >= 19;
-            Some(if absolute { PLAIN } else { PLAIN_WITHOUT_TIMES })
-        }
         _ => None,
     }
+}
+
+/// The kind of the times that candump prints without -L.
+fn of_plain<'a>(lines: impl Iterator<Item = &'a str>) -> Option<&'static str> {
+    let mut plain = lines.filter(|line| is_plain(line)).peekable();
+    let first = plain.peek()?.split_whitespace().next()?;
+    let stamp = |line: &str| -> Option<f64> {
+        let word = line.split_whitespace().next()?;
+        word.strip_prefix('(')?.strip_suffix(')')?.parse().ok()
+    };
+    Some(if first.starts_with('(') && first.contains('-') {
+        PLAIN_DATES
+    } else if stamp(first).is_none() {
+        PLAIN_WITHOUT_TIMES
+    } else if plain.filter_map(stamp).is_sorted() {
+        PLAIN
+    } else {
+        PLAIN_DIFFERENCES
+    })
 }
 
 /// Whether a line is one of plain candump: `  (TIME)  vcan0  101   [8]  03 00 00 00 FE FF FE 0E`.
@@ -139,17 +175,30 @@ mod tests {
                 "is a CSV log of python-can: ",
             ),
             (b"time;id;data\n0.1;101;00\n", "is a CSV file, "),
+            (b"SQLite format 3\0\x10\0", "is a SQLite database, as python-can writes: "),
+            (b"\xD4\xC3\xB2\xA1\x02\0\x04\0", "is a capture of Wireshark "),
+            (b"\xA1\xB2\x3C\x4D\0\x02\0\x04", "is a capture of Wireshark "),
+            (b"\x0A\x0D\x0D\x0A\x1C\0\0\0", "is a capture of Wireshark "),
+            (b"\xFF\xFE(\x001\x007\x006\0", "is UTF-16, as PowerShell writes: "),
             (
                 b"  vcan0  101   [8]  03 00 00 00 FE FF FE 0E\n",
                 "is what candump prints without -L, and has no times: ",
             ),
             (
                 b" (1767000000.000060)  vcan0  101   [8]  03 00 00 00 FE FF FE 0E\n",
-                "is what candump prints without -L: record with ",
+                "is what candump prints without -L: record with `candump -L`, or convert it with `sed ",
             ),
             (
-                b" (000.000060)  vcan0  12345678   [1]  03\n",
-                "is what candump prints without -L, and has no times: ",
+                b" (000.000060)  vcan0  12345678   [1]  03\n (000.000160)  vcan0  101   [1]  03\n",
+                "is what candump prints without -L: record with `candump -L`, or convert it with `sed ",
+            ),
+            (
+                b" (000.000060)  vcan0  12345678   [1]  03\n (000.000050)  vcan0  101   [1]  03\n",
+                "is what candump prints without -L, with differences of times (-t d): ",
+            ),
+            (
+                b" (2025-12-29 09:20:00.000060)  vcan0  101   [1]  03\n",
+                "is what candump prints without -L, with dates (-t A): ",
             ),
             (
                 b"  can0  TX - -  101   [2]  03 00   '..'\n  can0  TX - -  101   [2]  03 00\n",
@@ -164,10 +213,13 @@ mod tests {
 
     #[test]
     fn a_log_of_candump_is_none_of_them() {
-        let cases: [&[u8]; 6] = [
+        let cases: [&[u8]; 9] = [
             b"(1767000000.000060) can0 101#03000000FEFFFE0E\n",
             b"a,b,c\n(1767000000.000060) can0 101#03\n",
             b"(1767000000.000060) can0 101#R T\n",
+            b"(1767000000.000060123) can0 101#00\n",
+            b"(1767000000.5) can0 101#00\n",
+            b"(1767000000.000060) can0 101#0102030405060708_F\n",
             b"",
             b"\0\xFF\x01",
             b"<robot name=\"mill3\">\n",

@@ -13,7 +13,7 @@ use tempfile::TempDir;
 use crate::setup::{FLEXID, edit, flexid, folder, stderr, unheard};
 
 /// A folder with the scenario and a log of its three experiments, `cut.log`.
-fn recorded() -> TempDir {
+pub(crate) fn recorded() -> TempDir {
     static LOG: OnceLock<Vec<u8>> = OnceLock::new();
     let folder = folder();
     let file = folder.path().join("cut.log");
@@ -28,7 +28,7 @@ fn recorded() -> TempDir {
 }
 
 /// The reference robot may be off, as is typical.
-fn typical(folder: &Path) {
+pub(crate) fn typical(folder: &Path) {
     edit(&folder.join("edge.toml"), "assume = \"perfect\"", "assume = \"typical\"");
 }
 

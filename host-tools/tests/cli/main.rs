@@ -8,6 +8,7 @@ mod common;
 mod compare;
 mod compensate;
 mod demo;
+mod faults;
 mod identify;
 mod lobes;
 mod map;

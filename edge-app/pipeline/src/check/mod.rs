@@ -16,6 +16,7 @@ use std::io;
 use std::time::Duration;
 
 use flexid_wire::implausible::{Implausible, Signals};
+use flexid_wire::misfits::FrameId;
 use flexid_wire::rate::{RateUsed, WrongRate};
 use flexid_wire::state::{Obstacle, State};
 use flexid_wire::text::clipped;
@@ -63,6 +64,12 @@ pub struct Survey {
     pub axes: Option<Warning>,
     /// Measured rate, and which one the records have, if it is not that of the config.
     pub rate: Option<(WrongRate, RateUsed)>,
+    /// Frames of identifiers of the DBC file that came on another bus, each with its name.
+    pub elsewhere: Vec<(FrameId, String)>,
+    /// Time of the first frame, s.
+    pub began_s: f64,
+    /// Signals of the joints whose angles came in a cycle, and not to the end, base first.
+    pub silent: Vec<String>,
     /// Troubles of the source. The reason why it broke is the first.
     pub troubles: Vec<Trouble>,
     /// Error with which the source broke. `None` if it ended. The frames before the error have been surveyed.
@@ -121,6 +128,9 @@ fn run(
     Ok(Survey {
         state: intake.state(config),
         obstacle: obstacle(&counts, config),
+        elsewhere: source.elsewhere(),
+        began_s: source.began_s().unwrap_or_default(),
+        silent: intake.silent_joints().map(str::to_owned).collect(),
         troubles: breaks.chain(source.health().troubles).collect(),
         expected: source.expected(),
         unexpected: source.unexpected(),

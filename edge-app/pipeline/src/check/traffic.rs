@@ -10,7 +10,7 @@ use flexid_wire::misfits::FrameId;
 use crate::config::Config;
 use crate::intake::frame_id;
 use crate::signals::SignalTable;
-use crate::source::{Arrival, Flow, FrameKind, FrameSource, SourceHealth};
+use crate::source::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 
 /// Time without any frame, or without one of force or acceleration, that does not count for the rate, s. The stream takes a longer one for
 /// a silence, too ([`flexid_core::stream::Stream::push`]).
@@ -47,6 +47,8 @@ pub struct Traffic {
     pub newest_s: f64,
     /// Number of silences of the whole bus before that.
     pub silences: u64,
+    /// Number of frames of force or acceleration that came again, bit by bit. They do not count for the rate.
+    pub again: u64,
 }
 
 impl Traffic {
@@ -73,7 +75,11 @@ pub struct Watched<'a> {
     source: &'a mut dyn FrameSource,
     table: &'a SignalTable,
     expected: HashMap<Id, Traffic>,
+    /// Newest frame of force and of acceleration.
+    newest: HashMap<Id, Frame>,
     unexpected: HashMap<Id, Traffic>,
+    /// Time of the first frame, s.
+    began_s: Option<f64>,
     /// Time of the newest frame, s.
     heard_s: Option<f64>,
     /// Number of times that no frame came.
@@ -85,7 +91,16 @@ impl<'a> Watched<'a> {
     pub fn new(config: &'a Config, source: &'a mut dyn FrameSource) -> Self {
         let table = &config.signals;
         let expected = table.identifiers().into_iter().map(|id| (id, Traffic::default())).collect();
-        Self { source, table, expected, unexpected: HashMap::new(), heard_s: None, silences: 0 }
+        Self {
+            source,
+            table,
+            expected,
+            newest: HashMap::new(),
+            unexpected: HashMap::new(),
+            began_s: None,
+            heard_s: None,
+            silences: 0,
+        }
     }
 
     /// Returns the identifiers of the table with their frames, in its order.
@@ -112,16 +127,36 @@ impl<'a> Watched<'a> {
         }
     }
 
+    /// Returns the time of the first frame, s.
+    pub fn began_s(&self) -> Option<f64> {
+        self.began_s
+    }
+
+    /// Returns the identifiers of the table that came on another bus, with its name.
+    pub fn elsewhere(&self) -> Vec<(FrameId, String)> {
+        let mut all = self.source.health().elsewhere;
+        all.retain(|other| self.expected.contains_key(&other.id));
+        all.sort_by_key(|other| u64::MAX - other.frames);
+        all.into_iter().map(|other| (frame_id(other.id), other.bus)).collect()
+    }
+
     fn note(&mut self, Arrival { time_s, frame }: &Arrival) {
         if frame.kind == FrameKind::Error {
             return;
         }
+        self.began_s.get_or_insert(*time_s);
         let before_s = self.heard_s.replace(*time_s).unwrap_or(*time_s);
         self.silences += u64::from(!(0.0..=SILENCE_S).contains(&(time_s - before_s)));
         let silences = self.silences;
         if let Some(traffic) = self.expected.get_mut(&frame.id) {
-            let longest_s = if self.table.is_sampled(frame.id) { SILENCE_S } else { CYCLE_S };
-            traffic.note(*time_s, silences, longest_s);
+            let is_sampled = self.table.is_sampled(frame.id);
+            // The counter is a part of the frame.
+            if is_sampled && self.newest.insert(frame.id, *frame) == Some(*frame) {
+                traffic.frames += 1;
+                traffic.again += 1;
+                return;
+            }
+            traffic.note(*time_s, silences, if is_sampled { SILENCE_S } else { CYCLE_S });
         } else if self.unexpected.contains_key(&frame.id) || self.unexpected.len() < MOST {
             self.unexpected.entry(frame.id).or_default().note(*time_s, silences, CYCLE_S);
         }

@@ -11,16 +11,17 @@ mod sought;
 
 use std::path::{Path, PathBuf};
 
+use flexid_core::MAX_JOINTS;
 use flexid_core::imperfection::Accuracies;
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bounds;
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::Measurement;
-use flexid_core::stream::StreamConfig;
+use flexid_core::stream::{AngleSignal, StreamConfig};
 use flexid_wire::text::{FileName, clipped};
 
 use crate::input::{self, BadInput};
-use crate::model::Model;
+use crate::model::{Kind, Model};
 use crate::signals::SignalTable;
 use crate::statics::{self, StaticTests};
 use crate::text::printable;
@@ -208,6 +209,11 @@ impl Config {
 
     /// Returns the settings of the stream.
     pub fn stream(&self) -> StreamConfig {
+        let mut angles = [AngleSignal::FINE; MAX_JOINTS];
+        for (index, (joint, angle)) in self.model.driven().zip(&mut angles).enumerate() {
+            let resolution = self.signals.joint(index).map_or(0.0, |signal| signal.scale.abs());
+            *angle = AngleSignal { resolution, turns: joint.kind == Kind::Revolute };
+        }
         StreamConfig {
             rate_hz: self.rate_hz,
             record_samples: self.record_samples,
@@ -215,6 +221,7 @@ impl Config {
             counter_bits: self.signals.counter_bits,
             force_resolution: self.signals.force_resolution,
             acceleration_resolution: self.signals.acceleration_resolution,
+            angles,
         }
     }
 }

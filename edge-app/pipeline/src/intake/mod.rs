@@ -26,7 +26,7 @@ pub(crate) use misfit::frame_id;
 use obstacle::ReadingFaults;
 pub(crate) use obstacle::{obstacle, rate_used, wrong_rate};
 use plausibility::Plausibility;
-pub use plausibility::{Excess, Implausible};
+pub use plausibility::{Excess, Implausible, NoMeasurement};
 use unknown::UnknownFrames;
 
 /// Turns frames into records.
@@ -96,7 +96,9 @@ impl<'a> Intake<'a> {
             let decoded = table.decode(&frame, |reading| {
                 seen.note(&reading);
                 reading_faults.note(&reading);
-                plausibility.note(&reading);
+                if !plausibility.note(&reading) {
+                    return;
+                }
                 stream.push(time_s, reading, |record| {
                     plausibility.note_record(record);
                     sink(record);
@@ -153,6 +155,13 @@ impl<'a> Intake<'a> {
     /// Returns the part of a full record that the present cut has given so far, 0 to 1.
     pub fn record_fraction(&self) -> f32 {
         self.stream.record_fraction()
+    }
+
+    /// Returns the signals of the joints whose angles used to come in a cycle and do not come any more, base first.
+    pub fn silent_joints(&self) -> impl Iterator<Item = &str> {
+        let came = |joint: &usize| self.seen.joints.get(*joint).is_some_and(|seen| *seen);
+        let silent = self.stream.missing_joints().filter(came);
+        silent.filter_map(|joint| self.table.joints.get(joint).map(String::as_str))
     }
 
     /// Returns the unknown identifiers beside the expected ones, if no frame has a known identifier.

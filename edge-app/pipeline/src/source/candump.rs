@@ -1,7 +1,7 @@
 //! Recordings of a bus: the text that `candump -L` writes.
 
-use std::collections::{BTreeSet, VecDeque};
-use std::io::{self, BufReader, ErrorKind, Read};
+use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -9,10 +9,11 @@ use embedded_can::{ExtendedId, Frame as _, Id};
 use flexid_wire::text::clipped;
 use flexid_wire::trouble::{LineFault, Trouble};
 use socketcan::CanAnyFrame;
-use socketcan::dump::{CanDumpRecord, ParseError, Reader};
+use socketcan::dump::{CanDumpRecord, ParseError};
 
-use super::padding::Unpadded;
-use super::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
+use super::line::{self, Line};
+use super::stamps::{self, Stamps};
+use super::{Arrival, Elsewhere, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 use crate::input::BadInput;
 
 /// Number of frames that one read takes.
@@ -24,22 +25,32 @@ pub const LOOK_AHEAD: usize = 32_768;
 const LONGEST_NAME: usize = 15;
 /// Number of buses that are named if the right one is not among them.
 const NAMED: usize = 3;
+/// Most identifiers of other buses that are told apart.
+const MOST_ELSEWHERE: usize = 256;
 
 /// Reads a log line by line. Lines that are no frames are counted and left out.
 pub struct CandumpLog<R> {
     file: PathBuf,
-    reader: Reader<BufReader<Unpadded<R>>>,
-    line: u64,
+    text: BufReader<R>,
+    line: Vec<u8>,
+    lines: u64,
     garbage: u64,
     first_garbage: Option<(u64, LineFault)>,
     /// Bus whose frames are taken. `None` takes the frames of all buses.
     bus: Option<String>,
     /// Number of frames of other buses that were left out.
     strays: u64,
-    /// Frames that were read ahead.
+    /// The identifiers of these frames.
+    elsewhere: HashMap<(Id, String), u64>,
+    /// Frames that were read ahead, with the stamps of the log.
     ahead: VecDeque<(String, Arrival)>,
-    /// Error that followed the frames read ahead.
-    broken: Option<io::Error>,
+    /// What followed the frames read ahead: an error, once, or the end.
+    end: Option<Option<io::Error>>,
+    stamps: Stamps,
+    /// Times of the newest frames, s.
+    before_s: VecDeque<f64>,
+    /// Number of frames that the kernel dropped.
+    dropped: u64,
 }
 
 impl<R: Read> CandumpLog<R> {
@@ -47,14 +58,19 @@ impl<R: Read> CandumpLog<R> {
     pub fn new(file: &Path, log: R) -> Self {
         Self {
             file: file.to_path_buf(),
-            reader: Reader::from_reader(Unpadded::new(log)),
-            line: 0,
+            text: BufReader::new(log),
+            line: Vec::new(),
+            lines: 0,
             garbage: 0,
             first_garbage: None,
             bus: None,
             strays: 0,
+            elsewhere: HashMap::new(),
             ahead: VecDeque::new(),
-            broken: None,
+            end: None,
+            stamps: Stamps::default(),
+            before_s: VecDeque::new(),
+            dropped: 0,
         }
     }
 
@@ -66,18 +82,10 @@ impl<R: Read> CandumpLog<R> {
     /// # Errors
     /// The log holds no frame, or several buses, of which none is `interface`.
     pub fn on_bus(mut self, interface: &str) -> Result<Self, BadInput> {
-        while self.ahead.len() < LOOK_AHEAD {
-            match self.parse() {
-                Ok(Some(frame)) => self.ahead.push_back(frame),
-                Ok(None) => break,
-                Err(error) => {
-                    self.broken = Some(error);
-                    break;
-                }
-            }
-        }
+        self.look_ahead(LOOK_AHEAD);
+        let is_broken = matches!(self.end, Some(Some(_)));
         // Lines that are no frames say more than the error that follows them.
-        if self.ahead.is_empty() && (self.broken.is_none() || self.first_garbage.is_some()) {
+        if self.ahead.is_empty() && (!is_broken || self.first_garbage.is_some()) {
             return Err(BadInput::new(&self.file, self.no_frame()));
         }
         let buses: BTreeSet<&str> = self.ahead.iter().map(|(bus, _)| bus.as_str()).collect();
@@ -107,34 +115,72 @@ impl<R: Read> CandumpLog<R> {
         format!("{what}: record it with `candump -L can0 > cut.log`, or name another log")
     }
 
+    /// Reads until so many frames are read ahead, or to the end.
+    fn look_ahead(&mut self, frames: usize) {
+        while self.ahead.len() < frames && self.end.is_none() {
+            match self.parse() {
+                Ok(Some(frame)) => {
+                    self.stamps.note(frame.1.time_s);
+                    self.ahead.push_back(frame);
+                }
+                Ok(None) => self.end = Some(None),
+                Err(error) => self.end = Some(Some(error)),
+            }
+        }
+    }
+
     /// Returns the next frame and its bus, or `None` at the end.
     fn next(&mut self) -> io::Result<Option<(String, Arrival)>> {
-        if let Some(frame) = self.ahead.pop_front() {
-            return Ok(Some(frame));
+        self.look_ahead(1 + stamps::REACH);
+        let Some((bus, Arrival { time_s, frame })) = self.ahead.pop_front() else {
+            return self.end.as_mut().and_then(Option::take).map_or(Ok(None), Err);
+        };
+        let after = self.ahead.iter().map(|(_, arrival)| arrival.time_s);
+        let time_s = self.stamps.mended(&self.before_s, time_s, after);
+        if self.before_s.len() == stamps::REACH {
+            self.before_s.pop_front();
         }
-        self.broken.take().map_or_else(|| self.parse(), Err)
+        self.before_s.push_back(time_s);
+        Ok(Some((bus, Arrival { time_s, frame })))
     }
 
     /// Returns the next frame of the file and its bus, or `None` at the end.
     fn parse(&mut self) -> io::Result<Option<(String, Arrival)>> {
         loop {
-            self.line += 1;
-            let garbage = match self.reader.next_record() {
-                Ok(Some(record)) if record.device.len() > LONGEST_NAME => {
+            self.lines += 1;
+            let read = line::read(&mut self.text, &mut self.line).map_err(|error| {
+                let message =
+                    format!("{}:{}: cannot be read: {error}", self.file.display(), self.lines);
+                io::Error::new(error.kind(), message)
+            })?;
+            let garbage = match read {
+                None => {
+                    self.lines -= 1;
+                    return Ok(None);
+                }
+                Some(Line::Frame(record)) if record.device.len() > LONGEST_NAME => {
                     ParseError::InvalidDeviceName
                 }
-                Ok(Some(record)) => return Ok(Some((record.device.clone(), arrival(&record)))),
-                Ok(None) => return Ok(None),
-                // Bytes that are not text come as a reading error.
-                Err(ParseError::Io(error)) if error.kind() != ErrorKind::InvalidData => {
-                    let Self { file, line, .. } = self;
-                    let message = format!("{}:{line}: cannot be read: {error}", file.display());
-                    return Err(io::Error::new(error.kind(), message));
+                Some(Line::Frame(record)) => {
+                    return Ok(Some((record.device.clone(), arrival(&record))));
                 }
-                Err(error) => error,
+                Some(Line::Dropped(frames)) => {
+                    self.dropped = self.dropped.saturating_add(frames);
+                    continue;
+                }
+                Some(Line::Garbage(error)) => error,
             };
             self.garbage += 1;
-            self.first_garbage.get_or_insert_with(|| (self.line, line_fault(&garbage)));
+            self.first_garbage.get_or_insert_with(|| (self.lines, line_fault(&garbage)));
+        }
+    }
+
+    /// Counts a frame of another bus.
+    fn stray(&mut self, bus: String, frame: &Frame) {
+        self.strays += 1;
+        let place = (frame.id, bus);
+        if self.elsewhere.len() < MOST_ELSEWHERE || self.elsewhere.contains_key(&place) {
+            *self.elsewhere.entry(place).or_default() += 1;
         }
     }
 }
@@ -144,8 +190,8 @@ impl<R: Read + Send> FrameSource for CandumpLog<R> {
         for _ in 0..BATCH {
             match self.next()? {
                 None => return Ok(Flow::Ended),
-                Some((bus, _)) if self.bus.as_ref().is_some_and(|only| *only != bus) => {
-                    self.strays += 1;
+                Some((bus, arrival)) if self.bus.as_ref().is_some_and(|only| *only != bus) => {
+                    self.stray(bus, &arrival.frame);
                 }
                 Some((_, arrival)) => batch.push(arrival),
             }
@@ -157,12 +203,25 @@ impl<R: Read + Send> FrameSource for CandumpLog<R> {
         let file = || clipped(self.file.display());
         let mut troubles = Vec::new();
         if let Some((line, fault)) = self.first_garbage {
-            troubles.push(Trouble::Garbage { file: file(), line, fault, lines: self.garbage });
+            let (lines, of) = (self.garbage, self.lines);
+            troubles.push(Trouble::Garbage { file: file(), line, fault, lines, of });
+        }
+        if let Some((fault, frames)) = self.stamps.fault() {
+            troubles.push(Trouble::Stamps { file: file(), fault, frames });
+        }
+        if self.dropped > 0 {
+            troubles.push(Trouble::Dropped { file: file(), frames: self.dropped });
         }
         if let (Some(bus), frames @ 1..) = (&self.bus, self.strays) {
             troubles.push(Trouble::OtherBuses { file: file(), bus: clipped(bus), frames });
         }
-        SourceHealth { troubles, ..SourceHealth::default() }
+        let elsewhere = self.elsewhere.iter();
+        let elsewhere = elsewhere.map(|((id, bus), frames)| Elsewhere {
+            id: *id,
+            bus: bus.clone(),
+            frames: *frames,
+        });
+        SourceHealth { troubles, elsewhere: elsewhere.collect(), ..SourceHealth::default() }
     }
 }
 
@@ -173,6 +232,8 @@ pub struct Logs<I, R> {
     open: Option<CandumpLog<R>>,
     /// Troubles of the logs that have been read.
     troubles: Vec<Trouble>,
+    /// Frames of other buses in them.
+    elsewhere: Vec<Elsewhere>,
     /// Error of the first log that could not be read to its end.
     broken: Option<io::Error>,
 }
@@ -180,7 +241,13 @@ pub struct Logs<I, R> {
 impl<I: Iterator<Item = io::Result<CandumpLog<R>>>, R> Logs<I, R> {
     /// Makes a source of logs in the order in which they were recorded. Each step of the iterator opens one log.
     pub fn new(logs: impl IntoIterator<IntoIter = I>) -> Self {
-        Self { waiting: logs.into_iter(), open: None, troubles: Vec::new(), broken: None }
+        Self {
+            waiting: logs.into_iter(),
+            open: None,
+            troubles: Vec::new(),
+            elsewhere: Vec::new(),
+            broken: None,
+        }
     }
 }
 
@@ -213,7 +280,9 @@ where
         if matches!(flow, Ok(Flow::Open)) {
             return Ok(Flow::Open);
         }
-        self.troubles.extend(log.health().troubles);
+        let health = log.health();
+        self.troubles.extend(health.troubles);
+        self.elsewhere.extend(health.elsewhere);
         self.open = None;
         if let Err(error) = flow {
             self.note(error);
@@ -222,7 +291,8 @@ where
     }
 
     fn health(&self) -> SourceHealth {
-        SourceHealth { troubles: self.troubles.clone(), ..SourceHealth::default() }
+        let (troubles, elsewhere) = (self.troubles.clone(), self.elsewhere.clone());
+        SourceHealth { troubles, elsewhere, ..SourceHealth::default() }
     }
 }
 
@@ -312,13 +382,13 @@ mod tests {
     #[test]
     fn garbage_is_counted_and_what_is_around_it_stays() {
         let mut log = b"(1767000000.000060) can0 101#00\nhello\n".to_vec();
-        log.extend(b"\xFF\xFE\x00\n(1767000000) can0 101#00\n(1767000000.000060) can0 101#0\n");
+        log.extend(b"\xFF\xFE\x00\n(17x.5) can0 101#00\n(1767000000.000060) can0 101#0\n");
         log.extend(b"(1767000000.000061) can0 102#00\n(1767000000.0000");
         let (frames, health) = read(&log);
         assert_eq!(frames.len(), 2);
         assert_eq!(
             lines(&health),
-            ["a.log:2: no line of candump -L (Invalid timestamp), 5 such in all, left out"]
+            ["a.log:2: no line of candump -L (Invalid timestamp), 5 such of 7, left out"]
         );
     }
 
@@ -334,7 +404,7 @@ mod tests {
         assert_eq!(batch.len(), 1);
         assert_eq!(
             lines(&source.health()),
-            ["a.log:2: no line of candump -L (Invalid device name), 2 such in all, left out"]
+            ["a.log:2: no line of candump -L (Invalid device name), 2 such of 3, left out"]
         );
     }
 
@@ -433,5 +503,39 @@ mod tests {
         let mut batch = Vec::new();
         while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
         assert_eq!((batch.len(), source.health()), (2, SourceHealth::default()));
+    }
+
+    #[test]
+    fn frames_of_other_buses_are_counted_by_identifier() {
+        let log = b"(1767000000.000060) can1 101#00\n(1767000000.000070) can0 102#00\n\
+            (1767000000.000080) can1 101#00\n";
+        let mut source = CandumpLog::new(Path::new("a.log"), &log[..]).on_bus("can0").unwrap();
+        while source.read(&mut Vec::new(), Duration::ZERO).unwrap() == Flow::Open {}
+        let id = StandardId::new(0x101).unwrap().into();
+        let expected = Elsewhere { id, bus: "can1".to_owned(), frames: 2 };
+        assert_eq!(source.health().elsewhere, [expected]);
+    }
+
+    #[test]
+    fn dropped_frames_and_wrong_stamps_are_troubles() {
+        let line = |n: u32| {
+            let jump = if n == 77 { 700_000 } else { 0 };
+            format!("(1767000000.{:06}) can0 101#00\n", 250 * n + jump)
+        };
+        let dropped = "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)\n";
+        let log: String = (0..200).map(line).chain([dropped.to_owned()]).collect();
+        let (frames, health) = read(log.as_bytes());
+        assert_eq!(frames.len(), 200);
+        assert!(
+            frames.windows(2).all(|pair| (0.0..1e-3).contains(&(pair[1].time_s - pair[0].time_s)))
+        );
+        assert_eq!(
+            lines(&health),
+            [
+                "a.log: the stamps of 1 frame jump away and back, and were replaced: \
+                 record without -H, whose stamps are those of the adapter",
+                "a.log: the kernel dropped 3 frames while this was recorded: record with `candump -r 8388608 -L`",
+            ]
+        );
     }
 }

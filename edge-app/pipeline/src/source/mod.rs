@@ -2,18 +2,21 @@
 
 mod candump;
 mod frame;
+mod line;
 mod link;
 mod monotonic;
-mod padding;
 mod socket;
+mod stamps;
 
 use std::io;
 use std::time::Duration;
 
+use embedded_can::Id;
 use flexid_wire::trouble::{BusFault, Trouble};
 
 pub use candump::{CandumpLog, LOOK_AHEAD, Logs};
 pub use frame::{Arrival, Frame, FrameKind};
+pub use line::is_frame;
 pub use link::ErrorCounts;
 pub use socket::{CanSocket, OpenError};
 
@@ -71,6 +74,19 @@ pub struct SourceHealth {
     pub fault: Option<BusFault>,
     /// Troubles of recordings.
     pub troubles: Vec<Trouble>,
+    /// Frames of recordings that were left out, since they came on other buses.
+    pub elsewhere: Vec<Elsewhere>,
+}
+
+/// Frames of one identifier on another bus than that of the sensors.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Elsewhere {
+    /// Identifier of the frames.
+    pub id: Id,
+    /// Name of their bus.
+    pub bus: String,
+    /// Number of frames.
+    pub frames: u64,
 }
 
 impl SourceHealth {

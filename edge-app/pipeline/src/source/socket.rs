@@ -221,6 +221,7 @@ impl FrameSource for CanSocket {
             receive_buffer_bytes: self.receive_buffer_bytes,
             fault: self.link.fault().map(fault),
             troubles: Vec::new(),
+            elsewhere: Vec::new(),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Joint angles and strokes beyond the limits of the joints.
+//! Joint angles and strokes beyond the limits of the joints, and those that are no measurement.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,6 +9,7 @@ use flexid_wire::text::clipped;
 use crate::SAMPLES;
 use crate::config::Config;
 use crate::model::{Kind, Model, ModelJoint};
+use crate::signals::SignalTable;
 
 /// Margin beyond the limits of a joint, rad (m). Limits are published in whole degrees and millimetres.
 const MARGIN: [f64; 2] = [PI / 180.0, 1e-3];
@@ -26,11 +27,25 @@ pub struct Excess {
     pub by: f64,
 }
 
+/// Readings of a joint that are no measurement: the smallest or largest number of the signal, and beyond the limits of the joint. Senders
+/// have it for "not available".
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NoMeasurement {
+    /// Number of such readings.
+    pub frames: u64,
+    /// The newest of them, rad (m).
+    pub value: f64,
+}
+
 /// Checks the angles of each joint against its limits, base first.
 #[derive(Clone, Debug)]
 pub(super) struct Joints {
     /// Range of each joint with its margin, rad (m). Infinite where no limit is known.
     ranges: Vec<[f64; 2]>,
+    /// Smallest and largest value of each signal, rad (m).
+    ends: Vec<[f64; 2]>,
+    /// Readings that are no measurement.
+    pub(super) none: [NoMeasurement; MAX_JOINTS],
     beyond: [Option<Beyond>; MAX_JOINTS],
 }
 
@@ -52,13 +67,42 @@ impl Excess {
 }
 
 impl Joints {
-    pub(super) fn new(model: &Model) -> Self {
+    pub(super) fn new(model: &Model, signals: &SignalTable) -> Self {
         let range = |joint: &ModelJoint| {
             let [lower, upper] = limits(joint);
             let margin = MARGIN[usize::from(joint.kind == Kind::Prismatic)];
             [lower - margin, upper + margin]
         };
-        Self { ranges: model.driven().map(range).collect(), beyond: [None; MAX_JOINTS] }
+        let ends = |joint: usize| {
+            let Some(signal) = signals.joint(joint) else {
+                return [f64::NEG_INFINITY, f64::INFINITY];
+            };
+            let (low, high) = signal.raw_range().into_inner();
+            let [one, other] = [low, high].map(|raw| signal.scale * raw as f64 + signal.offset);
+            let half = 0.5 * signal.scale.abs();
+            [one.min(other) + half, one.max(other) - half]
+        };
+        Self {
+            ranges: model.driven().map(range).collect(),
+            ends: (0..model.driven().count()).map(ends).collect(),
+            none: [NoMeasurement::default(); MAX_JOINTS],
+            beyond: [None; MAX_JOINTS],
+        }
+    }
+
+    /// Returns whether a reading is a measurement, and counts it if it is not.
+    pub(super) fn is_measurement(&mut self, joint: usize, value: f64) -> bool {
+        let (Some([lower, upper]), Some([low, high])) =
+            (self.ranges.get(joint), self.ends.get(joint))
+        else {
+            return true;
+        };
+        let is_beyond = value < *lower || value > *upper;
+        let is_none = is_beyond && (value < *low || value > *high);
+        if is_none && let Some(none) = self.none.get_mut(joint) {
+            *none = NoMeasurement { frames: none.frames + 1, value };
+        }
+        !is_none
     }
 
     /// Takes an angle that came after `frames` force frames. Returns the worse of this angle and the one before, if both are
@@ -129,7 +173,7 @@ mod tests {
     }
 
     fn line(config: &Config, joint: usize, values: &[f64]) -> Option<String> {
-        let mut joints = Joints::new(&config.model);
+        let mut joints = Joints::new(&config.model, &config.signals);
         let mut worst = [None; MAX_JOINTS];
         for value in values {
             if let Some(excess) = joints.note(joint, *value, 0) {
@@ -170,7 +214,7 @@ mod tests {
         let config = config();
         assert_eq!(line(&config, 1, &[0.3, 6.5535e4, 0.3, 6.5535e4, f64::NAN, 0.3]), None);
         assert!(line(&config, 1, &[0.3, 90.0, f64::NAN, 90.0, 0.3]).is_some());
-        let mut joints = Joints::new(&config.model);
+        let mut joints = Joints::new(&config.model, &config.signals);
         let standing =
             |joints: &Joints, frames| joints.standing(frames)[1].map(|excess| excess.value);
         assert_eq!(joints.note(1, 90.0, 5000), None);
@@ -178,6 +222,22 @@ mod tests {
         assert_eq!(standing(&joints, 5000 + HOLDS), Some(90.0));
         assert_eq!(joints.note(1, 0.3, 5000 + HOLDS), None);
         assert_eq!(standing(&joints, 5000 + HOLDS), None);
+    }
+
+    #[test]
+    fn the_end_of_a_signal_beyond_the_limits_is_no_measurement() {
+        let mut config = config();
+        let mut joints = Joints::new(&config.model, &config.signals);
+        let largest = f64::from(i32::MAX) * 1e-6;
+        for (value, is_measurement) in
+            [(largest, false), (-largest - 1e-6, false), (largest - 1e-6, true), (0.0, true)]
+        {
+            assert_eq!(joints.is_measurement(2, value), is_measurement, "{value}");
+        }
+        assert_eq!(joints.none[2], NoMeasurement { frames: 2, value: -largest - 1e-6 });
+        // The range of a signal may be that of the joint.
+        config.model.joints[2].limits = [-3000.0, 3000.0];
+        assert!(Joints::new(&config.model, &config.signals).is_measurement(2, largest));
     }
 
     #[test]

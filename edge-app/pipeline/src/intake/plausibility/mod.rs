@@ -19,8 +19,8 @@ use crate::config::Config;
 use crate::record::{MAX_EXPERIMENTS, Record, SAMPLES};
 pub(crate) use axes::Axes;
 use channel::{Channel, Ends, WINDOW, Window, end_piece};
-pub use joints::Excess;
 use joints::Joints;
+pub use joints::{Excess, NoMeasurement};
 pub(crate) use scale::Scale;
 
 /// Least force of a cut, N. Milling takes tens of newtons and more. The acceleration of a robot's link by one newton (1 N on
@@ -52,6 +52,8 @@ pub struct Implausible {
     pub refused_held: u64,
     /// Angle or stroke of each joint that is farthest beyond its limits. A single angle that does not hold is left out.
     pub joints: [Option<Excess>; MAX_JOINTS],
+    /// Readings of each joint that are no measurement.
+    pub no_measurement: [NoMeasurement; MAX_JOINTS],
     /// Mean acceleration of the newest record that was long enough, m/s².
     pub rest: Option<[f64; 3]>,
     /// Largest absolute value of the force so far, N.
@@ -128,7 +130,7 @@ impl Plausibility {
             last_counter: u32::MAX >> (32 - signals.counter_bits.clamp(1, 32)),
             counters: [None; 2],
             frames: 0,
-            joints: Joints::new(&config.model),
+            joints: Joints::new(&config.model, &config.signals),
             tallies: [Tally::default(); 2],
             rest: None,
             largest_force: 0.0,
@@ -136,7 +138,8 @@ impl Plausibility {
         }
     }
 
-    pub(super) fn note(&mut self, reading: &Reading) {
+    /// Takes a reading. Returns whether it is a measurement.
+    pub(super) fn note(&mut self, reading: &Reading) -> bool {
         match reading {
             Reading::Force { counter, value } => {
                 let largest = value.iter().fold(0.0_f32, |largest, v| largest.max(v.abs()));
@@ -147,11 +150,15 @@ impl Plausibility {
             Reading::Acceleration { counter, value } => self.sensor(1, *counter, value),
             Reading::Joint { index, value } => {
                 let joint = usize::from(*index);
+                if !self.joints.is_measurement(joint, *value) {
+                    return false;
+                }
                 if let Some(excess) = self.joints.note(joint, *value, self.frames) {
                     self.tallies.iter_mut().for_each(|tally| tally.note_angle(joint, excess));
                 }
             }
         }
+        true
     }
 
     pub(super) fn note_record(&mut self, record: &Record) {
@@ -187,6 +194,7 @@ impl Plausibility {
             held: tally.in_records.held,
             refused_held: tally.in_records.refused_held,
             joints: tally.joints,
+            no_measurement: self.joints.none,
             rest: self.rest,
             largest_force: self.largest_force,
         }
@@ -314,7 +322,7 @@ mod tests {
 
     fn line(config: &Config, readings: impl Iterator<Item = Reading>) -> Vec<String> {
         let mut plausibility = Plausibility::new(config);
-        readings.for_each(|reading| plausibility.note(&reading));
+        readings.for_each(|reading| _ = plausibility.note(&reading));
         lines(&plausibility, config)
     }
 
@@ -394,7 +402,7 @@ mod tests {
                 |counter: u32, values: &mut [f32; 6]| spoil(first + u64::from(counter), values);
             cut(spoil)
                 .take(2 * (frames - first) as usize)
-                .for_each(|reading| plausibility.note(&reading));
+                .for_each(|reading| _ = plausibility.note(&reading));
         }
     }
 
@@ -409,10 +417,10 @@ mod tests {
             values[2] = 1.5;
             values[3] += if frame % 1000 == 999 { 900.0 } else { 0.0 };
         };
-        [90.0, 90.0, 0.0].iter().for_each(|angle| plausibility.note(&joint(1, *angle)));
+        [90.0, 90.0, 0.0].iter().for_each(|angle| _ = plausibility.note(&joint(1, *angle)));
         // The faults last for a long time.
         go_on(&mut plausibility, STRETCH, spoil);
-        [90.0, 90.0, 0.0].iter().for_each(|angle| plausibility.note(&joint(1, *angle)));
+        [90.0, 90.0, 0.0].iter().for_each(|angle| _ = plausibility.note(&joint(1, *angle)));
         plausibility.note(&joint(2, 90.0));
         go_on(&mut plausibility, 20_000, spoil);
         let all = line(&plausibility);
