@@ -50,7 +50,7 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
     }
     if restarts > 0 {
         // Counters may begin anew with each recording.
-        let is_often = stream.records > 0 && restarts > stream.records;
+        let is_often = stream.records > 0 && restarts > stream.records + stream.without_pose;
         let severity = if is_often { Doubtful } else { Note };
         let finding = format!("{} of the counters", count(restarts, "restart"));
         let mend = "right between recordings; else check supply and cables of the sensors";
@@ -65,9 +65,16 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
     findings
 }
 
+/// Returns whether as many frames of a sensor came again.
+fn came_again(survey: &Survey, frames: u64) -> bool {
+    survey.expected.iter().any(|one| one.is_sampled && one.traffic.again >= frames)
+}
+
 /// What keeps most frames from becoming records.
 fn of_obstacle(survey: &Survey) -> Option<Finding> {
     let (finding, mend) = match survey.obstacle.as_ref()? {
+        // A frame that comes again, bit by bit, has a finding of its own.
+        Obstacle::CounterStandsStill { frames, .. } if came_again(survey, *frames) => return None,
         Obstacle::CounterStandsStill { sensor, frames } => (
             format!("[signals] {sensor}_counter stands still in {}", count(*frames, "frame")),
             "name the signal that counts the samples",

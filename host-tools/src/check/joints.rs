@@ -22,7 +22,7 @@ pub(super) fn judge(config: &Config, survey: &Survey) -> Vec<Finding> {
         findings.push(Finding::new(unless_all_is_lost(survey), ABOUT, finding, mend));
     }
     for (joint, signal) in config.signals.joints.iter().enumerate() {
-        findings.extend(of_wrong(survey, joint, signal));
+        findings.extend(of_wrong(config, survey, joint, signal));
         findings.extend(of_steps(config, survey, joint, signal));
     }
     findings.extend(of_ends(config, survey));
@@ -34,6 +34,12 @@ pub(super) fn has_wrong(survey: &Survey) -> bool {
     let counts = &survey.counts;
     counts.stream.angles.iter().any(|angle| angle.wrong > 0)
         || counts.implausible.no_measurement.iter().any(|none| none.frames > 0)
+}
+
+/// Unit of the readings of a joint.
+fn unit(config: &Config, joint: usize) -> &'static str {
+    let turns = config.stream().angles.get(joint).is_none_or(|angle| angle.turns);
+    if turns { "rad" } else { "m" }
 }
 
 /// Joints whose angles came in a cycle, and not to the end.
@@ -54,7 +60,7 @@ fn of_silence(survey: &Survey) -> Option<Finding> {
 }
 
 /// Single wrong angles, and those that are no measurement.
-fn of_wrong(survey: &Survey, joint: usize, signal: &str) -> Option<Finding> {
+fn of_wrong(config: &Config, survey: &Survey, joint: usize, signal: &str) -> Option<Finding> {
     let angle = survey.counts.stream.angles.get(joint)?;
     let none = survey.counts.implausible.no_measurement.get(joint)?;
     let came = survey.expected.iter().find(|one| one.signals.iter().any(|name| name == signal));
@@ -64,8 +70,11 @@ fn of_wrong(survey: &Survey, joint: usize, signal: &str) -> Option<Finding> {
         (0, wrong) => (wrong, angle.wrong_value, "for single frames"),
         (frames, _) => (frames, none.value, "the end of its signal"),
     };
-    let finding =
-        format!("{signal} reads {value:.4}, {what}, in {} (left out)", count(frames, "frame"));
+    let finding = format!(
+        "{signal} reads {value:.4} {}, {what}, in {} (left out)",
+        unit(config, joint),
+        count(frames, "frame")
+    );
     let mend = "see what the controller sends where an angle is not available";
     let severity = if frames == all { unless_all_is_lost(survey) } else { Note };
     Some(Finding::new(severity, ABOUT, finding, mend))
@@ -77,7 +86,7 @@ fn of_steps(config: &Config, survey: &Survey, joint: usize, signal: &str) -> Opt
     let stated = config.stream().angles.get(joint)?.resolution;
     let step = stated.max(shown);
     (step > STATIC).then(|| {
-        let finding = format!("{signal} steps by {step:.4}, which is taken for its resolution: each pose is as uncertain");
+        let finding = format!("{signal} steps by {step:.4} {}, which is taken for its resolution: each pose is as uncertain", unit(config, joint));
         let mend = "let the controller send more digits";
         Finding::new(Doubtful, ABOUT, finding, mend)
     })
@@ -91,17 +100,27 @@ fn of_ends(config: &Config, survey: &Survey) -> Option<Finding> {
         return None;
     }
     let angles = survey.counts.stream.angles.iter();
-    let moved = config.signals.joints.iter().zip(angles).filter(|(_, angle)| angle.ended > 0);
+    let moved = config
+        .signals
+        .joints
+        .iter()
+        .zip(angles)
+        .enumerate()
+        .filter(|(_, (_, angle))| angle.ended > 0);
     let moved: Vec<String> = moved
-        .map(|(signal, angle)| {
+        .map(|(joint, (signal, angle))| {
             let times =
                 if angle.ended == 1 { "once".to_owned() } else { format!("{} times", angle.ended) };
-            format!("{signal} moved by {:.4} or more {times}", angle.ended_by)
+            format!(
+                "{signal} moved by {:.4} {} or more {times}",
+                angle.ended_by,
+                unit(config, joint)
+            )
         })
         .collect();
     (!moved.is_empty()).then(|| {
         let finding =
-            format!("{} while something was cut: {STATIC} rad (m) ends a record", enumerate(moved));
+            format!("{} while something was cut: {STATIC} ends a record", enumerate(moved));
         let mend = "hold the joints while you cut, or let the controller send steadier angles";
         Finding::new(unless_all_is_lost(survey), ABOUT, finding, mend)
     })

@@ -244,6 +244,16 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
         return Ok(Identified { finding, robot, statics, evidence, broken });
     }
     let Some(first) = logs.first() else { return Err(anyhow!("no log, and nothing found")) };
+    // Without time nothing else that is said of rates and records is right.
+    let timeless = troubles.iter().find_map(|own| match own {
+        Trouble::Stamps { fault, frames, .. } if fault.is_of_all() => {
+            Some(format!("{}: {}", fault.of(*frames), fault.mend()))
+        }
+        _ => None,
+    });
+    if let Some(timeless) = timeless {
+        return Err(BadInput::new(first, timeless).into());
+    }
     // Where the recording breaks off is said with what to do about it.
     let others = troubles.iter().filter(|own| !matches!(own, Trouble::RecordingBroken(_)));
     let others = others.map(ToString::to_string).chain(other_robot);

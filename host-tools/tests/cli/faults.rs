@@ -160,10 +160,10 @@ fn texts(lines: &[Line]) -> Vec<String> {
 fn an_angle_that_is_wrong_for_single_frames_is_left_out_and_named() {
     let (folder, lines) = good();
     for (wrong, said) in [
-        (i32::MAX, "q3 reads 2147.4836, the end of its signal, in 12 frames (left out)"),
-        (i32::MIN, "q3 reads -2147.4836, the end of its signal, in 12 frames (left out)"),
-        (0, "q3 reads 0.0000, for single frames, in 12 frames (left out)"),
-        (123_456_789, "q3 reads 123.4568, for single frames, in 12 frames (left out)"),
+        (i32::MAX, "q3 reads 2147.4836 rad, the end of its signal, in 12 frames (left out)"),
+        (i32::MIN, "q3 reads -2147.4836 rad, the end of its signal, in 12 frames (left out)"),
+        (0, "q3 reads 0.0000 rad, for single frames, in 12 frames (left out)"),
+        (123_456_789, "q3 reads 123.4568 rad, for single frames, in 12 frames (left out)"),
     ] {
         let mut count = 0;
         let wrong_line = |line: &Line| {
@@ -222,7 +222,7 @@ fn an_angle_of_coarse_steps_gives_records_and_its_step_is_named() {
         });
         lines.collect::<Vec<_>>()
     };
-    let said = "q2 steps by 0.0017, which is taken for its resolution";
+    let said = "q2 steps by 0.0017 rad, which is taken for its resolution";
     // Every third frame, and about every second one without any order.
     let thirds = check(&folder, dithers(|count| count % 3 == 0));
     assert_eq!((thirds.records(), thirds.is_ready()), ([3, 3], true));
@@ -269,8 +269,8 @@ fn a_joint_that_ends_each_record_is_named() {
     };
     let checked = check(&folder, lines.iter().map(moves).collect::<Vec<_>>());
     assert_eq!((checked.records(), checked.is_ready()), ([0, 0], false));
-    checked.says("q2 moved by 0.0010 or more ");
-    checked.says(" times while something was cut: 0.0005 rad (m) ends a record");
+    checked.says("q2 moved by 0.0010 rad or more ");
+    checked.says(" times while something was cut: 0.0005 ends a record");
 }
 
 /// The counters of the sensors run on from cut to cut.
@@ -300,16 +300,19 @@ fn joints_that_fall_silent_are_named_and_give_no_later_cut_a_pose() {
     let (folder, lines) = good();
     let whole = check(&folder, texts(&run_on(&lines)));
     assert_eq!(whole.records(), [3, 3]);
-    whole.only_says(&[]);
-    for lines in [lines.clone(), run_on(&lines)] {
+    // What came between the cuts is not in the log.
+    let lost = "7996 frames of force and acceleration lost";
+    whole.only_says(&[lost]);
+    for (lines, lost) in [(lines.clone(), None), (run_on(&lines), Some(lost))] {
         let stops = lines.iter().filter(|line| line.joint().is_none() || line.us < 4_500_000);
         let checked = check(&folder, stops.map(Line::text).collect::<Vec<_>>());
         assert_eq!(checked.records(), [1, 1]);
-        checked.only_says(&[
+        let said = [
             "q1, q2 and q3 came at 10 Hz and have not come since 4.0 s",
             "2 cuts without joint angles: no records of them",
             "1 record in 1 pose",
-        ]);
+        ];
+        checked.only_says(&said.into_iter().chain(lost).collect::<Vec<_>>());
     }
 }
 
@@ -412,6 +415,8 @@ fn stamps_that_are_no_times_are_named() {
         for wrong in ["rate_hz", "restart"] {
             assert!(!checked.bad.iter().any(|line| line.contains(wrong)), "{:#?}", checked.bad);
         }
+        let message = refused(folder.path(), "identify --config edge.toml fault.log");
+        assert!(message.contains(said.trim_start_matches("fault.log: ")), "{message}");
     }
 }
 
