@@ -64,8 +64,8 @@ struct Angle {
     /// Sum of the readings' distances from the first.
     sum: f64,
     readings: u32,
-    /// Samples of the stretch when the angle was last read.
-    confirmed: usize,
+    /// Samples of the stretch when the angle was last read; `None` if it has not come since the last gap.
+    confirmed: Option<usize>,
     /// Arrival of the reading since which none came late, s, and the longest time between two of them.
     since_s: f64,
     apart_s: f64,
@@ -144,7 +144,7 @@ impl Sender {
 impl Angle {
     /// Takes the first reading of a stretch.
     fn begin(&mut self, angle: f64, time_s: f64, samples: usize) {
-        (self.first, self.sum, self.readings, self.confirmed) = (angle, 0.0, 1, samples);
+        (self.first, self.sum, self.readings, self.confirmed) = (angle, 0.0, 1, Some(samples));
         (self.since_s, self.apart_s) = (time_s, 0.0);
     }
 
@@ -165,9 +165,10 @@ impl Angle {
     /// Samples, of so many, during which the joint is known to have stood still; `notice` is [`NOTICE_S`] in samples.
     fn standing(&self, samples: usize, notice: usize) -> usize {
         let samples = self.doubt.map_or(samples, |doubt| doubt.samples.min(samples));
+        let confirmed = self.confirmed.unwrap_or(0);
         match self.sender.is_cyclic() || self.readings == 0 {
-            true => self.confirmed,
-            false => self.confirmed.max(samples.saturating_sub(notice)),
+            true => confirmed,
+            false => confirmed.max(samples.saturating_sub(notice)),
         }
     }
 }
@@ -194,7 +195,7 @@ impl Pose {
         if off.abs() <= STATIC.max(step * (1.0 + 1e-6)) {
             known.sum += off;
             known.readings += 1;
-            known.confirmed = samples;
+            known.confirmed = Some(samples);
             known.note_rest(before_s, time_s);
             known.doubt.take().map_or(Shown::Holds, |doubt| Shown::HoldsAfter(doubt.angle))
         } else if known.doubt.is_some() {
@@ -256,7 +257,9 @@ impl Pose {
             let cycles = (2.0 * angle.sender.cycle_s * rate_hz) as usize;
             match (angle.doubt, angle.sender.is_cyclic()) {
                 (Some(_), _) => angle.standing(samples, notice),
-                (None, true) => samples.min(angle.confirmed + cycles.max(notice)),
+                (None, true) => angle
+                    .confirmed
+                    .map_or(0, |confirmed| samples.min(confirmed + cycles.max(notice))),
                 (None, false) => samples,
             }
         };
@@ -272,11 +275,17 @@ impl Pose {
     /// Takes note that the oldest `samples` of the stretch are gone.
     pub(super) fn discard(&mut self, samples: usize) {
         for angle in &mut self.angles {
-            angle.confirmed = angle.confirmed.saturating_sub(samples);
+            angle.confirmed = angle.confirmed.map(|confirmed| confirmed.saturating_sub(samples));
             if let Some(doubt) = &mut angle.doubt {
                 doubt.samples = doubt.samples.saturating_sub(samples);
             }
         }
+    }
+
+    /// Takes note of a gap in the stretch: all its samples are gone, and the angle of a cyclic sender must come again.
+    pub(super) fn interrupt(&mut self) {
+        self.discard(usize::MAX);
+        self.angles.iter_mut().for_each(|angle| angle.confirmed = None);
     }
 
     /// Begins another stretch. The angle of a cyclic sender must come again, that of any other sender holds. A forgotten angle

@@ -276,7 +276,7 @@ impl<const N: usize> Stretch<N> {
         for signal in self.force.iter_mut().chain(&mut self.acceleration) {
             signal.clear();
         }
-        self.pose.discard(usize::MAX);
+        self.pose.interrupt();
         self.beyond = 0;
         self.cutting = false;
     }

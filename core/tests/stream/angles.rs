@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use flexid_core::stream::{AngleHealth, AngleSignal, Stream, StreamConfig};
+use flexid_core::stream::AngleHealth;
 
 use super::*;
 
