@@ -29,6 +29,8 @@ fn main() -> ExitCode {
         test("can_fd_frames_are_named", can_fd_frames_are_named),
         test("interface_deleted_and_made_again", interface_deleted_and_made_again),
         test("interface_missing_at_start", interface_missing_at_start),
+        test("what_may_mend_itself_is_no_bad_input", what_may_mend_itself_is_no_bad_input),
+        test("solver_makes_way_or_says_so", solver_makes_way_or_says_so),
         test("frames_of_wrong_length", frames_of_wrong_length),
         test("client_sends_rubbish", client_sends_rubbish),
         test("client_reads_nothing", client_reads_nothing),
@@ -107,6 +109,68 @@ fn interface_missing_at_start() -> Result<()> {
     Ok(())
 }
 
+/// systemd starts the daemon again after exit status 1, and never after 2: that of a file or address that another attempt may get. A
+/// state that cannot be read stays.
+fn what_may_mend_itself_is_no_bad_input() -> Result<()> {
+    bus::restore()?;
+    let bench = Bench::scenario()?;
+    bench.configure("[bus]", "[state]\nfile = \"flexid.state\"\n\n[bus]")?;
+    let ends = |command: &str, arguments: &[&str], why: &[&str]| {
+        let ended = bench.start("second", command, arguments)?.wait(Duration::from_secs(20))?;
+        ensure!(ended.status.code() == Some(1), "{}: {}", ended.status, ended.errors);
+        let last = ended.errors.lines().last().unwrap_or_default();
+        for part in why {
+            ensure!(last.contains(part), "does not say {part}: {}", ended.errors);
+        }
+        Ok(())
+    };
+    let edge = bench.edge()?;
+    let second = ["--config", "edge.toml"];
+    ends("flexid-edge", &second, &["flexid.sock: somebody listens there already"])?;
+    bench.configure("flexid.sock", "other.sock")?;
+    ends("flexid-edge", &second, &["flexid.state: another flexid-edge keeps its numbers there"])?;
+    bench.stop(edge)?;
+
+    fs::write(bench.path("flexid.state"), "no permission to read it")?;
+    fs::set_permissions(bench.path("flexid.state"), fs::Permissions::from_mode(0o000))?;
+    // Root without its capabilities is a user like any other.
+    let user = ["--bounding-set=-all", "--inh-caps=-all", "flexid-edge", "--config", "edge.toml"];
+    ends("setpriv", &user, &["flexid.state: cannot be read: Permission denied"])?;
+    ensure!(bench.path("flexid.state").exists(), "the state was put aside");
+    Ok(())
+}
+
+/// The solver has niceness 10. Where it may not have that, here since a user may not undo a higher one, a line says so.
+fn solver_makes_way_or_says_so() -> Result<()> {
+    bus::restore()?;
+    let bench = Bench::scenario()?;
+    let edge = bench.edge()?;
+    let niceness = || {
+        for task in fs::read_dir(format!("/proc/{}/task", edge.id()))? {
+            let stat = fs::read_to_string(task?.path().join("stat"))?;
+            // Behind the name: state and fifteen numbers, then the niceness, proc(5).
+            if let Some((_, rest)) = stat.split_once("(flexid-solver) ") {
+                return Ok(rest.split(' ').nth(16).map(str::to_owned));
+            }
+        }
+        Ok(None)
+    };
+    until("the solver has niceness 10", Duration::from_secs(10), || {
+        Ok(niceness()?.as_deref() == Some("10"))
+    })?;
+    ensure!(!edge.errors()?.contains("setpriority"), "{}", edge.errors()?);
+    bench.stop(edge)?;
+
+    let user = ["-n", "19", "setpriv", "--bounding-set=-all", "--inh-caps=-all", "flexid-edge"];
+    let user = user.into_iter().chain(["--config", "edge.toml"]);
+    let edge = bench.start("edge", "nice", user)?;
+    until("the log says so", Duration::from_secs(20), || {
+        Ok(edge.errors()?.contains("the solver has the priority of the other threads"))
+    })?;
+    bench.stop(edge)?;
+    Ok(())
+}
+
 /// The frames are shorter than in the DBC, empty, a request without data, and of unknown identifiers.
 fn frames_of_wrong_length() -> Result<()> {
     let report = run_with_fault(|_| {
@@ -138,6 +202,9 @@ fn client_sends_rubbish() -> Result<()> {
                 "the daemon keeps a client that sent rubbish and is gone"
             );
         }
+        let log = fs::read_to_string(bench.path("edge.err"))?;
+        let lines = log.matches("a client was dropped: ").count();
+        ensure!(lines == 1, "{lines} lines of four clients in a minute: {log}");
         Ok(())
     })?;
     Ok(())

@@ -36,6 +36,41 @@ fn directives_are_known() {
     assert!(of_the_file.is_empty(), "{complaints}");
 }
 
+/// The filter allows the system calls on which the daemon relies beside those of every service: each line of the unit adds to or
+/// takes from those before it, and a deny list takes whole sets away.
+#[test]
+fn the_system_calls_of_the_daemon_are_allowed() {
+    let unit = std::fs::read_to_string(UNIT).unwrap();
+    let mut allowed = std::collections::BTreeSet::new();
+    for line in unit.lines().filter_map(|line| line.strip_prefix("SystemCallFilter=")) {
+        let (denies, words) = line.strip_prefix('~').map_or((false, line), |words| (true, words));
+        for call in words.split_whitespace().flat_map(system_calls) {
+            if denies {
+                allowed.remove(&call)
+            } else {
+                allowed.insert(call)
+            };
+        }
+    }
+    for call in ["setpriority", "fchmodat", "fchownat", "recvmmsg", "flock", "renameat"] {
+        assert!(allowed.contains(call), "{call}");
+    }
+    for call in ["sched_setscheduler", "setrlimit", "mount", "reboot", "ptrace"] {
+        assert!(!allowed.contains(call), "{call}");
+    }
+}
+
+/// Returns the system calls of a set, or the one of this name.
+fn system_calls(word: &str) -> Vec<String> {
+    if !word.starts_with('@') {
+        return vec![word.to_owned()];
+    }
+    let (_, text) = systemd_analyze(&["syscall-filter", "--no-pager", word]);
+    let lines = text.lines().skip(1).map(str::trim);
+    let words = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
+    words.flat_map(system_calls).collect()
+}
+
 /// The unit allows what the daemon needs: the bus, its link's state, its readers, its folders, and a reload.
 #[test]
 fn the_daemon_can_still_work() {

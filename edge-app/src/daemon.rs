@@ -3,8 +3,10 @@
 //! Reading never waits for the solver or a client. A record without room in the queue is given up. Messages
 //! for clients are published, and each client's thread fetches them.
 
+mod keeping;
 mod report_log;
 mod solving;
+mod state_log;
 
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -28,6 +30,7 @@ use crate::reload::Reload;
 use crate::server::{self, Listener};
 use crate::store::Store;
 use solving::Solving;
+use state_log::StateLog;
 
 /// Most records that may wait for the solver: more than half a minute of milling.
 const QUEUE: usize = 8;
@@ -91,7 +94,9 @@ impl Daemon<'_> {
         let latest = Latest::new();
         thread::scope(|scope| {
             let server = thread::Builder::new().name("flexid-server".into());
-            let server = server.spawn_scoped(scope, || server::serve(listeners, &latest, stop))?;
+            let server = server
+                .spawn_scoped(scope, || server::serve(listeners, &latest, stop))
+                .map_err(no_thread("flexid-server"))?;
             let outcome = self.work(source, &latest);
             // The server must end in any case.
             latest.close();
@@ -110,16 +115,22 @@ impl Daemon<'_> {
         let (mut outcome, solving) = thread::scope(|scope| {
             let reader = Reader { latest, unused, stop, reload };
             let reader = big("flexid-reader")
-                .spawn_scoped(scope, move || reader.run(config, source, &sender))?;
+                .spawn_scoped(scope, move || reader.run(config, source, &sender))
+                .map_err(no_thread("flexid-reader"))?;
             let solver = big("flexid-solver").spawn_scoped(scope, move || {
                 // Without a solver there is no reason to read.
                 let _end = StopAtEnd(stop);
-                // On Linux the priority belongs to the thread. If it cannot be set, the solver has the same priority as the
-                // others.
-                let _ = rustix::process::setpriority_process(None, SOLVER_NICE);
+                // On Linux the priority belongs to the thread.
+                if let Err(error) = rustix::process::setpriority_process(None, SOLVER_NICE) {
+                    warn!(
+                        "the solver has the priority of the other threads, since it may not have niceness {SOLVER_NICE}: \
+                         setpriority: {error}"
+                    );
+                }
                 Solving::begin(self, latest, unused)?.run(&receiver)
             });
-            let solver = solver.inspect_err(|_| stop.request())?;
+            let solver =
+                solver.inspect_err(|_| stop.request()).map_err(no_thread("flexid-solver"))?;
             let outcome = join(reader);
             let solving = join(solver)?;
             Ok::<_, io::Error>((outcome?, solving))
@@ -127,6 +138,24 @@ impl Daemon<'_> {
         solving.end(&mut outcome);
         Ok(outcome)
     }
+}
+
+/// Returns a function that says which thread the system cannot start.
+fn no_thread(name: &'static str) -> impl Fn(io::Error) -> io::Error {
+    move |error| {
+        let needs = "it needs memory for its stack, of 64 MiB for the reader and the solver each";
+        let why = format!("the thread {name} cannot be started: {error}: {needs}");
+        io::Error::new(error.kind(), why)
+    }
+}
+
+/// Returns the kind of a line: its words without the numbers. Lines of one kind differ in their counts only.
+fn kind(line: &str) -> String {
+    let is_number = |word: &&str| {
+        word.contains(|c: char| c.is_ascii_digit())
+            && !word.contains(|c: char| c.is_alphabetic() || c == '_')
+    };
+    line.split_whitespace().filter(|word| !is_number(word)).collect::<Vec<_>>().join(" ")
 }
 
 /// Requests the end when it is dropped, even by a panic.
@@ -157,6 +186,7 @@ struct Watch {
     begun: Instant,
     health: SourceHealth,
     given_up: u64,
+    states: StateLog,
 }
 
 /// Why reading ends.
@@ -176,7 +206,9 @@ impl Reader<'_> {
         sender: &Sender<Order>,
     ) -> io::Result<Outcome> {
         let mut config = Arc::new(config.clone());
-        let mut watch = Watch { begun: Instant::now(), health: source.health(), given_up: 0 };
+        let begun = Instant::now();
+        let (health, states) = (source.health(), StateLog::new(begun));
+        let mut watch = Watch { begun, health, given_up: 0, states };
         loop {
             match self.read(config, source, sender, &mut watch)? {
                 End::Outcome(outcome) => return Ok(*outcome),
@@ -280,8 +312,9 @@ impl Reader<'_> {
     /// Sends records to the solver. Returns the number of samples in the records for which there is no room.
     fn hand_over(&self, records: Vec<Box<Record>>, counts: Counts, sender: &Sender<Order>) -> u64 {
         let mut given_up = 0;
-        for record in records {
-            info!("record {} at pose {:.4?}", counts.stream.records, record.pose);
+        let first = counts.stream.records + 1 - records.len() as u64;
+        for (number, record) in (first..).zip(records) {
+            info!("record {number} at pose {:.4?}", record.pose);
             let samples = record.force[0].len() as u64;
             match sender.try_send(Order::Record(record, counts)) {
                 Ok(()) => {}
@@ -296,25 +329,28 @@ impl Reader<'_> {
         given_up
     }
 
-    fn publish(&self, config: &Config, intake: &Intake, watch: &Watch, frames_per_second: f64) {
+    fn publish(&self, config: &Config, intake: &Intake, watch: &mut Watch, frames_per_second: f64) {
         let Config { model, interface, .. } = config;
-        let &Watch { begun, ref health, given_up } = watch;
+        let Watch { begun, health, given_up, states } = watch;
         let counts = intake.counts();
         let stream = &counts.stream;
+        let state = intake.state(config);
+        let unused = || lock(self.unused).clone().map(State::Unused);
+        // What prevents the next record comes before what has become of the last.
+        let state = match state {
+            State::NoFrames | State::AwaitingRecord { .. } | State::Measuring { .. } => {
+                unused().unwrap_or(state)
+            }
+            state => state,
+        };
+        let fault = health.fault.as_ref().filter(|_| health.link != LinkState::Up);
+        states.log(Some(&state).filter(|_| fault.is_none()), &counts, Instant::now());
         self.latest.publish(FromEdge::Status(Status {
             uptime_s: begun.elapsed().as_secs_f64(),
             model: clipped(&model.name),
             joints: model.joints.len() as u8,
             interface: clipped(interface),
-            state: match (health.link, &health.fault) {
-                (LinkState::Down | LinkState::BusOff | LinkState::Gone, Some(fault)) => {
-                    State::BusFault(fault.clone())
-                }
-                _ => match &*lock(self.unused) {
-                    Some(records) => State::Unused(records.clone()),
-                    None => intake.state(config),
-                },
-            },
+            state: fault.map_or(state, |fault| State::BusFault(fault.clone())),
             record_fraction: intake.record_fraction(),
         }));
         self.latest.publish(FromEdge::BusHealth(BusHealth {
@@ -335,7 +371,7 @@ impl Reader<'_> {
             frames_clipped: counts.clipped,
             kernel_dropped: health.kernel_dropped,
             receive_buffer_bytes: health.receive_buffer_bytes,
-            samples_discarded: stream.samples_discarded + given_up,
+            samples_discarded: stream.samples_discarded + *given_up,
             refused: stream.refused,
             wrong_rate: stream.wrong_rate,
             measured_rate_hz: stream.measured_rate_hz,

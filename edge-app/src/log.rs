@@ -1,36 +1,118 @@
 //! The log on stderr. It never blocks the program: lines that are not read are lost.
 
+use std::fmt;
+use std::fs::File;
 use std::io::{Write, stderr};
+use std::os::fd::AsFd;
+use std::os::unix::fs::MetadataExt;
 
 use anstream::{AutoStream, ColorChoice};
-use tracing::Subscriber;
+use tracing::{Event, Level, Subscriber};
 use tracing_appender::non_blocking::{NonBlocking, WorkerGuard};
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::format::{FormatEvent, FormatFields, Writer};
+use tracing_subscriber::fmt::{self as layer, FmtContext};
+use tracing_subscriber::registry::LookupSpan;
 
-/// Logs to stderr from here on, as `RUST_LOG` selects. The writer is for a last line. The guard flushes for a second at most.
-pub(crate) fn start() -> (NonBlocking, WorkerGuard) {
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    // Colours are for a terminal, as far as NO_COLOR, CLICOLOR and TERM allow.
-    let colours = AutoStream::choice(&stderr()) != ColorChoice::Never;
-    let (subscriber, writer, guard) = lossy(stderr(), filter, colours);
-    // It fails only if there is a logger already, which never happens in a program that has just begun.
-    let _ = tracing::subscriber::set_global_default(subscriber);
-    (writer, guard)
+/// Environment variable in which systemd names the stream that leads to the journal: `device:inode`.
+const JOURNAL: &str = "JOURNAL_STREAM";
+
+/// The log. It is flushed for a second at most when it is dropped.
+pub(crate) struct Log {
+    writer: NonBlocking,
+    style: Style,
+    _guard: WorkerGuard,
+}
+
+/// Form of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Style {
+    /// Priority in front, by which the journal files a line. The journal notes the time.
+    Journal,
+    /// Time, level and place.
+    Plain,
+    /// As plain, for a terminal.
+    Coloured,
+}
+
+impl Log {
+    /// Logs to stderr from here on, as `RUST_LOG` selects.
+    pub(crate) fn start() -> Self {
+        let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+        // Colours are for a terminal, as far as NO_COLOR, CLICOLOR and TERM allow.
+        let style = match AutoStream::choice(&stderr()) {
+            _ if is_journal() => Style::Journal,
+            ColorChoice::Never => Style::Plain,
+            _ => Style::Coloured,
+        };
+        let (subscriber, writer, guard) = lossy(stderr(), filter, style);
+        // It fails only if there is a logger already, which never happens in a program that has just begun.
+        let _ = tracing::subscriber::set_global_default(subscriber);
+        Self { writer, style, _guard: guard }
+    }
+
+    /// Writes the error with which the program ends, on one line.
+    pub(crate) fn end(&mut self, line: &str) {
+        let priority = if self.style == Style::Journal { priority(Level::ERROR) } else { "" };
+        // The writer neither waits nor fails.
+        let _ = writeln!(self.writer, "{priority}{line}");
+    }
+}
+
+/// Returns whether stderr leads to the journal. A program that is started by a service inherits the variable, but may have another
+/// stderr.
+fn is_journal() -> bool {
+    let stream = stderr().as_fd().try_clone_to_owned().map(File::from);
+    let Ok(own) = stream.and_then(|stream| stream.metadata()) else { return false };
+    std::env::var(JOURNAL).is_ok_and(|named| named == format!("{}:{}", own.dev(), own.ino()))
+}
+
+/// Returns the prefix of a line of this level: its priority, sd-daemon(3).
+fn priority(level: Level) -> &'static str {
+    match level {
+        Level::ERROR => "<3>",
+        Level::WARN => "<4>",
+        Level::INFO => "<6>",
+        _ => "<7>",
+    }
+}
+
+/// Writes events in the style of the journal.
+struct Journal;
+
+impl<S, N> FormatEvent<S, N> for Journal
+where
+    S: Subscriber + for<'a> LookupSpan<'a>,
+    N: for<'a> FormatFields<'a> + 'static,
+{
+    fn format_event(
+        &self,
+        context: &FmtContext<'_, S, N>,
+        mut writer: Writer<'_>,
+        event: &Event<'_>,
+    ) -> fmt::Result {
+        writer.write_str(priority(*event.metadata().level()))?;
+        context.format_fields(writer.by_ref(), event)?;
+        writeln!(writer)
+    }
 }
 
 fn lossy(
     writer: impl Write + Send + 'static,
     filter: EnvFilter,
-    colours: bool,
-) -> (impl Subscriber + Send + Sync, NonBlocking, WorkerGuard) {
+    style: Style,
+) -> (Box<dyn Subscriber + Send + Sync>, NonBlocking, WorkerGuard) {
     let (writer, guard) = tracing_appender::non_blocking(writer);
-    let subscriber = tracing_subscriber::fmt().with_env_filter(filter).with_ansi(colours);
-    (subscriber.with_writer(writer.clone()).finish(), writer, guard)
+    let log = layer::Subscriber::builder().with_env_filter(filter).with_writer(writer.clone());
+    let log: Box<dyn Subscriber + Send + Sync> = match style {
+        Style::Journal => Box::new(log.with_ansi(false).event_format(Journal).finish()),
+        style => Box::new(log.with_ansi(style == Style::Coloured).finish()),
+    };
+    (log, writer, guard)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::fs::File;
     use std::io::{self, Read as _};
     use std::process::{Command, Stdio};
     use std::sync::mpsc::{Receiver, Sender, channel};
@@ -38,7 +120,7 @@ mod tests {
     use std::time::Duration;
 
     use nix::pty::openpty;
-    use tracing::info;
+    use tracing::{info, warn};
 
     use super::*;
 
@@ -64,7 +146,7 @@ mod tests {
         // The test has a thread of its own, which would never end if the log blocked it.
         thread::spawn(move || {
             let filter = EnvFilter::new("info");
-            let (subscriber, mut last, guard) = lossy(Stuck(stuck, released), filter, false);
+            let (subscriber, mut last, guard) = lossy(Stuck(stuck, released), filter, Style::Plain);
             tracing::subscriber::with_default(subscriber, || {
                 for line in 0..10_000 {
                     info!("line {line}");
@@ -78,20 +160,22 @@ mod tests {
         is_done.recv_timeout(Duration::from_secs(30)).expect("the program is held up");
     }
 
-    /// Runs the test of the colours by itself with a terminal as its stderr and `variable` set. Returns what it logs there.
-    fn logged_with(variable: &str, value: &str) -> String {
-        let terminal = openpty(None, None).unwrap();
+    /// A run of the test `logs` by itself, which logs.
+    fn child() -> Command {
         let mut child = Command::new(std::env::current_exe().unwrap());
-        child.args([
-            "--exact",
-            "log::tests::colours_are_for_terminals_that_want_them",
-            "--nocapture",
-        ]);
-        for inherited in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "RUST_LOG"] {
+        child.args(["--exact", "log::tests::logs", "--nocapture"]).env(LOGS, "yes");
+        for inherited in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "RUST_LOG", JOURNAL] {
             child.env_remove(inherited);
         }
-        child.env(LOGS, "yes").env("TERM", "xterm").env(variable, value);
-        child.stdout(Stdio::null()).stderr(terminal.slave);
+        child.stdout(Stdio::null());
+        child
+    }
+
+    /// Runs the child with a terminal as its stderr and `variable` set. Returns what it logs there.
+    fn logged_with(variable: &str, value: &str) -> String {
+        let terminal = openpty(None, None).unwrap();
+        let mut child = child();
+        child.env("TERM", "xterm").env(variable, value).stderr(terminal.slave);
         let status = child.status().unwrap();
         drop(child);
         assert!(status.success());
@@ -105,13 +189,34 @@ mod tests {
     const LOGS: &str = "FLEXID_TEST_LOGS";
 
     #[test]
-    fn colours_are_for_terminals_that_want_them() {
+    fn logs() {
         if std::env::var_os(LOGS).is_some() {
-            let (_writer, guard) = start();
+            let mut log = Log::start();
             info!("a line");
-            drop(guard);
-            return;
+            warn!("a {}", "warning");
+            log.end("the last word");
         }
+    }
+
+    /// The journal gets priorities and no time. A program that inherits the variable, but has another stderr, logs as ever.
+    #[test]
+    fn lines_for_the_journal_have_a_priority() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let journal = file.as_file().metadata().unwrap();
+        let stream = format!("{}:{}", journal.dev(), journal.ino());
+        let stderr = file.as_file().try_clone().unwrap();
+        assert!(child().env(JOURNAL, stream).stderr(stderr).status().unwrap().success());
+        let said = std::fs::read_to_string(file.path()).unwrap();
+        assert_eq!(said, "<6>a line\n<4>a warning\n<3>the last word\n");
+
+        let other = child().env(JOURNAL, "1:1").stderr(Stdio::piped()).output().unwrap();
+        let said = String::from_utf8(other.stderr).unwrap();
+        assert!(said.contains(" INFO flexid_edge::log::tests: a line\n"), "{said:?}");
+        assert!(said.ends_with("\nthe last word\n"), "{said:?}");
+    }
+
+    #[test]
+    fn colours_are_for_terminals_that_want_them() {
         for (variable, value, coloured) in
             [("LANG", "C", true), ("NO_COLOR", "1", false), ("CLICOLOR", "0", false)]
         {

@@ -4,7 +4,6 @@
 mod log;
 mod service;
 
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread;
@@ -15,14 +14,14 @@ use flexid_edge::console::{self, PrintError};
 use flexid_edge::daemon::Daemon;
 use flexid_edge::reload::Reload;
 use flexid_edge::server::Listener;
-use flexid_edge::store::Store;
+use flexid_edge::store::{ClaimError, Store};
 use flexid_edge::usage;
-use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::Summary;
 use flexid_pipeline::source::{CanSocket, FrameSource, OpenError};
 use flexid_pipeline::stop::Stop;
 use flexid_pipeline::text::printable;
+use log::Log;
 use service::{Service, Signals};
 use tracing::info;
 
@@ -41,12 +40,11 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(status) => return status,
     };
-    let (mut log, _flush_at_end) = log::start();
+    let mut log = Log::start();
     match run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // The writer of the log neither waits nor fails.
-            let _ = writeln!(log, "flexid-edge: {}", printable(&format!("{error:#}")));
+            log.end(&format!("flexid-edge: {}", printable(&format!("{error:#}"))));
             ExitCode::from(if error.is::<BadInput>() { 2 } else { 1 })
         }
     }
@@ -54,7 +52,7 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let signals = Signals::catch().context("signals cannot be caught")?;
-    let config = Config::load(&arguments.config)?;
+    let Some(config) = signals.read_config(&arguments.config)? else { return Ok(()) };
     let bad = |section: &str, error: &dyn std::fmt::Display| {
         BadInput::new(&config.file, format!("[{section}] {error}"))
     };
@@ -64,14 +62,15 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     })?;
     let bind = |address| Listener::bind_for(address, &config.socket_access);
     let listeners = config.listen.iter().map(bind).collect::<Result<Vec<_>, _>>();
-    let listeners = listeners.map_err(|error| bad("server", &error))?;
+    let listeners = listeners.map_err(|error| match error.is_bad_input() {
+        true => bad("server", &error).into(),
+        false => anyhow::Error::new(error),
+    })?;
 
     let store = Store::find(config.state.as_deref());
-    let unwritable =
-        |store: &Store, error| format!("{}: cannot be written: {error}", store.file().display());
-    let claim =
-        |store: &Store| store.claim().map_err(|error| bad("state", &unwritable(store, error)));
-    let _claim = store.as_ref().map(claim).transpose()?;
+    if let Some((store, Err(error @ ClaimError::Taken))) = store.as_ref().map(|s| (s, s.claim())) {
+        return Err(error).context(store.file().display().to_string());
+    }
 
     let (stop, reload) = (Stop::new(), Reload::new());
     let service = Service { config: &config, signals, stop: &stop, reload: &reload };

@@ -1,13 +1,16 @@
 //! Signals to the daemon, and messages to the service manager.
 
 use std::io;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use crossbeam_channel::{Receiver, RecvTimeoutError, TryRecvError, bounded};
 use flexid_edge::reload::Reload;
 use flexid_pipeline::config::Config;
+use flexid_pipeline::input::BadInput;
 use flexid_pipeline::stop::Stop;
 use sd_notify::NotifyState;
 use signal_hook::consts::SIGHUP;
@@ -32,6 +35,34 @@ impl Signals {
         flag::register(SIGHUP, Arc::clone(&again))?;
         Ok(Self { end, again })
     }
+
+    /// Reads a config. Returns `None` if a signal requests the end before.
+    pub(crate) fn read_config(&self, file: &Path) -> anyhow::Result<Option<Config>> {
+        let reading = Reading::begin(file)?;
+        while !self.end.requested() {
+            match reading.0.recv_timeout(LOOK) {
+                Err(RecvTimeoutError::Timeout) => {}
+                read => return Ok(Some(read??)),
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// A config that is being read, by a thread of its own: a file system that hangs may hold it up for ever. The end of the program
+/// does not wait for it.
+struct Reading(Receiver<Result<Config, BadInput>>);
+
+impl Reading {
+    fn begin(file: &Path) -> io::Result<Self> {
+        let (sender, receiver) = bounded(1);
+        let file = file.to_path_buf();
+        thread::Builder::new().name("flexid-config".into()).spawn(move || {
+            // Nobody waits for it any more after the end.
+            let _ = sender.send(Config::load(&file));
+        })?;
+        Ok(Self(receiver))
+    }
 }
 
 /// Connects the signals, the service manager and the daemon.
@@ -47,17 +78,25 @@ impl Service<'_> {
     /// Carries out what the signals request, until the daemon stops.
     pub(crate) fn attend(&self) {
         notify(&[NotifyState::Ready]);
+        let mut reading: Option<Reading> = None;
         let mut reloading = false;
-        while !self.stop.requested() {
-            if self.signals.end.requested() {
-                break;
-            }
-            if self.signals.again.swap(false, Ordering::Relaxed) {
+        while !self.stop.requested() && !self.signals.end.requested() {
+            if reading.is_none() && self.signals.again.swap(false, Ordering::Relaxed) {
                 reloading = true;
                 notify_reloading();
-                self.read_config_again();
+                reading = Reading::begin(&self.config.file)
+                    .inspect_err(|error| warn!("goes on with the old config: {error}"))
+                    .ok();
             }
-            if reloading && !self.reload.is_pending() {
+            match reading.as_ref().map(|reading| reading.0.try_recv()) {
+                Some(Ok(read)) => {
+                    self.offer(read);
+                    reading = None;
+                }
+                Some(Err(TryRecvError::Disconnected)) => reading = None,
+                Some(Err(TryRecvError::Empty)) | None => {}
+            }
+            if reloading && reading.is_none() && !self.reload.is_pending() {
                 reloading = false;
                 notify(&[NotifyState::Ready]);
             }
@@ -67,11 +106,10 @@ impl Service<'_> {
         self.stop.request();
     }
 
-    /// Reads the config file again and offers the config to the daemon. A bad file is named in the log, and the daemon keeps
-    /// the old config.
-    fn read_config_again(&self) {
+    /// Offers a config that was read again to the daemon. A bad file is named in the log, and the daemon keeps the old config.
+    fn offer(&self, read: Result<Config, BadInput>) {
         let begun = self.config;
-        let mut config = match Config::load(&begun.file) {
+        let mut config = match read {
             Ok(config) => config,
             Err(error) => return warn!("goes on with the old config: {error}"),
         };

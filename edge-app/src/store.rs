@@ -4,23 +4,36 @@
 //! "flexid-state"   version, u32    CRC-32 of the rest, u32    postcard of the State        numbers little-endian
 //! ```
 //!
-//! The file is written whole or not at all. A file that holds no usable state is put aside under another name, never deleted.
+//! The file is written whole or not at all. Beside it may lie:
+//!
+//! | name                      | what                                                                                   |
+//! | ------------------------- | -------------------------------------------------------------------------------------- |
+//! | `flexid.state.lock`       | the lock of the daemon that keeps its state there                                      |
+//! | `flexid.state.new`        | a file that is being written                                                           |
+//! | `flexid.state.1234abcd`   | state of another measurement, which this checksum of the configuration names: it is taken back when the configuration returns |
+//! | `flexid.state.no-1234abcd`| a file that holds no state, named by its checksum                                      |
 
+use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
-use std::io::{self, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use tracing::warn;
-
-use flexid_pipeline::State;
+use flexid_pipeline::config::{Config, Fingerprint};
+use flexid_pipeline::input::open_regular;
+use flexid_pipeline::{Format7, State};
+use tracing::{info, warn};
 
 const MAGIC: &[u8; 12] = b"flexid-state";
-/// Version of the format. A file of another version is not read. The version changes with every struct that is in a state.
-const VERSION: u32 = 7;
+/// Version of the format. It changes with every struct in a state but the fit, which has a version of its own.
+const VERSION: u32 = 8;
+/// The version before, which is read and converted, so that an upgrade does not forget the robot.
+const BEFORE: u32 = 7;
 const HEADER: usize = MAGIC.len() + 4 + 4;
 /// Largest file that is read, bytes: twice what a state with the most records takes.
 const LARGEST: u64 = 128 << 20;
+/// Most files that are put aside and kept. Chosen: a configuration that is tried and taken back has one.
+const MOST_ASIDE: usize = 4;
 /// Environment variable in which systemd gives the state directory of a service: folders, with colons between them.
 const DIRECTORY: &str = "STATE_DIRECTORY";
 /// Name of the file in that directory.
@@ -33,17 +46,30 @@ pub enum StateError {
     #[error("is no state of flexid-edge")]
     Foreign,
     /// The state is of an older or newer flexid.
-    #[error("is of format {0}, this flexid-edge writes format {VERSION}")]
+    #[error("is of format {0}, this flexid-edge reads {BEFORE} and {VERSION}")]
     Version(u32),
     /// The bytes are cut off, or were changed after they were written.
     #[error("is damaged")]
     Damaged,
 }
 
+/// Why a daemon may not write the file.
+#[derive(Debug, thiserror::Error)]
+pub enum ClaimError {
+    /// Another daemon holds the lock.
+    #[error("another flexid-edge keeps its numbers there")]
+    Taken,
+    /// The lock cannot be made: the folder is missing, read-only or full.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+}
+
 /// Keeps a state in a file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct Store {
     file: PathBuf,
+    /// Lock that keeps other daemons from the file. `None` until it is got.
+    claim: Mutex<Option<File>>,
 }
 
 impl Store {
@@ -53,7 +79,8 @@ impl Store {
             let folders = std::env::var_os(DIRECTORY)?;
             std::env::split_paths(&folders).next().map(|folder| folder.join(NAME))
         };
-        configured.map(Path::to_path_buf).or_else(systemds).map(|file| Self { file })
+        let file = configured.map(Path::to_path_buf).or_else(systemds)?;
+        Some(Self { file, claim: Mutex::default() })
     }
 
     /// Returns the path of the file.
@@ -61,73 +88,143 @@ impl Store {
         &self.file
     }
 
-    /// Keeps other daemons from the file as long as the returned value lives, by a lock on a file beside it.
+    /// Keeps other daemons from the file as long as the store lives, by a lock on a file beside it.
     ///
     /// # Errors
-    /// Another daemon holds the lock, or the folder does not exist or is not writable.
-    pub fn claim(&self) -> io::Result<File> {
-        let lock = File::create(self.beside(".lock"))?;
-        match lock.try_lock() {
-            Ok(()) => Ok(lock),
-            Err(TryLockError::WouldBlock) => {
-                Err(io::Error::other("another flexid-edge keeps its numbers there"))
-            }
-            Err(TryLockError::Error(error)) => Err(error),
+    /// Another daemon holds the lock, or it cannot be made.
+    pub fn claim(&self) -> Result<(), ClaimError> {
+        let mut claim = self.lock();
+        if claim.is_none() {
+            let lock = File::create(self.beside(".lock"))?;
+            lock.try_lock().map_err(|error| match error {
+                TryLockError::WouldBlock => ClaimError::Taken,
+                TryLockError::Error(error) => error.into(),
+            })?;
+            *claim = Some(lock);
         }
+        Ok(())
     }
 
-    /// Returns the state that was kept, or `None` if there is none. A file that holds no state is put aside with a warning. The
-    /// calling thread needs a large stack.
-    pub fn load(&self) -> Option<State> {
-        let bytes = match self.read() {
+    /// Returns the state that was kept, or `None` if there is none. A file that was read and holds no state is put aside with a
+    /// warning. The calling thread needs a large stack.
+    ///
+    /// # Errors
+    /// The file is there, but cannot be read. It stays, since a later attempt may succeed.
+    pub fn load(&self) -> io::Result<Option<State>> {
+        let bytes = match read(&self.file) {
             Ok(bytes) => bytes,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             Err(error) => {
-                self.put_aside(&format!("cannot be read: {error}"));
-                return None;
+                let place = self.file.display();
+                let why = format!("{place}: cannot be read: {error}: mend that, or move it away");
+                return Err(io::Error::new(error.kind(), why));
             }
         };
         match decode(&bytes) {
-            Ok(state) => Some(state),
+            Ok(state) => Ok(Some(state)),
             Err(error) => {
-                self.put_aside(&error.to_string());
+                let name = format!("no-{:08x}", crc32fast::hash(&bytes));
+                self.put_aside(&name, &error.to_string());
+                Ok(None)
+            }
+        }
+    }
+
+    /// Keeps `state` in place of what was kept before. Gets the lock, if it could not be got before. Returns the number of bytes.
+    ///
+    /// # Errors
+    /// The file cannot be written. The state that was kept before stays.
+    pub fn save(&self, state: &State) -> Result<usize, ClaimError> {
+        self.claim()?;
+        // The name is always the same: a file that a power cut leaves behind is overwritten, and files do not accumulate.
+        let new = self.beside(".new");
+        let bytes = encode(state)?;
+        let written = || {
+            let mut file = File::create(&new)?;
+            file.write_all(&bytes)?;
+            file.sync_all()?;
+            fs::rename(&new, &self.file)
+        };
+        written().inspect_err(|_| {
+            // What there is of it takes room, perhaps the last.
+            let _ = fs::remove_file(&new);
+        })?;
+        // Not every file system can do this. A power cut may then bring back the state before, which is whole.
+        let _ = File::open(self.folder()).and_then(|folder| folder.sync_all());
+        Ok(bytes.len())
+    }
+
+    /// Puts the file aside, since it holds `state`, which is of another measurement. [`Store::take_back`] finds it there.
+    pub fn put_aside_state(&self, state: &State, why: &str) {
+        self.put_aside(&name_of(&state.fingerprint()), why);
+    }
+
+    /// Takes back the state that was put aside under the measurement of `config`, if there is one. The calling thread needs a
+    /// large stack.
+    pub fn take_back(&self, config: &Config) -> Option<State> {
+        let aside = self.beside(&format!(".{}", name_of(&Fingerprint::of(config))));
+        let state = match read(&aside) {
+            Ok(bytes) => decode(&bytes).map_err(|error| error.to_string()),
+            Err(error) if error.kind() == ErrorKind::NotFound => return None,
+            Err(error) => Err(format!("cannot be read: {error}")),
+        };
+        let taken = state.and_then(|state| {
+            let renamed = fs::rename(&aside, &self.file);
+            renamed.map(|()| state).map_err(|error| format!("cannot be renamed: {error}"))
+        });
+        match taken {
+            Ok(state) => {
+                info!("{}: taken back from {}", self.file.display(), aside.display());
+                Some(state)
+            }
+            Err(error) => {
+                warn!("{}: {error}: is not taken back", aside.display());
                 None
             }
         }
     }
 
-    /// Keeps `state` in place of what was kept before.
-    ///
-    /// # Errors
-    /// The file cannot be written. The state that was kept before stays.
-    pub fn save(&self, state: &State) -> io::Result<()> {
-        // The name is always the same: a file that a power cut leaves behind is overwritten, and files do not accumulate.
-        let new = self.beside(".new");
-        let mut file = File::create(&new)?;
-        file.write_all(&encode(state)?)?;
-        file.sync_all()?;
-        fs::rename(&new, &self.file)?;
-        // Not every file system can do this. A power cut may then bring back the state before, which is whole.
-        let folder = self.file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
-        Ok(())
-    }
-
-    /// Renames the file, with a warning that contains the reason.
-    pub fn put_aside(&self, why: &str) {
-        let now = SystemTime::UNIX_EPOCH.elapsed().map(|elapsed| elapsed.as_secs());
-        let aside = self.beside(&format!(".{}", now.unwrap_or_default()));
+    /// Renames the file to `NAME.ending`, with a warning that contains the reason. Removes the oldest of the files aside.
+    fn put_aside(&self, ending: &str, why: &str) {
+        let aside = self.beside(&format!(".{ending}"));
         let file = self.file.display();
         match fs::rename(&self.file, &aside) {
             Ok(()) => warn!("{file}: {why}: starts anew, and keeps it as {}", aside.display()),
             Err(error) => warn!("{file}: {why}: starts anew (and cannot rename it: {error})"),
         }
+        self.remove_oldest_aside();
     }
 
-    fn read(&self) -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        File::open(&self.file)?.take(LARGEST).read_to_end(&mut bytes)?;
-        Ok(bytes)
+    fn remove_oldest_aside(&self) {
+        let entries = fs::read_dir(self.folder()).into_iter().flatten().flatten();
+        let mut aside: Vec<_> = entries
+            .filter(|entry| self.is_aside(&entry.file_name()))
+            .filter_map(|entry| Some((entry.metadata().ok()?.modified().ok()?, entry.path())))
+            .collect();
+        aside.sort();
+        let excess = aside.len().saturating_sub(MOST_ASIDE);
+        for (_, path) in &aside[..excess] {
+            match fs::remove_file(path) {
+                Ok(()) => info!("{}: removed, the newest {MOST_ASIDE} stay", path.display()),
+                Err(error) => warn!("{}: cannot be removed: {error}", path.display()),
+            }
+        }
+    }
+
+    /// Returns whether a file of this name is one that was put aside.
+    fn is_aside(&self, name: &OsString) -> bool {
+        let own = self.file.file_name().unwrap_or_default().as_encoded_bytes();
+        let ending = name.as_encoded_bytes().strip_prefix(own);
+        let ending = ending.and_then(|ending| ending.strip_prefix(b"."));
+        ending.is_some_and(|ending| {
+            let sum = ending.strip_prefix(b"no-").unwrap_or(ending);
+            sum.len() == 8 && sum.iter().all(u8::is_ascii_hexdigit)
+        })
+    }
+
+    fn folder(&self) -> &Path {
+        let folder = self.file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        folder.unwrap_or(Path::new("."))
     }
 
     fn beside(&self, ending: &str) -> PathBuf {
@@ -135,6 +232,25 @@ impl Store {
         name.push(ending);
         name.into()
     }
+
+    fn lock(&self) -> MutexGuard<'_, Option<File>> {
+        // The value is whole between any two statements, so that a panic leaves it valid.
+        self.claim.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Reads a file. What is no regular file has no bytes.
+fn read(file: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    if let Some(open) = open_regular(file)? {
+        open.take(LARGEST).read_to_end(&mut bytes)?;
+    }
+    Ok(bytes)
+}
+
+/// Returns the name under which a state of this measurement is put aside.
+fn name_of(fingerprint: &Fingerprint) -> String {
+    format!("{:08x}", fingerprint.of_measurement())
 }
 
 /// Returns the bytes of a file that holds `state`.
@@ -162,13 +278,16 @@ pub fn decode(bytes: &[u8]) -> Result<State, StateError> {
     }
     let (version, rest) = rest.split_first_chunk().ok_or(StateError::Damaged)?;
     let version = u32::from_le_bytes(*version);
-    if version != VERSION {
+    if ![BEFORE, VERSION].contains(&version) {
         return Err(StateError::Version(version));
     }
     let (checksum, body) = rest.split_first_chunk().ok_or(StateError::Damaged)?;
     if crc32fast::hash(body) != u32::from_le_bytes(*checksum) {
         return Err(StateError::Damaged);
     }
-    let state: State = postcard::from_bytes(body).map_err(|_| StateError::Damaged)?;
-    if state.is_possible() { Ok(state) } else { Err(StateError::Damaged) }
+    let state = match version {
+        BEFORE => postcard::from_bytes::<Format7>(body).map(State::from),
+        _ => postcard::from_bytes(body),
+    };
+    state.ok().filter(State::is_possible).ok_or(StateError::Damaged)
 }

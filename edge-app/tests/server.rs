@@ -84,6 +84,39 @@ fn progress(records: u64) -> FromEdge {
     })
 }
 
+/// Somebody removes the socket's file: clients come again, and those that are there stay.
+#[test]
+fn a_socket_that_was_removed_is_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flexid.sock");
+    let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
+    let (latest, stop) = (Latest::new(), Stop::new());
+    thread::scope(|scope| {
+        scope.spawn(|| serve(&listeners, &latest, &stop));
+        let mut old = UnixStream::connect(&path).unwrap();
+        say_hello(&mut old, Hello::new("old"));
+        let mut decoder = Decoder::new();
+        assert!(matches!(receive(&mut old, &mut decoder), Some(FromEdge::Hello(_))));
+        std::fs::remove_file(&path).unwrap();
+        let begun = Instant::now();
+        let mut new = loop {
+            match UnixStream::connect(&path) {
+                Ok(stream) => break stream,
+                Err(_) if begun.elapsed() < PATIENCE => thread::sleep(Duration::from_millis(20)),
+                Err(error) => panic!("{error}"),
+            }
+        };
+        say_hello(&mut new, Hello::new("new"));
+        assert!(matches!(receive(&mut new, &mut Decoder::new()), Some(FromEdge::Hello(_))));
+        latest.publish(progress(1));
+        assert_eq!(receive(&mut old, &mut decoder), Some(progress(1)));
+        latest.close();
+        stop.request();
+    });
+    drop(listeners);
+    assert!(!path.exists(), "the socket's file is left behind");
+}
+
 #[test]
 fn a_client_gets_the_latest_and_then_what_changes() {
     with_server(|latest, mut stream, tcp, _| {

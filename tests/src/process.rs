@@ -47,9 +47,14 @@ impl Program {
         Ok(Self { name: name.to_string(), child, output, errors })
     }
 
+    /// Number of the process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Sends a signal.
     pub fn signal(&self, signal: Signal) -> Result<()> {
-        Ok(kill(Pid::from_raw(i32::try_from(self.child.id())?), signal)?)
+        Ok(kill(Pid::from_raw(i32::try_from(self.id())?), signal)?)
     }
 
     /// Waits for the end, at most `timeout`.

@@ -63,6 +63,8 @@ pub enum State {
     },
     /// There are records, but the numbers do not rest on them.
     Unused(Unused),
+    /// The frames of this sensor do not come any more.
+    SensorSilent(Sensor),
 }
 
 /// Reason why frames cannot become records.
@@ -89,6 +91,18 @@ pub enum Obstacle {
     NotFinite {
         /// Number of readings.
         readings: u64,
+    },
+    /// Readings are at the limits of their signals.
+    Clipped {
+        /// Number of frames with such a reading.
+        frames: u64,
+    },
+    /// The counters jump so often that no stretch between is as long as a record.
+    CountersJump {
+        /// Number of jumps after which the stream began anew.
+        jumps: u64,
+        /// Number of frames that are missing by the other jumps.
+        lost: u64,
     },
 }
 
@@ -139,6 +153,9 @@ impl fmt::Display for State {
                 and(f, implausible)
             }
             Self::Unused(records) => records.fmt(f),
+            Self::SensorSilent(sensor) => {
+                write!(f, "waiting for {sensor} frames: they do not come any more")
+            }
         }
     }
 }
@@ -165,6 +182,18 @@ impl fmt::Display for Obstacle {
             Self::NotFinite { readings } => write!(
                 f,
                 "{readings} readings are no finite numbers: check the factors in [bus] dbc"
+            ),
+            Self::Clipped { frames } => write!(
+                f,
+                "{frames} frames of force and acceleration are at the limit of a signal: \
+                 the sensor is overloaded, or its range in [bus] dbc is too small"
+            ),
+            Self::CountersJump { jumps, lost } => write!(
+                f,
+                "the counters of force or acceleration jump ({}, {} missing), so that no stretch is \
+                 as long as a record: check the sensors' supply and the load of the bus",
+                Count(*jumps, "restart"),
+                Count(*lost, "frame")
             ),
         }
     }

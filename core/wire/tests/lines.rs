@@ -206,6 +206,7 @@ fn states() -> Vec<State> {
         State::AngleStopped { joint: clipped("joint_3"), implausible: None },
         State::Measuring { implausible },
         State::Unused(Unused::Refused { records: 1, first: RecordFault::NoForce }),
+        State::SensorSilent(Sensor::Force),
     ]
 }
 
@@ -237,6 +238,8 @@ fn every_kind_is_frozen() {
         Obstacle::CounterStandsStill { sensor: Sensor::Force, frames: 639 },
         Obstacle::CountersApart { jumps: 12 },
         Obstacle::NotFinite { readings: 12 },
+        Obstacle::Clipped { frames: 12 },
+        Obstacle::CountersJump { jumps: 7, lost: 1 },
     ];
     frozen.all("Obstacle", &obstacles);
     frozen.all(

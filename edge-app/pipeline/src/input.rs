@@ -6,6 +6,7 @@ mod kind;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
@@ -64,14 +65,45 @@ const UNITS: [(&str, &str); 13] = [
 /// Largest file that is read, bytes. All files for flexid are far smaller.
 const LARGEST: u64 = 16 << 20;
 
-/// Reads the bytes of `file`.
+/// Largest TOML file that is parsed, bytes. Parsing takes forty times as much memory. The largest that flexid writes, the model of a
+/// robot, has some kB.
+const LARGEST_TOML: usize = 1 << 20;
+
+/// Opens a regular file. Returns `None` if it is a pipe, a folder or a device, on which a read may wait for ever.
 ///
 /// # Errors
-/// The file cannot be read, or is larger than 16 MiB.
-pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, BadInput> {
+/// The file cannot be opened.
+pub fn open_regular(file: &Path) -> io::Result<Option<File>> {
+    // Without the flag, the system waits for a writer of a pipe.
+    let flags = nix::libc::O_NONBLOCK;
+    let open = File::options().read(true).custom_flags(flags).open(file)?;
+    Ok(open.metadata()?.is_file().then_some(open))
+}
+
+/// Reads the text of a regular `file`, on which a service may rely.
+///
+/// # Errors
+/// The errors are those of [`read`], or the file is a pipe or a device.
+pub(crate) fn read_regular(file: &Path) -> Result<String, BadInput> {
+    text(file, read_regular_bytes(file)?)
+}
+
+/// Reads the bytes of a regular `file`.
+///
+/// # Errors
+/// The file cannot be read, is larger than 16 MiB, or is a pipe or a device.
+pub(crate) fn read_regular_bytes(file: &Path) -> Result<Vec<u8>, BadInput> {
+    match open_regular(file) {
+        Ok(Some(open)) => read_all(file, open),
+        Ok(None) if file.is_dir() => Err(unreadable(file, &ErrorKind::IsADirectory.into())),
+        Ok(None) => Err(BadInput::new(file, "is a pipe or a device: name a regular file")),
+        Err(error) => Err(unreadable(file, &error)),
+    }
+}
+
+fn read_all(file: &Path, open: File) -> Result<Vec<u8>, BadInput> {
     let unreadable = |error| unreadable(file, &error);
     let mut bytes = Vec::new();
-    let open = File::open(file).map_err(unreadable)?;
     open.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > LARGEST {
         return Err(BadInput::new(file, "is larger than 16 MiB: name another file"));
@@ -93,13 +125,17 @@ pub fn unreadable(file: &Path, error: &io::Error) -> BadInput {
     BadInput::new(file, format!("cannot be read: {why}"))
 }
 
-/// Reads the text of `file`.
+/// Reads the text of `file`, which may be a pipe.
 ///
 /// # Errors
 /// The file cannot be read, is larger than 16 MiB, or is not UTF-8.
 pub fn read(file: &Path) -> Result<String, BadInput> {
-    String::from_utf8(read_bytes(file)?)
-        .map_err(|_| BadInput::new(file, "is not text: must be UTF-8"))
+    let open = File::open(file).map_err(|error| unreadable(file, &error))?;
+    text(file, read_all(file, open)?)
+}
+
+fn text(file: &Path, bytes: Vec<u8>) -> Result<String, BadInput> {
+    String::from_utf8(bytes).map_err(|_| BadInput::new(file, "is not text: must be UTF-8"))
 }
 
 /// Parses the TOML `text` of `file`. For a key that `T` does not have (`serde(deny_unknown_fields)`), the error suggests the
@@ -120,6 +156,9 @@ pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, Bad
         let message = one_line(&message);
         BadInput { file: file.to_path_buf(), line, message }
     };
+    if text.len() > LARGEST_TOML {
+        return Err(BadInput::new(file, "is larger than 1 MiB: name another file"));
+    }
     if text.trim().is_empty() {
         return Err(BadInput::new(
             file,
@@ -280,6 +319,29 @@ mod tests {
         _hose: toml::Table,
         #[serde(rename = "ground_m_per_n")]
         _compliance: f64,
+    }
+
+    /// A service reads its files at a signal. None may hold it up or fill its memory.
+    #[test]
+    fn what_may_hold_up_a_service_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        nix::unistd::mkfifo(&path("pipe"), nix::sys::stat::Mode::S_IRWXU).unwrap();
+        std::fs::create_dir(path("folder")).unwrap();
+        let device = Path::new("/dev/zero");
+        for (file, why) in [
+            (&*path("pipe"), "is a pipe or a device: name a regular file"),
+            (device, "is a pipe or a device: name a regular file"),
+            (&*path("folder"), "cannot be read: it is a folder: name a file in it"),
+            (&*path("nothing"), "cannot be read: it does not exist: correct its name"),
+        ] {
+            assert_eq!(read_regular(file).unwrap_err(), BadInput::new(file, why));
+        }
+        let mut long = "# ".repeat(LARGEST_TOML / 2);
+        assert!(parse_toml::<Plant>(Path::new("p.toml"), &long).is_ok());
+        long.push('#');
+        let error = parse_toml::<Plant>(Path::new("p.toml"), &long).unwrap_err();
+        assert_eq!(error.to_string(), "p.toml: is larger than 1 MiB: name another file");
     }
 
     #[test]

@@ -149,7 +149,7 @@ impl Model {
     /// # Errors
     /// The error is one line that names the file, the line or the joint, and the correction.
     pub fn load(file: &Path) -> Result<Self, BadInput> {
-        Self::parse(file, &input::read(file)?)
+        Self::parse(file, &input::read_regular(file)?)
     }
 
     /// Parses `text`, the content of the model file `file`, and checks it.

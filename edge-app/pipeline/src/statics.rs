@@ -45,7 +45,7 @@ pub struct StaticTests {
 /// # Errors
 /// The error is one line that names the file, the line, the column and the correction.
 pub fn load(file: &Path, model: &Model) -> Result<StaticTests, BadInput> {
-    parse(file, &input::read(file)?, model)
+    parse(file, &input::read_regular(file)?, model)
 }
 
 /// Parses `text`, the content of the file of static tests `file`.

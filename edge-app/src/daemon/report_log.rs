@@ -5,6 +5,8 @@ use std::collections::HashSet;
 use flexid_wire::report::Report;
 use tracing::{info, warn};
 
+use super::kind;
+
 use flexid_pipeline::report::Summary;
 
 /// Holds the warnings that are in the log.
@@ -25,7 +27,6 @@ impl ReportLog {
     /// Returns the warnings that the report before did not have. A warning that differs in its numbers only is the same. A
     /// warning that comes back after it was gone is new.
     fn new_warnings(&mut self, warnings: impl Iterator<Item = String>) -> Vec<String> {
-        let kind = |text: &str| text.replace(|c: char| c.is_ascii_digit() || c == '.', "");
         let before = std::mem::take(&mut self.warned);
         warnings
             .filter(|warning| {

@@ -16,14 +16,14 @@ use flexid_wire::messages::{FromEdge, Phase, Progress};
 use flexid_wire::state;
 use tracing::{info, warn};
 
+use super::keeping::Keeping;
 use super::report_log::ReportLog;
 use super::{Daemon, Order, UnusedRecords, WORK_NEWS, lock};
 use crate::latest::Latest;
 use crate::store::Store;
 
-/// Shortest interval between two writes of the state. A state has some MB, and a robot that mills brings a record every few
-/// seconds.
-const SAVE_EVERY: Duration = Duration::from_secs(60);
+/// Longest time without an order after which the solver looks whether the state is to be written.
+const LOOK: Duration = Duration::from_secs(60);
 
 /// The solver and the receivers of its results.
 pub(super) struct Solving<'a> {
@@ -33,10 +33,7 @@ pub(super) struct Solving<'a> {
     waiting: VecDeque<Arc<Record>>,
     /// Records that the solver will not be given in this run.
     left: Vec<Arc<Record>>,
-    /// Time of the last write of the state.
-    saved: Option<Instant>,
-    /// Counts of what had come in at the last change since that write. `None` without a change.
-    unsaved: Option<Counts>,
+    keeping: Keeping<'a>,
     latest: &'a Latest,
     unused: &'a UnusedRecords,
     stop: &'a Stop,
@@ -52,12 +49,14 @@ impl<'a> Solving<'a> {
     ) -> io::Result<Self> {
         let Daemon { config, stop, store, .. } = *daemon;
         let mut waiting = VecDeque::new();
-        let solver = match store.and_then(Store::load) {
-            Some(mut state) if carries_over(&state, config, store) => {
+        let keeping = Keeping::new(store);
+        let kept = store.map(Store::load).transpose()?.flatten();
+        let solver = match carried_over(kept, config, store) {
+            Some(mut state) => {
                 waiting = state.take_waiting().into();
                 Solver::resume(config, state, stop, news(latest))?
             }
-            _ => Solver::new(config)?,
+            None => Solver::new(config)?,
         };
         let reports = ReportLog::default();
         let mut solving = Self {
@@ -65,8 +64,7 @@ impl<'a> Solving<'a> {
             reports,
             waiting,
             left: Vec::new(),
-            saved: None,
-            unsaved: None,
+            keeping,
             latest,
             unused,
             stop,
@@ -80,7 +78,7 @@ impl<'a> Solving<'a> {
     /// Carries out the orders of the reader until there are no more.
     pub(super) fn run(mut self, orders: &Receiver<Order>) -> io::Result<Self> {
         loop {
-            match orders.recv_timeout(SAVE_EVERY) {
+            match orders.recv_timeout(self.keeping.until_due(LOOK)) {
                 Ok(order) => self.obey(order, orders)?,
                 Err(RecvTimeoutError::Timeout) => self.save_if_due(),
                 Err(RecvTimeoutError::Disconnected) => break,
@@ -109,17 +107,29 @@ impl<'a> Solving<'a> {
         }
     }
 
-    /// Takes a record and works on all unsettled records, until they settle or `more` records are to join them. If the end was
-    /// requested, it leaves the record for the next daemon instead.
+    /// Takes a record and works on all unsettled records, until they settle or `more` records are to join them. The record is
+    /// saved before this work, or in its midst, as soon as a write is due. If the end was requested, it is left for the next
+    /// daemon instead.
     fn take(&mut self, record: &Arc<Record>, counts: &Counts, more: impl Fn() -> bool) {
         if self.stop.requested() {
             self.left.push(Arc::clone(record));
             self.solver.leave(1);
             return;
         }
-        self.solver.admit(record, self.stop, news(self.latest));
-        self.unsaved = Some(*counts);
-        let settled = self.solver.work(self.stop, more, news(self.latest));
+        self.keeping.note_change(counts);
+        let before = self.state(counts, Some(record));
+        let Self { solver, keeping, latest, stop, .. } = self;
+        let mut publish = news(latest);
+        let mut on_progress = |progress: Option<&Progress>| {
+            progress.into_iter().for_each(&mut publish);
+            if keeping.due().is_some() {
+                keeping.save(&before);
+            }
+        };
+        on_progress(None);
+        solver.admit(record, stop, |progress| on_progress(Some(progress)));
+        let settled = solver.work(stop, more, |progress| on_progress(Some(progress)));
+        self.keeping.note_change(counts);
         // The state is saved first, so that a kill after the first report does not lose the record.
         self.save_if_due();
         if settled {
@@ -138,18 +148,22 @@ impl<'a> Solving<'a> {
     /// Continues under another config. `ended` counts what came in on a stream that ends with the old config, `current` what
     /// came in on a stream that goes on.
     fn reload(&mut self, config: &Config, ended: &Counts, current: &Counts) -> io::Result<()> {
-        let mut state = self.solver.state(ended, &[]);
-        if !carries_over(&state, config, self.store) {
-            self.solver = Solver::new(config)?;
+        let state = self.state(ended, None);
+        if matches!(state.validity(config), Validity::Nothing(_)) {
+            // What is put aside is the newest.
+            self.keeping.save(&state);
             self.latest.withdraw_finding();
-            self.publish(current);
-            return Ok(());
         }
-        self.waiting = state.take_waiting().into();
-        self.solver = Solver::resume(config, state, self.stop, news(self.latest))?;
+        self.solver = match carried_over(Some(state), config, self.store) {
+            Some(mut state) => {
+                self.waiting = state.take_waiting().into();
+                Solver::resume(config, state, self.stop, news(self.latest))?
+            }
+            None => Solver::new(config)?,
+        };
         self.publish(current);
         self.work_off(current);
-        self.save(current);
+        self.keeping.save(&self.state(current, None));
         Ok(())
     }
 
@@ -172,30 +186,22 @@ impl<'a> Solving<'a> {
         self.latest.publish(FromEdge::Finding(finding));
     }
 
-    /// Saves the state if it has changed, unless it was saved a short time ago.
+    /// Saves the state if it has changed and a write is due.
     fn save_if_due(&mut self) {
-        let due = self.saved.is_none_or(|saved| saved.elapsed() >= SAVE_EVERY);
-        if let Some(counts) = self.unsaved.filter(|_| due) {
-            self.save(&counts);
+        if let Some(counts) = self.keeping.due() {
+            self.keeping.save(&self.state(&counts, None));
         }
     }
 
-    fn save(&mut self, counts: &Counts) {
-        let Some(store) = self.store else { return };
-        (self.saved, self.unsaved) = (Some(Instant::now()), None);
-        let waiting: Vec<_> = self.left.iter().chain(&self.waiting).map(Arc::clone).collect();
-        let state = self.solver.state(counts, &waiting);
-        if state.is_empty() {
-            return;
-        }
-        if let Err(error) = store.save(&state) {
-            warn!("{}: cannot be written: {error}: a restart forgets", store.file().display());
-        }
+    /// Returns the state with all records that the solver has still to be given: `next`, and those that wait.
+    fn state(&self, counts: &Counts, next: Option<&Arc<Record>>) -> State {
+        let waiting = self.left.iter().chain(next).chain(&self.waiting);
+        self.solver.state(counts, &waiting.map(Arc::clone).collect::<Vec<_>>())
     }
 
     /// Saves the state, adds the last finding to `outcome`, and publishes it.
     pub(super) fn end(mut self, outcome: &mut Outcome) {
-        self.save(&outcome.counts);
+        self.keeping.save(&self.state(&outcome.counts, None));
         outcome.finding = self.solver.finding(&outcome.counts, &outcome.troubles);
         if let Some(records) = self.solver.unused() {
             outcome.state = state::State::Unused(records);
@@ -219,14 +225,23 @@ fn news(latest: &Latest) -> impl FnMut(&Progress) {
     }
 }
 
+/// Returns `state` if any of it holds under `config`, or else the state that was put aside under this measurement before.
+fn carried_over(state: Option<State>, config: &Config, store: Option<&Store>) -> Option<State> {
+    let holds = |state: &State| holds(state, config, store);
+    state.filter(holds).or_else(|| store?.take_back(config).filter(holds))
+}
+
 /// Logs how much of a state holds under `config`. Returns whether any of it holds. A state of which nothing holds is put aside.
-fn carries_over(state: &State, config: &Config, store: Option<&Store>) -> bool {
+fn holds(state: &State, config: &Config, store: Option<&Store>) -> bool {
     if state.is_empty() {
-        return true;
+        return !matches!(state.validity(config), Validity::Nothing(_));
     }
     let [kept, waiting] = state.records();
     let records = count((kept + waiting) as u64, "record");
     match state.validity(config) {
+        Validity::Whole if state.lacks_fit() => warn!(
+            "the fit is of another version of flexid-edge: {records} are fitted anew, the information of older ones is given up"
+        ),
         Validity::Whole => info!("goes on with {records} kept"),
         Validity::Records(changed) => {
             let changed = changed.join(", ");
@@ -239,7 +254,7 @@ fn carries_over(state: &State, config: &Config, store: Option<&Store>) -> bool {
         Validity::Nothing(changed) => {
             let why = format!("of another measurement ({} changed)", changed.join(", "));
             match store {
-                Some(store) => store.put_aside(&why),
+                Some(store) => store.put_aside_state(state, &why),
                 None => warn!("{records} {why}: starts anew"),
             }
             return false;

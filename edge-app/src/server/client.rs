@@ -81,13 +81,14 @@ fn talk(socket: &mut Socket, latest: &Latest, stop: &Stop, slot: &Slot) -> Resul
     Ok(())
 }
 
-/// Refuses a client, since there are too many of them.
-pub(super) fn turn_away(mut socket: Socket) {
+/// Refuses a client, since there are too many of them. Returns the reason.
+pub(super) fn turn_away(mut socket: Socket) -> impl std::fmt::Display {
     let reason = clipped(format_args!("{MAX_CLIENTS} clients are served already: close one"));
     // A new connection has room for one message. The daemon does not check that it arrives.
     if socket.set_nonblocking(true).is_ok() {
-        let _ = send(&mut socket, &FromEdge::Refused(Refusal { reason }));
+        let _ = send(&mut socket, &FromEdge::Refused(Refusal { reason: reason.clone() }));
     }
+    reason
 }
 
 /// Exchanges Hellos. Returns false if there is no client to serve.

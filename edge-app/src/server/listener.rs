@@ -39,7 +39,7 @@ pub enum BindError {
         /// Error of the kernel.
         error: io::Error,
     },
-    /// The folder does not exist, or is not writable.
+    /// The folder does not exist, is not writable, or the system has no room.
     #[error("{address}: cannot be listened on: {error}")]
     Io {
         /// Address to listen on.
@@ -49,6 +49,23 @@ pub enum BindError {
     },
 }
 
+impl BindError {
+    /// Returns whether another address, or another name, would mend it. Else a later attempt may.
+    pub fn is_bad_input(&self) -> bool {
+        use io::ErrorKind::{
+            AddrNotAvailable, InvalidInput, NotADirectory, NotFound, PermissionDenied,
+        };
+        match self {
+            Self::NoSocket(_) | Self::NoGroup(_) | Self::NotInGroup { .. } => true,
+            Self::InUse(_) => false,
+            Self::Io { error, .. } => matches!(
+                error.kind(),
+                AddrNotAvailable | InvalidInput | NotADirectory | NotFound | PermissionDenied
+            ),
+        }
+    }
+}
+
 /// A socket that clients connect to.
 #[derive(Debug)]
 pub struct Listener {
@@ -56,6 +73,7 @@ pub struct Listener {
     socket: Socket,
     /// Device and inode of a Unix socket's file. No other file has them while the socket is open.
     file: Option<[u64; 2]>,
+    access: SocketAccess,
 }
 
 /// Number of connections that may wait to be accepted.
@@ -99,7 +117,7 @@ impl Listener {
                 (Listen::Tcp(bound.as_socket().unwrap_or(*asked)), None)
             }
         };
-        let listener = Self { address, socket, file };
+        let listener = Self { address, socket, file, access: access.clone() };
         if let Listen::Unix(path) = &listener.address {
             // No client can connect before the socket listens.
             admit(path, access, io)?;
@@ -107,6 +125,19 @@ impl Listener {
         listener.socket.listen(BACKLOG).map_err(io)?;
         listener.socket.set_nonblocking(true).map_err(io)?;
         Ok(listener)
+    }
+
+    /// Returns whether no client can come any more, since the file of the Unix socket was removed.
+    pub(super) fn is_gone(&self) -> bool {
+        match &self.address {
+            Listen::Unix(path) => self.file.is_some() && identity(path).is_none(),
+            Listen::Tcp(_) => false,
+        }
+    }
+
+    /// Listens anew on its address. This listener remains for the clients that have connected to it.
+    pub(super) fn bind_again(&self) -> Result<Self, BindError> {
+        Self::bind_for(&self.address, &self.access)
     }
 
     /// Returns the address on which it listens.

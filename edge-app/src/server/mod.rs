@@ -3,6 +3,7 @@
 mod client;
 mod listener;
 mod slots;
+mod tally;
 
 use std::io::{self, ErrorKind};
 use std::os::fd::AsFd;
@@ -17,6 +18,7 @@ use crate::latest::Latest;
 
 pub use listener::{BindError, Listener};
 use slots::Slots;
+use tally::{Event, Tally};
 
 /// Most clients at a time. A further client is refused, unless another peer holds more than its share.
 pub const MAX_CLIENTS: usize = 16;
@@ -29,13 +31,13 @@ const LOOK: Duration = Duration::from_millis(200);
 /// # Errors
 /// The system cannot start a thread. `stop` is requested then.
 pub fn serve(listeners: &[Listener], latest: &Latest, stop: &Stop) -> io::Result<()> {
-    let slots = Slots::default();
+    let (slots, tally) = (Slots::default(), Tally::default());
     thread::scope(|scope| {
         for listener in listeners {
-            let slots = &slots;
+            let (slots, tally) = (&slots, &tally);
             let thread = thread::Builder::new().name("flexid-accept".into());
             thread
-                .spawn_scoped(scope, move || accept(scope, listener, latest, stop, slots))
+                .spawn_scoped(scope, move || accept(scope, listener, latest, stop, slots, tally))
                 .inspect_err(|_| stop.request())?;
         }
         Ok(())
@@ -48,8 +50,27 @@ fn accept<'scope>(
     latest: &'scope Latest,
     stop: &'scope Stop,
     slots: &'scope Slots,
+    tally: &'scope Tally,
 ) {
+    // A socket's file is removed by hand, or by a program that cleans up.
+    let mut again = None;
     while !stop.requested() {
+        tally.log_counts();
+        let listener = again.as_ref().unwrap_or(listener);
+        if listener.is_gone() {
+            match listener.bind_again() {
+                Ok(new) => {
+                    warn!("{}: the socket's file was removed: made again", new.address());
+                    again = Some(new);
+                }
+                Err(error) => {
+                    tally.note(Event::NoSocket, error.to_string());
+                    thread::sleep(LOOK);
+                }
+            }
+            continue;
+        }
+        let address = listener.address().clone();
         let mut waiting = [PollFd::new(listener.as_fd(), PollFlags::POLLIN)];
         let timeout = PollTimeout::try_from(LOOK).unwrap_or(PollTimeout::MAX);
         if !matches!(poll(&mut waiting, timeout), Ok(1..)) {
@@ -60,25 +81,32 @@ fn accept<'scope>(
             // The client went away again.
             Err(error) if error.kind() == ErrorKind::WouldBlock => continue,
             Err(error) => {
-                warn!("{}: a client cannot be accepted: {error}", listener.address());
+                let text = format!("{address}: a client cannot be accepted: {error}");
+                tally.note(Event::NotAccepted, text);
                 thread::sleep(LOOK);
                 continue;
             }
         };
         let Some(slot) = slots.take(peer) else {
-            client::turn_away(socket);
+            let reason = client::turn_away(socket);
+            tally.note(Event::Refused, format!("{address}: a client was refused: {reason}"));
             continue;
         };
         let spawned =
             thread::Builder::new().name("flexid-client".into()).spawn_scoped(scope, move || {
                 match client::serve(socket, latest, stop, &slot) {
-                    Ok(()) => debug!("{}: a client has gone", listener.address()),
-                    // The client has got the reason. Many clients must not flood the log.
-                    Err(end) => debug!("{}: a client was dropped: {end}", listener.address()),
+                    Ok(()) => debug!("{address}: a client has gone"),
+                    Err(end) => {
+                        tally.note(
+                            Event::Dropped,
+                            format!("{address}: a client was dropped: {end}"),
+                        );
+                    }
                 }
             });
         if let Err(error) = spawned {
-            warn!("{}: no thread for a client: {error}", listener.address());
+            let address = listener.address();
+            tally.note(Event::NotAccepted, format!("{address}: no thread for a client: {error}"));
         }
     }
 }

@@ -1,9 +1,11 @@
 //! Numbers outlive the daemon, and a change of its config.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::os::unix::fs::symlink;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 use std::{fs, io, thread};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -162,8 +164,8 @@ fn a_restarted_daemon_goes_on() {
     let mut first = visits(&config, &POSES);
     let second =
         first.split_off(first.iter().position(|each| each.time_s >= 1.0e9 + 10.0).unwrap());
-    let store = Store::find(Some(&file)).unwrap();
     let run = |frames: Vec<Arrival>| {
+        let store = Store::find(Some(&file)).unwrap();
         let (stop, listeners, store) = (Stop::new(), &[], Some(&store));
         let daemon = Daemon { config: &config, listeners, stop: &stop, reload: None, store };
         timeless(daemon.run(&mut Replay { frames: frames.into_iter(), breaks: false }).unwrap())
@@ -172,7 +174,7 @@ fn a_restarted_daemon_goes_on() {
     // A daemon that hears nothing says at once what the one before has said.
     assert_eq!(run(Vec::new()), half);
     let whole = run(second.clone());
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "something else was written");
+    assert_eq!(names(folder.path()), ["flexid.state", "flexid.state.lock"]);
     on_a_large_stack(move || {
         let mut solver = solver(&config, &records(&config, first));
         take(&mut solver, &records(&config, second));
@@ -200,7 +202,7 @@ fn a_file_that_is_no_state_is_put_aside() {
             (&whole[..14], StateError::Damaged),
             (&whole[..whole.len() - 1], StateError::Damaged),
             (&flipped, StateError::Damaged),
-            (&newer, StateError::Version(8)),
+            (&newer, StateError::Version(9)),
         ];
         for (bytes, error) in cases {
             assert_eq!(store::decode(bytes), Err(error));
@@ -208,13 +210,12 @@ fn a_file_that_is_no_state_is_put_aside() {
             let file = folder.path().join("flexid.state");
             fs::write(&file, bytes).unwrap();
             let store = Store::find(Some(&file)).unwrap();
-            assert!(store.load().is_none());
-            let left: Vec<PathBuf> =
-                fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path()).collect();
+            assert!(store.load().unwrap().is_none());
+            let left = names(folder.path());
             assert!(!file.exists() && left.len() == 1, "{left:?}");
-            assert_eq!(fs::read(&left[0]).unwrap(), bytes);
+            assert_eq!(fs::read(folder.path().join(&left[0])).unwrap(), bytes);
             store.save(&state).unwrap();
-            assert_eq!(store.load(), Some(state.clone()));
+            assert_eq!(store.load().unwrap(), Some(state.clone()));
         }
     });
 }
@@ -260,13 +261,13 @@ fn records_wait_until_they_are_kept() {
             });
             let mut looked = 0;
             while !ended.load(Ordering::Relaxed) {
-                let records = store.load().unwrap().records();
+                let records = store.load().unwrap().unwrap().records();
                 assert_eq!(records[0] + records[1], 3);
                 looked += 1;
             }
             assert!(looked > 0, "it has ended before its file was looked at");
         });
-        assert_eq!(store.load().unwrap().records(), [3, 0]);
+        assert_eq!(store.load().unwrap().unwrap().records(), [3, 0]);
     });
 }
 
@@ -294,15 +295,172 @@ fn the_format_stays() {
     });
 }
 
+/// The file of a daemon that wrote format 7, of the reference robot. If this fails, an upgrade forgets all robots: convert what has
+/// changed, or give the parts of the configuration that are compared their old text.
+#[test]
+fn the_format_before_is_converted() {
+    on_a_large_stack(|| {
+        let config = super::config();
+        let state = store::decode(include_bytes!("format7.state")).unwrap();
+        assert_eq!((state.records(), state.retired()), ([4, 0], 0));
+        assert_eq!(state.validity(&config), Validity::Whole);
+        assert!(!state.lacks_fit());
+        let again = kept(&state);
+        assert_eq!(again, state);
+        let solver = Solver::resume(&config, again, &Stop::new(), |_| {}).unwrap();
+        let report = solver.finding(&Counts::default(), &[]).unwrap().report;
+        assert_eq!(report.fit.records, 4);
+        assert!(report.fit.frames > 1000, "{:?}", report.fit);
+    });
+}
+
+/// A fit of another version is left out, and the records are fitted anew.
+#[test]
+fn records_outlive_the_format_of_the_fit() {
+    on_a_large_stack(|| {
+        let config = super::config();
+        let records = records(&config, visits(&config, &POSES));
+        let state = solver(&config, &records[..2]).state(&Counts::default(), &[]);
+        let mut bytes = store::encode(&state).unwrap();
+        // Behind the header: the checksums of the config, and three counts of 0; then the fit is there, of version 1.
+        let header = 20;
+        let (_, rest) =
+            postcard::take_from_bytes::<([u32; 11], [u64; 3])>(&bytes[header..]).unwrap();
+        let version = bytes.len() - rest.len() + 1;
+        assert_eq!(bytes[version - 1..=version], [1, 1]);
+        bytes[version] = 2;
+        let checksum = crc32fast::hash(&bytes[header..]);
+        bytes[header - 4..header].copy_from_slice(&checksum.to_le_bytes());
+        let older = store::decode(&bytes).unwrap();
+        assert!(older.lacks_fit());
+        assert_eq!(older.records(), [2, 0]);
+        let solver = Solver::resume(&config, older, &Stop::new(), |_| {}).unwrap();
+        assert_eq!(solver.finding(&Counts::default(), &[]).unwrap().report.fit.records, 2);
+    });
+}
+
+/// Runs a daemon with its state in `file`, gives it the frames of one pose, and then runs `test` while it lives.
+fn while_it_solves(file: &Path, test: impl FnOnce()) {
+    let store = Store::find(Some(file)).unwrap();
+    let config = config();
+    let (stop, (feed, arrivals)) = (Stop::with_grace(Duration::ZERO), bounded(0));
+    thread::scope(|scope| {
+        let daemon = scope.spawn(|| {
+            let (listeners, store) = (&[], Some(&store));
+            let daemon = Daemon { config: &config, listeners, stop: &stop, reload: None, store };
+            daemon.run(&mut Feed(arrivals))
+        });
+        visits(&config, &POSES[..1])
+            .chunks(500)
+            .for_each(|frames| feed.send(frames.to_vec()).unwrap());
+        test();
+        stop.request();
+        drop(feed);
+        daemon.join().unwrap().unwrap();
+    });
+}
+
+/// Returns the numbers of kept and of waiting records as soon as there is a state in `file`.
+fn first_records(file: &Path) -> [usize; 2] {
+    let begun = Instant::now();
+    loop {
+        assert!(begun.elapsed() < PATIENCE, "nothing is kept");
+        let file = file.to_path_buf();
+        let (sender, found) = bounded(1);
+        on_a_large_stack(move || {
+            let state = Store::find(Some(&file)).unwrap().load().unwrap();
+            sender.send(state.map(|state| state.records())).unwrap();
+        });
+        match found.recv().unwrap() {
+            Some(records) => return records,
+            None => thread::sleep(Duration::from_millis(5)),
+        }
+    }
+}
+
+/// A kill in the midst of a solve, which may take minutes, does not cost the record.
+#[test]
+fn a_record_is_on_disk_before_its_solve() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("flexid.state");
+    while_it_solves(&file, || assert_eq!(first_records(&file), [0, 1]));
+}
+
+/// The folder is not there yet, as where its disk is mounted late: the daemon begins, and keeps its state as soon as it can.
+#[test]
+fn a_state_that_cannot_be_written_is_written_later() {
+    let folder = tempfile::tempdir().unwrap();
+    let late = folder.path().join("late");
+    let file = late.join("flexid.state");
+    while_it_solves(&file, || {
+        // The first attempt has failed by then.
+        thread::sleep(Duration::from_secs(3));
+        fs::create_dir(&late).unwrap();
+        let [kept, waiting] = first_records(&file);
+        assert!(kept + waiting > 0);
+    });
+    assert_eq!(names(&late), ["flexid.state", "flexid.state.lock"]);
+}
+
 /// One file is one daemon's.
 #[test]
 fn a_file_is_claimed_once() {
     let folder = tempfile::tempdir().unwrap();
-    let store = Store::find(Some(&folder.path().join("flexid.state"))).unwrap();
-    let claim = store.claim().unwrap();
-    assert!(store.claim().unwrap_err().to_string().contains("another flexid-edge"));
-    drop(claim);
-    store.claim().unwrap();
+    let file = folder.path().join("flexid.state");
+    let [first, second] = [(); 2].map(|()| Store::find(Some(&file)).unwrap());
+    first.claim().unwrap();
+    first.claim().unwrap();
+    assert!(second.claim().unwrap_err().to_string().contains("another flexid-edge"));
+    drop(first);
+    second.claim().unwrap();
+}
+
+/// A state that cannot be read for a moment stays where it is, and the daemon does not begin without it.
+#[test]
+fn a_state_that_cannot_be_read_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("flexid.state");
+    // A loop of links: the error of the system is neither of a missing file nor of its content.
+    symlink(&file, &file).unwrap();
+    let store = Store::find(Some(&file)).unwrap();
+    let (config, stop) = (config(), Stop::new());
+    let daemon =
+        Daemon { config: &config, listeners: &[], stop: &stop, reload: None, store: Some(&store) };
+    let frames = Vec::new().into_iter();
+    let error = daemon.run(&mut Replay { frames, breaks: false }).unwrap_err().to_string();
+    assert!(error.contains("flexid.state: cannot be read: "), "{error}");
+    assert_eq!(names(folder.path()), ["flexid.state", "flexid.state.lock"]);
+}
+
+/// A pipe, on which a read would wait for ever, is no state. Of what is put aside the newest four stay.
+#[test]
+fn the_newest_that_were_put_aside_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let file = path("flexid.state");
+    nix::unistd::mkfifo(&file, nix::sys::stat::Mode::S_IRWXU).unwrap();
+    on_a_large_stack(move || assert!(Store::find(Some(&file)).unwrap().load().unwrap().is_none()));
+    assert_eq!(names(folder.path()), ["flexid.state.no-00000000"]);
+    let old = SystemTime::now() - Duration::from_secs(3600);
+    File::create(path("flexid.state.0123abcd")).unwrap().set_modified(old).unwrap();
+    File::create(path("flexid.state.lock")).unwrap().set_modified(old).unwrap();
+    for content in ["a", "b", "c"] {
+        fs::write(path("flexid.state"), content).unwrap();
+        let file = path("flexid.state");
+        on_a_large_stack(move || assert!(Store::find(Some(&file)).unwrap().load().is_ok()));
+    }
+    let left = names(folder.path());
+    assert_eq!(left.len(), 5, "{left:?}");
+    assert!(!left.contains(&"flexid.state.0123abcd".into()), "the oldest stays: {left:?}");
+    assert!(left.contains(&"flexid.state.lock".into()), "{left:?}");
+}
+
+/// The names of the files in a folder.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+    let mut names: Vec<_> = entries.map(|name| name.into_string().unwrap()).collect();
+    names.sort();
+    names
 }
 
 /// SIGTERM while a record is being cut: what there is of it waits for the next daemon.
@@ -329,13 +487,18 @@ fn the_end_in_mid_record_keeps_the_record() {
         daemon.join().unwrap().unwrap();
     });
     on_a_large_stack(move || {
-        let [kept, waiting] = store.load().expect("a state").records();
+        let [kept, waiting] = store.load().unwrap().expect("a state").records();
         assert_eq!(kept + waiting, expected);
     });
 }
 
 /// The outcome of a daemon that gets `next` as its config between the two poses.
 fn reloaded(next: Config) -> Outcome {
+    reloaded_with(&[next], None)
+}
+
+/// The outcome of a daemon that gets each of `next` as its config between the two poses, and keeps its state in `store`.
+fn reloaded_with(next: &[Config], store: Option<&Store>) -> Outcome {
     let begun = config();
     let mut first = visits(&begun, &POSES);
     let second =
@@ -345,21 +508,36 @@ fn reloaded(next: Config) -> Outcome {
     thread::scope(|scope| {
         let daemon = scope.spawn(|| {
             let reload = Some(&reload);
-            let daemon = Daemon { config: &begun, listeners, stop: &stop, reload, store: None };
+            let daemon = Daemon { config: &begun, listeners, stop: &stop, reload, store };
             daemon.run(&mut Feed(frames))
         });
         // In small pieces, as a bus brings them.
         first.chunks(500).for_each(|frames| feed.send(frames.to_vec()).unwrap());
-        reload.offer(next);
-        let begun = Instant::now();
-        while reload.is_pending() {
-            assert!(begun.elapsed() < PATIENCE, "the daemon does not take the config");
-            thread::sleep(Duration::from_millis(10));
+        for config in next {
+            reload.offer(config.clone());
+            let begun = Instant::now();
+            while reload.is_pending() {
+                assert!(begun.elapsed() < PATIENCE, "the daemon does not take the config");
+                thread::sleep(Duration::from_millis(10));
+            }
         }
         second.chunks(500).for_each(|frames| feed.send(frames.to_vec()).unwrap());
         drop(feed);
         daemon.join().unwrap().unwrap()
     })
+}
+
+/// A mistake in the configuration that is corrected costs nothing.
+#[test]
+fn a_state_is_taken_back_when_its_configuration_returns() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::find(Some(&folder.path().join("flexid.state"))).unwrap();
+    let mistaken = config_with("rate_hz = 2000.0", "rate_hz = 1000.0");
+    let outcome = timeless(reloaded_with(&[mistaken, config()], Some(&store)));
+    let all = timeless(reloaded(config()));
+    assert_eq!(outcome.report.fit.records, all.report.fit.records);
+    assert_eq!(outcome.report.fit.frames, all.report.fit.frames);
+    assert_eq!(names(folder.path()), ["flexid.state", "flexid.state.lock"]);
 }
 
 #[test]

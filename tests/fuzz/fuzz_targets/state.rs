@@ -20,7 +20,7 @@ fuzz_target!(|data: &[u8]| {
                 return;
             }
             let checksum = crc32fast::hash(&bytes[HEADER..]);
-            bytes[..16].copy_from_slice(b"flexid-state\x01\0\0\0");
+            bytes[..16].copy_from_slice(b"flexid-state\x08\0\0\0");
             bytes[16..HEADER].copy_from_slice(&checksum.to_le_bytes());
             if let Ok(state) = decode(&bytes) {
                 assert!(decode(&encode(&state).unwrap()).is_ok());

@@ -65,6 +65,11 @@ impl Fingerprint {
         }
     }
 
+    /// Returns a checksum of the parts that describe how the records were measured. Under another they do not hold.
+    pub fn of_measurement(&self) -> u32 {
+        checksum(&self.measured)
+    }
+
     /// Returns which results found under `self` hold under `other`.
     pub fn validity(&self, other: &Self) -> Validity {
         let measured = changed(&MEASURED, &self.measured, &other.measured);

@@ -92,7 +92,7 @@ impl Config {
     /// # Errors
     /// The error is one line that names the file, the place and the correction.
     pub fn load(file: &Path) -> Result<Self, BadInput> {
-        Self::parse(file, &input::read(file)?)
+        Self::parse(file, &input::read_regular(file)?)
     }
 
     /// As [`Config::load`], to fit the static tests that the file names. If it names some, it may leave out `[bus]`, `[signals]` and
@@ -101,7 +101,7 @@ impl Config {
     /// # Errors
     /// The errors are those of [`Config::load`].
     pub fn load_statics(file: &Path) -> Result<Self, BadInput> {
-        Self::read(file, &input::read(file)?, true)
+        Self::read(file, &input::read_regular(file)?, true)
     }
 
     /// The file itself, and those that it names and that were read with it: model, DBC file, static tests.

@@ -33,3 +33,34 @@ pub struct Counts {
     /// Counts of the stream.
     pub stream: StreamHealth,
 }
+
+impl Counts {
+    /// Returns what has come in since `earlier`, as far as obstacles are judged by it: `misfit` is the worst since then.
+    pub(super) fn since(&self, earlier: &Self, misfit: Option<Misfit>) -> Self {
+        let (now, before) = (&self.stream, &earlier.stream);
+        let [force, acceleration] = self.standing_still;
+        Self {
+            misfit,
+            wrong_length: self.wrong_length - earlier.wrong_length,
+            not_data: self.not_data - earlier.not_data,
+            clipped: self.clipped - earlier.clipped,
+            standing_still: [
+                force - earlier.standing_still[0],
+                acceleration - earlier.standing_still[1],
+            ],
+            not_finite: self.not_finite - earlier.not_finite,
+            stream: StreamHealth {
+                frames: now.frames - before.frames,
+                frames_lost: now.frames_lost - before.frames_lost,
+                restarts: now.restarts - before.restarts,
+                repeated: now.repeated - before.repeated,
+                refused: now.refused - before.refused,
+                records: now.records - before.records,
+                wrong_rate: now.wrong_rate - before.wrong_rate,
+                doubtful_rate: now.doubtful_rate - before.doubtful_rate,
+                ..*now
+            },
+            ..*self
+        }
+    }
+}

@@ -35,6 +35,11 @@ impl Misfits {
         }
     }
 
+    /// Removes the misfits so far. The identifiers with a readable frame stay known.
+    pub(super) fn begin_anew(&mut self) {
+        self.seen.clear();
+    }
+
     /// Returns the most frequent misfit. A misfit of an identifier without any readable frame comes first.
     pub(super) fn worst(&self) -> Option<Misfit> {
         let all = self

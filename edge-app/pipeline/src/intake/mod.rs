@@ -12,7 +12,7 @@ use std::time::Duration;
 use flexid_core::MAX_JOINTS;
 use flexid_core::stream::{Reading, Stream};
 use flexid_wire::misfits::{self, MisfitKind};
-use flexid_wire::state::State;
+use flexid_wire::state::{Obstacle, Sensor, State};
 use flexid_wire::text::clipped;
 
 use crate::config::Config;
@@ -23,7 +23,7 @@ use crate::unchecked;
 pub use counts::Counts;
 use misfit::Misfits;
 pub(crate) use misfit::frame_id;
-use obstacle::ReadingFaults;
+use obstacle::{ReadingFaults, frames_of_record, frames_of_sensors};
 pub(crate) use obstacle::{obstacle, rate_used, wrong_rate};
 use plausibility::Plausibility;
 pub use plausibility::{Excess, Implausible, NoMeasurement};
@@ -35,18 +35,27 @@ pub struct Intake<'a> {
     stream: Box<Stream<SAMPLES>>,
     counts: Counts,
     batch: Vec<Arrival>,
-    seen: Seen,
+    heard: Heard,
     misfits: Misfits,
+    /// Counts and misfits at the newest record. Obstacles are judged by what has come since.
+    at_record: Counts,
+    misfits_since: Misfits,
     unknown: UnknownFrames,
     reading_faults: ReadingFaults,
     plausibility: Plausibility,
 }
 
-/// Signals that have come at least once.
+/// Silence of a sensor after which its frames do not come any more, s: that of a joint angle that comes in a cycle.
+const SILENCE_S: f64 = 2.0;
+
+/// When signals came.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seen {
-    force: bool,
-    acceleration: bool,
+struct Heard {
+    /// Time of the newest frame of any kind, s.
+    newest_s: f64,
+    /// Time of the newest frame of force and of acceleration, s. `None` if none has come.
+    sensors_s: [Option<f64>; 2],
+    /// Whether the angle of each joint has come at least once.
     joints: [bool; MAX_JOINTS],
 }
 
@@ -61,8 +70,10 @@ impl<'a> Intake<'a> {
             stream: Box::new(Stream::new(config.stream()).map_err(unchecked)?),
             counts: Counts::default(),
             batch: Vec::new(),
-            seen: Seen::default(),
+            heard: Heard::default(),
             misfits: Misfits::default(),
+            at_record: Counts::default(),
+            misfits_since: Misfits::default(),
             unknown: UnknownFrames::default(),
             reading_faults: ReadingFaults::default(),
             plausibility: Plausibility::new(config),
@@ -86,15 +97,18 @@ impl<'a> Intake<'a> {
             stream,
             counts,
             batch,
-            seen,
+            heard,
             misfits,
+            misfits_since,
             unknown,
             reading_faults,
             plausibility,
+            ..
         } = self;
         for &Arrival { time_s, frame } in &*batch {
+            heard.newest_s = time_s;
             let decoded = table.decode(&frame, |reading| {
-                seen.note(&reading);
+                heard.note(time_s, &reading);
                 reading_faults.note(&reading);
                 if !plausibility.note(&reading) {
                     return;
@@ -107,6 +121,7 @@ impl<'a> Intake<'a> {
             match decoded {
                 Ok(limits) => {
                     misfits.fits(&frame);
+                    misfits_since.fits(&frame);
                     counts.clipped += u64::from(limits.contains(&true));
                     for (count, limit) in counts.at_limit.iter_mut().zip(limits) {
                         *count += u64::from(limit);
@@ -116,12 +131,16 @@ impl<'a> Intake<'a> {
                     if reason == NoReading::UnknownId {
                         unknown.note(&frame);
                     }
-                    count(&frame, reason, counts, misfits);
+                    count(&frame, reason, counts, [misfits, misfits_since]);
                 }
             }
         }
         plausibility.note_stream(&stream.health());
         counts.all += batch.len() as u64;
+        if self.stream.health().records > self.at_record.stream.records {
+            self.at_record = self.counts();
+            self.misfits_since.begin_anew();
+        }
         flow
     }
 
@@ -170,6 +189,16 @@ impl<'a> Intake<'a> {
         (known == 0).then(|| self.unknown.beside(&self.table.identifiers())).flatten()
     }
 
+    /// Returns the obstacle to records since the newest one, once the frames of another have come.
+    fn obstacle_since_record(&self, counts: &Counts, config: &Config) -> Option<Obstacle> {
+        if self.at_record.stream.records == 0 {
+            return obstacle(counts, config);
+        }
+        let since = counts.since(&self.at_record, self.misfits_since.worst());
+        let is_enough = frames_of_sensors(&since) >= frames_of_record(config);
+        obstacle(&since, config).filter(|_| is_enough)
+    }
+
     /// Returns the obstacle to records, or else what the intake waits for.
     pub fn state(&self, config: &Config) -> State {
         let counts = self.counts();
@@ -181,19 +210,23 @@ impl<'a> Intake<'a> {
             let interface = clipped(&config.interface);
             return State::OnlyErrors { errors: self.counts.bus_errors, interface };
         }
-        if let Some(obstacle) = obstacle(&counts, config).filter(|_| !recording) {
+        if let Some(obstacle) = self.obstacle_since_record(&counts, config) {
             return State::Obstacle(obstacle);
         }
         if let Some(unknown) = self.unknown() {
             return State::UnknownFrames(unknown);
         }
-        if !self.seen.force {
+        let [force, acceleration] = self.heard.sensors_s;
+        if force.is_none() {
             return State::NoForce;
         }
-        if !self.seen.acceleration {
+        if acceleration.is_none() {
             return State::NoAcceleration;
         }
-        let silent = config.model.driven().zip(self.seen.joints).filter(|(_, seen)| !seen);
+        if let Some(sensor) = self.heard.silent_sensor() {
+            return State::SensorSilent(sensor);
+        }
+        let silent = config.model.driven().zip(self.heard.joints).filter(|(_, seen)| !seen);
         let silent: heapless::Vec<_, MAX_JOINTS> =
             silent.map(|(joint, _)| clipped(&joint.name)).collect();
         if !silent.is_empty() {
@@ -217,17 +250,17 @@ impl<'a> Intake<'a> {
 }
 
 /// Counts a frame that gives no reading.
-fn count(frame: &Frame, reason: NoReading, counts: &mut Counts, misfits: &mut Misfits) {
+fn count(frame: &Frame, reason: NoReading, counts: &mut Counts, misfits: [&mut Misfits; 2]) {
+    let add = |kind| misfits.into_iter().for_each(|misfits| misfits.add(frame, kind));
     match reason {
         NoReading::WrongLength { expected } => {
             let got = frame.data().len() as u8;
-            misfits.add(frame, MisfitKind::Length { got, expected });
+            add(MisfitKind::Length { got, expected });
             counts.wrong_length += 1;
         }
         NoReading::NotData => {
             let remote = frame.kind == FrameKind::Remote;
-            let kind = if remote { MisfitKind::Remote } else { MisfitKind::Fd };
-            misfits.add(frame, kind);
+            add(if remote { MisfitKind::Remote } else { MisfitKind::Fd });
             counts.not_data += 1;
         }
         NoReading::UnknownId => counts.unknown += 1,
@@ -235,16 +268,23 @@ fn count(frame: &Frame, reason: NoReading, counts: &mut Counts, misfits: &mut Mi
     }
 }
 
-impl Seen {
-    fn note(&mut self, reading: &Reading) {
+impl Heard {
+    fn note(&mut self, time_s: f64, reading: &Reading) {
         match reading {
-            Reading::Force { .. } => self.force = true,
-            Reading::Acceleration { .. } => self.acceleration = true,
+            Reading::Force { .. } => self.sensors_s[0] = Some(time_s),
+            Reading::Acceleration { .. } => self.sensors_s[1] = Some(time_s),
             Reading::Joint { index, .. } => {
-                if let Some(seen) = self.joints.get_mut(usize::from(*index)) {
-                    *seen = true;
+                if let Some(heard) = self.joints.get_mut(usize::from(*index)) {
+                    *heard = true;
                 }
             }
         }
+    }
+
+    /// Returns the sensor that has come, but does not come any more while other frames do.
+    fn silent_sensor(&self) -> Option<Sensor> {
+        let sensors = [Sensor::Force, Sensor::Acceleration].into_iter().zip(self.sensors_s);
+        let is_silent = |heard_s: f64| self.newest_s - heard_s > SILENCE_S;
+        sensors.filter(|(_, heard)| heard.is_some_and(is_silent)).map(|(sensor, _)| sensor).next()
     }
 }

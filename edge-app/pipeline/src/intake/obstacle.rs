@@ -34,7 +34,7 @@ impl ReadingFaults {
 }
 
 /// Returns why the frames give no record. An identifier without any readable frame and a wrong rate come first, then
-/// the largest obstacle, if it is large enough to be reported.
+/// the largest obstacle, if it is large enough to be reported, then counters that jump.
 pub(crate) fn obstacle(counts: &Counts, config: &Config) -> Option<Obstacle> {
     let &Counts { ref stream, misfit, .. } = counts;
     if let Some(misfit) = misfit.filter(|misfit| !misfit.others_fit) {
@@ -54,11 +54,32 @@ pub(crate) fn obstacle(counts: &Counts, config: &Config) -> Option<Obstacle> {
         Some(still(Sensor::Acceleration, acceleration)),
         Some((apart, Obstacle::CountersApart { jumps: apart })),
         Some((not_finite, Obstacle::NotFinite { readings: not_finite })),
+        Some((counts.clipped, Obstacle::Clipped { frames: counts.clipped })),
         misfit.map(|misfit| (misfit.frames, Obstacle::Misfit(misfit))),
     ];
-    let of = stream.frames + not_finite + counts.wrong_length + counts.not_data;
     let (frames, obstacle) = obstacles.into_iter().flatten().max_by_key(|(frames, _)| *frames)?;
-    (frames > 0 && frames >= of / SHARE).then_some(obstacle)
+    let is_large = frames > 0 && frames >= frames_of_sensors(counts) / SHARE;
+    is_large.then_some(obstacle).or_else(|| counters_jump(stream, config))
+}
+
+/// Returns the jumps of the counters, if the time for two records gave none, and less than a record lies between two restarts, or
+/// frames are missing in number.
+fn counters_jump(stream: &StreamHealth, config: &Config) -> Option<Obstacle> {
+    let (jumps, lost) = (stream.restarts, stream.frames_lost);
+    let record = frames_of_record(config);
+    let is_long = stream.records == 0 && stream.frames + lost >= 2 * record;
+    let jump = (jumps + 1) * record > stream.frames || lost >= stream.frames / SHARE;
+    (is_long && jumps + lost > 0 && jump).then_some(Obstacle::CountersJump { jumps, lost })
+}
+
+/// Returns the number of frames of force and acceleration that came, readable or not.
+pub(super) fn frames_of_sensors(counts: &Counts) -> u64 {
+    counts.stream.frames + counts.not_finite + counts.wrong_length + counts.not_data
+}
+
+/// Returns the number of frames of force and acceleration in a record.
+pub(super) fn frames_of_record(config: &Config) -> u64 {
+    2 * config.record_samples as u64
 }
 
 /// Returns the wrong rate, if at least one record came at another rate than that of the config.

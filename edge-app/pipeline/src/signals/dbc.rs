@@ -52,7 +52,7 @@ impl SignalTable {
         names: &SignalsSection,
         model: &Model,
     ) -> Result<Self, BadInput> {
-        Self::parse(config, dbc_file, input::read_bytes(dbc_file)?, names, model)
+        Self::parse(config, dbc_file, input::read_regular_bytes(dbc_file)?, names, model)
     }
 
     /// Looks up the signals in `bytes`, the content of `dbc_file`.

@@ -42,7 +42,7 @@ pub use fitted::{FittedBin, FittedRecord};
 pub(crate) use repeats::{Fingerprint, Taken};
 use retention::{Entry, Room, find_room};
 pub use spectra::{Band, bands};
-pub use state::State;
+pub use state::{Format7, State};
 use state::{MAX_WAITING, Settled};
 use work::Work;
 

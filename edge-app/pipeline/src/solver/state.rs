@@ -15,17 +15,65 @@ use crate::record::{MAX_EXPERIMENTS, Record};
 /// Most records that may wait in a state. Each early end adds those of the queue. There is room for eight early ends in a row.
 pub(super) const MAX_WAITING: usize = 64;
 
+/// Version of the fit in a state. It changes with every struct in [`Settled`]. A fit of another version is left out, and the
+/// records are fitted anew.
+const FIT: u32 = 1;
+
 /// The solver when it last settled, and the records that have come since.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     pub(super) fingerprint: Fingerprint,
     pub(super) earlier: Earlier,
-    /// Identifier and counts. `None` while the solver has not settled on any record.
+    /// Identifier and counts. `None` while the solver has not settled on any record, or if the fit is of another version.
+    #[serde(with = "sealed")]
     pub(super) settled: Option<Box<Settled>>,
     /// The records that the estimate rests on, in the order of the experiments.
     pub(super) kept: Vec<Arc<Record>>,
     /// Records that the estimate does not rest on yet, in the order in which they came.
     pub(super) waiting: Vec<Arc<Record>>,
+}
+
+/// A state as flexid wrote it before the fit had a version of its own.
+#[derive(Deserialize)]
+pub struct Format7 {
+    fingerprint: Fingerprint,
+    earlier: Earlier,
+    settled: Option<Box<Settled>>,
+    kept: Vec<Arc<Record>>,
+    waiting: Vec<Arc<Record>>,
+}
+
+impl From<Format7> for State {
+    fn from(before: Format7) -> Self {
+        let Format7 { fingerprint, earlier, settled, kept, waiting } = before;
+        Self { fingerprint, earlier, settled, kept, waiting }
+    }
+}
+
+/// A fit as bytes with its version, which a reader of another version can skip.
+mod sealed {
+    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer, de, ser};
+
+    use super::{FIT, Settled};
+
+    type Bytes = Option<(u32, Vec<u8>)>;
+
+    pub(super) fn serialize<S: Serializer>(
+        settled: &Option<Box<Settled>>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let bytes = settled.as_deref().map(|fit| postcard::to_extend(fit, Vec::new())).transpose();
+        let bytes: Bytes = bytes.map_err(ser::Error::custom)?.map(|bytes| (FIT, bytes));
+        bytes.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<Box<Settled>>, D::Error> {
+        let own = Bytes::deserialize(deserializer)?.filter(|(version, _)| *version == FIT);
+        let settled = own.map(|(_, bytes)| postcard::from_bytes(&bytes));
+        settled.transpose().map_err(de::Error::custom)
+    }
 }
 
 /// Identifier and counts of the solver when it last settled.
@@ -69,6 +117,16 @@ impl State {
         self.fingerprint.validity(&Fingerprint::of(config))
     }
 
+    /// Returns the checksums of the config under which the state was found.
+    pub fn fingerprint(&self) -> Fingerprint {
+        self.fingerprint
+    }
+
+    /// Returns whether records are kept without the fit to them, which another version of flexid has made.
+    pub fn lacks_fit(&self) -> bool {
+        self.settled.is_none() && !self.kept.is_empty()
+    }
+
     /// Returns whether the state holds no record.
     pub fn is_empty(&self) -> bool {
         self.kept.is_empty() && self.waiting.is_empty()
@@ -93,8 +151,9 @@ impl State {
     pub fn is_possible(&self) -> bool {
         self.kept.len() <= MAX_EXPERIMENTS
             && self.waiting.len() <= MAX_WAITING
-            && self.settled.as_ref().map_or(0, |settled| settled.numbers.len()) == self.kept.len()
-            && self.settled.is_none() == self.kept.is_empty()
+            && self.settled.as_ref().is_none_or(|settled| {
+                settled.numbers.len() == self.kept.len() && !self.kept.is_empty()
+            })
     }
 }
 

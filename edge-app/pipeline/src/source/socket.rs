@@ -154,7 +154,9 @@ impl CanSocket {
             return;
         };
         match if_nametoindex(name.as_str()) {
-            Err(_) => self.link.look(Interface::Missing),
+            Err(Errno::ENODEV | Errno::ENXIO) => self.link.look(Interface::Missing),
+            // The system has no descriptor or no memory to look with: nothing is known.
+            Err(_) => {}
             Ok(now) if now != *index => {
                 let reopened = open(name).ok().and_then(|(socket, index)| {
                     prepare(&socket).ok().map(|bytes| (socket, index, bytes))
@@ -235,7 +237,10 @@ impl AsFd for CanSocket {
 /// Opens a socket that is bound to this interface. Returns it with the interface's index.
 fn open(interface: &str) -> Result<(socketcan::CanSocket, u32), OpenError> {
     let name = || interface.to_string();
-    let index = if_nametoindex(interface).map_err(|_| OpenError::NoInterface(name()))?;
+    let index = if_nametoindex(interface).map_err(|error| match error {
+        Errno::ENODEV | Errno::ENXIO => OpenError::NoInterface(name()),
+        error => OpenError::Io { interface: name(), error: error.into() },
+    })?;
     let opened = socketcan::CanSocket::open(interface).and_then(|socket| {
         socket.set_error_filter_accept_all()?;
         // CAN FD frames are received so that they can be reported. A kernel without CAN FD refuses, and receives none.
@@ -421,6 +426,35 @@ mod tests {
         let mut batch = Vec::new();
         assert_eq!(source.read(&mut batch, Duration::from_millis(1)).unwrap(), Flow::Open);
         assert!(batch.is_empty());
+    }
+
+    /// Without a free descriptor nothing is known of an interface, which is no reason to report that it was removed.
+    #[test]
+    fn an_interface_is_missing_only_if_the_system_says_so() {
+        const ALONE: &str = "FLEXID_TEST_ALONE";
+        if std::env::var_os(ALONE).is_none() {
+            // The limit holds for a whole process.
+            let name = "source::socket::tests::an_interface_is_missing_only_if_the_system_says_so";
+            let mut child = std::process::Command::new(std::env::current_exe().unwrap());
+            assert!(child.args(["--exact", name]).env(ALONE, "yes").status().unwrap().success());
+            return;
+        }
+        let (ours, _theirs) =
+            socketpair(AddressFamily::Unix, SockType::SeqPacket, None, SockFlag::SOCK_CLOEXEC)
+                .unwrap();
+        let interface = ("lo".to_string(), if_nametoindex("lo").unwrap());
+        let mut source = CanSocket::new(ours.into(), Some(interface)).unwrap();
+        let limit = nix::sys::resource::Resource::RLIMIT_NOFILE;
+        let (_, most) = nix::sys::resource::getrlimit(limit).unwrap();
+        nix::sys::resource::setrlimit(limit, 0, most).unwrap();
+        assert_eq!(if_nametoindex("lo"), Err(Errno::EMFILE));
+        source.look();
+        assert_eq!((source.health().link, source.health().link_losses), (LinkState::Up, 0));
+        assert!(matches!(CanSocket::open("lo"), Err(OpenError::Io { .. })));
+        nix::sys::resource::setrlimit(limit, most, most).unwrap();
+        source.interface = Some(("nocan9".to_string(), 9));
+        source.look();
+        assert_eq!(source.health().link, LinkState::Gone);
     }
 
     #[test]
