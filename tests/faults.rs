@@ -131,6 +131,10 @@ fn what_may_mend_itself_is_no_bad_input() -> Result<()> {
     ends("flexid-edge", &second, &["flexid.state: another flexid-edge keeps its numbers there"])?;
     bench.stop(edge)?;
 
+    // Too little for the stacks of the reader and the solver.
+    let little = ["--as=81920000", "flexid-edge", "--config", "edge.toml"];
+    ends("prlimit", &little, &["the thread flexid-", " cannot be started: ", "64 MiB"])?;
+
     fs::write(bench.path("flexid.state"), "no permission to read it")?;
     fs::set_permissions(bench.path("flexid.state"), fs::Permissions::from_mode(0o000))?;
     // Root without its capabilities is a user like any other.

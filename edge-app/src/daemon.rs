@@ -29,6 +29,7 @@ use crate::latest::Latest;
 use crate::reload::Reload;
 use crate::server::{self, Listener};
 use crate::store::Store;
+use crate::threads::no_thread;
 use solving::Solving;
 use state_log::StateLog;
 
@@ -138,24 +139,6 @@ impl Daemon<'_> {
         solving.end(&mut outcome);
         Ok(outcome)
     }
-}
-
-/// Returns a function that says which thread the system cannot start.
-fn no_thread(name: &'static str) -> impl Fn(io::Error) -> io::Error {
-    move |error| {
-        let needs = "it needs memory for its stack, of 64 MiB for the reader and the solver each";
-        let why = format!("the thread {name} cannot be started: {error}: {needs}");
-        io::Error::new(error.kind(), why)
-    }
-}
-
-/// Returns the kind of a line: its words without the numbers. Lines of one kind differ in their counts only.
-fn kind(line: &str) -> String {
-    let is_number = |word: &&str| {
-        word.contains(|c: char| c.is_ascii_digit())
-            && !word.contains(|c: char| c.is_alphabetic() || c == '_')
-    };
-    line.split_whitespace().filter(|word| !is_number(word)).collect::<Vec<_>>().join(" ")
 }
 
 /// Requests the end when it is dropped, even by a panic.

@@ -8,4 +8,5 @@ pub mod latest;
 pub mod reload;
 pub mod server;
 pub mod store;
+pub mod threads;
 pub mod usage;

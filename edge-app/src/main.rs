@@ -15,6 +15,7 @@ use flexid_edge::daemon::Daemon;
 use flexid_edge::reload::Reload;
 use flexid_edge::server::Listener;
 use flexid_edge::store::{ClaimError, Store};
+use flexid_edge::threads::no_thread;
 use flexid_edge::usage;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::Summary;
@@ -93,7 +94,8 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let outcome = thread::scope(|scope| {
         thread::Builder::new()
             .name("flexid-service".into())
-            .spawn_scoped(scope, || service.attend())?;
+            .spawn_scoped(scope, || service.attend())
+            .map_err(no_thread("flexid-service"))?;
         let outcome = daemon.run(&mut bus);
         // The daemon may have failed before it could request the end.
         stop.request();

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, TryRecvError, bounded};
 use flexid_edge::reload::Reload;
+use flexid_edge::threads::no_thread;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::stop::Stop;
@@ -57,11 +58,12 @@ impl Reading {
     fn begin(file: &Path) -> io::Result<Self> {
         let (sender, receiver) = bounded(1);
         let file = file.to_path_buf();
-        thread::Builder::new().name("flexid-config".into()).spawn(move || {
+        let thread = thread::Builder::new().name("flexid-config".into());
+        let spawned = thread.spawn(move || {
             // Nobody waits for it any more after the end.
             let _ = sender.send(Config::load(&file));
-        })?;
-        Ok(Self(receiver))
+        });
+        spawned.map(|_| Self(receiver)).map_err(no_thread("flexid-config"))
     }
 }
 

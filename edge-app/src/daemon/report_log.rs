@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use flexid_wire::report::Report;
 use tracing::{info, warn};
 
-use super::kind;
+use super::state_log::kind;
 
 use flexid_pipeline::report::Summary;
 

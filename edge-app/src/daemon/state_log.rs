@@ -6,8 +6,6 @@ use flexid_pipeline::Counts;
 use flexid_wire::state::State;
 use tracing::{info, warn};
 
-use super::kind;
-
 /// Time for which a state must stand before it is logged: signals that start or pause one after the other are no news. Chosen: as
 /// long as a sensor's silence.
 const STEADY: Duration = Duration::from_secs(2);
@@ -121,6 +119,15 @@ impl StateLog {
              the pose moved, or the stretch was too short): {state}"
         )))
     }
+}
+
+/// Returns the kind of a line: its words without the numbers. Lines of one kind differ in their counts only.
+pub(super) fn kind(line: &str) -> String {
+    let is_number = |word: &&str| {
+        word.contains(|c: char| c.is_ascii_digit())
+            && !word.contains(|c: char| c.is_alphabetic() || c == '_')
+    };
+    line.split_whitespace().filter(|word| !is_number(word)).collect::<Vec<_>>().join(" ")
 }
 
 /// Returns whether a state needs nobody to act.

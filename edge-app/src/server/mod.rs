@@ -15,6 +15,7 @@ use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use tracing::{debug, warn};
 
 use crate::latest::Latest;
+use crate::threads::no_thread;
 
 pub use listener::{BindError, Listener};
 use slots::Slots;
@@ -38,7 +39,8 @@ pub fn serve(listeners: &[Listener], latest: &Latest, stop: &Stop) -> io::Result
             let thread = thread::Builder::new().name("flexid-accept".into());
             thread
                 .spawn_scoped(scope, move || accept(scope, listener, latest, stop, slots, tally))
-                .inspect_err(|_| stop.request())?;
+                .inspect_err(|_| stop.request())
+                .map_err(no_thread("flexid-accept"))?;
         }
         Ok(())
     })

@@ -90,16 +90,11 @@ fn of_obstacle(survey: &Survey) -> Option<Finding> {
             format!("{} not finite", count(*readings, "reading")),
             "correct the factors in [bus] dbc",
         ),
-        Obstacle::CountersJump { jumps, lost } => (
-            format!(
-                "the counters jump, so that no stretch is as long as a record: {}, {} missing",
-                count(*jumps, "restart"),
-                count(*lost, "frame")
-            ),
-            "check supply and cables of the sensors, and the load of the bus",
-        ),
-        // The identifiers, their rates and the signals at a limit have findings of their own.
-        Obstacle::Misfit(_) | Obstacle::WrongRate(_) | Obstacle::Clipped { .. } => return None,
+        // The identifiers, their rates and the signals at a limit have findings of their own. The state without a record says the last.
+        Obstacle::Misfit(_)
+        | Obstacle::WrongRate(_)
+        | Obstacle::Clipped { .. }
+        | Obstacle::CountersJump { .. } => return None,
     };
     Some(Finding::new(unless_all_is_lost(survey), ABOUT, finding, mend))
 }

@@ -12,7 +12,7 @@ use std::time::Duration;
 use flexid_core::MAX_JOINTS;
 use flexid_core::stream::{Reading, Stream};
 use flexid_wire::misfits::{self, MisfitKind};
-use flexid_wire::state::{Obstacle, Sensor, State};
+use flexid_wire::state::{Sensor, State};
 use flexid_wire::text::clipped;
 
 use crate::config::Config;
@@ -23,7 +23,7 @@ use crate::unchecked;
 pub use counts::Counts;
 use misfit::Misfits;
 pub(crate) use misfit::frame_id;
-use obstacle::{ReadingFaults, frames_of_record, frames_of_sensors};
+use obstacle::{ReadingFaults, counters_jump, frames_of_record, frames_of_sensors};
 pub(crate) use obstacle::{obstacle, rate_used, wrong_rate};
 use plausibility::Plausibility;
 pub use plausibility::{Excess, Implausible, NoMeasurement};
@@ -137,10 +137,7 @@ impl<'a> Intake<'a> {
         }
         plausibility.note_stream(&stream.health());
         counts.all += batch.len() as u64;
-        if self.stream.health().records > self.at_record.stream.records {
-            self.at_record = self.counts();
-            self.misfits_since.begin_anew();
-        }
+        self.note_records();
         flow
     }
 
@@ -151,12 +148,22 @@ impl<'a> Intake<'a> {
             sink(record);
         });
         self.plausibility.note_stream(&self.stream.health());
+        self.note_records();
     }
 
     /// Ends the present record after frames may have been missed. Passes to `sink` what is complete enough for a record, and
     /// discards all joint angles.
     pub fn forget_angles(&mut self, sink: impl FnMut(&Record)) {
         self.stream.forget_angles(sink);
+        self.note_records();
+    }
+
+    /// Lets obstacles be judged from here on, if a record has come.
+    fn note_records(&mut self) {
+        if self.stream.health().records > self.at_record.stream.records {
+            self.at_record = self.counts();
+            self.misfits_since.begin_anew();
+        }
     }
 
     /// Returns the counts so far.
@@ -189,20 +196,11 @@ impl<'a> Intake<'a> {
         (known == 0).then(|| self.unknown.beside(&self.table.identifiers())).flatten()
     }
 
-    /// Returns the obstacle to records since the newest one, once the frames of another have come.
-    fn obstacle_since_record(&self, counts: &Counts, config: &Config) -> Option<Obstacle> {
-        if self.at_record.stream.records == 0 {
-            return obstacle(counts, config);
-        }
-        let since = counts.since(&self.at_record, self.misfits_since.worst());
-        let is_enough = frames_of_sensors(&since) >= frames_of_record(config);
-        obstacle(&since, config).filter(|_| is_enough)
-    }
-
     /// Returns the obstacle to records, or else what the intake waits for.
     pub fn state(&self, config: &Config) -> State {
         let counts = self.counts();
         let recording = counts.stream.records > 0;
+        let since = counts.since(&self.at_record, self.misfits_since.worst());
         if self.counts.all == 0 {
             return State::NoFrames;
         }
@@ -210,7 +208,9 @@ impl<'a> Intake<'a> {
             let interface = clipped(&config.interface);
             return State::OnlyErrors { errors: self.counts.bus_errors, interface };
         }
-        if let Some(obstacle) = self.obstacle_since_record(&counts, config) {
+        // Behind a record, what has come is judged once it is as long as another.
+        let is_enough = !recording || frames_of_sensors(&since) >= frames_of_record(config);
+        if let Some(obstacle) = obstacle(&since, config).filter(|_| is_enough) {
             return State::Obstacle(obstacle);
         }
         if let Some(unknown) = self.unknown() {
@@ -231,6 +231,9 @@ impl<'a> Intake<'a> {
             silent.map(|(joint, _)| clipped(&joint.name)).collect();
         if !silent.is_empty() {
             return State::NoAngles(silent);
+        }
+        if let Some(obstacle) = counters_jump(&since.stream, config) {
+            return State::Obstacle(obstacle);
         }
         let readings = &counts.implausible;
         let implausible =

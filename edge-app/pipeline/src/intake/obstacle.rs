@@ -34,7 +34,7 @@ impl ReadingFaults {
 }
 
 /// Returns why the frames give no record. An identifier without any readable frame and a wrong rate come first, then
-/// the largest obstacle, if it is large enough to be reported, then counters that jump.
+/// the largest obstacle, if it is large enough to be reported.
 pub(crate) fn obstacle(counts: &Counts, config: &Config) -> Option<Obstacle> {
     let &Counts { ref stream, misfit, .. } = counts;
     if let Some(misfit) = misfit.filter(|misfit| !misfit.others_fit) {
@@ -58,13 +58,12 @@ pub(crate) fn obstacle(counts: &Counts, config: &Config) -> Option<Obstacle> {
         misfit.map(|misfit| (misfit.frames, Obstacle::Misfit(misfit))),
     ];
     let (frames, obstacle) = obstacles.into_iter().flatten().max_by_key(|(frames, _)| *frames)?;
-    let is_large = frames > 0 && frames >= frames_of_sensors(counts) / SHARE;
-    is_large.then_some(obstacle).or_else(|| counters_jump(stream, config))
+    (frames > 0 && frames >= frames_of_sensors(counts) / SHARE).then_some(obstacle)
 }
 
 /// Returns the jumps of the counters, if the time for two records gave none, and less than a record lies between two restarts, or
-/// frames are missing in number.
-fn counters_jump(stream: &StreamHealth, config: &Config) -> Option<Obstacle> {
+/// frames are missing in number. Both sensors must be heard.
+pub(super) fn counters_jump(stream: &StreamHealth, config: &Config) -> Option<Obstacle> {
     let (jumps, lost) = (stream.restarts, stream.frames_lost);
     let record = frames_of_record(config);
     let is_long = stream.records == 0 && stream.frames + lost >= 2 * record;
