@@ -112,7 +112,7 @@ impl StateLog {
             return None;
         }
         self.is_dry = true;
-        let discarded = counts.stream.samples_discarded - at.stream.samples_discarded;
+        let discarded = counts.stream.samples_discarded.saturating_sub(at.stream.samples_discarded);
         let minutes = DROUGHT.as_secs() / 60;
         Some(Line::Warning(format!(
             "no record for {minutes} min while frames come ({discarded} samples discarded since: \

@@ -447,7 +447,7 @@ mod tests {
         let limit = nix::sys::resource::Resource::RLIMIT_NOFILE;
         let (_, most) = nix::sys::resource::getrlimit(limit).unwrap();
         nix::sys::resource::setrlimit(limit, 0, most).unwrap();
-        assert_eq!(if_nametoindex("lo"), Err(Errno::EMFILE));
+        assert!(if_nametoindex("lo").is_err(), "there is still a descriptor");
         source.look();
         assert_eq!((source.health().link, source.health().link_losses), (LinkState::Up, 0));
         assert!(matches!(CanSocket::open("lo"), Err(OpenError::Io { .. })));
