@@ -149,7 +149,7 @@ fn solver_makes_way_or_says_so() -> Result<()> {
     bus::restore()?;
     let bench = Bench::scenario()?;
     let edge = bench.edge()?;
-    let niceness = || {
+    let niceness = || -> Result<Option<String>> {
         for task in fs::read_dir(format!("/proc/{}/task", edge.id()))? {
             let stat = fs::read_to_string(task?.path().join("stat"))?;
             // Behind the name: state and fifteen numbers, then the niceness, proc(5).

@@ -37,12 +37,12 @@ impl<'a> Keeping<'a> {
 
     /// Notes that the state has changed.
     pub(super) fn note_change(&mut self, counts: &Counts) {
-        self.unsaved = Some(*counts);
+        self.unsaved = self.store.map(|_| *counts);
     }
 
     /// Returns the counts at the last change, if a write is due.
     pub(super) fn due(&self) -> Option<Counts> {
-        self.unsaved.filter(|_| self.store.is_some() && Instant::now() >= self.due)
+        self.unsaved.filter(|_| Instant::now() >= self.due)
     }
 
     /// Returns the time until a write is due, and at most `longest`.
@@ -82,5 +82,29 @@ impl<'a> Keeping<'a> {
             warn!("{file}: cannot be written: {text}: a restart forgets until it can");
         }
         self.failed = error;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Who waits for this time must not turn in circles.
+    #[test]
+    fn nothing_is_due_where_nothing_is_kept_or_the_last_write_has_failed() {
+        let longest = Duration::from_secs(60);
+        let mut nowhere = Keeping::new(None);
+        nowhere.note_change(&Counts::default());
+        assert_eq!((nowhere.due(), nowhere.until_due(longest)), (None, longest));
+
+        let store =
+            Store::find(Some(std::path::Path::new("/no/such/folder/flexid.state"))).unwrap();
+        let mut keeping = Keeping::new(Some(&store));
+        assert_eq!((keeping.due(), keeping.until_due(longest)), (None, longest));
+        keeping.note_change(&Counts::default());
+        assert_eq!(keeping.due(), Some(Counts::default()));
+        keeping.due = Instant::now() + RETRY;
+        assert_eq!(keeping.due(), None);
+        assert!(keeping.until_due(longest) > RETRY / 2 && keeping.until_due(longest) <= RETRY);
     }
 }
