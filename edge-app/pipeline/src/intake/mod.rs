@@ -185,7 +185,7 @@ impl<'a> Intake<'a> {
 
     /// Returns the signals of the joints whose angles used to come in a cycle and do not come any more, base first.
     pub fn silent_joints(&self) -> impl Iterator<Item = &str> {
-        let came = |joint: &usize| self.seen.joints.get(*joint).is_some_and(|seen| *seen);
+        let came = |joint: &usize| self.heard.joints.get(*joint).is_some_and(|seen| *seen);
         let silent = self.stream.missing_joints().filter(came);
         silent.filter_map(|joint| self.table.joints.get(joint).map(String::as_str))
     }
