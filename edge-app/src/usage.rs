@@ -3,18 +3,23 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::console::complain;
 
 /// Reads the arguments of this program. Help and version go to stdout, and the program ends.
 ///
 /// # Errors
-/// The error is exit status 2. One line on stderr has named the mistake.
+/// The error is exit status 2. One line on stderr has named the mistake. Where a command is missing, stderr has the help.
 pub fn parse<Arguments: Parser>() -> Result<Arguments, ExitCode> {
     Arguments::try_parse().map_err(|error| {
         if !error.use_stderr() {
             error.exit();
+        }
+        if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+            // There is no other place to report the failure.
+            let _ = error.print();
+            return ExitCode::from(2);
         }
         complain(&format!("{}: {}", Arguments::command().get_name(), one_line(&error)));
         ExitCode::from(2)

@@ -29,16 +29,20 @@ pub(crate) fn differences(found: &Found, exported: &Robot) -> Result<Option<Stri
     let modes =
         |robot: &Predicted| robot.at(exported.pose).map(|at| at.modes(upper)).unwrap_or_default();
     let (own, theirs) = (modes(&found.robot), modes(&constant));
-    let [slower, faster] = ratios(&own, &theirs, |mode| mode.frequency_hz.value);
-    let [lighter, heavier] = ratios(&own, &theirs, |mode| mode.damping_ratio.value);
-    let off = (1.0 - slower).max(faster - 1.0);
-    if off < SAME && 1.0 - lighter < DAMPED_ALIKE && heavier - 1.0 < DAMPED_ALIKE {
+    let off = farthest(&own, &theirs, |mode| mode.frequency_hz.value);
+    let damped = farthest(&own, &theirs, |mode| mode.damping_ratio.value);
+    if (off.times - 1.0).abs() < SAME && (damped.times - 1.0).abs() < DAMPED_ALIKE {
         return Ok(None);
     }
     Ok(Some(format!(
-        "natural frequencies up to {upper} Hz are up to {:.1} % off those of flexid, and damping ratios {lighter:.2} to {heavier:.2} times: the fit has \
+        "natural frequencies up to {upper} Hz are up to {:.1} % off those of flexid (the mode at {:.1} Hz), and damping ratios up to {:.2} times as \
+         large (the mode at {:.1} Hz; they are right at {:.1} Hz): the fit has \
          found springs and dampers that change with frequency, or hoses, which the file does not carry",
-        100.0 * off
+        100.0 * (off.times - 1.0).abs(),
+        off.of_hz,
+        damped.times,
+        damped.of_hz,
+        exported.at_hz
     )))
 }
 
@@ -51,12 +55,23 @@ fn is_left_out(imperfection: Imperfection) -> bool {
     )
 }
 
-/// Least and largest ratio of a number of the mode with the nearest natural frequency to that of each mode, 1 included.
-fn ratios(own: &[Mode], theirs: &[Mode], of: fn(&Mode) -> f64) -> [f64; 2] {
+/// How far a number of a mode is off.
+struct Off {
+    /// Times as large.
+    times: f64,
+    /// Natural frequency of the mode, Hz.
+    of_hz: f64,
+}
+
+/// A number of the mode with the nearest natural frequency to that of each mode, where the two are farthest apart, by their ratio.
+fn farthest(own: &[Mode], theirs: &[Mode], of: fn(&Mode) -> f64) -> Off {
     let nearest = |own: &Mode| {
         let off = |theirs: &Mode| (theirs.frequency_hz.value / own.frequency_hz.value).ln().abs();
         theirs.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
     };
-    let all = own.iter().filter_map(|own| Some(of(nearest(own)?) / of(own)));
-    all.fold([1.0_f64; 2], |[low, high], own| [low.min(own), high.max(own)])
+    let all = own.iter().filter_map(|own| {
+        Some(Off { times: of(nearest(own)?) / of(own), of_hz: own.frequency_hz.value })
+    });
+    let size = |off: &Off| off.times.ln().abs();
+    all.max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(Off { times: 1.0, of_hz: 0.0 })
 }

@@ -27,7 +27,8 @@ impl Numbers {
     pub(crate) fn exactly<const N: usize>(&self, name: &str) -> Result<[f64; N], BadArgument> {
         let Self(all) = self;
         all.as_slice().try_into().map_err(|_| {
-            let wanted = ["none", "one", "two", "three"].get(N).copied().unwrap_or("as many");
+            let words = ["none", "one", "two", "three", "four", "five", "six"];
+            let wanted = words.get(N).copied().unwrap_or("as many");
             let given = count(all.len() as u64, "number");
             BadArgument(format!("{name} has {given}: give {wanted}"))
         })

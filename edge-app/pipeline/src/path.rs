@@ -49,14 +49,29 @@ pub fn load(file: &Path, model: &Model) -> Result<Vec<Place>, BadInput> {
 /// # Errors
 /// The errors are those of [`load`].
 pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Vec<Place>, BadInput> {
+    places(file, text, model, FORCES)
+}
+
+/// Reads the poses of a robot: a path, whose forces may be left out. Joint angles, one per driven joint, rad (m).
+///
+/// # Errors
+/// The errors are those of [`load`].
+pub fn poses(file: &Path, model: &Model) -> Result<Vec<Vec<f64>>, BadInput> {
+    let places = places(file, &input::read(file)?, model, 0)?;
+    Ok(places.into_iter().map(|place| place.pose).collect())
+}
+
+/// Reads places, of whose load the first columns must be there.
+fn places(file: &Path, text: &str, model: &Model, forces: usize) -> Result<Vec<Place>, BadInput> {
     let mut places = Vec::new();
-    let header = |header: &_| Table::new(header, model);
+    let needed = needed(model, forces);
+    let header = |header: &_| Table::new(header, model, &needed);
     columns::read(file, text, header, |table, line, number| {
         places.push(table.place(line, number)?);
         Ok(())
     })?;
     if places.is_empty() {
-        let needed = needed(model).join(",");
+        let needed = needed.join(",");
         return Err(BadInput::new(
             file,
             format!("has no place: the first line is {needed}, each other a place"),
@@ -65,24 +80,24 @@ pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Vec<Place>, BadIn
     Ok(places)
 }
 
-/// Returns the names of the columns that a file needs.
-fn needed(model: &Model) -> Vec<String> {
-    let forces = LOAD.iter().take(FORCES).map(|(name, _)| (*name).to_owned());
+/// Returns the names of the columns that a file needs, with so many of the load.
+fn needed(model: &Model, forces: usize) -> Vec<String> {
+    let forces = LOAD.iter().take(forces).map(|(name, _)| (*name).to_owned());
     columns::angle_names(model).chain(forces).collect()
 }
 
 impl<'a> Table<'a> {
-    fn new(header: &StringRecord, model: &'a Model) -> Result<Self, String> {
-        let torques = LOAD.iter().skip(FORCES).map(|(name, _)| (*name).to_owned());
+    fn new(header: &StringRecord, model: &'a Model, needed: &[String]) -> Result<Self, String> {
+        let load = LOAD.iter().map(|(name, _)| (*name).to_owned());
         let known: Vec<String> =
-            needed(model).into_iter().chain(torques).chain(columns::degree_names(model)).collect();
-        columns::check_names(header, &known, &needed(model))?;
+            columns::angle_names(model).chain(load).chain(columns::degree_names(model)).collect();
+        columns::check_names(header, &known, needed)?;
         let find = |name: &str| columns::find(header, name);
         let place = |name: &str| {
-            let missing = || format!("column {name} is missing: name {}", needed(model).join(","));
+            let missing = || format!("column {name} is missing: name {}", needed.join(","));
             find(name).ok_or_else(missing)
         };
-        for (name, _) in &LOAD[..FORCES] {
+        for (name, _) in LOAD.iter().filter(|(name, _)| needed.iter().any(|own| own == name)) {
             place(name)?;
         }
         let joints = model.driven().zip(1..);

@@ -1,5 +1,5 @@
-//! The progress of long work, on stderr: a bar on a terminal. Elsewhere work that can be counted says now and then how far it is; the
-//! reading of logs is silent there, since its errors are single lines.
+//! The progress of long work, on stderr: a bar on a terminal, elsewhere a line in ten seconds that begins with `progress: `. Work that is
+//! done before has none, so that the error of a wrong input stays the only line.
 
 use std::fmt::Write;
 use std::thread;
@@ -12,11 +12,16 @@ use indicatif::{HumanDuration, ProgressBar, ProgressFinish, ProgressState, Progr
 /// Interval at which a bar is drawn while nothing comes to an end, so that it is there from the beginning.
 const DRAWN: Duration = Duration::from_millis(250);
 
-/// Interval between two lines where there is no terminal. Chosen: work that is shorter needs none, and an hour of work gives a log of a page
-/// or two.
+/// Interval between two lines where there is no terminal. Chosen: work that is shorter needs none, and an hour of work gives a log of a few
+/// pages.
 const SAID: Duration = Duration::from_secs(10);
-/// Ticks of a part of the work, in a bar of [`parts`].
+/// Share from which on the time left is estimated. Chosen: before it, more than three times what was seen would be extrapolated.
+const SEEN: f64 = 0.25;
+/// Ticks of a part of the work in a bar of [`parts`], and of a second in one of [`simulated`].
 const TICKS: f64 = 1000.0;
+
+/// The state of the work in words: of the ticks done, the ticks in all where they are known, and the time since the start.
+type Words = fn(u64, Option<u64>, Duration) -> String;
 
 /// A bar of so many parts, in which [`done`] tells how far a part is.
 pub fn parts(parts: usize, doing: &'static str) -> ProgressBar {
@@ -25,95 +30,98 @@ pub fn parts(parts: usize, doing: &'static str) -> ProgressBar {
 
 /// So many parts of a bar of [`parts`] are done, and a part of the next one, 0 to 1.
 pub fn done(bar: &ProgressBar, parts: usize, of_next: f64) {
-    bar.set_position(((parts as f64 + of_next) * TICKS) as u64);
+    reached(bar, parts as f64 + of_next);
 }
 
-/// A bar of `length` ticks, with the time left estimated from the ticks so far; without a terminal lines that say the same.
+/// A bar of `length` ticks. From a quarter on it has the time left, as if all ticks took the same time.
 pub fn bar(length: u64, doing: &'static str) -> ProgressBar {
-    let bar = drawn(ProgressBar::new(length), doing, estimated());
-    if bar.is_hidden() {
-        say(&bar);
-    }
-    bar
+    drawn(ProgressBar::new(length), doing, WHOLE, share)
 }
 
-/// A bar of `length` milliseconds of work in real time. The milliseconds left are the time left.
-pub fn timed(length: u64, doing: &'static str) -> ProgressBar {
-    let left = |state: &ProgressState, text: &mut dyn Write| {
-        // The bar's own writer does not fail.
-        let _ = text.write_str(&time_left(state.pos(), state.len()));
-    };
-    drawn(ProgressBar::new(length), doing, with_time_left(left))
+/// A bar of `seconds` that a robot works, in which [`reached`] tells how many there are.
+pub fn simulated(seconds: f64, doing: &'static str) -> ProgressBar {
+    drawn(ProgressBar::new((seconds * TICKS).round() as u64), doing, WHOLE, of_seconds)
 }
 
-/// A spinner for work of unknown length.
+/// So many seconds of a bar of [`simulated`] are done.
+pub fn reached(bar: &ProgressBar, seconds: f64) {
+    bar.set_position((seconds * TICKS) as u64);
+}
+
+/// A spinner, with the time since the start, for work whose length shows only at its end.
 pub fn endless(doing: &'static str) -> ProgressBar {
-    drawn(ProgressBar::no_length(), doing, style("{spinner} {msg}"))
+    drawn(ProgressBar::no_length(), doing, OPEN, share)
 }
 
-/// The style of a [`bar`].
-pub fn estimated() -> ProgressStyle {
-    with_time_left(|state: &ProgressState, text: &mut dyn Write| {
-        // Before the first tick nothing is known.
-        let left = match state.pos() {
-            0 => "some time".to_owned(),
-            _ => HumanDuration(state.eta()).to_string(),
-        };
-        let _ = text.write_str(&left);
-    })
+/// The style of a [`bar`], for one that was [`endless`].
+pub fn known() -> ProgressStyle {
+    style(WHOLE, share)
 }
 
-fn with_time_left(
-    left: impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync + 'static,
-) -> ProgressStyle {
-    style("{msg} [{wide_bar}] {percent:>3} %, {left} left").with_key("left", left)
-}
+/// Template of work of known length.
+const WHOLE: &str = "{msg} [{wide_bar}] {state}";
+/// Template of work of unknown length.
+const OPEN: &str = "{spinner} {msg}, {state}";
 
-fn style(template: &str) -> ProgressStyle {
+fn style(template: &str, words: Words) -> ProgressStyle {
     let style =
         ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-    style.progress_chars("=> ")
+    let state = move |state: &ProgressState, text: &mut dyn Write| {
+        // The bar's own writer does not fail.
+        let _ = text.write_str(&words(state.pos(), state.len(), state.elapsed()));
+    };
+    style.progress_chars("=> ").with_key("state", state)
 }
 
-/// The bar, on a terminal from now on, until it is dropped.
-fn drawn(bar: ProgressBar, doing: &'static str, style: ProgressStyle) -> ProgressBar {
+/// The bar, on a terminal from now on, until it is dropped; without a terminal the lines.
+fn drawn(bar: ProgressBar, doing: &'static str, template: &str, words: Words) -> ProgressBar {
+    let style = style(template, words);
     let bar = bar.with_message(doing).with_style(style).with_finish(ProgressFinish::AndClear);
-    if !bar.is_hidden() {
-        bar.enable_steady_tick(DRAWN);
+    match bar.is_hidden() {
+        true => say(&bar, words),
+        false => bar.enable_steady_tick(DRAWN),
     }
     bar
 }
 
 /// Says every ten seconds how far the work is, so that whoever waits or reads a log sees that it goes on.
-fn say(bar: &ProgressBar) {
+fn say(bar: &ProgressBar, words: Words) {
     let bar = bar.downgrade();
     thread::spawn(move || {
         loop {
             thread::sleep(SAID);
             match bar.upgrade() {
-                Some(bar) if !bar.is_finished() => complain(&line(&bar)),
+                Some(bar) if !bar.is_finished() => complain(&line(&bar, words)),
                 _ => return,
             }
         }
     });
 }
 
-/// For example `predicting: 40 %, 12 seconds left`.
-fn line(bar: &ProgressBar) -> String {
-    let message = bar.message();
-    match bar.length() {
-        Some(length) if length > 0 && bar.position() > 0 => {
-            let percent = 100 * bar.position().min(length) / length;
-            format!("{message}: {percent} %, {} left", HumanDuration(bar.eta()))
-        }
-        _ => format!("{message}: {}", HumanDuration(bar.elapsed())),
-    }
+/// For example `progress: predicting, 40 %, 12 seconds left`.
+fn line(bar: &ProgressBar, words: Words) -> String {
+    let state = words(bar.position(), bar.length(), bar.elapsed());
+    format!("progress: {}, {state}", bar.message())
 }
 
-/// The time left of a bar of `length` milliseconds, in words.
-fn time_left(position: u64, length: Option<u64>) -> String {
-    let left = length.unwrap_or_default().saturating_sub(position);
-    HumanDuration(Duration::from_secs(left.div_ceil(1000))).to_string()
+/// For example `40 %, 12 seconds left`; the time since the start where the length is not known.
+fn share(done: u64, length: Option<u64>, elapsed: Duration) -> String {
+    let Some(length) = length.filter(|length| *length > 0) else {
+        return HumanDuration(elapsed).to_string();
+    };
+    let share = (done as f64 / length as f64).min(1.0);
+    let percent = (100.0 * share) as u64;
+    if share < SEEN {
+        return format!("{percent} %");
+    }
+    let left = elapsed.mul_f64((1.0 - share) / share);
+    format!("{percent} %, {} left", HumanDuration(left))
+}
+
+/// For example `3.2 of 14.3 s, 22 %`.
+fn of_seconds(done: u64, length: Option<u64>, elapsed: Duration) -> String {
+    let [seconds, of] = [done, length.unwrap_or(done)].map(|ticks| ticks as f64 / TICKS);
+    format!("{seconds:.1} of {of:.1} s, {}", share(done, length, elapsed))
 }
 
 #[cfg(test)]
@@ -123,19 +131,39 @@ mod tests {
     #[test]
     fn a_line_says_how_far_the_work_is() {
         let bar = parts(4, "predicting");
-        assert_eq!(line(&bar), "predicting: 0 seconds");
+        assert_eq!(line(&bar, share), "progress: predicting, 0 %");
         done(&bar, 1, 0.5);
-        let line = line(&bar);
-        assert!(line.starts_with("predicting: 37 %, ") && line.ends_with(" left"), "{line}");
+        let said = line(&bar, share);
+        assert!(
+            said.starts_with("progress: predicting, 37 %, ") && said.ends_with(" left"),
+            "{said}"
+        );
+        let bar = endless("reading");
+        bar.inc(7);
+        assert_eq!(line(&bar, share), "progress: reading, 0 seconds");
     }
 
-    /// The time left does not depend on the first ticks. An estimate from them was off by hundreds of times.
+    /// Work of equal ticks that stops for a while. An estimate from the latest ticks grew to thousands of years meanwhile.
     #[test]
-    fn the_time_left_of_work_in_time_is_what_is_left_of_it() {
-        assert_eq!(time_left(0, Some(14_288)), "15 seconds");
-        assert_eq!(time_left(14_000, Some(14_288)), "1 second");
-        assert_eq!(time_left(14_288, Some(14_288)), "0 seconds");
-        let bar = timed(14_288, "simulating");
-        assert_eq!(bar.length(), Some(14_288));
+    fn the_time_left_is_that_of_all_ticks_so_far_and_of_the_first_quarter_none() {
+        let at = |done, seconds| share(done, Some(8), Duration::from_secs(seconds));
+        assert_eq!([at(0, 0), at(1, 60), at(1, 3600)], ["0 %", "12 %", "12 %"]);
+        assert_eq!(at(2, 120), "25 %, 6 minutes left");
+        // Nothing moves for as long as all before took.
+        assert_eq!(at(2, 240), "25 %, 12 minutes left");
+        assert_eq!(
+            [at(6, 360), at(8, 480), at(9, 490)],
+            ["75 %, 2 minutes left", "100 %, 0 seconds left", "100 %, 0 seconds left"]
+        );
+    }
+
+    #[test]
+    fn simulated_work_shows_its_seconds() {
+        let bar = simulated(14.288, "simulating");
+        reached(&bar, 3.2);
+        assert_eq!(line(&bar, of_seconds), "progress: simulating, 3.2 of 14.3 s, 22 %");
+        reached(&bar, 14.0);
+        let said = line(&bar, of_seconds);
+        assert!(said.starts_with("progress: simulating, 14.0 of 14.3 s, 97 %, "), "{said}");
     }
 }

@@ -114,6 +114,7 @@ pub(crate) fn ground<'a>(
     }
     let rigid: Vec<&str> =
         dofs.into_iter().filter(|dof| compliance[*dof] == 0.0).map(|dof| DOF_NAMES[dof]).collect();
+    let links: f64 = bodies.iter().map(|body| body.link.mass).sum();
     let load: Vec<f64> = force.iter().chain(torque.iter()).copied().collect();
     Some(Body {
         name: GROUND.to_owned(),
@@ -127,7 +128,8 @@ pub(crate) fn ground<'a>(
         report: None,
         sag: Some(dofs.map(|dof| compliance[dof] * load[dof])),
         remarks: vec![format!(
-            "the base on its ground, which gives way as the fit has found, but for {}; an inertia of {inertia:.2} kg m^2 is assumed",
+            "the base on its ground, which gives way as the fit has found, but for {}; its mass, {mass:.1} kg beside {links:.1} kg of the links, and an \
+             inertia of {inertia:.2} kg m^2 are assumed",
             if rigid.is_empty() {
                 "nothing".to_owned()
             } else {

@@ -42,18 +42,9 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// Golden sections in the search of the least depth. Chosen: the interval shrinks to a hundred-thousandth.
 const SECTIONS: usize = 24;
 /// Most waves between two teeth. Chosen: with more, the lobes leave no speed apart from the least depth.
-pub const MOST_WAVES: f64 = 1e4;
+const MOST_WAVES: f64 = 1e4;
 /// Eigenvalue of α Φ, in parts of the other one, that is rounding.
 const ROUNDING: f64 = 1e-9;
-
-/// What is said of the sampling of a receptance.
-#[derive(Clone, Copy, Debug)]
-pub enum Sampling {
-    /// So many samples are added. How many more they ask for shows only afterwards.
-    Added(usize),
-    /// A sample is there.
-    Done,
-}
 
 /// The two eigenvalues of α Φ at a frequency.
 #[derive(Clone, Copy, Debug)]
@@ -160,21 +151,14 @@ impl Sample {
 }
 
 impl Lobes {
-    /// Samples a structure from `lower` to `upper`, Hz, and says how far that is. `None` where it has no response.
+    /// Samples a structure from `lower` to `upper`, Hz. `None` where it has no response.
     pub fn new(
         cutter: Cutter,
         [lower, upper]: [f64; 2],
         sample: impl Fn(f64) -> Option<Sample> + Sync,
-        said: impl Fn(Sampling) + Sync,
     ) -> Option<Self> {
-        let sample = |hz: f64| {
-            let sample = sample(hz);
-            said(Sampling::Done);
-            sample
-        };
         let all = |places: Vec<f64>| -> Option<Vec<Sample>> {
-            said(Sampling::Added(places.len()));
-            places.into_par_iter().map(sample).collect()
+            places.into_par_iter().map(&sample).collect()
         };
         let step = (upper - lower) / (FIRST - 1) as f64;
         let mut samples = all((0..FIRST).map(|index| lower + step * index as f64).collect())?;
@@ -206,20 +190,22 @@ impl Lobes {
             samples[place] = samples[place].matched(&samples[place - 1]);
         }
         let mut lobes = Self { cutter, samples, least: None };
-        // Two in each section, and one at its end.
-        said(Sampling::Added(2 * SECTIONS + 1));
         lobes.least = lobes.worst(sample);
         Some(lobes)
     }
 
-    /// The limit at a spindle speed, turns a minute. `None` where no depth chatters within the frequencies, or where a tooth leaves more than
-    /// [`MOST_WAVES`].
+    /// Lowest and highest spindle speed, turns a minute, of which the samples speak: those at which the teeth pass within the frequencies that were
+    /// sampled, and a tooth leaves at most ten thousand waves. Where the teeth pass faster than all modes that were sampled vibrate, these hardly chatter,
+    /// and the limit is that of modes beyond.
+    pub fn speeds(&self) -> [f64; 2] {
+        let ends = [self.samples.first(), self.samples.last()];
+        let [lower, upper] = ends.map(|own| own.map_or(0.0, |own| own.frequency_hz));
+        [lower.max(upper / MOST_WAVES), upper].map(|hz| 60.0 * hz / f64::from(self.cutter.teeth))
+    }
+
+    /// The limit at a spindle speed within [`speeds`](Self::speeds), turns a minute. `None` where no depth chatters within the frequencies.
     pub fn limit(&self, rpm: f64) -> Option<Limit> {
         let period = 60.0 / (f64::from(self.cutter.teeth) * rpm);
-        let waves = period * self.samples.last()?.frequency_hz;
-        if waves.is_nan() || waves > MOST_WAVES {
-            return None;
-        }
         let all: Vec<Limit> = self.crossings(period).collect();
         let by_depth = |a: &&Limit, b: &&Limit| a.depth_m.value.total_cmp(&b.depth_m.value);
         let mut lowest = *all.iter().min_by(by_depth)?;
@@ -235,7 +221,8 @@ impl Lobes {
         Some(lowest)
     }
 
-    /// The limit of the worst speed, m: shallower cuts are stable at all speeds. `None` where no depth chatters within the frequencies.
+    /// The limit of the worst speed, m: shallower cuts are stable at all [`speeds`](Self::speeds). `None` where no depth chatters within the
+    /// frequencies.
     pub fn least(&self) -> Option<PositiveEstimate> {
         self.least
     }
@@ -331,13 +318,12 @@ impl Lobes {
 
 impl Lobes {
     /// The lobes of a cutter whose [plane](crate::milling::plane) this is, with chatter frequencies from `lower` to `upper`, Hz. `None` where
-    /// the robot has no response. It says how far it is.
+    /// the robot has no response.
     pub fn of(
         at: &Dynamics<'_>,
         cutter: Cutter,
         plane: &Matrix3x2<f64>,
         band_hz: [f64; 2],
-        said: impl Fn(Sampling) + Sync,
     ) -> Option<Self> {
         let directional = cutter.directional();
         let plane = plane.map(Complex::from);
@@ -352,7 +338,7 @@ impl Lobes {
             let spread = |a: &DVector<f64>, b: &DVector<f64>| a.dot(&(covariance * b));
             Some(Sample::new(hz, &directional, &of_plane(&response.value), &gradient, spread))
         };
-        Self::new(cutter, band_hz, sample, said)
+        Self::new(cutter, band_hz, sample)
     }
 }
 

@@ -66,6 +66,16 @@ impl Cut {
     /// Response of a robot with `bushings`, one for each joint. It is NaN from the point at which the robot gives
     /// way: a bushing turns by 90°, or does not come to rest under gravity.
     pub fn response(&self, chain: &Chain, bushings: &[Bushing]) -> Response {
+        self.response_telling(chain, bushings, |_| ())
+    }
+
+    /// The [`response`](Self::response), which calls `tell` with the share that is done, 0 to 1, after each sample.
+    pub fn response_telling(
+        &self,
+        chain: &Chain,
+        bushings: &[Bushing],
+        tell: impl Fn(f64),
+    ) -> Response {
         let equation = EquationOfMotion::new(chain, &self.pose, self.gravity, bushings);
         let Ok(equation) = equation else {
             let nothing = vec![Vector3::repeat(f64::NAN); self.force.len().div_ceil(OVERSAMPLING)];
@@ -92,6 +102,7 @@ impl Cut {
                 let at = |part: f64| sample as f64 + (step as f64 + part) / STEPS as f64;
                 stands = stands && robot.step(|part| force::between(&self.force, at(part))).is_ok();
             }
+            tell((sample * OVERSAMPLING) as f64 / self.force.len() as f64);
         }
         response
     }

@@ -218,6 +218,11 @@ impl Scenario {
             .collect()
     }
 
+    /// Poses of the experiments, joint angles, rad (m).
+    pub fn poses(&self) -> Vec<Vec<f64>> {
+        self.experiments.iter().map(|own| own.pose.clone()).collect()
+    }
+
     /// An experiment that the file does not have. Its pose is drawn uniformly between the joints' limits (between ± π
     /// or ± 1 m where there is none). Its spindle speeds are drawn from the ranges of the reference scenario, 600 to 900 rpm at the
     /// start and 3000 to 5400 rpm at the end, and its feed from the three axes.

@@ -123,11 +123,15 @@ impl Simulator {
         Ok(Self { plant: Some(plant), ..self })
     }
 
-    /// Does one experiment.
+    /// Does one experiment. It calls `tell` with the share that is simulated, 0 to 1, again and again.
     ///
     /// # Errors
     /// The robot gives way, or a signal of the frame layout cannot be written.
-    pub fn perform(&mut self, experiment: &Experiment) -> Result<Transmission, BadInput> {
+    pub fn perform(
+        &mut self,
+        experiment: &Experiment,
+        tell: impl Fn(f64),
+    ) -> Result<Transmission, BadInput> {
         let Scenario { cutting, measurement, .. } = &self.scenario;
         let cut = Cut {
             gravity: self.gravity,
@@ -144,7 +148,8 @@ impl Simulator {
         };
         let (rng, mut quality) = (&mut self.rng, self.quality);
         let response = match &self.plant {
-            None => Some(cut.response(&self.chain, &self.truth)).filter(Response::is_finite),
+            None => Some(cut.response_telling(&self.chain, &self.truth, tell))
+                .filter(Response::is_finite),
             Some(plant) => {
                 let surroundings = Surroundings {
                     force_noise: quality.noise * measurement.force_noise(),
@@ -154,7 +159,12 @@ impl Simulator {
                 // The plant's sensors have added all noise.
                 quality.noise = 0.0;
                 let (model, bushings, number) = (&self.chain, &self.truth[..], self.cuts);
-                plant.readings(Work { cut: &cut, model, bushings, number }, &surroundings, rng)
+                plant.readings(
+                    Work { cut: &cut, model, bushings, number },
+                    &surroundings,
+                    rng,
+                    tell,
+                )
             }
         };
         let response = response.ok_or_else(gives_way)?;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
 use flexid_console::output::{self, Output};
+use flexid_console::progress;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::check::Watched;
 use flexid_pipeline::config::Config;
@@ -118,6 +119,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut text = table::finding(&finding, statics.as_ref(), known);
     if let Some(truth) = truth {
         let estimate = table::bushings(&finding.report);
+        // The table waits for it.
+        let _bar = progress::endless("comparing with the truth");
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
     }
     if args.explain {

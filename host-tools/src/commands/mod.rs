@@ -27,7 +27,7 @@ use flexid_console::exit;
 
 /// Finds the joint stiffness and damping of robots while they mill.
 #[derive(Debug, Parser)]
-#[command(name = "flexid", version, arg_required_else_help = false)]
+#[command(name = "flexid", version)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use flexid_console::exit::BadArgument;
 use flexid_console::output::{self, Output};
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::input::{self, BadInput};
@@ -12,7 +13,6 @@ use crate::urdf::{self, Base};
 
 /// The subcommands.
 #[derive(Debug, clap::Subcommand)]
-#[command(arg_required_else_help = false)]
 pub(super) enum Command {
     /// Makes a model of the chain from the root of a URDF file to the tool
     Import(ImportArgs),
@@ -36,7 +36,7 @@ pub(super) struct ImportArgs {
     pedestal: bool,
     /// Where the model goes
     #[arg(short, long, value_name = "MODEL.toml")]
-    output: PathBuf,
+    output: Option<PathBuf>,
 }
 
 pub(super) fn run(Command::Import(args): &Command) -> Result<()> {
@@ -48,19 +48,22 @@ pub(super) fn run(Command::Import(args): &Command) -> Result<()> {
     let Some(tcp) = &args.tcp else {
         return Err(BadInput::new(file, urdf::without_tcp(&text)).into());
     };
+    let Some(output) = &args.output else {
+        return Err(BadArgument("-o MODEL.toml is missing: say where the model goes".into()).into());
+    };
     let base = if args.pedestal { Base::Pedestal } else { Base::Rigid };
     let imported = urdf::import(&text, tcp, base).map_err(|error| BadInput::new(file, error))?;
-    output::is_not_stdout([&*args.output])?;
-    output::keeps([&**file], [&*args.output])?;
+    output::is_not_stdout([&**output])?;
+    output::keeps([&**file], [&**output])?;
     for warning in &imported.warnings {
         complain(&format!("warning: {}: {warning}", file.display()));
     }
     let model = imported.model;
-    Output::create(&args.output)?.finish(&model.to_toml()?)?;
+    Output::create(output)?.finish(&model.to_toml()?)?;
     let mass: f64 = model.driven().map(|joint| joint.mass_kg).sum();
     Ok(print(&format!(
         "{}: {} with {}{} and {mass:.1} kg of moving mass, tool at '{}'\n",
-        args.output.display(),
+        output.display(),
         model.name,
         count(model.driven().count() as u64, "joint"),
         if args.pedestal { " on a pedestal" } else { "" },

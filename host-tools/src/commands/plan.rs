@@ -1,5 +1,6 @@
 //! `flexid plan`: which experiments to do next.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -8,26 +9,41 @@ use clap::value_parser;
 use flexid_console::exit::BadArgument;
 use flexid_console::output::{self, Output};
 use flexid_console::progress;
+use flexid_core::chain::Chain;
 use flexid_core::spectrum::SpectrumError;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
+use flexid_pipeline::model::Model;
+use flexid_pipeline::path;
 use flexid_pipeline::text::count;
+use flexid_prediction::document::Found;
 use flexid_simulation::scenario::{Cutting, Scenario};
 use rayon::ThreadPoolBuilder;
 
 use super::range::LARGEST_FORCE_N;
+use crate::numbers::{Numbers, numbers};
 use crate::plan::candidates::Candidates;
 use crate::plan::greedy::Criterion;
+use crate::plan::place::{Place, Spread, ToolBox};
 use crate::plan::start::Start;
 use crate::plan::{self, table};
 
 /// Room for records, spectra and normal equations of several jobs, of which a thread may take one while it waits for another, bytes.
 const STACK: usize = 64 << 20;
 
+/// Range of the number of poses. Chosen: the largest takes an hour.
+const MOST_POSES: RangeInclusive<usize> = 1..=4096;
+
 const AFTER_HELP: &str = "Examples:
   $ flexid plan --config mill6-edge.toml
-  $ flexid plan --config mill6-edge.toml --from found.json --experiments 2 --force 300";
+  $ flexid plan --config mill6-edge.toml --from found.json --experiments 2 --force 300
+  $ flexid plan --config mill6-edge.toml --box 0.6,1.4,-0.5,0.5,0,0.8
+  $ flexid plan --config mill6-edge.toml --poses reachable.csv
+
+Poses are in front of the robot. The scenario's experiments, or --near, tell where that is: no joint is more than half a turn from the mean of \
+these poses; tool and joints are not below the base plane, or the lowest of these poses; the tool is on their side of the base, and no higher \
+than the shoulder, or the highest of these poses. --box stands in for the last two. See for yourself that a pose is clear of walls and workpiece.";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -37,7 +53,7 @@ pub(super) struct Args {
     config: PathBuf,
     /// What is known already, as `identify --json` writes it [default: the bounds, and the static tests of [static]]
     ///
-    /// Its fit must be consistent. Each parameter counts as known to its standard deviation whatever the others are: the
+    /// A fit that is not consistent has a warning: its standard deviations may be too small. Each parameter counts as known to its standard deviation whatever the others are: the
     /// correlations in the file are left aside.
     #[arg(long, value_name = "FOUND.json")]
     from: Option<PathBuf>,
@@ -50,12 +66,35 @@ pub(super) struct Args {
     /// What makes one experiment better than another
     #[arg(long, value_enum, default_value_t = Criterion::D)]
     criterion: Criterion,
-    /// Poses to choose from, spread evenly between the joints' limits
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = value_parser!(u64).range(1..=4096))]
-    poses: u64,
+    /// Poses to choose from: so many, spread evenly, or own ones from a table with the columns q1,q2,... (rad, m) or q1_deg,...
+    #[arg(long, value_name = "N|FILE.csv", default_value = "64", value_parser = poses)]
+    poses: Poses,
+    /// Box in which the tool is to be, along the axes of the base, m
+    #[arg(long = "box", value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = numbers, allow_hyphen_values = true)]
+    tool_box: Option<Numbers>,
+    /// Choose from poses whose tool is near that of this one, or of those of a result
+    #[arg(long, value_name = "Q1,Q2,...|FOUND.json", allow_hyphen_values = true)]
+    near: Option<String>,
     /// Write the plan as JSON
     #[arg(long, value_name = "OUT.json")]
     json: Option<PathBuf>,
+}
+
+/// Where the poses come from.
+#[derive(Clone, Debug)]
+enum Poses {
+    /// So many are spread.
+    Spread(usize),
+    /// They are in a table.
+    Table(PathBuf),
+}
+
+fn poses(text: &str) -> Result<Poses, String> {
+    match text.parse() {
+        Ok(count) if MOST_POSES.contains(&count) => Ok(Poses::Spread(count)),
+        Ok(_) => Err(format!("{text} is not in 1..={}", MOST_POSES.end())),
+        Err(_) => Ok(Poses::Table(text.into())),
+    }
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
@@ -77,11 +116,23 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Some(file) => Start::load(file, &config, sought)?,
         None => Start::unknown(&config, sought),
     };
-    let read = config.files().chain(args.from.as_deref());
+    if let (Some(file), Some(doubt)) = (&args.from, start.doubt) {
+        let file = file.display();
+        complain(&format!(
+            "warning: {file}: its fit is {doubt}: its standard deviations may be too small, and the plan takes them as they are"
+        ));
+    }
+    let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
+    let poses = in_place(args, &config, &scenario, &chain)?;
+    let table = match &args.poses {
+        Poses::Table(file) => Some(file.as_path()),
+        Poses::Spread(_) => None,
+    };
+    let near = args.near.as_deref().map(Path::new);
+    let read = config.files().chain(args.from.as_deref()).chain(table).chain(near);
     output::is_not_stdout(args.json.as_deref())?;
     output::keeps(read, args.json.as_deref())?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
-    let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
     let candidates = Candidates {
         config: &config,
         chain: &chain,
@@ -90,13 +141,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
         bushings: &start.bushings,
         sought,
     };
-    let possible = args.poses * candidates.cuts_per_pose() as u64;
+    let possible = (poses.len() * candidates.cuts_per_pose()) as u64;
     let bar = progress::bar(possible, "weighing");
     let threads =
         ThreadPoolBuilder::new().stack_size(STACK).build().context("no threads can be started")?;
     let (criterion, wanted) = (args.criterion, args.experiments as usize);
     let planned = threads.install(|| {
-        let all = candidates.evaluate(&candidates.poses(args.poses as usize), || bar.inc(1))?;
+        let all = candidates.evaluate(&poses, || bar.inc(1))?;
         let lost = possible - all.len() as u64;
         bar.finish_and_clear();
         let bar = progress::bar(args.experiments, "choosing");
@@ -125,6 +176,102 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     let text = table::plan(&planned, config.accuracies.are_perfect());
     Ok(print(&format!("{text}{experiments} planned, {seconds:.1} s\n"))?)
+}
+
+/// The poses to choose from.
+///
+/// # Errors
+/// An argument or a file is wrong, or no pose has its tool in the place.
+fn in_place(
+    args: &Args,
+    config: &Config,
+    scenario: &Scenario,
+    chain: &Chain,
+) -> Result<Vec<Vec<f64>>> {
+    let model = &config.model;
+    let tool_box = args.tool_box.as_ref().map(tool_box).transpose()?;
+    let references = match &args.near {
+        None => scenario.poses(),
+        Some(near) => references(near, model)?,
+    };
+    let place = Place::new(model, chain, &references, tool_box, args.near.is_some());
+    let count = match &args.poses {
+        Poses::Spread(count) => *count,
+        Poses::Table(_) if args.near.is_some() => {
+            let message =
+                "--near chooses from poses that are spread: leave it or --poses FILE.csv out";
+            return Err(BadArgument(message.into()).into());
+        }
+        Poses::Table(file) => {
+            let kept = place.keep(path::poses(file, model)?);
+            if kept.is_empty() {
+                let message = "none of its poses has the tool in --box: make the box larger";
+                return Err(BadInput::new(file, message).into());
+            }
+            return Ok(kept);
+        }
+    };
+    let Spread { poses, reached } = place.poses(count);
+    if poses.is_empty() {
+        let why = match (reached, args.tool_box.is_some()) {
+            (Some([x, y, z]), true) => {
+                let range = |[least, most]: [f64; 2]| format!("{least:.2} to {most:.2}");
+                let [x, y, z] = [x, y, z].map(range);
+                format!("--box holds no tool: the robot reaches x {x}, y {y}, z {z} m")
+            }
+            _ => "no pose is in front of the robot and above its base: give --box, or --poses FILE.csv".into(),
+        };
+        return Err(BadArgument(why).into());
+    }
+    if poses.len() < count {
+        complain(&format!(
+            "note: the place has {} of {count} poses: the robot hardly reaches it",
+            poses.len()
+        ));
+    }
+    Ok(poses)
+}
+
+/// The box of `--box`.
+///
+/// # Errors
+/// It has not six numbers, or an end that is not above its beginning.
+fn tool_box(given: &Numbers) -> Result<ToolBox, BadArgument> {
+    let [x0, x1, y0, y1, z0, z1] = given.exactly("--box")?;
+    let own = [[x0, x1], [y0, y1], [z0, z1]];
+    match own.iter().zip(["X", "Y", "Z"]).find(|([least, most], _)| least >= most) {
+        None => Ok(own),
+        Some(([least, most], axis)) => Err(BadArgument(format!(
+            "--box has {axis} from {least} to {most}: give the lower end first"
+        ))),
+    }
+}
+
+/// The poses of `--near`.
+///
+/// # Errors
+/// It is neither a pose of this robot nor a result of it.
+fn references(near: &str, model: &Model) -> Result<Vec<Vec<f64>>> {
+    let joints = model.driven().count();
+    if let Ok(Numbers(pose)) = numbers(near) {
+        if pose.len() != joints {
+            let message =
+                format!("--near has {} angles: this robot has {joints} driven joints", pose.len());
+            return Err(BadArgument(message).into());
+        }
+        return Ok(vec![pose]);
+    }
+    let file = Path::new(near);
+    let poses = Found::load(file)?.robot.found().poses.clone();
+    let bad = |message| Err(BadInput::new(file, message).into());
+    match poses.first() {
+        None => bad("rests on static tests alone, and names no pose: give --near Q1,Q2,...".into()),
+        Some(first) if first.len() != joints => bad(format!(
+            "is of a robot with {} driven joints, and this one has {joints}: name the result of this robot",
+            first.len()
+        )),
+        Some(_) => Ok(poses),
+    }
 }
 
 /// The scenario's cutter, its force within the budget.

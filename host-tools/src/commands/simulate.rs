@@ -94,10 +94,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     let mut truth = TruthFile::new(&config.model, simulator.truth());
     let (mut done, mut frames) = (0, 0);
-    let bar = sink.bar(experiments.len() as u64 * args.repeat, &simulator);
+    let cut_s = simulator.scenario().measurement.duration_s;
+    let bar = sink.bar(experiments.len() as u64 * args.repeat, cut_s);
     for experiment in (0..args.repeat).flat_map(|_| &experiments) {
         bar.set_message(format!("simulating experiment {}", done + 1));
-        let sent = simulator.perform(experiment)?;
+        let sent =
+            simulator.perform(experiment, |share| sink.simulated(&bar, done, share, cut_s))?;
         bar.set_message(format!("sending experiment {}", done + 1));
         sink.take(&sent, &bar)?;
         done += 1;
@@ -164,8 +166,8 @@ fn experiments(args: &Args, config: &Config, simulator: &Simulator) -> Vec<Exper
 enum Sink {
     /// The log, and the start of the next experiment, s since the epoch.
     Log { writer: candump::Writer<BufWriter<Growing>>, file: PathBuf, start_s: f64 },
-    /// The bus, in real time.
-    Bus(BusSender),
+    /// The bus, in real time, and the seconds sent on it so far.
+    Bus { sender: BusSender, sent_s: f64 },
 }
 
 impl Sink {
@@ -188,19 +190,24 @@ impl Sink {
             );
             return Err(BadArgument(message).into());
         }
-        Ok(Self::Bus(sender))
+        Ok(Self::Bus { sender, sent_s: 0.0 })
     }
 
-    /// A bar for `experiments`. For a log it counts experiments, for a bus their milliseconds, pauses between them
-    /// included.
-    fn bar(&self, experiments: u64, simulator: &Simulator) -> ProgressBar {
-        match self {
-            Self::Log { .. } => progress::bar(experiments, "simulating"),
-            Self::Bus(_) => {
-                let cut_s = simulator.scenario().measurement.duration_s;
-                let all_s = experiments as f64 * (cut_s + PAUSE_S) - PAUSE_S;
-                progress::timed((all_s * 1e3).round() as u64, "simulating")
-            }
+    /// A bar of the seconds of so many experiments: for a log those of the cuts, for a bus those until their frames are sent, pauses between
+    /// them included.
+    fn bar(&self, experiments: u64, cut_s: f64) -> ProgressBar {
+        let count = experiments as f64;
+        let seconds = match self {
+            Self::Log { .. } => count * cut_s,
+            Self::Bus { .. } => count * (cut_s + PAUSE_S) - PAUSE_S,
+        };
+        progress::simulated(seconds, "simulating")
+    }
+
+    /// Shows that `experiments` and a share of the next one, 0 to 1, are simulated. On a bus those count that are sent.
+    fn simulated(&self, bar: &ProgressBar, experiments: u64, share: f64, cut_s: f64) {
+        if let Self::Log { .. } = self {
+            progress::reached(bar, (experiments as f64 + share) * cut_s);
         }
     }
 
@@ -211,14 +218,12 @@ impl Sink {
                     .write(&sent.frames, *start_s)
                     .with_context(|| format!("{}: cannot be written", file.display()))?;
                 *start_s += sent.lasts_s();
-                bar.inc(1);
             }
-            Self::Bus(sender) => {
-                let done = bar.position();
+            Self::Bus { sender, sent_s } => {
                 sender
-                    .play(sent, |lasted| bar.set_position(done + lasted.as_millis() as u64))
+                    .play(sent, |lasted| progress::reached(bar, *sent_s + lasted.as_secs_f64()))
                     .context("the bus does not take frames")?;
-                bar.set_position(done + (sent.lasts_s() * 1e3).round() as u64);
+                *sent_s += sent.lasts_s();
             }
         }
         Ok(())
@@ -232,7 +237,7 @@ impl Sink {
                 let log = buffered.into_inner().map_err(|error| error.into_error());
                 log.with_context(cannot)?.finish()
             }
-            Self::Bus(_) => Ok(()),
+            Self::Bus { .. } => Ok(()),
         }
     }
 }

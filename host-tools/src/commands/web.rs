@@ -48,15 +48,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let stop = Stop::on_signals().context("signals cannot be caught")?;
     let page = follow::begin(&address);
     let router = service::router(page.subscribe(), &args.name);
+    if !bound.ip().is_loopback() {
+        complain(&format!("note: without a password, whoever reaches {bound} can read the page"));
+    }
+    print(&format!("http://{bound}/\n"))?;
     // It ends with the process.
     thread::Builder::new()
         .name("flexid-follow".into())
         .spawn(move || follow::follow(&address, &page))
         .context("no thread for the connection to the daemon")?;
-    if !bound.ip().is_loopback() {
-        complain(&format!("note: without a password, whoever reaches {bound} can read the page"));
-    }
-    print(&format!("http://{bound}/\n"))?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_io()
         .enable_time()

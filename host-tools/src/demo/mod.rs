@@ -103,7 +103,7 @@ fn run(args: &Args) -> Result<()> {
 fn mill(mut simulator: Simulator, mut bus: BusSender) -> Result<()> {
     let experiments = simulator.scenario().experiments.clone();
     for experiment in experiments.iter().take(EXPERIMENTS) {
-        bus.play(&simulator.perform(experiment)?, |_| {})?;
+        bus.play(&simulator.perform(experiment, |_| ())?, |_| {})?;
     }
     Ok(())
 }

@@ -12,25 +12,16 @@ use serde::Serialize;
 pub(crate) use picture::{svg, title};
 pub(crate) use table::{open_damping, text};
 
-/// Bands of frequencies of a diagram.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Bands {
-    /// Lower and upper edge of the chatter frequencies, Hz.
-    pub(crate) chatter_hz: [f64; 2],
-    /// Upper edge of the band that was fitted, Hz. What lies above it is extrapolated.
-    pub(crate) fitted_to_hz: f64,
-}
-
 /// What is stable.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Diagram {
     /// Joint angles, base first, rad (m).
     pub(crate) pose: Vec<f64>,
-    /// Lower and upper edge of the chatter frequencies, Hz.
+    /// Lower and upper edge of the band that was fitted, Hz.
     pub(crate) band_hz: [f64; 2],
-    /// Upper edge of the band that was fitted, Hz.
-    pub(crate) fitted_to_hz: f64,
-    /// The limit of the worst speed, m. `None` where no depth chatters.
+    /// Lowest and highest speed of which the fit speaks, turns a minute: there the teeth pass within the band.
+    pub(crate) stated_rpm: [f64; 2],
+    /// The limit of the worst of these speeds, m. `None` where no depth chatters.
     pub(crate) least_depth_m: Option<PositiveEstimate>,
     /// Speeds, the lowest first.
     pub(crate) speeds: Vec<Speed>,
@@ -41,9 +32,9 @@ pub(crate) struct Diagram {
 pub(crate) struct Speed {
     /// Turns a minute.
     pub(crate) rpm: f64,
-    /// The limit there. `None` where no depth chatters.
+    /// The limit there. `None` where no depth chatters, and where nothing is stated.
     pub(crate) limit: Option<Limit>,
-    /// Whether it chatters above the band that was fitted, which no record shows.
+    /// Says that the teeth pass outside of the band that was fitted: no record shows what they meet, and nothing is stated.
     pub(crate) is_beyond: bool,
 }
 
@@ -51,22 +42,27 @@ impl Diagram {
     /// Limits at `points` speeds from `lower` to `upper`, turns a minute. It calls `done` once for each.
     pub(crate) fn new(
         pose: Vec<f64>,
-        bands: Bands,
+        band_hz: [f64; 2],
         lobes: &Lobes,
         [lower, upper]: [f64; 2],
         points: usize,
         done: impl Fn() + Sync,
     ) -> Self {
-        let Bands { chatter_hz: band_hz, fitted_to_hz } = bands;
+        let stated_rpm @ [least, most] = lobes.speeds();
         let speed = |index| {
             let rpm = rpm([lower, upper], index as f64 / (points - 1) as f64);
-            let limit = lobes.limit(rpm);
-            let is_beyond = limit.is_some_and(|own| own.chatter_hz.value > fitted_to_hz);
+            let is_beyond = !(least..=most).contains(&rpm);
+            let limit = if is_beyond { None } else { lobes.limit(rpm) };
             done();
             Speed { rpm, limit, is_beyond }
         };
         let speeds = (0..points).into_par_iter().map(speed).collect();
-        Self { pose, band_hz, fitted_to_hz, least_depth_m: lobes.least(), speeds }
+        Self { pose, band_hz, stated_rpm, least_depth_m: lobes.least(), speeds }
+    }
+
+    /// Speeds of which something is stated.
+    fn stated(&self) -> impl Iterator<Item = &Speed> + Clone {
+        self.speeds.iter().filter(|own| !own.is_beyond)
     }
 
     /// A line for each speed.

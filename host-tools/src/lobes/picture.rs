@@ -5,7 +5,7 @@ use flexid_prediction::milling::Cutter;
 use plotters::prelude::*;
 
 use super::{Diagram, Speed};
-use crate::picture::{self, BLUE, GREEN, Key, ORANGE};
+use crate::picture::{self, BLUE, GREEN, INK, Key};
 
 /// Top of the picture, in limits of the worst of its speeds, at most. Chosen: there the worst is three pixels high.
 const TOP: f64 = 150.0;
@@ -37,16 +37,16 @@ pub(crate) fn svg(
     let [least, most] = [depths.clone().fold(f64::INFINITY, f64::min), depths.fold(0.0, f64::max)];
     let own = if least.is_finite() { (TOP * least).min(1.1 * most) } else { 1.0 };
     let top = top_mm.unwrap_or(own);
-    let mut keys = vec![
-        Key::line(BLUE, "limit, with its 95 % interval"),
-        Key::area(GREEN.mix(0.12), "stable"),
-    ];
-    let beyond = format!(
-        "chatters above {:.1} Hz, where the band that was fitted ends",
-        diagram.fitted_to_hz
-    );
+    let mut keys = Vec::new();
+    if diagram.stated().next().is_some() {
+        keys.push(Key::line(BLUE, "limit, with its 95 % interval"));
+        keys.push(Key::area(GREEN.mix(0.12), "stable"));
+    }
     if diagram.speeds.iter().any(|speed| speed.is_beyond) {
-        keys.push(Key::line(ORANGE, &beyond));
+        keys.push(Key::area(
+            INK.mix(0.2),
+            "no statement: there the teeth pass outside of the band that was fitted",
+        ));
     }
     picture::svg(title, doubt, &keys, picture::SIZE, |canvas| {
         let [first, last] = [diagram.speeds.first(), diagram.speeds.last()]
@@ -59,21 +59,26 @@ pub(crate) fn svg(
                 let depth = depth(speed).map_or(f64::INFINITY, |depth| 1e3 * depth);
                 (speed.rpm, if depth.is_nan() { top } else { depth.min(top) })
             };
-            diagram.speeds.iter().map(of).collect()
+            diagram.stated().map(of).collect()
         };
         let value = line(&|speed| Some(speed.limit?.depth_m.value));
         let [low, high] =
             [0, 1].map(|end| line(&move |speed| Some(speed.limit?.depth_m.interval[end])));
         let band: Vec<(f64, f64)> = low.into_iter().chain(high.into_iter().rev()).collect();
-        let stable = value.iter().copied().chain([(last, 0.0), (first, 0.0)]).collect::<Vec<_>>();
+        let ends = [value.first(), value.last()].map(|end| end.map(|end| end.0));
+        let floor = ends.into_iter().rev().flatten().map(|rpm| (rpm, 0.0));
+        let stable: Vec<(f64, f64)> = value.iter().copied().chain(floor).collect();
+        // What lies below and above the speeds of which something is stated.
+        let silent = match ends {
+            [Some(low), Some(high)] => [(first, low), (high, last)],
+            _ => [(first, last), (last, last)],
+        };
+        for (from, to) in silent.into_iter().filter(|(from, to)| from < to) {
+            chart.draw_series([Rectangle::new([(from, 0.0), (to, top)], INK.mix(0.2).filled())])?;
+        }
         chart.draw_series([Polygon::new(stable, GREEN.mix(0.12))])?;
         chart.draw_series([Polygon::new(band, BLUE.mix(0.3))])?;
-        chart.draw_series([PathElement::new(value.clone(), BLUE.stroke_width(2))])?;
-        // From each speed that is beyond to the next one.
-        let strokes = value.windows(2).zip(&diagram.speeds).filter(|(_, speed)| speed.is_beyond);
-        chart.draw_series(
-            strokes.map(|(stroke, _)| PathElement::new(stroke.to_vec(), ORANGE.stroke_width(2))),
-        )?;
+        chart.draw_series([PathElement::new(value, BLUE.stroke_width(2))])?;
         Ok(())
     })
 }

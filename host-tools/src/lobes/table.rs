@@ -4,6 +4,7 @@ use comfy_table::{CellAlignment, Table};
 use flexid_pipeline::text::count;
 use flexid_prediction::PositiveEstimate;
 use flexid_prediction::lobes::Limit;
+use flexid_prediction::milling::Cutter;
 use flexid_prediction::modes::Mode;
 
 use super::{Diagram, Speed};
@@ -14,64 +15,82 @@ use crate::show::table::STYLE;
 /// Speeds in the table, at most.
 const ROWS: usize = 13;
 
-/// The depths that are stable at all of these speeds, at the best, and at any, a line for some speeds, and the title.
-pub(crate) fn text(diagram: &Diagram, title: &str) -> String {
+/// The depths that are stable at all of these speeds, at the best, and at any of which the fit speaks, the speeds of which it does not, a line for
+/// some speeds, and the title. `cutter` is the one of the title.
+pub(crate) fn text(diagram: &Diagram, title: &str, cutter: &Cutter) -> String {
     let [lower, upper] = diagram.band_hz;
-    let Some(least) = diagram.least_depth_m else {
-        return format!("no depth chatters between {lower:.1} and {upper:.1} Hz\n");
-    };
     let limits: Vec<(&Speed, PositiveEstimate)> =
-        diagram.speeds.iter().filter_map(|own| Some((own, own.limit?.depth_m))).collect();
+        diagram.stated().filter_map(|own| Some((own, own.limit?.depth_m))).collect();
     let worst = limits.iter().min_by(|(_, a), (_, b)| a.value.total_cmp(&b.value));
-    // What lies beyond the band that was fitted may chatter earlier.
-    let within = limits.iter().filter(|(speed, _)| !speed.is_beyond);
-    let deepest = within.max_by(|(_, a), (_, b)| a.interval[0].total_cmp(&b.interval[0]));
+    let deepest = limits.iter().max_by(|(_, a), (_, b)| a.interval[0].total_cmp(&b.interval[0]));
     let mut text = String::new();
-    let of_band = format!("deepest by the modes up to {:.1} Hz:", diagram.fitted_to_hz.min(upper));
-    for (word, prefix, found) in
-        [("stable at these speeds:", "depths below ", worst), (of_band.as_str(), "", deepest)]
-    {
+    let these = match [diagram.stated().next(), diagram.stated().last()] {
+        [Some(first), Some(last)] if diagram.speeds.iter().any(|own| own.is_beyond) => {
+            format!("stable from {:.0} to {:.0} rpm:", first.rpm, last.rpm)
+        }
+        _ => "stable at these speeds:".to_owned(),
+    };
+    let of_band = format!("deepest by the modes up to {upper:.1} Hz:");
+    for (word, prefix, found) in [(these, "depths below ", worst), (of_band, "", deepest)] {
         if let Some((speed, depth)) = found {
-            let mark = if speed.is_beyond { " *" } else { "" };
-            text += &format!("{word} {}, at {:.0} rpm{mark}\n", depth_mm(prefix, depth), speed.rpm);
+            text += &format!("{word} {}, at {:.0} rpm\n", depth_mm(prefix, depth), speed.rpm);
         }
     }
-    let free = diagram.speeds.len() - limits.len();
+    let stated = diagram.stated().count();
+    let free = stated - limits.len();
     if free > 0 {
-        text += &format!("no depth chatters at {free} of {} speeds\n", diagram.speeds.len());
+        text += &format!("no depth chatters at {free} of {stated} speeds\n");
     }
-    text += &format!("stable at any speed: {}\n", depth_mm("depths below ", &least));
+    let [slowest, fastest] = diagram.stated_rpm;
+    text += &match &diagram.least_depth_m {
+        Some(least) => format!(
+            "stable at any speed from {slowest:.0} to {fastest:.0} rpm: {}\n",
+            depth_mm("depths below ", least)
+        ),
+        None => format!("no depth chatters between {lower:.1} and {upper:.1} Hz\n"),
+    };
+    text += &unstated(diagram, cutter);
     let mut table = Table::new();
     table.load_style(STYLE);
     table.set_header(["rpm", "depth, mm (95 %)", "chatter, Hz (95 %)", "lobe"]);
     let step = diagram.speeds.len().div_ceil(ROWS);
     for Speed { rpm, limit, is_beyond } in diagram.speeds.iter().step_by(step) {
-        let cells = match limit {
+        let [depth, chatter, lobe] = match limit {
+            None if *is_beyond => ["no statement".to_owned(), String::new(), String::new()],
             None => ["any".to_owned(), String::new(), String::new()],
             Some(Limit { depth_m, chatter_hz, lobe }) => {
                 [shown(depth_m, 1e3), shown(chatter_hz, 1.0), lobe.to_string()]
             }
         };
-        let [depth, chatter, lobe] = cells;
-        let mark = if *is_beyond { " *" } else { "" };
-        table.add_row([format!("{rpm:.0}{mark}"), depth, chatter, lobe]);
+        table.add_row([format!("{rpm:.0}"), depth, chatter, lobe]);
     }
     for column in table.column_iter_mut() {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    let fitted = diagram.fitted_to_hz;
-    let beyond = if diagram.speeds.iter().any(|own| own.is_beyond) {
-        format!(
-            " * chatters above the band that was fitted, which ends at {fitted:.1} Hz: no record shows it, the model extrapolates\n"
-        )
-    } else {
-        String::new()
-    };
     let title: String = title.lines().map(|line| format!(" {line}\n")).collect();
     format!(
-        "{text}\n{table}\n{title}{beyond} chatter between {lower:.1} and {upper:.1} Hz: modes of spindle and tool lie above {fitted:.1} Hz, where the \
-         band that was fitted ends, and may limit the depth further\n"
+        "{text}\n{table}\n{title} chatter between {lower:.1} and {upper:.1} Hz: modes of spindle and tool lie above, and may limit the depth further\n"
     )
+}
+
+/// Lines about the speeds of which nothing is stated, and what would be needed to state something.
+fn unstated(diagram: &Diagram, cutter: &Cutter) -> String {
+    let [lower, upper] = diagram.band_hz;
+    let [slowest, fastest] = diagram.stated_rpm;
+    let mut text = String::new();
+    if diagram.speeds.first().is_some_and(|own| own.is_beyond && own.rpm < slowest) {
+        text += &format!(
+            "no statement below {slowest:.0} rpm: there the teeth pass below {lower:.1} Hz, where the band that was fitted begins\n"
+        );
+    }
+    if let Some(Speed { rpm, .. }) = diagram.speeds.last().filter(|own| own.rpm > fastest) {
+        let passes_hz = rpm * f64::from(cutter.teeth) / 60.0;
+        text += &format!(
+            "no statement above {fastest:.0} rpm: there the teeth pass above {upper:.1} Hz, where the band that was fitted ends\n \
+             for {rpm:.0} rpm fit cuts up to {passes_hz:.0} Hz ([measurement] band_hz), and test spindle and tool with a hammer\n"
+        );
+    }
+    text
 }
 
 /// A line about modes whose damping says nothing: their lobes may lie anywhere, and the interval of another lobe does not show it.

@@ -15,9 +15,9 @@ use rayon::iter::{IntoParallelIterator as _, IntoParallelRefIterator as _, Paral
 
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::force::{self, OVERSAMPLING};
-use flexid_simulation::scenario::{Cutting, Experiment, Feed, Sampling, Scenario, reach};
+use flexid_simulation::scenario::{Cutting, Experiment, Feed, Sampling, Scenario};
 
-/// Seed of the poses and of the cuts' roughness.
+/// Seed of the cuts' roughness.
 const SEED: u32 = 1;
 
 /// A possible experiment.
@@ -162,20 +162,6 @@ impl Candidates<'_> {
         };
         let feeds = [Feed::X, Feed::Y, Feed::Z];
         ramps.into_iter().flat_map(|ramp| feeds.map(|feed| cut(ramp, feed))).collect()
-    }
-
-    /// Poses spread evenly between the joints' limits: points of a Sobol sequence.
-    pub fn poses(&self, count: usize) -> Vec<Vec<f64>> {
-        let joints = || self.config.model.driven();
-        let pose = |index: usize| {
-            let angles = joints().zip(0..).map(|(joint, dimension)| {
-                let [lower, upper] = reach(joint);
-                let part = sobol_burley::sample(index as u32, dimension, SEED);
-                lower + (upper - lower) * f64::from(part)
-            });
-            angles.collect()
-        };
-        (0..count).map(pose).collect()
     }
 
     /// Sampling of the scenario, with an experiment as long as a record.

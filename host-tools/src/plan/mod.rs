@@ -2,7 +2,7 @@
 //!
 //! The Fisher information of an experiment about the parameters depends on the pose, the force, the noise and the
 //! parameters, but not on the reading of the accelerometer. It can be computed before the experiment is done. The
-//! plan chooses experiments one after the other from a grid of poses within the joints' limits and of the scenario's
+//! plan chooses experiments one after the other from poses in the place of the work and from the scenario's
 //! cuts. It simulates each chosen experiment before it chooses the next. It does not check whether a pose is clear of
 //! walls and workpieces.
 //!
@@ -10,12 +10,14 @@
 //! | -------------- | --------------------------------------------------------- |
 //! | [`start`]      | the information at the start: bounds, or an estimate      |
 //! | [`candidates`] | the experiments to choose from, and their information     |
+//! | [`place`]      | the poses to choose from                                  |
 //! | [`greedy`]     | the choice                                                |
 //! | [`prediction`] | the expected precision of the parameters                  |
 //! | [`table`]      | the plan for people                                       |
 
 pub mod candidates;
 pub mod greedy;
+pub mod place;
 pub mod prediction;
 pub mod start;
 pub mod table;
@@ -54,6 +56,8 @@ pub struct Plan {
 pub struct Step {
     /// Joint angles, rad (m).
     pub pose: Vec<f64>,
+    /// Place of the tool along the axes of the base, m.
+    pub tool_m: [f64; 3],
     /// Spindle speed at the beginning and at the end of the cut, revolutions per minute.
     pub spindle_rpm: [f64; 2],
     /// Axis of the TCP along which the tool is fed.
@@ -103,7 +107,8 @@ pub fn plan(
         };
         information.add(&simulated);
         let Experiment { pose, spindle_rpm, feed, .. } = left[best].experiment.clone();
-        steps.push(Step { pose, spindle_rpm, feed, after: predict(&information) });
+        let tool_m = place::tool(workplace.chain, &pose).into();
+        steps.push(Step { pose, tool_m, spindle_rpm, feed, after: predict(&information) });
         chosen();
     }
     Plan {
@@ -140,6 +145,7 @@ mod tests {
     use flexid_simulation::scenario::Scenario;
     use rayon::ThreadPoolBuilder;
 
+    use super::place::Place;
     use super::*;
 
     /// A pose with the tool on the axis of joint 1, which hardly moves it.
@@ -165,12 +171,19 @@ mod tests {
         threads.install(|| test(&workplace, &start));
     }
 
+    /// Poses in the place of the scenario's experiments.
+    fn poses(workplace: &Candidates<'_>, count: usize) -> Vec<Vec<f64>> {
+        let references = workplace.scenario.poses();
+        let (model, chain) = (&workplace.config.model, workplace.chain);
+        Place::new(model, chain, &references, None, false).poses(count).poses
+    }
+
     /// The first choice is the best of all candidates. It differs between the criteria, and never has the singular
     /// pose.
     #[test]
     fn the_first_choice_is_the_best() {
         at_work(&Nuisances::default(), |workplace, start| {
-            let mut poses = workplace.poses(16);
+            let mut poses = poses(workplace, 16);
             poses.push(SINGULAR.to_vec());
             let candidates = workplace.evaluate(&poses, || ()).unwrap();
             let bounds = Information::of_bounds(workplace.sought, &workplace.config.bounds);
@@ -190,7 +203,7 @@ mod tests {
                 let sizes: Vec<f64> = candidates.iter().map(size).collect();
                 let best = (0..sizes.len()).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap();
                 let plan = plan(workplace, start, &candidates, criterion, 1, || ());
-                let Step { pose, spindle_rpm, feed, after } = &plan.steps[0];
+                let Step { pose, spindle_rpm, feed, after, .. } = &plan.steps[0];
                 let Experiment { pose: its_pose, spindle_rpm: its_rpm, feed: its_feed, .. } =
                     &candidates[best].experiment;
                 assert_eq!((pose, spindle_rpm, feed), (its_pose, its_rpm, its_feed));
@@ -210,7 +223,7 @@ mod tests {
         let nuisances =
             Nuisances { acceleration_gain: Some(prior), mass: Some(prior), ..Nuisances::default() };
         at_work(&nuisances, |workplace, start| {
-            let candidates = workplace.evaluate(&workplace.poses(4), || ()).unwrap();
+            let candidates = workplace.evaluate(&poses(workplace, 4), || ()).unwrap();
             let plan = plan(workplace, start, &candidates, Criterion::D, 1, || ());
             let Prediction { identified, weak, not_observable, median, .. } = plan.steps[0].after;
             assert_eq!((identified + weak, not_observable), (36, 0));
@@ -222,7 +235,7 @@ mod tests {
     #[test]
     fn what_the_robot_does_not_stand_is_not_recommended() {
         at_work(&Nuisances::default(), |workplace, start| {
-            let mut candidates = workplace.evaluate(&workplace.poses(1), || ()).unwrap();
+            let mut candidates = workplace.evaluate(&poses(workplace, 1), || ()).unwrap();
             candidates.truncate(2);
             let sound = candidates[0].experiment.clone();
             // Without the simulation this candidate is better than the other.

@@ -26,6 +26,8 @@ pub struct Start {
     pub information: Information,
     /// Whether the information contains the static tests.
     pub has_statics: bool,
+    /// Why the standard deviations may be too small, if there is a reason.
+    pub doubt: Option<&'static str>,
 }
 
 impl Start {
@@ -35,7 +37,7 @@ impl Start {
         let mut bushings = config.bounds.middle(sought.joints());
         sought.impose(&mut bushings);
         let information = Information::none(sought.unknowns());
-        Self { bushings, information, has_statics: false }
+        Self { bushings, information, has_statics: false, doubt: None }
     }
 
     /// The estimate that `flexid identify --json` has written to `file`, or the last of `flexid watch --json`. Each parameter counts with its standard
@@ -43,8 +45,7 @@ impl Start {
     /// rough for the inverse of a covariance. The nuisances of the file are not used.
     ///
     /// # Errors
-    /// The file is wrong, or its fit does not hold, so that its standard deviations have no meaning. The error is one
-    /// line that names the file, the joint, and the right input.
+    /// The file is wrong. The error is one line that names the file, the joint, and the right input.
     pub fn load(file: &Path, config: &Config, sought: &Sought) -> Result<Self, BadInput> {
         Self::parse(file, &input::read(file)?, config, sought)
     }
@@ -70,19 +71,14 @@ impl Start {
                 wanted.join(", ")
             )));
         }
-        let fault = match report.fit.acceptance {
+        let doubt = match report.fit.acceptance {
             Acceptance::Consistent => None,
             Acceptance::ModelSuspect => {
                 Some("\"model_suspect\": noise does not explain its residuals")
             }
             Acceptance::Unsettled => Some("\"unsettled\": it may have missed the right minimum"),
         };
-        if let Some(fault) = fault {
-            return Err(bad(format!(
-                "its fit is {fault}: mend what its warnings name first, or plan without it"
-            )));
-        }
-        let mut start = Self { has_statics: true, ..Self::unknown(config, sought) };
+        let mut start = Self { has_statics: true, doubt, ..Self::unknown(config, sought) };
         for (joint, found) in report.joints.iter().enumerate() {
             let JointReport { stiffness, damping, .. } = *found;
             start.bushings[joint] = Bushing { stiffness, damping };
@@ -225,12 +221,18 @@ mod tests {
     }
 
     #[test]
-    fn a_fit_that_does_not_hold_is_refused() {
-        let refused = |acceptance| parse(&sought(), acceptance).unwrap_err().to_string();
-        let suspect = refused(Acceptance::ModelSuspect);
-        assert!(suspect.starts_with("found.json: its fit is \"model_suspect\""), "{suspect}");
-        let unsettled = refused(Acceptance::Unsettled);
-        assert!(unsettled.starts_with("found.json: its fit is \"unsettled\""), "{unsettled}");
+    fn a_fit_that_does_not_hold_is_doubted_and_taken() {
+        let taken = |acceptance| parse(&sought(), acceptance).unwrap();
+        let sound = taken(Acceptance::Consistent);
+        for (acceptance, doubt) in [
+            (Acceptance::ModelSuspect, "\"model_suspect\": noise does not explain"),
+            (Acceptance::Unsettled, "\"unsettled\": it may have missed"),
+        ] {
+            let start = taken(acceptance);
+            assert!(start.doubt.is_some_and(|own| own.starts_with(doubt)), "{:?}", start.doubt);
+            assert_eq!(start.bushings, sound.bushings);
+        }
+        assert_eq!(sound.doubt, None);
     }
 
     /// A later schema may lack each of the present entries.

@@ -10,23 +10,28 @@ use crate::show::table::STYLE;
 /// The plan as text: a line for the state before the first experiment, and a line for each experiment. `is_perfect` says whether the fit will
 /// take robot and sensors as perfect, as the plan does.
 pub fn plan(plan: &Plan, is_perfect: bool) -> String {
+    let mut poses = Table::new();
+    poses.load_style(STYLE);
+    poses.set_header(["step", "pose, rad (m)", "tool x, y, z, m"]);
     let mut table = Table::new();
     table.load_style(STYLE);
-    let header = ["step", "pose", "cut", "uncertainty", "median std", "worst std"];
-    let verdicts = ["identified", "weak", "not observable"];
-    table.set_header(header.into_iter().chain(verdicts));
-    table.add_row(row("now".into(), String::new(), String::new(), &plan.now));
-    for (number, Step { pose, spindle_rpm, feed, after }) in (1..).zip(&plan.steps) {
-        let pose: Vec<String> = pose.iter().map(|angle| format!("{angle:.2}")).collect();
+    table.set_header(["step", "cut", "uncertainty", "median", "worst", "verdicts"]);
+    table.add_row(row("now".into(), String::new(), &plan.now));
+    for (number, Step { pose, tool_m, spindle_rpm, feed, after }) in (1..).zip(&plan.steps) {
+        let places = |numbers: &[f64]| {
+            let all: Vec<String> = numbers.iter().map(|one| format!("{one:.2}")).collect();
+            all.join(", ")
+        };
+        poses.add_row([number.to_string(), format!("[{}]", places(pose)), places(tool_m)]);
         let feed = match feed {
             Feed::X => "x",
             Feed::Y => "y",
             Feed::Z => "z",
         };
-        let cut = format!("along {feed}, {} to {} rpm", spindle_rpm[0], spindle_rpm[1]);
-        table.add_row(row(number.to_string(), format!("[{}]", pose.join(", ")), cut, after));
+        let cut = format!("{feed}, {} to {} rpm", spindle_rpm[0], spindle_rpm[1]);
+        table.add_row(row(number.to_string(), cut, after));
     }
-    for column in table.column_iter_mut().skip(3) {
+    for column in table.column_iter_mut().skip(2) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     let meaning = match plan.criterion {
@@ -45,13 +50,13 @@ pub fn plan(plan: &Plan, is_perfect: bool) -> String {
     };
     let end = plan.steps.last().map_or(&plan.now, |last| &last.after);
     format!(
-        "{table}\n\
-         \x20pose: joints, base first, rad (m), within their limits: see for yourself that it is clear\n\
+        "{poses}\n\n{table}\n\
+         \x20pose: joints, base first, within their limits: see for yourself that it is clear; tool: along the axes of the base\n\
          \x20cut: axis of the TCP that the tool is fed along, spindle speed from start to end, at most \
          {peak_tangential_n} N on a tooth\n\
          \x20uncertainty: {meaning}, with the bounds as prior information\n\
-         \x20std: relative standard deviation of a parameter, from experiments alone\n\
-         \x20identified, weak, not observable: of how many parameters `flexid identify` will say so\n\
+         \x20median, worst: relative standard deviation of a parameter, from experiments alone\n\
+         \x20verdicts: how many parameters `flexid identify` will call identified / weak / not observable\n\
          \x20predicted for the robot that the plan starts from, if `flexid identify` finds the right minimum\n\
          {imperfect}\
          \x20each step is the best of {candidates} experiments beside all above it{given_up}\n\
@@ -61,12 +66,12 @@ pub fn plan(plan: &Plan, is_perfect: bool) -> String {
     )
 }
 
-fn row(number: String, pose: String, cut: String, prediction: &Prediction) -> Vec<String> {
+fn row(number: String, cut: String, prediction: &Prediction) -> Vec<String> {
     let Prediction { uncertainty, median, worst, identified, weak, not_observable, .. } =
         prediction;
-    let mut cells = vec![number, pose, cut];
+    let mut cells = vec![number, cut];
     cells.extend([uncertainty, median, worst].map(|part| percent(*part)));
-    cells.extend([identified, weak, not_observable].map(ToString::to_string));
+    cells.push(format!("{identified} / {weak} / {not_observable}"));
     cells
 }
 

@@ -60,7 +60,7 @@ impl Meter {
     /// Adds `bytes` to the expected bytes.
     pub(crate) fn expect(&self, bytes: u64) {
         let expected = self.bar.length().unwrap_or_else(|| {
-            self.bar.set_style(progress::estimated());
+            self.bar.set_style(progress::known());
             0
         });
         self.bar.set_length(expected + self.times * bytes);

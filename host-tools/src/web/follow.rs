@@ -3,6 +3,7 @@
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
+use flexid_edge::console::complain;
 use flexid_pipeline::config::Listen;
 use tokio::sync::watch;
 
@@ -42,11 +43,17 @@ pub(crate) fn begin(address: &Listen) -> watch::Sender<Parts> {
     watch::Sender::new(parts::render(&State::new(address)))
 }
 
-/// Follows the daemon at `address`, and publishes the parts of the page as they change. It does not return.
+/// Follows the daemon at `address`, and publishes the parts of the page as they change. It says once on stderr why there is no connection. It does
+/// not return.
 pub(crate) fn follow(address: &Listen, page: &watch::Sender<Parts>) -> ! {
     let mut state = State::new(address);
+    let mut is_told = false;
     loop {
         let Err(error) = listen(address, &mut state, page);
+        if !is_told {
+            complain(&format!("note: {error}; the page goes on trying"));
+            is_told = true;
+        }
         state.link = Link::Lost(error.to_string());
         publish(&state, page);
         thread::sleep(RETRY);

@@ -8,7 +8,7 @@ use crate::setup::{edit, flexid, folder, found, refused, refuses_bad_results, st
 fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
     // Arguments; file, text and its replacement; what stderr says.
     type Case = (&'static str, Option<[&'static str; 3]>, &'static [&'static str]);
-    let cases: [Case; 52] = [
+    let cases: [Case; 60] = [
         ("model import gone.urdf --tcp tcp -o m.toml", None, &["gone.urdf: cannot be read"]),
         (
             "model import mill3.urdf --tcp hand -o m.toml",
@@ -23,6 +23,12 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
                 "the chains end in tcp; all links are base_link, link_1, link_2, link_3, tcp",
             ],
         ),
+        (
+            "model import mill3.urdf",
+            None,
+            &["mill3.urdf: --tcp is missing: name the link at the tool's tip"],
+        ),
+        ("model import mill3.urdf --tcp tcp", None, &["flexid: -o MODEL.toml is missing"]),
         ("model import mill3.toml -o m.toml", None, &["mill3.toml: is a scenario, and no URDF: "]),
         (
             "model import mill3.toml --tcp tcp -o m.toml",
@@ -146,16 +152,6 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
             &["flexid: ", "not provided: <--can <IFACE>|--candump <OUT.log>> (see --help)"],
         ),
         ("simulate --config edge.toml --can nocan9", None, &["--can nocan9: interface \"nocan9\""]),
-        (
-            "",
-            None,
-            &[
-                "flexid: 'flexid' requires a subcommand",
-                "identify, plan, predict, compare, lobes, compensate, map, export, report, reproduce, watch, web",
-                "(see --help)",
-            ],
-        ),
-        ("model", None, &["flexid: 'flexid model' requires a subcommand", "import"]),
         ("simulate", None, &["flexid: ", "--config <EDGE.toml>", "(see --help)"]),
         (
             "identify --config edge.toml",
@@ -200,6 +196,30 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
             Some(["mill3.toml", "peak_tangential_n = 400.0", "peak_tangential_n = 0.001"]),
             &["mill3.toml: [force] peak_tangential_n is 0.001: is lost in", "in every cut: allow"],
         ),
+        (
+            "plan --config edge.toml --box 9,10,0,1,0,1",
+            None,
+            &["--box holds no tool: the robot reaches x -", " m"],
+        ),
+        ("plan --config edge.toml --box 0,1,0,1", None, &["--box has 4 numbers: give six"]),
+        (
+            "plan --config edge.toml --box 0,1,1,0,0,1",
+            None,
+            &["--box has Y from 1 to 0: give the lower end first"],
+        ),
+        (
+            "plan --config edge.toml --poses 0",
+            None,
+            &["'--poses <N|FILE.csv>': 0 is not in 1..=4096"],
+        ),
+        ("plan --config edge.toml --poses gone.csv", None, &["gone.csv: cannot be read"]),
+        (
+            "plan --config edge.toml --poses mill3.dbc",
+            None,
+            &["mill3.dbc: is a DBC file, and no table"],
+        ),
+        ("plan --config edge.toml --near 0,1", None, &["--near has 2 angles: this robot has 3"]),
+        ("plan --config edge.toml --near gone.json", None, &["gone.json: cannot be read"]),
         ("plan --config edge.toml --from gone.json", None, &["gone.json: cannot be read"]),
         (
             "plan --config edge.toml --from edge.toml",

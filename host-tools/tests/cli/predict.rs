@@ -166,6 +166,24 @@ fn an_export_says_what_it_cannot_carry() {
     let off: f64 = off.split_once(" %").unwrap().0.parse().unwrap();
     assert!((0.1..2.6).contains(&off), "{note}");
     assert!(file.contains(note.strip_prefix("note: o.xml: ").unwrap()), "{file}");
+    // The mode whose damping is off most, and the one at which dampings are right.
+    let modes = note.matches("the mode at ").count();
+    assert!(modes == 2 && note.contains("; they are right at "), "{note}");
+
+    // Ground that gives way carries a mass, which a viewer counts beside that of the links.
+    found["robot"]["imperfections"] = value!([{"imperfection": {"ground": 2}, "value": 1e-9}]);
+    let covariance = found["robot"]["covariance"].as_array_mut().unwrap();
+    covariance.resize(37 * 38 / 2, value!(0.0));
+    fs::write(folder.join("ground.json"), found.to_string()).unwrap();
+    let (_, file) = export("ground.json");
+    let masses =
+        file.split(" mass=\"").skip(1).filter_map(|own| own.split_once('"')?.0.parse().ok());
+    let mut masses: Vec<f64> = masses.filter(|mass: &f64| *mass > 0.0).collect();
+    let ground = masses.remove(0);
+    let links: f64 = masses.iter().sum();
+    let says =
+        format!("its mass, {ground:.1} kg beside {links:.1} kg of the links, and an inertia");
+    assert!(file.contains(&says), "{says}: {file}");
 }
 
 /// What goes to a pipe or a device has a reader of its own.

@@ -30,8 +30,10 @@ pub(crate) fn unheard(folder: &Path, program: &str, arguments: &str) -> Output {
         .unwrap()
 }
 
+/// What stderr says, but for the progress, which is there where the machine is slow.
 pub(crate) fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
+    let text = String::from_utf8(output.stderr.clone()).unwrap();
+    text.split_inclusive('\n').filter(|line| !line.starts_with("progress: ")).collect()
 }
 
 /// What stderr says of a scenario beside the first line, that its accuracies are perfect.

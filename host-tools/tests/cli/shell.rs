@@ -1,7 +1,7 @@
 //! Manners in a shell: completions, manual pages, pipes that close, and terminals that are not driven by what is printed.
 
 use std::fs;
-use std::io::Write as _;
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::process::{Command, Stdio};
 
 use crate::setup::{FLEXID, besides, flexid, folder, found, stderr, unheard};
@@ -55,6 +55,23 @@ fn what_was_probably_meant_is_named() {
     }
 }
 
+/// As clap's other programs: the help on stderr, and the status of a wrong use.
+#[test]
+fn without_a_command_there_is_the_help() {
+    let folder = folder();
+    for (arguments, lines) in [
+        ("", ["Usage: flexid <COMMAND>", "  identify "]),
+        ("model", ["Usage: flexid model <COMMAND>", "  import "]),
+    ] {
+        let output = flexid(folder.path(), arguments);
+        let help = stderr(&output);
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{help}");
+        for line in lines {
+            assert!(help.lines().any(|own| own.starts_with(line)), "{help}");
+        }
+    }
+}
+
 /// A file's name, an argument and a robot's name that would colour the terminal or rename its window.
 #[test]
 fn escape_sequences_do_not_reach_the_terminal() {
@@ -77,19 +94,22 @@ fn escape_sequences_do_not_reach_the_terminal() {
     assert!(said.contains("mill\\u009b3") && !said.contains('\u{9b}'), "{said:?}");
 }
 
-/// On a terminal long work shows how far it is; into pipes it prints nothing about that.
+/// On a terminal work shows at once how far it is; into pipes it prints nothing about that unless it is long.
 #[test]
-fn long_work_shows_its_progress_on_a_terminal_only() {
+fn work_shows_its_progress_on_a_terminal() {
     let folder = found();
     for (arguments, work) in [
         ("plan --config edge.toml --poses 4", &["weighing", "choosing"][..]),
         ("map o.json --points 30", &["mapping"]),
         (
             "lobes o.json --teeth 2 --kt 700 --angles 0,90 --feed 1,0,0 --rpm 60,1200",
-            &["seeking the lobes"],
+            &["sampling the receptance", "seeking the lobes"],
         ),
         ("predict o.json --receptance h.csv", &["predicting"]),
-        ("simulate --config edge.toml --candump s.log", &["simulating experiment 1"]),
+        (
+            "simulate --config edge.toml --candump s.log",
+            &["simulating experiment 1", " of 12.3 s, "],
+        ),
         ("identify --config edge.toml s.log", &["reading", "searching"]),
     ] {
         let command = format!("{FLEXID} {arguments}");
@@ -101,9 +121,33 @@ fn long_work_shows_its_progress_on_a_terminal_only() {
             .expect("script, of Debian's bsdutils, runs");
         let shown = String::from_utf8_lossy(&terminal.stdout).into_owned();
         for part in work {
-            assert!(shown.contains(part) && shown.contains(" left"), "{arguments}: {shown:?}");
+            assert!(shown.contains(part) && shown.contains(" %"), "{arguments}: {shown:?}");
         }
         let piped = flexid(folder.path(), arguments);
         assert_eq!((piped.status.success(), besides(&piped).as_str()), (true, ""), "{arguments}");
+    }
+}
+
+/// A log that comes slowly, through a pipe that stays open: a line in ten seconds, and then the one of the error.
+#[test]
+fn long_work_says_where_there_is_no_terminal_how_far_it_is() {
+    let folder = folder();
+    for command in ["check", "identify"] {
+        let mut work = Command::new(FLEXID)
+            .args([command, "--config", "edge.toml", "-"])
+            .current_dir(folder.path())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(work.stderr.take().unwrap()).lines().map(Result::unwrap);
+        let mut next = || lines.find(|line| !line.starts_with("warning: ")).unwrap();
+        let progress = next();
+        assert!(progress.starts_with("progress: reading, 1"), "{command}: {progress}");
+        drop(work.stdin.take());
+        let error = next();
+        assert!(error.starts_with("flexid: ") && error.contains("is empty"), "{command}: {error}");
+        assert_eq!((work.wait().unwrap().code(), lines.count()), (Some(2), 0), "{command}");
     }
 }

@@ -59,7 +59,9 @@ impl Events {
 #[test]
 fn the_page_is_one_document_with_a_policy() {
     let folder = tempfile::tempdir().unwrap();
-    let web = Web::start(&folder.path().join("flexid.sock"), "127.0.0.1:0", &[]);
+    let mut web = Web::start(&folder.path().join("flexid.sock"), "127.0.0.1:0", &[]);
+    let note = web.note();
+    assert!(note.starts_with("note: unix:") && note.contains(": nobody listens there "), "{note}");
     let begun = Instant::now();
     // The first page may be older than the first attempt to connect.
     let page = loop {

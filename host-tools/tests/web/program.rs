@@ -18,6 +18,7 @@ impl Web {
             .args(["web", &format!("unix:{}", daemon.display()), "--listen", address])
             .args(arguments)
             .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
             .spawn()
             .unwrap();
         let mut line = String::new();
@@ -25,6 +26,13 @@ impl Web {
         let address = line.trim().strip_prefix("http://").and_then(|url| url.strip_suffix('/'));
         let address = address.unwrap_or_else(|| panic!("{line:?} is no address")).parse().unwrap();
         Self { child, address }
+    }
+
+    /// The next line on stderr.
+    pub(crate) fn note(&mut self) -> String {
+        let mut line = String::new();
+        BufReader::new(self.child.stderr.as_mut().unwrap()).read_line(&mut line).unwrap();
+        line
     }
 
     pub(crate) fn url(&self) -> String {

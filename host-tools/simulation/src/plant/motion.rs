@@ -54,15 +54,16 @@ struct Machine {
 }
 
 impl Plant {
-    /// Readings of both sensors in one cut, in place of the noise-free [`Cut::response`]. `None` if the robot gives way. The response has no
-    /// displacements.
+    /// Readings of both sensors in one cut, in place of the noise-free [`Cut::response_telling`]. `None` if the robot gives way. The response
+    /// has no displacements.
     pub fn readings(
         &self,
         work: Work<'_>,
         surroundings: &Surroundings,
         rng: &mut impl Rng,
+        tell: impl Fn(f64),
     ) -> Option<Response> {
-        let [force, acceleration] = self.signals(work)?;
+        let [force, acceleration] = self.signals(work, tell)?;
         let Surroundings { force_noise, acceleration_noise, spindle } = surroundings;
         let rate = work.cut.rate_hz;
         let mut read = |sensor: &Sensor, signal: &[Vector3<f64>], white: f64| {
@@ -76,7 +77,7 @@ impl Plant {
     }
 
     /// True force and acceleration along the true axes of the sensors, less those at the start, [`STEPS`] values per sample.
-    fn signals(&self, work: Work<'_>) -> Option<[Vec<Vector3<f64>>; 2]> {
+    fn signals(&self, work: Work<'_>, tell: impl Fn(f64)) -> Option<[Vec<Vector3<f64>>; 2]> {
         let cut = work.cut;
         let creeps = self.robot.feed_rad_per_s.iter().any(|rate| *rate != 0.0);
         let mut machine = Machine::new(self, work)?;
@@ -100,6 +101,7 @@ impl Plant {
             signals[0].push(force);
             signals[1].push(acceleration);
             machine.step(|part| force::between(&cut.force, time + part / STEPS as f64))?;
+            tell(step as f64 / steps as f64);
         }
         Some(signals)
     }

@@ -31,7 +31,7 @@ fn readings(plant: &Plant) -> [Vec<Vector3<f64>>; 2] {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
     let quiet = Surroundings { force_noise: 0.0, acceleration_noise: 0.0, spindle: vec![0.0; 512] };
     let work = Work { cut: &cut(), model: &chain, bushings: &scenario.truth, number: 0 };
-    let response = plant.readings(work, &quiet, &mut rng).unwrap();
+    let response = plant.readings(work, &quiet, &mut rng, |_| ()).unwrap();
     [response.force, response.acceleration]
 }
 
