@@ -32,18 +32,18 @@ use crate::plan::{self, table};
 /// Room for records, spectra and normal equations of several jobs, of which a thread may take one while it waits for another, bytes.
 const STACK: usize = 64 << 20;
 
-/// Range of the number of poses. Chosen: the largest takes an hour.
+/// Range of the number of poses. Chosen: the largest takes a quarter of an hour.
 const MOST_POSES: RangeInclusive<usize> = 1..=4096;
 
-const AFTER_HELP: &str = "Examples:
+const AFTER_HELP: &str = "Poses are in front of the robot. The scenario's experiments, or --near, tell where that is: no joint is more than half a turn from the mean of \
+these poses; tool and joints are not below the base plane, or the lowest of these poses; the tool is on their side of the base, and no higher \
+than the shoulder, or the highest of these poses. --box stands in for the last two. See for yourself that a pose is clear of walls and workpiece.
+
+Examples:
   $ flexid plan --config mill6-edge.toml
   $ flexid plan --config mill6-edge.toml --from found.json --experiments 2 --force 300
   $ flexid plan --config mill6-edge.toml --box 0.6,1.4,-0.5,0.5,0,0.8
-  $ flexid plan --config mill6-edge.toml --poses reachable.csv
-
-Poses are in front of the robot. The scenario's experiments, or --near, tell where that is: no joint is more than half a turn from the mean of \
-these poses; tool and joints are not below the base plane, or the lowest of these poses; the tool is on their side of the base, and no higher \
-than the shoulder, or the highest of these poses. --box stands in for the last two. See for yourself that a pose is clear of walls and workpiece.";
+  $ flexid plan --config mill6-edge.toml --poses reachable.csv";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -53,8 +53,8 @@ pub(super) struct Args {
     config: PathBuf,
     /// What is known already, as `identify --json` writes it [default: the bounds, and the static tests of [static]]
     ///
-    /// A fit that is not consistent has a warning: its standard deviations may be too small. Each parameter counts as known to its standard deviation whatever the others are: the
-    /// correlations in the file are left aside.
+    /// A fit that is not consistent has a warning: its standard deviations may be too small. Each parameter counts as known to its standard
+    /// deviation whatever the others are: the correlations in the file are left aside.
     #[arg(long, value_name = "FOUND.json")]
     from: Option<PathBuf>,
     /// Number of experiments to plan

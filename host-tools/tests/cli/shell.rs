@@ -55,7 +55,7 @@ fn what_was_probably_meant_is_named() {
     }
 }
 
-/// As clap's other programs: the help on stderr, and the status of a wrong use.
+/// The help on stderr, and the status of a wrong use, as other programs of clap have it.
 #[test]
 fn without_a_command_there_is_the_help() {
     let folder = folder();
