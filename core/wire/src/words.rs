@@ -95,7 +95,7 @@ impl fmt::Display for Measured<'_> {
 }
 
 /// A number of which three digits count.
-pub(crate) struct ThreeDigits(pub(crate) f64);
+pub struct ThreeDigits(pub f64);
 
 impl fmt::Display for ThreeDigits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -122,9 +122,11 @@ impl fmt::Display for InUnit<'_> {
 }
 
 /// An interval in parts of its value: one number where both sides are about equal.
-pub(crate) struct Within {
-    pub(crate) value: f64,
-    pub(crate) interval: [f64; 2],
+pub struct Within {
+    /// Most likely value, above 0.
+    pub value: f64,
+    /// Its interval, in the same unit.
+    pub interval: [f64; 2],
 }
 
 /// Part of the upper side by which both sides of an interval may differ and are shown as one number: one in its second digit.

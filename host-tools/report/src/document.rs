@@ -7,6 +7,7 @@ use std::path::Path;
 
 use flexid_pipeline::input::{self, BadInput};
 use flexid_prediction::document::{COMMAND, Found};
+use flexid_wire::answer::Answer;
 use flexid_wire::confidence::{Correlations, HeldOut, Nuisance};
 use flexid_wire::residuals::Meaning;
 use serde::Deserialize;
@@ -27,6 +28,8 @@ pub struct Document {
 /// Entries of a file that [`Found`] leaves out. Those that are `None` are not in the file.
 #[derive(Debug, Deserialize)]
 pub struct Further {
+    /// The robot as a whole.
+    pub answer: Option<Answer>,
     /// What is doubtful about the model of the robot, a line each.
     #[serde(default)]
     pub model_warnings: Vec<String>,
@@ -177,8 +180,9 @@ impl Document {
     ///
     /// That of static tests alone needs no records.
     pub fn missing(&self) -> Vec<&'static str> {
-        let of_records = |entry: &str| !matches!(entry, "confidence" | "origin");
+        let of_records = |entry: &str| !matches!(entry, "answer" | "confidence" | "origin");
         let entries = [
+            ("answer", self.further.answer.is_none()),
             ("confidence", self.further.confidence.is_none()),
             ("records", self.further.records.is_none()),
             ("measured_receptance", self.further.measured_receptance.is_none()),

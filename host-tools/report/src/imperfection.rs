@@ -25,6 +25,9 @@ const PREFIXES: [(f64, &str); 8] = [
 const FULL: f64 = 0.9995;
 /// Standard deviations beyond which an error is not zero: a normal distribution exceeds them once in twenty.
 const SIGNIFICANT: f64 = 2.0;
+/// Times its accuracy beyond which an error is not as expected: an accuracy is one standard deviation, and a normal distribution exceeds
+/// two of them once in twenty.
+const CONSPICUOUS: f64 = 2.0;
 /// Share of the misfit that is most of it.
 const MOST: f64 = 0.5;
 /// Most decimal places.
@@ -60,6 +63,13 @@ pub fn words(own: &Nuisance) -> String {
 pub fn may_be_as_stated(own: &Nuisance) -> bool {
     let stated = if is_factor(own) { 1.0 } else { 0.0 };
     own.interval.is_some_and(|[lower, upper]| (lower..=upper).contains(&stated))
+}
+
+/// Whether the records contradict its accuracy: it is more than twice as large, and does not hold the value that is stated.
+pub fn is_contradicted(own: &Nuisance) -> bool {
+    let size = if is_factor(own) { own.value.ln() } else { own.value };
+    let exceeds = own.accuracy.is_some_and(|accuracy| size.abs() > CONSPICUOUS * accuracy);
+    exceeds && own.interval.is_some() && !may_be_as_stated(own)
 }
 
 /// Whether the error shows. Of what `[calibration]` seeks it is the verdict, which compares what is left with what was known before.
@@ -169,7 +179,7 @@ fn resonance(sensor: &str, value: f64, interval: Option<[f64; 2]>) -> String {
 }
 
 /// A number with its unit, in engineering notation, to three digits.
-fn number(value: f64, unit: &str) -> String {
+pub(crate) fn number(value: f64, unit: &str) -> String {
     estimate(value, None, unit)
 }
 

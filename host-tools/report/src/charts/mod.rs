@@ -4,7 +4,7 @@
 //! | ------- | ---------------------------------------------------------------- |
 //! | `scale` | the range of an axis, linear or logarithmic, and its ticks       |
 //! | `panel` | curves, bands and dots between two axes                          |
-//! | `spectra` | the newest record of a daemon beside the model                 |
+//! | `spectra` | a record beside the model, a panel for each axis                 |
 //!
 //! A chart library draws with fixed colours. The style sheet replaces those of `INK` and the `Colour`s by those of the page, light or
 //! dark.
@@ -39,9 +39,9 @@ pub(crate) enum Colour {
     Blue,
     /// What is identified.
     Green,
-    /// What is not observable, and residuals.
+    /// Residuals.
     Red,
-    /// Noise. The style sheet dashes its lines.
+    /// Noise, and what is not observable. The style sheet dashes its lines.
     Grey,
 }
 
@@ -91,6 +91,7 @@ fn svg_of(size: (u32, u32), label: &str, draw: impl FnOnce(&Canvas<'_>) -> Drawn
 /// The SVG without what says nothing: attributes with their initial values, and what the style sheet gives.
 fn slim(svg: &str) -> String {
     svg.replace(" opacity=\"1\"", "")
+        .replace(" stroke=\"none\" stroke-width=\"1\"", "")
         .replace(" font-family=\"sans-serif\"", "")
         .replace(" xmlns=\"http://www.w3.org/2000/svg\"", "")
         .replace(" \"/>", "\"/>")

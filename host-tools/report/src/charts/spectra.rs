@@ -1,4 +1,4 @@
-//! The newest record of a daemon beside the model: amplitude spectral densities of the acceleration, a panel for each axis.
+//! A record beside the model: amplitude spectral densities of the acceleration, a panel for each axis.
 
 use flexid_wire::spectra::{Band, Spectra};
 use maud::{Markup, html};
@@ -11,63 +11,112 @@ use super::{Colour, Mark, legend, svg_of};
 pub const AXES: [&str; 3] = ["x", "y", "z"];
 /// Size of a panel, pixels. Chosen: three beside each other are legible on a tablet, one on a telephone.
 const SIZE: (u32, u32) = (760, 560);
+/// Radius of many dots and of few, and the width that they share, pixels. Chosen: many do not hide the line on which they lie.
+const DOTS: [u32; 2] = [4, 8];
+const ROOM: u32 = 600;
 /// Decades below the largest value that are shown, at most. Chosen: noise is there.
 const DECADES: f64 = 6.0;
 
+/// Amplitude spectral densities along a band, for each axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Densities {
+    /// Lower and upper edge of the band, Hz.
+    pub band_hz: [f64; 2],
+    /// Frequencies, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Measured acceleration, (m/s²)/√Hz.
+    pub measured: [Vec<f64>; 3],
+    /// Modelled acceleration, (m/s²)/√Hz.
+    pub modelled: [Vec<f64>; 3],
+    /// Noise, (m/s²)/√Hz.
+    pub noise: [Vec<f64>; 3],
+}
+
+impl From<&Spectra> for Densities {
+    fn from(spectra: &Spectra) -> Self {
+        let along = |of: fn(&Band) -> &[f32; 3]| {
+            let values =
+                |axis: usize| spectra.bands.iter().map(|own| of(own)[axis].into()).collect();
+            std::array::from_fn(values)
+        };
+        Self {
+            band_hz: spectra.band_hz.map(f64::from),
+            frequency_hz: spectra.bands.iter().map(|own| own.frequency_hz.into()).collect(),
+            measured: along(|own| &own.measured),
+            modelled: along(|own| &own.modelled),
+            noise: along(|own| &own.noise),
+        }
+    }
+}
+
 /// Scales of the frequency, Hz, and of the densities along all axes, (m/s²)/√Hz.
-pub fn scales(spectra: &Spectra) -> [Scale; 2] {
-    let frequency = Scale::logarithmic(spectra.band_hz.map(f64::from));
-    let densities = || {
-        let bands = spectra.bands.iter();
-        bands
-            .flat_map(|band| [band.measured, band.modelled, band.noise].concat())
-            .map(f64::from)
-            .filter(|own| own.is_finite())
-    };
-    let least = densities().fold(0.0, f64::max) * 10_f64.powf(-DECADES);
-    let density = Scale::decades(densities().filter(|own| *own > 0.0).map(|own| own.max(least)));
-    [frequency, density]
+pub fn scales(densities: impl Into<Densities>) -> [Scale; 2] {
+    scales_of(&densities.into())
+}
+
+fn scales_of(own: &Densities) -> [Scale; 2] {
+    let all = own.measured.iter().chain(&own.modelled).chain(&own.noise).flatten();
+    [Scale::logarithmic(own.band_hz), density_scale(all.copied())]
+}
+
+/// Scale of these densities: whole decades, at most [`DECADES`] of them.
+pub(crate) fn density_scale(densities: impl Iterator<Item = f64> + Clone) -> Scale {
+    let finite = densities.filter(|own| own.is_finite());
+    let least = finite.clone().fold(0.0, f64::max) * 10_f64.powf(-DECADES);
+    Scale::decades(finite.filter(|own| *own > 0.0).map(|own| own.max(least)))
 }
 
 /// A legend, and a panel for each axis.
-pub fn panels(spectra: &Spectra) -> Markup {
-    let scales = scales(spectra);
+pub fn panels(densities: impl Into<Densities>) -> Markup {
+    let own = densities.into();
     html! {
         (legend(&[
             ("measured", Colour::Blue, Mark::Dot),
             ("modelled", Colour::Orange, Mark::Line),
             ("noise", Colour::Grey, Mark::Dashed),
         ]))
-        div.panels {
-            @for axis in 0..3 { figure { (panel(spectra, axis, &scales)) } }
-        }
+        (axis_panels("Measured and modelled", &scales_of(&own), |axis| curves(&own, axis)))
     }
 }
 
-fn panel(spectra: &Spectra, axis: usize, [x, y]: &[Scale; 2]) -> Markup {
-    let points = |value: fn(&Band) -> &[f32; 3]| {
-        let bands = spectra.bands.iter();
-        bands.map(move |band| (f64::from(band.frequency_hz), f64::from(value(band)[axis])))
+/// Densities of the acceleration, a panel for each axis.
+pub(crate) fn axis_panels(
+    what: &str,
+    [x, y]: &[Scale; 2],
+    curves: impl Fn(usize) -> Vec<Curve>,
+) -> Markup {
+    let panel = |axis: usize| {
+        let panel = Panel {
+            x: x.clone(),
+            y: y.clone(),
+            title: AXES[axis].to_owned(),
+            labels: Labels { x: Some("frequency / Hz".into()), y: Some("(m/s²)/√Hz".into()) },
+            bands: Vec::new(),
+            curves: curves(axis),
+        };
+        let label = format!("{what} acceleration along {}", AXES[axis]);
+        svg_of(SIZE, &label, |canvas| panel.draw(canvas))
     };
-    let line = |colour, width, value| Curve {
+    html! {
+        div.panels { @for axis in 0..3 { figure { (panel(axis)) } } }
+    }
+}
+
+fn curves(own: &Densities, axis: usize) -> Vec<Curve> {
+    let points =
+        |values: &[f64]| own.frequency_hz.iter().copied().zip(values.to_vec()).collect::<Vec<_>>();
+    let line = |colour, width, values: &[f64]| Curve {
         colour,
         width,
-        points: points(value).map(|(hz, own)| (hz, Some(own))).collect(),
+        points: points(values).into_iter().map(|(hz, own)| (hz, Some(own))).collect(),
     };
-    let panel = Panel {
-        x: x.clone(),
-        y: y.clone(),
-        title: AXES[axis].to_owned(),
-        labels: Labels { x: Some("frequency / Hz".into()), y: Some("(m/s²)/√Hz".into()) },
-        bands: Vec::new(),
-        curves: vec![
-            line(Colour::Grey, 4, |band| &band.noise),
-            line(Colour::Orange, 5, |band| &band.modelled),
-            Curve::dots(Colour::Blue, 8, points(|band| &band.measured)),
-        ],
-    };
-    let label = format!("Measured and modelled acceleration along {}", AXES[axis]);
-    svg_of(SIZE, &label, |canvas| panel.draw(canvas))
+    let [many, few] = DOTS;
+    let radius = (ROOM / own.frequency_hz.len().max(1) as u32).clamp(many, few);
+    vec![
+        line(Colour::Grey, 4, &own.noise[axis]),
+        line(Colour::Orange, 5, &own.modelled[axis]),
+        Curve::dots(Colour::Blue, radius, points(&own.measured[axis]).into_iter()),
+    ]
 }
 
 #[cfg(test)]
@@ -91,13 +140,13 @@ mod tests {
 
     /// Heights, pixels, of the three curves of the first panel at the frequency in the middle: dots of measured, lines of others.
     fn heights(spectra: &Spectra) -> [f64; 3] {
-        let svg = panel(spectra, 0, &scales(spectra)).into_string();
+        let svg = panels(spectra).into_string();
         let attribute = |element: &str, name: &str| {
             let rest = element.split_once(&format!(" {name}=\"")).unwrap().1;
             rest.split_once('"').unwrap().0.to_owned()
         };
         let dots: Vec<&str> = svg.split("<circle").skip(1).collect();
-        assert_eq!(dots.len(), 3, "{svg}");
+        assert_eq!(dots.len(), 9, "{svg}");
         let line = |colour: &str| {
             let line = svg.split("<polyline").find(|line| {
                 line.contains(&format!("stroke=\"{colour}\"")) && line.matches(',').count() == 3

@@ -7,11 +7,12 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::format::{number, percent};
-use super::missing;
+use super::{folded_section, missing};
 use crate::charts::{Colour, Mark, SOFT, WIDTH, legend, svg};
 use crate::directions::distinct;
 use crate::document::{Document, WeakDirection};
 
+const TITLE: &str = "Correlations and weak directions";
 /// Least correlation that is drawn and listed, per cent.
 const DRAWN: u8 = 30;
 const LISTED: u8 = 80;
@@ -29,15 +30,13 @@ const OF_ROW: f64 = 0.9;
 
 pub(super) fn section(document: &Document) -> Markup {
     let Some(confidence) = &document.further.confidence else {
-        return html! { section #correlations { h2 { "Correlations and weak directions" } (missing("confidence")) } };
+        return folded_section("correlations", TITLE, &missing("confidence"));
     };
     let correlations = &shown(document, &confidence.correlations);
     let mut pairs: Vec<_> =
         correlations.pairs().filter(|(.., own)| own.unsigned_abs() >= LISTED).collect();
     pairs.sort_by_key(|(.., own)| -i16::from(*own).abs());
-    html! {
-        section #correlations {
-            h2 { "Correlations and weak directions" }
+    let contents = html! {
             p {
                 "Unknowns that are correlated trade off: the data fix a combination of them better than each alone. A weak direction is a \
                  combination that the data hardly fix. Other poses separate them."
@@ -93,8 +92,8 @@ pub(super) fn section(document: &Document) -> Markup {
                     }
                 }
             }
-        }
-    }
+    };
+    folded_section("correlations", TITLE, &contents)
 }
 
 /// The correlations of all unknowns, of static tests those of the stiffnesses alone.

@@ -4,7 +4,7 @@ use flexid_wire::report::FoundBy;
 use maud::{Markup, html};
 
 use super::format::{count, number};
-use super::missing;
+use super::{folded_section, missing};
 use crate::charts::panel::{Curve, Labels, Panel};
 use crate::charts::scale::Scale;
 use crate::charts::{Colour, svg};
@@ -21,9 +21,7 @@ pub(super) fn section(document: &Document) -> Markup {
         FoundBy::RandomSearch => "a random search",
         FoundBy::Branch => "a branch of another minimum",
     };
-    html! {
-        section #course {
-            h2 { "Course of the search" }
+    let contents = html! {
             p {
                 "Found by " (how) ": " (count(fit.starts as usize, "start")) ", of which " (fit.random_searches) " random; "
                 (fit.search_evaluations) " search steps, " (fit.refine_iterations) " refinement steps; branches of minima that were tried: "
@@ -44,8 +42,8 @@ pub(super) fn section(document: &Document) -> Markup {
                     }
                 },
             }
-        }
-    }
+    };
+    folded_section("course", "Course of the search", &contents)
 }
 
 fn chart(course: &[Step]) -> Markup {

@@ -1,10 +1,11 @@
 //! Numbers as people read them.
 
+use flexid_wire::words::Within;
 use maud::{Markup, html};
 
 use crate::charts::scale::superscript;
 
-/// A number to three digits: plain from 0.01 to 9999, with a power of ten beyond.
+/// A number to three digits: plain from 0.01 to 999, with a power of ten beyond.
 pub(super) fn number(value: f64) -> String {
     digits(value, 3)
 }
@@ -21,7 +22,7 @@ pub(super) fn digits(value: f64, digits: usize) -> String {
     let text = format!("{value:.*e}", digits.max(1) - 1);
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
-    let plain = if (-2..4).contains(&exponent) {
+    let plain = if (-2..3).contains(&exponent) {
         let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
         format!("{value:.decimals$}")
     } else {
@@ -44,17 +45,9 @@ pub(super) fn percent(part: f64) -> String {
     format!("{}\u{a0}%", minus(&text))
 }
 
-/// An interval, to the digits that tell its ends apart: `1.2 to 1.4`.
-pub(super) fn interval([low, high]: [f64; 2]) -> String {
-    let own = digits_of([low, high]);
-    format!("{} to {}", digits(low, own), digits(high, own))
-}
-
-/// Digits that tell the ends of an interval apart, with one more.
-pub(super) fn digits_of([low, high]: [f64; 2]) -> usize {
-    let part = (high - low).abs() / low.abs().max(high.abs());
-    let wanted = if part > 0.0 && part.is_finite() { 2.0 - part.log10().ceil() } else { 3.0 };
-    wanted.clamp(3.0, 8.0) as usize
+/// A 95 % interval in per cent of the value that it is about: `±0.22 %`, or `−11 to +12 %`.
+pub(super) fn uncertainty(value: f64, interval: [f64; 2]) -> String {
+    minus(&Within { value, interval }.to_string()).replace(" %", "\u{a0}%")
 }
 
 /// Agreement as per cent, with more digits near 1, and never rounded up to it.
@@ -86,7 +79,7 @@ pub(super) fn marked(line: &str) -> Markup {
     }
 }
 
-fn minus(text: &str) -> String {
+pub(super) fn minus(text: &str) -> String {
     text.replace('-', "\u{2212}")
 }
 
@@ -99,7 +92,7 @@ mod tests {
         let cases = [
             (0.0, "0"),
             (9.996, "10.0"),
-            (1234.6, "1235"),
+            (1234.6, "1.23·10³"),
             (0.012_34, "0.0123"),
             (6.024e7, "6.02·10⁷"),
             (-2.5e-9, "−2.50·10⁻⁹"),
@@ -110,9 +103,8 @@ mod tests {
         }
         assert_eq!(percent(0.0012), "0.1\u{a0}%");
         assert_eq!(percent(-0.25), "−25\u{a0}%");
-        assert_eq!(interval([1.0, 20.0]), "1.00 to 20.0");
-        assert_eq!(interval([18.6851, 18.6932]), "18.685 to 18.693");
-        assert_eq!(interval([5.9961e7, 6.0055e7]), "5.996·10⁷ to 6.006·10⁷");
+        assert_eq!(uncertainty(18.69, [18.6851, 18.6932]), "±0.02\u{a0}%");
+        assert_eq!(uncertainty(1.0, [0.5, 2.0]), "−50 to +100\u{a0}%");
         assert_eq!(
             (agreement(0.999_96), agreement(0.5)),
             ("99.99\u{a0}%".into(), "50\u{a0}%".into())

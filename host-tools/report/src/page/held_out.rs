@@ -3,16 +3,16 @@
 use maud::{Markup, html};
 
 use super::format::{agreement, pose};
-use super::{AXES, missing};
+use super::{AXES, folded_section, missing};
 use crate::document::Document;
+
+const TITLE: &str = "Held-out records";
 
 pub(super) fn section(document: &Document) -> Markup {
     let Some(confidence) = &document.further.confidence else {
-        return html! { section #held-out { h2 { "Held-out records" } (missing("confidence")) } };
+        return folded_section("held-out", TITLE, &missing("confidence"));
     };
-    html! {
-        section #held-out {
-            h2 { "Held-out records" }
+    let contents = html! {
             @if confidence.held_out.is_empty() {
                 p { "None: a single record cannot be predicted by others." }
             } @else {
@@ -41,6 +41,6 @@ pub(super) fn section(document: &Document) -> Markup {
                     "The prediction is that of the model without imperfections. With few records, or large imperfections, both are too low."
                 }
             }
-        }
-    }
+    };
+    folded_section("held-out", TITLE, &contents)
 }

@@ -1,5 +1,6 @@
 //! The page: one file for each section, in the order in which a reader asks.
 
+mod answer;
 mod correlations;
 mod course;
 mod direction;
@@ -12,6 +13,7 @@ mod parameters;
 mod quality;
 mod receptance;
 mod residuals;
+mod spectra;
 mod verdict;
 
 use flexid_prediction::Dynamics;
@@ -26,8 +28,9 @@ const STYLE: &str = include_str!("style.css");
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// Degrees of freedom of a joint.
 const DOFS: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
-/// Most poses that are drawn. Chosen: with their charts the page stays below 2 MiB; a result has at most 16.
-const MOST_POSES: usize = 6;
+/// Most poses and records that are drawn. Chosen: with their charts the page stays below 2 MiB; a result has at most 16.
+const MOST_POSES: usize = 4;
+const MOST_RECORDS: usize = MOST_POSES;
 
 /// Renders the page of a result, of a file of this name and with this SHA-256.
 ///
@@ -45,17 +48,24 @@ pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
                 style { (PreEscaped(STYLE)) }
             }
             body {
-                (verdict::section(document, name))
+                header {
+                    p.file { "flexid report on " code { (name) } ": " (verdict::robot(document)) }
+                    (answer::section(document))
+                }
                 main {
+                    (verdict::section(document))
                     @if document.is_static() {
                         (parameters::section(document))
+                        h2 { "Details" }
                         (correlations::section(document))
                     } @else {
-                        (receptance::section(document, &poses, others))
-                        (residuals::section(document))
-                        (modes::section(document, &poses))
+                        (spectra::section(document))
                         (parameters::section(document))
+                        (modes::section(document, &poses))
+                        (residuals::section(document))
                         (imperfections::section(document))
+                        h2 { "Details" }
+                        (receptance::section(document, &poses, others))
                         (correlations::section(document))
                         (held_out::section(document))
                         (course::section(document))
@@ -100,6 +110,16 @@ fn poses(document: &Document) -> (Vec<Pose<'_>>, usize) {
     let others = poses.len().saturating_sub(MOST_POSES);
     let first = poses.into_iter().take(MOST_POSES);
     (first.map(|angles| Pose::new(document, angles.clone())).collect(), others)
+}
+
+/// What opens by its title.
+fn folded(title: &str, contents: &Markup) -> Markup {
+    html! { details { summary { (title) } (contents) } }
+}
+
+/// A section that opens by its title.
+fn folded_section(id: &str, title: &str, contents: &Markup) -> Markup {
+    html! { section id=(id) { (folded(title, contents)) } }
 }
 
 /// What stands where an entry of the file is missing.

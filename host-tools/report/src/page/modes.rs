@@ -4,8 +4,8 @@ use flexid_prediction::PositiveEstimate;
 use flexid_prediction::modes::Mode;
 use maud::{Markup, html};
 
-use super::format::{count, digits, digits_of, interval, number, percent, pose};
-use super::{AXES, DOFS, Pose};
+use super::format::{count, number, percent, pose, uncertainty};
+use super::{AXES, DOFS, Pose, folded};
 use crate::document::Document;
 
 /// What stands in place of a number that says nothing.
@@ -22,14 +22,26 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>]) -> Markup {
         section #modes {
             h2 { "Modes" }
             p {
-                "Modes up to " (digits(upper, 3)) "\u{a0}Hz, the end of the band that was fitted, with 95\u{a0}% intervals; a dash is what the \
+                "Modes up to " (number(upper)) "\u{a0}Hz, the end of the band that was fitted, with 95\u{a0}% intervals; a dash is what the \
                  records do not determine, and where the standard deviation is larger than the number itself, there is none. A mode moves what holds its strain energy."
             }
-            @for (index, pose) in poses.iter().enumerate() {
-                (table(document, index, pose))
-                (stiffness(pose))
+            @if let [first, others @ ..] = poses {
+                (of_pose(document, 0, first))
+                @if !others.is_empty() {
+                    @let others = html! {
+                        @for (index, pose) in others.iter().enumerate() { (of_pose(document, index + 1, pose)) }
+                    };
+                    (folded(&count(poses.len() - 1, "further pose"), &others))
+                }
             }
         }
+    }
+}
+
+fn of_pose(document: &Document, index: usize, pose: &Pose<'_>) -> Markup {
+    html! {
+        (table(document, index, pose))
+        (stiffness(pose))
     }
 }
 
@@ -73,17 +85,22 @@ fn stiffness(own: &Pose<'_>) -> Markup {
     let Some(compliance) = compliance else { return Markup::default() };
     html! {
         p.note {
-            "Stiffness at the tool, N/m, one axis loaded at a time: "
+            "Stiffness at the tool along the axes of the tool centre point, N/µm, one axis loaded at a time: "
             @for axis in 0..3 {
                 @let own = compliance[axis][axis];
-                @let ends = [1.0 / own.interval[1], 1.0 / own.interval[0]];
+                @let [most_stiff, least_stiff] = own.interval.map(|compliance| 1e-6 / compliance);
                 @if axis > 0 { ", " }
                 (AXES[axis]) " "
                 @if !own.determined {
                     (OPEN)
                 } @else {
-                    (number(1.0 / own.value))
-                    @if ends[1] > 0.0 { " (" (interval(ends)) ")" } @else { " (above " (number(ends[0])) ")" }
+                    (number(1e-6 / own.value))
+                    // A compliance whose interval reaches zero has no largest stiffness.
+                    @if most_stiff > 0.0 {
+                        " (" (uncertainty(1e-6 / own.value, [least_stiff, most_stiff])) ")"
+                    } @else {
+                        " (above " (number(least_stiff)) ")"
+                    }
                 }
             }
             "."
@@ -94,12 +111,11 @@ fn stiffness(own: &Pose<'_>) -> Markup {
 /// The cells of a value and its interval.
 fn estimate(estimate: &PositiveEstimate, times: f64, unit: &str) -> Markup {
     html! {
-        @let ends = estimate.interval.map(|own| times * own);
         @if estimate.is_observable() {
-            td { (digits(times * estimate.value, digits_of(ends))) (unit) }
-            td { (interval(ends)) (unit) }
+            td.ours { (number(times * estimate.value)) (unit) }
+            td { (uncertainty(estimate.value, estimate.interval)) }
         } @else if estimate.determined {
-            td { (digits(times * estimate.value, 2)) (unit) }
+            td { (number(times * estimate.value)) (unit) }
             td { "–" }
         } @else {
             td { "–" }

@@ -2,14 +2,12 @@
 
 use maud::{Markup, html};
 
-use super::missing;
+use super::{folded_section, missing};
 use crate::document::Document;
 use crate::evidence::OriginFile;
 
 pub(super) fn section(document: &Document, name: &str, sha256: Option<&str>) -> Markup {
-    html! {
-        section #origin {
-            h2 { "Origin" }
+    let contents = html! {
             @match &document.further.origin {
                 None => (missing("origin")),
                 Some(origin) => {
@@ -36,8 +34,8 @@ pub(super) fn section(document: &Document, name: &str, sha256: Option<&str>) -> 
             p.note {
                 "Computing time " (format!("{:.1}", document.found.fit.seconds)) "\u{a0}s. This page: flexid " (env!("CARGO_PKG_VERSION")) "."
             }
-        }
-    }
+    };
+    folded_section("origin", "Origin", &contents)
 }
 
 fn row(file: &OriginFile) -> Markup {

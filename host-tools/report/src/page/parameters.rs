@@ -1,19 +1,19 @@
-//! Stiffnesses and dampings: as a picture, within their bounds, and as a table.
+//! Stiffnesses and dampings: as a picture and as a table.
 
 use flexid_wire::report::Verdict;
 use maud::{Markup, html};
 use plotters::prelude::*;
 
 use super::DOFS;
-use super::format::{digits, digits_of, interval, percent};
+use super::format::{number, uncertainty};
 use crate::charts::scale::Scale;
 use crate::charts::{Canvas, Colour, Drawn, Mark, SOFT, legend, svg};
 use crate::document::Document;
 
 /// Height of a row of the picture, pixels; of axis and title.
-const ROW: u32 = 46;
+const ROW: u32 = 38;
 const AROUND: u32 = 190;
-const FONT: f64 = 34.0;
+const FONT: f64 = 32.0;
 /// Room for the names, and letters of a joint's name for which there is room beside its degree of freedom, pixels.
 const NAMES: u32 = 400;
 const LETTERS: usize = 18;
@@ -41,7 +41,7 @@ fn colour(verdict: Verdict) -> Colour {
     match verdict {
         Verdict::Identified => Colour::Green,
         Verdict::Weak => Colour::Orange,
-        Verdict::NotObservable => Colour::Red,
+        Verdict::NotObservable => Colour::Grey,
         Verdict::Fixed => Colour::Blue,
     }
 }
@@ -53,9 +53,7 @@ struct Parameter {
     dof: usize,
     is_damping: bool,
     value: f64,
-    std: Option<f64>,
     interval: Option<[f64; 2]>,
-    bounds: Option<[f64; 2]>,
     verdict: Verdict,
 }
 
@@ -66,14 +64,14 @@ pub(super) fn section(document: &Document) -> Markup {
         section #parameters {
             h2 { "Parameters" }
             p {
-                "Each dot is a parameter, its whisker the 95\u{a0}% interval, the pale bar the bounds in which it was sought. Translations "
+                "Each dot is a parameter, its whisker the 95\u{a0}% interval. Translations "
                 code { "tx ty tz" } " are along, rotations " code { "rx ry rz" } " about the axes of the joint's frame."
                 @if have_none { " There are no intervals: the fit is not trusted, or the file does not have them." }
             }
             (legend(&[
                 ("identified", Colour::Green, Mark::Dot),
                 ("weak", Colour::Orange, Mark::Dot),
-                ("not observable (hollow)", Colour::Red, Mark::Dot),
+                ("not observable (hollow)", Colour::Grey, Mark::Dot),
                 ("fixed", Colour::Blue, Mark::Dot),
             ]))
             figure { (picture(document, &parameters)) }
@@ -83,34 +81,21 @@ pub(super) fn section(document: &Document) -> Markup {
 }
 
 fn parameters(document: &Document) -> Vec<Parameter> {
-    let bounds = &document.found.robot.found().bounds;
     let intervals = document.further.confidence.as_ref().map_or(&[][..], |own| &own.joints);
     let mut all = Vec::new();
     for (index, joint) in document.found.joints.iter().enumerate() {
         for is_damping in [false, true] {
             for dof in 0..6 {
-                let (value, std, verdict) = if is_damping {
-                    (joint.damping[dof], joint.damping_std[dof], joint.damping_verdict[dof])
+                let (value, verdict) = if is_damping {
+                    (joint.damping[dof], joint.damping_verdict[dof])
                 } else {
-                    (joint.stiffness[dof], joint.stiffness_std[dof], joint.stiffness_verdict[dof])
+                    (joint.stiffness[dof], joint.stiffness_verdict[dof])
                 };
                 let interval = intervals.get(index).and_then(|own| {
                     if is_damping { own.damping_interval[dof] } else { own.stiffness_interval[dof] }
                 });
-                let bounds = bounds
-                    .get(index)
-                    .map(|own| if is_damping { own.damping[dof] } else { own.stiffness[dof] });
                 let joint = joint.name.to_string();
-                all.push(Parameter {
-                    joint,
-                    dof,
-                    is_damping,
-                    value,
-                    std,
-                    interval,
-                    bounds,
-                    verdict,
-                });
+                all.push(Parameter { joint, dof, is_damping, value, interval, verdict });
             }
         }
     }
@@ -132,7 +117,7 @@ fn picture(document: &Document, parameters: &[Parameter]) -> Markup {
     let rows = parameters.len() / 4;
     let lines = kinds(document);
     let height = lines as u32 * (rows as u32 * ROW + AROUND);
-    svg(height, "Parameters with their 95 % intervals within their bounds", |canvas| {
+    svg(height, "Parameters with their 95 % intervals", |canvas| {
         let panels = canvas.split_evenly((lines, 2));
         for ((title, is_damping, dofs), panel) in groups.iter().zip(&panels) {
             draw(panel, title, &of(*is_damping, dofs))?;
@@ -142,17 +127,10 @@ fn picture(document: &Document, parameters: &[Parameter]) -> Markup {
 }
 
 fn draw(canvas: &Canvas<'_>, title: &str, parameters: &[&Parameter]) -> Drawn {
-    // Bounds that are far wider than what is found would hide it.
+    // What is hardly known would hide what is.
     let ends = |own: &&Parameter| {
-        let bounds = own.bounds.unwrap_or([own.value; 2]);
-        let interval = own.interval.unwrap_or([own.value; 2]);
-        [
-            bounds[0],
-            bounds[1],
-            interval[0].max(0.1 * own.value),
-            interval[1].min(10.0 * own.value),
-            own.value,
-        ]
+        let [low, high] = own.interval.unwrap_or([own.value; 2]);
+        [low.max(0.1 * own.value), high.min(10.0 * own.value), 0.5 * own.value, 2.0 * own.value]
     };
     let x = Scale::around(parameters.iter().flat_map(ends));
     // The first row is on top.
@@ -182,13 +160,6 @@ fn draw(canvas: &Canvas<'_>, title: &str, parameters: &[&Parameter]) -> Drawn {
     for (row, own) in parameters.iter().enumerate() {
         let row = -(row as f64);
         let place = |value: f64| x.end_place(value);
-        if let Some([low, high]) = own.bounds
-            && let (Some(low), Some(high)) = (place(low), place(high))
-        {
-            let bar =
-                Rectangle::new([(low, row - 0.28), (high, row + 0.28)], SOFT.mix(0.18).filled());
-            chart.draw_series([bar])?;
-        }
         let style = colour(own.verdict).rgb();
         if let Some([low, high]) = own.interval
             && let (Some(low), Some(high)) = (place(low), place(high))
@@ -231,23 +202,23 @@ fn table(document: &Document, parameters: &[Parameter]) -> Markup {
         table.parameters {
             caption {
                 strong { "Parameters with 95\u{a0}% intervals" } "; SI units: N/m and Nm/rad"
-                @if kinds > 1 { ", Ns/m and Nms/rad" } ". The standard deviation is in per cent of the value."
+                @if kinds > 1 { ", Ns/m and Nms/rad" } "."
             }
             thead {
                 tr {
                     th {}
-                    @for kind in &["stiffness", "damping"][..kinds] { th.group colspan="4" { (kind) } }
+                    @for kind in &["stiffness", "damping"][..kinds] { th.group colspan="3" { (kind) } }
                 }
                 tr {
                     th {}
                     @for _ in 0..kinds {
-                        th { "value" } th { "interval" } th { "std" } th.left { "verdict" }
+                        th { "value" } th { "interval" } th.left { "verdict" }
                     }
                 }
             }
             @for (index, joint) in document.found.joints.iter().enumerate() {
                 tbody {
-                    tr.joint { th.left colspan=(1 + 4 * kinds) { (joint.name) } }
+                    tr.joint { th.left colspan=(1 + 3 * kinds) { (joint.name) } }
                     @for dof in 0..6 {
                         tr {
                             th scope="row" { (DOFS[dof]) }
@@ -264,9 +235,8 @@ fn table(document: &Document, parameters: &[Parameter]) -> Markup {
 
 fn cells(own: &Parameter) -> Markup {
     html! {
-        td.ours { (digits(own.value, own.interval.map_or(3, digits_of))) }
-        td { @match own.interval { Some(ends) => (interval(ends)), None => "–" } }
-        td { @match own.std { Some(std) => (percent(std / own.value)), None => "–" } }
+        td.ours { (number(own.value)) }
+        td { (own.interval.map_or_else(|| "–".to_owned(), |ends| uncertainty(own.value, ends))) }
         td class={ "left " (class(own.verdict)) } { (words(own.verdict)) }
     }
 }

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::format::{count, number, percent, pose};
-use super::missing;
+use super::{folded_section, missing};
 use crate::document::Document;
 use crate::evidence::{DataQuality, MeasuredReceptance, RecordEvidence};
 
@@ -11,9 +11,7 @@ use crate::evidence::{DataQuality, MeasuredReceptance, RecordEvidence};
 const SIGNALS: [&str; 6] = ["force x", "y", "z", "acceleration x", "y", "z"];
 
 pub(super) fn section(document: &Document) -> Markup {
-    html! {
-        section #quality {
-            h2 { "Data quality" }
+    let contents = html! {
             @match &document.further.records {
                 None => (missing("records")),
                 Some(records) if records.is_empty() => p { "No records." },
@@ -26,8 +24,8 @@ pub(super) fn section(document: &Document) -> Markup {
                 None => (missing("data_quality")),
                 Some(quality) => (counts(quality)),
             }
-        }
-    }
+    };
+    folded_section("quality", "Data quality", &contents)
 }
 
 fn table(records: &[RecordEvidence], measured: &[MeasuredReceptance]) -> Markup {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::direction::{complex, direction_at};
 use super::format::{count, number, percent, pose};
-use super::{AXES, Pose, missing};
+use super::{AXES, Pose, folded_section, missing};
 use crate::charts::panel::{Band, Curve, Labels, Panel};
 use crate::charts::scale::Scale;
 use crate::charts::{Colour, Drawn, Mark, legend, svg};
@@ -27,27 +27,24 @@ const BELOW: u32 = 106;
 const DECADES: f64 = 6.0;
 
 pub(super) fn section(document: &Document, poses: &[Pose<'_>], others: usize) -> Markup {
-    html! {
-        section #receptance {
-            h2 { "Receptance: measured against modelled" }
+    let contents = html! {
             p {
-                "Displacement of the tool per force on it, along the axes of the tool centre point. The model's curve comes from the fitted \
-                 parameters, with its 95\u{a0}% band. The measured one comes from the records alone: H₁ of three forces, from segments of \
-                 the records. It is left out where its standard deviation is above a third of its size, as where the three forces of a cut \
-                 go together and cannot be separated. The first row therefore shows what each cut does show: the displacement per force along \
-                 the direction that the force had."
+                "Displacement of the tool per force on it, along the axes of the tool centre point. The measured one comes from the records alone: \
+                 H₁ of three forces, from segments of the records. The modelled one is the acceleration that the fit gives for the same records, \
+                 through the same estimate: where both agree, the model is right. Short segments blur both, so that they stay below the model's \
+                 own curve (dashed, with its 95\u{a0}% band) at each resonance. What gravity and the place of the accelerometer add is in both."
             }
             p {
-                "Such estimates are blurred, because segments are short and a lightly damped robot rings on. So the fitted acceleration of the \
-                 same records goes through the same estimate (dashed). Compare measured with dashed: where they agree, the model is right, even \
-                 where both leave the model's curve. What gravity and the place of the accelerometer add is in both."
+                "An entry is left out where its standard deviation is above a third of its size, as where the three forces of a cut go together \
+                 and cannot be separated. The first row shows what each cut does show: the displacement per force along the direction that the \
+                 force had."
             }
             @if document.further.measured_receptance.is_none() { (missing("measured_receptance")) }
             (legend(&[
-                ("model", Colour::Orange, Mark::Line),
-                ("its 95 % band", Colour::Orange, Mark::Area),
                 ("measured", Colour::Blue, Mark::Line),
-                ("fitted acceleration, estimated as the measured one", Colour::Grey, Mark::Dashed),
+                ("modelled, blurred alike", Colour::Orange, Mark::Line),
+                ("the model itself", Colour::Grey, Mark::Dashed),
+                ("its 95 % band", Colour::Grey, Mark::Area),
             ]))
             @for (index, pose) in poses.iter().enumerate() {
                 (figure(document, index, pose))
@@ -55,8 +52,8 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>], others: usize) ->
             @if others > 0 {
                 p { (count(others, "further pose")) " not drawn." }
             }
-        }
-    }
+    };
+    folded_section("receptance", "Receptance: measured against modelled", &contents)
 }
 
 fn figure(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
@@ -227,7 +224,7 @@ impl Entry {
         let size = |points: &[(f64, Option<Complex<f64>>)]| {
             points.iter().map(|(hz, own)| (*hz, own.map(Complex::norm))).collect()
         };
-        let bands = vec![Band { colour: Colour::Orange, points: self.bands[0].clone() }];
+        let bands = vec![Band { colour: Colour::Grey, points: self.bands[0].clone() }];
         let (x, y, title) = (x.clone(), y.clone(), self.title.clone());
         Panel { x, y, title, labels, bands, curves: self.curves(size) }
     }
@@ -241,7 +238,7 @@ impl Entry {
             (*hz, [middle(ends) - half, middle(ends) + half])
         };
         let bands = bands
-            .map(|own| Band { colour: Colour::Orange, points: own.iter().map(degrees).collect() });
+            .map(|own| Band { colour: Colour::Grey, points: own.iter().map(degrees).collect() });
         Panel {
             x: x.clone(),
             y: y.clone(),
@@ -257,9 +254,9 @@ impl Entry {
         of: impl Fn(&[(f64, Option<Complex<f64>>)]) -> Vec<(f64, Option<f64>)>,
     ) -> Vec<Curve> {
         vec![
-            Curve { colour: Colour::Orange, width: 4, points: of(&self.model) },
-            Curve { colour: Colour::Blue, width: 4, points: of(&self.measured) },
-            Curve { colour: Colour::Grey, width: 3, points: of(&self.fitted) },
+            Curve { colour: Colour::Grey, width: 3, points: of(&self.model) },
+            Curve { colour: Colour::Orange, width: 4, points: of(&self.fitted) },
+            Curve { colour: Colour::Blue, width: 3, points: of(&self.measured) },
         ]
     }
 }

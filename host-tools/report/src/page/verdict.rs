@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use serde_json::Value;
 
 use super::format::{agreement, count, marked, number, percent};
-use super::{DOFS, missing};
+use super::{DOFS, folded, missing};
 use crate::document::{Confidence, Document, Explanation};
 use crate::imperfection::sum_if_minor;
 
@@ -18,23 +18,25 @@ const OF_READINGS: [&str; 4] = ["wrong_axes", "disproportion", "implausible", "s
 /// Share of an octave's bins with force, below which the octave is named: that of `flexid check`.
 const HARDLY_EXCITED: f64 = 0.5;
 
-pub(super) fn section(document: &Document, name: &str) -> Markup {
+pub(super) fn section(document: &Document) -> Markup {
     let (class, headline) = headline(document);
     html! {
-        header {
-            p.file { "flexid report on " code { (name) } ": " (robot(document)) }
-            h1 class=(class) { (headline) }
-        }
         section #verdict {
-            h3 { "What is identified" }
+            h1 class=(class) { (headline) }
             (identified(document))
-            h3 { "Can I trust it?" }
-            ul {
-                @for line in trust(document) { li { (line) } }
-            }
-            h3 { "What to do next" }
-            ol {
-                @for line in next_steps(document) { li { (line) } }
+            div.columns {
+                div {
+                    h3 { "Can I trust it?" }
+                    ul {
+                        @for line in trust(document) { li { (line) } }
+                    }
+                }
+                div {
+                    h3 { "What to do next" }
+                    ol {
+                        @for line in next_steps(document) { li { (line) } }
+                    }
+                }
             }
             @let warnings = warnings(document);
             @if !warnings.is_empty() {
@@ -65,7 +67,7 @@ pub(super) fn section(document: &Document, name: &str) -> Markup {
 }
 
 /// The robot, and what the result rests on.
-fn robot(document: &Document) -> String {
+pub(super) fn robot(document: &Document) -> String {
     let robot = &document.found.robot;
     let joints = count(robot.model().joints.len(), "joint");
     let data = if document.is_static() {
@@ -90,30 +92,23 @@ fn warnings(document: &Document) -> Vec<String> {
 
 /// The class of the headline, and its words.
 fn headline(document: &Document) -> (&'static str, String) {
-    let all = of(document, None);
-    let identified = of(document, Some(Verdict::Identified));
-    let (data, what) = match document.is_static() {
-        true => ("static tests", "stiffnesses"),
-        false => ("records", "parameters"),
-    };
-    let share = format!("{identified} of {all} {what} are identified");
-    match document.found.fit.acceptance {
-        Acceptance::Consistent if identified == 0 => {
-            ("caution", format!("The fit explains the {data}. {share}; see what to do next."))
+    let data = if document.is_static() { "static tests" } else { "records" };
+    let (class, words) = match document.found.fit.acceptance {
+        Acceptance::Consistent if of(document, Some(Verdict::Identified)) == 0 => {
+            ("caution", format!("The fit explains the {data}, and no number is known well."))
         }
         Acceptance::Consistent if warnings(document).is_empty() => {
-            ("good", format!("The fit explains the {data}. {share}."))
+            ("good", format!("The fit explains the {data}."))
         }
         Acceptance::Consistent => {
-            ("good", format!("The fit explains the {data}, with reservations. {share}."))
+            ("good", format!("The fit explains the {data}, with reservations."))
         }
-        Acceptance::ModelSuspect => {
-            ("bad", format!("The model does not explain the {data}. {share}; see what to do next."))
-        }
+        Acceptance::ModelSuspect => ("bad", format!("The model does not explain the {data}.")),
         Acceptance::Unsettled => {
             ("caution", "The fit is not settled: do not use these numbers yet.".to_owned())
         }
-    }
+    };
+    (class, words)
 }
 
 /// The verdicts on the stiffnesses and dampings of a joint: static tests have no say in dampings.
@@ -132,10 +127,10 @@ fn of(document: &Document, wanted: Option<Verdict>) -> usize {
     all.filter(|verdict| wanted.is_none_or(|wanted| **verdict == wanted)).count()
 }
 
+/// How many parameters are identified, and which are not.
 fn identified(document: &Document) -> Markup {
-    let rows = [
-        (Verdict::Identified, "identified", "the standard deviation is up to 5 %"),
-        (Verdict::Weak, "weak", "up to 30 %, or the fit is doubtful"),
+    let meanings = [
+        (Verdict::Weak, "weak", "a standard deviation of 5 to 30 %, or a doubtful fit"),
         (
             Verdict::NotObservable,
             "not observable",
@@ -143,21 +138,30 @@ fn identified(document: &Document) -> Markup {
         ),
         (Verdict::Fixed, "fixed", "given, not sought"),
     ];
-    html! {
+    let others = meanings
+        .map(|(verdict, name, meaning)| (of(document, Some(verdict)), verdict, name, meaning));
+    let others = others.iter().filter(|(number, ..)| *number > 0);
+    let mut line = format!(
+        "{} of {} {} identified, with a standard deviation of up to 5 %",
+        of(document, Some(Verdict::Identified)),
+        of(document, None),
+        if document.is_static() { "stiffnesses" } else { "parameters" },
+    );
+    for (number, _, name, _) in others.clone() {
+        line += &format!("; {number} {name}");
+    }
+    let contents = html! {
         table.narrow {
-            @for (verdict, name, meaning) in rows {
-                @let number = of(document, Some(verdict));
-                @if number > 0 {
-                    tr {
-                        th scope="row" class=(super::parameters::class(verdict)) { (number) " " (name) }
-                        td.left {
-                            (meaning)
-                            @if verdict != Verdict::Identified { br; (names(document, verdict)) }
-                        }
-                    }
+            @for (_, verdict, name, meaning) in others.clone() {
+                tr {
+                    th scope="row" class=(super::parameters::class(*verdict)) { (name) }
+                    td.left { (meaning) br; (names(document, *verdict)) }
                 }
             }
         }
+    };
+    html! {
+        @if others.count() == 0 { p { (line) "." } } @else { (folded(&line, &contents)) }
     }
 }
 

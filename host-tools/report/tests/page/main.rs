@@ -1,187 +1,18 @@
 //! The page of a small result: what stands in it, in which order, how large it is, and what is missing without the entries of an
 //! older file.
 
+mod result;
+mod window;
+
 use std::path::Path;
 
-use flexid_pipeline::model::Model;
-use flexid_pipeline::robot::{FoundRobot, JointBounds};
+use flexid_pipeline::robot::FoundRobot;
 use flexid_report::document::Document;
-use flexid_report::evidence::{
-    DataQuality, Evidence, MeasuredPoint, MeasuredReceptance, Octave, Origin, POINTS,
-    RecordEvidence, RecordSpectra, Step,
-};
 use flexid_report::render;
 use serde_json::{Value, json};
 
-/// Poses of the result.
-const POSES: usize = 3;
-
-fn robot() -> FoundRobot {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenario/mill3-model.toml");
-    let model = Model::load(&file).unwrap();
-    let size = 12 * model.joints.len();
-    let mut covariance = vec![0.0; size * (size + 1) / 2];
-    for index in 0..size {
-        covariance[(index + 1) * (index + 2) / 2 - 1] = 1e-4;
-    }
-    FoundRobot {
-        gravity_m_per_s2: [0.0; 3],
-        band_hz: [2.0, 200.0],
-        poses: (0..POSES).map(|pose| vec![0.3 * pose as f64, -0.4, 0.9]).collect(),
-        bounds: vec![
-            JointBounds { stiffness: [[1e5, 1e9]; 6], damping: [[1e2, 1e6]; 6] };
-            model.joints.len()
-        ],
-        imperfections: Vec::new(),
-        covariance,
-        model,
-    }
-}
-
-fn evidence(robot: &FoundRobot) -> Evidence {
-    let hz: Vec<f64> = (0..POINTS).map(|i| 2.0 * 100_f64.powf(i as f64 / POINTS as f64)).collect();
-    let curve = |size: f64| -> [Vec<f64>; 3] { std::array::from_fn(|_| vec![size; POINTS]) };
-    let point = |frequency_hz: &f64| {
-        let entry = Some([1e-7 / frequency_hz, -1e-8]);
-        MeasuredPoint {
-            frequency_hz: *frequency_hz,
-            measured: [[entry, None, entry]; 3],
-            modelled: [[entry; 3]; 3],
-            direction: [[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]],
-            measured_along: [[1e-8, -1e-8]; 3],
-            modelled_along: [[1e-8, -1e-8]; 3],
-            coherence: [0.9; 3],
-        }
-    };
-    let record = |(index, pose): (usize, &Vec<f64>)| RecordEvidence {
-        number: index as u64 + 1,
-        start_s: 5.0 * index as f64,
-        seconds: 4.096,
-        rate_hz: 2000.0,
-        has_doubtful_rate: false,
-        starts_at_rest: true,
-        pose: pose.clone(),
-        pose_number: index + 1,
-        rms_force_n: 120.0,
-        lines: 0,
-        octaves: vec![
-            Octave { band_hz: [2.0, 4.0], clear: 0.2 },
-            Octave { band_hz: [4.0, 8.0], clear: 1.0 },
-        ],
-        spectra: RecordSpectra {
-            frequency_hz: hz.clone(),
-            force: curve(1.0),
-            force_noise: curve(0.01),
-            measured: curve(0.5),
-            modelled: curve(0.5),
-            residual: curve(0.004),
-            noise: curve(0.002),
-        },
-    };
-    let measured = |(index, pose): (usize, &Vec<f64>)| MeasuredReceptance {
-        pose: pose.clone(),
-        records: vec![index as u64 + 1],
-        segments: 15,
-        segment_s: 0.512,
-        points: hz.iter().map(point).collect(),
-    };
-    let step =
-        |step: u64| Step { step, starts: 1, records: 3, misfit: 1.0 + 1e3 / (1.0 + step as f64) };
-    Evidence {
-        records: robot.poses.iter().enumerate().map(record).collect(),
-        measured_receptance: robot.poses.iter().enumerate().map(measured).collect(),
-        course: (0..200).map(step).collect(),
-        data_quality: DataQuality {
-            frames: 1000,
-            readings: 900,
-            lost: 3,
-            ..DataQuality::default()
-        },
-    }
-}
-
-fn result() -> Value {
-    let robot = robot();
-    let joints: Vec<Value> = robot
-        .model
-        .joints
-        .iter()
-        .map(|joint| {
-            json!({
-                "name": joint.name,
-                "stiffness": [6e7, 6e7, 6e7, 4e6, 4e6, 4e6], "stiffness_std": [6e5, 6e5, 6e5, 4e4, 4e4, null],
-                "stiffness_verdict":
-                    ["identified", "identified", "identified", "identified", "weak", "not_observable"],
-                "damping": [2e4, 2e4, 2e4, 2e3, 2e3, 2e3], "damping_std": [2e2, 2e2, 2e2, 2e1, 2e1, 2e1],
-                "damping_verdict": ["identified", "identified", "identified", "identified", "weak", "weak"],
-            })
-        })
-        .collect();
-    let interval = |value: f64| json!([0.98 * value, 1.02 * value]);
-    let intervals: Vec<Value> = (0..joints.len())
-        .map(|_| {
-            json!({
-                "stiffness_interval": [interval(6e7), interval(6e7), interval(6e7), interval(4e6), interval(4e6), null],
-                "damping_interval": ([2e4, 2e4, 2e4, 2e3, 2e3, 2e3].map(interval)),
-            })
-        })
-        .collect();
-    let mut result = json!({
-        "schema": 1,
-        "joints": joints,
-        "fit": {
-            "records": 3, "frames": 49152, "frames_lost": 3, "ssp": 0.001, "ssp_max": 0.02, "consistency": 1.0,
-            "search_evaluations": 2000, "refine_iterations": 12, "starts": 1, "bridged": 0, "seconds": 1.2,
-            "acceptance": "consistent", "found_by": "descent", "random_searches": 0, "branches": 1,
-        },
-        "warnings": ["2 frames are <odd> & lost", "look at `[bus]`: two axes are swapped"],
-        "warning_kinds": [{ "misfit": 2 }, { "wrong_axes": {} }],
-        "model_warnings": ["every moving link weighs 2 kg: are these placeholders?"],
-        "confidence": {
-            "joints": intervals,
-            "nuisances": [
-                {
-                    "name": "accelerometer 1/omega^2", "entry": "accelerometer_resonance_hz", "unit": "s^2",
-                    "value": 1e-8, "std": 1e-10, "interval": [9.8e-9, 1.02e-8], "verdict": "weak",
-                },
-                {
-                    "name": "TCP z", "entry": "tcp_m", "accuracy": 1e-3, "unit": "m",
-                    "value": 4e-3, "std": 5e-4, "interval": [3e-3, 5e-3], "verdict": "identified",
-                },
-                {
-                    "name": "drives: growth with load", "entry": "drive_growth_per_knm", "unit": "1/Nm",
-                    "value": 3.9e-7, "std": 2.8e-7, "interval": [-1.7e-7, 9.4e-7], "verdict": "identified",
-                },
-                // As older files state it.
-                { "name": "delay", "unit": "s", "value": 3e-4, "std": 5e-6, "interval": [2.9e-4, 3.1e-4], "verdict": "identified" },
-            ],
-            "explanations": [{
-                "text": "TCP z explains 75 %", "alike": "off as well: TCP x", "alternatives": "as likely: TCP y",
-                "remedy": "measure the TCP", "other": 1,
-            }, {
-                "text": "ground tx explains 4 %", "remedy": "look at the ground", "deviation": { "value": 5e-13, "std": 5e-13 },
-            }],
-            "correlations": { "unknowns": ["joint_1 tx stiffness", "joint_2 tx stiffness"], "percent": [-93] },
-            "weak_directions": [{
-                "text": "joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (31 %)",
-                "shares": [{ "name": "joint_1 tx stiffness", "weight": 0.7 }],
-            }],
-            "residuals": { "text": "noise explains them", "whiteness": 0.4 },
-            "left_over": [],
-            "held_out": [{ "pose": [0.0, -0.4, 0.9], "frac": [0.999, 0.998, 0.9999], "vaf": [0.99, 0.98, -0.1] }],
-            "robust_widening": 1.42,
-        },
-        "robot": robot,
-        "origin": Origin {
-            version: "0.1.0".into(),
-            command: "flexid identify --config edge.toml cut.log".into(),
-            ..Origin::default()
-        },
-    });
-    let evidence = serde_json::to_value(evidence(&robot)).unwrap();
-    result.as_object_mut().unwrap().extend(evidence.as_object().unwrap().clone());
-    result
-}
+use flexid_report::evidence::POINTS;
+use result::{POSES, evidence, result, robot};
 
 fn page(result: &Value) -> String {
     let document = Document::parse(Path::new("found.json"), &result.to_string()).unwrap();
@@ -194,6 +25,12 @@ fn charts(page: &str) -> Vec<&str> {
     starts.map(|start| &page[start..start + page[start..].find("</svg>").unwrap() + 6]).collect()
 }
 
+/// Number of dots.
+fn dots(chart: &str) -> usize {
+    chart.matches("<circle").count()
+}
+
+/// Number of lines of this colour.
 fn lines(chart: &str, colour: &str) -> usize {
     let chart = roxmltree::Document::parse(chart).unwrap();
     let is_line = |node: &roxmltree::Node<'_, '_>| {
@@ -212,12 +49,14 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
     let page = page(&result());
     let sections = [
         "<header>",
+        "answer",
         "verdict",
-        "receptance",
-        "residuals",
-        "modes",
+        "spectra",
         "parameters",
+        "modes",
+        "residuals",
         "imperfections",
+        "receptance",
         "correlations",
         "held-out",
         "course",
@@ -235,34 +74,46 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
     assert!(places.is_sorted(), "{places:?}");
 
     let charts = charts(&page);
-    // One receptance a pose, one residual a record, parameters, correlations, course.
-    assert_eq!(charts.len(), 2 * POSES + 3);
-    for chart in &charts[..POSES] {
+    // Spectra and residuals along three axes of each record, a receptance of each pose, parameters, correlations, course.
+    let spectra = 3 * POSES;
+    assert_eq!(charts.len(), 2 * spectra + POSES + 3);
+    for chart in &charts[..spectra] {
+        assert_eq!([ORANGE, GREY].map(|colour| lines(chart, colour)), [1, 1]);
+        assert_eq!(dots(chart), POINTS);
+    }
+    for chart in &charts[spectra + 1..2 * spectra + 1] {
+        assert_eq!([BLUE, RED, GREY].map(|colour| lines(chart, colour)), [1, 1, 1]);
+    }
+    for chart in &charts[2 * spectra + 1..2 * spectra + 1 + POSES] {
         // Magnitude and phase of nine entries and of three responses to the force. Of the measured ones, three entries are left out. A
         // phase that goes beyond its range is broken.
-        assert!(lines(chart, ORANGE) >= 24, "{}", lines(chart, ORANGE));
+        assert_eq!(lines(chart, ORANGE), 24);
         assert_eq!(lines(chart, BLUE), 12 + 6 + 3);
-        assert_eq!(lines(chart, GREY), 24);
+        assert!(lines(chart, GREY) >= 24, "{}", lines(chart, GREY));
         let bands = roxmltree::Document::parse(chart).unwrap();
         let bands = bands.descendants().filter(|node| node.tag_name().name() == "polygon").count();
         assert!(bands >= 18, "{bands}");
     }
-    for chart in &charts[POSES..2 * POSES] {
-        assert_eq!([BLUE, RED, GREY].map(|colour| lines(chart, colour)), [3, 3, 3]);
-    }
     for text in [
-        "The fit explains the records, with reservations. 24 of 36 parameters are identified",
+        "0.381\u{a0}N/µm</strong> <span>±2.0\u{a0}%</span></dd><dd class=\"along\">along (0.71, 0.02, \u{2212}0.70)</dd>",
+        "<dt>Tool, stiffest direction</dt><dd class=\"open\">not determined</dd>",
+        "6.33\u{a0}Hz</strong> <span>±2.0\u{a0}%</span>",
+        "1.10\u{a0}%</strong> <span>no interval</span>",
+        "<dt>Drive of joint_1</dt><dd><strong>4.00 MNm/rad</strong>",
+        "At the pose of record 3, the newest",
+        "The fit explains the records, with reservations.",
+        "24 of 36 parameters identified, with a standard deviation of up to 5 %; 9 weak; 3 not observable",
         "Measure the TCP.",
         "2 frames are &lt;odd&gt; &amp; lost",
         "model: every moving link weighs 2 kg: are these placeholders?",
         "Explained: TCP z explains 75 %; off as well: TCP x; as likely: TCP y.",
         "drives: growth with load 0.039 %/kNm (-0.017 to 0.094 %/kNm)",
-        "Compatible with zero, or a factor with 1 (1): drives",
+        "<summary>2 errors as expected</summary>",
         "TCP z 4.0 mm (3.0 to 5.0 mm)</td><td class=\"left\">tcp_m 1.00 mm</td><td class=\"left\">differs from zero</td>",
         "The intervals are robust: no narrower than the numbers scatter between bands of the records. That makes them 1.4 times",
         "look at <code>[bus]</code>: two axes are swapped",
         "robot mill3, 3 joints, 3 records, 2.00 to 200\u{a0}Hz, tool centre point 'tcp'",
-        "Stiffness at the tool, N/m, one axis loaded at a time: x ",
+        "Stiffness at the tool along the axes of the tool centre point, N/µm, one axis loaded at a time: x ",
         "accelerometer resonance 1.592 kHz (1.576 to 1.608 kHz)",
         "delay 300 µs (290 to 310 µs)",
         "the records show it",
@@ -306,7 +157,7 @@ fn a_page_of_static_tests_has_what_they_show() {
     }
     let page = page(&result);
     for text in [
-        "12 of 18 stiffnesses are identified",
+        "12 of 18 stiffnesses identified",
         "robot mill3, 3 joints, static tests alone, tool",
         "Add static tests: other poses",
     ] {
@@ -395,15 +246,22 @@ fn a_page_of_many_poses_is_small() {
     result["robot"] = json!(robot);
     result.as_object_mut().unwrap().extend(evidence.as_object().unwrap().clone());
     let page = page(&result);
-    assert!(page.contains("10 further poses not drawn"));
+    assert!(page.contains("12 further poses not drawn"));
     assert!(page.len() < 2 << 20, "{} bytes", page.len());
 }
 
 #[test]
 fn an_older_file_leaves_parts_out_and_says_so() {
     let mut older = result();
-    let entries =
-        ["confidence", "records", "measured_receptance", "course", "data_quality", "origin"];
+    let entries = [
+        "answer",
+        "confidence",
+        "records",
+        "measured_receptance",
+        "course",
+        "data_quality",
+        "origin",
+    ];
     for entry in entries {
         older.as_object_mut().unwrap().remove(entry);
     }
@@ -412,9 +270,9 @@ fn an_older_file_leaves_parts_out_and_says_so() {
         assert!(page.contains(&format!("no entry <code>{entry}</code>")), "{entry}");
     }
     let charts = charts(&page);
-    assert_eq!(charts.len(), POSES + 1);
-    assert!(lines(charts[0], ORANGE) >= 18);
-    assert_eq!(lines(charts[0], BLUE), 0);
+    assert_eq!(charts.len(), 1 + POSES);
+    assert!(lines(charts[1], GREY) >= 18);
+    assert_eq!([BLUE, ORANGE].map(|colour| lines(charts[1], colour)), [0, 0]);
 }
 
 #[test]
