@@ -3,7 +3,7 @@
 use flexid_pipeline::text::count;
 use flexid_report::directions::distinct;
 use flexid_report::imperfection::{
-    Size, accuracy, judgement, may_be_as_stated, sum_if_minor, words,
+    Size, accuracy, is_contradicted, judgement, sum_if_minor, words,
 };
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance};
 use flexid_wire::directions::{WeakDirection, named};
@@ -14,8 +14,9 @@ use flexid_wire::report::Acceptance;
 
 /// Correlations above this size are shown, per cent.
 const STRONG: u8 = 90;
-/// Largest number of correlations shown.
-const MOST: usize = 5;
+/// Largest number of correlations, and of weak directions, that are shown. Chosen: the worst show of what kind they are; the result file has
+/// all.
+const MOST: usize = 2;
 /// Column at which the lines begin, after their heading.
 pub(super) const INDENT: usize = 13;
 
@@ -61,10 +62,10 @@ pub(crate) fn lines(Finding { report, confidence, .. }: &Finding) -> String {
         ("explained", caveat.into_iter().chain(explained).collect()),
         ("held out", prediction(held_out).into_iter().collect()),
         ("retired", retirement(*retired).into_iter().collect()),
-        ("weak", distinct(weak_directions, names).iter().map(ToString::to_string).collect()),
+        ("weak", worst(&distinct(weak_directions, names))),
         ("correlated", strongest(correlations)),
         ("calibration", sought.into_iter().map(calibration).collect()),
-        ("imperfect", imperfections(fitted, nuisances.is_full())),
+        ("imperfect", imperfections(fitted)),
     ];
     let mut text = String::new();
     for (about, lines) in paragraphs {
@@ -110,7 +111,18 @@ fn strongest(correlations: &Correlations) -> Vec<String> {
     };
     let mut lines: Vec<String> = pairs.iter().take(MOST).map(line).collect();
     if pairs.len() > MOST {
-        lines.push(format!("and {} more above 0.{STRONG}", pairs.len() - MOST));
+        let more = pairs.len() - MOST;
+        lines.push(format!("and {more} more above 0.{STRONG} (JSON: confidence.correlations)"));
+    }
+    lines
+}
+
+/// The directions that the data determine least.
+fn worst(directions: &[&WeakDirection]) -> Vec<String> {
+    let mut lines: Vec<String> = directions.iter().take(MOST).map(ToString::to_string).collect();
+    if directions.len() > MOST {
+        let more = directions.len() - MOST;
+        lines.push(format!("and {more} more (JSON: confidence.weak_directions)"));
     }
     lines
 }
@@ -141,31 +153,20 @@ fn calibration(nuisance: &Nuisance) -> String {
     format!("{}, {}", words(nuisance), judgement(nuisance))
 }
 
-/// The imperfections that are not as stated, each beside its accuracy, and the numbers of those that may be and of those without an interval. There may be further ones if the
-/// list `is_full`.
-fn imperfections(fitted: Vec<&Nuisance>, is_full: bool) -> Vec<String> {
-    let (open, fitted): (Vec<_>, Vec<_>) =
-        fitted.into_iter().partition(|own| own.interval.is_none());
-    let (as_stated, off): (Vec<_>, Vec<_>) =
-        fitted.into_iter().partition(|own| may_be_as_stated(own));
+/// The imperfections whose accuracies the records contradict, each beside its accuracy, and the number of the others: they are as expected,
+/// and ask for nothing.
+fn imperfections(fitted: Vec<&Nuisance>) -> Vec<String> {
+    let (off, expected): (Vec<_>, Vec<_>) =
+        fitted.into_iter().partition(|own| is_contradicted(own));
     let line = |own: &Nuisance| {
         let beside = accuracy(own).map_or_else(String::new, |own| format!(" (accuracy: {own})"));
         format!("{}, {}{beside}", words(own), judgement(own))
     };
     let mut lines: Vec<String> = off.into_iter().map(line).collect();
-    if !as_stated.is_empty() {
-        let others = if lines.is_empty() { "" } else { " others" };
-        let number = as_stated.len();
-        lines.push(format!(
-            "{number}{others}: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)"
-        ));
-    }
-    if !open.is_empty() {
-        let others = if lines.is_empty() { "" } else { " others" };
-        lines.push(format!("{}{others}: no interval (JSON: confidence.nuisances)", open.len()));
-    }
-    if is_full {
-        lines.push("only these are listed; the fit allows for the others, too".to_owned());
+    if !expected.is_empty() {
+        let number = expected.len();
+        lines
+            .push(format!("{number} as expected by their accuracies (JSON: confidence.nuisances)"));
     }
     lines
 }
@@ -211,9 +212,8 @@ mod tests {
 
     /// The last paragraph of the test below.
     const IMPERFECT: &str = "\
-imperfect    TCP z 2.0 mm (1.0 to 3.0 mm), differs from zero (accuracy: tcp_m 1.00 mm)
-             2 others: compatible with zero, or a factor with 1 (JSON: confidence.nuisances)
-             1 others: no interval (JSON: confidence.nuisances)
+imperfect    TCP z 3.0 mm (2.0 to 4.0 mm), differs from zero (accuracy: tcp_m 1.00 mm)
+             3 as expected by their accuracies (JSON: confidence.nuisances)
 ";
 
     fn explanation([name, rival]: [&str; 2], evidence: f64) -> Explanation {
@@ -257,7 +257,7 @@ imperfect    TCP z 2.0 mm (1.0 to 3.0 mm), differs from zero (accuracy: tcp_m 1.
             nuisances: [
                 nuisance("delay", "s", [3e-4, 2.9e-4, 3.1e-4]),
                 nuisance("force gain x", "", [1.1, 0.0, 0.0]),
-                imperfection(nuisance("TCP z", "m", [2e-3, 1e-3, 3e-3])),
+                imperfection(nuisance("TCP z", "m", [3e-3, 2e-3, 4e-3])),
                 imperfection(nuisance("TCP y", "m", [1e-3, -1e-3, 3e-3])),
                 imperfection(nuisance("TCP x", "m", [1e-3, 0.0, 0.0])),
                 imperfection(nuisance("TCP w", "m", [1e-3, -1e-3, 3e-3])),
@@ -317,10 +317,7 @@ weak         a and b trade off in these poses (not determined at all)
              c is not determined at all
 correlated   +0.99  f and g
              -0.97  c and d
-             +0.95  b and c
-             +0.95  d and e
-             +0.92  e and f
-             and 1 more above 0.90
+             and 4 more above 0.90 (JSON: confidence.correlations)
 calibration  delay 300 µs (290 to 310 µs), identified
              force gain x 1.10, not observable
 ";
