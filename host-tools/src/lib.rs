@@ -19,3 +19,4 @@ pub mod recording;
 mod show;
 pub mod urdf;
 mod web;
+mod window;

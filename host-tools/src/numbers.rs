@@ -44,16 +44,8 @@ pub(crate) fn with_interval(value: f64, interval: [f64; 2]) -> String {
     format!("{value:.places$} ({low:.places$} to {high:.places$})")
 }
 
-/// An estimate and its 95 % interval, apart: `12.30` and `11.92 to 12.81`. The estimate has four digits that count, or more where the
-/// interval has fewer than two then.
-pub(crate) fn with_digits(value: f64, [low, high]: [f64; 2]) -> (String, String) {
-    let half = (high - low) / 2.0;
-    let places = places(value.abs(), 4).max(places(half, 2));
-    (format!("{value:.places$}"), format!("{low:.places$} to {high:.places$}"))
-}
-
 /// Decimal places of a number of which so many digits count. Of zero, one less than there are digits.
-fn places(size: f64, digits: i32) -> usize {
+pub(crate) fn places(size: f64, digits: i32) -> usize {
     let leading = if size > 0.0 && size.is_finite() { size.log10().floor() as i32 } else { 0 };
     // Chosen: no more digits than a double has.
     (digits - 1 - leading).clamp(0, 15) as usize
@@ -82,17 +74,5 @@ mod tests {
         assert_eq!(with_interval(-2.0, [-2.0, -2.0]), "-2.000 (-2.000 to -2.000)");
         assert_eq!(with_interval(1.5, [0.0, f64::INFINITY]), "1.500 (0.000 to inf)");
         assert_eq!(with_interval(0.0, [0.0, 0.0]), "0.000 (0.000 to 0.000)");
-    }
-    #[test]
-    fn estimates_have_four_digits_that_count() {
-        let shown = |value, interval| {
-            let (value, interval) = with_digits(value, interval);
-            format!("{value} | {interval}")
-        };
-        assert_eq!(shown(12.3041, [11.9, 12.7]), "12.30 | 11.90 to 12.70");
-        assert_eq!(shown(1234.6, [1100.0, 1400.0]), "1235 | 1100 to 1400");
-        assert_eq!(shown(0.04212, [0.0418, 0.0424]), "0.04212 | 0.04180 to 0.04240");
-        assert_eq!(shown(12.3041, [12.3039, 12.3043]), "12.30410 | 12.30390 to 12.30430");
-        assert_eq!(shown(1.5, [0.0, f64::INFINITY]), "1.500 | 0.000 to inf");
     }
 }

@@ -1,40 +1,37 @@
 //! The findings as tables for people: verdict, findings, identifiers, records.
 
-use comfy_table::{CellAlignment, ContentArrangement, Table};
+use comfy_table::{CellAlignment, Table};
 use flexid_pipeline::check::{Examined, Identifier, Survey};
 
 use super::excitation::{band, silent};
 use super::words::{enumerate, percent};
 use super::{Check, Finding, Severity};
-use crate::show::table::STYLE;
+use crate::window;
 
-/// Width of the table of findings, characters: fits a window of 120 columns.
-const WIDTH: u16 = 118;
 /// Most identifiers without a signal that have a row.
 const UNEXPECTED: usize = 8;
 
-/// The verdict in the first line, and the tables below it.
-pub(crate) fn text(check: &Check) -> String {
-    let mut text = format!("{}\n\n{}\n", check.verdict(), findings(&check.findings));
+/// The verdict in the first line and in the last, and between them tables of at most so many columns.
+pub(crate) fn text(check: &Check, columns: usize) -> String {
+    let verdict = check.verdict();
+    let mut text = format!("{verdict}\n\n{}\n", findings(&check.findings, columns));
     if let Some(survey) = check.survey {
-        text += &format!("\n{}\n", identifiers(survey, check.config.rate_hz));
+        text += &format!("\n{}\n", identifiers(survey, check.config.rate_hz, columns));
         if !survey.records.is_empty() {
             text += &format!(
-                "\n{}\n\
-                 \x20start, length: s; pose: joints, base first, rad (m); rest before the cut, s; force: root mean square in the band, N\n\
+                "\n{}\n{}\
+                 \x20start, length: s; rest before the cut, s; force: root mean square in the band, N\n\
                  \x20clear: share of the band's bins in which the force stands clear of its noise; below half: the bands where it does not\n",
-                records(survey)
+                records(survey, columns),
+                poses(survey)
             );
         }
     }
-    text
+    format!("{text}\n{verdict}\n")
 }
 
-fn findings(findings: &[Finding]) -> Table {
-    let mut table = Table::new();
-    table.load_style(STYLE);
-    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
-    table.set_header(["state", "about", "finding", "what to do"]);
+fn findings(findings: &[Finding], columns: usize) -> Table {
+    let mut table = window::table(columns, ["state", "about", "finding", "what to do"]);
     for Finding { severity, about, finding, mend } in findings {
         table.add_row([word(*severity), about, finding, mend]);
     }
@@ -50,10 +47,8 @@ fn word(severity: Severity) -> &'static str {
     }
 }
 
-fn identifiers(survey: &Survey, rate_hz: f64) -> Table {
-    let mut table = Table::new();
-    table.load_style(STYLE);
-    table.set_header(["identifier", "signals", "frames", "Hz", "expected"]);
+fn identifiers(survey: &Survey, rate_hz: f64, columns: usize) -> Table {
+    let mut table = window::table(columns, ["identifier", "signals", "frames", "Hz", "expected"]);
     let rate = |Identifier { traffic, .. }: &Identifier| match traffic.rate_hz() {
         Some(rate) => format!("{rate:.1}"),
         None => "-".to_owned(),
@@ -79,23 +74,33 @@ fn identifiers(survey: &Survey, rate_hz: f64) -> Table {
     table
 }
 
-fn records(survey: &Survey) -> Table {
-    let mut table = Table::new();
-    table.load_style(STYLE);
-    let header =
-        ["record", "start", "length", "pose", "joints", "rest", "force", "clear", "not clear"];
-    table.set_header(header);
+/// The joint angles of each pose, a line each.
+fn poses(survey: &Survey) -> String {
+    let mut lines = String::new();
+    let mut last = 0;
+    for record in &survey.records {
+        if record.pose_number > last {
+            last = record.pose_number;
+            let angles: Vec<String> =
+                record.pose.iter().map(|angle| format!("{angle:.3}")).collect();
+            lines += &format!(" pose {last}: joints at {} rad (m), base first\n", angles.join(" "));
+        }
+    }
+    lines
+}
+
+fn records(survey: &Survey, columns: usize) -> Table {
+    let header = ["record", "start", "length", "pose", "rest", "force", "clear", "not clear"];
+    let mut table = window::table(columns, header);
     let first_s = survey.records.first().map_or(0.0, |record| record.start_s);
     for record in &survey.records {
         table.add_row(row(record, first_s));
     }
-    align(&mut table, 0..3);
-    align(&mut table, 5..8);
+    align(&mut table, 0..7);
     table
 }
 
 fn row(record: &Examined, first_s: f64) -> Vec<String> {
-    let joints: Vec<String> = record.pose.iter().map(|angle| format!("{angle:.3}")).collect();
     let (force, clear, bands) = match &record.excitation {
         Ok(excitation) => {
             let bands = enumerate(silent(&excitation.octaves).iter().map(band));
@@ -113,7 +118,6 @@ fn row(record: &Examined, first_s: f64) -> Vec<String> {
         format!("{:.1}", record.start_s - first_s),
         format!("{:.2}", record.seconds),
         record.pose_number.to_string(),
-        format!("[{}]", joints.join(", ")),
         format!("{:.2}", record.quiet_s),
         force,
         clear,
@@ -135,14 +139,18 @@ mod tests {
     use crate::check::fixture::{config, empty, good, identifier};
 
     #[test]
-    fn the_verdict_is_the_first_line_and_findings_are_ordered() {
+    fn the_verdict_is_the_first_line_and_the_last_and_findings_are_ordered() {
         let config = config();
         let mut survey = good();
         let check = Check::new(&config, Some(&survey));
         assert!(check.is_ready());
-        let text = text(&check);
-        assert_eq!(text.lines().next(), Some("ready to identify: 3 records in 3 poses"));
-        assert!(text.lines().all(|line| line.chars().count() <= 130), "{text}");
+        let text = text(&check, 80);
+        let verdict = Some("ready to identify: 3 records in 3 poses");
+        assert_eq!([text.lines().next(), text.lines().last()], [verdict; 2]);
+        assert!(
+            text.lines().all(|line| line.starts_with(' ') || line.chars().count() <= 80),
+            "{text}"
+        );
 
         survey.expected[4].traffic = Default::default();
         survey.records.pop();
@@ -167,14 +175,14 @@ mod tests {
         let config = config();
         let check = Check::new(&config, None);
         assert_eq!(check.verdict(), "ready to record: 3 joints and 5 identifiers");
-        assert!(!text(&check).contains("identifier  "), "{}", text(&check));
+        assert!(!text(&check, 80).contains("identifier  "), "{}", text(&check, 80));
     }
 
     #[test]
     fn of_many_unknown_identifiers_the_rest_is_counted() {
         let mut survey = good();
         survey.unexpected = (0..20).map(|id| identifier(0x200 + id, &[], 2)).collect();
-        let text = identifiers(&survey, 2000.0).to_string();
+        let text = identifiers(&survey, 2000.0, 80).to_string();
         assert!(text.contains("12 more") && text.contains("24"), "{text}");
     }
 }

@@ -11,6 +11,7 @@ use flexid_pipeline::config::Config;
 use crate::check::{Check, json, table};
 use crate::recording;
 use crate::recording::meter::Meter;
+use crate::window;
 
 /// The help text with the exit status and examples.
 const AFTER_HELP: &str = "States: wrong prevents identification; doubtful costs accuracy, or part of the data; note is to be known; right is right.
@@ -54,7 +55,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
         logs => Some(of_logs(&config, logs)?),
     };
     let check = Check::new(&config, survey.as_ref());
-    let text = if args.json { json::text(&check)? } else { table::text(&check) };
+    let text = if args.json {
+        json::text(&check)?
+    } else {
+        window::fit(&table::text(&check, window::columns()))
+    };
     let is_ready = check.is_ready();
     // What was found is printed even if a log breaks off, and the error is reported even if that cannot be printed.
     let printed = print(&text);

@@ -10,6 +10,7 @@ use flexid_prediction::comparison::compare;
 use flexid_prediction::document::Found;
 
 use crate::compare::{Compared, table};
+use crate::window;
 
 const AFTER_HELP: &str = "Exit status: 0 when the fits agree within their intervals; 1 when they differ; 2 for bad input.
 
@@ -47,7 +48,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let text = if args.json {
         serde_json::to_string_pretty(&compared)? + "\n"
     } else {
-        table::text(&compared)
+        window::fit(&table::text(&compared, window::columns()))
     };
     match print(&text) {
         // A reader that closes the pipe does not make them agree.

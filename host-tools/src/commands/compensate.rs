@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use crate::compensate::{Compensated, csv, text, too_large};
 use crate::json::Judged;
 use crate::predict::table::{doubt, warn_of};
+use crate::window;
 
 const AFTER_HELP: &str = "path.csv has a place in each line, and names its columns in the first: q1,q2,... or q1_deg,... (joint \
 angles), fx,fy,fz (N) and, if wanted, mx,my,mz (Nm), on the tool along its axes.
@@ -71,7 +72,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         serde_json::to_string_pretty(&judged)? + "\n"
     } else {
         let doubt = doubt(&found.fit).map(|line| format!("{line}\n")).unwrap_or_default();
-        doubt + &text(&compensated)
+        window::fit(&(doubt + &text(&compensated)))
     };
     Ok(print(&text)?)
 }

@@ -31,7 +31,7 @@ use crate::json::ResultJson;
 use crate::recording;
 use crate::recording::meter::{Meter, Work};
 use crate::show::table;
-use crate::urdf;
+use crate::{urdf, window};
 
 /// Most driven joints that one pose may determine: those of the reference robot.
 const ONE_POSE: usize = 3;
@@ -132,7 +132,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     // The table is printed even if a file cannot be written, and the error of a recording that broke off is reported even if the table
     // cannot be printed.
-    let printed = print(&text);
+    let printed = print(&window::fit(&text));
     written?;
     match broken {
         Some(error) => Err(error),

@@ -18,6 +18,7 @@ use crate::map::{self, Map, Over, Quantity};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
 use crate::predict::table::{doubt, warn_of};
+use crate::window;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid map found.json --over joint_2,joint_3 --positions x,z --out map.svg
@@ -114,7 +115,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         serde_json::to_string_pretty(&judged)? + "\n"
     } else {
         let doubt = doubt(&found.fit).map(|line| format!("{line}\n")).unwrap_or_default();
-        doubt + &map::text(&map)
+        window::fit(&(doubt + &map::text(&map)))
     };
     Ok(print(&text)?)
 }

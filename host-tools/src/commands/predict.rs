@@ -15,6 +15,7 @@ use super::{pose, range};
 use crate::json::Judged;
 use crate::numbers::{Numbers, numbers};
 use crate::predict::{Format, Prediction, Request, table};
+use crate::window;
 
 const AFTER_HELP: &str = "Examples:
   $ flexid predict found.json --force 0,200,0
@@ -35,7 +36,7 @@ pub(super) struct Args {
     /// Force on the tool along the axes of the tool centre point, N, whose deflection is computed
     #[arg(long, value_name = "FX,FY,FZ", value_parser = numbers, allow_hyphen_values = true)]
     force: Option<Numbers>,
-    /// Highest natural frequency, Hz [default: twice the upper edge of the band that was fitted]
+    /// Highest natural frequency, Hz [default: the upper edge of the band that was fitted; the model extrapolates beyond]
     #[arg(long, value_name = "HZ")]
     highest: Option<f64>,
     /// Write the receptance along the band: OUT.csv, or OUT.uff (universal file, data set 58)
@@ -70,7 +71,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     let request = Request {
         force,
-        highest_hz: args.highest.unwrap_or(2.0 * found.robot.band_hz()[1]),
+        highest_hz: args.highest.unwrap_or(found.robot.band_hz()[1]),
         grid: output.as_ref().map(|(_, format, _)| {
             args.points.map_or(format.grid(), |points| Grid::Even(points as usize))
         }),
@@ -106,7 +107,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let judged: Vec<_> = predictions.iter().map(|own| Judged::of(&found.fit, own)).collect();
         serde_json::to_string_pretty(&judged)? + "\n"
     } else {
-        table::predictions(&found, &predictions)
+        window::fit(&table::predictions(
+            &found,
+            &predictions,
+            request.highest_hz,
+            window::columns(),
+        ))
     };
     Ok(print(&text)?)
 }

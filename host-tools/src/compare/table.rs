@@ -1,42 +1,32 @@
 //! A comparison as a table for people.
 
-use comfy_table::{CellAlignment, Table};
-
+use comfy_table::CellAlignment;
 use flexid_prediction::comparison::Comparison;
 
 use super::{Compared, name};
-use crate::show::table::STYLE;
+use crate::window;
 
 /// What the words of verdict and table mean.
 fn legend(freedoms: usize) -> String {
     format!(
         " squared distance: of all parameters together, each change in its standard deviation, what goes together counted once (Mahalanobis); \
          about {freedoms} for two fits of an unchanged robot\n chance: how often two fits of an unchanged robot are as far apart or farther\n \
-         deviations: the change in its standard deviations\n"
+         std: the change in its standard deviations\n"
     )
 }
 
-/// The verdict in the first line, notes, and a line for each parameter.
-pub(crate) fn text(compared: &Compared) -> String {
-    let mut table = Table::new();
-    table.load_style(STYLE);
-    table.set_header([
-        "parameter",
-        "before",
-        "after",
-        "change, %",
-        "95 %",
-        "deviations",
-        "changed",
-    ]);
+/// The verdict in the first line, notes, and a line for each parameter, in a table of at most so many columns.
+pub(crate) fn text(compared: &Compared, columns: usize) -> String {
+    let header = ["parameter", "before", "after", "change", "95 %", "std", "changed"];
+    let mut table = window::table(columns, header);
     for own in &compared.comparison.parameters {
         let [before, after] = own.values;
         let [low, high] = own.ratio.interval.map(|ratio| 100.0 * (ratio - 1.0));
         table.add_row([
             name(own),
-            format!("{before:.3e}"),
-            format!("{after:.3e}"),
-            format!("{:+.2}", 100.0 * (own.ratio.value - 1.0)),
+            format!("{before:.2e}"),
+            format!("{after:.2e}"),
+            format!("{:+.2} %", 100.0 * (own.ratio.value - 1.0)),
             format!("{low:+.2} to {high:+.2}"),
             format!("{:+.1}", own.deviations),
             if own.has_changed { "yes" } else { "" }.to_owned(),

@@ -3,7 +3,7 @@
 use flexid_pipeline::text::count;
 
 use super::Compensated;
-use crate::predict::table::{OPEN, along_axes};
+use crate::predict::table::{AXES, OPEN, along_axes};
 
 /// The largest offset of a joint, mrad (mm), of those that are determined.
 fn largest(path: &[Compensated], joint: usize) -> String {
@@ -47,6 +47,7 @@ pub(crate) fn text(path: &[Compensated]) -> String {
         );
         text += &format!("  rotation, µrad:{}\n", along_axes(&left.rotation, 1e6));
     }
+    text += &format!("{AXES}\n");
     let joints = path.first().map_or(0, |own| own.pose.len());
     text += " largest offsets, mrad (mm), to be added to the commanded angles:";
     for joint in 0..joints {

@@ -26,6 +26,7 @@ use crate::client::Client;
 use crate::show::screen::Screen;
 use crate::show::table;
 use crate::show::view::{REDRAW, View};
+use crate::window;
 
 use bus::DemoBus;
 
@@ -89,7 +90,7 @@ fn run(args: &Args) -> Result<()> {
     }
 
     let finding = view.finding.as_ref().context("the daemon has sent no report")?;
-    print(&table::finding(finding, None, Some(&truth.bushings)))?;
+    print(&window::fit(&table::finding(finding, None, Some(&truth.bushings))))?;
     if let Some(line) = view.bus_line() {
         print(&(line + "\n"))?;
     }

@@ -10,7 +10,7 @@ use flexid_prediction::modes::Mode;
 use super::{Diagram, Speed};
 use crate::numbers::with_interval;
 use crate::predict::table::OPEN;
-use crate::show::table::STYLE;
+use crate::window::STYLE;
 
 /// Speeds in the table, at most.
 const ROWS: usize = 13;

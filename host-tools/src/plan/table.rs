@@ -5,7 +5,7 @@ use flexid_simulation::scenario::Feed;
 
 use super::{Plan, Prediction, Step};
 use crate::plan::greedy::Criterion;
-use crate::show::table::STYLE;
+use crate::window::STYLE;
 
 /// The plan as text: a line for the state before the first experiment, and a line for each experiment. `is_perfect` says whether the fit will
 /// take robot and sensors as perfect, as the plan does.

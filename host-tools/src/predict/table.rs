@@ -2,29 +2,45 @@
 
 use std::path::Path;
 
-use comfy_table::{CellAlignment, Table};
+use comfy_table::CellAlignment;
 use flexid_edge::console::complain;
 use flexid_prediction::document::{Found, is_far};
 use flexid_prediction::modes::Mode;
 use flexid_prediction::{Estimate, PositiveEstimate};
 use flexid_wire::report::{Acceptance, Fit};
+use flexid_wire::words::{ThreeDigits, Within};
 
 use super::Prediction;
-use crate::numbers::with_digits;
-use crate::show::table::STYLE;
+use crate::numbers::places;
+use crate::window;
 
 /// Names of the degrees of freedom of a joint.
 pub(crate) const DOF: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
-/// Springs named beside a mode, at most.
-const SPRINGS: usize = 3;
+/// Springs named beside a mode, at most. Chosen: two stand in a line of 80 columns.
+const SPRINGS: usize = 2;
 /// Least part of a mode's strain energy of a spring that is named.
 const LEAST: f64 = 0.1;
 
-/// All predictions as text.
-pub(crate) fn predictions(found: &Found, predictions: &[Prediction]) -> String {
+/// All predictions as text, in tables of at most so many columns.
+///
+/// Of modes up to `highest_hz`.
+pub(crate) fn predictions(
+    found: &Found,
+    predictions: &[Prediction],
+    highest_hz: f64,
+    columns: usize,
+) -> String {
     let doubt = doubt(&found.fit).map(|line| format!("{line}\n")).unwrap_or_default();
-    let parts = predictions.iter().map(|own| one(found, own));
-    format!("{doubt}{}", parts.collect::<Vec<_>>().join("\n"))
+    let parts = predictions.iter().map(|own| one(found, own, columns));
+    let [_, upper_hz] = found.robot.band_hz();
+    let hint = if highest_hz == upper_hz && found.fit.records > 0 {
+        format!(
+            " modes up to the end of the band, {upper_hz} Hz: --highest HZ lists others, which no record shows\n"
+        )
+    } else {
+        String::new()
+    };
+    format!("{doubt}{}\n{hint}{AXES}\n", parts.collect::<Vec<_>>().join("\n"))
 }
 
 /// The verdict on a fit, for files.
@@ -69,42 +85,53 @@ pub(crate) fn warn_of(file: &Path, fit: &Fit) {
 /// What stands in place of a number that says nothing.
 pub(crate) const OPEN: &str = "not determined";
 
-/// Three estimates along the axes, times `scale`, with their intervals.
+/// What x, y and z are.
+pub(crate) const AXES: &str = " x, y, z: axes of the tool centre point (TCP)";
+
+/// Three estimates along the axes, times `scale`, with their intervals: in per cent, or its ends where it holds zero. Three digits count, of
+/// what may be zero those of the largest.
 pub(crate) fn along_axes(estimates: &[Estimate; 3], scale: f64) -> String {
-    if !estimates.iter().any(|own| own.determined) {
+    let determined = || estimates.iter().filter(|own| own.determined);
+    let Some(largest) = determined().map(|own| (scale * own.value).abs()).reduce(f64::max) else {
         return format!(" {OPEN}");
-    }
+    };
+    let places = places(largest, 3);
+    let least = 0.5 * 0.1_f64.powi(places as i32);
     let each = estimates.iter().zip(["x", "y", "z"]).map(|(own, axis)| {
         if !own.determined {
             return format!(" {axis} {OPEN}");
         }
+        let [low, high] = own.interval;
+        if low > 0.0 || high < 0.0 {
+            let ends = [low.abs().min(high.abs()), low.abs().max(high.abs())];
+            let within = Within { value: own.value.abs(), interval: ends };
+            return format!(" {axis} {} ({within})", ThreeDigits(scale * own.value));
+        }
         // What rounds to zero has no sign.
-        let scaled = |own: f64| if (scale * own).abs() < 0.005 { 0.0 } else { scale * own };
+        let scaled = |own: f64| if (scale * own).abs() < least { 0.0 } else { scale * own };
         let [low, high] = own.interval.map(scaled);
-        format!(" {axis} {:.2} ({low:.2} to {high:.2})", scaled(own.value))
+        format!(" {axis} {:.places$} ({low:.places$} to {high:.places$})", scaled(own.value))
     });
     each.collect::<Vec<_>>().join(",")
 }
 
-fn one(found: &Found, prediction: &Prediction) -> String {
+fn one(found: &Found, prediction: &Prediction, columns: usize) -> String {
     let pose: Vec<String> = prediction.pose.iter().map(|angle| format!("{angle:.4}")).collect();
     let mut text = format!("pose [{}]\n", pose.join(", "));
     let [lower_hz, upper_hz] = found.robot.band_hz();
-    let mut table = Table::new();
-    table.load_style(STYLE);
     // Static tests show no damping, and have no band.
     let is_static = found.fit.records == 0;
-    let dampings: &[&str] = if is_static { &[] } else { &["damping, %", "95 % interval"] };
-    let header = ["mode", "Hz", "95 % interval"].iter().chain(dampings).chain(&["springs"]);
-    table.set_header(header);
+    let dampings: &[&str] = if is_static { &[] } else { &["damping", "95 %"] };
+    let header = ["mode", "Hz", "95 %"].iter().chain(dampings).chain(&["springs"]);
+    let mut table = window::table(columns, header);
     let is_above = |mode: &Mode| !is_static && mode.frequency_hz.value > upper_hz;
     for (number, mode) in (1..).zip(&prediction.modes) {
         let above = if is_above(mode) { " *" } else { "" };
         let open = if mode.frequency_hz.is_observable() { "" } else { " ?" };
-        let [frequency, frequencies] = cells(&mode.frequency_hz, 1.0);
+        let [frequency, frequencies] = cells(&mode.frequency_hz, 1.0, "");
         let mut row = vec![format!("{number}{above}{open}"), frequency, frequencies];
         if !is_static {
-            row.extend(cells(&mode.damping_ratio, 100.0));
+            row.extend(cells(&mode.damping_ratio, 100.0, " %"));
         }
         row.push(springs(found, &mode.energy));
         table.add_row(row);
@@ -124,22 +151,7 @@ fn one(found: &Found, prediction: &Prediction) -> String {
     if !prediction.modes.iter().all(|mode| mode.frequency_hz.is_observable()) {
         text += " ? its springs are not determined: it may lie anywhere\n";
     }
-    let stiffness = (0..3).map(|axis| {
-        let own: Estimate = prediction.compliance[axis][axis];
-        if !own.determined {
-            return format!(" {} {OPEN}", ["x", "y", "z"][axis]);
-        }
-        let [least, most] = own.interval.map(|compliance| 1.0 / compliance);
-        // A compliance whose interval reaches zero has no largest stiffness.
-        let least_first = if least > 0.0 {
-            format!("{most:.3e} to {least:.3e}")
-        } else {
-            format!("above {most:.3e}")
-        };
-        format!(" {} {:.3e} ({least_first})", ["x", "y", "z"][axis], 1.0 / own.value)
-    });
-    let stiffness: Vec<String> = stiffness.collect();
-    text += &format!(" stiffness at the tool, N/m:{}\n", stiffness.join(","));
+    text += &format!(" stiffness at the tool, N/µm:{}\n", stiffnesses(prediction));
     if let Some(deflection) = &prediction.deflection {
         for (what, own) in
             [("deflection, µm", &deflection.translation), ("rotation, µrad", &deflection.rotation)]
@@ -150,12 +162,33 @@ fn one(found: &Found, prediction: &Prediction) -> String {
     text
 }
 
-/// A number, `scale` times, and its interval: `-` where the records do not determine it, and no number where it says nothing.
-fn cells(own: &PositiveEstimate, scale: f64) -> [String; 2] {
-    let (value, interval) = with_digits(scale * own.value, own.interval.map(|end| scale * end));
+/// The stiffness along each axis, N/µm, one loaded at a time: the inverse of the compliance there.
+fn stiffnesses(prediction: &Prediction) -> String {
+    let along = |(axis, name): (usize, &str)| {
+        let own: Estimate = prediction.compliance[axis][axis];
+        if !own.determined {
+            return format!(" {name} {OPEN}");
+        }
+        let [least, most] = own.interval.map(|compliance| 1e-6 / compliance);
+        let value = 1e-6 / own.value;
+        // A compliance whose interval reaches zero has no largest stiffness.
+        let interval = if least > 0.0 {
+            Within { value, interval: [most, least] }.to_string()
+        } else {
+            format!("above {}", ThreeDigits(most))
+        };
+        format!(" {name} {} ({interval})", ThreeDigits(value))
+    };
+    ["x", "y", "z"].into_iter().enumerate().map(along).collect::<Vec<_>>().join(",")
+}
+
+/// A number, `scale` times with its unit, and its interval: `-` where the records do not determine it, and no number where it says nothing.
+fn cells(own: &PositiveEstimate, scale: f64, unit: &str) -> [String; 2] {
+    let value = || format!("{}{unit}", ThreeDigits(scale * own.value));
+    let interval = || Within { value: own.value, interval: own.interval }.to_string();
     match (own.is_observable(), own.determined) {
-        (true, _) => [value, interval],
-        (false, true) => [format!("{:.3}", scale * own.value), "-".into()],
+        (true, _) => [value(), interval()],
+        (false, true) => [value(), "-".into()],
         (false, false) => ["-".into(), OPEN.into()],
     }
 }
@@ -183,9 +216,9 @@ mod tests {
 
     #[test]
     fn what_no_record_determines_has_no_interval() {
-        let shown = |value, std, scale| cells(&PositiveEstimate::new(value, std), scale);
-        assert_eq!(shown(12.3041, 0.01, 1.0), ["12.30", "12.07 to 12.55"]);
-        assert_eq!(shown(0.02, 0.31, 100.0), ["2.000", "-"]);
+        let shown = |value, std, scale| cells(&PositiveEstimate::new(value, std), scale, "");
+        assert_eq!(shown(12.3041, 0.01, 1.0), ["12.3", "±2.0 %"]);
+        assert_eq!(shown(0.02, 0.31, 100.0), ["2.00", "-"]);
         assert_eq!(shown(0.02, 1.1, 100.0), ["-", "not determined"]);
         assert_eq!(shown(-0.02, 0.01, 100.0), ["-", "not determined"]);
         assert_eq!(shown(12.3041, f64::NAN, 1.0), ["-", "not determined"]);
@@ -227,7 +260,8 @@ mod tests {
             let all = [Estimate::new(0.0, x), Estimate::new(-4e-6, y), Estimate::new(3e-6, z)];
             along_axes(&Estimate::beside_length(all), 1e6)
         };
-        assert!(of([1e-6, 1e-6, 4.9e-6]).starts_with(" x 0.00 (-1.96 to 1.96), y -4.00 ("));
+        let known = " x 0.00 (-1.96 to 1.96), y -4.00 (±49 %), z 3.00 (-6.60 to 12.60)";
+        assert_eq!(of([1e-6, 1e-6, 4.9e-6]), known);
         assert!(of([1e-6, 1e-6, 5.1e-6]).ends_with(", z not determined"));
         assert_eq!(of([6e-6, 6e-6, f64::INFINITY]), " not determined");
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
+use comfy_table::CellAlignment;
 use flexid_core::parameters::Bushing;
 pub(crate) use flexid_pipeline::names::DOF_NAMES;
 use flexid_pipeline::report::{StaticReport, Summary};
@@ -12,10 +12,7 @@ use flexid_wire::report::{Acceptance, Report, Verdict};
 
 use super::verdict::verdict;
 use crate::show::{confidence, statics};
-
-/// A line below the header, and no other.
-pub(crate) const STYLE: TableStyle =
-    TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
+use crate::window;
 
 /// What the SSP in the summary of a fit is.
 const SSP: &str = "SSP, the surface similarity parameter, is 0 where model and measurement agree, and 2 where they are opposite; \
@@ -47,7 +44,7 @@ pub(crate) fn finding(
 
 /// All parameters and their confidence, without the summary of the fit and the warnings.
 pub(crate) fn parameters(finding: &Finding, truth: Option<&[Option<Bushing>]>) -> String {
-    format!("{}\n{}", numbers(finding, truth, usize::MAX), confidence::lines(finding))
+    format!("{}\n{}", numbers(finding, truth, window::columns()), confidence::lines(finding))
 }
 
 /// All parameters with intervals and verdicts, and a note on the intervals: dampings beside the stiffnesses, or below where `columns`
@@ -58,10 +55,10 @@ pub(crate) fn numbers(
     columns: usize,
 ) -> String {
     let has_dampings = finding.report.fit.records > 0;
-    let beside = grid(finding, truth, 0..1 + usize::from(has_dampings));
+    let beside = grid(finding, truth, 0..1 + usize::from(has_dampings), usize::MAX);
     let is_wide = beside.lines().any(|line| console::measure_text_width(line) > columns);
     let tables = match has_dampings && is_wide {
-        true => [0..1, 1..2].map(|kind| grid(finding, truth, kind)).join("\n\n"),
+        true => [0..1, 1..2].map(|kind| grid(finding, truth, kind, columns)).join("\n\n"),
         false => beside,
     };
     let units = match (has_dampings, is_wide) {
@@ -79,9 +76,8 @@ fn grid(
     Finding { report, confidence, .. }: &Finding,
     truth: Option<&[Option<Bushing>]>,
     kinds: Range<usize>,
+    columns: usize,
 ) -> String {
-    let mut table = Table::new();
-    table.load_style(STYLE);
     let mut header = vec!["joint", "DOF"];
     for name in &["stiffness", "damping"][kinds.clone()] {
         header.extend([*name, "95 %", "verdict"]);
@@ -89,7 +85,7 @@ fn grid(
             header.extend(["true", "off by"]);
         }
     }
-    table.set_header(header);
+    let mut table = window::table(columns, header);
     for (index, (joint, intervals)) in report.joints.iter().zip(&confidence.joints).enumerate() {
         let truth = truth.map(|truth| truth.get(index).copied().flatten());
         for (dof, name) in DOF_NAMES.iter().enumerate() {

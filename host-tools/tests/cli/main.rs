@@ -27,3 +27,4 @@ mod simulate;
 mod statics;
 mod uff;
 mod watch;
+mod window;
