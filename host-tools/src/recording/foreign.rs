@@ -162,7 +162,7 @@ mod tests {
     fn other_formats_are_named_with_the_conversion() {
         let asc = b"date Mon Dec 29 09:20:00.000 am 2025\nbase hex  timestamps absolute\n\
             internal events logged\n// version 9.0.0\n   0.000131 1  102             Rx   d 8 01 00 02 00 03 00 04 00\n";
-        let cases: [(&[u8], &str); 13] = [
+        let cases: [(&[u8], &str); 20] = [
             (&[0; HEAD as usize], "is not a candump log: line 1 is longer than "),
             (b"LOGG\x90\0\0\0\x05\0\0\0", "is a BLF log: "),
             (b"MDF     4.10    python\0", "is an MDF (MF4) log: "),

@@ -215,7 +215,9 @@ pub(crate) fn records(
         let turn = TAU * SPINDLE_HZ / study.scenario.measurement.rate_hz;
         let spindle = (0..samples).map(|sample| turn * sample as f64).collect();
         let surroundings = Surroundings { force_noise: 0.0, acceleration_noise: 0.0, spindle };
-        let Some(readings) = plant.readings(work, &surroundings, &mut draw.0) else { continue };
+        let Some(readings) = plant.readings(work, &surroundings, &mut draw.0, |_| ()) else {
+            continue;
+        };
         let (force, acceleration) = (&readings.force, &readings.acceleration);
         let measured = sensors.measure(&Signals { pose: &cut.pose, force, acceleration });
         records.extend(measured.ok());

@@ -58,7 +58,7 @@ fn columns_are_differences_of_the_simulated_readings() {
         let still = Surroundings { force_noise: 0.0, acceleration_noise: 0.0, spindle };
         let work = Work { cut: &cut, model: chain, bushings: &bushings, number: 0 };
         let plant = imperfect(imperfection, value);
-        let read = plant.readings(work, &still, &mut random(Purpose::Plant, 0).0).unwrap();
+        let read = plant.readings(work, &still, &mut random(Purpose::Plant, 0).0, |_| ()).unwrap();
         [read.force, read.acceleration].map(|series| spectrum(&series))
     };
     use Imperfection as I;
