@@ -354,6 +354,23 @@ mod tests {
                 "left_out": 0,
                 "robust_widening": null,
             },
+            "answer": {
+                "pose": [0.1, -0.45, 0.95], "record": 3,
+                "softest": {
+                    "stiffness": { "value": 3.81e5, "interval": [0.98 * 3.81e5, 1.02 * 3.81e5] },
+                    "direction": [0.71, 0.02, -0.7],
+                },
+                "stiffest": {
+                    "stiffness": { "value": 8.7e5, "interval": [0.98 * 8.7e5, 1.02 * 8.7e5] },
+                    "direction": [0.0, 1.0, 0.03],
+                },
+                "lowest_mode": {
+                    "frequency_hz": { "value": 6.33, "interval": [0.98 * 6.33, 1.02 * 6.33] },
+                    "damping_ratio": { "value": 0.011, "interval": [0.98 * 0.011, 1.02 * 0.011] },
+                },
+                "drives": [{ "joint": "joint_1", "dof": 5, "stiffness": null }],
+                "text": "tool 0.381 (±2.0 %) to 0.870 N/µm (±2.0 %), lowest mode 6.33 Hz (±2.0 %), damping 1.10 % (1.08 to 1.12 %), at the pose of record 3",
+            },
         });
         assert_eq!(json, expected);
     }

@@ -105,7 +105,8 @@ const UNKNOWN: &str = "not determined";
 /// In place of an interval.
 const NO_INTERVAL: &str = " (no interval)";
 
-/// For example `tool 0.381 (±2.0 %) to 0.870 N/µm (±1.1 %), lowest mode 6.33 Hz (±0.2 %), damping 1.10 % (1.07 to 1.13 %)`.
+/// For example `tool 0.381 (±2.0 %) to 0.870 N/µm (±1.1 %), lowest mode 6.33 Hz (±0.2 %), damping 1.10 % (1.07 to 1.13 %), at the pose of
+/// record 3`.
 impl fmt::Display for Answer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.softest.stiffness, self.stiffest.stiffness) {
@@ -116,7 +117,7 @@ impl fmt::Display for Answer {
             (None, None) => write!(f, "tool stiffness {UNKNOWN}")?,
             _ => write!(f, "tool softest {}, stiffest {}", self.softest, self.stiffest)?,
         }
-        write!(f, ", lowest mode {}", self.lowest_mode)
+        write!(f, ", lowest mode {}, {}", self.lowest_mode, At(self))
     }
 }
 
@@ -190,7 +191,12 @@ impl fmt::Display for Part<'_> {
 /// The direction of a stiffness that is determined.
 fn along(f: &mut fmt::Formatter<'_>, own: &ToolStiffness) -> fmt::Result {
     match (own.stiffness, own.direction) {
-        (Some(_), Some([x, y, z])) => write!(f, " along {x:.2} {y:.2} {z:.2}"),
+        (Some(_), Some(direction)) => {
+            f.write_str(" along")?;
+            // Zero has no sign.
+            let shown = |own: f64| if own.abs() < 0.005 { 0.0 } else { own };
+            direction.into_iter().try_for_each(|own| write!(f, " {:.2}", shown(own)))
+        }
         _ => Ok(()),
     }
 }
@@ -198,12 +204,22 @@ fn along(f: &mut fmt::Formatter<'_>, own: &ToolStiffness) -> fmt::Result {
 /// For example `at the pose of record 3: 0.10 -0.50 0.95; directions in the axes of the TCP`.
 impl fmt::Display for Place<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0.record {
-            Some(record) => write!(f, "at the pose of record {record}, the newest:")?,
-            None => write!(f, "at the pose of the last static test:")?,
-        }
+        let newest = if self.0.record.is_some() { ", the newest" } else { "" };
+        write!(f, "{}{newest}:", At(self.0))?;
         self.0.pose.iter().try_for_each(|angle| write!(f, " {angle:.2}"))?;
         f.write_str("; directions in the axes of the TCP")
+    }
+}
+
+/// Of what record or test the pose is.
+struct At<'a>(&'a Answer);
+
+impl fmt::Display for At<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.record {
+            Some(record) => write!(f, "at the pose of record {record}"),
+            None => f.write_str("at the pose of the last static test"),
+        }
     }
 }
 
@@ -240,7 +256,7 @@ mod tests {
             record: Some(3),
             softest: ToolStiffness {
                 stiffness: number(3.81e5, 0.02),
-                direction: Some([0.71, 0.02, -0.7]),
+                direction: Some([0.71, -0.004, -0.7]),
             },
             stiffest: ToolStiffness { stiffness: number(2.61e8, 0.011), direction: None },
             lowest_mode: LowestMode {
@@ -266,12 +282,12 @@ mod tests {
         let answer = answer();
         assert_eq!(
             answer.to_string(),
-            "tool 0.381 (±2.0 %) to 261 N/µm (±1.1 %), lowest mode 6.33 Hz (±0.2 %), damping 1.10 % (1.07 to 1.13 %)"
+            "tool 0.381 (±2.0 %) to 261 N/µm (±1.1 %), lowest mode 6.33 Hz (±0.2 %), damping 1.10 % (1.07 to 1.13 %), at the pose of record 3"
         );
         assert_eq!(
             parts(&answer),
             [
-                "softest 0.381 N/µm (±2.0 %) along 0.71 0.02 -0.70, stiffest 261 N/µm (±1.1 %)",
+                "softest 0.381 N/µm (±2.0 %) along 0.71 0.00 -0.70, stiffest 261 N/µm (±1.1 %)",
                 "6.33 Hz (±0.2 %), damping 1.10 % (1.07 to 1.13 %)",
                 "joint_1 2.31 MNm/rad (±1.3 %), joint_2 200 MN/m (±15 %), joint_3 not determined",
             ]
@@ -289,12 +305,15 @@ mod tests {
         answer.lowest_mode.damping_ratio = None;
         assert_eq!(
             answer.to_string(),
-            "tool softest 0.381 N/µm (±2.0 %), stiffest not determined, lowest mode 6.33 Hz (±0.2 %), damping not determined"
+            "tool softest 0.381 N/µm (±2.0 %), stiffest not determined, lowest mode 6.33 Hz (±0.2 %), damping not determined, at the pose of record 3"
         );
         answer.softest = ToolStiffness { stiffness: None, direction: Some([1.0, 0.0, 0.0]) };
         answer.lowest_mode.frequency_hz = None;
         answer.drives.iter_mut().for_each(|drive| drive.stiffness = None);
-        assert_eq!(answer.to_string(), "tool stiffness not determined, lowest mode not determined");
+        assert_eq!(
+            answer.to_string(),
+            "tool stiffness not determined, lowest mode not determined, at the pose of record 3"
+        );
         let digits: Vec<char> =
             parts(&answer)[..2].concat().chars().filter(char::is_ascii_digit).collect();
         assert!(digits.is_empty(), "{:?}", parts(&answer));
@@ -309,7 +328,7 @@ mod tests {
         answer.lowest_mode.damping_ratio.as_mut().unwrap().interval = None;
         assert_eq!(
             answer.to_string(),
-            "tool 0.381 (no interval) to 261 N/µm (no interval), lowest mode 6.33 Hz (±0.2 %), damping 1.10 % (no interval)"
+            "tool 0.381 (no interval) to 261 N/µm (no interval), lowest mode 6.33 Hz (±0.2 %), damping 1.10 % (no interval), at the pose of record 3"
         );
     }
 }

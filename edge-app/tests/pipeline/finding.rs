@@ -1,9 +1,12 @@
 //! What a finding says of its parameters and of its records.
 
+use flexid_core::parameters::Bushing;
+use flexid_pipeline::dynamics::Robot;
 use flexid_pipeline::run_offline;
 use flexid_pipeline::source::Arrival;
+use flexid_wire::answer::{Answer, LowestMode, Number};
 use flexid_wire::finding::Finding;
-use flexid_wire::report::Verdict;
+use flexid_wire::report::{JointReport, Verdict};
 use flexid_wire::warning::Warning;
 
 use super::frames::{POSES, Replay, block, frames, robot};
@@ -20,6 +23,53 @@ fn a_confidence_goes_with_its_report() {
     assert_eq!(intervals(frames(&config, &POSES, block)), 0);
     let of_robot = intervals(frames(&config, &POSES, |pose| robot(&config, pose)));
     assert!(of_robot > 0, "a robot has no interval");
+}
+
+/// It is that of the newest record, and has the table's numbers for the drives, and those of the robot that was found for the rest. Where the
+/// fit allows no interval, it has none.
+#[test]
+fn an_answer_is_that_of_the_newest_record() {
+    let config = config();
+    let outcome = |frames: Vec<Arrival>| {
+        let mut source = Replay { frames: frames.into_iter(), breaks: false };
+        run_offline(&config, &mut source, |_| {}).unwrap()
+    };
+    let is_interval = |own: &Option<Number>| own.is_some_and(|own| own.interval.is_some());
+    let of_block = outcome(frames(&config, &POSES, block)).finding.expect("a finding").answer;
+    if let Some(Answer { softest, stiffest, lowest_mode, drives, .. }) = of_block {
+        let LowestMode { frequency_hz, damping_ratio } = lowest_mode;
+        let all = [softest.stiffness, stiffest.stiffness, frequency_hz, damping_ratio];
+        let all = all.into_iter().chain(drives.iter().map(|own| own.stiffness));
+        assert!(!all.into_iter().any(|own| is_interval(&own)), "a block has an interval");
+    }
+
+    let outcome = outcome(frames(&config, &POSES, |pose| robot(&config, pose)));
+    let newest = outcome.records.last().expect("a record");
+    let finding = outcome.finding.expect("a finding");
+    let answer = finding.answer.expect("an answer");
+    assert_eq!((&answer.pose[..], answer.record), (&newest.pose[..], Some(newest.number)));
+    let joints = finding.report.joints.iter().zip(&finding.confidence.joints);
+    for ((joint, intervals), (drive, dof)) in joints.zip(answer.drives.iter().zip([5, 4, 4])) {
+        assert_eq!((&drive.joint, usize::from(drive.dof)), (&joint.name, dof));
+        let stated = drive.stiffness.map(|own| (own.value, own.interval));
+        let known = joint.stiffness_verdict[dof] != Verdict::NotObservable;
+        let expected = (joint.stiffness[dof], intervals.stiffness_interval[dof]);
+        assert_eq!(stated, known.then_some(expected));
+    }
+    let bushing = |own: &JointReport| Bushing { stiffness: own.stiffness, damping: own.damping };
+    let bushings = finding.report.joints.iter().map(bushing).collect();
+    let found = Robot::new(outcome.robot.expect("a robot"), bushings).unwrap();
+    let at = found.at(&answer.pose).unwrap();
+    let [soft, _, stiff] = at.principal(&at.compliance().unwrap());
+    for (own, expected) in [(answer.softest, soft), (answer.stiffest, stiff)] {
+        let stiffness = expected.compliance.inverse();
+        let is_known = stiffness.is_observable();
+        assert_eq!(own.stiffness.map(|own| own.value), is_known.then_some(stiffness.value));
+    }
+    let mode = at.lowest_mode(150.0).unwrap();
+    let stated = answer.lowest_mode.frequency_hz.map(|own| own.value);
+    let is_known = mode.frequency_hz.value >= 20.0 && mode.frequency_hz.is_observable();
+    assert_eq!(stated, is_known.then_some(mode.frequency_hz.value));
 }
 
 /// What is asked of the shape of a confidence, whatever it says; counts the intervals.

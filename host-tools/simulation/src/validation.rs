@@ -74,7 +74,9 @@ pub fn compare(
     estimate: &[Bushing],
 ) -> Result<String, BadInput> {
     let deviation = deviation(&truth.bushings, estimate, &config.bounds);
-    let mut lines = format!("parameter deviation {deviation:.5}\n");
+    let mut lines = format!(
+        "parameter deviation {deviation:.5} (mean distance from the truth, over the width of the bounds)\n"
+    );
     if !truth.left_out.is_empty() {
         lines += &format!("not compared: {}\n", truth.left_out.join("; "));
     }
@@ -86,7 +88,8 @@ pub fn compare(
         let error = on_unseen_poses(scenario, &config.model, &chain, pair, UNSEEN, UNSEEN_SEED);
         lines += &format!(
             "displacement error on {UNSEEN} unseen poses: median {:.3} %, maximum {:.3} %\n \
-             (stiffnesses that are all off by 0.1 % make about 1 %: resonances move)\n",
+             (both robots with the masses of the model, not with those that the fit may have found; stiffnesses that are all off by \
+             0.1 % make about 1 %: resonances move)\n",
             100.0 * error.median,
             100.0 * error.max
         );

@@ -35,6 +35,14 @@ const EXPERIMENTS: usize = 3;
 /// Time that the daemon may work after the last frame.
 const PATIENCE: Duration = Duration::from_secs(30);
 
+/// What to try after the demo.
+const NEXT: &str = "
+The robot above is simulated without any error but noise; a real one has more, and its intervals are wider.
+Next, your own robot, before anything is on the bus:
+  flexid new ROBOT.urdf --tcp LINK --out my-robot      model, signals, configuration and a plausible scenario
+  flexid identify --help                               from a recording to stiffnesses and dampings
+";
+
 /// Shows flexid at work: a simulated milling robot, the daemon, and what it finds.
 #[derive(Debug, Parser)]
 #[command(name = "flexid-demo", version)]
@@ -97,7 +105,7 @@ fn run(args: &Args) -> Result<()> {
     let estimate = table::bushings(&finding.report);
     print(&validation::compare(&config, Some(&scenario), &truth, &estimate)?)?;
     ensure!(view.identified(experiments), "the robot was not identified: {}", view.summary());
-    Ok(())
+    Ok(print(NEXT)?)
 }
 
 /// The robot does its experiments in real time.

@@ -14,8 +14,8 @@ const LEGEND: &str = "95 % intervals; ~ weak, ? not observable, = fixed; N/m Nm/
 /// Meaning of the marks where there is no room for intervals.
 const NO_INTERVALS: &str = "~ weak, ? not observable, = fixed; a wider window has the intervals";
 
-/// Number of letters that distinguish stiffness from damping.
-const SHORT: usize = 4;
+/// Names of the blocks, and what stands for them where there is no room.
+const BLOCKS: [[&str; 2]; 2] = [["stiffness", "stiff"], ["damping", "damp"]];
 
 /// The form in which a parameter is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,11 +42,13 @@ pub(crate) fn parameters(finding: &Finding, columns: usize) -> Vec<Line> {
     };
     let (joints, hidden) = joints.split_at(shown);
     // A column is as wide as names and numbers need, and no wider than the room.
-    let names = joints.iter().map(|(joint, _)| 2 + measure_text_width(&joint.name));
+    // The header of the first begins above the directions.
+    let block = 1 + BLOCKS[0][1].len() - DOF_NAMES[0].len();
+    let names = joints.iter().map(|(joint, _)| block + measure_text_width(&joint.name));
     let width = names.chain([widest(joints, form)]).max().unwrap_or(1).min(room(shown));
     let cells: Vec<_> = joints.iter().map(|joint| cells(joint, form)).collect();
     let mut lines = Vec::new();
-    for (block, what) in ["stiffness", "damping"].into_iter().enumerate() {
+    for (block, what) in BLOCKS.into_iter().enumerate() {
         lines.push(header(what, joints, width).into());
         for (dof, name) in DOF_NAMES.iter().enumerate() {
             let mut line = Line::from(*name);
@@ -93,13 +95,13 @@ fn cell(value: f64, interval: Option<Interval>, form: Form) -> String {
 }
 
 /// The header of a block: its name, and the joints' names above their columns. Both are short where there is no room.
-fn header(what: &str, joints: &[Joint], width: usize) -> String {
+fn header([what, short]: [&str; 2], joints: &[Joint], width: usize) -> String {
     let mut header = String::new();
     for (index, (joint, _)) in joints.iter().enumerate() {
         let (what, width) =
             if index == 0 { (what, width + DOF_NAMES[0].len()) } else { ("", width) };
         let beside_name = width.saturating_sub(1 + measure_text_width(&joint.name));
-        let what = &what[..what.len().min(beside_name.max(SHORT))];
+        let what = if index == 0 && what.len() > beside_name { short } else { what };
         let name = truncate_str(&joint.name, width.saturating_sub(1 + what.len()), "…");
         let gap = width.saturating_sub(measure_text_width(&name) + what.len());
         header += &format!("{what}{:gap$}{name}", "");
@@ -168,6 +170,20 @@ mod tests {
         let lines = fits(&finding(7), 72);
         assert_eq!(lines[1].matches("6.0e7").count(), 7);
         assert!(lines[14].ends_with("a wider window has the intervals"), "{}", lines[14]);
+    }
+
+    #[test]
+    fn names_are_whole_above_numbers_without_intervals() {
+        for joints in 3..=6 {
+            let mut finding = finding(joints);
+            for own in &mut finding.confidence.joints {
+                (own.stiffness_interval, own.damping_interval) = ([None; 6], [None; 6]);
+            }
+            let lines = fits(&finding, 80);
+            let words = |line: &str| line.split_whitespace().count();
+            assert!(!lines[0].contains('…') && words(&lines[0]) == joints + 1, "{}", lines[0]);
+            assert!(!lines[7].contains('…') && words(&lines[7]) == joints + 1, "{}", lines[7]);
+        }
     }
 
     #[test]

@@ -48,6 +48,7 @@ impl From<Tone> for Style {
     fn from(tone: Tone) -> Self {
         match tone {
             Tone::Neutral => Self::new(),
+            Tone::Faint => Self::new().dim(),
             Tone::Good => Self::new().green(),
             Tone::Caution => Self::new().yellow(),
             Tone::Bad => Self::new().red(),

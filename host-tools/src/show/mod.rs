@@ -3,6 +3,7 @@
 //! | file         | what                                                      |
 //! | ------------ | --------------------------------------------------------- |
 //! | `table`      | all parameters, and beside them the truth if it is known  |
+//! | `answer`     | the robot as a whole, read first                          |
 //! | `confidence` | what stands below the table                               |
 //! | `statics`    | the static tests in the fit                               |
 //! | `view`       | the latest messages of a daemon                           |
@@ -14,6 +15,7 @@
 //! | `headline`   | the verdict on the fit, read first                        |
 //! | `news`       | JSON lines before the first report                        |
 
+mod answer;
 mod braille;
 mod compact;
 pub(crate) mod confidence;

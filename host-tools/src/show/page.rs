@@ -1,6 +1,7 @@
 //! The live pages. The first is laid out for the window: everything if there is room, else all parameters in short and the gravest
 //! warnings.
 
+use console::Style;
 use flexid_pipeline::report::Summary;
 use flexid_pipeline::text::count;
 use flexid_wire::finding::Finding;
@@ -11,7 +12,7 @@ use textwrap::wrap;
 use super::headline::{Headline, Tone, tone};
 use super::line::Line;
 use super::verdict::verdict as word;
-use super::{compact, confidence, table};
+use super::{answer, compact, confidence, table};
 use crate::show::view::View;
 
 /// What matters most, in `rows` lines at most.
@@ -40,6 +41,7 @@ pub(crate) fn full(view: &View, columns: usize) -> Vec<Line> {
     if view.dead_bus().is_some() {
         lines.extend(bus(view, columns));
     }
+    lines.extend(answer(view, columns));
     lines.extend(view.finding.iter().flat_map(|finding| {
         let summary = Summary(&finding.report).to_string();
         let counts = summary.lines().take(2).enumerate();
@@ -78,12 +80,11 @@ pub(crate) fn parameters(view: &View, columns: usize) -> Vec<Line> {
 /// How far the numbers can be trusted.
 pub(crate) fn confidence(view: &View, columns: usize) -> Vec<Line> {
     let Some(finding) = &view.finding else { return vec!["no fit yet".into()] };
-    let indent = " ".repeat(confidence::INDENT);
-    let options =
-        textwrap::Options::new(columns.max(2 * confidence::INDENT)).subsequent_indent(&indent);
-    let lines = confidence::lines(finding);
-    let lines = lines.lines().flat_map(|line| wrap(line, &options));
-    lines.map(Line::from).collect()
+    let size = Headline::of(view)
+        .fit
+        .map(|size| format!("{:indent$}{size}\n", "fit", indent = confidence::INDENT));
+    let lines = size.unwrap_or_default() + &confidence::lines(finding);
+    hanging(&lines, columns).map(Line::from).collect()
 }
 
 /// All warnings, the gravest first.
@@ -116,12 +117,30 @@ fn work(view: &View) -> String {
     work.join("; ")
 }
 
-/// The verdict on the fit, and the numbers of the verdicts on the parameters.
+/// The answer, the verdict on the fit, and the numbers of the verdicts on the parameters.
 fn verdict(view: &View, columns: usize) -> Vec<Line> {
-    let Headline { tone, words, fit, verdicts } = Headline::of(view);
-    let mut lines = wrapped(tone, &format!("{words}: {}", fit.unwrap_or_default()), columns);
-    lines.extend(verdicts.iter().flat_map(|line| wrapped(Tone::Neutral, line, columns)));
+    let headline = Headline::of(view);
+    let mut lines = Vec::new();
+    if let Some(answer) = &headline.answer {
+        lines.extend(wrapped(Style::new().bold(), answer, columns));
+    }
+    lines.extend(wrapped(headline.tone, &headline.line(), columns));
     lines
+}
+
+/// The answer, or so far as it is known, in bold, with the drives and where it holds.
+fn answer(view: &View, columns: usize) -> Vec<Line> {
+    let answer = view.finding.as_ref().and_then(|finding| finding.answer.as_ref());
+    let lines = answer.map(answer::lines).unwrap_or_default();
+    hanging(&lines.join("\n"), columns).map(|own| Line::toned(Style::new().bold(), own)).collect()
+}
+
+/// Lines with a heading before each paragraph, wrapped below their words.
+fn hanging(text: &str, columns: usize) -> std::vec::IntoIter<String> {
+    let indent = " ".repeat(confidence::INDENT);
+    let options = textwrap::Options::new(columns.max(2 * indent.len())).subsequent_indent(&indent);
+    let wrapped = |line| wrap(line, &options).into_iter().map(String::from).collect::<Vec<_>>();
+    text.lines().flat_map(wrapped).collect::<Vec<_>>().into_iter()
 }
 
 /// The gravest warnings that fit, and the number of the others.
@@ -174,8 +193,9 @@ fn with_verdicts(line: &str) -> Line {
     coloured
 }
 
-fn wrapped(tone: Tone, line: &str, columns: usize) -> Vec<Line> {
-    wrap(line, columns.max(1)).into_iter().map(|line| Line::toned(tone, line)).collect()
+fn wrapped(style: impl Into<Style>, line: &str, columns: usize) -> Vec<Line> {
+    let style = style.into();
+    wrap(line, columns.max(1)).into_iter().map(|line| Line::toned(style.clone(), line)).collect()
 }
 
 /// The first of `lines` that fit into `rows`, and the number of the others.
@@ -388,9 +408,10 @@ pub(crate) mod tests {
             for part in [
                 "vcan0 up; 4030 frames/s",
                 "mill3: ",
-                "refining with record 3",
+                "refining the fit to 3 records",
                 "(40 %); recording 62 %",
-                "consistent: χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records",
+                "tool 0.381 (±2.0 %) to 0.870 N/µm (±2.0 %), lowest mode 6.33 Hz",
+                "\nconsistent, 3 records: ",
                 "parameters identified",
                 "warning: the bus reported 2 errors",
             ] {
@@ -413,6 +434,8 @@ pub(crate) mod tests {
             "{page}"
         );
         assert!(page.contains("12 refinement steps"), "{page}");
+        assert!(page.starts_with("tool         softest 0.381 N/µm"), "{page}");
+        assert!(page.contains("\ndrives       joint_1 2.31 MNm/rad"), "{page}");
     }
 
     #[test]

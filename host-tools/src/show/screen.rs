@@ -6,8 +6,8 @@ use std::time::Instant;
 use ::console::Term;
 use anyhow::Result;
 use flexid_edge::console::{draw, print};
-use flexid_pipeline::report::Summary;
 
+use super::headline::Headline;
 use super::keys::{Key, Keys};
 use super::news::News;
 use super::pager::Pager;
@@ -73,7 +73,13 @@ impl Screen {
                 let result = ResultJson::from(finding).with_spectra(view.spectra.as_ref());
                 Ok(print(&(serde_json::to_string(&result)? + "\n"))?)
             }
-            Self::Lines { .. } => Ok(print(&Summary(&finding.report).to_string())?),
+            Self::Lines { .. } => {
+                let headline = Headline::of(view);
+                let warnings = finding.report.warnings.iter();
+                let warnings = warnings.map(|warning| format!("warning: {warning}"));
+                let lines = headline.answer.clone().into_iter().chain([headline.line()]);
+                Ok(print(&(lines.chain(warnings).collect::<Vec<_>>().join("\n") + "\n"))?)
+            }
             Self::Live { .. } => Ok(()),
         }
     }

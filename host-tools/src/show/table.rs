@@ -11,7 +11,7 @@ use flexid_wire::finding::Finding;
 use flexid_wire::report::{Acceptance, Report, Verdict};
 
 use super::verdict::verdict;
-use crate::show::{confidence, statics};
+use crate::show::{answer, confidence, statics};
 use crate::window;
 
 /// What the SSP in the summary of a fit is.
@@ -27,7 +27,7 @@ pub(crate) fn bushings(report: &Report) -> Vec<Bushing> {
     report.joints.iter().map(bushing).collect()
 }
 
-/// All parameters, their confidence, the static tests, the summary of the fit, and the warnings. With `truth` (base first) the table
+/// All parameters, their confidence, the static tests, the answer, the summary of the fit, and the warnings. With `truth` (base first) the table
 /// also has the true values and the errors of the estimates, where the truth is known.
 pub(crate) fn finding(
     finding: &Finding,
@@ -39,7 +39,13 @@ pub(crate) fn finding(
         0 => String::new(),
         _ => format!("\n {SSP}\n"),
     };
-    format!("{}{tests}{ssp}\n{}", parameters(finding, truth), Summary(&finding.report))
+    let answer = finding.answer.as_ref().map(|own| answer::lines(own).join("\n") + "\n");
+    format!(
+        "{}{tests}{ssp}\n{}{}",
+        parameters(finding, truth),
+        answer.unwrap_or_default(),
+        Summary(&finding.report)
+    )
 }
 
 /// All parameters and their confidence, without the summary of the fit and the warnings.

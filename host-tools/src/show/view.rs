@@ -72,8 +72,13 @@ impl View {
             Phase::Waiting => waiting(),
             // The daemon has settled on static tests alone, and waits for a record.
             Phase::Settled if records == 0 => waiting(),
-            Phase::Searching => Some(format!("searching with record {records}, start {starts}")),
-            Phase::Refining => Some(format!("refining with record {records}, start {starts}")),
+            Phase::Searching => {
+                let records = count(records, "record");
+                Some(format!("searching for a robot that explains {records} (attempt {starts})"))
+            }
+            Phase::Refining => {
+                Some(format!("refining the fit to {} (attempt {starts})", count(records, "record")))
+            }
             Phase::Settled => Some(format!("search ended, {}", count(records, "record"))),
         }
     }

@@ -56,12 +56,11 @@ pub(super) fn page(parts: &Parts, version: &str) -> Markup {
                 (part("link"))
                 noscript { p { "Without JavaScript the page stays as it was loaded: load it again." } }
                 main {
-                    @for name in ["verdict", "warnings", "progress", "parameters"] { (part(name)) }
+                    @for name in ["verdict", "progress", "warnings", "spectra", "parameters"] { (part(name)) }
                     p.legend {
                         "Dot: value. Line: 95 % interval, on logarithmic axes that all joints share. tx ty tz along, rx ry rz about the \
                          axes of the joint frame."
                     }
-                    (part("spectra"))
                     @for (name, heading, open) in FOLDED {
                         details open[open] { summary { (heading) } (part(name)) }
                     }

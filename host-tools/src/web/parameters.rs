@@ -196,6 +196,8 @@ mod tests {
         assert_eq!(text.matches("class=\"whisker\"").count(), 35);
         assert_eq!(text.matches("±1.67 % </td>").count(), 18, "{text}");
         assert_eq!(text.matches("<em>not observable</em>").count(), 1);
+        assert_eq!(text.matches("<tr class=\"faint\">").count(), 1, "{text}");
+        assert!(!text.contains("class=\"bad\""), "{text}");
         finding.report.fit.records = 0;
         assert!(!parameters(&finding).into_string().contains("damping"));
     }

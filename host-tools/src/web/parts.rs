@@ -51,7 +51,7 @@ pub(super) fn render(state: &State) -> Parts {
         progress(view),
         finding.map(parameters).unwrap_or_default(),
         view.spectra.as_ref().map(spectra).unwrap_or_default(),
-        html! { @if let Some(finding) = finding { pre { (confidence::lines(finding)) } } },
+        confidence(view),
         html! { @if let Some(line) = view.bus_line() { p { (line) } } },
     ];
     // What a daemon on another machine sends must not end a line of the stream, or change the order of writing.
@@ -88,15 +88,31 @@ fn link(State { address, link, heard, .. }: &State) -> Markup {
 }
 
 fn verdict(view: &View) -> Markup {
-    let Headline { tone, words, fit, verdicts } = Headline::of(view);
+    let headline = Headline::of(view);
+    let answer = view.finding.as_ref().and_then(|finding| finding.answer.as_ref());
     html! {
-        div class=(class(tone)) {
-            h1 { (words) }
-            @if let Some(verdicts) = verdicts { p { b { (verdicts) } } }
-            @if let Some(fit) = fit { p { (fit) } }
-            @if let Some(finding) = &view.finding {
-                p { "residuals: " (finding.confidence.residuals.to_string()) }
+        div class=(class(headline.tone)) {
+            h1 { (headline.words) }
+            @if let Some(answer) = answer {
+                dl {
+                    @for (name, part) in answer.parts() {
+                        dt { (name) }
+                        dd { @for piece in part.to_string().split_inclusive(", ") { span { (piece) } } }
+                    }
+                }
             }
+            @if let Some(verdicts) = headline.verdicts { p { (verdicts) } }
+            @if let Some(answer) = answer { p { "95 % intervals, " (answer.place().to_string()) } }
+        }
+    }
+}
+
+/// Size of the residuals, and how far the numbers can be trusted.
+fn confidence(view: &View) -> Markup {
+    html! {
+        @if let (Some(finding), Some(fit)) = (&view.finding, Headline::of(view).fit) {
+            p { (fit) }
+            pre { (confidence::lines(finding)) }
         }
     }
 }
@@ -163,6 +179,7 @@ fn bar(of: &str, fraction: f32) -> Markup {
 pub(super) fn class(tone: Tone) -> &'static str {
     match tone {
         Tone::Neutral => "neutral",
+        Tone::Faint => "faint",
         Tone::Good => "good",
         Tone::Caution => "caution",
         Tone::Bad => "bad",
@@ -216,11 +233,33 @@ mod tests {
         );
     }
 
+    /// The answer comes first, and what judges the fit is not in its card.
+    #[test]
+    fn the_first_card_has_the_answer() {
+        let state = state(view(3, &[]));
+        let verdict = part("verdict", &state);
+        for said in [
+            "<h1>consistent</h1><dl><dt>tool</dt><dd><span>softest 0.381 N/µm (±2.0 %) along",
+            "<dt>lowest mode</dt><dd><span>6.33 Hz (±2.0 %), </span>",
+            "<span>joint_3 not determined</span>",
+            "<p>3 records: 18 of 36 parameters identified",
+        ] {
+            assert!(verdict.contains(said), "{said:?} is not in {verdict}");
+        }
+        for judged in ["χ²/dof", "SSP", "whiteness"] {
+            assert!(!verdict.contains(judged), "{verdict}");
+            assert!(part("confidence", &state).contains(judged), "{judged}");
+        }
+        let page = super::super::document::page(&render(&state), "v").into_string();
+        let places = ["id=\"verdict\"", "id=\"progress\"", "id=\"spectra\"", "id=\"parameters\""];
+        assert!(places.map(|place| page.find(place).unwrap()).is_sorted(), "{page}");
+    }
+
     #[test]
     fn progress_has_the_record_the_phase_and_the_work() {
         let progress = part("progress", &state(view(3, &[])));
         for said in [
-            "refining with record 3, start 1",
+            "refining the fit to 3 records (attempt 1)",
             "<p>measuring</p>",
             "record 62 %",
             "<li aria-current=\"step\">refining</li>",

@@ -53,7 +53,10 @@ fn gives_up_at_the_timeout_and_says_where_the_work_stands() {
     let consistent = || report(Acceptance::Consistent, 3);
     for (news, said) in [
         (vec![], "no news from the daemon"),
-        (vec![progress(Phase::Searching, 3), consistent()], "searching with record 3, start 2"),
+        (
+            vec![progress(Phase::Searching, 3), consistent()],
+            "searching for a robot that explains 3 records (attempt 2)",
+        ),
         // The work on a fourth record has ended, and its report is still to come.
         (vec![progress(Phase::Settled, 4), consistent()], "search ended, 4 records"),
         (

@@ -169,7 +169,7 @@ fn the_verdict_is_first_then_the_warnings_and_both_in_colour() {
         let order = [
             "\x1b[31mMODEL SUSPECT: ",
             "\x1b[33mwarning: ",
-            "mill3: refining with record 3",
+            "mill3: refining the fit to 3 records",
             "vcan0 up",
             "stiff",
         ];

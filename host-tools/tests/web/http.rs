@@ -151,13 +151,13 @@ fn the_stream_has_at_most_five_changes_a_second_and_ends_with_the_newest() {
         let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
             let web = Web::start(&path, "127.0.0.1:0", &[]);
             let mut events = Events::open(web.address);
-            events.until("searching with record 1, start 0");
+            events.until("searching for a robot that explains 1 record (attempt 0)");
             let (begun, so_far) = (Instant::now(), events.1.len());
             for starts in 1..=200 {
                 latest.publish(progress(starts));
                 thread::sleep(Duration::from_millis(10));
             }
-            events.until("searching with record 1, start 200");
+            events.until("searching for a robot that explains 1 record (attempt 200)");
             let changes = events.1[so_far..].matches("event: progress\n").count() as f64;
             let most = 1.0 + begun.elapsed().as_secs_f64() / 0.2;
             assert!((5.0..=most).contains(&changes), "{changes} changes, at most {most}");
