@@ -32,7 +32,7 @@ const ALGEBRA: &[&str] = &["nalgebra", "simba", "microfft", "fearless_simd"];
 
 /// Packages of robot descriptions, plots and terminal user interfaces.
 const FRONT: &[&str] =
-    &["urdf-rs", "ratatui", "crossterm", "indicatif", "comfy-table", "plotters", "axum"];
+    &["roxmltree", "ratatui", "crossterm", "indicatif", "comfy-table", "plotters", "axum"];
 
 #[test]
 fn core_reaches_neither_the_wire_nor_the_system() {

@@ -14,6 +14,10 @@ use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 use crate::MAX_JOINTS;
 pub use jacobian::Jacobian;
 
+/// Part of the largest principal moment by which it may exceed the sum of the two others. Files carry rounded numbers, and an inertia is
+/// not known better than this ([`Accuracies::typical`](crate::imperfection::Accuracies::typical)).
+pub const INERTIA_TOLERANCE: f64 = 0.05;
+
 /// A rigid link, in the frame of the joint that carries it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
@@ -203,7 +207,7 @@ impl Joint {
 
 impl Link {
     /// Whether a distribution of mass can have this inertia: it is symmetric and finite, its principal moments are positive,
-    /// and none of them exceeds the sum of the two others.
+    /// and none of them exceeds the sum of the two others by more than [`INERTIA_TOLERANCE`].
     pub fn has_physical_inertia(&self) -> bool {
         let inertia = self.inertia;
         if !inertia.iter().all(|moment| moment.is_finite())
@@ -213,7 +217,7 @@ impl Link {
         }
         let moments = inertia.symmetric_eigenvalues();
         let (sum, largest) = (moments.sum(), moments.max());
-        moments.min() > 0.0 && sum - largest >= largest * (1.0 - 1e-6)
+        moments.min() > 0.0 && sum - largest >= largest * (1.0 - INERTIA_TOLERANCE)
     }
 }
 
@@ -222,6 +226,18 @@ mod tests {
     use std::vec::Vec;
 
     use super::*;
+
+    /// Two and three digits round the moments of a flat body by so much.
+    #[test]
+    fn an_inertia_is_physical_within_its_accuracy() {
+        let chain = crate::refine::tests::chain();
+        let is_physical = |moments: [f64; 3]| {
+            let inertia = Matrix3::from_diagonal(&moments.into());
+            Link { inertia, ..chain.joints[0].link }.has_physical_inertia()
+        };
+        assert!(is_physical([14.0, 95.05, 81.0]) && is_physical([0.012, 0.013, 0.026]));
+        assert!(!is_physical([1.0, 1.0, 2.2]) && !is_physical([0.0, 1.0, 1.0]));
+    }
 
     #[test]
     fn a_pose_has_an_angle_for_each_driven_joint() {

@@ -25,22 +25,22 @@ pub(crate) fn read<T>(
     header: impl Fn(&StringRecord) -> Result<T, String>,
     mut row: impl FnMut(&T, &StringRecord, usize) -> Result<(), String>,
 ) -> Result<(), BadInput> {
-    // Files of spreadsheets begin with a byte order mark.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if let Some(own) = input::seems(text).filter(|own| *own != "a CSV file") {
         return Err(BadInput::new(
             file,
             format!("is {own}, and no table: name a file of comma-separated values"),
         ));
     }
+    let separator = separator(text);
     let mut reader = ReaderBuilder::new()
+        .delimiter(separator.unwrap_or(b','))
         .comment(Some(b'#'))
         .trim(Trim::All)
         .flexible(true)
         .has_headers(false)
         .from_reader(text.as_bytes());
     let mut table: Option<T> = None;
-    for record in reader.records() {
+    for record in reader.records().skip(usize::from(separator.is_some())) {
         let record = record.map_err(|error| BadInput::new(file, error))?;
         if record.iter().all(str::is_empty) {
             continue;
@@ -53,6 +53,15 @@ pub(crate) fn read<T>(
         }
     }
     Ok(())
+}
+
+/// Returns the separator that the first line states, as Excel writes and reads it: `sep=;`.
+fn separator(text: &str) -> Option<u8> {
+    let first = text.lines().next()?.trim().trim_matches('"');
+    match first.strip_prefix("sep=")?.as_bytes() {
+        [separator] => Some(*separator),
+        _ => None,
+    }
 }
 
 /// Returns the line number of a record. The record's position is before the empty lines and comments that precede it.

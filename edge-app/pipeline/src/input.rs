@@ -1,5 +1,6 @@
 //! Errors in the files of users. Each is one line that names the file, the place and the correction.
 
+mod encoding;
 mod json;
 mod kind;
 
@@ -12,9 +13,10 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde_path_to_error::Segment;
 
+pub(crate) use encoding::decode;
 pub use json::parse_json;
-pub(crate) use kind::kind;
 pub use kind::seems;
+pub(crate) use kind::{in_bytes, kind};
 
 /// Error of a file that cannot be used. Its text is one line that names the file, the place and the correction.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -125,17 +127,20 @@ pub fn unreadable(file: &Path, error: &io::Error) -> BadInput {
     BadInput::new(file, format!("cannot be read: {why}"))
 }
 
-/// Reads the text of `file`, which may be a pipe.
+/// Reads the text of `file`, which may be a pipe: in UTF-8 or UTF-16, without its byte order mark.
 ///
 /// # Errors
-/// The file cannot be read, is larger than 16 MiB, or is not UTF-8.
+/// The file cannot be read, is larger than 16 MiB, or is no text.
 pub fn read(file: &Path) -> Result<String, BadInput> {
     let open = File::open(file).map_err(|error| unreadable(file, &error))?;
     text(file, read_all(file, open)?)
 }
 
 fn text(file: &Path, bytes: Vec<u8>) -> Result<String, BadInput> {
-    String::from_utf8(bytes).map_err(|_| BadInput::new(file, "is not text: must be UTF-8"))
+    if let Some(own) = in_bytes(&bytes) {
+        return Err(BadInput::new(file, format!("is {own}")));
+    }
+    decode(bytes).map_err(|_| BadInput::new(file, "is not text: must be UTF-8"))
 }
 
 /// Parses the TOML `text` of `file`. For a key that `T` does not have (`serde(deny_unknown_fields)`), the error suggests the

@@ -14,7 +14,7 @@ use crate::text::{numbers, one_line};
 use crate::{ExportError, Robot, imperfect, remark};
 
 /// Relative distance of a principal moment from the sum of the two others within which the moments are raised. A model may
-/// exceed the sum by 1e-6 because its file rounds. Other programs refuse any excess, or replace the inertia.
+/// exceed the sum because its file rounds. Other programs refuse any excess, or replace the inertia.
 const ROUNDING: f64 = 1e-9;
 
 /// A link, its bushing, and the drive that carries the bushing.

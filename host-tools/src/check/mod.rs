@@ -116,7 +116,7 @@ impl<'a> Check<'a> {
             findings.extend(identifiers::judge(config, survey));
             findings.extend(counters::judge(survey));
             findings.extend(joints::judge(config, survey));
-            findings.extend(units::judge(survey));
+            findings.extend(units::judge(config, survey));
             findings.extend(sensors::judge(survey));
             findings.extend(rest::judge(survey));
             findings.extend(excitation::judge(survey));

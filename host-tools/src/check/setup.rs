@@ -33,9 +33,10 @@ pub(super) fn judge(config: &Config) -> Vec<Finding> {
         findings.push(Finding::right(ABOUT, of_the_record(config)));
         findings.extend(of_gravity(config));
     }
-    let mend = "compare masses and inertias with the robot's data sheet, and import it again";
-    let doubts = urdf::doubts(&config.model).into_iter();
-    findings.extend(doubts.map(|doubt| Finding::new(Doubtful, ABOUT_MODEL, doubt, mend)));
+    findings.extend(urdf::doubts(&config.model).into_iter().map(|doubt| {
+        let severity = if doubt.is_choice { Note } else { Doubtful };
+        Finding::new(severity, ABOUT_MODEL, doubt.finding, doubt.mend)
+    }));
     if !config.statics.tests.is_empty() {
         let tests = count(config.statics.tests.len() as u64, "static test");
         findings.push(Finding::right(ABOUT, format!("{tests} in [static] file")));

@@ -1,4 +1,6 @@
-//! Judges the signs of static tests: what only yields to a load moves with it, at the load's point and along the load.
+//! Judges the sizes and the signs of static tests. No robot within the bounds gives way by more than the softest: each bushing bears a
+//! part of the load that does not depend on stiffness, so that each part of the displacement grows with the compliance of its bushing. And
+//! what only yields to a load moves with it, at the load's point and along the load.
 //!
 //! ```text
 //! u = f·d/|f|        u < 0: impossible, since f·d = fᵀ C f is the work that the robot stores
@@ -6,7 +8,10 @@
 //!
 //! A gauge at another point, or along other axes, may read against the load. Such tests are left out.
 
-use flexid_core::statics::StaticTest;
+use flexid_core::chain::Chain;
+use flexid_core::parameters::Bushing;
+use flexid_core::statics::{Deflection, StaticTest};
+use flexid_core::{DOF, MAX_JOINTS};
 use flexid_pipeline::config::Config;
 use nalgebra::Vector3;
 
@@ -25,6 +30,75 @@ const ALONG: f64 = 0.01;
 /// Standard deviations below 0 at which noise does not explain u. Chosen: of 64 tests that do not move at all, one is as far out once in
 /// five hundred tables.
 const BEYOND: f64 = 4.0;
+
+/// Judges sizes, then signs.
+pub(super) fn judge(config: &Config) -> Vec<Finding> {
+    of_sizes(config).into_iter().chain(of_signs(config)).collect()
+}
+
+/// The most by which a robot whose bushings are at least as stiff as these gives way at the gauge, m. `None` where the load moves nothing
+/// there. Along a single axis it may be 0, which a gauge that is slightly turned does not read.
+fn most(chain: &Chain, softest: &[Bushing], test: &StaticTest) -> Option<f64> {
+    let linear = chain.linearise(&test.pose, Vector3::zeros(), softest).ok()?;
+    let deflection = Deflection::new(&linear, softest, &test.wrench, &test.gauge).ok()?;
+    // The displacement is the sum of these derivatives by the logarithms of the compliances.
+    let along = |parts: [[f64; DOF]; MAX_JOINTS]| -> f64 {
+        parts.as_flattened().iter().map(|part| part.abs()).sum()
+    };
+    let most = Vector3::from(deflection.gradient.map(along)).norm();
+    (most > 0.0).then_some(most)
+}
+
+/// Names the test that gives way furthest beyond the softest robot.
+fn of_sizes(config: &Config) -> Option<Finding> {
+    let chain = config.model.chain().ok()?;
+    let softest: Vec<Bushing> = config.bounds.joints[..config.model.joints.len()]
+        .iter()
+        .map(|own| Bushing {
+            stiffness: own.stiffness.map(|[lower, _]| lower),
+            damping: own.damping.map(|[lower, _]| lower),
+        })
+        .collect();
+    let tests = config.statics.tests.iter().zip(&config.statics.lines);
+    let readings =
+        tests.filter_map(|(test, line)| Some((test, line, most(&chain, &softest, test)?)));
+    let readings: Vec<_> = readings
+        .flat_map(|(test, line, most)| {
+            test.readings().map(move |(_, reading)| (test, *line, reading, most))
+        })
+        .collect();
+    let beyond = readings
+        .iter()
+        .filter(|(.., reading, most)| reading.value.abs() - BEYOND * reading.deviation > *most);
+    let ratio = |reading: &f64, most: &f64| reading.abs() / most;
+    let (test, line, reading, most) = beyond.max_by(|(.., a, of_a), (.., b, of_b)| {
+        ratio(&a.value, of_a).total_cmp(&ratio(&b.value, of_b))
+    })?;
+    let [fx, fy, fz, mx, my, mz] = test.wrench;
+    let load = match Vector3::new(fx, fy, fz).norm() {
+        0.0 => format!("{:.0} Nm", Vector3::new(mx, my, mz).norm()),
+        force => format!("{force:.0} N"),
+    };
+    let in_mm = readings.iter().all(|(.., reading, most)| reading.value.abs() * 1e-3 <= *most);
+    let finding = format!(
+        "line {line} of [static] file: {} mm under {load}, and the softest robot within [bounds] gives way by {} mm there{}",
+        digits(reading.value.abs() * 1e3),
+        digits(most * 1e3),
+        if in_mm { ": in mm?" } else { "" }
+    );
+    Some(Finding::new(
+        Wrong,
+        ABOUT,
+        finding,
+        "give displacements in m and loads in N, or correct [bounds]",
+    ))
+}
+
+/// A positive number with at least two digits.
+fn digits(number: f64) -> String {
+    let decimals = (1.0 - number.log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{number:.decimals$}")
+}
 
 /// Displacement along the load, m, and the standard deviation of its noise. `None` where the gauge is not at the load and along it.
 fn along_load(test: &StaticTest) -> Option<(f64, f64)> {
@@ -48,7 +122,7 @@ fn along_load(test: &StaticTest) -> Option<(f64, f64)> {
 }
 
 /// Names the tests that move against their load beyond their noise; if there is none, those that do so together.
-pub(super) fn judge(config: &Config) -> Option<Finding> {
+fn of_signs(config: &Config) -> Option<Finding> {
     let statics = &config.statics;
     let tests = statics.tests.iter().zip(&statics.lines);
     let judged: Vec<(usize, f64, f64)> = tests
@@ -105,7 +179,18 @@ mod tests {
         let mut config = fixture::config();
         config.statics.lines = (2..2 + tests.len()).collect();
         config.statics.tests = tests;
-        judge(&config).map(|finding| finding.finding)
+        judge(&config).pop().map(|finding| finding.finding)
+    }
+
+    /// The softest robot of the scenario gives way by 0.7 mm under 981 N.
+    #[test]
+    fn a_displacement_of_no_robot_is_named_with_its_unit() {
+        let in_mm = |dz: f64| test(DOWN, 1e3 * dz);
+        let said = finding(vec![test(DOWN, -1e-4), in_mm(-1e-4), in_mm(-9e-5)]).unwrap();
+        assert!(said.starts_with("line 3 of [static] file: 100 mm under 981 N, and the"), "{said}");
+        assert!(said.ends_with(" mm there: in mm?"), "{said}");
+        let said = finding(vec![test([0.0, 0.0, 0.0, 0.0, 50.0, 0.0], -9.9)]).unwrap();
+        assert!(said.contains("9900 mm under 50 Nm") && said.ends_with(" mm there"), "{said}");
     }
 
     #[test]

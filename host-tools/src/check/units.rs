@@ -1,21 +1,23 @@
 //! Judges the units of angles, acceleration and force.
 
 use flexid_pipeline::check::{AtRest, Survey};
+use flexid_pipeline::config::Config;
 use flexid_wire::implausible::{BeyondLimits, GravityDenial, Implausible};
 use flexid_wire::warning::Warning;
 
 use super::Severity::{Doubtful, Note, Wrong};
 use super::{Finding, joints, unless_all_is_lost};
+use crate::urdf;
 
 pub(super) const ABOUT: &str = "units";
 const GIVE_UNIT: &str = "give the unit in [bus] dbc";
 /// Largest force of a cut, N. The strongest robots carry 2300 kg (23 kN), so that none bears this force.
 const LARGEST_CUT_N: f32 = 1e5;
 
-/// Judges the units of a survey.
-pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
+/// Judges the units of a survey. What the limits of the joints are worth is judged with the model.
+pub(super) fn judge(config: &Config, survey: &Survey) -> Vec<Finding> {
     let mut findings: Vec<Finding> = survey.implausible.iter().filter_map(of_readings).collect();
-    findings.extend(of_angles(survey));
+    findings.extend(of_angles(survey).filter(|_| urdf::limits_in_degrees(&config.model).is_none()));
     findings.extend(survey.at_rest.map(of_rest));
     findings.extend(of_force(survey));
     findings
@@ -149,10 +151,10 @@ mod tests {
 
     use super::*;
     use crate::check::Severity::Right;
-    use crate::check::fixture::{empty, good};
+    use crate::check::fixture::{config, empty, good};
 
     fn gravest(survey: &Survey) -> Finding {
-        judge(survey).into_iter().min_by_key(|finding| finding.severity).unwrap()
+        judge(&config(), survey).into_iter().min_by_key(|finding| finding.severity).unwrap()
     }
 
     fn beyond(in_other_unit: bool) -> Implausible {
@@ -170,7 +172,7 @@ mod tests {
     #[test]
     fn degrees_are_wrong_and_a_narrow_limit_is_doubtful() {
         let mut survey = good();
-        assert!(judge(&survey).iter().all(|finding| finding.severity == Right));
+        assert!(judge(&config(), &survey).iter().all(|finding| finding.severity == Right));
         survey.implausible = vec![beyond(true)];
         assert_eq!(gravest(&survey).severity, Wrong);
         assert_eq!(
@@ -191,7 +193,8 @@ mod tests {
         assert!(gravest(&survey).finding.ends_with("is the acceleration in g?"));
         survey.implausible =
             vec![Implausible::GravityInUnit { reading: 1.0, unit: AccelerationUnit::G }];
-        let wrong = judge(&survey).into_iter().filter(|finding| finding.severity == Wrong);
+        let wrong =
+            judge(&config(), &survey).into_iter().filter(|finding| finding.severity == Wrong);
         assert_eq!(wrong.count(), 1);
     }
 
@@ -209,7 +212,7 @@ mod tests {
     #[test]
     fn a_force_in_another_unit_is_asked_for() {
         let mut survey = empty();
-        assert_eq!(judge(&survey), []);
+        assert_eq!(judge(&config(), &survey), []);
         survey.faint_force_n = Some(0.4);
         survey.counts.implausible.largest_force = 0.4;
         assert_eq!(gravest(&survey).finding, "no force is above 0.40 N: is it in kN?");

@@ -107,7 +107,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let written = if json.is_some() || page.is_some() {
         let origin = origin(args, &config, evidence.as_ref());
         let result = ResultJson::from(&finding)
-            .with_model_warnings(urdf::doubts(&config.model))
+            .with_model_warnings(urdf::warnings(&config.model))
             .with(robot.as_ref(), statics.as_ref())
             .with_evidence(evidence.as_ref(), &origin);
         let text = serde_json::to_string_pretty(&result)? + "\n";

@@ -2,10 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion};
-use urdf_rs::{Joint, JointType, Link, Pose, Robot};
-
-use super::UrdfError;
+use super::document::{FIXED, Joint, Link, Robot};
+use super::error::UrdfError;
 
 /// A robot whose links form one tree.
 pub(super) struct Tree<'a> {
@@ -17,14 +15,13 @@ pub(super) struct Tree<'a> {
 
 impl<'a> Tree<'a> {
     /// Checks that names are unique, every joint joins two links that exist, no link hangs on two
-    /// joints, every number is finite, and all links are reached from one root.
+    /// joints, and all links are reached from one root.
     pub(super) fn new(robot: &'a Robot) -> Result<Self, UrdfError> {
         let mut links = HashMap::new();
         for link in &robot.links {
             if links.insert(link.name.as_str(), link).is_some() {
                 return Err(UrdfError::DuplicateLink(link.name.clone()));
             }
-            check_finite("link", &link.name, &inertial_numbers(link))?;
         }
         let mut names = HashSet::new();
         let mut above = HashMap::new();
@@ -32,7 +29,7 @@ impl<'a> Tree<'a> {
             if !names.insert(joint.name.as_str()) {
                 return Err(UrdfError::DuplicateJoint(joint.name.clone()));
             }
-            for end in [&joint.parent.link, &joint.child.link] {
+            for end in [&joint.parent, &joint.child] {
                 if !links.contains_key(end.as_str()) {
                     return Err(UrdfError::NoSuchEnd {
                         joint: joint.name.clone(),
@@ -40,12 +37,9 @@ impl<'a> Tree<'a> {
                     });
                 }
             }
-            let origin = &joint.origin;
-            let numbers = [*origin.xyz, *origin.rpy, *joint.axis.xyz].concat();
-            check_finite("joint", &joint.name, &numbers)?;
-            if let Some(other) = above.insert(joint.child.link.as_str(), joint) {
+            if let Some(other) = above.insert(joint.child.as_str(), joint) {
                 return Err(UrdfError::TwoParents {
-                    link: joint.child.link.clone(),
+                    link: joint.child.clone(),
                     joints: [other.name.clone(), joint.name.clone()],
                 });
             }
@@ -68,8 +62,8 @@ impl<'a> Tree<'a> {
         let mut next: Vec<&str> = reached.iter().copied().collect();
         while let Some(link) = next.pop() {
             for joint in self.joints_below(link) {
-                reached.insert(&joint.child.link);
-                next.push(&joint.child.link);
+                reached.insert(&joint.child);
+                next.push(&joint.child);
             }
         }
         match self.robot.links.iter().find(|link| !reached.contains(link.name.as_str())) {
@@ -91,7 +85,7 @@ impl<'a> Tree<'a> {
 
     /// The joints from a link to the root.
     fn up(&self, link: &str) -> impl Iterator<Item = &'a Joint> {
-        let up = |joint: &&'a Joint| self.above.get(joint.parent.link.as_str()).copied();
+        let up = |joint: &&'a Joint| self.above.get(joint.parent.as_str()).copied();
         std::iter::successors(self.above.get(link).copied(), up)
     }
 
@@ -102,7 +96,7 @@ impl<'a> Tree<'a> {
 
     /// The names of the links behind a movable joint that carry no other link.
     pub(super) fn ends(&self) -> Vec<String> {
-        let moves = |name: &str| self.up(name).any(|joint| joint.joint_type != JointType::Fixed);
+        let moves = |name: &str| self.up(name).any(|joint| joint.kind != FIXED);
         let is_end = |name: &String| self.joints_below(name).next().is_none() && moves(name);
         self.names().into_iter().filter(is_end).collect()
     }
@@ -114,32 +108,6 @@ impl<'a> Tree<'a> {
 
     /// The joints that hang on a link, in the order of the file.
     pub(super) fn joints_below(&self, link: &str) -> impl Iterator<Item = &'a Joint> {
-        self.robot.joints.iter().filter(move |joint| joint.parent.link == link)
-    }
-}
-
-/// A URDF pose: translation, then roll, pitch, yaw about fixed axes.
-pub(super) fn isometry(pose: &Pose) -> Isometry3<f64> {
-    let [x, y, z] = *pose.xyz;
-    let [roll, pitch, yaw] = *pose.rpy;
-    Isometry3::from_parts(
-        Translation3::new(x, y, z),
-        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    )
-}
-
-fn inertial_numbers(link: &Link) -> Vec<f64> {
-    let inertial = &link.inertial;
-    let i = &inertial.inertia;
-    let mut numbers = vec![inertial.mass.value, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz];
-    numbers.extend(*inertial.origin.xyz);
-    numbers.extend(*inertial.origin.rpy);
-    numbers
-}
-
-fn check_finite(kind: &'static str, name: &str, numbers: &[f64]) -> Result<(), UrdfError> {
-    match numbers.iter().find(|number| !number.is_finite()) {
-        Some(&number) => Err(UrdfError::NotFinite { kind, name: name.to_owned(), number }),
-        None => Ok(()),
+        self.robot.joints.iter().filter(move |joint| joint.parent == link)
     }
 }

@@ -9,6 +9,7 @@ mod compare;
 mod compensate;
 mod demo;
 mod faults;
+mod files;
 mod identify;
 mod lobes;
 mod map;

@@ -26,7 +26,7 @@ fn import_writes_the_model_of_the_scenario_and_warns_of_placeholders() {
     let flange = format!("model import {URDF}/kuka_kr210l150.urdf --tcp tool0 -o arm.toml");
     let said = stderr(&flexid(folder.path(), &flange));
     let no_tool =
-        "the TCP 'tool0' is by its name the flange, without a tool: add a link for spindle";
+        "the TCP 'tool0' is by its name the flange, without a tool (add a link for spindle";
     assert!(said.contains(no_tool), "{said}");
 }
 

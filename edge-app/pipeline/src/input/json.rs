@@ -20,8 +20,6 @@ pub fn parse_json<T: DeserializeOwned>(
     text: &str,
     command: &str,
 ) -> Result<T, BadInput> {
-    // Editors of Windows write a byte order mark first.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let start = last(text);
     let before = text.get(..start).unwrap_or_default();
     let value = text.get(start..).unwrap_or_default();
@@ -148,7 +146,6 @@ mod tests {
         let found = Found { fits: vec![Fit { rate_hz: 2.5 }] };
         let text = "{\"fits\": [{\"rate_hz\": 2.5}]}\n";
         assert_eq!(parse(text), Ok(found));
-        assert_eq!(parse(&format!("\u{feff}{text}")), parse(text));
         assert_eq!(parse(&format!("{{\"status\": 1}}\n{text}\n")), parse(text));
     }
 

@@ -1,4 +1,49 @@
-//! What a text seems to be that should be of another format.
+//! What the content of a file shows it to be, where another file is wanted.
+
+use quick_xml::Reader;
+use quick_xml::events::Event;
+
+/// First bytes of formats that are not text: what the file is, and the remedy.
+const BINARY: [(&[u8], &str); 16] = [
+    (b"SQLite format 3\0", "a SQLite database, and no text: name another file"),
+    (b"\xD4\xC3\xB2\xA1", CAPTURE),
+    (b"\xA1\xB2\xC3\xD4", CAPTURE),
+    (b"\x4D\x3C\xB2\xA1", CAPTURE),
+    (b"\xA1\xB2\x3C\x4D", CAPTURE),
+    (b"\n\r\r\n", CAPTURE),
+    (b"LOGG", "a BLF log, and no text: name another file"),
+    (b"MDF     ", "an MDF log, and no text: name another file"),
+    (b"\x1F\x8B", "packed with gzip: unpack it first with `gzip -d`"),
+    (b"\x28\xB5\x2F\xFD", "packed with zstd: unpack it first with `zstd -d`"),
+    (b"\xFD7zXZ\0", "packed with xz: unpack it first with `xz -d`"),
+    (b"BZh", "packed with bzip2: unpack it first with `bzip2 -d`"),
+    (b"PK\x03\x04", WORKBOOK),
+    (b"\xD0\xCF\x11\xE0", WORKBOOK),
+    (b"%PDF-", "a PDF, and no text: name another file"),
+    (b"\x7FELF", "a program, and no text: name another file"),
+];
+const CAPTURE: &str = "a capture of Wireshark or tcpdump (pcap), and no text: name another file";
+const WORKBOOK: &str = "a workbook of Excel or another archive, and no text: export it as comma-separated values, or unpack it";
+
+/// What a file in XML is by the name of its root.
+const IN_XML: [(&str, &str); 9] = [
+    ("robot", "a URDF (`flexid model import` makes a model file of it)"),
+    ("mujoco", "a MuJoCo model (MJCF)"),
+    ("sdf", "a Gazebo model (SDF)"),
+    ("gazebo", "a Gazebo model (SDF)"),
+    ("COLLADA", "a mesh (COLLADA)"),
+    ("html", "a web page"),
+    (
+        "AUTOSAR",
+        "an AUTOSAR file (`pip install 'canmatrix[arxml]'; canconvert IN.arxml OUT.dbc` makes a DBC file of it)",
+    ),
+    (
+        "NetworkDefinition",
+        "a KCD file (`pip install 'canmatrix[kcd]'; canconvert IN.kcd OUT.dbc` makes a DBC file of it)",
+    ),
+    ("svg", "a picture (SVG)"),
+];
+const SYMBOLS: &str = "a symbol file of PEAK (`pip install 'canmatrix[sym]'; canconvert IN.sym OUT.dbc` makes a DBC file of it)";
 
 /// What a file in TOML seems to be: the head of a table that is in no other one of flexid, and the name of the file.
 const IN_TOML: [(&str, &str); 12] = [
@@ -40,23 +85,27 @@ pub(super) fn in_toml(text: &str) -> impl Iterator<Item = (&'static str, &'stati
     tables.map(|(head, name)| (head.trim_matches(['[', ']']), name))
 }
 
+/// Returns what the first of the `bytes` of a file show it to be, with the remedy, if it is no text.
+pub(crate) fn in_bytes(bytes: &[u8]) -> Option<&'static str> {
+    BINARY.into_iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, own)| own)
+}
+
 /// Returns what `text` seems to be, by its first line that is neither empty nor a comment. Returns `None` if it does not show.
 pub(crate) fn kind(text: &str) -> Option<&'static str> {
     let mut lines = text.lines().map(str::trim);
     let first = lines.find(|line| !line.is_empty() && !line.starts_with('#'))?;
-    let is_markup = first.starts_with('<');
     if is_candump(first) {
         Some("a candump log")
-    } else if is_markup && text.contains("<robot") {
-        Some("a URDF (`flexid model import` makes a model file of it)")
-    } else if is_markup && first.to_ascii_lowercase().contains("html") {
-        Some("a web page")
-    } else if is_markup {
-        Some("an XML file")
+    } else if first.starts_with('<') {
+        Some(in_xml(text))
     } else if first.starts_with('{') {
         Some("a JSON file")
+    } else if first.starts_with("FormatVersion=") {
+        Some(SYMBOLS)
     } else if first.starts_with("VERSION \"") || text.contains("\nBO_ ") {
         Some("a DBC file")
+    } else if first.trim_matches('"').starts_with("sep=") {
+        Some("a CSV file")
     } else if is_section(first) || is_assignment(first) {
         Some("a TOML file")
     } else if first.matches(',').count() >= 2 {
@@ -64,6 +113,26 @@ pub(crate) fn kind(text: &str) -> Option<&'static str> {
     } else {
         None
     }
+}
+
+/// Returns what a `text` in XML is, by its root. The text may be the beginning of a file.
+fn in_xml(text: &str) -> &'static str {
+    let mut reader = Reader::from_str(text);
+    let own = loop {
+        match reader.read_event() {
+            Ok(Event::Start(root) | Event::Empty(root)) => {
+                break IN_XML
+                    .iter()
+                    .find(|(name, _)| name.as_bytes() == root.local_name().as_ref());
+            }
+            Ok(Event::DocType(kind)) if kind.to_ascii_lowercase().starts_with(b"html") => {
+                break IN_XML.iter().find(|(name, _)| *name == "html");
+            }
+            Ok(Event::Eof) | Err(_) => break None,
+            Ok(_) => {}
+        }
+    };
+    own.map_or("an XML file", |(_, name)| name)
 }
 
 /// Whether this is a line of `candump -L`: `(1767000000.000060) can0 101#00`.
@@ -114,6 +183,20 @@ mod tests {
     }
 
     #[test]
+    fn the_first_bytes_show_what_is_no_text() {
+        for (bytes, expected) in [
+            (&b"SQLite format 3\0\x10\0"[..], "a SQLite database, and no text: "),
+            (b"\xD4\xC3\xB2\xA1\x02\0\x04\0", "a capture of Wireshark or tcpdump (pcap), "),
+            (b"\n\r\r\n\xA4\0\0\0", "a capture of Wireshark or tcpdump (pcap), "),
+            (b"PK\x03\x04\x14\0", "a workbook of Excel or another archive, "),
+            (b"\x1F\x8B\x08", "packed with gzip: unpack it first with `gzip -d`"),
+        ] {
+            assert!(in_bytes(bytes).is_some_and(|own| own.starts_with(expected)), "{expected}");
+        }
+        assert_eq!(in_bytes(b"VERSION \"\"\n"), None);
+    }
+
+    #[test]
     fn the_first_line_shows_the_format() {
         for (text, expected) in [
             ("(1767000000.000060) can0 101#03000000FEFFFE0E\n", Some("a candump log")),
@@ -122,6 +205,14 @@ mod tests {
                 Some("a URDF (`flexid model import`"),
             ),
             ("<!DOCTYPE html>\n<p>", Some("a web page")),
+            ("<html lang=\"en\"><robot/>", Some("a web page")),
+            ("<!-- <robot/> -->\n<mujoco model=\"m\"/>", Some("a MuJoCo model (MJCF)")),
+            ("<sdf version=\"1.9\"><model name=\"robot\">", Some("a Gazebo model (SDF)")),
+            ("<AUTOSAR xmlns=\"http://autosar.org/schema/r4.0\">", Some("an AUTOSAR file (`pip")),
+            ("<!-- <robot/> -->\n<p", Some("an XML file")),
+            ("FormatVersion=6.0 // Do not edit this line!\n", Some("a symbol file of PEAK (`pip")),
+            ("sep=;\nq1;q2\n", Some("a CSV file")),
+            ("\"sep=,\"\nq1,q2\n", Some("a CSV file")),
             ("<?xml version=\"1.0\"?>\n<p>", Some("an XML file")),
             ("{\"joints\": 1}", Some("a JSON file")),
             ("VERSION \"\"\n", Some("a DBC file")),

@@ -66,21 +66,50 @@ impl SignalTable {
         names: &SignalsSection,
         model: &Model,
     ) -> Result<Self, BadInput> {
+        if let Some(own) = input::in_bytes(&bytes) {
+            return Err(BadInput::new(dbc_file, format!("is not a DBC file: it is {own}")));
+        }
         // Older DBC files are in Windows-1252, newer ones in UTF-8.
-        let text = match String::from_utf8(bytes) {
+        let text = match input::decode(bytes) {
             Ok(text) => text,
-            Err(error) => can_dbc::decode_cp1252(error.as_bytes())
+            Err(bytes) => can_dbc::decode_cp1252(&bytes)
                 .ok_or_else(|| BadInput::new(dbc_file, "is neither UTF-8 nor Windows-1252"))?
                 .into_owned(),
         };
         if text.trim().is_empty() {
             return Err(BadInput::new(dbc_file, "is empty: name the DBC file of this bus"));
         }
-        let dbc = Dbc::try_from(text.as_str())
-            .map_err(|error| BadInput::new(dbc_file, not_dbc(&text, &error.to_string())))?;
+        let dbc = parsed(&text).map_err(|mend| BadInput::new(dbc_file, mend))?;
         check_distinct(config, names)?;
         Lookup { config, dbc_file, dbc: &dbc }.table(names, model)
     }
+}
+
+/// Parses the `text` of a DBC file. A backslash before a quote escapes it for some writers, and is a letter as any other for others, so
+/// that the quote ends its text. A file that cannot be read in the first way is read in the second: where `;` and the end of the line follow,
+/// else everywhere. The texts themselves are not used.
+fn parsed(text: &str) -> Result<Dbc, String> {
+    let ends_a_statement = |rest: &str| {
+        let line = rest.lines().next().unwrap_or_default();
+        line.trim() == ";"
+    };
+    Dbc::try_from(text).or_else(|error| {
+        let at_ends = || Dbc::try_from(&*quotes_end_texts(text, ends_a_statement)).ok();
+        let everywhere = || Dbc::try_from(&*quotes_end_texts(text, |_| true)).ok();
+        at_ends().or_else(everywhere).ok_or_else(|| not_dbc(text, &error.to_string()))
+    })
+}
+
+/// Replaces the backslash before each quote for which `is_end` holds, given what follows the quote.
+fn quotes_end_texts(text: &str, is_end: impl Fn(&str) -> bool) -> String {
+    let mut read = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once("\\\"") {
+        read += before;
+        read += if is_end(after) { "/\"" } else { "\\\"" };
+        rest = after;
+    }
+    read + rest
 }
 
 /// What is wrong with a `text` that the parser refuses. Its error says where: `--> LINE:COLUMN`.
@@ -202,18 +231,11 @@ impl<'a> Lookup<'a> {
         for (key, name) in names.all() {
             let found = self.find(key, name)?;
             let Found { message, signal } = found;
-            if let Some(twin) = self
-                .dbc
-                .messages
-                .iter()
-                .find(|other| other.id == message.id && other.name != message.name)
-            {
-                return Err(self.bad_dbc(format!(
-                    "messages {} and {} share the identifier {}: each frame has one layout",
-                    message.name,
-                    twin.name,
-                    message.id.raw()
-                )));
+            let is_twin = |other: &&can_dbc::Message| {
+                other.id == message.id && !std::ptr::eq(*other, message)
+            };
+            if let Some(twin) = self.dbc.messages.iter().find(is_twin) {
+                return Err(self.share(message, twin));
             }
             let bits = bits(&self.layout(found)?);
             let here = seen.iter().filter(|(_, other, _)| other.message.id == message.id);
@@ -264,16 +286,20 @@ impl<'a> Lookup<'a> {
         Ok((axes, counter.length))
     }
 
-    /// Finds a signal by its name, or by `MESSAGE.signal` if several messages have a signal of that name.
+    /// Finds a signal by its name. If several messages have a signal of that name, `MESSAGE.signal` says which one, with the name of the
+    /// message or, if that is also the name of another, with its identifier in the DBC file.
     fn find(&self, key: &str, name: &str) -> Result<Found<'a>, BadInput> {
         let (message_name, signal_name) = match name.split_once('.') {
             Some((message, signal)) => (Some(message), signal),
             None => (None, name),
         };
+        let is_meant = |message: &can_dbc::Message| {
+            message_name
+                .is_none_or(|own| message.name == own || message.id.raw().to_string() == own)
+        };
         let matching: Vec<Found<'a>> = self
             .all()
-            .filter(|found| found.signal.name == signal_name)
-            .filter(|found| message_name.is_none_or(|name| found.message.name == name))
+            .filter(|found| found.signal.name == signal_name && is_meant(found.message))
             .collect();
         match matching[..] {
             [found] => Ok(found),
@@ -285,14 +311,38 @@ impl<'a> Lookup<'a> {
                     if known.is_empty() { "no signals".to_string() } else { known.join(", ") },
                 )))
             }
-            [first, second, ..] => Err(self.bad_config(format!(
-                "[signals] {key}: {name:?} is in messages {} and {} of {}: write \"{}.{signal_name}\"",
-                first.message.name,
-                second.message.name,
-                self.dbc_file.display(),
-                first.message.name,
-            ))),
+            [first, second, ..] if std::ptr::eq(first.message, second.message) => Err(self
+                .bad_dbc(format!(
+                    "signal {signal_name} is twice in message {}: rename one",
+                    first.message.name
+                ))),
+            [first, second, ..] if first.message.id == second.message.id => {
+                Err(self.share(first.message, second.message))
+            }
+            [first, second, ..] => {
+                let [one, other] = [first, second].map(|found| self.label(found.message));
+                Err(self.bad_config(format!(
+                    "[signals] {key}: {name:?} is in messages {one} and {other} of {}: write \"{one}.{signal_name}\" or \"{other}.{signal_name}\"",
+                    self.dbc_file.display(),
+                )))
+            }
         }
+    }
+
+    /// Returns what names a message alone: its name, or its identifier if another message has that name.
+    fn label(&self, message: &can_dbc::Message) -> String {
+        let namesakes = self.dbc.messages.iter().filter(|other| other.name == message.name);
+        if namesakes.count() > 1 { message.id.raw().to_string() } else { message.name.clone() }
+    }
+
+    /// The error about two messages of one identifier.
+    fn share(&self, one: &can_dbc::Message, other: &can_dbc::Message) -> BadInput {
+        self.bad_dbc(format!(
+            "messages {} and {} share the identifier {}: each frame has one layout",
+            one.name,
+            other.name,
+            one.id.raw()
+        ))
     }
 
     /// Returns the layout of a counter, which must be an integer without factor and offset.
