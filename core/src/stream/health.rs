@@ -6,7 +6,7 @@ use crate::MAX_JOINTS;
 /// Counts of the readings of one joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AngleHealth {
-    /// Single readings away from the pose, with the reading before and after at it: left out.
+    /// Readings away from the pose for at most 0.25 s, which no joint can be: left out.
     pub wrong: u64,
     /// The newest of them, rad (m).
     pub wrong_value: f64,

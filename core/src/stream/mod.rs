@@ -26,7 +26,6 @@ use cutter::Cutter;
 pub use health::{AngleHealth, StreamHealth};
 use invalid::Earlier;
 pub use pose::STATIC;
-use pose::Shown;
 pub use record::Record;
 use stretch::Stretch;
 
@@ -136,7 +135,7 @@ impl<const N: usize> Stream<N> {
             self.set_back = Some([None; MAX_JOINTS]);
         }
         if self.set_back.is_none()
-            && let Some(joint) = self.stretch.pose.overdue(time_s)
+            && let Some(joint) = self.stretch.pose.moved(time_s)
         {
             self.moved(joint, &mut sink);
         }
@@ -224,31 +223,23 @@ impl<const N: usize> Stream<N> {
             return;
         }
         let (samples, signal) = (self.stretch.came(), self.config.angles[joint]);
-        match self.stretch.pose.read(joint, angle, time_s, samples, &signal) {
-            Shown::Holds | Shown::Doubted => {}
-            Shown::HoldsAfter(wrong) => {
-                let health = &mut self.health.angles[joint];
-                (health.wrong, health.wrong_value) = (health.wrong + 1, wrong);
-            }
-            Shown::Moved => {
-                self.moved(joint, sink);
-                let samples = self.stretch.came();
-                self.stretch.pose.read(joint, angle, time_s, samples, &signal);
-            }
+        if let Some(wrong) = self.stretch.pose.read(joint, angle, time_s, samples, &signal) {
+            let health = &mut self.health.angles[joint];
+            health.wrong += u64::from(wrong.readings);
+            health.wrong_value = wrong.angle;
         }
         let step = self.stretch.pose.step(joint);
         self.health.angles[joint].step = if step > STATIC { step } else { 0.0 };
     }
 
-    /// Ends the stretch at the doubted reading of a joint, which has moved. The samples after it begin the next stretch.
+    /// Ends the stretch where a joint has left the pose. The samples since it is at the next one begin another stretch.
     fn moved(&mut self, joint: usize, sink: &mut impl FnMut(&Record<N>)) {
-        let signal = self.config.angles[joint];
-        let Some((doubt, by)) = self.stretch.pose.doubt(joint, &signal) else { return };
+        let Some(doubt) = self.stretch.pose.doubt(joint) else { return };
         let standing = self.stretch.standing(&self.config);
         if self.stretch.cutting && standing < self.config.record_samples {
             let health = &mut self.health.angles[joint];
-            let smallest = if health.ended == 0 { by } else { by.min(health.ended_by) };
-            (health.ended, health.ended_by) = (health.ended + 1, smallest);
+            let smallest = if health.ended == 0 { f64::INFINITY } else { health.ended_by };
+            (health.ended, health.ended_by) = (health.ended + 1, smallest.min(doubt.by));
         }
         // What came while the stretch was full is lost: the newest samples do not follow on.
         let overflows = self.stretch.overflows();
@@ -257,7 +248,6 @@ impl<const N: usize> Stream<N> {
         cutter.end(standing, health, sink);
         self.health.samples_discarded -= kept as u64;
         self.stretch.keep(kept, doubt.time_s, &self.config);
-        self.stretch.pose.forget(joint);
-        self.stretch.pose.read(joint, doubt.angle, doubt.time_s, 0, &signal);
+        self.stretch.pose.settle(joint, &doubt, kept);
     }
 }

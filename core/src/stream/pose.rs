@@ -4,8 +4,8 @@
 //! does, the joint may have moved. So will one that has sent the angles of a joint at rest for long. Any other sender would have sent a
 //! new angle if the joint had moved: its last angle holds.
 //!
-//! A reading that leaves the pose is doubted until the next one. If that is at the pose again, the first was the mistake of a single
-//! frame: no joint moves away and back within [`NOTICE_S`]. If not, the joint has moved with the first.
+//! A reading that leaves the pose is doubted for [`NOTICE_S`]. If a reading is at the pose again meanwhile, it was wrong: no joint moves
+//! away and back in that time. If not, the joint has moved.
 
 use heapless::Vec;
 
@@ -29,26 +29,25 @@ pub(super) const NOTICE_S: f64 = 0.25;
 /// have, and its rounding.
 const COARSEST: f64 = 2e-3;
 
-/// What a reading shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shown {
-    /// The joint holds its position.
-    Holds,
-    /// The joint holds its position, and the reading before, this angle, was wrong.
-    HoldsAfter(f64),
-    /// The joint is elsewhere, unless the reading is wrong: the next one shows it.
-    Doubted,
-    /// The joint has moved, so that the stretch cannot go on.
-    Moved,
-}
-
-/// A reading that left the pose.
+/// Readings away from the pose, the newest of which agree with each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Doubt {
+    /// The first of those that agree, rad (m).
     pub(super) angle: f64,
+    /// Its arrival, s.
     pub(super) time_s: f64,
     /// Samples of the stretch when it came.
     pub(super) samples: usize,
+    /// Samples of the stretch when the newest reading came.
+    pub(super) confirmed: usize,
+    /// Number of all these readings.
+    pub(super) readings: u32,
+    /// Distance of the first of all from the pose, rad (m).
+    pub(super) by: f64,
+    /// Arrival of the first of all, s.
+    since_s: f64,
+    /// Samples of the stretch when the first of all came.
+    since: usize,
 }
 
 /// Joint angles over a stretch.
@@ -164,7 +163,7 @@ impl Angle {
 
     /// Samples, of so many, during which the joint is known to have stood still; `notice` is [`NOTICE_S`] in samples.
     fn standing(&self, samples: usize, notice: usize) -> usize {
-        let samples = self.doubt.map_or(samples, |doubt| doubt.samples.min(samples));
+        let samples = self.doubt.map_or(samples, |doubt| doubt.since.min(samples));
         let confirmed = self.confirmed.unwrap_or(0);
         match self.sender.is_cyclic() || self.readings == 0 {
             true => confirmed,
@@ -174,7 +173,7 @@ impl Angle {
 }
 
 impl Pose {
-    /// Takes a joint's angle, read at `time_s` when the stretch has `samples`.
+    /// Takes a joint's angle, read at `time_s` when the stretch has `samples`. Returns the doubt that it shows to be wrong.
     pub(super) fn read(
         &mut self,
         joint: usize,
@@ -182,41 +181,62 @@ impl Pose {
         time_s: f64,
         samples: usize,
         signal: &AngleSignal,
-    ) -> Shown {
+    ) -> Option<Doubt> {
         let known = &mut self.angles[joint];
         let before_s = known.sender.newest.map_or(time_s, |(_, before_s)| before_s);
         known.sender.note(angle, time_s, signal);
         if known.readings == 0 {
             known.begin(angle, time_s, samples);
-            return Shown::Holds;
+            return None;
         }
-        let off = signal.difference(angle, known.first);
         let step = signal.resolution.max(known.sender.steps.step());
-        if off.abs() <= STATIC.max(step * (1.0 + 1e-6)) {
-            known.sum += off;
+        let is_at =
+            |place: f64| signal.difference(angle, place).abs() <= STATIC.max(step * (1.0 + 1e-6));
+        if is_at(known.first) {
+            known.sum += signal.difference(angle, known.first);
             known.readings += 1;
             known.confirmed = Some(samples);
             known.note_rest(before_s, time_s);
-            known.doubt.take().map_or(Shown::Holds, |doubt| Shown::HoldsAfter(doubt.angle))
-        } else if known.doubt.is_some() {
-            Shown::Moved
-        } else {
-            known.doubt = Some(Doubt { angle, time_s, samples });
-            Shown::Doubted
+            return known.doubt.take();
         }
+        let new = Doubt {
+            angle,
+            time_s,
+            samples,
+            confirmed: samples,
+            readings: 1,
+            by: signal.difference(angle, known.first).abs(),
+            since_s: time_s,
+            since: samples,
+        };
+        known.doubt = Some(known.doubt.map_or(new, |doubt| {
+            let readings = doubt.readings.saturating_add(1);
+            let (angle, time_s, samples) = match is_at(doubt.angle) {
+                true => (doubt.angle, doubt.time_s, doubt.samples),
+                false => (angle, time_s, samples),
+            };
+            Doubt { angle, time_s, samples, confirmed: new.samples, readings, ..doubt }
+        }));
+        None
     }
 
-    /// The first joint whose doubted reading is so old at `now_s` that it holds.
-    pub(super) fn overdue(&self, now_s: f64) -> Option<usize> {
+    /// The first joint that has been away from the pose for so long at `now_s` that it has moved.
+    pub(super) fn moved(&self, now_s: f64) -> Option<usize> {
         let recent = -SET_BACK_S..=NOTICE_S;
-        let is_overdue = |doubt: Doubt| !recent.contains(&(now_s - doubt.time_s));
-        self.angles.iter().position(|angle| angle.doubt.is_some_and(is_overdue))
+        let has_moved = |doubt: Doubt| !recent.contains(&(now_s - doubt.since_s));
+        self.angles.iter().position(|angle| angle.doubt.is_some_and(has_moved))
     }
 
-    /// The doubted reading of a joint, and its distance from the pose, rad (m).
-    pub(super) fn doubt(&self, joint: usize, signal: &AngleSignal) -> Option<(Doubt, f64)> {
-        let angle = &self.angles[joint];
-        angle.doubt.map(|doubt| (doubt, signal.difference(doubt.angle, angle.first).abs()))
+    /// The readings of a joint away from the pose.
+    pub(super) fn doubt(&self, joint: usize) -> Option<Doubt> {
+        self.angles[joint].doubt
+    }
+
+    /// Begins a stretch of so many samples where a joint has gone, since it was first read there.
+    pub(super) fn settle(&mut self, joint: usize, doubt: &Doubt, samples: usize) {
+        let angle = &mut self.angles[joint];
+        *angle = Angle { sender: angle.sender, ..Angle::default() };
+        angle.begin(doubt.angle, doubt.time_s, samples.min(doubt.confirmed - doubt.samples));
     }
 
     /// The step of a joint's signal, as its readings show it, rad (m); 0 if they do not.
@@ -278,6 +298,8 @@ impl Pose {
             angle.confirmed = angle.confirmed.map(|confirmed| confirmed.saturating_sub(samples));
             if let Some(doubt) = &mut angle.doubt {
                 doubt.samples = doubt.samples.saturating_sub(samples);
+                doubt.confirmed = doubt.confirmed.saturating_sub(samples);
+                doubt.since = doubt.since.saturating_sub(samples);
             }
         }
     }
@@ -306,8 +328,8 @@ impl Pose {
         }
     }
 
-    /// Forgets the angle of a joint that moves or may have moved, until it comes again.
-    pub(super) fn forget(&mut self, joint: usize) {
+    /// Forgets the angle of a joint that may have moved, until it comes again.
+    fn forget(&mut self, joint: usize) {
         let angle = &mut self.angles[joint];
         let sender = Sender { newest: None, ..angle.sender };
         let sender = if sender.is_cyclic() {

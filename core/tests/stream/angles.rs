@@ -36,12 +36,33 @@ fn single_wrong_angles_are_left_out_and_counted() {
         assert_eq!((lengths, poses), (vec![2048; 2], vec![-0.7; 2]), "{wrong}");
         assert_eq!((health.wrong, health.wrong_value, health.ended), (2, wrong, 0));
     }
-    // Two in a row are a movement, away and back: what comes after the first of them is another stretch.
-    let angle = |frame| if frame == 8 || frame == 9 { 0.3 } else { -0.7 };
-    let (lengths, _, health) = cut(AngleSignal::FINE, 4100, angle);
-    assert_eq!(lengths, [1024, 256, 2048]);
+    // Three in a row, 0.3 s long, are a movement, away and back. What comes after each is another stretch.
+    let angle = |frame| if (8..11).contains(&frame) { 0.3 } else { -0.7 };
+    let (lengths, _, health) = cut(AngleSignal::FINE, 4300, angle);
+    assert_eq!(lengths, [1024, 256, 256, 2048]);
     assert_eq!((health.wrong, health.ended), (0, 2));
     assert!((health.ended_by - 1.0).abs() < 1e-12);
+}
+
+/// Angles come every millisecond, and rubbish for as long as `frames` of them.
+#[test]
+fn rubbish_may_last_for_some_frames_of_a_fast_sender() {
+    for (frames, records) in [(1, vec![2048]), (200, vec![2048]), (300, vec![256, 512, 256])] {
+        let mut bench = Bench::new();
+        for n in 0..2048 {
+            let is_wrong = (600..600 + 2 * frames).contains(&n);
+            let value = if is_wrong { 0.01 * f64::from(n) } else { -0.7 };
+            bench.pose[1] = value;
+            bench.instant(n >= 300, [false; 2]);
+            if n % 2 == 0 {
+                bench.push(bench.now, Reading::Joint { index: 1, value });
+            }
+        }
+        let (found, health) = bench.finish();
+        assert_eq!(lengths(&found), records, "{frames}");
+        let wrong = if frames < 300 { frames as u64 } else { 0 };
+        assert!(health.angles[1].wrong >= wrong, "{frames}: {health:?}");
+    }
 }
 
 #[test]
@@ -84,7 +105,7 @@ fn a_movement_is_no_step() {
         |frame: u32| -0.7 + 0.001 * f64::from(frame % 2 + 2 * (frame / 8)),
         |frame: u32| -0.7 + 0.1 * f64::from(frame / 4 % 2),
         |frame: u32| -0.7 + 0.0015 * f64::from(frame / 5 % 2),
-        |frame: u32| -0.7 + 1e-6 * f64::from(frame % 2) + 0.001 * f64::from(frame / 2 % 2),
+        |frame: u32| -0.7 + 1e-6 * f64::from(frame % 2) + 0.001 * f64::from(frame / 4 % 2),
     ] {
         let (_, _, health) = cut(AngleSignal::FINE, 10_000, angle);
         assert!(health.step == 0.0 || (health.step - 0.001).abs() < 1e-9, "{health:?}");

@@ -59,7 +59,7 @@ fn of_silence(survey: &Survey) -> Option<Finding> {
     Some(Finding::new(unless_all_is_lost(survey), ABOUT, finding, mend))
 }
 
-/// Single wrong angles, and those that are no measurement.
+/// Angles that are wrong for a moment, and those that are no measurement.
 fn of_wrong(config: &Config, survey: &Survey, joint: usize, signal: &str) -> Option<Finding> {
     let angle = survey.counts.stream.angles.get(joint)?;
     let none = survey.counts.implausible.no_measurement.get(joint)?;
@@ -67,7 +67,7 @@ fn of_wrong(config: &Config, survey: &Survey, joint: usize, signal: &str) -> Opt
     let all = came.map_or(0, |one| one.traffic.frames);
     let (frames, value, what) = match (none.frames, angle.wrong) {
         (0, 0) => return None,
-        (0, wrong) => (wrong, angle.wrong_value, "for single frames"),
+        (0, wrong) => (wrong, angle.wrong_value, "away from its pose for a moment"),
         (frames, _) => (frames, none.value, "the end of its signal"),
     };
     let finding = format!(

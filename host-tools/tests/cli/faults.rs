@@ -162,8 +162,11 @@ fn an_angle_that_is_wrong_for_single_frames_is_left_out_and_named() {
     for (wrong, said) in [
         (i32::MAX, "q3 reads 2147.4836 rad, the end of its signal, in 12 frames (left out)"),
         (i32::MIN, "q3 reads -2147.4836 rad, the end of its signal, in 12 frames (left out)"),
-        (0, "q3 reads 0.0000 rad, for single frames, in 12 frames (left out)"),
-        (123_456_789, "q3 reads 123.4568 rad, for single frames, in 12 frames (left out)"),
+        (0, "q3 reads 0.0000 rad, away from its pose for a moment, in 12 frames (left out)"),
+        (
+            123_456_789,
+            "q3 reads 123.4568 rad, away from its pose for a moment, in 12 frames (left out)",
+        ),
     ] {
         let mut count = 0;
         let wrong_line = |line: &Line| {
