@@ -142,7 +142,7 @@ impl<const N: usize> Stream<N> {
         let (channel, counter, value) = match reading {
             Reading::Force { counter, value } => (Channel::Force, counter, value),
             Reading::Acceleration { counter, value } => (Channel::Acceleration, counter, value),
-            Reading::Joint { index, value } => return self.joint(time_s, index, value, &mut sink),
+            Reading::Joint { index, value } => return self.joint(time_s, index, value),
         };
         if value.iter().any(|value| !value.is_finite()) {
             self.health.refused += 1;
@@ -163,7 +163,7 @@ impl<const N: usize> Stream<N> {
             }
             for (index, angle) in (0..).zip(angles) {
                 if let Some((angle, time_s)) = angle {
-                    self.joint(time_s, index, angle, &mut sink);
+                    self.joint(time_s, index, angle);
                 }
             }
         }
@@ -211,7 +211,7 @@ impl<const N: usize> Stream<N> {
         self.stretch.pose.awaited(self.config.joints, self.heard_s.unwrap_or_default())
     }
 
-    fn joint(&mut self, time_s: f64, index: u8, angle: f64, sink: &mut impl FnMut(&Record<N>)) {
+    fn joint(&mut self, time_s: f64, index: u8, angle: f64) {
         let joint = usize::from(index);
         if !angle.is_finite() || joint >= self.config.joints {
             self.health.refused += 1;
