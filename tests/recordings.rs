@@ -116,7 +116,7 @@ fn noise_explains_the_rest(report: &Report) -> Result<()> {
     let pairs = unknowns * (unknowns - 1) / 2;
     ensure!(correlations.percent.len() == pairs, "{} pairs", correlations.percent.len());
     let vaf = held_out.iter().flat_map(|record| record.vaf).fold(1.0, f64::min);
-    println!("held out: VAF {vaf:.4} at least; whiteness objects: {}", residuals.whiteness_objects);
+    println!("held out: VAF {vaf:.4} at least; structure objects: {}", residuals.structure_objects);
     ensure!(!residuals.size_objects, "χ²/dof is {}", report.fit.consistency);
     ensure!(held_out.len() as u64 == report.fit.records, "{} held out", held_out.len());
     for HeldOut { frac, vaf } in held_out {

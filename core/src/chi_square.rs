@@ -5,7 +5,7 @@
 
 /// χ² per degree of freedom up to which noise explains the residuals, if they are many. The noise itself is known from a
 /// few hundred quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
-const CONSISTENT: f64 = 1.3;
+pub(crate) const CONSISTENT: f64 = 1.3;
 
 /// Whether noise leaves a sum of squares of this size; none that is no number.
 pub(crate) fn noise_explains(sum_of_squares: f64, degrees_of_freedom: f64) -> bool {

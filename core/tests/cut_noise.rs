@@ -57,8 +57,8 @@ fn the_level_of_the_cut_is_found_in_its_band() {
         });
         let mut identifier = identifier(parameters(3));
         let [first, last] = settle_and_read(&mut identifier, &mut experiments);
-        assert!(first.size_objects && first.whiteness_objects, "{}", first.whiteness);
-        assert!(!last.size_objects && !last.whiteness_objects, "{}", last.whiteness);
+        assert!(first.size_objects && first.structure_objects, "{:?}", first.structure);
+        assert!(!last.size_objects && !last.structure_objects, "{:?}", last.structure);
         assert_eq!(last.acceptance, Acceptance::Consistent);
         assert!((0.9..1.1).contains(&last.consistency), "{}", last.consistency);
         let errors = scores(&last.bushings, &truth, &relative(&last));

@@ -376,8 +376,8 @@ fn sensors_elsewhere_are_allowed_for() {
     ];
     for (what, ignorant) in ignorant {
         let estimate = identify(&records, ignorant, &Nuisances::default());
-        let Estimate { acceptance, consistency, whiteness, .. } = estimate;
-        println!("{what} left out: chi^2/dof {consistency:.2}, whiteness {whiteness:.0}");
+        let Estimate { acceptance, consistency, structure, .. } = estimate;
+        println!("{what} left out: chi^2/dof {consistency:.2}, {structure:?}");
         assert_ne!(acceptance, Acceptance::Consistent, "{what} left out: {consistency}");
     }
 }

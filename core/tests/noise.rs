@@ -118,11 +118,12 @@ fn assert_honest(robots: &[Robot], what: &str, spoil: impl Fn(&mut Signals, &mut
         });
         let experiments: Vec<_> = experiments.collect();
         let estimate = settle(&mut identifier(parameters(3)), &experiments);
-        let Estimate { consistency, whiteness, acceptance, .. } = estimate;
+        let Estimate { consistency, structure, acceptance, .. } = estimate;
         let deviations = relative(&estimate);
         let scores = scores(&estimate.bushings, truth, &deviations);
         println!(
-            "{what}: chi^2/dof {consistency:.3}, whiteness {whiteness:.1}, errors {:.2} sigma, deviations {:.4}",
+            "{what}: chi^2/dof {consistency:.3}, structure {:.3}, errors {:.2} sigma, deviations {:.4}",
+            structure.size,
             rms(&scores),
             deviations.iter().map(|deviation| deviation.ln()).sum::<f64>().exp().powf(1.0 / 36.0),
         );

@@ -59,9 +59,9 @@ fn found_and_seen(
     let mean_square = mean_square(&scores(&estimate.bushings, truth, &relative(&estimate)));
     assert!((0.3..2.0).contains(&mean_square), "mean square of the scores {mean_square}");
     let ignorant = identify(&Nuisances::default(), &make());
-    println!("ignored: chi^2/dof {:.2}, whiteness {:.0}", ignorant.consistency, ignorant.whiteness);
+    println!("ignored: chi^2/dof {:.2}, {:?}", ignorant.consistency, ignorant.structure);
     assert_ne!(ignorant.acceptance, Acceptance::Consistent);
-    assert!(ignorant.consistency > 3.0 && ignorant.whiteness > 20.0);
+    assert!(ignorant.consistency > 3.0 && ignorant.structure.significance > 20.0);
     estimate
 }
 

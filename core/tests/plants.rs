@@ -128,7 +128,7 @@ fn noisier_in_the_cut(axes: &'static [usize]) -> (f64, Vec<LeftOver>, [f64; 3]) 
         identifier.renew(&experiments);
         let PlantEstimate { estimate, .. } = finish(&mut identifier, &experiments, &mut plant);
         assert_eq!(estimate.acceptance, Acceptance::Consistent);
-        assert!(estimate.size_objects && !estimate.whiteness_objects, "{}", estimate.whiteness);
+        assert!(estimate.size_objects && !estimate.structure_objects, "{:?}", estimate.structure);
         let scores = scores(&estimate.bushings, &truth, &relative(&estimate));
         assert!(scores.iter().all(|score| score.abs() < 4.0), "{scores:?}");
         assert!((0.05..2.0).contains(&mean_square(&scores)), "{scores:?}");

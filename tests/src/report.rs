@@ -98,7 +98,7 @@ pub struct Residuals {
     /// Whether the residuals are larger than noise explains.
     pub size_objects: bool,
     /// Whether the residuals have more structure than noise explains.
-    pub whiteness_objects: bool,
+    pub structure_objects: bool,
 }
 
 /// How well a record is predicted from the others, along the axes of the TCP.

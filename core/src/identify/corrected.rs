@@ -59,7 +59,7 @@ impl OnPlant {
         let is_better = match corrected {
             None => {
                 let explains = *is_reached && found.is_explained();
-                explains && !structure_is_beyond_noise(judged.whiteness)
+                explains && !structure_is_beyond_noise(&judged.structure)
                     || judged.explains_most_of(&found.fit)
             }
             Some(corrected) => {
@@ -105,13 +105,13 @@ impl Judged {
 
 #[cfg(test)]
 mod tests {
-    use super::super::minimum::tests::minimum;
+    use super::super::minimum::tests::{minimum, of_size};
     use super::*;
 
     /// Of two thousand residuals.
-    fn on_plant(sum_of_squares: f64, whiteness: f64, is_reached: bool) -> OnPlant {
+    fn on_plant(sum_of_squares: f64, structure: f64, is_reached: bool) -> OnPlant {
         let mut minimum = minimum(sum_of_squares, 0.0);
-        minimum.fit.whiteness = whiteness;
+        minimum.fit.structure = of_size(structure);
         OnPlant { judged: Judged::of(&minimum.fit), is_reached, is_plausible: true }
     }
 
@@ -125,22 +125,22 @@ mod tests {
 
     #[test]
     fn a_perfect_model_gives_way_to_one_that_explains_more() {
-        for (before, after, whiteness, is_reached, expected) in [
+        for (before, after, structure, is_reached, expected) in [
             // Explained, but for a little structure.
             (2100.0, 2080.0, 0.0, true, true),
-            (2100.0, 2080.0, 15.0, true, true),
-            (2100.0, 2080.0, 17.0, true, false),
+            (2100.0, 2080.0, 0.20, true, true),
+            (2100.0, 2080.0, 0.22, true, false),
             (2100.0, 2080.0, 0.0, false, false),
             // Most of the misfit explained, near the minimum or not.
-            (2e5, 5.9e4, 300.0, false, true),
-            (2e5, 2000.0, 20.0, true, true),
-            (1.1e5, 5.9e4, 300.0, true, false),
+            (2e5, 5.9e4, 3.0, false, true),
+            (2e5, 2000.0, 0.25, true, true),
+            (1.1e5, 5.9e4, 3.0, true, false),
             // Beyond all branches.
-            (2e5, 6.1e4, 300.0, false, false),
+            (2e5, 6.1e4, 3.0, false, false),
         ] {
-            let on_plant = on_plant(after, whiteness, is_reached);
+            let on_plant = on_plant(after, structure, is_reached);
             let found = found(before, &on_plant);
-            assert_eq!(on_plant.corrects(&found, None), expected, "{before} {after} {whiteness}");
+            assert_eq!(on_plant.corrects(&found, None), expected, "{before} {after} {structure}");
             assert!(!on_plant.explains_implausibly());
             let implausible = OnPlant { is_plausible: false, ..on_plant };
             assert!(!implausible.corrects(&found, None));

@@ -108,11 +108,11 @@ pub(super) fn of_found(found: &Minimum, circumstances: &Circumstances) -> OfFoun
 ///
 /// In a model with imperfections the right minimum may leave some structure: where the spindle passes a resonance, the arm answers with second
 /// harmonics, and a linear model has none. Twice suffices then. Of the drawn six-joint plants with structure up to [`structure_is_beyond_noise`]
-/// none was wrong that had been reached twice; wrong minima had a whiteness of 0.1, or of 41 and more.
+/// none was wrong that had been reached twice; wrong minima had a structure of 2 %, or of 31 % and more.
 pub(super) fn of_best(best: &Minimum, searches: Searches) -> OfBest {
     let Searches { starts, is_explained_implausibly, is_corrected } = searches;
-    let structured = structure_is_beyond_noise(best.judged().whiteness);
-    let (enough, acceptance) = match (best.is_consistent(), best.whiteness_objects()) {
+    let structured = structure_is_beyond_noise(&best.judged().structure);
+    let (enough, acceptance) = match (best.is_consistent(), best.is_structured()) {
         (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
         (true, true) if !structured && is_corrected => (TIMES_CONSISTENT, Acceptance::Consistent),
         (true, true) if !structured => (TIMES_SUSPECT, Acceptance::Consistent),
@@ -132,7 +132,7 @@ pub(super) fn of_best(best: &Minimum, searches: Searches) -> OfBest {
 
 #[cfg(test)]
 mod tests {
-    use super::super::minimum::tests::minimum;
+    use super::super::minimum::tests::{minimum, of_size};
     use super::*;
     use Acceptance::{Consistent, ModelSuspect, Unsettled};
 
@@ -147,7 +147,9 @@ mod tests {
         let changes: [Change; 7] = [
             ("explained", |_| {}),
             ("large", |found| found.fit.sum_of_squares = 4000.0),
-            ("doubtful", |found| (found.fit.sum_of_squares, found.fit.whiteness) = (2050.0, 3.9)),
+            ("doubtful", |found| {
+                (found.fit.sum_of_squares, found.fit.structure.significance) = (2050.0, 3.9)
+            }),
             ("contradicted", |found| found.contradicted = true),
             ("contradicted twice", |found| (found.contradicted, found.times) = (true, 2)),
             ("loud", |found| found.fit.sum_of_squares = 500.0),
@@ -199,25 +201,25 @@ mod tests {
     #[test]
     fn the_best_minimum() {
         let go_on = |branch, search| OfBest::GoOn { branch, search };
-        for (sum_of_squares, whiteness, times, starts, expected) in [
+        for (sum_of_squares, structure, times, starts, expected) in [
             (2000.0, 0.0, 1, 1, go_on(true, true)),
             (2000.0, 0.0, 2, 2, OfBest::Conclude(Consistent)),
-            (2000.0, 5.0, 3, 3, go_on(true, true)),
-            (2000.0, 5.0, 4, 4, OfBest::Conclude(Consistent)),
-            (2000.0, 20.0, 4, 4, OfBest::Conclude(ModelSuspect)),
+            (2000.0, 0.12, 3, 3, go_on(true, true)),
+            (2000.0, 0.12, 4, 4, OfBest::Conclude(Consistent)),
+            (2000.0, 0.22, 4, 4, OfBest::Conclude(ModelSuspect)),
             // Random, but larger than the noise at rest.
             (4000.0, 0.0, 1, 1, go_on(true, true)),
             (4000.0, 0.0, 2, 2, OfBest::Conclude(Consistent)),
-            (4000.0, 5.0, 3, 3, go_on(true, true)),
-            (4000.0, 5.0, 4, 4, OfBest::Conclude(ModelSuspect)),
+            (4000.0, 0.12, 3, 3, go_on(true, true)),
+            (4000.0, 0.12, 4, 4, OfBest::Conclude(ModelSuspect)),
             (22000.0, 0.0, 4, 4, OfBest::Conclude(ModelSuspect)),
             (2e5, 0.0, 3, 8, go_on(false, false)),
         ] {
             let mut best = minimum(sum_of_squares, 0.0);
-            (best.times, best.fit.whiteness) = (times, whiteness);
+            (best.times, best.fit.structure) = (times, of_size(structure));
             let searches = perfect(starts);
             let decision = of_best(&best, searches);
-            assert_eq!(decision, expected, "{sum_of_squares} {whiteness} {times}");
+            assert_eq!(decision, expected, "{sum_of_squares} {structure} {times}");
             let of_explained_implausibly = match decision {
                 OfBest::Conclude(ModelSuspect) => go_on(best.is_near(), true),
                 other => other,
@@ -244,17 +246,17 @@ mod tests {
     /// Of two thousand residuals. Twice suffices.
     #[test]
     fn imperfections_leave_some_structure() {
-        for (sum_of_squares, whiteness, remaining, is_accepted) in [
-            (2000.0, 15.0, 0.0, true),
-            (2000.0, 17.0, 0.0, false),
-            (4000.0, 15.0, 0.0, false),
-            (2000.0, 15.0, 2.0, false),
+        for (sum_of_squares, structure, remaining, is_accepted) in [
+            (2000.0, 0.20, 0.0, true),
+            (2000.0, 0.22, 0.0, false),
+            (4000.0, 0.20, 0.0, false),
+            (2000.0, 0.20, 2.0, false),
         ] {
             let mut best = minimum(sum_of_squares, remaining);
-            (best.times, best.fit.whiteness) = (2, whiteness);
+            (best.times, best.fit.structure) = (2, of_size(structure));
             let searches = Searches { is_corrected: true, ..perfect(2) };
             let concludes = of_best(&best, searches) == OfBest::Conclude(Consistent);
-            assert_eq!(concludes, is_accepted, "{sum_of_squares} {whiteness} {remaining}");
+            assert_eq!(concludes, is_accepted, "{sum_of_squares} {structure} {remaining}");
             best.times = 1;
             assert!(matches!(of_best(&best, searches), OfBest::GoOn { .. }));
             (best.times, best.has_rival) = (2, true);

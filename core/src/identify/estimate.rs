@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::FoundBy;
 use super::minimum::{Minimum, Rival, structure_is_beyond_noise};
 use crate::parameters::Bushings;
-use crate::refine::{Agreement, Problem, Refinement, lies_on_bound};
+use crate::refine::{Agreement, Problem, Refinement, Structure, lies_on_bound};
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::{Coordinate, Coordinates, MAX_NUISANCES, MAX_UNKNOWNS, Nuisance};
 use crate::statics::{LeftOut, MAX_STATIC_TESTS};
@@ -16,8 +16,8 @@ use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Acceptance {
     /// The residuals are as large as the noise explains, on a plant that is not perfect with the imperfections fitted; where they have more
-    /// structure than noise, up to a whiteness of 24, the standard deviations are robust. Or they are random, and up to ten times as large: the cut has more noise than
-    /// the rest.
+    /// structure than noise, up to 30 %, the standard deviations are robust. Or they are random, and up to ten times as large: the cut has more
+    /// noise than the rest.
     Consistent,
     /// The same minimum was reached from several searches, and its residuals are larger than the noise explains, or have more structure than
     /// that: the model is wrong.
@@ -51,14 +51,14 @@ pub struct Estimate {
     pub acceptance: Acceptance,
     /// The method that found it.
     pub found_by: FoundBy,
-    /// Residuals' whiteness, about N(0, 1); far above, the model or the colour of the noise is wrong.
-    pub whiteness: f64,
+    /// Structure of the residuals along the band. Where there is some, the model or the colour of the noise is wrong.
+    pub structure: Structure,
     /// Whether the residuals are larger than noise explains.
     pub size_objects: bool,
     /// Whether the residuals are far smaller than the stated noise, which is then too large.
     pub noise_too_loud: bool,
-    /// Whether they have more structure along the band than noise explains.
-    pub whiteness_objects: bool,
+    /// Whether they have so much structure along the band that it matters to the intervals.
+    pub structure_objects: bool,
     /// Whether the residuals of the static tests by themselves are larger than their noise explains.
     pub statics_object: bool,
     /// Whether the records stand clear of the noise, so that it cannot hide a wrong minimum.
@@ -93,7 +93,7 @@ pub struct Estimate {
 impl Estimate {
     /// Whether the residuals have more structure along the band than any noise, also one that has lines.
     pub fn is_structured_beyond_noise(&self) -> bool {
-        structure_is_beyond_noise(self.whiteness)
+        structure_is_beyond_noise(&self.structure)
     }
 
     /// Of a minimum, where `refinement` stands and has been [fitted](Refinement::fit) to so many `experiments`. The prediction of the
@@ -126,10 +126,10 @@ impl Estimate {
             static_tests: refinement.static_tests_left_out(problem, fit, moves),
             acceptance,
             found_by: minimum.found_by,
-            whiteness: fit.whiteness,
+            structure: fit.structure,
             size_objects: minimum.size_objects(),
             noise_too_loud: minimum.noise_is_too_loud(),
-            whiteness_objects: minimum.whiteness_objects(),
+            structure_objects: minimum.structure_objects(),
             statics_object: minimum.statics_object(),
             stands_clear: minimum.stands_clear(),
             weak_directions,
@@ -157,7 +157,7 @@ impl Estimate {
         if self.is_robust {
             return Trust::robust(self.consistency, settled);
         }
-        let wrong = self.size_objects && self.whiteness_objects;
+        let wrong = self.size_objects && self.structure_objects;
         Trust::new(self.consistency, settled && !wrong)
     }
 }

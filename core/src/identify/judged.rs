@@ -1,6 +1,6 @@
 //! What a minimum is judged by.
 
-use crate::refine::Fit;
+use crate::refine::{Fit, Structure};
 
 /// Residuals that are left at a minimum, and what it is compared by.
 #[derive(Clone, Copy, Debug)]
@@ -9,7 +9,7 @@ pub(super) struct Judged {
     pub(super) degrees_of_freedom: f64,
     pub(super) static_sum_of_squares: f64,
     pub(super) static_residuals: usize,
-    pub(super) whiteness: f64,
+    pub(super) structure: Structure,
     /// Median surface similarity parameter.
     pub(super) ssp: f64,
     pub(super) objective: f64,
@@ -23,7 +23,7 @@ impl Judged {
             degrees_of_freedom: fit.degrees_of_freedom,
             static_sum_of_squares: fit.static_sum_of_squares,
             static_residuals: fit.static_residuals,
-            whiteness: fit.whiteness,
+            structure: fit.structure,
             ssp: fit.ssp[0],
             objective: fit.objective,
             log_information: fit.log_information,

@@ -39,12 +39,12 @@ impl<R> Identifier<R> {
         plant: Option<&Plant>,
         estimate: &Estimate,
     ) -> Vec<LeftOver, MAX_LEFT_OVER> {
-        let objects = estimate.size_objects || estimate.whiteness_objects;
+        let objects = estimate.size_objects || estimate.structure_objects;
         if self.phase != Phase::Settled || !objects || estimate.noise_too_loud {
             return Vec::new();
         }
         // What is random is noise.
-        let is_structured = estimate.whiteness_objects;
+        let is_structured = estimate.structure_objects;
         let distortion =
             is_structured.then(|| self.distortion(experiments, plant, estimate)).flatten();
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;

@@ -4,21 +4,22 @@ use heapless::Vec;
 
 use super::FoundBy;
 use super::judged::Judged;
-use crate::chi_square::{noise_explains, rarely_exceeded, rarely_undercut};
-use crate::refine::{Fit, Remaining};
+use crate::chi_square::{CONSISTENT, noise_explains, rarely_exceeded, rarely_undercut};
+use crate::refine::{Fit, Remaining, Structure};
 use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::verdict::FOREIGN;
 
 /// χ² per degree of freedom below which the noise is taken for louder than it is, if the residuals are many: the nearest wrong
 /// basin of the reference scenario, at 2, would then be below 1.
 const TOO_LOUD: f64 = 0.5;
-/// Whiteness up to which noise explains the residuals' structure.
-const STRUCTURED: f64 = 4.0;
-/// Whiteness that no noise explains: hum between the lines that are taken for noise makes 10, the wrong minima of drawn six-joint
-/// arms whose χ² noise would explain 24 to 72.
-const STRUCTURED_BEYOND_NOISE: f64 = 16.0;
-/// The same where standard deviations are robust: the least of those wrong minima.
-const STRUCTURED_AS_WRONG: f64 = 24.0;
+/// Structure that matters: in a part of the band where the mean square of the residuals is so much larger than in all of it, intervals that
+/// hold for all of it are a twentieth too narrow, `1.05² − 1`, and miss 6 % instead of 5.
+const STRUCTURED: f64 = 0.10;
+/// The same of a tenth, `1.1² − 1`: such intervals miss 7.5 %, half again as often as they say.
+const STRUCTURED_BEYOND_NOISE: f64 = 0.21;
+/// The same where standard deviations are robust, so that intervals are as wide as what is left needs: as much as the mean square of all
+/// residuals may be larger than that of the noise.
+const STRUCTURED_AS_WRONG: f64 = CONSISTENT - 1.0;
 /// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
 /// one wrong basin in twenty has residuals that noise explains.
 const CLEAR: f64 = 0.05;
@@ -124,16 +125,19 @@ impl Minimum {
         !noise_explains(sum_of_squares, degrees_of_freedom)
     }
 
-    /// They have more structure along the band than noise explains; what is no number has.
-    pub(super) fn whiteness_objects(&self) -> bool {
-        let Judged { whiteness, .. } = self.judged();
-        whiteness.is_nan() || whiteness > STRUCTURED
+    /// They have so much structure along the band that it matters.
+    pub(super) fn structure_objects(&self) -> bool {
+        self.judged().structure.exceeds(STRUCTURED)
+    }
+
+    /// They have structure along the band, however little, that noise hardly ever makes.
+    pub(super) fn is_structured(&self) -> bool {
+        self.judged().structure.is_there()
     }
 
     /// Size and structure of the residuals together are hardly ever left by noise: the model is not quite that of the plant.
     pub(super) fn leaves_misfit(&self) -> bool {
-        let Judged { whiteness, .. } = self.judged();
-        let misfit = self.excess().max(0.0) + whiteness.max(0.0);
+        let misfit = self.excess().max(0.0) + self.judged().structure.significance.max(0.0);
         misfit.is_nan() || misfit > MISFIT
     }
 
@@ -169,7 +173,7 @@ impl Minimum {
     pub(super) fn is_noisier_than_at_rest(&self) -> bool {
         let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged();
         let is_sane = sum_of_squares <= FOREIGN * degrees_of_freedom;
-        is_sane && self.size_objects() && !self.whiteness_objects() && !self.statics_object()
+        is_sane && self.size_objects() && !self.structure_objects() && !self.statics_object()
     }
 
     /// Noise explains the residuals, and hides nothing; and no older record objects.
@@ -179,7 +183,7 @@ impl Minimum {
 
     /// It is explained, and a minimum.
     pub(super) fn is_beyond_doubt(&self) -> bool {
-        self.is_reached() && self.is_explained() && !self.whiteness_objects()
+        self.is_reached() && self.is_explained() && !self.is_structured()
     }
 
     /// Noise explains the residuals, be it larger than at rest, and kept and retired records agree in it.
@@ -196,8 +200,7 @@ impl Minimum {
     /// Size and structure of the residuals together are more than noise nearly ever makes them, though each by itself may be
     /// explained. Of seven wrong minima of drawn six-joint arms with one record, five are doubtful.
     pub(super) fn is_doubtful(&self) -> bool {
-        let Judged { whiteness, .. } = self.judged();
-        self.excess() + whiteness > DOUBTFUL
+        self.excess() + self.judged().structure.significance > DOUBTFUL
     }
 
     /// How much larger than the noise the residuals are, in standard deviations.
@@ -401,14 +404,14 @@ fn probability(gap: f64, inflation: f64) -> f64 {
     (1.0 / (1.0 + libm::exp(0.5 * gap / inflation))).max(RARE)
 }
 
-/// Whether residuals of this whiteness have more structure than any noise, also one that has lines; what is no number has.
-pub(super) fn structure_is_beyond_noise(whiteness: f64) -> bool {
-    whiteness.is_nan() || whiteness > STRUCTURED_BEYOND_NOISE
+/// Returns whether residuals have more structure than any noise, also one that has lines.
+pub(super) fn structure_is_beyond_noise(structure: &Structure) -> bool {
+    structure.exceeds(STRUCTURED_BEYOND_NOISE)
 }
 
-/// Whether a fit whose residuals have this whiteness may be consistent; none that is no number. Robust standard deviations allow for more.
-pub(super) fn structure_is_allowed_for(whiteness: f64, is_robust: bool) -> bool {
-    whiteness <= if is_robust { STRUCTURED_AS_WRONG } else { STRUCTURED_BEYOND_NOISE }
+/// Returns whether a fit whose residuals have this structure may be consistent. Robust standard deviations allow for more.
+pub(super) fn structure_is_allowed_for(structure: &Structure, is_robust: bool) -> bool {
+    !structure.exceeds(if is_robust { STRUCTURED_AS_WRONG } else { STRUCTURED_BEYOND_NOISE })
 }
 
 #[cfg(test)]

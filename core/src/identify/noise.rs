@@ -36,7 +36,7 @@ impl<R> Identifier<R> {
         plant: Option<&Plant>,
         estimate: &Estimate,
     ) -> bool {
-        let objects = estimate.size_objects || estimate.whiteness_objects;
+        let objects = estimate.size_objects || estimate.structure.is_there();
         let is_louder = experiments.iter().any(|experiment| experiment.cut_noise.is_louder());
         if self.phase != Phase::Settled || !(objects || estimate.noise_too_loud || is_louder) {
             return false;

@@ -181,6 +181,6 @@ impl<R: Rng> Identifier<R> {
 
 /// Whether noise does not explain a minimum, and imperfections of the plant may.
 pub(super) fn may_be_mended(found: &Minimum) -> bool {
-    let is_explained = found.is_explained() && !found.whiteness_objects();
+    let is_explained = found.is_explained() && !found.is_structured();
     !is_explained && !found.contradicted && found.is_tested()
 }

@@ -128,7 +128,7 @@ impl<R> Identifier<R> {
             _ if !minimum.is_reached() => Acceptance::Unsettled,
             _ if are_plausible
                 && minimum.agrees()
-                && structure_is_allowed_for(minimum.fit.whiteness, robust.is_some()) =>
+                && structure_is_allowed_for(&minimum.fit.structure, robust.is_some()) =>
             {
                 Acceptance::Consistent
             }

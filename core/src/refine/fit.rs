@@ -6,6 +6,7 @@ use super::objective::Domain as _;
 use super::proposal::propose;
 use super::residuals::Agreement;
 use super::statics::Statics;
+use super::structure::Structure;
 use super::sum_of_squares::SumOfSquares;
 use super::summary::Summary;
 use super::{ParameterNormal, Problem, Refinement};
@@ -42,9 +43,8 @@ pub struct Fit {
     pub covariance: Covariance,
     /// Surface similarity parameter per direction and experiment, median and largest.
     pub ssp: [f64; 2],
-    /// Box and Pierce's statistic of the whitened residuals, less its expectation and in its standard deviations: about
-    /// N(0, 1) if the model and the colour of the noise are right.
-    pub whiteness: f64,
+    /// Structure of the whitened residuals along the band: none if the model and the colour of the noise are right.
+    pub structure: Structure,
     /// By how much the sum of squares is larger than the least that kept and retired records would have each by
     /// themselves: χ² of as many degrees of freedom as there are determined unknowns, if the robot has not changed; 0 without
     /// retired ones.
@@ -134,7 +134,7 @@ impl Refinement {
                 problem.bounds,
             ),
             covariance,
-            whiteness: summary.whiteness(),
+            structure: summary.statistic.structure(),
             ssp: summary.similarities.median_and_largest(),
             contradiction: self.retired.contradiction(&self.minimiser.normal, &values),
         }

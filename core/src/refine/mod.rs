@@ -10,7 +10,7 @@
 //! | `sum_of_squares`, `statics`, `retired`                         | the objective: records, static tests, priors, retired   |
 //! | `record`, `model`, `seam`                                      | one record, its seam projected out                      |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
-//! | `fit`, `summary`, `information`                                | the results of a fit                                    |
+//! | `fit`, `summary`, `structure`, `information`                   | the results of a fit                                    |
 //! | `left_out`                                                     | each static test as all else predicts it                |
 //! | `unexplained`                                                  | what a model leaves of a record, bin by bin             |
 //! | `left_over`                                                    | where what is left is larger than elsewhere             |
@@ -41,6 +41,7 @@ mod retired;
 mod rows;
 pub(crate) mod seam;
 mod statics;
+mod structure;
 mod sum_of_squares;
 mod summary;
 mod unexplained;
@@ -77,6 +78,7 @@ pub use residuals::Agreement;
 pub(crate) use retired::Retired;
 use retired::RetiredInformation;
 use seam::Seam;
+pub use structure::Structure;
 use sum_of_squares::SumOfSquares;
 pub use unexplained::BinLeft;
 pub(crate) use unexplained::Unexplained;

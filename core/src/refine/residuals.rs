@@ -1,5 +1,6 @@
 //! What a record's residuals say of the model: similarity, agreement, and whether what is left is white.
 
+use super::structure::Statistic;
 use crate::loss::ssp_term;
 
 /// Lags at which the residuals of one axis are correlated with themselves.
@@ -87,26 +88,31 @@ impl Residuals {
         }
     }
 
-    /// Box and Pierce's statistic of the residuals' autocorrelation (1970), `(n + 2) Σ r²`, added up over the axes, and its
-    /// expectation: the band is taken as the spectrum of a series sampled at twice its width, of n = 2 × bins samples.
+    /// Box and Pierce's statistic of the residuals' autocorrelation (1970), `(n + 2) Σ r²`, added up over the axes: the band is taken as the spectrum of a series sampled at twice its width, of n = 2 × bins samples.
     ///
     /// That series is periodic, and every lag uses all of it, so that Ljung and Box's weights (1978) have no place: the
     /// variance of r is `1 / (n + 2)` at every lag, exactly, since the powers of white bins, over their sum, are spread evenly
     /// over a simplex.
-    pub(crate) fn whiteness(&self) -> [f64; 2] {
+    pub(super) fn whiteness(&self) -> Statistic {
         // Few bins have few lags that are not each other's mirror images, and the fit has had its part of them.
         let lags = LAGS.min(self.bins / 8);
+        let gain = 2.0 * (self.bins + 1) as f64;
         let statistic = |axis: &Axis| {
             let lags = axis.lags.iter().take(lags);
             let correlations = lags.map(|lag| lag / axis.power.max(f64::MIN_POSITIVE));
-            2.0 * (self.bins + 1) as f64 * correlations.map(|r| r * r).sum::<f64>()
+            gain * correlations.map(|r| r * r).sum::<f64>()
         };
-        [self.axes.iter().map(statistic).sum(), (3 * lags) as f64]
+        Statistic {
+            statistic: self.axes.iter().map(statistic).sum(),
+            expected: (3 * lags) as f64,
+            gain: 3.0 * gain,
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::structure::Structure;
     use super::*;
 
     const BINS: usize = 800;
@@ -136,7 +142,7 @@ mod tests {
 
     #[test]
     fn white_residuals_have_the_expected_statistic() {
-        let [statistic, expected] = residuals(|_| 1.0).whiteness();
+        let Statistic { statistic, expected, .. } = residuals(|_| 1.0).whiteness();
         assert!((statistic - expected).abs() < 3.0 * libm::sqrt(2.0 * expected), "{statistic}");
     }
 
@@ -148,7 +154,7 @@ mod tests {
         let mut sum = [0.0; 2];
         for seed in 0..RECORDS {
             let own = noise(8, seed.wrapping_mul(0x9E37_79B9_7F4A_7C15), |_| 1.0).whiteness();
-            sum = [sum[0] + own[0], sum[1] + own[1]];
+            sum = [sum[0] + own.statistic, sum[1] + own.expected];
         }
         let ratio = sum[0] / sum[1];
         assert!((ratio - 1.0).abs() < 0.03, "{ratio} of the expectation");
@@ -157,8 +163,44 @@ mod tests {
     #[test]
     fn a_resonance_that_is_left_is_seen() {
         let bump = |bin: usize| if (300..360).contains(&bin) { 1.7 } else { 1.0 };
-        let [statistic, expected] = residuals(bump).whiteness();
+        let Statistic { statistic, expected, .. } = residuals(bump).whiteness();
         assert!(statistic - expected > 5.0 * libm::sqrt(2.0 * expected), "{statistic}");
+    }
+
+    /// Of so many records of so many bins, whose power varies along the band by a cosine of this amplitude.
+    fn structure(records: u64, bins: usize, amplitude: f64) -> Structure {
+        let mut all = Statistic::default();
+        for record in 0..records {
+            let seed = record.wrapping_mul(0x9E37_79B9_7F4A_7C15) + 11;
+            let phase = |bin: usize| core::f64::consts::TAU * 2.0 * bin as f64 / bins as f64;
+            let shape = |bin| libm::sqrt(1.0 + amplitude * libm::cos(phase(bin)));
+            all.add(noise(bins, seed, shape).whiteness());
+        }
+        all.structure()
+    }
+
+    /// The root mean square of a cosine is its amplitude over √2.
+    #[test]
+    fn the_size_does_not_depend_on_records_and_bins() {
+        for (amplitude, least, most) in [(0.18, 0.10, 0.16), (0.5, 0.33, 0.38)] {
+            for records in [3, 8, 16, 60] {
+                for bins in [800, 1600] {
+                    let found = structure(records, bins, amplitude);
+                    let what = (amplitude, records, bins, found);
+                    assert!(found.is_there() && (least..most).contains(&found.size), "{what:?}");
+                    assert!(found.exceeds(least) && !found.exceeds(most), "{what:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn noise_has_none() {
+        for records in [1, 3, 8, 16, 60] {
+            for bins in [8, 100, 800] {
+                assert!(!structure(records, bins, 0.0).is_there(), "{records} {bins}");
+            }
+        }
     }
 
     #[test]

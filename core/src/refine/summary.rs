@@ -1,28 +1,20 @@
 //! What the residuals of all records together say.
 
 use super::residuals::Residuals;
+use super::structure::Statistic;
 
 /// Sums over records.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Summary {
     pub(super) similarities: Similarities,
-    /// Box and Pierce's statistic, and its expectation.
-    statistic: f64,
-    expected: f64,
+    pub(super) statistic: Statistic,
 }
 
 impl Summary {
     /// Takes a record.
     pub(super) fn push(&mut self, residuals: &Residuals) {
         self.similarities.push(residuals.similarity());
-        let [statistic, expected] = residuals.whiteness();
-        self.statistic += statistic;
-        self.expected += expected;
-    }
-
-    /// In its standard deviations.
-    pub(super) fn whiteness(&self) -> f64 {
-        (self.statistic - self.expected) / libm::sqrt(2.0 * self.expected.max(1.0))
+        self.statistic.add(residuals.whiteness());
     }
 }
 

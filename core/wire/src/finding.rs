@@ -76,9 +76,9 @@ mod tests {
         };
         let residuals = Residuals {
             consistency: 1.0,
-            whiteness: 0.0,
+            structure: 0.0,
             size_objects: false,
-            whiteness_objects: false,
+            structure_objects: false,
             meaning: Meaning::Noise,
         };
         let warnings = warnings.iter().cloned().collect();

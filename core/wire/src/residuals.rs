@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 pub struct Residuals {
     /// χ² per degree of freedom, as in [`Fit::consistency`](crate::report::Fit::consistency).
     pub consistency: f64,
-    /// Structure of the residuals along the band beyond that of noise, in standard deviations of the structure of noise:
-    /// about N(0, 1) if the model is right.
-    pub whiteness: f64,
+    /// Structure of the residuals: how much their mean square, smoothed to a sixteenth of the band, varies along the band, as a root mean
+    /// square in their mean over the band, without what noise adds. 0.1 makes intervals that rest on a part of the band 5 % too narrow.
+    pub structure: f64,
     /// Whether the residuals are larger than noise explains.
     pub size_objects: bool,
-    /// Whether the residuals have more structure than noise explains.
-    pub whiteness_objects: bool,
+    /// Whether the residuals have structure that noise does not explain and that matters.
+    pub structure_objects: bool,
     /// Meaning of size and structure.
     pub meaning: Meaning,
 }
@@ -63,8 +63,8 @@ pub enum Objection {
     WrongMinimum {
         /// χ² per degree of freedom.
         consistency: f64,
-        /// Structure, as [`Residuals::whiteness`].
-        whiteness: f64,
+        /// Structure, as [`Residuals::structure`].
+        structure: f64,
     },
     /// The model is wrong.
     WrongModel {
@@ -83,8 +83,8 @@ pub enum Objection {
     },
     /// The residuals are small, but not random.
     Structure {
-        /// Structure, as [`Residuals::whiteness`].
-        whiteness: f64,
+        /// Structure, as [`Residuals::structure`].
+        structure: f64,
     },
     /// The residuals are no response to the force, so that no linear model explains them.
     Distortion {
@@ -97,9 +97,9 @@ pub enum Objection {
 
 impl fmt::Display for Residuals {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (size, whiteness) = (Size(self.consistency), Whiteness(self.whiteness));
+        let (size, structure) = (Size(self.consistency), Structure(self.structure));
         let meaning = match self.meaning {
-            Meaning::Noise => return write!(f, "noise explains them ({size}, {whiteness})"),
+            Meaning::Noise => return write!(f, "noise explains them ({size}, {structure})"),
             Meaning::StaticNoise => {
                 return write!(f, "noise explains those of the static tests ({size})");
             }
@@ -110,17 +110,17 @@ impl fmt::Display for Residuals {
                 return write!(f, "{size} objects: the noise is taken for louder than it is");
             }
             Meaning::StaticTests => {
-                return write!(f, "static tests object ({size}, {whiteness})");
+                return write!(f, "static tests object ({size}, {structure})");
             }
             Meaning::WrongMinimum => "the minimum may be a wrong one",
             Meaning::WrongModel => "the model is wrong",
             Meaning::NoisierCut => "more noise than at rest",
             Meaning::SmallError => "a small error of the model, or coloured noise",
         };
-        match (self.size_objects, self.whiteness_objects) {
-            (true, false) => write!(f, "{size} objects, {whiteness} does not: {meaning}"),
-            (false, true) => write!(f, "{whiteness} objects, {size} does not: {meaning}"),
-            _ => write!(f, "{size} and {whiteness} object: {meaning}"),
+        match (self.size_objects, self.structure_objects) {
+            (true, false) => write!(f, "{size} objects, {structure} does not: {meaning}"),
+            (false, true) => write!(f, "{structure} objects, {size} does not: {meaning}"),
+            _ => write!(f, "{size} and {structure} object: {meaning}"),
         }
     }
 }
@@ -133,11 +133,11 @@ impl fmt::Display for Size {
     }
 }
 
-struct Whiteness(f64);
+struct Structure(f64);
 
-impl fmt::Display for Whiteness {
+impl fmt::Display for Structure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "whiteness {:.1}", self.0)
+        write!(f, "structure {:.0} %", 100.0 * self.0)
     }
 }
 
@@ -154,10 +154,11 @@ impl fmt::Display for Objection {
                 "the noise is taken for louder than it is (χ²/dof {consistency:.2}): no quiet stretch in the records: \
                  let each begin 1 s before the cut"
             ),
-            Self::WrongMinimum { consistency, whiteness } => write!(
+            Self::WrongMinimum { consistency, structure } => write!(
                 f,
-                "residuals of that minimum object (χ²/dof {consistency:.1}, whiteness {whiteness:.0}): if other records do not \
-                 help, check masses, TCP, [mounting], gravity, axes and units of the signals"
+                "residuals of that minimum object (χ²/dof {consistency:.1}, {}): if other records do not \
+                 help, check masses, TCP, [mounting], gravity, axes and units of the signals",
+                Structure(*structure)
             ),
             Self::WrongModel { consistency } => write!(
                 f,
@@ -180,10 +181,11 @@ impl fmt::Display for Objection {
                  backlash, clipping, clocks that wander, shocks",
                 100.0 * part
             ),
-            Self::Structure { whiteness } => write!(
+            Self::Structure { structure } => write!(
                 f,
-                "residuals are small, but not random (whiteness {whiteness:.0}): state in [accuracy] what may be further off; \
-                 or check gravity, filters, [mounting]"
+                "residuals are small, but not random ({}): state in [accuracy] what may be further off; \
+                 or check gravity, filters, [mounting]",
+                Structure(*structure)
             ),
         }
     }

@@ -146,9 +146,9 @@ fn confidence() -> Confidence {
         weak_directions: [direction].into_iter().collect(),
         residuals: Residuals {
             consistency: 1.25,
-            whiteness: 1.5,
+            structure: 1.5,
             size_objects: false,
-            whiteness_objects: true,
+            structure_objects: true,
             meaning: Meaning::SmallError,
         },
         left_over: [LeftOver::Direction { axis: 2, times: 2.5 }].into_iter().collect(),

@@ -114,8 +114,8 @@ fn bus_fault(kind: BusFaultKind) -> BusFault {
     BusFault { interface: clipped("can0"), kind }
 }
 
-fn residuals(meaning: Meaning, [size_objects, whiteness_objects]: [bool; 2]) -> Residuals {
-    Residuals { consistency: 2.125, whiteness: 9.0, size_objects, whiteness_objects, meaning }
+fn residuals(meaning: Meaning, [size_objects, structure_objects]: [bool; 2]) -> Residuals {
+    Residuals { consistency: 2.125, structure: 0.14, size_objects, structure_objects, meaning }
 }
 
 fn on_bounds(parameters: usize) -> OnBounds {
@@ -315,11 +315,11 @@ fn every_kind_is_frozen() {
         &[
             Objection::StaticMisfit { consistency },
             Objection::LoudNoise { consistency: 0.02 },
-            Objection::WrongMinimum { consistency, whiteness: 12.0 },
+            Objection::WrongMinimum { consistency, structure: 0.18 },
             Objection::WrongModel { consistency },
             Objection::SlightlyWrongModel { consistency },
             Objection::NoisierCut { consistency },
-            Objection::Structure { whiteness: 12.0 },
+            Objection::Structure { structure: 0.18 },
             Objection::Distortion { consistency, part: 0.25 },
         ],
     );

@@ -286,7 +286,7 @@ fn static_tests_alone_make_a_report() {
         assert!(!direction.to_string().contains("damping"), "{direction}");
     }
     let residuals = confidence.residuals.to_string();
-    assert!(!residuals.contains("whiteness"), "{residuals}");
+    assert!(!residuals.contains("structure"), "{residuals}");
     for joint in &report.joints {
         let verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
         assert!(verdicts.copied().all(|verdict| verdict == Verdict::NotObservable));

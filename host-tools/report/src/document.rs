@@ -135,8 +135,6 @@ pub struct Share {
 pub struct Residuals {
     /// They in words.
     pub text: String,
-    /// Structure along the band, about N(0, 1) if there is none.
-    pub whiteness: Option<f64>,
     /// Their meaning. `None` in files that do not state it.
     #[serde(default)]
     pub meaning: Option<Meaning>,

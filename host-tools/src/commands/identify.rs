@@ -187,8 +187,9 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
 /// What to think of explanations that are adopted and leave the model suspect.
 fn stays_suspect(Finding { report, confidence, .. }: &Finding) -> String {
     format!(
-        "what is adopted does not make the model right (χ²/dof {:.2}, whiteness {:.1}): it may stand for another cause, such as friction\n",
-        report.fit.consistency, confidence.residuals.whiteness
+        "what is adopted does not make the model right (χ²/dof {:.2}, structure {:.0} %): it may stand for another cause, such as friction\n",
+        report.fit.consistency,
+        100.0 * confidence.residuals.structure
     )
 }
 

@@ -163,3 +163,23 @@ fn nothing_to_explain_is_a_mistake() {
                 no larger one makes them more probable by a factor e\n";
     assert!(table.ends_with(said), "{table}");
 }
+
+/// Pink noise and a robot that warms up are the same relative error in every cut: the more cuts, the surer it is there, and the smaller are
+/// the intervals. The verdict stays.
+#[test]
+fn more_cuts_do_not_turn_the_verdict() {
+    let folder = folder();
+    edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "");
+    let plant = "[accelerometer.noise]\npink_below_hz = 6.0\n[joints]\nwarm_up_per_cut = 0.0008\n";
+    fs::write(folder.path().join("plant.toml"), plant).unwrap();
+    for experiments in [3, 8] {
+        let options = format!("--experiments {experiments} --plant plant.toml");
+        let (table, found) = identified(folder.path(), &options, || ());
+        let residuals = &found["confidence"]["residuals"];
+        assert_eq!(found["fit"]["acceptance"], "consistent", "{experiments}: {residuals}");
+        assert_eq!(residuals["structure_objects"], true, "{experiments}: {residuals}");
+        let structure = residuals["structure"].as_f64().unwrap();
+        assert!((0.1..0.3).contains(&structure), "{experiments}: {structure}");
+        assert!(!table.contains("explains 0 %"), "{table}");
+    }
+}

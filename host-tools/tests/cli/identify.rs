@@ -37,7 +37,7 @@ fn the_result_says_how_far_to_trust_it() {
     assert_eq!(confidence["correlations"]["percent"].as_array().unwrap().len(), 630);
     assert_eq!(confidence["weak_directions"].as_array().unwrap().len(), 0);
     assert_eq!(confidence["residuals"]["size_objects"], false);
-    assert_eq!(confidence["residuals"]["whiteness_objects"], false);
+    assert_eq!(confidence["residuals"]["structure_objects"], false);
     let held_out = confidence["held_out"].as_array().unwrap();
     assert_eq!(held_out.len(), 3);
     for record in held_out {

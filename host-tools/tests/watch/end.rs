@@ -30,7 +30,7 @@ fn ends_when_the_parameters_are_identified() {
     assert_eq!(confidence["joints"][0]["stiffness_interval"][0], serde_json::json!([5.9e7, 6.1e7]));
     assert_eq!(confidence["joints"][0]["damping_interval"][5], serde_json::Value::Null);
     assert_eq!(confidence["correlations"]["percent"][0], 97);
-    assert_eq!(confidence["residuals"]["whiteness"], 0.5);
+    assert_eq!(confidence["residuals"]["structure"], 0.05);
 
     let output = watch(&news, "--until identified --timeout 20");
     let table = text(&output.stdout);
@@ -40,7 +40,7 @@ fn ends_when_the_parameters_are_identified() {
     );
     for part in [
         "±1.67 %",
-        "residuals    noise explains them (χ²/dof 1.01, whiteness 0.5)\n",
+        "residuals    noise explains them (χ²/dof 1.01, structure 5 %)\n",
         "retired      24 older records, ",
         "correlated   +0.97  a and b\n",
     ] {

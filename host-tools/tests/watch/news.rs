@@ -72,9 +72,9 @@ fn confidence() -> Confidence {
         weak_directions: Default::default(),
         residuals: Residuals {
             consistency: 1.01,
-            whiteness: 0.5,
+            structure: 0.05,
             size_objects: false,
-            whiteness_objects: false,
+            structure_objects: false,
             meaning: Meaning::Noise,
         },
         left_over: Default::default(),

@@ -17,9 +17,14 @@ fn fit(sum_of_squares: f64, degrees_of_freedom: f64, statics: [f64; 2]) -> Fit {
         log_information: 0.0,
         covariance: information.covariance(),
         ssp: [0.1; 2],
-        whiteness: 0.0,
+        structure: Structure::NONE,
         contradiction: 0.0,
     }
+}
+
+/// Structure of this size that noise does not make, or none.
+pub(in crate::identify) fn of_size(size: f64) -> Structure {
+    Structure { size, significance: if size == 0.0 { 0.0 } else { 8.0 } }
 }
 
 /// A minimum of two thousand residuals that noise explains, with `gain` left to it, along the first unknown, whose
@@ -229,13 +234,31 @@ fn the_variance_of_a_worse_rival_counts_less() {
     }
 }
 
+/// The same structure is the same objection with any significance that noise does not make.
+#[test]
+fn more_records_do_not_turn_the_verdict() {
+    for significance in [4.5, 24.0, 400.0] {
+        let objections = [0.09, 0.11, 0.2].map(|size| {
+            let fit = Fit {
+                structure: Structure { size, significance },
+                ..fit(2000.0, 2000.0, [0.0; 2])
+            };
+            let minimum = Minimum { fit, ..minimum(2000.0, 0.0) };
+            (minimum.structure_objects(), structure_is_allowed_for(&minimum.fit.structure, false))
+        });
+        assert_eq!(objections, [(false, true), (true, true), (true, true)], "{significance}");
+    }
+}
+
 #[test]
 fn robust_deviations_allow_for_more_structure() {
-    for (whiteness, without, with) in
-        [(16.0, true, true), (16.1, false, true), (24.1, false, false), (f64::NAN, false, false)]
+    for (size, without, with) in
+        [(0.20, true, true), (0.22, false, true), (0.31, false, false), (f64::NAN, false, false)]
     {
-        let allowed = [false, true].map(|is_robust| structure_is_allowed_for(whiteness, is_robust));
-        assert_eq!(allowed, [without, with], "{whiteness}");
+        let structure = of_size(size);
+        let allowed =
+            [false, true].map(|is_robust| structure_is_allowed_for(&structure, is_robust));
+        assert_eq!(allowed, [without, with], "{size}");
     }
 }
 
@@ -243,7 +266,7 @@ fn robust_deviations_allow_for_more_structure() {
 fn size_and_structure_are_looked_at_together() {
     let freedom = 5000.0;
     let spread = libm::sqrt(2.0 / freedom + 0.04 * 0.04);
-    for (size, whiteness, doubtful) in [
+    for (size, significance, doubtful) in [
         (0.0, 3.9, false),
         (0.0, 4.1, true),
         (3.9, 0.0, false),
@@ -254,8 +277,9 @@ fn size_and_structure_are_looked_at_together() {
         (4.9, -1.0, false),
     ] {
         let fit = fit(freedom * (1.0 + size * spread), freedom, [0.0; 2]);
-        let minimum = Minimum { fit: Fit { whiteness, ..fit }, ..minimum(2000.0, 0.0) };
-        assert_eq!(minimum.is_doubtful(), doubtful, "{size} {whiteness}");
+        let structure = Structure { size: 0.0, significance };
+        let minimum = Minimum { fit: Fit { structure, ..fit }, ..minimum(2000.0, 0.0) };
+        assert_eq!(minimum.is_doubtful(), doubtful, "{size} {significance}");
     }
 }
 

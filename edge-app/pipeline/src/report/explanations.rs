@@ -17,6 +17,8 @@ use crate::model::Model;
 /// Distance of an explanation from where the fit has ended, in what the fit has found or in the accuracy. Chosen: an error of thirty accuracies is
 /// fitted to more than a third; an explanation beyond is a linearisation far outside of where it holds.
 const REACH: f64 = 10.0;
+/// Share of the misfit from which on an explanation is one: less is 0 % in words.
+const EXPLAINS: f64 = 0.005;
 
 /// The warning about the first accuracy that the data contradict very strongly, if there is one.
 pub(crate) fn contradicted(of_plant: Option<&PlantEstimate>, model: &Model) -> Option<Warning> {
@@ -44,8 +46,8 @@ pub(super) fn explanations(
     })
 }
 
-/// The explanations that a report names and that are adopted, or lie so near to where the fit has ended, with these imperfections, that
-/// its linearisation holds there.
+/// The explanations that a report names and that are adopted; or that explain something, and lie so near to where the fit has ended, with
+/// these imperfections, that its linearisation holds there.
 fn held<'a>(
     explanations: &'a [refine::Explanation],
     fitted: &'a [FoundImperfection],
@@ -54,7 +56,8 @@ fn held<'a>(
         let FoundImperfection { imperfection, prior, value, .. } = own.largest;
         let fitted = fitted.iter().find(|fitted| fitted.imperfection == imperfection);
         let size = fitted.map_or(0.0, |fitted| fitted.value.abs()).max(prior);
-        is_listed(imperfection) && (own.is_adopted || value.abs() <= REACH * size)
+        let explains = own.share >= EXPLAINS && value.abs() <= REACH * size;
+        is_listed(imperfection) && (own.is_adopted || explains)
     })
 }
 
@@ -205,30 +208,33 @@ mod tests {
     }
 
     #[test]
-    fn an_explanation_far_from_where_the_fit_has_ended_is_left_out() {
+    fn an_explanation_of_nothing_or_far_from_where_the_fit_has_ended_is_left_out() {
         let delay = |value| FoundImperfection {
             imperfection: Imperfection::Delay,
             prior: 2e-5,
             value,
             deviation: 1e-6,
         };
-        for (fitted, value, is_adopted, count) in [
-            (1e-5, 1.9e-4, false, 1),
-            (1e-5, 2.1e-4, false, 0),
-            (1e-5, 2.1e-4, true, 1),
-            (1e-4, 9e-4, false, 1),
-            (1e-4, -1.1e-3, false, 0),
+        for (fitted, value, share, is_adopted, count) in [
+            (1e-5, 1.9e-4, 0.9, false, 1),
+            (1e-5, 1.9e-4, 0.006, false, 1),
+            (1e-5, 1.9e-4, 0.004, false, 0),
+            (1e-5, 1.9e-4, 0.004, true, 1),
+            (1e-5, 2.1e-4, 0.9, false, 0),
+            (1e-5, 2.1e-4, 0.9, true, 1),
+            (1e-4, 9e-4, 0.9, false, 1),
+            (1e-4, -1.1e-3, 0.9, false, 0),
         ] {
             let found = refine::Explanation {
                 largest: delay(value),
                 times: 5.0,
-                share: 0.9,
+                share,
                 evidence: 20.0,
                 is_adopted,
                 rivals: Default::default(),
             };
             let held = held(std::slice::from_ref(&found), &[delay(fitted)]).count();
-            assert_eq!(held, count, "{fitted} {value}");
+            assert_eq!(held, count, "{fitted} {value} {share}");
         }
     }
 

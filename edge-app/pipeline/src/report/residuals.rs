@@ -13,14 +13,14 @@ pub const MAX_CONSISTENCY: f64 = 10.0;
 pub(super) struct Residuals {
     /// χ² per degree of freedom.
     consistency: f64,
-    /// Structure of the residuals. It is about N(0, 1) if the model is right.
-    whiteness: f64,
+    /// Structure of the residuals along the band.
+    structure: f64,
     /// Whether the residuals are larger than noise explains.
     pub(super) size_objects: bool,
     /// Whether the residuals are smaller than those that the noise leaves.
     pub(super) noise_too_loud: bool,
-    /// Whether the residuals have more structure than noise explains.
-    pub(super) whiteness_objects: bool,
+    /// Whether the residuals have structure that noise does not explain and that matters.
+    pub(super) structure_objects: bool,
     /// Whether the residuals of the static tests are larger than their noise explains.
     statics_object: bool,
     /// Whether the minimum can be believed to be the right one.
@@ -37,10 +37,10 @@ impl Residuals {
     pub(super) fn noise(consistency: f64) -> Self {
         Self {
             consistency,
-            whiteness: 0.0,
+            structure: 0.0,
             size_objects: false,
             noise_too_loud: false,
-            whiteness_objects: false,
+            structure_objects: false,
             statics_object: false,
             settled: true,
             of_records: true,
@@ -52,10 +52,10 @@ impl Residuals {
     pub(super) fn of(estimate: &Estimate, distortion: Option<f64>) -> Self {
         let &Estimate {
             consistency,
-            whiteness,
+            structure,
             size_objects,
             noise_too_loud,
-            whiteness_objects,
+            structure_objects,
             statics_object,
             acceptance,
             experiments,
@@ -64,10 +64,10 @@ impl Residuals {
         let settled = acceptance != Acceptance::Unsettled;
         Self {
             consistency,
-            whiteness,
+            structure: structure.size,
             size_objects,
             noise_too_loud,
-            whiteness_objects,
+            structure_objects,
             statics_object,
             settled,
             of_records: experiments > 0,
@@ -96,9 +96,9 @@ impl Residuals {
     pub(super) fn message(&self) -> residuals::Residuals {
         residuals::Residuals {
             consistency: self.consistency,
-            whiteness: self.whiteness,
+            structure: self.structure,
             size_objects: self.size_objects,
-            whiteness_objects: self.whiteness_objects,
+            structure_objects: self.structure_objects,
             meaning: self.meaning(),
         }
     }
@@ -111,7 +111,7 @@ impl Residuals {
                 _ => Meaning::StaticMisfit,
             };
         }
-        match (self.size_objects, self.whiteness_objects) {
+        match (self.size_objects, self.structure_objects) {
             _ if self.noise_too_loud => Meaning::LoudNoise,
             (_, false) if self.statics_object => Meaning::StaticTests,
             (false, false) => Meaning::Noise,
@@ -125,7 +125,7 @@ impl Residuals {
 
     /// Returns the objection of the residuals. An objection of the static tests has a warning of its own.
     pub(super) fn objection(&self) -> Option<Objection> {
-        let Self { consistency, whiteness, .. } = *self;
+        let Self { consistency, structure, .. } = *self;
         if !self.of_records {
             let misfit = self.size_objects && !self.statics_object;
             return misfit.then_some(Objection::StaticMisfit { consistency });
@@ -133,15 +133,15 @@ impl Residuals {
         if let Some(part) = self.distortion.filter(|_| self.size_objects && !self.noise_too_loud) {
             return Some(Objection::Distortion { consistency, part });
         }
-        match (self.size_objects, self.whiteness_objects) {
+        match (self.size_objects, self.structure_objects) {
             _ if self.noise_too_loud => Some(Objection::LoudNoise { consistency }),
             (false, false) => None,
             (true, false) if self.statics_object => None,
-            _ if !self.settled => Some(Objection::WrongMinimum { consistency, whiteness }),
+            _ if !self.settled => Some(Objection::WrongMinimum { consistency, structure }),
             (true, _) if !self.are_sane() => Some(Objection::WrongModel { consistency }),
             (true, true) => Some(Objection::SlightlyWrongModel { consistency }),
             (true, false) => Some(Objection::NoisierCut { consistency }),
-            (false, true) => Some(Objection::Structure { whiteness }),
+            (false, true) => Some(Objection::Structure { structure }),
         }
     }
 }
@@ -167,16 +167,16 @@ mod tests {
     }
 
     fn residuals(
-        [consistency, whiteness]: [f64; 2],
-        [size_objects, whiteness_objects, statics_object]: [bool; 3],
+        [consistency, structure]: [f64; 2],
+        [size_objects, structure_objects, statics_object]: [bool; 3],
     ) -> Residuals {
         let (settled, of_records) = (true, true);
         Residuals {
             consistency,
-            whiteness,
+            structure,
             size_objects,
             noise_too_loud: false,
-            whiteness_objects,
+            structure_objects,
             statics_object,
             settled,
             of_records,
@@ -191,7 +191,7 @@ mod tests {
             let bent = Residuals {
                 settled,
                 distortion: Some(0.3),
-                ..residuals([84.2, 99.0], [true, true, false])
+                ..residuals([84.2, 1.2], [true, true, false])
             };
             assert!(said(&bent).ends_with(": the model is wrong"), "{}", said(&bent));
             let advice = advised(&bent).unwrap();
@@ -234,35 +234,35 @@ mod tests {
     fn each_objection_has_its_words_and_its_advice() {
         let nan = f64::NAN;
         let cases = [
-            ([1.01, 0.4], [false; 3], "noise explains them (χ²/dof 1.01, whiteness 0.4)", None),
+            ([1.01, 0.02], [false; 3], "noise explains them (χ²/dof 1.01, structure 2 %)", None),
             (
-                [2.1, 0.4],
+                [2.1, 0.02],
                 [true, false, false],
-                "χ²/dof 2.10 objects, whiteness 0.4 does not",
+                "χ²/dof 2.10 objects, structure 2 % does not",
                 Some("noisier in the cut"),
             ),
             (
-                [1.1, 9.0],
+                [1.1, 0.14],
                 [false, true, false],
-                "whiteness 9.0 objects, χ²/dof 1.10 does not",
+                "structure 14 % objects, χ²/dof 1.10 does not",
                 Some("small, but not"),
             ),
             (
-                [2.1, 9.0],
+                [2.1, 0.14],
                 [true, true, false],
-                "χ²/dof 2.10 and whiteness 9.0 object: ",
+                "χ²/dof 2.10 and structure 14 % object: ",
                 Some("state in [accuracy] what"),
             ),
             (
-                [84.2, 99.0],
+                [84.2, 1.2],
                 [true, true, false],
-                "χ²/dof 84.20 and whiteness 99.0 object: ",
+                "χ²/dof 84.20 and structure 120 % object: ",
                 Some("check masses, TCP, [mounting]"),
             ),
             (
                 [nan, nan],
                 [true, true, false],
-                "χ²/dof NaN and whiteness NaN object",
+                "χ²/dof NaN and structure NaN % object",
                 Some("check masses, TCP"),
             ),
             (
@@ -273,17 +273,17 @@ mod tests {
             ),
             // The sensors in the cut do not cause residuals of static tests.
             (
-                [1.14, 0.4],
+                [1.14, 0.02],
                 [false, false, true],
-                "static tests object (χ²/dof 1.14, whiteness 0.4)",
+                "static tests object (χ²/dof 1.14, structure 2 %)",
                 None,
             ),
-            ([2.1, 0.4], [true, false, true], "static tests object (χ²/dof 2.10, ", None),
-            ([84.2, 0.4], [true, false, true], "static tests object (χ²/dof 84.20, ", None),
+            ([2.1, 0.02], [true, false, true], "static tests object (χ²/dof 2.10, ", None),
+            ([84.2, 0.02], [true, false, true], "static tests object (χ²/dof 84.20, ", None),
             (
-                [2.1, 9.0],
+                [2.1, 0.14],
                 [true; 3],
-                "χ²/dof 2.10 and whiteness 9.0 object: ",
+                "χ²/dof 2.10 and structure 14 % object: ",
                 Some("state in [accuracy] what"),
             ),
         ];
@@ -313,7 +313,7 @@ mod tests {
 
     #[test]
     fn the_model_is_not_blamed_for_a_search_that_is_not_sure() {
-        for numbers in [[84.2, 99.0], [2.1, 9.0], [f64::NAN, f64::NAN]] {
+        for numbers in [[84.2, 1.2], [2.1, 0.14], [f64::NAN, f64::NAN]] {
             for objections in [
                 [true, true, false],
                 [true, false, false],

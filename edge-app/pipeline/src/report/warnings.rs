@@ -32,7 +32,7 @@ pub(super) fn warnings(
     warnings.extend(implausible.into_iter().map(Warning::Implausible));
     let residuals = Residuals::of(estimate, basis.distortion);
     // What is named below may be an effect of what is excluded.
-    if residuals.whiteness_objects && config.assumes_perfect {
+    if residuals.structure_objects && config.assumes_perfect {
         warnings.push(Warning::AssumedPerfect);
     }
     // Noise that is too loud, and a doubtful rate, have warnings of their own.

@@ -200,7 +200,7 @@ fn result_of(robot: &FoundRobot) -> Value {
                 "text": "joint_1 tx stiffness and joint_2 tx stiffness trade off in these poses (31 %)",
                 "shares": [{ "name": "joint_1 tx stiffness", "weight": 0.7 }],
             }],
-            "residuals": { "text": "noise explains them", "whiteness": 0.4 },
+            "residuals": { "text": "noise explains them" },
             "left_over": [],
             "held_out": [{ "pose": [0.0, -0.4, 0.9], "frac": [0.999, 0.998, 0.9999], "vaf": [0.99, 0.98, -0.1] }],
             "robust_widening": 1.42,

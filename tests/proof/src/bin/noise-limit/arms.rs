@@ -204,11 +204,11 @@ impl Run {
         let Self { arm, found, seconds, .. } = self;
         let farthest = self.scores().iter().fold(0.0_f64, |most, score| most.max(score.abs()));
         eprintln!(
-            "{arm}, {poses} poses, robot {robot}: {}, {:?}, χ²/dof {:.3}, whiteness {:.1}, {} starts, by {:?}, {} of {} identified, {} not observable, the farthest off by {farthest:.1} σ, {seconds:.2} s",
+            "{arm}, {poses} poses, robot {robot}: {}, {:?}, χ²/dof {:.3}, structure {:.3}, {} starts, by {:?}, {} of {} identified, {} not observable, the farthest off by {farthest:.1} σ, {seconds:.2} s",
             if self.is_right() { "right" } else { "wrong" },
             found.estimate.acceptance,
             found.estimate.consistency,
-            found.estimate.whiteness,
+            found.estimate.structure.size,
             found.starts,
             found.estimate.found_by,
             found.identified(),

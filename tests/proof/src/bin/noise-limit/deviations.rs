@@ -194,11 +194,11 @@ impl fmt::Display for Fit {
         let explanations: Vec<_> = found.explanations.iter().map(explanation).collect();
         write!(
             f,
-            "{:4} {:12} χ²/dof {:9.3} white {:7.1} identified {:2} cover {:5.1} worst {worst:5.1} median {:.2} % right {right:2} {}",
+            "{:4} {:12} χ²/dof {:9.3} structure {:5.3} identified {:2} cover {:5.1} worst {worst:5.1} median {:.2} % right {right:2} {}",
             if self.lies() { "LIE" } else { "" },
             format!("{:?}", found.estimate.acceptance),
             found.estimate.consistency,
-            found.estimate.whiteness,
+            found.estimate.structure.size,
             scores.len(),
             if scores.is_empty() { 100.0 } else { percent(&scores) },
             100.0 * median(self.widths().collect()),

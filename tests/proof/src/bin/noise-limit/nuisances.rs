@@ -169,7 +169,7 @@ fn outcome(
     let beside = found.estimate.nuisances.iter().map(|nuisance| wrong.score(nuisance)).collect();
     Ok(Outcome {
         scores: found.is_consistent().then_some([own, beside]),
-        flagged: ignorant.estimate.size_objects || ignorant.estimate.whiteness_objects,
+        flagged: ignorant.estimate.size_objects || ignorant.estimate.structure_objects,
         claims,
     })
 }
@@ -190,10 +190,10 @@ fn heavier(chain: &Chain, mass: &[f64]) -> Result<Chain> {
 fn print(number: u64, how: &str, found: &Found) {
     let estimate = &found.estimate;
     eprintln!(
-        "robot {number}, {how}: {:?}, χ²/dof {:.3}, whiteness {:.1}, {} starts, {} identified",
+        "robot {number}, {how}: {:?}, χ²/dof {:.3}, structure {:.3}, {} starts, {} identified",
         estimate.acceptance,
         estimate.consistency,
-        estimate.whiteness,
+        estimate.structure.size,
         found.starts,
         found.identified()
     );

@@ -244,10 +244,10 @@ fn print(robot: u64, found: &Found, identified: &[Identified]) {
         format!(", worst {} by {:.1} σ", name(worst.index), worst.score)
     });
     eprintln!(
-        "robot {robot}: {:?}, χ²/dof {:.3}, whiteness {:.1}, {} starts, {} identified{worst}",
+        "robot {robot}: {:?}, χ²/dof {:.3}, structure {:.3}, {} starts, {} identified{worst}",
         estimate.acceptance,
         estimate.consistency,
-        estimate.whiteness,
+        estimate.structure.size,
         found.starts,
         identified.len()
     );
