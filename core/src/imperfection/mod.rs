@@ -18,6 +18,9 @@ use crate::chain::{Chain, JointKind};
 use crate::search::MAX_EXPERIMENTS;
 use crate::{DOF, MAX_JOINTS};
 
+/// Frequency at which stiffness and damping are stated where they depend on it, Hz, whatever the band. Chosen: on a logarithmic scale the
+/// middle of the modes of a milling robot's drives and tool, 8 to 50 Hz, and of the usual band, 2 to 200 Hz.
+pub const REFERENCE_HZ: f64 = 20.0;
 /// Number of kinds of imperfections.
 pub(crate) const KINDS: usize = 32;
 /// Largest number of imperfections of a chain.
@@ -102,7 +105,7 @@ pub enum Imperfection {
     /// Logarithm of the inertia of a link, about its centre of mass, beside that of its mass.
     Inertia(usize),
     /// Part of all dampings that is hysteretic: it dissipates the same at each frequency, and the stiffness grows with the logarithm of
-    /// the frequency. Stiffness and damping are then those in the middle of the band.
+    /// the frequency. Stiffness and damping are then those at [`REFERENCE_HZ`].
     Hysteresis,
     /// Relative growth of the stiffness of a drive, along or about the axis of its joint, from below 10 Hz to above.
     Servo(usize),

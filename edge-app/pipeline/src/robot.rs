@@ -1,7 +1,7 @@
 //! The robot as it was found, with the covariance of all that predicts its motion.
 
 use flexid_core::identify::{Estimate, PlantEstimate};
-use flexid_core::imperfection::Imperfection;
+use flexid_core::imperfection::{Imperfection, REFERENCE_HZ};
 use flexid_core::parameters::Bounds;
 use flexid_core::refine::{FoundImperfection, Mechanics, Plant, PlantInformation};
 use flexid_core::sought::{Coordinate, Sought};
@@ -26,6 +26,10 @@ pub struct FoundRobot {
     pub gravity_m_per_s2: [f64; 3],
     /// Lower and upper edge of the band that was fitted, Hz.
     pub band_hz: [f64; 2],
+    /// Frequency at which stiffness and damping are stated where they depend on it, Hz. Files that do not name it have the middle of the band,
+    /// on a logarithmic scale.
+    #[serde(default)]
+    pub reference_hz: Option<f64>,
     /// Poses of the records, rad (m).
     pub poses: Vec<Vec<f64>>,
     /// Lower and upper bound of the stiffnesses and of the dampings of each joint.
@@ -133,6 +137,7 @@ impl FoundRobot {
             model: config.model.clone(),
             gravity_m_per_s2: config.gravity,
             band_hz: config.band_hz,
+            reference_hz: Some(REFERENCE_HZ),
             poses: poses.iter().map(|pose| pose.as_ref().to_vec()).collect(),
             bounds: bounds
                 .map(|own| JointBounds { stiffness: own.stiffness, damping: own.damping })

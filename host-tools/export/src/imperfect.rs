@@ -51,8 +51,9 @@ pub fn bushings(robot: &Robot) -> Result<Bushings, ExportError> {
         .map(|joint| Bushing { stiffness: joint.stiffness, damping: joint.damping })
         .collect();
     let gravity = Vector3::from(robot.gravity_m_per_s2);
-    let Robot { band_hz, pose, imperfections, .. } = robot;
-    let Ok(mechanics) = Mechanics::new(&chain, gravity, *band_hz, pose, &bushings, imperfections)
+    let Robot { reference_hz, pose, imperfections, .. } = robot;
+    let Ok(mechanics) =
+        Mechanics::new(&chain, gravity, *reference_hz, pose, &bushings, imperfections)
     else {
         return Ok(bushings);
     };

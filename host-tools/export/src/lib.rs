@@ -53,8 +53,10 @@ pub struct Robot<'a> {
     pub pose: &'a [f64],
     /// Imperfections that the fit has found, each in its unit.
     pub imperfections: &'a [(Imperfection, f64)],
-    /// Band that was fitted, Hz. Hysteretic dampings are those in its middle.
+    /// Band that was fitted, Hz.
     pub band_hz: [f64; 2],
+    /// Frequency at which the parameters are stated where they depend on it, Hz.
+    pub reference_hz: f64,
     /// Frequency at which springs and dampers are as they are exported, Hz. Of a robot without hysteresis whose drives do not stiffen
     /// they are so at any.
     pub at_hz: f64,

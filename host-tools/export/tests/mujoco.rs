@@ -106,6 +106,7 @@ fn predicted(scenario: &Scenario, pose: usize, mjcf: &Path) -> Case {
         model: robot.model.clone(),
         gravity_m_per_s2: robot.gravity_m_per_s2,
         band_hz: robot.band_hz,
+        reference_hz: None,
         poses: Vec::new(),
         bounds: Vec::new(),
         imperfections: robot.imperfections.iter().map(value).collect(),

@@ -78,6 +78,7 @@ impl Scenario {
             pose: &self.poses[experiment],
             imperfections: &self.imperfections,
             band_hz: [2.0, 200.0],
+            reference_hz: 20.0,
             at_hz: self.at_hz,
             verdict: &self.verdict,
             note: None,

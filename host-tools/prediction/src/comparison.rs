@@ -26,6 +26,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 use statrs::function::erf::erfc;
 
 use crate::document::Found;
+use crate::reference;
 use flexid_pipeline::dynamics::OF_JOINT;
 use flexid_pipeline::dynamics::PositiveEstimate;
 
@@ -137,8 +138,8 @@ impl Place {
     }
 
     /// Standard deviation of the logarithm where the fit determines it.
-    fn determined(&self, found: &Found) -> Option<f64> {
-        let (_, std, verdict) = self.of(&found.joints);
+    fn determined(&self, joints: &[JointReport]) -> Option<f64> {
+        let (_, std, verdict) = self.of(joints);
         let is_determined = matches!(verdict, Verdict::Identified | Verdict::Weak);
         std.filter(|std| is_determined && STDS.contains(std))
     }
@@ -159,20 +160,26 @@ pub fn compare(before: &Found, after: &Found) -> Result<Comparison, Incomparable
         return Err(IncomparableError::Joints { before, after });
     }
     let all = places(before.joints.len());
+    // Files of older programs state their parameters elsewhere.
+    let hz = after.robot.reference_hz();
+    let restated = [before, after].map(|found| reference::at(found, hz));
     let (places, stds): (Vec<&Place>, Vec<[f64; 2]>) = all
         .iter()
-        .filter_map(|own| Some((own, [own.determined(before)?, own.determined(after)?])))
+        .filter_map(|own| {
+            let [before, after] = restated.each_ref().map(|found| own.determined(&found.joints));
+            Some((own, [before?, after?]))
+        })
         .unzip();
     if places.is_empty() {
         return Err(IncomparableError::Nothing);
     }
     let values: Vec<[f64; 2]> =
-        places.iter().map(|own| [before, after].map(|found| own.of(&found.joints).0)).collect();
+        places.iter().map(|own| restated.each_ref().map(|found| own.of(&found.joints).0)).collect();
     let difference =
         DVector::from_iterator(values.len(), values.iter().map(|[from, to]| to.ln() - from.ln()));
-    let [of_before, of_after] = [(before, 0), (after, 1)].map(|(found, fit)| {
+    let [of_before, of_after] = [0, 1].map(|fit| {
         let stds: Vec<f64> = stds.iter().map(|own| own[fit]).collect();
-        covariance(found, &places, &stds)
+        covariance(&restated[fit].covariance, &places, &stds)
     });
     let covariance = of_before + of_after;
     let mut curved = covariance.clone();
@@ -233,8 +240,7 @@ fn places(joints: usize) -> Vec<Place> {
 
 /// Covariance of the logarithms at these places. A variance that the report states larger, as by the scatter of its records, replaces
 /// that of the fit; correlations stay.
-fn covariance(found: &Found, places: &[&Place], stds: &[f64]) -> DMatrix<f64> {
-    let all = found.robot.covariance();
+fn covariance(all: &DMatrix<f64>, places: &[&Place], stds: &[f64]) -> DMatrix<f64> {
     let at = |i: usize, j: usize| all[(places[i].coordinate(), places[j].coordinate())];
     let widening: Vec<f64> = stds
         .iter()

@@ -15,6 +15,7 @@ pub mod compensation;
 pub mod document;
 pub mod lobes;
 pub mod milling;
+mod reference;
 
 pub use flexid_pipeline::dynamics::{
     Dynamics, Estimate, PositiveEstimate, Robot, RobotError, TWO_SIDED, modes, receptance, statics,

@@ -64,6 +64,7 @@ fn fit(truth: &Bushings, covariance: &DMatrix<f64>, random: &mut Random) -> Foun
         model,
         gravity_m_per_s2: [0.0; 3],
         band_hz: [2.0, 200.0],
+        reference_hz: None,
         poses: Vec::new(),
         bounds: vec![JointBounds { stiffness: [[1.0, 2.0]; 6], damping: [[1.0, 2.0]; 6] }; 3],
         imperfections: Vec::new(),

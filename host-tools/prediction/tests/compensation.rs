@@ -27,6 +27,7 @@ fn robot(scenario: &str, bushings: &Bushings, uncertain: Option<(usize, f64)>) -
         model: Model::load(&file).unwrap(),
         gravity_m_per_s2: [0.0; 3],
         band_hz: [2.0, 200.0],
+        reference_hz: None,
         poses: Vec::new(),
         bounds: vec![JointBounds { stiffness: [[1.0, 2.0]; 6], damping: [[1.0, 2.0]; 6] }; joints],
         imperfections: Vec::new(),

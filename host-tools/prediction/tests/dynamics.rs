@@ -79,6 +79,7 @@ fn robot(bushings: &Bushings, values: &[f64], uncertain: Option<usize>) -> Robot
         model,
         gravity_m_per_s2: EARTH,
         band_hz: [2.0, 200.0],
+        reference_hz: None,
         poses: Vec::new(),
         bounds: vec![JointBounds { stiffness: [[1.0, 2.0]; 6], damping: [[1.0, 2.0]; 6] }; 6],
         imperfections: IMPERFECTIONS

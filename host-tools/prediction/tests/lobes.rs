@@ -41,6 +41,7 @@ fn robot(bushings: &Bushings, std: f64, uncertain: Option<usize>) -> Robot {
         model: Model::load(&file).unwrap(),
         gravity_m_per_s2: [0.0; 3],
         band_hz: BAND_HZ,
+        reference_hz: None,
         poses: Vec::new(),
         bounds: vec![JointBounds { stiffness: [[1.0, 2.0]; 6], damping: [[1.0, 2.0]; 6] }; 3],
         imperfections: Vec::new(),

@@ -104,8 +104,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let exported = Robot {
         imperfections: &imperfections,
         band_hz,
+        reference_hz: found.robot.reference_hz(),
         // The lowest mode moves the tool most.
-        at_hz: lowest.map_or((band_hz[0] * band_hz[1]).sqrt(), |mode| mode.frequency_hz.value),
+        at_hz: lowest.map_or(found.robot.reference_hz(), |mode| mode.frequency_hz.value),
         model: &robot.model,
         joints: &found.joints,
         gravity_m_per_s2: robot.gravity_m_per_s2,

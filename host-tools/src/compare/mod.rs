@@ -127,10 +127,7 @@ fn notes(fits: [(&Path, &Found); 2]) -> Vec<String> {
         ));
     }
     if before.band_hz != after.band_hz {
-        notes.push(format!(
-            "the bands differ, {:?} and {:?} Hz: with hysteresis the parameters are those in the middle of each",
-            before.band_hz, after.band_hz
-        ));
+        notes.push(format!("the bands differ, {:?} and {:?} Hz", before.band_hz, after.band_hz));
     }
     if before.gravity_m_per_s2 != after.gravity_m_per_s2 {
         notes.push("the directions of gravity differ".into());

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use comfy_table::CellAlignment;
+use flexid_core::imperfection::REFERENCE_HZ;
 use flexid_core::parameters::Bushing;
 pub(crate) use flexid_pipeline::names::DOF_NAMES;
 use flexid_pipeline::report::{StaticReport, Summary};
@@ -74,7 +75,11 @@ pub(crate) fn numbers(
         (true, true) => "N/m, Ns/m along the axes of the joint frame; Nm/rad, Nms/rad about them",
         (false, _) => "N/m along the axes of the joint frame, Nm/rad about them",
     };
-    format!("{tables}\n {units}\n{}", caveat(&finding.report, &finding.confidence))
+    let at = match has_dampings {
+        true => format!("\n with hysteresis these are the values at {REFERENCE_HZ} Hz"),
+        false => String::new(),
+    };
+    format!("{tables}\n {units}{at}\n{}", caveat(&finding.report, &finding.confidence))
 }
 
 /// The table of stiffnesses (kind 0), dampings (kind 1), or both.

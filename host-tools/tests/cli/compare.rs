@@ -5,7 +5,10 @@ use std::path::Path;
 
 use serde_json::{Value, json as value};
 
-use crate::setup::{FLEXID, flexid, found, json, refused, refuses_bad_results, stderr, unheard};
+use crate::setup::{
+    FLEXID, edit, flexid, folder, found, identified, json, refused, refuses_bad_results, stderr,
+    unheard,
+};
 
 /// Writes the result as `name`, changed.
 fn write(folder: &Path, name: &str, change: impl FnOnce(&mut Value)) {
@@ -186,4 +189,64 @@ fn what_cannot_be_compared_is_refused() {
     let message = refused(folder, "compare o.json fixed.json");
     assert!(message.contains("fixed.json: has no parameter in common"), "{message}");
     assert!(refused(folder, "compare o.json").contains("<AFTER.json>"));
+}
+
+/// Hysteresis makes a damping another one at each frequency. Fits in other bands state it at the same one, and files that do not name it are
+/// converted.
+#[test]
+fn bands_do_not_change_what_a_damping_is() {
+    let folder = folder();
+    let folder = folder.path();
+    edit(&folder.join("edge.toml"), "assume = \"perfect\"", "");
+    fs::write(folder.join("plant.toml"), "[joints]\nhysteretic = 0.3\n").unwrap();
+    identified(folder, "--experiments 3 --plant plant.toml --truth-json t.json", || ());
+    edit(&folder.join("edge.toml"), "band_hz = [2.0, 200.0]", "band_hz = [6.0, 200.0]");
+    let output = flexid(folder, "identify --config edge.toml o.log --json narrow.json");
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(
+        String::from_utf8(output.stdout)
+            .unwrap()
+            .contains("\n with hysteresis these are the values at 20 Hz\n")
+    );
+    let (status, text) = compared(folder, "compare o.json narrow.json");
+    assert!(status == Some(0) && text.starts_with("agree: "), "{text}");
+
+    let (narrow, truth) = (json(folder, "narrow.json"), json(folder, "t.json"));
+    assert_eq!(narrow["robot"]["reference_hz"], 20.0);
+    let (mut identified, mut covered) = (0, 0);
+    let intervals = narrow["confidence"]["joints"].as_array().unwrap();
+    for (joint, of) in narrow["joints"].as_array().unwrap().iter().zip(intervals) {
+        for dof in (0..6).filter(|dof| joint["damping_verdict"][dof] == "identified") {
+            let truth = truth["truth"][joint["name"].as_str().unwrap()]["damping"][dof].as_f64();
+            let [low, high] = [0, 1].map(|end| of["damping_interval"][dof][end].as_f64().unwrap());
+            identified += 1;
+            covered += u32::from((low..=high).contains(&truth.unwrap()));
+        }
+    }
+    assert!(identified >= 9 && 10 * covered >= 8 * identified, "{covered} of {identified}");
+
+    // As a program would have stated it in the middle of its band, without naming the frequency.
+    let (hz, mut old) = ((6.0_f64 * 200.0).sqrt(), narrow);
+    let imperfections = old["robot"]["imperfections"].as_array().unwrap().iter();
+    let place = imperfections.clone().position(|own| own["imperfection"] == "hysteresis").unwrap();
+    let h = &mut old["robot"]["imperfections"][place]["value"];
+    let part = h.as_f64().unwrap();
+    let loss = 1.0 - part + part * 20.0 / hz;
+    *h = value!(part * 20.0 / hz / loss);
+    for joint in old["joints"].as_array_mut().unwrap() {
+        for dof in 0..6 {
+            let damping = joint["damping"][dof].as_f64().unwrap();
+            let stiffness = joint["stiffness"][dof].as_f64().unwrap();
+            joint["stiffness"][dof] = value!(stiffness + 80.0 * part * damping * (hz / 20.0).ln());
+            joint["damping"][dof] = value!(damping * loss);
+        }
+    }
+    old["robot"].as_object_mut().unwrap().remove("reference_hz");
+    fs::write(folder.join("old.json"), old.to_string()).unwrap();
+    let (_, text) = compared(folder, "compare old.json narrow.json --json");
+    let found: Value = serde_json::from_str(&text).unwrap();
+    for own in found["parameters"].as_array().unwrap() {
+        let ratio = own["ratio"]["value"].as_f64().unwrap();
+        assert!((ratio - 1.0).abs() < 1e-6, "{own}");
+    }
 }

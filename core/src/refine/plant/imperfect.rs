@@ -11,14 +11,12 @@ use super::mechanics::Places;
 use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::chain::{Chain, Joint, JointKind};
-use crate::imperfection::{BASE_OVER_MOVING, Imperfection, Sensor};
+use crate::imperfection::{BASE_OVER_MOVING, Imperfection, REFERENCE_HZ, Sensor};
 use crate::parameters::Bushings;
 use crate::receptance::{Filter, Ground, Growth, Hose, Hysteresis, Terms};
 use crate::sensors::Sensors;
 use crate::{DOF, MAX_JOINTS};
 
-/// Least lower end of a band, as a part of its upper end, for its middle. Chosen: three decades.
-const LEAST: f64 = 1e-3;
 /// Least compliance of ground that gives way, m/N and rad/Nm. Chosen: a millionth of that of the stiffest ground.
 const RIGID: f64 = 1e-16;
 
@@ -64,19 +62,18 @@ impl Imperfect {
             problem.chain.clone()
         };
         let sensors = problem.measurement.sensors(calibration);
-        Self::of(chain, sensors, problem.measurement.band_hz, pose, record)
+        Self::of(chain, sensors, REFERENCE_HZ, pose, record)
     }
 
-    /// A chain with these sensors at a pose, without imperfections, in the record of this number. The band, Hz, is that of the fit.
+    /// A chain with these sensors at a pose, without imperfections, in the record of this number. Stiffness and damping are those
+    /// at `reference_hz` where they depend on the frequency.
     pub(super) fn of(
         chain: Chain,
         sensors: Sensors,
-        [lower, upper]: [f64; 2],
+        reference_hz: f64,
         pose: &[f64],
         record: usize,
     ) -> Self {
-        // A band from zero on has no geometric middle.
-        let lower = lower.max(LEAST * upper);
         let mass = BASE_OVER_MOVING * chain.joints.iter().map(|joint| joint.link.mass).sum::<f64>();
         Self {
             chain,
@@ -86,7 +83,7 @@ impl Imperfect {
             force_filter: Filter::default(),
             accelerometer_crosstalk: Matrix3::identity(),
             force_crosstalk: Matrix3::identity(),
-            hysteresis: Hysteresis { part: 0.0, reference: TAU * libm::sqrt(lower * upper) },
+            hysteresis: Hysteresis { part: 0.0, reference: TAU * reference_hz },
             servo: [0.0; MAX_JOINTS],
             load: 0.0,
             stiffness: 1.0,

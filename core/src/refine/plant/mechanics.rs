@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::imperfect::Imperfect;
 use crate::chain::Chain;
 use crate::chain::linearise::{LinearChain, LinearisationError};
-use crate::imperfection::Imperfection;
+use crate::imperfection::{Imperfection, REFERENCE_HZ};
 use crate::parameters::Bushings;
 use crate::receptance::{Complex, JointTerms, Rates, Terms, bushing};
 use crate::sensors::Sensors;
@@ -36,8 +36,8 @@ impl Mechanics {
 
     /// A robot of these bushings, one per joint, at joint angles `pose`, one per driven joint (rad, m), under `gravity` (base axes, m/s²).
     /// `imperfections` have the unit of each; those of sensors have no effect, nor have those of records other than
-    /// [`RECORD`](Mechanics::RECORD). Hysteretic dampings are those in the
-    /// middle of `band_hz`, that of the fit.
+    /// [`RECORD`](Mechanics::RECORD). Stiffnesses
+    /// and dampings that depend on the frequency are those at `reference_hz`.
     ///
     /// # Errors
     /// There is not one angle per driven joint and one bushing per joint, or the bushings are too soft for gravity.
@@ -47,7 +47,7 @@ impl Mechanics {
     pub fn new(
         chain: &Chain,
         gravity: Vector3<f64>,
-        band_hz: [f64; 2],
+        reference_hz: f64,
         pose: &[f64],
         bushings: &Bushings,
         imperfections: &[(Imperfection, f64)],
@@ -55,7 +55,7 @@ impl Mechanics {
         if pose.len() != chain.driven() {
             return Err(LinearisationError::Angles(pose.len()));
         }
-        let robot = imperfect(chain, band_hz, pose, imperfections);
+        let robot = imperfect(chain, reference_hz, pose, imperfections);
         let chain = robot.linearise_under(gravity, bushings)?;
         let terms = robot.terms(&chain, &robot.loaded(&chain, bushings), &Sensors::default())?;
         Ok(Self { chain, terms })
@@ -76,8 +76,7 @@ impl Mechanics {
         if pose.len() != chain.driven() {
             return Err(LinearisationError::Angles(pose.len()));
         }
-        // Any band: its middle is the reference of hysteresis, which moves nothing.
-        Ok(imperfect(chain, [1.0, 1.0], pose, imperfections).into_places())
+        Ok(imperfect(chain, REFERENCE_HZ, pose, imperfections).into_places())
     }
 
     /// The chain, linearised about its static equilibrium.
@@ -125,12 +124,12 @@ impl Mechanics {
 /// A chain at a pose with these imperfections, in the record that is predicted.
 fn imperfect(
     chain: &Chain,
-    band_hz: [f64; 2],
+    reference_hz: f64,
     pose: &[f64],
     imperfections: &[(Imperfection, f64)],
 ) -> Imperfect {
     let sensors = Sensors::default();
-    let mut robot = Imperfect::of(chain.clone(), sensors, band_hz, pose, Mechanics::RECORD);
+    let mut robot = Imperfect::of(chain.clone(), sensors, reference_hz, pose, Mechanics::RECORD);
     for (imperfection, value) in imperfections {
         assert!(imperfection.is_of(chain), "{imperfection:?} of another robot");
         robot.add(*imperfection, *value);

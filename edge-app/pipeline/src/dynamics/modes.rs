@@ -237,6 +237,7 @@ mod tests {
             model,
             gravity_m_per_s2: [0.0, 0.0, -9.81],
             band_hz: [2.0, 200.0],
+            reference_hz: None,
             poses: Vec::new(),
             bounds: Vec::new(),
             covariance: vec![0.0; size * (size + 1) / 2],

@@ -87,6 +87,9 @@ pub enum RobotError {
     /// The band is none.
     #[error("band_hz must be two positive numbers up to {HIGHEST:e}, the lower first")]
     Band,
+    /// The frequency that the parameters are stated at is none.
+    #[error("reference_hz must be a positive number up to {HIGHEST:e}")]
+    Reference,
     /// Gravity is no vector.
     #[error("gravity_m_per_s2 has a number that is not finite")]
     Gravity,
@@ -106,6 +109,9 @@ impl Robot {
         let [lower, upper] = found.band_hz;
         if !(lower >= 0.0 && lower < upper && upper <= HIGHEST) {
             return Err(RobotError::Band);
+        }
+        if found.reference_hz.is_some_and(|hz| !(hz > 0.0 && hz <= HIGHEST)) {
+            return Err(RobotError::Reference);
         }
         if !found.gravity_m_per_s2.iter().all(|component| component.is_finite()) {
             return Err(RobotError::Gravity);
@@ -154,10 +160,16 @@ impl Robot {
     }
 
     /// Lower and upper edge of the band that was fitted, Hz. The lower one is above 0: a thousandth of the upper one where the band begins
-    /// at 0, as for the middle of the band in a fit.
+    /// at 0.
     pub fn band_hz(&self) -> [f64; 2] {
         let [lower, upper] = self.found.band_hz;
         [lower.max(LEAST * upper), upper]
+    }
+
+    /// Frequency at which stiffness and damping are stated where they depend on it, Hz.
+    pub fn reference_hz(&self) -> f64 {
+        let [lower, upper] = self.band_hz();
+        self.found.reference_hz.unwrap_or((lower * upper).sqrt())
     }
 
     /// The dynamics at joint angles `pose`, one per driven joint, rad (m).
@@ -180,7 +192,7 @@ impl Robot {
         }
         let gravity = self.found.gravity_m_per_s2.into();
         let Self { chain, bushings, .. } = self;
-        Mechanics::new(chain, gravity, self.band_hz(), pose, bushings, &imperfections)
+        Mechanics::new(chain, gravity, self.reference_hz(), pose, bushings, &imperfections)
     }
 
     /// How far imperfection `index` may fall, in its unit.

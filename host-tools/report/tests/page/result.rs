@@ -36,6 +36,7 @@ fn robot_of(file: &str) -> FoundRobot {
     FoundRobot {
         gravity_m_per_s2: [0.0; 3],
         band_hz: [2.0, 200.0],
+        reference_hz: None,
         poses: (0..POSES).map(pose).collect(),
         bounds: vec![
             JointBounds { stiffness: [[1e5, 1e9]; 6], damping: [[1e2, 1e6]; 6] };
