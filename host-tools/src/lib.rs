@@ -11,6 +11,7 @@ pub mod demo;
 mod json;
 mod lobes;
 mod map;
+mod new;
 mod numbers;
 mod picture;
 pub mod plan;

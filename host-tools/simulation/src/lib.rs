@@ -4,6 +4,7 @@
 //! | module         | holds                                                        |
 //! | -------------- | ------------------------------------------------------------ |
 //! | [`scenario`]   | the scenario file, and robots and poses drawn at random      |
+//! | [`plausible`]  | robots whose joints are like those of robots that mill       |
 //! | [`force`]      | the milling cutter                                           |
 //! | [`experiment`] | one cut: force, displacement and acceleration at the samples |
 //! | [`plant`]      | what a real plant has beside the model                       |
@@ -25,6 +26,7 @@ pub mod experiment;
 pub mod force;
 pub mod interface;
 pub mod plant;
+pub mod plausible;
 #[cfg(test)]
 mod reference;
 pub mod scenario;

@@ -248,7 +248,7 @@ pub fn reach(joint: &ModelJoint) -> [f64; 2] {
 }
 
 /// A number drawn uniformly from `lower` to below `upper`; `lower` if the range is empty.
-fn uniform(rng: &mut impl Rng, [lower, upper]: [f64; 2]) -> f64 {
+pub(crate) fn uniform(rng: &mut impl Rng, [lower, upper]: [f64; 2]) -> f64 {
     Uniform::new(lower, upper).map_or(lower, |range| range.sample(rng))
 }
 

@@ -19,6 +19,7 @@ use super::experiment::{Cut, Response};
 use super::force;
 use super::plant::Plant;
 use super::plant::motion::{Surroundings, Work};
+use super::plausible;
 use super::scenario::{Experiment, Scenario};
 use super::transmission::{self, Quality, Transmission};
 
@@ -27,7 +28,7 @@ use super::transmission::{self, Quality, Transmission};
 pub enum Truth {
     /// The robot of the scenario file.
     Nominal,
-    /// A robot drawn uniformly from the scenario's bounds with this seed.
+    /// A robot drawn with this seed: uniformly from the scenario's bounds, plausibly where it states none.
     Drawn(u64),
 }
 
@@ -93,7 +94,10 @@ impl Simulator {
         let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;
         let truth = match truth {
             Truth::Nominal => scenario.truth.clone(),
-            Truth::Drawn(seed) => scenario.draw_truth(&mut Xoshiro256PlusPlus::seed_from_u64(seed)),
+            Truth::Drawn(seed) => {
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+                plausible::of(&scenario, &config.model, &chain, &mut rng)
+            }
         };
         let rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         Ok(Self {

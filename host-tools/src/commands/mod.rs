@@ -10,6 +10,7 @@ mod lobes;
 mod man;
 mod map;
 mod model;
+mod new;
 mod plan;
 mod pose;
 mod predict;
@@ -38,6 +39,8 @@ enum Command {
     /// Works on robot models
     #[command(subcommand)]
     Model(model::Command),
+    /// Makes a folder for a robot of your own: model, DBC file, configuration, and a plausible robot to simulate
+    New(new::Args),
     /// Simulates a milling robot that sends frames, onto a CAN bus or into a log
     Simulate(simulate::Args),
     /// Checks configuration, DBC file and logs before anybody identifies from them
@@ -76,6 +79,7 @@ enum Command {
 pub fn main() -> ExitCode {
     exit::main(|cli: &Cli| match &cli.command {
         Command::Model(command) => model::run(command),
+        Command::New(args) => new::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Check(args) => check::run(args),
         Command::Identify(args) => identify::run(args),

@@ -46,7 +46,7 @@ pub(super) struct Args {
     /// Write a log as candump -L would, as fast as possible
     #[arg(long, value_name = "OUT.log")]
     candump: Option<PathBuf>,
-    /// Which robot: nominal, or drawn:SEED for one drawn from the scenario's bounds
+    /// Which robot: nominal, or drawn:SEED for one drawn from the scenario's bounds, or plausibly without any
     #[arg(long, default_value = "nominal")]
     truth: Truth,
     /// Seed of cutting forces, noise, counters and losses

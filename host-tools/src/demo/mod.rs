@@ -47,7 +47,7 @@ Next, your own robot, before anything is on the bus:
 #[derive(Debug, Parser)]
 #[command(name = "flexid-demo", version)]
 struct Args {
-    /// Which robot: nominal, or drawn:SEED for one drawn from the scenario's bounds
+    /// Which robot: nominal, or drawn:SEED for one drawn from the scenario's bounds, or plausibly without any
     #[arg(long, default_value = "nominal")]
     truth: Truth,
     /// A robot of six joints in gravity, of which no bounds are known

@@ -164,6 +164,9 @@ pub enum UrdfError {
         /// Principal moments, ascending, kg m².
         moments: [f64; 3],
     },
+    /// A mass that cannot be spread over the links.
+    #[error("{0}")]
+    Spread(String),
     /// Any other fault of the model.
     #[error("{0}")]
     Model(ModelError),

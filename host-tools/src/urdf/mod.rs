@@ -8,6 +8,7 @@ mod document;
 mod error;
 mod pedestal;
 mod plausibility;
+mod spread;
 mod tree;
 
 use flexid_core::MAX_JOINTS;
@@ -32,6 +33,21 @@ pub struct Imported {
     pub model: Model,
     /// Warnings for the engineer, one sentence each.
     pub warnings: Vec<String>,
+    /// How far masses may be off that are not the file's, but spread over its links; `None` if there are none.
+    pub spread: Option<Spread>,
+}
+
+/// How far masses that were spread may be off, one standard deviation each, as found with 20 published arms of six and seven joints that
+/// have believable masses: iiwa 7 and 14, UR3, 5, 10 and 16e, KR 5 and 210, IRB 120 and 1200, TX60 to TX90XL, RX160 and 160L, SIA10D,
+/// Sawyer, Gen3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// Of the mass of each link, relative: 0.31 as a root mean square over masses, last links left out, since what counts there is the tool.
+    pub mass: f64,
+    /// Of its moments of inertia, relative: they are off by a factor of 1.9, and 0.5 is the most that can be stated.
+    pub inertia: f64,
+    /// Of its centre of mass along each axis, m: 5.1 % of the whole way.
+    pub centre_of_mass_m: f64,
 }
 
 /// What the first driven joint stands on.
@@ -49,6 +65,19 @@ pub enum Base {
 /// # Errors
 /// The error names the link or the joint, and the correction.
 pub fn import(text: &str, tcp: &str, base: Base) -> Result<Imported, UrdfError> {
+    import_with_mass(text, tcp, base, None)
+}
+
+/// The same. Where links have no mass, `total_kg`, the mass of the robot by its data sheet, is spread over them.
+///
+/// # Errors
+/// Those of [`import`]; also if there is no link to spread the mass over, or no mass left.
+pub fn import_with_mass(
+    text: &str,
+    tcp: &str,
+    base: Base,
+    total_kg: Option<f64>,
+) -> Result<Imported, UrdfError> {
     let robot = Robot::read(text)?;
     let tree = Tree::new(&robot)?;
     let path = tree.path(tcp)?;
@@ -84,13 +113,15 @@ pub fn import(text: &str, tcp: &str, base: Base) -> Result<Imported, UrdfError> 
     if joints.is_empty() {
         return Err(UrdfError::Rigid(tcp.to_owned()));
     }
-    if !massless.is_empty() {
-        return Err(UrdfError::NoMass(massless));
-    }
     let tcp = Tcp {
         name: tcp.to_owned(),
         xyz_m: tidy(pose.translation.vector.into()),
         rpy_rad: tidy(pose.rotation.euler_angles().into()),
+    };
+    let spread = match total_kg {
+        Some(kg) => Some(spread::spread(&mut joints, &tcp, kg).map_err(UrdfError::Spread)?),
+        None if massless.is_empty() => None,
+        None => return Err(UrdfError::NoMass(massless)),
     };
     let mut model = Model { name: robot.name.clone(), joints, tcp };
     let refused = |error: ModelError, model: &Model, carried: &[(String, Matrix3<f64>)]| match error
@@ -124,7 +155,7 @@ pub fn import(text: &str, tcp: &str, base: Base) -> Result<Imported, UrdfError> 
     warnings.extend(doubts(&model).iter().map(Doubt::to_string));
     // Names may hold line breaks.
     let warnings = warnings.iter().map(|warning| one_line(warning)).collect();
-    Ok(Imported { model, warnings })
+    Ok(Imported { model, warnings, spread })
 }
 
 /// Why the text of a URDF file cannot be imported without a TCP: the links to choose from, or what is wrong with the file.

@@ -13,6 +13,7 @@ mod files;
 mod identify;
 mod lobes;
 mod map;
+mod new;
 mod pedestal;
 mod pipes;
 mod plan;

@@ -1,0 +1,93 @@
+//! `flexid new`: a folder with all that one's own robot needs before anything is on the bus.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use flexid_console::exit::BadArgument;
+use flexid_edge::console::{complain, print};
+use flexid_pipeline::input::{self, BadInput};
+use flexid_pipeline::text::count;
+
+use crate::new::{self, EDGE, Origin};
+use crate::urdf::{self, Base};
+
+const AFTER_HELP: &str = "Examples:
+  $ flexid new kr210.urdf --tcp tip --out kr210
+  $ flexid new irb6640.urdf --tcp tip --mass 1310 --out irb6640
+  $ flexid simulate --config irb6640/edge.toml --candump cut.log --truth-json truth.json";
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// The robot
+    #[arg(value_name = "ROBOT.urdf")]
+    urdf: PathBuf,
+    /// Link at whose origin force and acceleration are measured, along its axes: that at the tool's tip. Without it the links to choose
+    /// from are listed
+    #[arg(long, value_name = "LINK")]
+    tcp: Option<String>,
+    /// Mass of the robot by its data sheet, base and tool included. It is spread over the links that have none in the file, and [accuracy]
+    /// says how far that may be off
+    #[arg(long, value_name = "KG")]
+    mass: Option<f64>,
+    /// The folder to be made: model.toml, robot.dbc, edge.toml, scenario.toml
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let Args { urdf: file, out, .. } = args;
+    let text = input::read(file)?;
+    let bad = |error: &dyn std::fmt::Display| BadInput::new(file, error);
+    if text.trim().is_empty() {
+        return Err(bad(&"is empty: name a URDF file").into());
+    }
+    let Some(tcp) = &args.tcp else { return Err(bad(&urdf::without_tcp(&text)).into()) };
+    let imported = urdf::import_with_mass(&text, tcp, Base::Rigid, args.mass);
+    let imported = imported.map_err(|error| match error {
+        urdf::UrdfError::NoMass(_) => {
+            bad(&format!("{error}, or add --mass KG, the robot's mass by its data sheet"))
+        }
+        error => bad(&error),
+    })?;
+    let model = imported.model;
+    let chain = model.chain().map_err(|error| bad(&error))?;
+    is_free(out)?;
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let origin = Origin { urdf: &name, spread: imported.spread };
+    let files = new::files(&model, &chain, &origin)?;
+    for warning in imported.warnings.iter().chain(&files.warnings) {
+        complain(&format!("warning: {}: {warning}", file.display()));
+    }
+    fs::create_dir_all(out).with_context(|| format!("{}: cannot be made", out.display()))?;
+    for (name, text) in &files.files {
+        let file = out.join(name);
+        fs::write(&file, text).with_context(|| format!("{}: cannot be written", file.display()))?;
+    }
+    let mass: f64 = model.driven().map(|joint| joint.mass_kg).sum();
+    let names = files.files.map(|(name, _)| name).join(", ");
+    let edge = out.join(EDGE);
+    let edge = edge.display();
+    Ok(print(&format!(
+        "{}: {names} of {} with {} and {mass:.1} kg of moving mass, tool at '{tcp}'\n\n\
+         next: flexid simulate --config {edge} --candump cut.log --truth-json truth.json\n      \
+         flexid check --config {edge} cut.log\n      \
+         flexid identify --config {edge} cut.log --truth truth.json --json found.json\n",
+        out.display(),
+        model.name,
+        count(model.driven().count() as u64, "joint"),
+    ))?)
+}
+
+/// Checks that nothing in `folder` would be lost.
+fn is_free(folder: &Path) -> Result<(), BadArgument> {
+    let bad = |message: String| BadArgument(format!("--out {}: {message}", folder.display()));
+    match fs::read_dir(folder).map(|mut entries| entries.next().is_none()) {
+        Ok(true) => Ok(()),
+        Ok(false) => Err(bad("has files already: name a new folder, or empty this one".to_owned())),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(bad(format!("{error}: name a new folder"))),
+    }
+}

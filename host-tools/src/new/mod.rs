@@ -1,0 +1,75 @@
+//! A folder for one's own robot: all files that simulation, check and identification need before anything is on the bus.
+//!
+//! | module       | holds                                                       |
+//! | ------------ | ----------------------------------------------------------- |
+//! | [`poses`]    | where the robot cuts                                        |
+//! | [`scenario`] | a plausible robot and its cuts, for `flexid simulate`       |
+//! | [`dbc`]      | the layout of the frames                                    |
+//! | [`edge`]     | the configuration, from the commented example               |
+
+mod dbc;
+mod edge;
+mod poses;
+mod scenario;
+
+use flexid_core::chain::Chain;
+use flexid_pipeline::model::Model;
+use flexid_simulation::plausible;
+use rand_core::SeedableRng as _;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::urdf::Spread;
+
+/// Name of the configuration in the folder.
+pub(crate) const EDGE: &str = "edge.toml";
+const MODEL: &str = "model.toml";
+const DBC: &str = "robot.dbc";
+const SCENARIO: &str = "scenario.toml";
+/// Seed of the plausible robot.
+const SEED: u64 = 1;
+
+/// Where a robot comes from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Origin<'a> {
+    /// Name of the URDF file.
+    pub(crate) urdf: &'a str,
+    /// How far masses may be off that are not the file's.
+    pub(crate) spread: Option<Spread>,
+}
+
+/// The files of a folder, each with its name and its text, and a warning for each thing that could not be had.
+#[derive(Clone, Debug)]
+pub(crate) struct Files {
+    pub(crate) files: [(&'static str, String); 4],
+    pub(crate) warnings: Vec<String>,
+}
+
+/// The files for the robot of `model`, whose chain is `chain`.
+///
+/// # Errors
+/// The model cannot be written.
+pub(crate) fn files(model: &Model, chain: &Chain, origin: &Origin<'_>) -> anyhow::Result<Files> {
+    let (poses, warning) = poses::choose(model, chain);
+    let robot = plausible::draw(chain, &mut Xoshiro256PlusPlus::seed_from_u64(SEED));
+    let force = scenario::force(chain, &robot);
+    let files = [
+        (MODEL, model.to_toml()?),
+        (DBC, dbc::text(model, force)),
+        (EDGE, edge::text(model, origin)),
+        (SCENARIO, scenario::text(model, chain, origin, &robot, force, &poses)),
+    ];
+    Ok(Files { files, warnings: warning.into_iter().collect() })
+}
+
+/// Names of the signals of the joint angles, base first.
+fn angles(model: &Model) -> impl Iterator<Item = String> {
+    (1..=model.driven().count()).map(|number| format!("q{number}"))
+}
+
+/// A string in TOML.
+fn quoted(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
+#[cfg(test)]
+mod tests;
