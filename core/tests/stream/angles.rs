@@ -47,7 +47,7 @@ fn single_wrong_angles_are_left_out_and_counted() {
 /// Angles come every millisecond, and rubbish for as long as `frames` of them.
 #[test]
 fn rubbish_may_last_for_some_frames_of_a_fast_sender() {
-    for (frames, records) in [(1, vec![2048]), (200, vec![2048]), (300, vec![256, 512, 256])] {
+    for (frames, records) in [(1, vec![2048]), (200, vec![2048]), (300, vec![512, 512, 256])] {
         let mut bench = Bench::new();
         for n in 0..2048 {
             let is_wrong = (600..600 + 2 * frames).contains(&n);
@@ -172,5 +172,6 @@ fn an_angle_whose_last_digit_differs_is_missed_when_it_stops() {
     assert_eq!(bench.stream.missing_joint(), Some(0));
     let (records, health) = bench.finish();
     let samples: usize = lengths(&records).iter().sum();
-    assert!((5800..6500).contains(&samples) && health.without_pose > 0, "{samples} {health:?}");
+    // 5,800 samples until the last angle, in pieces whose lengths are powers of two.
+    assert!((5500..6300).contains(&samples) && health.without_pose > 0, "{samples} {health:?}");
 }
