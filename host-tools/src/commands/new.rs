@@ -15,8 +15,7 @@ use crate::urdf::{self, Base};
 
 const AFTER_HELP: &str = "Examples:
   $ flexid new kr210.urdf --tcp tip --out kr210
-  $ flexid new irb6640.urdf --tcp tip --mass 1310 --out irb6640
-  $ flexid simulate --config irb6640/edge.toml --candump cut.log --truth-json truth.json";
+  $ flexid new irb6640.urdf --tcp tip --mass 1310 --out irb6640";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
