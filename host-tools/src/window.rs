@@ -65,8 +65,9 @@ mod tests {
     #[test]
     fn a_long_line_is_folded_between_words_below_its_own() {
         let text = "residuals    noise explains them\n legend: one two three\nshort\n";
-        let expected = "residuals    noise\n             explains\n             them\n legend: one two three\nshort\n";
-        assert_eq!(folded(text, 22), expected);
+        let expected =
+            "residuals    noise\n             explains them\n legend: one two three\nshort\n";
+        assert_eq!(folded(text, 26), expected);
         assert_eq!(folded("  a b c d e f g", 9), "  a b c d\n  e f g");
         assert_eq!(folded("", 22), "");
     }

@@ -15,6 +15,11 @@ fn legend(freedoms: usize) -> String {
     )
 }
 
+/// A change in per cent to three digits, or two decimal places.
+fn digits(percent: f64) -> String {
+    if percent.abs() < 9.995 { format!("{percent:+.2}") } else { format!("{percent:+.1}") }
+}
+
 /// The verdict in the first line, notes, and a line for each parameter, in a table of at most so many columns.
 pub(crate) fn text(compared: &Compared, columns: usize) -> String {
     let header = ["parameter", "before", "after", "change", "95 %", "std", "changed"];
@@ -26,8 +31,8 @@ pub(crate) fn text(compared: &Compared, columns: usize) -> String {
             name(own),
             format!("{before:.2e}"),
             format!("{after:.2e}"),
-            format!("{:+.2} %", 100.0 * (own.ratio.value - 1.0)),
-            format!("{low:+.2} to {high:+.2}"),
+            format!("{} %", digits(100.0 * (own.ratio.value - 1.0))),
+            format!("{} to {}", digits(low), digits(high)),
             format!("{:+.1}", own.deviations),
             if own.has_changed { "yes" } else { "" }.to_owned(),
         ]);

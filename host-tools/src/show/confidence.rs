@@ -271,7 +271,8 @@ imperfect    TCP z 3.0 mm (2.0 to 4.0 mm), differs from zero (accuracy: tcp_m 1.
                 unknowns: ["a", "b", "c", "d", "e", "f", "g"].into_iter().map(clipped).collect(),
                 percent: percent.into_iter().collect(),
             },
-            weak_directions: [direction(&["a", "b"]), direction(&["c"]), direction(&["b", "a"])]
+            weak_directions: [&["a", "b"][..], &["c"], &["b", "a"], &["d"]]
+                .map(direction)
                 .into_iter()
                 .collect(),
             left_over: [
@@ -315,6 +316,7 @@ held out     each of 2 records predicted from the others: FRAC (shape) 99.00 % (
 retired      24 older records, no longer kept: their information is in the numbers
 weak         a and b trade off in these poses (not determined at all)
              c is not determined at all
+             and 1 more (JSON: confidence.weak_directions)
 correlated   +0.99  f and g
              -0.97  c and d
              and 4 more above 0.90 (JSON: confidence.correlations)

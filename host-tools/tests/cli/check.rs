@@ -78,7 +78,7 @@ fn a_good_log_is_ready() {
         "at least 0.19 s of",
         " 0x101        Fx, Fy, Fz    24576   2000.0     2000.0 ",
         " 0x113        q3              123     10.0        any ",
-        "[-0.600, -0.200, 0.350]",
+        ": joints at -0.600 -0.200 0.350 rad (m), base first",
         "100 %",
     ] {
         assert!(text.contains(part), "{part:?} is not in\n{text}");

@@ -11,7 +11,7 @@ use crate::charts::{Canvas, Colour, Drawn, Mark, SOFT, legend, svg};
 use crate::document::Document;
 
 /// Height of a row of the picture, pixels; of axis and title.
-const ROW: u32 = 38;
+const ROW: u32 = 35;
 const AROUND: u32 = 190;
 const FONT: f64 = 32.0;
 /// Room for the names, and letters of a joint's name for which there is room beside its degree of freedom, pixels.
