@@ -1,13 +1,7 @@
-#!/usr/bin/env python3
-"""Draws a terminal's text as an SVG picture.
-
-    { echo '$ flexid-demo'; flexid-demo; } 2>&1 | host-tools/docs/picture.py > host-tools/docs/demo.svg
-    host-tools/docs/picture.py < watch.txt > host-tools/docs/watch.svg    # cargo test -p flexid --test watch writes watch.txt
-"""
+"""A terminal's text as an SVG picture."""
 
 import html
 import re
-import sys
 
 LINE, COLUMN, MARGIN = 17, 7.83, 16
 COLOURS = [
@@ -38,19 +32,17 @@ def places(line):
     return " ".join(f"{MARGIN + COLUMN * column:.1f}" for column in range(len(line)))
 
 
-def main():
-    lines = [line.rstrip() for line in sys.stdin.read().rstrip().split("\n")]
+def picture(text):
+    """The text, a line below the other, in the colours of a terminal."""
+    lines = [line.rstrip() for line in text.rstrip().split("\n")]
     width = 2 * MARGIN + COLUMN * max(map(len, lines))
     height = 2 * MARGIN + LINE * len(lines)
-    print(
+    parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height}" '
-        f'font-family="DejaVu Sans Mono, Menlo, Consolas, monospace" font-size="13" fill="#c9d1d9">'
-    )
-    print(f'<rect width="{width:.0f}" height="{height}" rx="8" fill="#0d1117"/>')
+        f'font-family="DejaVu Sans Mono, Menlo, Consolas, monospace" font-size="13" fill="#c9d1d9">',
+        f'<rect width="{width:.0f}" height="{height}" rx="8" fill="#0d1117"/>',
+    ]
     for number, line in enumerate(lines):
         y = MARGIN + LINE * number + 13
-        print(f'<text x="{places(line)}" y="{y}" xml:space="preserve">{coloured(line)}</text>')
-    print("</svg>")
-
-
-main()
+        parts.append(f'<text x="{places(line)}" y="{y}" xml:space="preserve">{coloured(line)}</text>')
+    return "\n".join([*parts, "</svg>", ""])
