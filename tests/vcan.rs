@@ -15,7 +15,7 @@ fn main() -> ExitCode {
     bus::main(vec![
         test("frames_cross_the_bus", frames_cross_the_bus),
         test("robot_daemon_readout", robot_daemon_readout),
-        test("test_bench_of_the_readme", test_bench_of_the_readme),
+        test("test_bench_of_the_manual", test_bench_of_the_manual),
         test("simulated_log_replays", simulated_log_replays),
         test("nothing_is_sent_where_a_robot_may_listen", nothing_is_sent_where_a_robot_may_listen),
     ])
@@ -61,14 +61,14 @@ fn robot_daemon_readout() -> Result<()> {
     Ok(())
 }
 
-/// The test runs the commands that the README of host-tools gives for a test bench, word for word.
-fn test_bench_of_the_readme() -> Result<()> {
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../host-tools/README.md");
-    let recipe = fs::read_to_string(readme).context(readme)?;
-    let (_, recipe) = recipe.split_once("## On a test bench\n").context("README: no test bench")?;
-    let (_, recipe) = recipe.split_once("```sh\n").context("README: no commands")?;
-    let (recipe, _) = recipe.split_once("```").context("README: commands without end")?;
-    ensure!(recipe.contains("candump") && recipe.contains("flexid watch"), "README: {recipe}");
+/// The test runs the commands that the manual gives for a test bench, word for word.
+fn test_bench_of_the_manual() -> Result<()> {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../host-tools/docs/simulate.md");
+    let recipe = fs::read_to_string(page).context(page)?;
+    let (_, recipe) = recipe.split_once("## On a test bench\n").context("no test bench")?;
+    let (_, recipe) = recipe.split_once("```sh\n").context("no commands")?;
+    let (recipe, _) = recipe.split_once("```").context("commands without end")?;
+    ensure!(recipe.contains("candump") && recipe.contains("flexid watch"), "{recipe}");
     let bench = Bench::scenario()?;
     bench
         .start("recipe", "bash", ["-euo", "pipefail", "-c", recipe])?

@@ -117,7 +117,12 @@ mod tests {
     /// Examples of `found.json` are of the robot of the first session, and the manual shows the same output.
     #[test]
     fn examples_are_those_of_the_manual() {
-        let manual = include_str!("../../README.md");
+        let manual = [
+            include_str!("../../../README.md"),
+            include_str!("../../docs/predict.md"),
+            include_str!("../../docs/results.md"),
+        ]
+        .concat();
         let (mut samples, mut poses) = (0, 0);
         let joints = |line: &str| {
             let (_, pose) = line.split_once(" --pose ")?;
