@@ -20,6 +20,7 @@ use nalgebra::{Complex, DMatrix};
 use super::assembly::Matrices;
 use super::bushings::Bushings;
 use super::per_imperfection::PerImperfection;
+use super::place::Place;
 use super::robot::{OF_JOINT, Robot};
 
 /// A robot at a pose.
@@ -32,15 +33,6 @@ pub struct Dynamics<'a> {
     per_imperfection: PerImperfection,
 }
 
-/// Where the dynamic stiffness is evaluated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
-    /// At this complex frequency, rad/s.
-    At(Complex<f64>),
-    /// At rest, with the stiffnesses that the bushings have at this frequency, rad/s.
-    Static(f64),
-}
-
 /// H and e.
 #[derive(Clone, Debug)]
 pub struct Response {
@@ -48,6 +40,16 @@ pub struct Response {
     pub value: DMatrix<Complex<f64>>,
     /// e, a column per load.
     elongations: DMatrix<Complex<f64>>,
+}
+
+impl Robot {
+    /// The dynamics at joint angles `pose`, one per driven joint, rad (m).
+    ///
+    /// # Errors
+    /// There is another number of driven joints, or a bushing is too soft for gravity.
+    pub fn at(&self, pose: &[f64]) -> Result<Dynamics<'_>, LinearisationError> {
+        Dynamics::new(self, pose)
+    }
 }
 
 impl<'a> Dynamics<'a> {

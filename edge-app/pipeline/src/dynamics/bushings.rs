@@ -11,7 +11,7 @@ use flexid_core::receptance;
 use flexid_core::refine::Mechanics;
 use nalgebra::{Complex, DMatrix, DVector, Matrix6, Vector6};
 
-use super::at_pose::Place;
+use super::place::Place;
 
 /// B at a place.
 #[derive(Clone, Debug, PartialEq)]

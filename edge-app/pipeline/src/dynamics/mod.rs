@@ -4,6 +4,7 @@
 //! | ------------------ | --------------------------------------------------------------------------- |
 //! | `robot`            | the robot that was found, and the covariance of all that is uncertain in it |
 //! | `at_pose`          | its dynamic stiffness at a pose, and the derivatives                        |
+//! | `place`            | where that is evaluated                                                     |
 //! | `per_imperfection` | those by an imperfection                                                    |
 //! | `assembly`         | the matrices of a linearised chain                                          |
 //! | `bushings`         | the impedances of the bushings, the first of them on the ground             |
@@ -23,11 +24,13 @@ mod bushings;
 mod estimate;
 pub mod modes;
 mod per_imperfection;
+mod place;
 pub mod receptance;
 mod robot;
 mod starts;
 pub mod statics;
 
-pub use at_pose::{Dynamics, Place, Response};
+pub use at_pose::{Dynamics, Response};
 pub use estimate::{Estimate, PositiveEstimate, TWO_SIDED, root};
+pub use place::Place;
 pub use robot::{OF_JOINT, Robot, RobotError};

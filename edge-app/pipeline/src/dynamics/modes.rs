@@ -15,9 +15,10 @@ use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
 use super::assembly::Matrices;
-use super::at_pose::{Dynamics, Place};
+use super::at_pose::Dynamics;
 use super::estimate::PositiveEstimate;
-use super::starts::aligned;
+use super::place::Place;
+use super::starts::{Solution, aligned};
 
 /// Most iterations. Chosen: the convergence is cubic, and takes three to six.
 const ITERATIONS: usize = 40;
@@ -45,9 +46,6 @@ pub struct Mode {
     /// rad/(m √kg).
     pub tool: [[f64; 2]; 6],
 }
-
-/// λ and φ of a mode.
-pub(crate) type Solution = (Complex<f64>, DVector<Complex<f64>>);
 
 impl Dynamics<'_> {
     /// The modes whose natural frequency is at most `highest_hz`, in ascending order. A mode that damping has made aperiodic is

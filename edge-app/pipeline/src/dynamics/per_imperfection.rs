@@ -12,8 +12,8 @@ use flexid_core::refine::Mechanics;
 use nalgebra::{Complex, DMatrix, Matrix6, Vector6};
 
 use super::assembly::Matrices;
-use super::at_pose::Place;
 use super::bushings::{self, Bushings};
+use super::place::Place;
 use super::robot::Robot;
 
 /// Shift of an imperfection for a difference, in its standard deviations. Chosen: the error of a central difference grows with its square.

@@ -5,9 +5,10 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix};
 use serde::Serialize;
 
-use super::at_pose::{Dynamics, Place};
+use super::at_pose::Dynamics;
 use super::estimate::{Estimate, PositiveEstimate};
 use super::modes::Mode;
+use super::place::Place;
 
 /// Receptance at one frequency. Rows are displacements, columns forces, along the axes of the tool centre point.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -9,7 +9,6 @@ use flexid_core::parameters::Bushings;
 use flexid_core::refine::Mechanics;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::at_pose::Dynamics;
 use super::estimate::root;
 
 /// Parameters of a joint.
@@ -170,14 +169,6 @@ impl Robot {
     pub fn reference_hz(&self) -> f64 {
         let [lower, upper] = self.band_hz();
         self.found.reference_hz.unwrap_or((lower * upper).sqrt())
-    }
-
-    /// The dynamics at joint angles `pose`, one per driven joint, rad (m).
-    ///
-    /// # Errors
-    /// There is another number of driven joints, or a bushing is too soft for gravity.
-    pub fn at(&self, pose: &[f64]) -> Result<Dynamics<'_>, LinearisationError> {
-        Dynamics::new(self, pose)
     }
 
     /// The mechanics at a pose, where the imperfection of this index, if any, is larger by `shift`.

@@ -6,8 +6,8 @@ use flexid_core::receptance;
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
 use super::assembly::Matrices;
-use super::at_pose::{Dynamics, Place};
-use super::modes::Solution;
+use super::at_pose::Dynamics;
+use super::place::Place;
 
 /// Most iterations for the starts. Chosen: a few for each of eighty-four.
 const SCHUR_ITERATIONS: usize = 10_000;
@@ -17,6 +17,9 @@ const ALIGNING: usize = 2;
 const NEAR: f64 = 1e-6;
 /// Radius of gyration of the base in the starts, m; the base is a point. Chosen: small, so that its turns are above a kilohertz.
 const GYRATION_M: f64 = 0.01;
+
+/// λ and φ of a mode.
+pub(crate) type Solution = (Complex<f64>, DVector<Complex<f64>>);
 
 impl Dynamics<'_> {
     /// λ, up to this size and with a positive imaginary part, and φ of the modes whose springs and dampers are those at the middle of the band.
