@@ -143,7 +143,7 @@ type Fault = (&'static str, fn(Vec<Arrival>) -> Vec<Arrival>, &'static str);
 
 #[test]
 fn what_prevents_records_is_said_once() {
-    let faults: [Fault; 9] = [
+    let faults: [Fault; 10] = [
         ("no force", |f| with(f, FORCE, |_, _| None), "waiting for force frames: none seen"),
         (
             "no acceleration",
@@ -182,10 +182,20 @@ fn what_prevents_records_is_said_once() {
         (
             "degrees",
             |f| {
-                let far = i32::MAX.to_le_bytes();
+                // 1000 rad.
+                let far = 1_000_000_000_i32.to_le_bytes();
                 with(f, SECOND_ANGLE, |_, data| Some([&far, &data[4..]].concat()))
             },
-            "limits",
+            "measuring; q2 reads 1000.0000, beyond joint_2's limits",
+        ),
+        // The largest number of a signal is no measurement.
+        (
+            "not available",
+            |f| {
+                let none = i32::MAX.to_le_bytes();
+                with(f, SECOND_ANGLE, |_, data| Some([&none, &data[4..]].concat()))
+            },
+            "waiting for joint angles: joint_2 not seen",
         ),
     ];
     let config = config();

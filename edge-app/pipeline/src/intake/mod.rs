@@ -108,11 +108,11 @@ impl<'a> Intake<'a> {
         for &Arrival { time_s, frame } in &*batch {
             heard.newest_s = time_s;
             let decoded = table.decode(&frame, |reading| {
-                heard.note(time_s, &reading);
                 reading_faults.note(&reading);
                 if !plausibility.note(&reading) {
                     return;
                 }
+                heard.note(time_s, &reading);
                 stream.push(time_s, reading, |record| {
                     plausibility.note_record(record);
                     sink(record);
