@@ -124,7 +124,7 @@ mod tests {
                     prop_assert!((0.01..0.04).contains(&ratio), "{ratio}");
                 }
                 let about = (bushing.stiffness[drive] / carried[drive]).sqrt() / TAU;
-                prop_assert!((8.0..90.0).contains(&about), "{about} Hz");
+                prop_assert!(about >= 8.0, "{about} Hz");
             }
             let bounds = by_mass(&model).unwrap();
             for (own, ranges) in robot.iter().zip(&bounds.joints) {

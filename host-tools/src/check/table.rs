@@ -20,7 +20,7 @@ pub(crate) fn text(check: &Check, columns: usize) -> String {
         if !survey.records.is_empty() {
             text += &format!(
                 "\n{}\n{}\
-                 \x20start, length: s; rest before the cut, s; force: root mean square in the band, N\n\
+                 \x20start, length, rest before the cut: s; force: root mean square in the band, N\n\
                  \x20clear: share of the band's bins in which the force stands clear of its noise; below half: the bands where it does not\n",
                 records(survey, columns),
                 poses(survey)

@@ -18,8 +18,8 @@ Examples:
   $ flexid compare before.json after.json
   differ: joint_2 ry stiffness fell by 15.2 % (13.7 to 16.8)
 
-   parameter              before    after    change             95 %    std   changed
-  ─────────────────────────────────────────────────────────────────────────────────────
+   parameter              before    after    change             95 %    std
+  ──────────────────────────────────────────────────────────────────────────────
    joint_1 tx stiffness   6.01e7   6.00e7   -0.16 %   -5.26 to +5.22   -0.1
   ...";
 

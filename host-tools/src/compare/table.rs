@@ -11,7 +11,7 @@ fn legend(freedoms: usize) -> String {
     format!(
         " squared distance: of all parameters together, each change in its standard deviation, what goes together counted once (Mahalanobis); \
          about {freedoms} for two fits of an unchanged robot\n chance: how often two fits of an unchanged robot are as far apart or farther\n \
-         std: the change in its standard deviations\n"
+         std: the change in its standard deviations; *: changed by itself (Holm)\n"
     )
 }
 
@@ -22,7 +22,7 @@ fn digits(percent: f64) -> String {
 
 /// The verdict in the first line, notes, and a line for each parameter, in a table of at most so many columns.
 pub(crate) fn text(compared: &Compared, columns: usize) -> String {
-    let header = ["parameter", "before", "after", "change", "95 %", "std", "changed"];
+    let header = ["parameter", "before", "after", "change", "95 %", "std", ""];
     let mut table = window::table(columns, header);
     for own in &compared.comparison.parameters {
         let [before, after] = own.values;
@@ -34,7 +34,7 @@ pub(crate) fn text(compared: &Compared, columns: usize) -> String {
             format!("{} %", digits(100.0 * (own.ratio.value - 1.0))),
             format!("{} to {}", digits(low), digits(high)),
             format!("{:+.1}", own.deviations),
-            if own.has_changed { "yes" } else { "" }.to_owned(),
+            if own.has_changed { "*" } else { "" }.to_owned(),
         ]);
     }
     for column in table.column_iter_mut().skip(1).take(5) {

@@ -75,7 +75,7 @@ fn a_good_log_is_ready() {
     for part in [
         "all 5 expected identifiers",
         "no frame of 49152 lost",
-        "at least 0.19 s of",
+        "least 0.19 s of rest",
         " 0x101        Fx, Fy, Fz    24576   2000.0     2000.0 ",
         " 0x113        q3              123     10.0        any ",
         ": joints at -0.600 -0.200 0.350 rad (m), base first",

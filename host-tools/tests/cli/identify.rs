@@ -53,7 +53,8 @@ fn the_result_says_how_far_to_trust_it() {
         "residuals    noise explains them (",
         "held out     each of 3 records predicted from the others: FRAC (shape) ",
         "\n SSP, the surface similarity parameter, is 0 where model and measurement agree, and 2 where they are opposite; \
-         the first is the median of all directions of all records\n\nconsistent: ",
+         the first is the median of all directions of all records\n\ntool         softest ",
+        "\nconsistent: ",
     ] {
         assert!(table.contains(part), "{part:?} is not in\n{table}");
     }
@@ -184,7 +185,7 @@ fn doubts_about_the_model_stay_with_the_result() {
     stdout(path, "simulate --config edge.toml --experiments 1 --candump o.log");
     edit(&path.join("mill3-model.toml"), "[tcp]\nname = \"tcp\"", "[tcp]\nname = \"tool0\"");
     let output = flexid(path, "identify --config edge.toml o.log --json o.json --report o.html");
-    let doubt = "the TCP 'tool0' is by its name the flange, without a tool: ";
+    let doubt = "the TCP 'tool0' is by its name the flange, without a tool (";
     assert!(besides(&output).starts_with(&format!("warning: {doubt}")), "{}", stderr(&output));
     let warnings = &json(path, "o.json")["model_warnings"];
     assert!(warnings[0].as_str().unwrap().starts_with(doubt), "{warnings}");

@@ -7,9 +7,9 @@ use console::{measure_text_width, strip_ansi_codes};
 
 use crate::setup::{FLEXID, flexid, folder, identified};
 
-/// What a command prints in a window of so many columns, on stdout and stderr.
+/// What a command prints on stdout, in a window of so many columns.
 fn in_window(folder: &Path, columns: usize, arguments: &str) -> String {
-    let command = format!("stty rows 24 cols {columns}; {FLEXID} {arguments}");
+    let command = format!("stty rows 24 cols {columns}; {FLEXID} {arguments} 2>/dev/null");
     let output = Command::new("script")
         .args(["--quiet", "--return", "--command", &command, "/dev/null"])
         .current_dir(folder)
