@@ -30,7 +30,7 @@ fn cut(
 
 #[test]
 fn single_wrong_angles_are_left_out_and_counted() {
-    for wrong in [2147.483_647, 0.0, f64::MAX] {
+    for wrong in [2_147.483_647, 0.0, f64::MAX] {
         let angle = |frame| if frame % 10 == 5 { wrong } else { -0.7 };
         let (lengths, poses, health) = cut(AngleSignal::FINE, 4100, angle);
         assert_eq!((lengths, poses), (vec![2048; 2], vec![-0.7; 2]), "{wrong}");

@@ -233,7 +233,8 @@ mod tests {
             let behind = |pose: &Vec<f64>| tool(&chain, pose).x < -0.3;
             let above = |pose: &Vec<f64>| tool(&chain, pose).z > highest;
             let below = |pose: &Vec<f64>| Stance::of(&chain, pose).lowest() < place.floor;
-            let cases: [(&str, &dyn Fn(&Vec<f64>) -> bool); 3] =
+            type Wrong<'a> = &'a dyn Fn(&Vec<f64>) -> bool;
+            let cases: [(&str, Wrong<'_>); 3] =
                 [("behind", &behind), ("above", &above), ("below", &below)];
             for (place_of, wrong) in cases {
                 assert_eq!(poses.iter().filter(|own| wrong(own)).count(), 0, "{name} {place_of}");
