@@ -111,7 +111,7 @@ fn share(done: u64, length: Option<u64>, elapsed: Duration) -> String {
     };
     let share = (done as f64 / length as f64).min(1.0);
     let percent = (100.0 * share) as u64;
-    if share < SEEN {
+    if share < SEEN || share == 1.0 {
         return format!("{percent} %");
     }
     let left = elapsed.mul_f64((1.0 - share) / share);
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(at(2, 240), "25 %, 12 minutes left");
         assert_eq!(
             [at(6, 360), at(8, 480), at(9, 490)],
-            ["75 %, 2 minutes left", "100 %, 0 seconds left", "100 %, 0 seconds left"]
+            ["75 %, 2 minutes left", "100 %", "100 %"]
         );
     }
 
