@@ -61,7 +61,9 @@ fn the_page_loads_updates_and_survives_the_end_of_daemon_and_server() {
     browser.until_equal("document.title.includes(' - flexid')", true);
     // To be looked at; the manual shows it.
     let folder_of_pictures = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let words = browser.evaluate("document.body.innerText");
+    let words = browser.evaluate(
+        "['verdict', 'spectra', 'parameters'].map(part => document.getElementById(part).innerText).join('\\n')",
+    );
     std::fs::write(folder_of_pictures.join("web.txt"), words.as_str().unwrap()).unwrap();
     browser.picture(&folder_of_pictures.join("web.png"), [1024, 768]);
     browser.evaluate("document.getElementById('spectra').scrollIntoView()");
