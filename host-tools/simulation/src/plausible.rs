@@ -22,8 +22,8 @@ use crate::scenario::{Scenario, by_mass, uniform};
 pub const DRIVE_HZ: [f64; 2] = [8.0, 30.0];
 /// Damping ratio of each spring with what it carries. Modes of robots that mill have some per cent.
 pub const DAMPING_RATIO: [f64; 2] = [0.01, 0.04];
-/// Stiffness of a joint's main bearing against tilting over that of its gear in torsion, by the data sheets of gears with such a bearing:
-/// RV-20E to RV-450E of Nabtesco have 5.0 to 8.6, TP004 of Wittenstein 7 to 11 (85 over 8 to 12 Nm per arcmin).
+/// Stiffness of a joint's main bearing against tilting over that of its gear in torsion. Chosen below the 7 to 11 of a gear with such a bearing
+/// (TP004 of Wittenstein by its data sheet: 85 over 8 to 12 Nm per arcmin), since larger gears are stiffer in torsion.
 const TILTING: [f64; 2] = [5.0, 9.0];
 /// Stiffness of that bearing along the axes over that against tilting, each over the inertia. Springs on a ring of diameter D have
 /// k_t = 8 k_r / D². D is estimated as half the radius of gyration ρ = √(I / m) of what a joint carries (0.15 m at wrists,
