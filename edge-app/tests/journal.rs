@@ -10,15 +10,15 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
+use crossbeam_channel::bounded;
 use embedded_can::{Id, StandardId};
 use flexid_edge::daemon;
 use flexid_pipeline::config::Config;
-use flexid_pipeline::source::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
+use flexid_pipeline::source::{Arrival, Frame, FrameKind};
 use flexid_pipeline::stop::Stop;
 use tracing_subscriber::fmt::MakeWriter;
 
-use frames::{POSES, block, frames_with};
+use frames::{Feed, POSES, block, frames_with};
 
 /// Nothing here takes nearly as long; a test that waits for it has failed.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -49,24 +49,6 @@ impl<'a> MakeWriter<'a> for &'static Log {
 
     fn make_writer(&'a self) -> Self {
         self
-    }
-}
-
-/// A bus that brings batches until it is dropped.
-struct Feed(Receiver<Vec<Arrival>>);
-
-impl FrameSource for Feed {
-    fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
-        match self.0.recv_timeout(timeout) {
-            Ok(frames) => batch.extend(frames),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return Ok(Flow::Ended),
-        }
-        Ok(Flow::Open)
-    }
-
-    fn health(&self) -> SourceHealth {
-        SourceHealth::default()
     }
 }
 

@@ -3,6 +3,7 @@
 use std::io;
 use std::time::Duration;
 
+use crossbeam_channel::{Receiver, RecvTimeoutError};
 use flexid_core::motion::EquationOfMotion;
 use flexid_core::motion::radau::Radau;
 use flexid_core::parameters::{Bushing, Ranges};
@@ -127,4 +128,22 @@ pub(crate) fn frames_with(
 pub(crate) fn source(config: &Config, breaks: bool) -> Replay {
     let frames = frames(config, &POSES, block);
     Replay { frames: frames.into_iter(), breaks }
+}
+
+/// A bus that brings batches until the other end is dropped.
+pub(crate) struct Feed(pub(crate) Receiver<Vec<Arrival>>);
+
+impl FrameSource for Feed {
+    fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
+        match self.0.recv_timeout(timeout) {
+            Ok(frames) => batch.extend(frames),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Ok(Flow::Ended),
+        }
+        Ok(Flow::Open)
+    }
+
+    fn health(&self) -> SourceHealth {
+        SourceHealth::default()
+    }
 }

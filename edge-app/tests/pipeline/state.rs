@@ -6,20 +6,20 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
-use std::{fs, io, thread};
+use std::{fs, thread};
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use crossbeam_channel::{Sender, bounded};
 use flexid_edge::daemon::{self, Daemon};
 use flexid_edge::reload::Reload;
 use flexid_edge::store::{self, StateError, Store};
 use flexid_pipeline::config::{Config, Validity};
-use flexid_pipeline::source::{Arrival, Flow, FrameSource, SourceHealth};
+use flexid_pipeline::source::{Arrival, Flow};
 use flexid_pipeline::stop::Stop;
 use flexid_pipeline::{Counts, Intake, Outcome, Record, Solver, State};
 use flexid_wire::finding::Finding;
 use flexid_wire::report::Verdict;
 
-use super::frames::{POSES, Replay, frames_with, robot};
+use super::frames::{Feed, POSES, Replay, frames_with, robot};
 use super::{assert_agree, timeless};
 
 /// Nothing here takes nearly as long.
@@ -218,24 +218,6 @@ fn a_file_that_is_no_state_is_put_aside() {
             assert_eq!(store.load().unwrap(), Some(state.clone()));
         }
     });
-}
-
-/// A bus that brings what it is given, until the other end is dropped.
-struct Feed(Receiver<Vec<Arrival>>);
-
-impl FrameSource for Feed {
-    fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
-        match self.0.recv_timeout(timeout) {
-            Ok(frames) => batch.extend(frames),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return Ok(Flow::Ended),
-        }
-        Ok(Flow::Open)
-    }
-
-    fn health(&self) -> SourceHealth {
-        SourceHealth::default()
-    }
 }
 
 /// A kill while waiting records are worked off, which may come at any moment, costs none of them.
