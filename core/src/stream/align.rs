@@ -67,6 +67,8 @@ pub(super) struct Aligner {
     repeats: usize,
     /// The newest gap of whole turns of the counter, until it is certain that they were lost.
     turns: Option<Turns>,
+    /// Counter of the newest frame before a restart, until the next frame comes.
+    before: Option<u32>,
 }
 
 /// Turns of the counter that were counted as lost, since a frame came late by as much. If the sender was only held up, the frames
@@ -108,6 +110,7 @@ impl Aligner {
             suspect: None,
             repeats: 0,
             turns: None,
+            before: None,
         }
     }
 
@@ -119,7 +122,7 @@ impl Aligner {
         sink: &mut impl FnMut(Aligned, &mut StreamHealth),
     ) {
         health.frames += 1;
-        let Some(newest) = self.newest else { return self.begin(frame) };
+        let Some(newest) = self.newest else { return self.begin(frame, health) };
         let step = self.step(newest.counter, frame.counter);
         let since_s = frame.time_s - newest.time_s;
         // The clock went back by more than a late frame lies behind the newest.
@@ -145,8 +148,10 @@ impl Aligner {
     }
 
     /// Begins a sequence with its first frame.
-    fn begin(&mut self, frame: Frame) {
+    fn begin(&mut self, frame: Frame, health: &mut StreamHealth) {
         let Frame { time_s, counter, .. } = frame;
+        let step = self.before.take().map(|before| self.step(before, counter));
+        health.pauses += u64::from(step.is_some_and(|step| (1..=1 + MAX_MISSING).contains(&step)));
         self.newest = Some(Newest { counter, time_s, delay_s: 0.0 });
         let _ = self.open.push_back(Instant { time_s, ..Instant::default() });
         self.enter(0, &frame);
@@ -176,18 +181,12 @@ impl Aligner {
             self.suspect = Some(frame);
             return;
         }
-        health.restarts += 1;
-        let goes_on = |newest: Newest| {
-            (1..=1 + MAX_MISSING).contains(&self.step(newest.counter, frame.counter))
-        };
-        health.pauses += u64::from(silent && self.newest.is_some_and(goes_on));
         if first.is_some() {
             // The first frame was right: the new sequence begins with it.
             self.suspect = None;
         }
-        self.flush(health, sink);
-        sink(Aligned::Restart, health);
-        self.begin(first.unwrap_or(frame));
+        self.restart(health, sink);
+        self.begin(first.unwrap_or(frame), health);
         if first.is_some() {
             // The frame is counted already; it is the second of the new sequence.
             health.frames -= 1;
@@ -195,12 +194,25 @@ impl Aligner {
         }
     }
 
-    /// Whether the newest frame disagreed with the sequence, so that the next frame shows which of the two is wrong.
+    /// Ends the sequence, if one has begun. The next frame begins another, or shows that it was a pause.
+    pub(super) fn restart(
+        &mut self,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(Aligned, &mut StreamHealth),
+    ) {
+        let Some(newest) = self.newest else { return };
+        health.restarts += 1;
+        self.flush(health, sink);
+        sink(Aligned::Restart, health);
+        self.before = Some(newest.counter);
+    }
+
+    /// True if the newest frame disagreed with the sequence, so that the next frame shows which of the two is wrong.
     pub(super) fn is_in_doubt(&self) -> bool {
         self.suspect.is_some()
     }
 
-    /// Whether a sequence has begun.
+    /// True if a sequence has begun.
     pub(super) fn has_begun(&self) -> bool {
         self.newest.is_some()
     }
@@ -215,9 +227,8 @@ impl Aligner {
             deliver(instant, health, sink);
         }
         health.refused += u64::from(self.suspect.take().is_some());
-        self.newest = None;
+        (self.newest, self.before, self.turns) = (None, None, None);
         self.repeats = 0;
-        self.turns = None;
     }
 
     /// Signed difference of two counters that wrap.
@@ -246,7 +257,7 @@ impl Aligner {
         true
     }
 
-    /// Whether the counter may have turned once more than `step` implies: the time allows for it, together with the delay of the
+    /// True if the counter may have turned once more than `step` implies: the time allows for it, together with the delay of the
     /// newest instant.
     fn may_have_turned(&self, step: i64, passed_s: f64, delay_s: f64) -> bool {
         let further = (step + (1_i64 << self.counter_bits)) as f64;
@@ -256,7 +267,7 @@ impl Aligner {
             <= passed_s + early_s + EARLY_PERIODS * self.period_s
     }
 
-    /// Whether a counter that has advanced by `step` agrees with the time that has passed. Where the clock was set back, the time
+    /// True if a counter that has advanced by `step` agrees with the time that has passed. Where the clock was set back, the time
     /// proves nothing, and only a counter that goes on without a gap agrees.
     fn agrees(&self, step: i64, passed_s: f64, set_back: bool) -> bool {
         let Some(newest) = self.newest else { return false };
@@ -285,6 +296,7 @@ impl Aligner {
         if step - 1 > MAX_MISSING {
             let missing = step as u64 - 1;
             health.frames_lost += 2 * missing;
+            health.frames_unheard += if passed_s > SILENCE_S { 2 * missing } else { 0 };
             return self.interrupt(Some(missing), frame, health, sink);
         }
         for missing in (0..step).rev() {

@@ -83,7 +83,7 @@ pub(super) fn bridge(signal: &mut [f32]) -> Result<Bridged, Unbridgeable> {
     Ok(Bridged { samples, mean_square_error: squares / samples as f32 })
 }
 
-/// Whether a gap has all its neighbours. A gap at an edge keeps its straight line.
+/// True if a gap has all its neighbours. A gap at an edge keeps its straight line.
 fn is_inside(signal: &[f32], first: usize, length: usize) -> bool {
     first >= REACH && first + length + REACH <= signal.len()
 }

@@ -71,11 +71,11 @@ pub(super) struct Rate {
     pub(super) measured_hz: f64,
     /// Standard deviation of the measured rate, Hz.
     pub(super) deviation_hz: f64,
-    /// Whether the measured rate contradicts the configured one by so much that it is reported.
+    /// True if the measured rate contradicts the configured one by so much that it is reported.
     pub(super) is_wrong: bool,
-    /// Whether the measured rate contradicts the configured one, but is too uncertain to replace it.
+    /// True if the measured rate contradicts the configured one, but is too uncertain to replace it.
     pub(super) is_doubtful: bool,
-    /// Whether samples came so much faster than configured that the record is refused.
+    /// True if samples came so much faster than configured that the record is refused.
     pub(super) is_refused: bool,
 }
 

@@ -29,9 +29,9 @@ pub struct StreamConfig {
 /// Properties of the signal of a joint's angle or stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AngleSignal {
-    /// Smallest step of the signal, rad (m). A joint that rests may read two neighbouring steps in turn.
+    /// Smallest step of the signal, rad (m). A joint that rests may read two neighbouring values in turn.
     pub resolution: f64,
-    /// Whether the joint turns: angles that differ by whole turns are equal.
+    /// True if the joint turns: angles that differ by whole turns are equal.
     pub turns: bool,
 }
 

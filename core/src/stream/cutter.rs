@@ -85,7 +85,8 @@ impl<const N: usize> Cutter<'_, N> {
             (standing, rest) = (0, self.stretch.len());
         }
         let least = (full / SHORTEST).max(MIN_SAMPLES);
-        health.without_pose += u64::from(self.stretch.cutting && rest >= least);
+        let is_unconfirmed = !self.stretch.pose.is_in_doubt() && rest >= least;
+        health.without_pose += u64::from(self.stretch.cutting && is_unconfirmed);
         // One or two samples that were lost at the very end can be bridged too.
         let short = full - standing.min(full);
         let open = self.stretch.newest_missing() + short;
@@ -124,6 +125,7 @@ impl<const N: usize> Cutter<'_, N> {
             stretch.discard(samples, config.rate_hz);
             return stretch.look_for_cut(config);
         }
+        stretch.has_given_full |= samples == config.record_samples;
         record.rate_hz = rate.rate_hz;
         record.has_doubtful_rate = rate.is_doubtful;
         record.start_s = stretch.start_s;

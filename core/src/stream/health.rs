@@ -6,13 +6,13 @@ use crate::MAX_JOINTS;
 /// Counts of the readings of one joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AngleHealth {
-    /// Readings away from the pose for at most 0.25 s, which no joint can be: left out.
+    /// Readings away from the pose for at most 0.25 s or a cycle and a half, which no joint can be: left out.
     pub wrong: u64,
     /// The newest of them, rad (m).
     pub wrong_value: f64,
-    /// Step of the signal, rad (m), if the joint was seen to rest between two steps that are larger than a pose may change; else 0.
+    /// Step of the signal, rad, if the joint was seen to rest between two steps that are larger than a pose may change; else 0.
     pub step: f64,
-    /// Cuts that ended before the length of a record since the joint moved.
+    /// Cuts that ended before they gave a full record since the joint moved.
     pub ended: u64,
     /// Smallest of these movements, rad (m).
     pub ended_by: f64,
@@ -25,6 +25,9 @@ pub struct StreamHealth {
     pub frames: u64,
     /// Force and acceleration readings that are missing by their counters.
     pub frames_lost: u64,
+    /// Those of `frames_lost` that fall into a silence of both sensors of more than 0.5 s, over which the counters ran on with the
+    /// time: nobody listened.
+    pub frames_unheard: u64,
     /// Bridged samples of emitted records; force and acceleration count separately. Only samples that were
     /// lost are among them.
     pub bridged: u64,
@@ -43,7 +46,7 @@ pub struct StreamHealth {
     pub refused_held: u64,
     /// Restarts: a counter disagreed with the time that passed, since the sensor started anew or was silent.
     pub restarts: u64,
-    /// Restarts whose counter went on without a gap: the clock was set forward, or the sensor paused.
+    /// Restarts after a silence whose counter went on without a gap: the clock was set forward, or the sensor paused.
     pub pauses: u64,
     /// Readings whose counter had come before.
     pub repeated: u64,
@@ -51,7 +54,7 @@ pub struct StreamHealth {
     pub records: u64,
     /// Samples discarded, as when the pose moved, the gap was too long or the stretch too short.
     pub samples_discarded: u64,
-    /// Cuts of which an eighth of a record or more was discarded since no joint angle confirmed the pose.
+    /// Cuts of which an eighth of a record or more was discarded since no joint angle confirmed the pose, nor showed a movement.
     pub without_pose: u64,
     /// Readings refused: a value that is not finite, a joint that the robot does not have, a single counter out of sequence.
     pub refused: u64,
@@ -73,7 +76,7 @@ pub struct StreamHealth {
 }
 
 impl StreamHealth {
-    /// Whether `measured_rate_hz` is certain enough to be the rate of the records.
+    /// True if `measured_rate_hz` is certain enough to be the rate of the records.
     pub fn measured_rate_is_used(&self) -> bool {
         f64::from(self.measured_rate_std_hz) <= clock::CRYSTAL * f64::from(self.measured_rate_hz)
     }

@@ -14,6 +14,7 @@ mod invalid;
 mod noise;
 mod pose;
 mod record;
+mod sender;
 mod spikes;
 mod stretch;
 
@@ -25,6 +26,7 @@ pub use config::{AngleSignal, StreamConfig, StreamError};
 use cutter::Cutter;
 pub use health::{AngleHealth, StreamHealth};
 use invalid::Earlier;
+use pose::Doubt;
 pub use pose::STATIC;
 pub use record::Record;
 use stretch::Stretch;
@@ -128,16 +130,17 @@ impl<const N: usize> Stream<N> {
         }
         let before_s = self.heard_s.replace(time_s).unwrap_or(time_s);
         if time_s - before_s > LONG_SILENCE_S {
-            self.health.restarts += u64::from(self.aligner.has_begun());
-            self.forget_angles(&mut sink);
+            let (aligner, health, mut cutter) = self.split();
+            aligner.restart(health, &mut |event, health| cutter.take(event, health, &mut sink));
+            self.forget();
         }
         if time_s < before_s - SET_BACK_S && self.aligner.has_begun() {
             self.set_back = Some([None; MAX_JOINTS]);
         }
         if self.set_back.is_none()
-            && let Some(joint) = self.stretch.pose.moved(time_s)
+            && let Some((joint, doubt)) = self.stretch.pose.moved(time_s)
         {
-            self.moved(joint, &mut sink);
+            self.moved(joint, &doubt, &mut sink);
         }
         let (channel, counter, value) = match reading {
             Reading::Force { counter, value } => (Channel::Force, counter, value),
@@ -179,6 +182,10 @@ impl<const N: usize> Stream<N> {
     /// Ends the recording and forgets all joint angles. It is for times when readings may have been missed, as when a bus was down.
     pub fn forget_angles(&mut self, sink: impl FnMut(&Record<N>)) {
         self.finish(sink);
+        self.forget();
+    }
+
+    fn forget(&mut self) {
         self.set_back = None;
         self.stretch.pose.forget_all();
     }
@@ -226,28 +233,30 @@ impl<const N: usize> Stream<N> {
         if let Some(wrong) = self.stretch.pose.read(joint, angle, time_s, samples, &signal) {
             let health = &mut self.health.angles[joint];
             health.wrong += u64::from(wrong.readings);
-            health.wrong_value = wrong.angle;
+            health.wrong_value = wrong.place.first;
         }
         let step = self.stretch.pose.step(joint);
         self.health.angles[joint].step = if step > STATIC { step } else { 0.0 };
     }
 
-    /// Ends the stretch where a joint has left the pose. The samples since it is at the next one begin another stretch.
-    fn moved(&mut self, joint: usize, sink: &mut impl FnMut(&Record<N>)) {
-        let Some(doubt) = self.stretch.pose.doubt(joint) else { return };
+    /// Ends the stretch where a joint has left the pose. The samples since all joints are where they were read last begin another
+    /// stretch.
+    fn moved(&mut self, joint: usize, doubt: &Doubt, sink: &mut impl FnMut(&Record<N>)) {
         let standing = self.stretch.standing(&self.config);
-        if self.stretch.cutting && standing < self.config.record_samples {
+        let is_short = (1..self.config.record_samples).contains(&standing);
+        if self.stretch.cutting && is_short && !self.stretch.has_given_full {
             let health = &mut self.health.angles[joint];
             let smallest = if health.ended == 0 { f64::INFINITY } else { health.ended_by };
             (health.ended, health.ended_by) = (health.ended + 1, smallest.min(doubt.by));
         }
         // What came while the stretch was full is lost: the newest samples do not follow on.
+        let arrived = self.stretch.pose.arrived();
         let overflows = self.stretch.overflows();
-        let kept = if overflows { 0 } else { self.stretch.len().saturating_sub(doubt.samples) };
+        let kept = if overflows { 0 } else { self.stretch.len().saturating_sub(arrived) };
         let (_, health, mut cutter) = self.split();
         cutter.end(standing, health, sink);
         self.health.samples_discarded -= kept as u64;
-        self.stretch.keep(kept, doubt.time_s, &self.config);
-        self.stretch.pose.settle(joint, &doubt, kept);
+        self.stretch.keep(kept, &self.config);
+        self.stretch.pose.settle(joint);
     }
 }

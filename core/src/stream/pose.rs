@@ -1,52 +1,59 @@
 //! The joint angles of a stretch: for how long a reading holds, and what it is worth.
 //!
-//! Senders repeat angles in a cycle, or send them on change alone. A sender that has repeated an angle will do so again: until it
-//! does, the joint may have moved. So will one that has sent the angles of a joint at rest for long. Any other sender would have sent a
-//! new angle if the joint had moved: its last angle holds.
-//!
-//! A reading that leaves the pose is doubted for [`NOTICE_S`]. If a reading is at the pose again meanwhile, it was wrong: no joint moves
-//! away and back in that time. If not, the joint has moved.
+//! A reading that leaves the pose is doubted until a reading that is at the pose again would have come. If one does, it was wrong: no
+//! joint moves away and back in that time. If none does, the joint has moved.
 
 use heapless::Vec;
 
 use super::clock::SET_BACK_S;
 use super::config::AngleSignal;
+use super::sender::{CYCLE_S, Rest, Sender};
 use crate::MAX_JOINTS;
 
 /// Largest movement of a joint within one pose, rad or m, where its signal has smaller steps. A pose wrong by 1e-3 rad biases
 /// stiffnesses by 1 %.
 pub const STATIC: f64 = 5e-4;
-/// A sender is cyclic if it has repeated the same angle this often in a row. A signal has steps if it has returned from one to the
-/// other as often.
-const REPEATS: u8 = 3;
-/// Longest time from an angle to its repetition, s. A slower cycle would make a record of 4 s wait for long.
-const CYCLE_S: f64 = 2.0;
-/// Time for which a sender on change may send the angle of a joint that comes to rest, s: a drive settles in less.
-const LONG_REST_S: f64 = 2.0;
-/// Time after which a sender on change has sent the angle of a joint that moves, s: twice the cycle of a slow fieldbus gateway.
-pub(super) const NOTICE_S: f64 = 0.25;
-/// Largest step between two readings that is taken for the resolution of a signal, rad or m: 0.1°, the coarsest that displays of robots
-/// have, and its rounding.
-const COARSEST: f64 = 2e-3;
+
+/// Readings of one place: no two of them are farther apart than a joint that rests may read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Place {
+    /// The first of them, rad (m).
+    pub(super) first: f64,
+    /// Distance of the lowest and the highest from the first, rad (m).
+    extent: [f64; 2],
+}
+
+impl Place {
+    fn new(first: f64) -> Self {
+        Self { first, extent: [0.0; 2] }
+    }
+
+    /// The place with another reading; `None` if it is elsewhere. `step` is that of the signal, rad (m).
+    fn with(&self, angle: f64, step: f64, signal: &AngleSignal) -> Option<Self> {
+        let (off, [low, high]) = (signal.difference(angle, self.first), self.extent);
+        let extent = [low.min(off), high.max(off)];
+        // Differences of floating point numbers are not exact.
+        let width = STATIC.max(step * (1.0 + 1e-6));
+        (extent[1] - extent[0] <= width).then_some(Self { extent, ..*self })
+    }
+}
 
 /// Readings away from the pose, the newest of which agree with each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Doubt {
-    /// The first of those that agree, rad (m).
-    pub(super) angle: f64,
-    /// Its arrival, s.
-    pub(super) time_s: f64,
-    /// Samples of the stretch when it came.
-    pub(super) samples: usize,
+    /// Where those are that agree.
+    pub(super) place: Place,
+    /// Samples of the stretch when the first of those came that agree.
+    samples: usize,
     /// Samples of the stretch when the newest reading came.
-    pub(super) confirmed: usize,
+    confirmed: usize,
     /// Number of all these readings.
     pub(super) readings: u32,
     /// Distance of the first of all from the pose, rad (m).
     pub(super) by: f64,
     /// Arrival of the first of all, s.
     since_s: f64,
-    /// Samples of the stretch when the first of all came.
+    /// Samples of the stretch during which the joint is known to have stood still before.
     since: usize,
 }
 
@@ -59,109 +66,24 @@ pub(super) struct Pose {
 #[derive(Clone, Copy, Debug, Default)]
 struct Angle {
     sender: Sender,
-    first: f64,
+    place: Place,
     /// Sum of the readings' distances from the first.
     sum: f64,
     readings: u32,
     /// Samples of the stretch when the angle was last read; `None` if it has not come since the last gap.
     confirmed: Option<usize>,
-    /// Arrival of the reading since which none came late, s, and the longest time between two of them.
-    since_s: f64,
-    apart_s: f64,
+    rest: Rest,
     doubt: Option<Doubt>,
 }
 
-/// What is known of the sender of an angle, whatever the stretch.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sender {
-    /// Newest reading and its arrival, s; `None` if it is forgotten.
-    newest: Option<(f64, f64)>,
-    /// Number of repetitions of the same angle in a row.
-    repeats: u8,
-    /// Longest time between these repetitions, s.
-    cycle_s: f64,
-    steps: Steps,
-}
-
-/// The steps of a signal. A joint that rests between two of them reads one or the other.
-#[derive(Clone, Copy, Debug, Default)]
-struct Steps {
-    /// Smallest difference between two readings so far, rad (m).
-    smallest: Option<f64>,
-    /// The value before the present one, and the time when it changed, s.
-    before: Option<(f64, f64)>,
-    /// Number of times that the signal returned by the smallest difference to the value that it had just left.
-    returns: u8,
-}
-
-impl Steps {
-    fn note(&mut self, angle: f64, newest: f64, time_s: f64, signal: &AngleSignal) {
-        let difference = signal.difference(angle, newest).abs();
-        if difference == 0.0 {
-            return;
-        }
-        // Sums and differences of floating point numbers are not exact.
-        let rounding = 1e-6 * difference;
-        if self.smallest.is_none_or(|smallest| difference < smallest - rounding) {
-            (self.smallest, self.returns) = (Some(difference), 0);
-        }
-        let is_back = self.before.is_some_and(|(before, since_s)| {
-            signal.difference(angle, before).abs() <= rounding && time_s - since_s <= NOTICE_S
-        });
-        if is_back && self.smallest.is_some_and(|smallest| difference <= smallest + rounding) {
-            self.returns = self.returns.saturating_add(1);
-        }
-        self.before = Some((newest, time_s));
-    }
-
-    /// The step that the signal has shown, rad (m); 0 without any.
-    fn step(&self) -> f64 {
-        let smallest = self.smallest.filter(|smallest| *smallest <= COARSEST);
-        smallest.filter(|_| self.returns >= REPEATS).unwrap_or(0.0)
-    }
-}
-
-impl Sender {
-    fn is_cyclic(&self) -> bool {
-        self.repeats >= REPEATS
-    }
-
-    fn note(&mut self, angle: f64, time_s: f64, signal: &AngleSignal) {
-        if let Some((before, before_s)) = self.newest {
-            self.steps.note(angle, before, time_s, signal);
-            if !self.is_cyclic() {
-                let passed_s = time_s - before_s;
-                let again = angle == before && (0.0..=CYCLE_S).contains(&passed_s);
-                self.repeats = if again { self.repeats + 1 } else { 0 };
-                self.cycle_s = if again { self.cycle_s.max(passed_s) } else { 0.0 };
-            }
-        }
-        self.newest = Some((angle, time_s));
-    }
-}
-
 impl Angle {
-    /// Takes the first reading of a stretch.
-    fn begin(&mut self, angle: f64, time_s: f64, samples: usize) {
-        (self.first, self.sum, self.readings, self.confirmed) = (angle, 0.0, 1, Some(samples));
-        (self.since_s, self.apart_s) = (time_s, 0.0);
+    /// Takes the first reading at a place.
+    fn begin(&mut self, place: Place, samples: usize) {
+        let sender = self.sender;
+        *self = Self { sender, place, readings: 1, confirmed: Some(samples), ..Self::default() };
     }
 
-    /// Takes note that the joint held its position from one reading to the next. A sender that sends the angle of a joint at rest for long
-    /// does so in a cycle, although the last digit differs.
-    fn note_rest(&mut self, before_s: f64, time_s: f64) {
-        let apart_s = time_s - before_s;
-        if !(0.0..=CYCLE_S).contains(&apart_s) {
-            (self.since_s, self.apart_s) = (time_s, 0.0);
-            return;
-        }
-        self.apart_s = self.apart_s.max(apart_s);
-        if !self.sender.is_cyclic() && time_s - self.since_s > LONG_REST_S {
-            (self.sender.repeats, self.sender.cycle_s) = (REPEATS, self.apart_s);
-        }
-    }
-
-    /// Samples, of so many, during which the joint is known to have stood still; `notice` is [`NOTICE_S`] in samples.
+    /// Samples, of so many, during which the joint is known to have stood still; `notice` is [`NOTICE_S`](super::sender::NOTICE_S) in samples.
     fn standing(&self, samples: usize, notice: usize) -> usize {
         let samples = self.doubt.map_or(samples, |doubt| doubt.since.min(samples));
         let confirmed = self.confirmed.unwrap_or(0);
@@ -183,65 +105,75 @@ impl Pose {
         signal: &AngleSignal,
     ) -> Option<Doubt> {
         let known = &mut self.angles[joint];
+        // A sender whose silence proves nothing may turn out to be one on change only now.
+        let standing = known.standing(samples, 0);
         let before_s = known.sender.newest.map_or(time_s, |(_, before_s)| before_s);
         known.sender.note(angle, time_s, signal);
         if known.readings == 0 {
-            known.begin(angle, time_s, samples);
+            known.begin(Place::new(angle), samples);
             return None;
         }
-        let step = signal.resolution.max(known.sender.steps.step());
-        let is_at =
-            |place: f64| signal.difference(angle, place).abs() <= STATIC.max(step * (1.0 + 1e-6));
-        if is_at(known.first) {
-            known.sum += signal.difference(angle, known.first);
-            known.readings += 1;
+        let step = signal.resolution.max(known.sender.step());
+        if let Some(place) = known.place.with(angle, step, signal) {
+            known.sum += signal.difference(angle, place.first);
+            (known.place, known.readings) = (place, known.readings + 1);
             known.confirmed = Some(samples);
-            known.note_rest(before_s, time_s);
+            known.rest.note(time_s - before_s);
+            known.sender.note_rest(&known.rest);
             return known.doubt.take();
         }
         let new = Doubt {
-            angle,
-            time_s,
+            place: Place::new(angle),
             samples,
             confirmed: samples,
             readings: 1,
-            by: signal.difference(angle, known.first).abs(),
+            by: signal.difference(angle, known.place.first).abs(),
             since_s: time_s,
-            since: samples,
+            since: standing,
         };
         known.doubt = Some(known.doubt.map_or(new, |doubt| {
             let readings = doubt.readings.saturating_add(1);
-            let (angle, time_s, samples) = match is_at(doubt.angle) {
-                true => (doubt.angle, doubt.time_s, doubt.samples),
-                false => (angle, time_s, samples),
+            let (place, samples) = match doubt.place.with(angle, step, signal) {
+                Some(place) => (place, doubt.samples),
+                None => (new.place, samples),
             };
-            Doubt { angle, time_s, samples, confirmed: new.samples, readings, ..doubt }
+            Doubt { place, samples, confirmed: new.samples, readings, ..doubt }
         }));
         None
     }
 
     /// The first joint that has been away from the pose for so long at `now_s` that it has moved.
-    pub(super) fn moved(&self, now_s: f64) -> Option<usize> {
-        let recent = -SET_BACK_S..=NOTICE_S;
-        let has_moved = |doubt: Doubt| !recent.contains(&(now_s - doubt.since_s));
-        self.angles.iter().position(|angle| angle.doubt.is_some_and(has_moved))
+    pub(super) fn moved(&self, now_s: f64) -> Option<(usize, Doubt)> {
+        let has_moved = |(joint, angle): (usize, &Angle)| {
+            let doubt = angle.doubt?;
+            let recent = -SET_BACK_S..=angle.sender.notice_s();
+            (!recent.contains(&(now_s - doubt.since_s))).then_some((joint, doubt))
+        };
+        self.angles.iter().enumerate().find_map(has_moved)
     }
 
-    /// The readings of a joint away from the pose.
-    pub(super) fn doubt(&self, joint: usize) -> Option<Doubt> {
-        self.angles[joint].doubt
+    /// True if a reading of any joint is away from the pose.
+    pub(super) fn is_in_doubt(&self) -> bool {
+        self.angles.iter().any(|angle| angle.doubt.is_some())
     }
 
-    /// Begins a stretch of so many samples where a joint has gone, since it was first read there.
-    pub(super) fn settle(&mut self, joint: usize, doubt: &Doubt, samples: usize) {
+    /// Samples of the stretch when the last of the joints that are away from the pose was first read where it is.
+    pub(super) fn arrived(&self) -> usize {
+        let doubts = self.angles.iter().filter_map(|angle| angle.doubt);
+        doubts.map(|doubt| doubt.samples).max().unwrap_or(0)
+    }
+
+    /// Takes the place where a joint has gone for its pose.
+    pub(super) fn settle(&mut self, joint: usize) {
         let angle = &mut self.angles[joint];
-        *angle = Angle { sender: angle.sender, ..Angle::default() };
-        angle.begin(doubt.angle, doubt.time_s, samples.min(doubt.confirmed - doubt.samples));
+        if let Some(doubt) = angle.doubt {
+            angle.begin(doubt.place, doubt.confirmed);
+        }
     }
 
-    /// The step of a joint's signal, as its readings show it, rad (m); 0 if they do not.
+    /// The step of a joint's signal, as its readings show it, rad; 0 if they do not.
     pub(super) fn step(&self, joint: usize) -> f64 {
-        self.angles[joint].sender.steps.step()
+        self.angles[joint].sender.step()
     }
 
     /// The first of `joints` whose angle is not known.
@@ -259,7 +191,7 @@ impl Pose {
         all.filter(move |(_, angle)| is_awaited(angle)).map(|(joint, _)| joint)
     }
 
-    /// Number of the oldest `samples` during which every joint is known to have stood still; `notice` is [`NOTICE_S`] in samples.
+    /// Number of the oldest `samples` during which every joint is known to have stood still; `notice` is [`NOTICE_S`](super::sender::NOTICE_S) in samples.
     pub(super) fn standing(&self, joints: usize, samples: usize, notice: usize) -> usize {
         let standing = |angle: &Angle| angle.standing(samples, notice);
         self.angles[..joints].iter().map(standing).min().unwrap_or(0)
@@ -288,7 +220,7 @@ impl Pose {
 
     /// Mean angles.
     pub(super) fn mean(&self, joints: usize) -> Vec<f64, MAX_JOINTS> {
-        let mean = |angle: &Angle| angle.first + angle.sum / f64::from(angle.readings.max(1));
+        let mean = |angle: &Angle| angle.place.first + angle.sum / f64::from(angle.readings.max(1));
         self.angles[..joints].iter().map(mean).collect()
     }
 
@@ -313,35 +245,21 @@ impl Pose {
     /// Begins another stretch. The angle of a cyclic sender must come again, that of any other sender holds. A forgotten angle
     /// stays forgotten.
     pub(super) fn renew(&mut self) {
-        self.renew_since(f64::INFINITY);
-    }
-
-    /// Begins another stretch, with the samples that came after `time_s`, s: the angles that came after it hold, too.
-    pub(super) fn renew_since(&mut self, since_s: f64) {
         for angle in &mut self.angles {
             let sender = angle.sender;
             *angle = Angle { sender, ..Angle::default() };
-            let holds = |(_, time_s): &(f64, f64)| !sender.is_cyclic() || *time_s >= since_s;
-            if let Some((newest, time_s)) = sender.newest.filter(holds) {
-                angle.begin(newest, time_s, 0);
+            if let Some((newest, _)) = sender.newest.filter(|_| !sender.is_cyclic()) {
+                angle.begin(Place::new(newest), 0);
             }
         }
     }
 
-    /// Forgets the angle of a joint that may have moved, until it comes again.
-    fn forget(&mut self, joint: usize) {
-        let angle = &mut self.angles[joint];
-        let sender = Sender { newest: None, ..angle.sender };
-        let sender = if sender.is_cyclic() {
-            sender
-        } else {
-            Sender { steps: sender.steps, ..Sender::default() }
-        };
-        *angle = Angle { sender, ..Angle::default() };
-    }
-
     /// Forgets all angles, after a silence in which every joint may have moved.
     pub(super) fn forget_all(&mut self) {
-        (0..MAX_JOINTS).for_each(|joint| self.forget(joint));
+        for angle in &mut self.angles {
+            let mut sender = angle.sender;
+            sender.forget();
+            *angle = Angle { sender, ..Angle::default() };
+        }
     }
 }

@@ -17,7 +17,7 @@ pub struct Record<const N: usize> {
     /// Sampling rate, Hz. It is the mean of the measured and the configured rate, weighted by their variances, where the two agree.
     /// Where they do not, it is the measured rate if that is known to 50 ppm, else the configured rate.
     pub rate_hz: f64,
-    /// Whether the measured rate contradicts the configured one, but is too uncertain to replace it. A fit to the record is then
+    /// True if the measured rate contradicts the configured one, but is too uncertain to replace it. A fit to the record is then
     /// wrong by an unknown factor.
     pub has_doubtful_rate: bool,
     /// Force that the tool exerts on the robot, N, along each of the force sensor's axes.
@@ -32,7 +32,7 @@ pub struct Record<const N: usize> {
     pub force_noise_shape: [NoiseShape; 3],
     /// Spectrum of the acceleration's noise, per axis.
     pub acceleration_noise_shape: [NoiseShape; 3],
-    /// Whether the robot rests when the record starts.
+    /// True if the robot rests when the record starts.
     pub starts_at_rest: bool,
 }
 

@@ -58,7 +58,7 @@ pub(super) fn remove<const N: usize>(signals: &mut [Vec<f32, N>; 3], step: f32) 
     counts
 }
 
-/// Whether so many spikes of the axes are too many for a record of so many samples.
+/// True if so many spikes of the axes are too many for a record of so many samples.
 pub(super) fn are_many(spikes: &[usize; 3], samples: usize) -> bool {
     spikes.iter().any(|count| count * MANY > samples)
 }
@@ -87,7 +87,7 @@ fn usual(signal: &[f32], first: usize) -> f32 {
     before.max(of_block(first)).max(of_block(first + BLOCK))
 }
 
-/// Whether one wrong sample explains the differences about it.
+/// True if one wrong sample explains the differences about it.
 fn is_single(signal: &[f32], sample: usize, usual: f32) -> bool {
     let about = |offset: usize| difference(signal, sample + offset - REACH);
     let known = (0..SIXTH.len()).filter(|&offset| !about(offset).is_nan());

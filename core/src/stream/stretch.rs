@@ -5,7 +5,8 @@ use heapless::Vec;
 use super::StreamConfig;
 use super::align::Instant;
 use super::noise::{self, BLOCK};
-use super::pose::{NOTICE_S, Pose};
+use super::pose::Pose;
+use super::sender::NOTICE_S;
 
 /// A block is part of the cut if the variance of its force is more than this many times that of the quietest blocks in a row. Noise
 /// of 1500 blocks (49 s at 2 kHz) reaches 1.6 ± 0.1 if it is white, 2.9 ± 0.4 behind a filter of eighth order at a tenth of the
@@ -41,10 +42,12 @@ pub(super) struct Stretch<const N: usize> {
     pub(super) pose: Pose,
     /// Instants that came while the stretch was full, and were discarded.
     beyond: usize,
-    /// Whether the cut has begun; before it only the newest samples are kept.
+    /// True if the cut has begun; before it only the newest samples are kept.
     pub(super) cutting: bool,
+    /// True if a full record has come out of the stretch.
+    pub(super) has_given_full: bool,
     range: Range,
-    /// Whether a reading has changed since the sensor started.
+    /// True if a reading has changed since the sensor started.
     has_started: bool,
 }
 
@@ -119,6 +122,7 @@ impl<const N: usize> Stretch<N> {
             pose: Pose::default(),
             beyond: 0,
             cutting: false,
+            has_given_full: false,
             range: Range::new(),
             has_started: false,
         }
@@ -128,12 +132,12 @@ impl<const N: usize> Stretch<N> {
         self.force[0].len()
     }
 
-    /// Whether instants came for which the stretch had no room.
+    /// True if instants came for which the stretch had no room.
     pub(super) fn overflows(&self) -> bool {
         self.beyond > 0
     }
 
-    /// Whether a full stretch has waited so long for a joint angle that none will come to show where it ends.
+    /// True if a full stretch has waited so long for a joint angle that none will come to show where it ends.
     pub(super) fn is_overdue(&self) -> bool {
         self.beyond >= N / PATIENCE
     }
@@ -194,7 +198,7 @@ impl<const N: usize> Stretch<N> {
         }
     }
 
-    /// Whether something is cut in the block from `first` on.
+    /// True if something is cut in the block from `first` on.
     fn is_cut(&self, first: usize, config: &StreamConfig) -> bool {
         let Some(block) = self.block(first) else { return false };
         let variance = block.variance();
@@ -256,11 +260,13 @@ impl<const N: usize> Stretch<N> {
         self.pose.discard(count);
     }
 
-    /// Discards all but the newest `kept` samples. Joint angles that came after `since_s`, s, hold for them.
-    pub(super) fn keep(&mut self, kept: usize, since_s: f64, config: &StreamConfig) {
+    /// Discards all but the newest `kept` samples.
+    pub(super) fn keep(&mut self, kept: usize, config: &StreamConfig) {
         self.discard(self.len() - kept, config.rate_hz);
-        self.pose.renew_since(since_s);
-        self.has_started = false;
+        if kept == 0 {
+            self.pose.interrupt();
+        }
+        (self.has_given_full, self.has_started) = (false, false);
         self.look_for_cut(config);
     }
 
@@ -278,7 +284,7 @@ impl<const N: usize> Stretch<N> {
         }
         self.pose.interrupt();
         self.beyond = 0;
-        self.cutting = false;
+        (self.has_given_full, self.cutting) = (false, false);
     }
 }
 

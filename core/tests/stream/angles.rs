@@ -1,4 +1,4 @@
-//! What a joint's reading is worth: wrong frames, steps of a signal, the half turn, silence.
+//! Readings of a joint and their worth: wrong frames, steps of a signal, the half turn, silence.
 
 use std::f64::consts::PI;
 
@@ -98,6 +98,22 @@ fn a_joint_may_rest_between_two_steps_of_its_signal() {
     }
 }
 
+/// A joint that rests reads two neighbouring values, whatever the size of a step.
+#[test]
+fn a_third_value_is_a_movement() {
+    for (resolution, step) in [(0.0, 4e-4), (COARSE, COARSE), (0.02, 0.02)] {
+        let signal = AngleSignal { resolution, ..AngleSignal::FINE };
+        for place in [-1.0, 2.0] {
+            let angle = |frame: u32| match frame {
+                ..10 => -0.7 + step * f64::from(frame % 2),
+                _ => -0.7 + step * place,
+            };
+            let (_, _, health) = cut(signal, 4000, angle);
+            assert_eq!((health.ended, health.wrong), (1, 0), "{step} {place}");
+        }
+    }
+}
+
 /// Neither a movement there and back nor a signal of fine steps has steps.
 #[test]
 fn a_movement_is_no_step() {
@@ -147,8 +163,8 @@ fn the_samples_since_the_first_angle_of_a_pose_belong_to_it() {
     let arrived_s = bench.now;
     bench.run(500, false);
     bench.run(1800, true);
-    let (records, _) = bench.finish();
-    assert_eq!(lengths(&records), [2048]);
+    let (records, health) = bench.finish();
+    assert_eq!((lengths(&records), health.without_pose), (vec![2048], 0));
     // Up to four instants wait for their frames.
     let early_s = arrived_s - records[0].start_s;
     assert!((-PERIOD..5.0 * PERIOD).contains(&early_s), "{early_s} s");

@@ -1,4 +1,4 @@
-//! Whatever arrives, records are whole.
+//! Records are whole, whatever arrives.
 
 use flexid_core::stream::{Reading, Record, Stream, StreamConfig};
 use proptest::prelude::*;
@@ -25,7 +25,7 @@ fn any_reading() -> impl Strategy<Value = (f64, Reading)> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, rng_seed: proptest::test_runner::RngSeed::Fixed(11), failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever arrives: no panic, every record whole and of finite values, every frame counted once.
+    /// No panic, every record whole and of finite values, every frame counted once.
     #[test]
     fn any_readings_give_whole_records(readings in prop::collection::vec(any_reading(), 0..6000)) {
         let config = StreamConfig { record_samples: 256, ..CONFIG };

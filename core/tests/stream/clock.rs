@@ -232,7 +232,7 @@ fn run_silent(bench: &mut Bench, instants: usize) {
     }
 }
 
-/// What used to come ten times a second and does not any more is awaited: the joint may move.
+/// An angle that used to come ten times a second and does not any more is awaited: the joint may move.
 #[test]
 fn angles_that_stop_coming_are_awaited() {
     let mut bench = Bench::new();

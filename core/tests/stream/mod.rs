@@ -4,7 +4,9 @@ mod angles;
 mod any;
 mod clock;
 mod invalid;
+mod movements;
 mod restarts;
+mod senders;
 mod spikes;
 
 use std::f64::consts::TAU;
@@ -106,7 +108,7 @@ impl Bench {
         (0..instants).for_each(|_| self.instant(cutting, [false; 2]));
     }
 
-    /// What is recorded ends here.
+    /// Ends the recording.
     fn end(&mut self) {
         let records = &mut self.records;
         self.stream.finish(|record| records.push(record.clone()));
@@ -248,7 +250,8 @@ fn a_movement_ends_the_record_where_the_robot_last_stood() {
         bench.instant(true, [false; 2]);
     }
     bench.run(2200, true);
-    let (records, _) = bench.finish();
+    let (records, health) = bench.finish();
+    assert_eq!(health.without_pose, 0);
     let still = records
         .iter()
         .filter(|record| record.pose[1] == -0.7)
@@ -337,7 +340,7 @@ fn chatter_above_the_band_is_a_cut() {
     assert!(noise.iter().all(|noise| (noise / 0.2 - 1.0).abs() < 0.15), "{noise:?}");
 }
 
-/// What a sensor gives before it has started is no measure of what is quiet.
+/// Readings of a sensor before it has started are no measure of what is quiet.
 #[test]
 fn a_start_up_does_not_make_all_that_follows_a_cut() {
     let mut bench = Bench::new();

@@ -105,3 +105,42 @@ fn a_lone_frame_of_another_time_leaves_no_trace() {
     assert_eq!((health.refused, health.restarts), (1, 1));
     assert_eq!(lengths(&records).iter().filter(|length| **length == 2048).count(), 2);
 }
+
+/// The counters go on: the clock of the recording was set forward, or the sensors paused.
+#[test]
+fn a_clock_that_is_set_forward_is_a_pause() {
+    for jump_s in [1.0, 11.0, 3600.0] {
+        for angles_come_first in [false, true] {
+            let mut bench = Bench::new();
+            bench.run(1001, true);
+            bench.now += jump_s;
+            if angles_come_first {
+                bench.angles();
+            }
+            bench.run(1000, true);
+            let (_, health) = bench.finish();
+            assert_eq!((health.restarts, health.pauses, health.frames_lost), (1, 1, 0), "{jump_s}");
+        }
+        // It starts anew.
+        let mut bench = Bench::new();
+        bench.run(1001, true);
+        (bench.now, bench.counter) = (bench.now + jump_s, 7);
+        bench.run(1000, true);
+        let (_, health) = bench.finish();
+        assert_eq!((health.restarts, health.pauses), (1, 0), "{jump_s}");
+    }
+}
+
+/// A recording that was held up misses what the sensors sent meanwhile.
+#[test]
+fn frames_of_a_silence_are_not_those_that_a_bus_loses() {
+    for (lost, unheard) in [(100, 0), (4000, 8000)] {
+        let mut bench = Bench::new();
+        bench.run(1000, true);
+        (bench.now, bench.counter) = (bench.now + f64::from(lost) * PERIOD, bench.counter + lost);
+        bench.run(1000, true);
+        let (_, health) = bench.finish();
+        assert_eq!((health.frames_lost, health.restarts), (2 * u64::from(lost), 0));
+        assert_eq!(health.frames_unheard, unheard);
+    }
+}
