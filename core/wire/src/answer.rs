@@ -70,7 +70,7 @@ pub struct Drive {
 }
 
 impl Answer {
-    /// What is known, and of whom: a line for each of tool, lowest mode and drives.
+    /// The parts of the answer, each with its name: a line for each of tool, lowest mode and drives.
     pub fn parts(&self) -> [(&'static str, Part<'_>); 3] {
         [
             ("tool", Part::Tool(self)),
@@ -211,7 +211,7 @@ impl fmt::Display for Place<'_> {
     }
 }
 
-/// Of what record or test the pose is.
+/// The record or test whose pose it is.
 struct At<'a>(&'a Answer);
 
 impl fmt::Display for At<'_> {

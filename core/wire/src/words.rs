@@ -129,22 +129,32 @@ pub struct Within {
     pub interval: [f64; 2],
 }
 
-/// Part of the upper side by which both sides of an interval may differ and are shown as one number: one in its second digit.
+/// Part of the larger side by which both sides of an interval may differ and are shown as one number: one in its second digit.
 const ALIKE: f64 = 0.1;
 
 impl fmt::Display for Within {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [low, high] = self.interval;
         let (down, up) = (100.0 * (1.0 - low / self.value), 100.0 * (high / self.value - 1.0));
-        if up - down > ALIKE * up {
-            return write!(f, "-{down:.0} to +{up:.0} %");
+        if (up - down).abs() > ALIKE * up.max(down) {
+            write!(f, "-{} to +{} %", TwoDigits(down), TwoDigits(up))
+        } else {
+            write!(f, "±{} %", TwoDigits(0.5 * (down + up)))
         }
-        let half = 0.5 * (down + up);
-        match half {
-            ..0.01 => f.write_str("±<0.01 %"),
-            0.01..0.095 => write!(f, "±{half:.2} %"),
-            0.095..9.95 => write!(f, "±{half:.1} %"),
-            _ => write!(f, "±{half:.0} %"),
+    }
+}
+
+/// A part in per cent of which two digits count, and no more than hundredths.
+struct TwoDigits(f64);
+
+impl fmt::Display for TwoDigits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            ..=0.0 => f.write_str("0"),
+            ..0.01 => f.write_str("<0.01"),
+            ..0.095 => write!(f, "{:.2}", self.0),
+            ..9.95 => write!(f, "{:.1}", self.0),
+            _ => write!(f, "{:.0}", self.0),
         }
     }
 }
@@ -224,6 +234,9 @@ mod tests {
         assert_eq!(within(99.999, 100.001), "±<0.01 %");
         assert_eq!(within(88.0, 112.5), "±12 %");
         assert_eq!(within(56.0, 180.0), "-44 to +80 %");
+        assert_eq!(within(40.0, 110.0), "-60 to +10 %");
+        assert_eq!(within(99.9, 100.2), "-0.1 to +0.2 %");
+        assert_eq!(within(99.995, 103.0), "-<0.01 to +3.0 %");
     }
 
     #[test]
