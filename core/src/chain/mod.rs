@@ -6,6 +6,7 @@ mod jacobian;
 pub mod linearise;
 
 use core::error::Error;
+use core::f64::consts::TAU;
 use core::fmt;
 
 use heapless::Vec;
@@ -14,8 +15,8 @@ use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 use crate::MAX_JOINTS;
 pub use jacobian::Jacobian;
 
-/// Part of the largest principal moment by which it may exceed the sum of the two others. Files carry rounded numbers, and an inertia is
-/// not known better than this ([`Accuracies::typical`](crate::imperfection::Accuracies::typical)).
+/// Accuracy of an inertia that a file gives, and part of its largest principal moment by which that may exceed the sum of the two others:
+/// files carry rounded numbers.
 pub const INERTIA_TOLERANCE: f64 = 0.05;
 
 /// A rigid link, in the frame of the joint that carries it.
@@ -47,7 +48,7 @@ pub struct Joint {
     pub origin: Isometry3<f64>,
     /// Axis of the drive, in the joint frame. Without a meaning for a fixed joint.
     pub axis: Unit<Vector3<f64>>,
-    /// Whether the drive turns about the axis or slides along it, or whether there is none.
+    /// Motion of the drive, if there is one.
     pub kind: JointKind,
     /// The link that the joint carries.
     pub link: Link,
@@ -205,8 +206,21 @@ impl Joint {
     }
 }
 
+/// True if two poses (rad, m) differ by at most `within` in each angle, and by whole turns. No joint that slides has two poses that are a whole
+/// turn, 6.28 m, apart and otherwise alike.
+pub fn poses_agree(one: &[f64], other: &[f64], within: f64) -> bool {
+    let agree = |(one, other): (&f64, &f64)| libm::remainder(one - other, TAU).abs() <= within;
+    one.len() == other.len() && one.iter().zip(other).all(agree)
+}
+
+/// Moment by which no body has these principal moments, kg m²: that by which the largest exceeds the sum of the two others. It is above 0
+/// if one of them is below 0, too.
+pub fn inertia_excess(moments: [f64; 3]) -> f64 {
+    2.0 * moments.into_iter().fold(f64::MIN, f64::max) - moments.iter().sum::<f64>()
+}
+
 impl Link {
-    /// Whether a distribution of mass can have this inertia: it is symmetric and finite, its principal moments are positive,
+    /// True if a distribution of mass can have this inertia: it is symmetric and finite, its principal moments are positive,
     /// and none of them exceeds the sum of the two others by more than [`INERTIA_TOLERANCE`].
     pub fn has_physical_inertia(&self) -> bool {
         let inertia = self.inertia;
@@ -216,8 +230,7 @@ impl Link {
             return false;
         }
         let moments = inertia.symmetric_eigenvalues();
-        let (sum, largest) = (moments.sum(), moments.max());
-        moments.min() > 0.0 && sum - largest >= largest * (1.0 - INERTIA_TOLERANCE)
+        moments.min() > 0.0 && inertia_excess(moments.into()) <= INERTIA_TOLERANCE * moments.max()
     }
 }
 
@@ -237,6 +250,15 @@ mod tests {
         };
         assert!(is_physical([14.0, 95.05, 81.0]) && is_physical([0.012, 0.013, 0.026]));
         assert!(!is_physical([1.0, 1.0, 2.2]) && !is_physical([0.0, 1.0, 1.0]));
+    }
+
+    #[test]
+    fn a_pose_is_the_same_after_a_whole_turn() {
+        use core::f64::consts::PI;
+        let agrees = |other: [f64; 2]| poses_agree(&[PI, 0.2], &other, 1e-3);
+        assert!(agrees([PI, 0.2]) && agrees([-PI + 5e-4, 0.1995]) && agrees([3.0 * PI, 0.2]));
+        assert!(!agrees([0.0, 0.2]) && !agrees([-PI, 0.202]));
+        assert!(!poses_agree(&[0.2], &[0.2, 0.0], 1e-3));
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use core::f64::consts::TAU;
 
+use crate::chain::INERTIA_TOLERANCE;
+
 /// Standard deviations of the imperfections of one sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -75,7 +77,7 @@ pub struct Accuracies {
 }
 
 impl Accuracies {
-    /// What a careful integrator reaches.
+    /// Accuracies that a careful integrator reaches.
     ///
     /// | imperfection                | standard deviation | source                                                              |
     /// | --------------------------- | ------------------ | ------------------------------------------------------------------- |
@@ -133,7 +135,7 @@ impl Accuracies {
             centre_of_mass: 5e-3,
             joint_angle: 1e-3,
             elastic_centre: 0.01,
-            inertia: 0.05,
+            inertia: INERTIA_TOLERANCE,
             hysteresis: 0.3,
             servo: 0.05,
             load: 1e-5,

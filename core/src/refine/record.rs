@@ -9,7 +9,7 @@ use super::model::Model;
 use super::plant::Correction;
 use super::residuals::Residuals;
 use super::seam::{MAX_SEAM, Seam};
-use crate::chain::linearise::LinearisationError;
+use crate::chain::{linearise::LinearisationError, poses_agree};
 use crate::linear::normal::Normal;
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::Coordinates;
@@ -19,12 +19,12 @@ use crate::spectrum::Experiment;
 /// without bound against each other.
 pub(super) const SMALL_SEAM: f64 = 1e-11;
 
-/// Largest difference of two joint angles of the same pose, rad (m). Chosen: it changes a receptance by about 1 %.
-const SAME_POSE: f64 = 0.01;
+/// Largest difference of two joint angles of poses in which a model lacks the same, rad (m). Chosen: it changes a receptance by about 1 %.
+const ALIKE: f64 = 0.01;
 
-/// Whether two records are of the same pose: what a model lacks is then alike in both.
+/// True if the poses of two records are so near that the model lacks the same in both.
 pub(super) fn share_pose(one: &[f64], other: &[f64]) -> bool {
-    one.iter().zip(other).all(|(one, other)| (one - other).abs() <= SAME_POSE)
+    poses_agree(one, other, ALIKE)
 }
 
 /// Imperfections of the model, and memory of an assembly.

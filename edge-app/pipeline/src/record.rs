@@ -1,6 +1,7 @@
 //! Records and experiments of the pipeline, with their sizes and numbers.
 
 use flexid_core::MAX_JOINTS;
+use flexid_core::chain::poses_agree;
 
 /// Most samples of a record.
 pub const SAMPLES: usize = 32_768;
@@ -22,6 +23,6 @@ pub(crate) type Pose = heapless::Vec<f64, MAX_JOINTS>;
 const SAME_POSE: f64 = 1e-3;
 
 /// Returns whether two poses (rad, m) are the same.
-pub(crate) fn same_pose(one: &[f64], other: &[f64]) -> bool {
-    one.iter().zip(other).all(|(a, b)| (a - b).abs() <= SAME_POSE)
+pub fn same_pose(one: &[f64], other: &[f64]) -> bool {
+    poses_agree(one, other, SAME_POSE)
 }
