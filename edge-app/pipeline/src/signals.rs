@@ -39,7 +39,7 @@ pub struct OtherAngle {
     pub id: FrameId,
 }
 
-/// Whether each value of a frame lies at the limit of its signal: force x, y, z, acceleration x, y, z.
+/// True for each value of a frame that lies at the limit of its signal: force x, y, z, acceleration x, y, z.
 pub type Limits = [bool; 6];
 
 /// Layout of a frame.
@@ -126,6 +126,11 @@ impl SignalTable {
             Content::Joint { index, value } if usize::from(*index) == joint => Some(value),
             _ => None,
         })
+    }
+
+    /// Returns the step of the signal of a joint, rad (m); 0 if it is no signal of a frame.
+    pub(crate) fn angle_step(&self, joint: usize) -> f64 {
+        self.joint(joint).map_or(0.0, |signal| signal.scale.abs())
     }
 
     /// Returns whether the frames of an identifier carry force or acceleration.

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use flexid_core::imperfection::Accuracies;
+use flexid_core::stream::STATIC;
 
 use super::sections::{AccuracySection, Assumed, CalibrationSection};
 
@@ -20,7 +21,7 @@ struct Accuracy {
     /// SI unit over that of the section.
     scale: f64,
     unit: &'static str,
-    /// Whether a value of more than [`LOOSE`] times the typical one deserves a warning. Structure, ground, clocks, and growth with load may
+    /// True if a value of more than [`LOOSE`] times the typical one deserves a warning. Structure, ground, clocks, and growth with load may
     /// be so much worse on a real robot. Others are refused before they are so loose.
     is_warned_of: bool,
 }
@@ -99,11 +100,12 @@ pub fn loose(accuracies: &Accuracies) -> impl Iterator<Item = (&'static str, f64
 }
 
 /// Returns the accuracies, those that the section does not state as assumed. What `calibration` seeks has a prior there, and none
-/// here. `band_hz` is the band that is fitted.
+/// here. `band_hz` is the band that is fitted, and `angle_step` the largest step of a joint's signal, rad (m).
 pub(super) fn accuracies(
     section: &AccuracySection,
     calibration: &CalibrationSection,
     band_hz: [f64; 2],
+    angle_step: f64,
 ) -> Result<Accuracies, String> {
     let mut accuracies = match section.assume {
         Assumed::Typical => Accuracies::typical(),
@@ -128,6 +130,11 @@ pub(super) fn accuracies(
             (None, Some(_)) => *target = 0.0,
             (None, None) => {}
         }
+    }
+    let is_assumed = section.joint_angle_rad.is_none() && section.assume == Assumed::Typical;
+    if is_assumed && angle_step > STATIC {
+        // An angle lies anywhere in the step that is read.
+        accuracies.joint_angle = accuracies.joint_angle.hypot(angle_step / 12_f64.sqrt());
     }
     let Accuracies { force, accelerometer, .. } = &mut accuracies;
     // A filter beyond these limits is no small change of the band. A reading is then wrong by a ninth, or turned by a third of a radian.
@@ -187,6 +194,22 @@ mod tests {
             assert_eq!(*own(&mut accuracies), 0.0, "{key} is that of another");
             *own(&mut accuracies) = 1.0;
         }
+    }
+
+    #[test]
+    fn a_pose_is_as_uncertain_as_the_steps_of_its_angles() {
+        let joint_angle = |section: &AccuracySection, step| {
+            accuracies(section, &CalibrationSection::default(), [2.0, 200.0], step)
+                .unwrap()
+                .joint_angle
+        };
+        let mut section = AccuracySection::default();
+        let typical = Accuracies::typical().joint_angle;
+        assert_eq!(joint_angle(&section, 1e-5), typical);
+        let degree = joint_angle(&section, 1_f64.to_radians());
+        assert!((degree / 5.136e-3 - 1.0).abs() < 1e-3, "{degree}");
+        section.joint_angle_rad = Some(2e-3);
+        assert_eq!(joint_angle(&section, 1_f64.to_radians()), 2e-3);
     }
 
     #[test]

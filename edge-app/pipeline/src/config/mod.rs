@@ -50,13 +50,13 @@ pub struct Config {
     pub gravity: [f64; 3],
     /// Bounds of the parameters.
     pub bounds: Bounds,
-    /// What is sought: parameters that are not fixed, and nuisances.
+    /// Quantities that are sought: parameters that are not fixed, and nuisances.
     pub sought: Sought,
     /// Standard deviations of what may be off.
     pub accuracies: Accuracies,
-    /// Whether what the file does not state of them is taken as perfect, not as typical.
+    /// True if those that the file does not state are taken as perfect, not as typical.
     pub assumes_perfect: bool,
-    /// Whether an estimate adopts what explains the records. The file does not say.
+    /// True if an estimate adopts what explains the records. The file does not say.
     pub adopts_explanations: bool,
     /// Name of the CAN interface.
     pub interface: String,
@@ -95,7 +95,7 @@ impl Config {
         Self::parse(file, &input::read_regular(file)?)
     }
 
-    /// As [`Config::load`], to fit the static tests that the file names. If it names some, it may leave out `[bus]`, `[signals]` and
+    /// The same as [`Config::load`], to fit the static tests that the file names. If it names some, it may leave out `[bus]`, `[signals]` and
     /// `[measurement]`: then the config has no signals, and no record can be taken with it.
     ///
     /// # Errors
@@ -117,7 +117,7 @@ impl Config {
         Self::read(file, text, false)
     }
 
-    /// As [`Config::parse`]. `statics_suffice` says whether static tests may stand without the sections that describe records.
+    /// The same as [`Config::parse`]. `statics_suffice` says whether static tests may stand without the sections that describe records.
     fn read(file: &Path, text: &str, statics_suffice: bool) -> Result<Self, BadInput> {
         let raw: sections::File = input::parse_toml(file, text)?;
         let base = file.parent().unwrap_or(Path::new(""));
@@ -157,8 +157,12 @@ impl Config {
         };
         let bounds = raw.bounds.check(&model).map_err(bad)?;
         let sought = sought::sought(&raw.calibration, &raw.parameters, &model).map_err(bad)?;
-        let accuracies = accuracy::accuracies(&raw.accuracy, &raw.calibration, recording.band_hz)
-            .map_err(bad)?;
+        let angle_steps =
+            (0..model.driven().count()).map(|joint| recording.signals.angle_step(joint));
+        let angle_step = angle_steps.fold(0.0, f64::max);
+        let accuracies =
+            accuracy::accuracies(&raw.accuracy, &raw.calibration, recording.band_hz, angle_step)
+                .map_err(bad)?;
         let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
         let statics = match &raw.statics {
             Some(section) => statics::load(&base.join(&section.file), &model)?,
@@ -211,7 +215,7 @@ impl Config {
     pub fn stream(&self) -> StreamConfig {
         let mut angles = [AngleSignal::FINE; MAX_JOINTS];
         for (index, (joint, angle)) in self.model.driven().zip(&mut angles).enumerate() {
-            let resolution = self.signals.joint(index).map_or(0.0, |signal| signal.scale.abs());
+            let resolution = self.signals.angle_step(index);
             *angle = AngleSignal { resolution, turns: joint.kind == Kind::Revolute };
         }
         StreamConfig {
