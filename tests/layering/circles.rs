@@ -213,7 +213,7 @@ impl Uses {
     }
 
     /// The path from the root of the crate; `None` for a path of another crate.
-    fn from_root(&self, path: Module) -> Option<Module> {
+    fn resolved(&self, path: Module) -> Option<Module> {
         let mut rest = path.into_iter().peekable();
         let mut names = self.module.clone();
         match rest.peek()?.as_str() {
@@ -242,7 +242,7 @@ impl Visit<'_> for Uses {
         flatten(&item.tree, Vec::new(), &mut paths);
         let is_private = matches!(item.vis, Visibility::Inherited);
         for (path, name) in paths {
-            if let Some(path) = self.from_root(path) {
+            if let Some(path) = self.resolved(path) {
                 self.found.push(Use { path, name: name.filter(|_| !is_private) });
             }
         }
