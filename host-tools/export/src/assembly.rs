@@ -1,7 +1,7 @@
 //! The robot at its pose: frames, links, bushings, elongations at rest.
 
 use flexid_core::chain::linearise::LinearisationError;
-use flexid_core::chain::{Chain, Joint, Link};
+use flexid_core::chain::{Chain, Joint, Link, inertia_excess};
 use flexid_core::imperfection::Imperfection;
 use flexid_core::parameters::Bushing;
 use flexid_core::refine::{Mechanics, Places};
@@ -147,7 +147,7 @@ pub(crate) fn check(robot: &Robot, chain: &Chain) -> Result<(), ExportError> {
 /// Returns the link of a joint with principal moments of which none exceeds the sum of the two others.
 fn admissible(joint: &Joint, remarks: &mut Vec<String>) -> Link {
     let moments = joint.link.inertia.symmetric_eigenvalues();
-    let excess = 2.0 * moments.max() - moments.sum();
+    let excess = inertia_excess(moments.into());
     let margin = ROUNDING * moments.max();
     if excess < -margin {
         return joint.link;

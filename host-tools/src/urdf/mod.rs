@@ -12,7 +12,7 @@ mod spread;
 mod tree;
 
 use flexid_core::MAX_JOINTS;
-use flexid_core::chain::INERTIA_TOLERANCE;
+use flexid_core::chain::{INERTIA_TOLERANCE, inertia_excess};
 use flexid_pipeline::model::{Kind, Model, ModelError, ModelJoint, Tcp};
 use nalgebra::{Isometry3, Matrix3, Unit};
 
@@ -42,15 +42,15 @@ pub struct Imported {
 /// Sawyer, Gen3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Of the mass of each link, relative: 0.31 as a root mean square over masses, last links left out, since what counts there is the tool.
+    /// Mass of each link, relative: 0.31 as a root mean square over masses, last links left out, since what counts there is the tool.
     pub mass: f64,
-    /// Of its moments of inertia, relative: they are off by a factor of 1.9, and 0.5 is the most that can be stated.
+    /// Moments of inertia of each link, relative: they are off by a factor of 1.9, and 0.5 is the most that can be stated.
     pub inertia: f64,
-    /// Of its centre of mass along each axis, m: 5.1 % of the whole way.
+    /// Centre of mass of each link along each axis, m: 5.1 % of the whole way.
     pub centre_of_mass_m: f64,
 }
 
-/// What the first driven joint stands on.
+/// Ground of the first driven joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
     /// A ground that does not give way.
@@ -203,7 +203,7 @@ impl Importer<'_> {
                     own.mass
                 ));
             }
-            if excess(&moments) > INERTIA_TOLERANCE * moments[2] {
+            if inertia_excess(moments) > INERTIA_TOLERANCE * moments[2] {
                 impossible.push((link.clone(), moments));
             }
             body.add(&own);
@@ -226,7 +226,7 @@ impl Importer<'_> {
         // What matters is the body as a whole: frames of no size are given any inertia.
         let largest = principal_moments(&body.central_inertia())[2];
         for (link, moments) in impossible {
-            if excess(&moments) > INERTIA_TOLERANCE * largest {
+            if inertia_excess(moments) > INERTIA_TOLERANCE * largest {
                 return Err(UrdfError::Inertia { link, moments });
             }
             self.warnings.push(format!(
@@ -332,11 +332,6 @@ fn principal_moments(inertia: &Matrix3<f64>) -> [f64; 3] {
     let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
     moments.sort_by(f64::total_cmp);
     moments
-}
-
-/// Moment by which no body has these principal moments: that by which one is below 0, or above the sum of the two others.
-fn excess([least, middle, largest]: &[f64; 3]) -> f64 {
-    (largest - middle - least).max(-least)
 }
 
 /// The numbers rounded to 12 digits of the largest one, for a file that people read.

@@ -1,4 +1,4 @@
-//! What a report shows beside the fit itself, as the result file carries it: spectra, measured receptance, course, data quality, origin.
+//! Evidence beside the fit itself, as the result file carries it for reports: spectra, measured receptance, course, data quality, origin.
 //!
 //! Everything but the origin follows from the records by the fit. Curves have at most [`POINTS`] points, of five digits.
 
@@ -8,7 +8,7 @@ mod quality;
 mod spectra;
 
 use flexid_pipeline::solver::{CoursePoint, FittedRecord};
-use flexid_pipeline::{Counts, Outcome};
+use flexid_pipeline::{Counts, Outcome, same_pose};
 use serde::{Deserialize, Serialize};
 
 pub use frf::{MeasuredPoint, MeasuredReceptance, Signals, estimate};
@@ -18,10 +18,8 @@ pub use spectra::{Octave, RecordEvidence, RecordSpectra};
 
 /// Most points of a curve. Chosen: more than a panel of a page has pixels to tell them apart.
 pub const POINTS: usize = 240;
-/// Largest difference between the angles of one pose, rad (m): that of the pipeline.
-const SAME_POSE: f64 = 1e-3;
 
-/// What the records say, beside the parameters.
+/// Evidence of the records, beside the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Records that the fit rests on.
@@ -48,7 +46,7 @@ pub struct Step {
 }
 
 impl Evidence {
-    /// What the records of an outcome say.
+    /// The evidence of an outcome's records.
     pub fn of(outcome: &Outcome) -> Self {
         let Outcome { records, course, counts, .. } = outcome;
         Self::new(records, course, counts)
@@ -96,12 +94,6 @@ impl From<&CoursePoint> for Step {
         let CoursePoint { step, starts, records, misfit } = *point;
         Self { step, starts, records, misfit: rounded(misfit) }
     }
-}
-
-/// Whether two poses (rad, m) are the same.
-pub(crate) fn same_pose(one: &[f64], other: &[f64]) -> bool {
-    one.len() == other.len()
-        && one.iter().zip(other).all(|(one, other)| (one - other).abs() <= SAME_POSE)
 }
 
 /// A number to five digits.

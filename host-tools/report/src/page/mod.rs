@@ -16,12 +16,12 @@ mod residuals;
 mod spectra;
 mod verdict;
 
+use flexid_pipeline::same_pose;
 use flexid_prediction::Dynamics;
 use flexid_prediction::modes::Mode;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::document::Document;
-use crate::evidence::same_pose;
 
 const STYLE: &str = include_str!("style.css");
 /// Names of the axes of the tool centre point.
@@ -83,7 +83,7 @@ pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
 struct Pose<'a> {
     /// Joint angles, rad (m).
     angles: Vec<f64>,
-    /// What the robot does there. `None` where it does not stand.
+    /// Its dynamics there. `None` where it does not stand.
     dynamics: Option<Dynamics<'a>>,
     /// Modes up to the end of the band, the lowest first.
     modes: Vec<Mode>,
@@ -112,7 +112,7 @@ fn poses(document: &Document) -> (Vec<Pose<'_>>, usize) {
     (first.map(|angles| Pose::new(document, angles.clone())).collect(), others)
 }
 
-/// What opens by its title.
+/// A part that opens by its title.
 fn folded(title: &str, contents: &Markup) -> Markup {
     html! { details { summary { (title) } (contents) } }
 }
@@ -122,7 +122,7 @@ fn folded_section(id: &str, title: &str, contents: &Markup) -> Markup {
     html! { section id=(id) { (folded(title, contents)) } }
 }
 
-/// What stands where an entry of the file is missing.
+/// The sentence that stands where an entry of the file is missing.
 fn missing(entry: &str) -> Markup {
     html! {
         p.missing {

@@ -1,5 +1,6 @@
 //! Receptance, measured against modelled: magnitude, phase and coherence of each pose.
 
+use flexid_pipeline::same_pose;
 use flexid_prediction::receptance::ReceptancePoint;
 use maud::{Markup, html};
 use nalgebra::Complex;
@@ -12,7 +13,7 @@ use crate::charts::panel::{Band, Curve, Labels, Panel};
 use crate::charts::scale::Scale;
 use crate::charts::{Colour, Drawn, Mark, legend, svg};
 use crate::document::Document;
-use crate::evidence::{MeasuredPoint, MeasuredReceptance, same_pose};
+use crate::evidence::{MeasuredPoint, MeasuredReceptance};
 
 /// Frequencies of a model's curve, but for those near its modes.
 const POINTS: usize = 96;
@@ -74,7 +75,7 @@ fn figure(document: &Document, index: usize, own: &Pose<'_>) -> Markup {
     }
 }
 
-/// What the measured curve rests on, and what is left out of it.
+/// The records that the measured curve rests on, and the part of it that is shown.
 fn note(measured: Option<&MeasuredReceptance>) -> Markup {
     let Some(measured) = measured else {
         return html! { "No measured curve." };
@@ -162,14 +163,14 @@ fn chart(
     })
 }
 
-/// What two panels show: curves, complex, m/N.
+/// Contents of two panels: curves, complex, m/N.
 struct Entry {
     title: String,
-    /// Of the model, with the 95 % bands of magnitude and phase, rad, where they are known.
+    /// Curve of the model, with the 95 % bands of magnitude and phase, rad, where they are known.
     model: Vec<(f64, Option<Complex<f64>>)>,
     bands: [Vec<(f64, [f64; 2])>; 2],
     measured: Vec<(f64, Option<Complex<f64>>)>,
-    /// Of the fitted acceleration.
+    /// Curve of the fitted acceleration.
     fitted: Vec<(f64, Option<Complex<f64>>)>,
 }
 
