@@ -17,7 +17,7 @@ const LOST: f64 = 0.005;
 pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
     let stream = &survey.counts.stream;
     let mut findings: Vec<Finding> = of_obstacle(survey).into_iter().collect();
-    let lost = stream.frames_lost;
+    let lost = stream.frames_lost - stream.frames_unheard;
     let is_missing = |one: &Identifier| one.is_sampled && one.traffic.frames == 0;
     if survey.expected.iter().any(is_missing) {
         // The sensor that is missing has a finding of its own.
@@ -48,6 +48,14 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
         let mend = "right if the sensors paused; else the clock of the recording was set";
         findings.push(Finding::new(Note, ABOUT, finding, mend));
     }
+    if stream.frames_unheard > 0 {
+        let finding = format!(
+            "{} of force and acceleration not recorded in silences of more than 0.5 s, over which the counters run on",
+            count(stream.frames_unheard, "frame")
+        );
+        let mend = "right if the recording was paused; else see whether the bus was off";
+        findings.push(Finding::new(Note, ABOUT, finding, mend));
+    }
     if restarts > 0 {
         // Counters may begin anew with each recording.
         let is_often = stream.records > 0 && restarts > stream.records + stream.without_pose;
@@ -70,7 +78,7 @@ fn came_again(survey: &Survey, frames: u64) -> bool {
     survey.expected.iter().any(|one| one.is_sampled && one.traffic.again >= frames)
 }
 
-/// What keeps most frames from becoming records.
+/// The obstacle that keeps most frames from becoming records.
 fn of_obstacle(survey: &Survey) -> Option<Finding> {
     let (finding, mend) = match survey.obstacle.as_ref()? {
         // A frame that comes again, bit by bit, has a finding of its own.
@@ -119,6 +127,19 @@ mod tests {
             judge(&survey)[0]
                 .finding
                 .starts_with("100 frames of force and acceleration lost (1.0 %)")
+        );
+    }
+
+    #[test]
+    fn a_recording_that_was_paused_has_lost_nothing() {
+        let mut survey = good();
+        survey.counts.stream.frames = 10_000;
+        (survey.counts.stream.frames_lost, survey.counts.stream.frames_unheard) = (4002, 4000);
+        let findings = judge(&survey);
+        assert!(findings[0].finding.starts_with("2 frames of force and acceleration lost (0.0 %)"));
+        assert_eq!((findings[0].severity, findings[1].severity), (Note, Note));
+        assert!(
+            findings[1].finding.starts_with("4000 frames of force and acceleration not recorded")
         );
     }
 
