@@ -342,8 +342,9 @@ mod tests {
                     "text": "joint_1 tx stiffness is hardly determined by these poses (standard deviation 50 %)",
                 }],
                 "residuals": {
-                    "consistency": 1.0, "structure": 0.0, "size_objects": false, "structure_objects": false,
-                    "meaning": "noise", "text": "noise explains them (χ²/dof 1.00, structure 0 %)",
+                    "consistency": 1.0, "whiteness": 0.0, "structure": 0.0,
+                    "size_objects": false, "whiteness_objects": false, "structure_objects": false,
+                    "meaning": "noise", "text": "noise explains them (χ²/dof 1.00)",
                 },
                 "left_over": [{
                     "direction": { "axis": 2, "times": 2.25 },

@@ -91,7 +91,8 @@ impl Judged {
         self.objective < other.objective - RIVAL * self.inflation()
     }
 
-    fn inflation(&self) -> f64 {
+    /// χ² per degree of freedom, but at least 1.
+    pub(super) fn inflation(&self) -> f64 {
         (self.sum_of_squares / self.degrees_of_freedom.max(1.0)).max(1.0)
     }
 

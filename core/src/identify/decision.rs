@@ -112,7 +112,7 @@ pub(super) fn of_found(found: &Minimum, circumstances: &Circumstances) -> OfFoun
 pub(super) fn of_best(best: &Minimum, searches: Searches) -> OfBest {
     let Searches { starts, is_explained_implausibly, is_corrected } = searches;
     let structured = structure_is_beyond_noise(&best.judged().structure);
-    let (enough, acceptance) = match (best.is_consistent(), best.is_structured()) {
+    let (enough, acceptance) = match (best.is_consistent(), best.structure_objects()) {
         (true, false) => (TIMES_CONSISTENT, Acceptance::Consistent),
         (true, true) if !structured && is_corrected => (TIMES_CONSISTENT, Acceptance::Consistent),
         (true, true) if !structured => (TIMES_SUSPECT, Acceptance::Consistent),
@@ -204,6 +204,7 @@ mod tests {
         for (sum_of_squares, structure, times, starts, expected) in [
             (2000.0, 0.0, 1, 1, go_on(true, true)),
             (2000.0, 0.0, 2, 2, OfBest::Conclude(Consistent)),
+            (2000.0, 0.05, 2, 2, OfBest::Conclude(Consistent)),
             (2000.0, 0.12, 3, 3, go_on(true, true)),
             (2000.0, 0.12, 4, 4, OfBest::Conclude(Consistent)),
             (2000.0, 0.22, 4, 4, OfBest::Conclude(ModelSuspect)),
@@ -212,6 +213,10 @@ mod tests {
             (4000.0, 0.0, 2, 2, OfBest::Conclude(Consistent)),
             (4000.0, 0.12, 3, 3, go_on(true, true)),
             (4000.0, 0.12, 4, 4, OfBest::Conclude(ModelSuspect)),
+            // The part that is not random is 0.7 of the noise, or less than a tenth.
+            (16000.0, 0.09, 3, 3, go_on(true, true)),
+            (16000.0, 0.09, 4, 4, OfBest::Conclude(ModelSuspect)),
+            (16000.0, 0.01, 2, 2, OfBest::Conclude(Consistent)),
             (22000.0, 0.0, 4, 4, OfBest::Conclude(ModelSuspect)),
             (2e5, 0.0, 3, 8, go_on(false, false)),
         ] {

@@ -16,7 +16,7 @@ use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Acceptance {
     /// The residuals are as large as the noise explains, on a plant that is not perfect with the imperfections fitted; where they have more
-    /// structure than noise, up to 30 %, the standard deviations are robust. Or they are random, and up to ten times as large: the cut has more
+    /// structure than noise, up to 25 %, the standard deviations are robust. Or they are random, and up to ten times as large: the cut has more
     /// noise than the rest.
     Consistent,
     /// The same minimum was reached from several searches, and its residuals are larger than the noise explains, or have more structure than
@@ -53,24 +53,24 @@ pub struct Estimate {
     pub found_by: FoundBy,
     /// Structure of the residuals along the band. Where there is some, the model or the colour of the noise is wrong.
     pub structure: Structure,
-    /// Whether the residuals are larger than noise explains.
+    /// The residuals are larger than noise explains.
     pub size_objects: bool,
-    /// Whether the residuals are far smaller than the stated noise, which is then too large.
+    /// The residuals are far smaller than the stated noise, which is then too large.
     pub noise_too_loud: bool,
-    /// Whether they have so much structure along the band that it matters to the intervals.
+    /// The residuals have so much structure along the band, in units of the noise, that it matters to the intervals.
     pub structure_objects: bool,
-    /// Whether the residuals of the static tests by themselves are larger than their noise explains.
+    /// The residuals of the static tests by themselves are larger than their noise explains.
     pub statics_object: bool,
-    /// Whether the records stand clear of the noise, so that it cannot hide a wrong minimum.
+    /// The records stand clear of the noise, so that it cannot hide a wrong minimum.
     pub stands_clear: bool,
     /// Covariance of the unknowns; [`Identifier::sought`](super::Identifier::sought) says which they are.
     pub covariance: Covariance,
     /// Combinations of unknowns that the data determine badly, the worst first. Without records no single damping is one.
     pub weak_directions: Vec<Direction, MAX_DIRECTIONS>,
-    /// Whether the standard deviations hold also where the residuals are not those of noise: they are no smaller than those by the scatter
+    /// The standard deviations hold also where the residuals are not those of noise: they are no smaller than those by the scatter
     /// between blocks of the records.
     pub is_robust: bool,
-    /// Whether the records need imperfections that no plausible plant has: the minimum may be a wrong one, or a parameter fixed at a wrong
+    /// The records need imperfections that no plausible plant has: the minimum may be a wrong one, or a parameter fixed at a wrong
     /// value.
     pub is_of_implausible_plant: bool,
     /// How well a fit to the others predicts each experiment, in their order; empty if there are no others.
@@ -91,13 +91,13 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Whether the residuals have more structure along the band than any noise, also one that has lines.
+    /// Returns whether the residuals have more structure along the band than any noise, also one that has lines.
     pub fn is_structured_beyond_noise(&self) -> bool {
         structure_is_beyond_noise(&self.structure)
     }
 
-    /// Of a minimum, where `refinement` stands and has been [fitted](Refinement::fit) to so many `experiments`. The prediction of the
-    /// experiments held out is the caller's.
+    /// Returns the estimate of a minimum, where `refinement` stands and has been [fitted](Refinement::fit) to so many `experiments`. The
+    /// prediction of the experiments held out is the caller's.
     pub(super) fn of(
         minimum: &Minimum,
         acceptance: Acceptance,

@@ -134,7 +134,7 @@ impl Refinement {
                 problem.bounds,
             ),
             covariance,
-            structure: summary.statistic.structure(),
+            structure: summary.structures.structure(),
             ssp: summary.similarities.median_and_largest(),
             contradiction: self.retired.contradiction(&self.minimiser.normal, &values),
         }

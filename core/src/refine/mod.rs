@@ -78,7 +78,7 @@ pub use residuals::Agreement;
 pub(crate) use retired::Retired;
 use retired::RetiredInformation;
 use seam::Seam;
-pub use structure::Structure;
+pub use structure::{Local, Structure};
 use sum_of_squares::SumOfSquares;
 pub use unexplained::BinLeft;
 pub(crate) use unexplained::Unexplained;

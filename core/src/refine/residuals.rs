@@ -88,41 +88,40 @@ impl Residuals {
         }
     }
 
-    /// Box and Pierce's statistic of the residuals' autocorrelation (1970), `(n + 2) Σ r²`, added up over the axes: the band is taken as the spectrum of a series sampled at twice its width, of n = 2 × bins samples.
+    /// Box and Pierce's statistic of the residuals' autocorrelation (1970), `(n + 2) Σ r²`, along each axis: the band is taken as the
+    /// spectrum of a series sampled at twice its width, of n = 2 × bins samples.
     ///
     /// That series is periodic, and every lag uses all of it, so that Ljung and Box's weights (1978) have no place: the
     /// variance of r is `1 / (n + 2)` at every lag, exactly, since the powers of white bins, over their sum, are spread evenly
     /// over a simplex.
-    pub(super) fn whiteness(&self) -> Statistic {
+    pub(super) fn box_pierce(&self) -> [Statistic; 3] {
         // Few bins have few lags that are not each other's mirror images, and the fit has had its part of them.
         let lags = LAGS.min(self.bins / 8);
         let gain = 2.0 * (self.bins + 1) as f64;
-        let statistic = |axis: &Axis| {
-            let lags = axis.lags.iter().take(lags);
-            let correlations = lags.map(|lag| lag / axis.power.max(f64::MIN_POSITIVE));
-            gain * correlations.map(|r| r * r).sum::<f64>()
-        };
-        Statistic {
-            statistic: self.axes.iter().map(statistic).sum(),
-            expected: (3 * lags) as f64,
-            gain: 3.0 * gain,
-        }
+        self.axes.map(|axis| {
+            let correlations =
+                axis.lags.iter().take(lags).map(|lag| lag / axis.power.max(f64::MIN_POSITIVE));
+            Statistic {
+                statistic: gain * correlations.map(|r| r * r).sum::<f64>(),
+                expected: lags as f64,
+                gain,
+            }
+        })
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::structure::Structure;
+pub(super) mod tests {
     use super::*;
 
     const BINS: usize = 800;
 
     fn residuals(shape: impl Fn(usize) -> f64) -> Residuals {
-        noise(BINS, 7, shape)
+        noise(BINS, 7, |bin| [shape(bin); 3])
     }
 
-    /// Complex white noise of unit variance in each part, times what `shape` says of a bin.
-    fn noise(bins: usize, seed: u64, shape: impl Fn(usize) -> f64) -> Residuals {
+    /// Complex white noise of unit variance in each part, times what `shape` says of a bin along each axis.
+    fn noise(bins: usize, seed: u64, shape: impl Fn(usize) -> [f64; 3]) -> Residuals {
         let mut state = seed;
         let mut uniform = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
@@ -130,8 +129,8 @@ mod tests {
         };
         let mut residuals = Residuals::new(bins);
         for bin in 0..bins {
-            let white = core::array::from_fn(|_| {
-                let radius = libm::sqrt(-2.0 * libm::log(uniform())) * shape(bin);
+            let white = shape(bin).map(|amplitude| {
+                let radius = libm::sqrt(-2.0 * libm::log(uniform())) * amplitude;
                 let angle = core::f64::consts::TAU * uniform();
                 [radius * libm::cos(angle), radius * libm::sin(angle)]
             });
@@ -140,9 +139,25 @@ mod tests {
         residuals
     }
 
+    /// Noise of record `number`, whose power varies along the band by a cosine of these root mean squares along each axis.
+    pub(in super::super) fn drawn(number: u64, bins: usize, sizes: [f64; 3]) -> Residuals {
+        let seed = number.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(11);
+        noise(bins, seed, |bin| {
+            let cosine = libm::cos(core::f64::consts::TAU * 2.0 * bin as f64 / bins as f64);
+            sizes.map(|size| libm::sqrt(1.0 + core::f64::consts::SQRT_2 * size * cosine))
+        })
+    }
+
+    /// Statistic of all axes, and its expectation for noise.
+    fn statistic(residuals: &Residuals) -> [f64; 2] {
+        let axes = residuals.box_pierce();
+        [axes.map(|axis| axis.statistic), axes.map(|axis| axis.expected)]
+            .map(|of_axes| of_axes.iter().sum())
+    }
+
     #[test]
     fn white_residuals_have_the_expected_statistic() {
-        let Statistic { statistic, expected, .. } = residuals(|_| 1.0).whiteness();
+        let [statistic, expected] = statistic(&residuals(|_| 1.0));
         assert!((statistic - expected).abs() < 3.0 * libm::sqrt(2.0 * expected), "{statistic}");
     }
 
@@ -150,57 +165,20 @@ mod tests {
     /// the two of `n + 2` it is 11 % too small.
     #[test]
     fn few_bins_have_the_expected_statistic() {
-        const RECORDS: u64 = 20_000;
-        let mut sum = [0.0; 2];
-        for seed in 0..RECORDS {
-            let own = noise(8, seed.wrapping_mul(0x9E37_79B9_7F4A_7C15), |_| 1.0).whiteness();
-            sum = [sum[0] + own.statistic, sum[1] + own.expected];
+        let mut sums = [0.0; 2];
+        for number in 0..20_000 {
+            let own = statistic(&drawn(number, 8, [0.0; 3]));
+            sums = [sums[0] + own[0], sums[1] + own[1]];
         }
-        let ratio = sum[0] / sum[1];
+        let ratio = sums[0] / sums[1];
         assert!((ratio - 1.0).abs() < 0.03, "{ratio} of the expectation");
     }
 
     #[test]
     fn a_resonance_that_is_left_is_seen() {
         let bump = |bin: usize| if (300..360).contains(&bin) { 1.7 } else { 1.0 };
-        let Statistic { statistic, expected, .. } = residuals(bump).whiteness();
+        let [statistic, expected] = statistic(&residuals(bump));
         assert!(statistic - expected > 5.0 * libm::sqrt(2.0 * expected), "{statistic}");
-    }
-
-    /// Of so many records of so many bins, whose power varies along the band by a cosine of this amplitude.
-    fn structure(records: u64, bins: usize, amplitude: f64) -> Structure {
-        let mut all = Statistic::default();
-        for record in 0..records {
-            let seed = record.wrapping_mul(0x9E37_79B9_7F4A_7C15) + 11;
-            let phase = |bin: usize| core::f64::consts::TAU * 2.0 * bin as f64 / bins as f64;
-            let shape = |bin| libm::sqrt(1.0 + amplitude * libm::cos(phase(bin)));
-            all.add(noise(bins, seed, shape).whiteness());
-        }
-        all.structure()
-    }
-
-    /// The root mean square of a cosine is its amplitude over √2.
-    #[test]
-    fn the_size_does_not_depend_on_records_and_bins() {
-        for (amplitude, least, most) in [(0.18, 0.10, 0.16), (0.5, 0.33, 0.38)] {
-            for records in [3, 8, 16, 60] {
-                for bins in [800, 1600] {
-                    let found = structure(records, bins, amplitude);
-                    let what = (amplitude, records, bins, found);
-                    assert!(found.is_there() && (least..most).contains(&found.size), "{what:?}");
-                    assert!(found.exceeds(least) && !found.exceeds(most), "{what:?}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn noise_has_none() {
-        for records in [1, 3, 8, 16, 60] {
-            for bins in [8, 100, 800] {
-                assert!(!structure(records, bins, 0.0).is_there(), "{records} {bins}");
-            }
-        }
     }
 
     #[test]

@@ -1,20 +1,20 @@
 //! What the residuals of all records together say.
 
 use super::residuals::Residuals;
-use super::structure::Statistic;
+use super::structure::Structures;
 
 /// Sums over records.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Summary {
     pub(super) similarities: Similarities,
-    pub(super) statistic: Statistic,
+    pub(super) structures: Structures,
 }
 
 impl Summary {
     /// Takes a record.
     pub(super) fn push(&mut self, residuals: &Residuals) {
         self.similarities.push(residuals.similarity());
-        self.statistic.add(residuals.whiteness());
+        self.structures.push(&residuals.box_pierce());
     }
 }
 

@@ -76,8 +76,10 @@ mod tests {
         };
         let residuals = Residuals {
             consistency: 1.0,
+            whiteness: 0.0,
             structure: 0.0,
             size_objects: false,
+            whiteness_objects: false,
             structure_objects: false,
             meaning: Meaning::Noise,
         };

@@ -5,17 +5,23 @@ use core::fmt;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Residuals between model and measurement: whether noise explains their size and their structure.
+/// Size and structure of the residuals between model and measurement, and what objects to them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Residuals {
     /// χ² per degree of freedom, as in [`Fit::consistency`](crate::report::Fit::consistency).
     pub consistency: f64,
-    /// Structure of the residuals: how much their mean square, smoothed to a sixteenth of the band, varies along the band, as a root mean
-    /// square in their mean over the band, without what noise adds. 0.1 makes intervals that rest on a part of the band 5 % too narrow.
+    /// Significance of the structure of the residuals along the band, in standard deviations: about N(0, 1) if noise explains it. It grows
+    /// with bins and records.
+    pub whiteness: f64,
+    /// Size of that structure: how much the mean square of the residuals, smoothed to a sixteenth of the band, varies along the band, as a
+    /// root mean square in their mean over the band, without what noise adds. It is that of one record or axis that surely has more than
+    /// all of them. 0.1 makes intervals that rest on a part of the band 5 % too narrow.
     pub structure: f64,
-    /// Whether the residuals are larger than noise explains.
+    /// The residuals are larger than noise explains.
     pub size_objects: bool,
-    /// Whether the residuals have structure that noise does not explain and that matters.
+    /// The residuals have structure that noise hardly ever makes, however little. Without it the size of the structure says nothing.
+    pub whiteness_objects: bool,
+    /// The residuals have structure that noise does not explain and that matters.
     pub structure_objects: bool,
     /// Meaning of size and structure.
     pub meaning: Meaning,
@@ -63,8 +69,8 @@ pub enum Objection {
     WrongMinimum {
         /// χ² per degree of freedom.
         consistency: f64,
-        /// Structure, as [`Residuals::structure`].
-        structure: f64,
+        /// Structure, as [`Residuals::structure`], if there is any.
+        structure: Option<f64>,
     },
     /// The model is wrong.
     WrongModel {
@@ -97,9 +103,10 @@ pub enum Objection {
 
 impl fmt::Display for Residuals {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (size, structure) = (Size(self.consistency), Structure(self.structure));
+        let size = Size(self.consistency);
+        let structure = Structure(Some(self.structure).filter(|_| self.whiteness_objects));
         let meaning = match self.meaning {
-            Meaning::Noise => return write!(f, "noise explains them ({size}, {structure})"),
+            Meaning::Noise => return write!(f, "noise explains them ({})", Both(size, structure)),
             Meaning::StaticNoise => {
                 return write!(f, "noise explains those of the static tests ({size})");
             }
@@ -110,7 +117,7 @@ impl fmt::Display for Residuals {
                 return write!(f, "{size} objects: the noise is taken for louder than it is");
             }
             Meaning::StaticTests => {
-                return write!(f, "static tests object ({size}, {structure})");
+                return write!(f, "static tests object ({})", Both(size, structure));
             }
             Meaning::WrongMinimum => "the minimum may be a wrong one",
             Meaning::WrongModel => "the model is wrong",
@@ -133,11 +140,28 @@ impl fmt::Display for Size {
     }
 }
 
-struct Structure(f64);
+/// Size of the structure, if there is any.
+struct Structure(Option<f64>);
 
 impl fmt::Display for Structure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "structure {:.0} %", 100.0 * self.0)
+        match self.0 {
+            Some(structure) => write!(f, "structure {:.0} %", 100.0 * structure),
+            None => f.write_str("structure"),
+        }
+    }
+}
+
+/// The size, and the structure if there is any.
+struct Both<S>(S, Structure);
+
+impl<S: fmt::Display> fmt::Display for Both<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(size, structure) = self;
+        match structure {
+            Structure(None) => size.fmt(f),
+            Structure(Some(_)) => write!(f, "{size}, {structure}"),
+        }
     }
 }
 
@@ -156,9 +180,9 @@ impl fmt::Display for Objection {
             ),
             Self::WrongMinimum { consistency, structure } => write!(
                 f,
-                "residuals of that minimum object (χ²/dof {consistency:.1}, {}): if other records do not \
+                "residuals of that minimum object ({}): if other records do not \
                  help, check masses, TCP, [mounting], gravity, axes and units of the signals",
-                Structure(*structure)
+                Both(format_args!("χ²/dof {consistency:.1}"), Structure(*structure))
             ),
             Self::WrongModel { consistency } => write!(
                 f,
@@ -185,7 +209,7 @@ impl fmt::Display for Objection {
                 f,
                 "residuals are small, but not random ({}): state in [accuracy] what may be further off; \
                  or check gravity, filters, [mounting]",
-                Structure(*structure)
+                Structure(Some(*structure))
             ),
         }
     }

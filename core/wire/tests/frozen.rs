@@ -25,7 +25,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 12] = [
+const SCHEMA_KEYS: [(u16, [u8; 8]); 13] = [
     (1, [27, 84, 154, 181, 40, 115, 78, 33]),
     (2, [228, 103, 188, 121, 18, 38, 118, 136]),
     (3, [199, 205, 85, 206, 40, 25, 67, 64]),
@@ -38,6 +38,7 @@ const SCHEMA_KEYS: [(u16, [u8; 8]); 12] = [
     (10, [20, 107, 33, 101, 102, 228, 157, 88]),
     (11, [38, 227, 52, 82, 59, 87, 202, 96]),
     (12, [120, 86, 121, 169, 189, 234, 115, 213]),
+    (13, [62, 155, 39, 240, 65, 245, 97, 108]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
@@ -146,8 +147,10 @@ fn confidence() -> Confidence {
         weak_directions: [direction].into_iter().collect(),
         residuals: Residuals {
             consistency: 1.25,
+            whiteness: 8.5,
             structure: 1.5,
             size_objects: false,
+            whiteness_objects: true,
             structure_objects: true,
             meaning: Meaning::SmallError,
         },
@@ -283,7 +286,7 @@ fn from_edge_finding() {
             confidence: confidence(),
             answer: Some(answer()),
         }),
-        "cb020000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
+        "d4020000 04 01 076a6f696e745f31 000000000000f03f 0000000000000040 \
          0000000000000840 0000000000001040 0000000000001440 0000000000001840 \
          01000000000000e03f 00 01000000000000d03f 01000000000000f03f \
          010000000000000040 00 000201000002 9a9999999999b93f 9a9999999999c93f \
@@ -299,7 +302,7 @@ fn from_edge_finding() {
          01 17 05544350207a 016d 000000000000e03f 00 000000000000d03f \
          03 146a6f696e745f312074782073746966666e657373 126a6f696e745f3120727a2064616d70696e67 \
          0564656c6179 03 9c 00 63 01 01000000000000e03f 02 126a6f696e745f3120727a2064616d70696e67 \
-         0000403f 0564656c6179 000000bf 01 000000000000f43f 000000000000f83f 00 01 08 \
+         0000403f 0564656c6179 000000bf 01 000000000000f43f 0000000000002140 000000000000f83f 00 01 01 08 \
          01 01 02 0000000000000440 \
          01 02 000000000000f03f 0000000000000040 000000000000f03f \
          000000000000e03f 000000000000d03f 000000000000f0bf 000000000000f0bf 000000000000f0bf \

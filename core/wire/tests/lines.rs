@@ -114,8 +114,19 @@ fn bus_fault(kind: BusFaultKind) -> BusFault {
     BusFault { interface: clipped("can0"), kind }
 }
 
-fn residuals(meaning: Meaning, [size_objects, structure_objects]: [bool; 2]) -> Residuals {
-    Residuals { consistency: 2.125, structure: 0.14, size_objects, structure_objects, meaning }
+fn residuals(
+    meaning: Meaning,
+    [size_objects, whiteness_objects, structure_objects]: [bool; 3],
+) -> Residuals {
+    Residuals {
+        consistency: 2.125,
+        whiteness: 0.5,
+        structure: 0.14,
+        size_objects,
+        whiteness_objects,
+        structure_objects,
+        meaning,
+    }
 }
 
 fn on_bounds(parameters: usize) -> OnBounds {
@@ -315,7 +326,7 @@ fn every_kind_is_frozen() {
         &[
             Objection::StaticMisfit { consistency },
             Objection::LoudNoise { consistency: 0.02 },
-            Objection::WrongMinimum { consistency, structure: 0.18 },
+            Objection::WrongMinimum { consistency, structure: Some(0.18) },
             Objection::WrongModel { consistency },
             Objection::SlightlyWrongModel { consistency },
             Objection::NoisierCut { consistency },
@@ -323,10 +334,15 @@ fn every_kind_is_frozen() {
             Objection::Distortion { consistency, part: 0.25 },
         ],
     );
-    let (both, size, structure, none) =
-        ([true, true], [true, false], [false, true], [false, false]);
+    let both = [true; 3];
+    let size = [true, false, false];
+    let structure = [false, true, true];
+    let none = [false; 3];
     for (meaning, objects) in [
         (Meaning::Noise, none),
+        // There is a structure that does not matter.
+        (Meaning::Noise, [false, true, false]),
+        (Meaning::NoisierCut, [true, true, false]),
         (Meaning::StaticNoise, none),
         (Meaning::StaticMisfit, size),
         (Meaning::LoudNoise, none),

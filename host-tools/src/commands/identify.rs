@@ -186,10 +186,14 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
 
 /// What to think of explanations that are adopted and leave the model suspect.
 fn stays_suspect(Finding { report, confidence, .. }: &Finding) -> String {
+    let residuals = &confidence.residuals;
+    let structure = match residuals.whiteness_objects {
+        true => format!(", structure {:.0} %", 100.0 * residuals.structure),
+        false => String::new(),
+    };
     format!(
-        "what is adopted does not make the model right (χ²/dof {:.2}, structure {:.0} %): it may stand for another cause, such as friction\n",
-        report.fit.consistency,
-        100.0 * confidence.residuals.structure
+        "what is adopted does not make the model right (χ²/dof {:.2}{structure}): it may stand for another cause, such as friction\n",
+        report.fit.consistency
     )
 }
 

@@ -290,8 +290,10 @@ imperfect    TCP z 3.0 mm (2.0 to 4.0 mm), differs from zero (accuracy: tcp_m 1.
             .collect(),
             residuals: Residuals {
                 consistency: 1.0,
+                whiteness: 0.5,
                 structure: 0.05,
                 size_objects: false,
+                whiteness_objects: false,
                 structure_objects: false,
                 meaning: Meaning::Noise,
             },
@@ -301,7 +303,7 @@ imperfect    TCP z 3.0 mm (2.0 to 4.0 mm), differs from zero (accuracy: tcp_m 1.
             robust_widening: None,
         };
         let expected = "\
-residuals    noise explains them (χ²/dof 1.00, structure 5 %)
+residuals    noise explains them (χ²/dof 1.00)
 left over    8.0 to 90 Hz: 3.4 times the rest: a filter or resonance of a sensor, a resonance that the model lacks, or noise that grows there
              direction z: 2.2 times the others: gain, axis or cable of that axis
              record 2 (pose 0.30 -0.45): 2.0 times the others: its joint angles, clock or trigger, or what differed in that cut
@@ -354,7 +356,7 @@ calibration  delay 300 µs (290 to 310 µs), identified
         };
         assert_eq!(
             lines(&finding(nothing, Acceptance::Unsettled)),
-            "residuals    noise explains them (χ²/dof 1.00, structure 5 %)\n"
+            "residuals    noise explains them (χ²/dof 1.00)\n"
         );
     }
 }

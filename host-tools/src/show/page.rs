@@ -273,8 +273,10 @@ pub(crate) mod tests {
                 weak_directions: Default::default(),
                 residuals: Residuals {
                     consistency: 1.0,
+                    whiteness: 0.0,
                     structure: 0.0,
                     size_objects: false,
+                    whiteness_objects: false,
                     structure_objects: false,
                     meaning: Meaning::Noise,
                 },
@@ -387,7 +389,7 @@ pub(crate) mod tests {
     const LAST: Warning = Warning::ImposedParameters;
     /// Ends with `units of the signals`.
     const LONG: Warning =
-        Warning::Objection(Objection::WrongMinimum { consistency: 84.0, structure: 0.18 });
+        Warning::Objection(Objection::WrongMinimum { consistency: 84.0, structure: Some(0.18) });
 
     fn shown(joints: usize, warnings: &[Warning], rows: usize, columns: usize) -> Vec<String> {
         let lines = overview(&view(joints, warnings), rows, columns);

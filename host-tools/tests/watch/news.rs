@@ -72,8 +72,10 @@ fn confidence() -> Confidence {
         weak_directions: Default::default(),
         residuals: Residuals {
             consistency: 1.01,
+            whiteness: 0.5,
             structure: 0.05,
             size_objects: false,
+            whiteness_objects: false,
             structure_objects: false,
             meaning: Meaning::Noise,
         },

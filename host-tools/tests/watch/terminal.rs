@@ -56,7 +56,7 @@ fn six_joints() -> Finding {
     }
     report.joints[1].stiffness_verdict[2] = Verdict::NotObservable;
     confidence.joints[1].stiffness_interval[2] = None;
-    let objection = Objection::WrongMinimum { consistency: 84.0, structure: 0.18 };
+    let objection = Objection::WrongMinimum { consistency: 84.0, structure: Some(0.18) };
     report.warnings =
         [Warning::Objection(objection), Warning::BusErrors { errors: 2 }].into_iter().collect();
     confidence.correlations.unknowns =

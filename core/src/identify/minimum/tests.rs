@@ -1,6 +1,6 @@
 use super::*;
 use crate::calibration::Nuisances;
-use crate::refine::Information;
+use crate::refine::{Information, Local};
 
 /// Where nothing is left to gain: so many residuals of this χ², of which static tests have a part.
 fn fit(sum_of_squares: f64, degrees_of_freedom: f64, statics: [f64; 2]) -> Fit {
@@ -24,7 +24,8 @@ fn fit(sum_of_squares: f64, degrees_of_freedom: f64, statics: [f64; 2]) -> Fit {
 
 /// Structure of this size that noise does not make, or none.
 pub(in crate::identify) fn of_size(size: f64) -> Structure {
-    Structure { size, significance: if size == 0.0 { 0.0 } else { 8.0 } }
+    let significance = if size == 0.0 { 0.0 } else { 8.0 };
+    Structure { size, least: size, significance, local: None }
 }
 
 /// A minimum of two thousand residuals that noise explains, with `gain` left to it, along the first unknown, whose
@@ -234,26 +235,32 @@ fn the_variance_of_a_worse_rival_counts_less() {
     }
 }
 
-/// The same structure is the same objection with any significance that noise does not make.
+/// The interval of the structure decides: in units of the noise, wherever it is, and whatever its significance.
 #[test]
-fn more_records_do_not_turn_the_verdict() {
-    for significance in [4.5, 24.0, 400.0] {
-        let objections = [0.09, 0.11, 0.2].map(|size| {
-            let fit = Fit {
-                structure: Structure { size, significance },
-                ..fit(2000.0, 2000.0, [0.0; 2])
-            };
-            let minimum = Minimum { fit, ..minimum(2000.0, 0.0) };
-            (minimum.structure_objects(), structure_is_allowed_for(&minimum.fit.structure, false))
-        });
-        assert_eq!(objections, [(false, true), (true, true), (true, true)], "{significance}");
+fn structure_objects_where_it_is_surely_too_much() {
+    let local = |least| Some(Local { size: least, least });
+    for (times, structure, objects) in [
+        (1.0, of_size(0.09), false),
+        (1.0, of_size(0.11), true),
+        (1.0, Structure { significance: 400.0, ..of_size(0.09) }, false),
+        (1.0, Structure { least: 0.09, ..of_size(0.3) }, false),
+        (8.0, of_size(0.011), false),
+        (8.0, of_size(0.014), true),
+        (1.0, Structure { local: local(0.11), ..Structure::NONE }, true),
+        (1.0, Structure { local: local(0.09), ..Structure::NONE }, false),
+    ] {
+        let fit = Fit { structure, ..fit(times * 2000.0, 2000.0, [0.0; 2]) };
+        let minimum = Minimum { fit, ..minimum(2000.0, 0.0) };
+        assert_eq!(minimum.structure_objects(), objects, "{times} {structure:?}");
+        // One record or axis is no matter of the minimum.
+        assert!(structure_is_allowed_for(&structure, false), "{structure:?}");
     }
 }
 
 #[test]
 fn robust_deviations_allow_for_more_structure() {
     for (size, without, with) in
-        [(0.20, true, true), (0.22, false, true), (0.31, false, false), (f64::NAN, false, false)]
+        [(0.20, true, true), (0.22, false, true), (0.26, false, false), (f64::NAN, false, false)]
     {
         let structure = of_size(size);
         let allowed =
@@ -277,7 +284,7 @@ fn size_and_structure_are_looked_at_together() {
         (4.9, -1.0, false),
     ] {
         let fit = fit(freedom * (1.0 + size * spread), freedom, [0.0; 2]);
-        let structure = Structure { size: 0.0, significance };
+        let structure = Structure { significance, ..Structure::NONE };
         let minimum = Minimum { fit: Fit { structure, ..fit }, ..minimum(2000.0, 0.0) };
         assert_eq!(minimum.is_doubtful(), doubtful, "{size} {significance}");
     }

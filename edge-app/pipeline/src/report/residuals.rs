@@ -13,10 +13,14 @@ pub const MAX_CONSISTENCY: f64 = 10.0;
 pub(super) struct Residuals {
     /// χ² per degree of freedom.
     consistency: f64,
-    /// Structure of the residuals along the band.
+    /// Significance of the structure of the residuals along the band.
+    whiteness: f64,
+    /// Size of that structure.
     structure: f64,
     /// Whether the residuals are larger than noise explains.
     pub(super) size_objects: bool,
+    /// Whether there is any structure.
+    whiteness_objects: bool,
     /// Whether the residuals are smaller than those that the noise leaves.
     pub(super) noise_too_loud: bool,
     /// Whether the residuals have structure that noise does not explain and that matters.
@@ -37,8 +41,10 @@ impl Residuals {
     pub(super) fn noise(consistency: f64) -> Self {
         Self {
             consistency,
+            whiteness: 0.0,
             structure: 0.0,
             size_objects: false,
+            whiteness_objects: false,
             noise_too_loud: false,
             structure_objects: false,
             statics_object: false,
@@ -64,8 +70,10 @@ impl Residuals {
         let settled = acceptance != Acceptance::Unsettled;
         Self {
             consistency,
-            structure: structure.size,
+            whiteness: structure.significance,
+            structure: structure.largest(),
             size_objects,
+            whiteness_objects: structure.is_there(),
             noise_too_loud,
             structure_objects,
             statics_object,
@@ -96,8 +104,10 @@ impl Residuals {
     pub(super) fn message(&self) -> residuals::Residuals {
         residuals::Residuals {
             consistency: self.consistency,
+            whiteness: self.whiteness,
             structure: self.structure,
             size_objects: self.size_objects,
+            whiteness_objects: self.whiteness_objects,
             structure_objects: self.structure_objects,
             meaning: self.meaning(),
         }
@@ -137,7 +147,10 @@ impl Residuals {
             _ if self.noise_too_loud => Some(Objection::LoudNoise { consistency }),
             (false, false) => None,
             (true, false) if self.statics_object => None,
-            _ if !self.settled => Some(Objection::WrongMinimum { consistency, structure }),
+            _ if !self.settled => {
+                let structure = Some(structure).filter(|_| self.whiteness_objects);
+                Some(Objection::WrongMinimum { consistency, structure })
+            }
             (true, _) if !self.are_sane() => Some(Objection::WrongModel { consistency }),
             (true, true) => Some(Objection::SlightlyWrongModel { consistency }),
             (true, false) => Some(Objection::NoisierCut { consistency }),
@@ -173,8 +186,10 @@ mod tests {
         let (settled, of_records) = (true, true);
         Residuals {
             consistency,
+            whiteness: if structure_objects { 8.0 } else { 0.5 },
             structure,
             size_objects,
+            whiteness_objects: structure_objects,
             noise_too_loud: false,
             structure_objects,
             statics_object,
@@ -234,11 +249,11 @@ mod tests {
     fn each_objection_has_its_words_and_its_advice() {
         let nan = f64::NAN;
         let cases = [
-            ([1.01, 0.02], [false; 3], "noise explains them (χ²/dof 1.01, structure 2 %)", None),
+            ([1.01, 0.02], [false; 3], "noise explains them (χ²/dof 1.01)", None),
             (
                 [2.1, 0.02],
                 [true, false, false],
-                "χ²/dof 2.10 objects, structure 2 % does not",
+                "χ²/dof 2.10 objects, structure does not",
                 Some("noisier in the cut"),
             ),
             (
@@ -272,14 +287,9 @@ mod tests {
                 Some("check masses, TCP"),
             ),
             // The sensors in the cut do not cause residuals of static tests.
-            (
-                [1.14, 0.02],
-                [false, false, true],
-                "static tests object (χ²/dof 1.14, structure 2 %)",
-                None,
-            ),
-            ([2.1, 0.02], [true, false, true], "static tests object (χ²/dof 2.10, ", None),
-            ([84.2, 0.02], [true, false, true], "static tests object (χ²/dof 84.20, ", None),
+            ([1.14, 0.02], [false, false, true], "static tests object (χ²/dof 1.14)", None),
+            ([2.1, 0.02], [true, false, true], "static tests object (χ²/dof 2.10)", None),
+            ([84.2, 0.02], [true, false, true], "static tests object (χ²/dof 84.20)", None),
             (
                 [2.1, 0.14],
                 [true; 3],

@@ -86,6 +86,9 @@ struct Args {
     /// Robots of each part, at most
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     robots: Option<u32>,
+    /// Number of the first robot on a drawn plant: plants of other numbers are drawn with other seeds
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    first: u64,
     /// Threads [default: one a core]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
@@ -97,7 +100,7 @@ struct Args {
 fn main() -> Result<ExitCode> {
     let args = Args::parse();
     let threads = ThreadPoolBuilder::new().num_threads(args.threads).stack_size(STACK).build()?;
-    let study = Study::load()?;
+    let study = Study { first: args.first, ..Study::load()? };
     let begun = Instant::now();
     let size = |part: &Part| {
         let robots = part.robots[usize::from(args.quick)];

@@ -70,8 +70,12 @@ struct Identified {
 }
 
 /// As [`prove`], of the scenario of six joints.
-pub(crate) fn prove_of_six_joints(_: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
-    prove(&Study::of_six_joints()?, robots, details)
+pub(crate) fn prove_of_six_joints(
+    study: &Study,
+    robots: usize,
+    details: bool,
+) -> Result<Vec<Figure>> {
+    prove(&Study { first: study.first, ..Study::of_six_joints()? }, robots, details)
 }
 
 /// Plants of this scenario.
@@ -79,7 +83,8 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
     let cuts = study.cuts();
     let cuts = |robot: u64| &cuts[robot as usize % cuts.len()];
     let one = |robot: u64| outcome(study, cuts(robot), robot, details);
-    let all = (0..robots as u64).into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
+    let numbers = study.first..study.first + robots as u64;
+    let all = numbers.into_par_iter().map(one).collect::<Result<Vec<_>>>()?;
     let all: Vec<Outcome> = all.into_iter().flatten().collect();
     let drawn = robots;
     let robots = all.len();
@@ -244,10 +249,11 @@ fn print(robot: u64, found: &Found, identified: &[Identified]) {
         format!(", worst {} by {:.1} σ", name(worst.index), worst.score)
     });
     eprintln!(
-        "robot {robot}: {:?}, χ²/dof {:.3}, structure {:.3}, {} starts, {} identified{worst}",
+        "robot {robot}: {:?}, χ²/dof {:.3}, structure {:.3} ({:.3} where it is largest), {} starts, {} identified{worst}",
         estimate.acceptance,
         estimate.consistency,
         estimate.structure.size,
+        estimate.structure.largest(),
         found.starts,
         identified.len()
     );

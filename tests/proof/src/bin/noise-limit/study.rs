@@ -31,6 +31,8 @@ pub(crate) struct Study {
     pub(crate) chain: Chain,
     pub(crate) scenario: Scenario,
     pub(crate) measurement: Measurement,
+    /// Number of the first robot on a drawn plant.
+    pub(crate) first: u64,
     robots: Robots,
     /// Number of the scenario's experiments that a robot has.
     experiments: usize,
@@ -75,7 +77,7 @@ impl Study {
             config.scenario.as_deref().with_context(|| format!("{edge} names no scenario"))?;
         let scenario = Scenario::load(file, &config.model)?;
         let (chain, measurement) = (config.model.chain()?, config.measurement());
-        Ok(Self { config, chain, scenario, measurement, robots, experiments })
+        Ok(Self { config, chain, scenario, measurement, first: 0, robots, experiments })
     }
 
     /// The task to find a robot's bushings, and nothing else.
