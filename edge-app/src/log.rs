@@ -9,10 +9,11 @@ use std::os::unix::fs::MetadataExt;
 use anstream::{AutoStream, ColorChoice};
 use tracing::{Event, Level, Subscriber};
 use tracing_appender::non_blocking::{NonBlocking, WorkerGuard};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::format::{FormatEvent, FormatFields, Writer};
 use tracing_subscriber::fmt::{self as layer, FmtContext};
-use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::registry::{LookupSpan, Registry};
 
 /// Environment variable in which systemd names the stream that leads to the journal: `device:inode`.
 const JOURNAL: &str = "JOURNAL_STREAM";
@@ -36,9 +37,10 @@ enum Style {
 }
 
 impl Log {
-    /// Logs to stderr from here on, as `RUST_LOG` selects.
+    /// Logs to stderr from here on what `RUST_LOG` selects, or else from the level `info` on.
     pub(crate) fn start() -> Self {
-        let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+        let selected = std::env::var("RUST_LOG").ok().and_then(|targets| targets.parse().ok());
+        let filter = selected.unwrap_or_else(|| Targets::new().with_default(Level::INFO));
         // Colours are for a terminal, as far as NO_COLOR, CLICOLOR and TERM allow.
         let style = match AutoStream::choice(&stderr()) {
             _ if is_journal() => Style::Journal,
@@ -99,14 +101,15 @@ where
 
 fn lossy(
     writer: impl Write + Send + 'static,
-    filter: EnvFilter,
+    filter: Targets,
     style: Style,
 ) -> (Box<dyn Subscriber + Send + Sync>, NonBlocking, WorkerGuard) {
     let (writer, guard) = tracing_appender::non_blocking(writer);
-    let log = layer::Subscriber::builder().with_env_filter(filter).with_writer(writer.clone());
+    let log = layer::layer().with_writer(writer.clone()).with_ansi(style == Style::Coloured);
+    let selected = Registry::default().with(filter);
     let log: Box<dyn Subscriber + Send + Sync> = match style {
-        Style::Journal => Box::new(log.with_ansi(false).event_format(Journal).finish()),
-        style => Box::new(log.with_ansi(style == Style::Coloured).finish()),
+        Style::Journal => Box::new(selected.with(log.event_format(Journal))),
+        _ => Box::new(selected.with(log)),
     };
     (log, writer, guard)
 }
@@ -145,7 +148,7 @@ mod tests {
         let (done, is_done) = channel();
         // The test has a thread of its own, which would never end if the log blocked it.
         thread::spawn(move || {
-            let filter = EnvFilter::new("info");
+            let filter = Targets::new().with_default(Level::INFO);
             let (subscriber, mut last, guard) = lossy(Stuck(stuck, released), filter, Style::Plain);
             tracing::subscriber::with_default(subscriber, || {
                 for line in 0..10_000 {
