@@ -143,7 +143,7 @@ proptest! {
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
         let mut objective =
-            SumOfSquares::new(&problem, &experiments, &retired, &mut workspace);
+            SumOfSquares::new(&problem, &experiments, &retired, &mut workspace, 1);
         let start = sought.coordinates(&bushings());
         let mut at = |unknown: usize, by: f64| {
             let mut step = [0.0; MAX_UNKNOWNS];
@@ -200,7 +200,7 @@ proptest! {
         let problem = Problem { statics: &statics, ..problem(&chain, &measurement, &bounds, &sought) };
         let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
         let none: [Experiment<BINS>; 0] = [];
-        let mut objective = SumOfSquares::new(&problem, &none, &retired, &mut workspace);
+        let mut objective = SumOfSquares::new(&problem, &none, &retired, &mut workspace, 1);
         let start = sought.coordinates(&bushings());
         let mut cost = |unknown: usize, by: f64| {
             let mut step = [0.0; MAX_UNKNOWNS];

@@ -14,7 +14,7 @@ use crate::MAX_JOINTS;
 /// stiffnesses by 1 %.
 pub const STATIC: f64 = 5e-4;
 
-/// Readings of one place: no two of them are farther apart than a joint that rests may read.
+/// Readings of one place: each lies within [`STATIC`] of the first, or all lie within one step of the signal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Place {
     /// The first of them, rad (m).
@@ -32,9 +32,10 @@ impl Place {
     fn with(&self, angle: f64, step: f64, signal: &AngleSignal) -> Option<Self> {
         let (off, [low, high]) = (signal.difference(angle, self.first), self.extent);
         let extent = [low.min(off), high.max(off)];
+        let is_near = extent.iter().all(|off| off.abs() <= STATIC);
         // Differences of floating point numbers are not exact.
-        let width = STATIC.max(step * (1.0 + 1e-6));
-        (extent[1] - extent[0] <= width).then_some(Self { extent, ..*self })
+        let is_within_a_step = extent[1] - extent[0] <= step * (1.0 + 1e-6);
+        (is_near || is_within_a_step).then_some(Self { extent, ..*self })
     }
 }
 
