@@ -25,7 +25,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 12] = [
+const SCHEMA_KEYS: [(u16, [u8; 8]); 13] = [
     (1, [27, 84, 154, 181, 40, 115, 78, 33]),
     (2, [228, 103, 188, 121, 18, 38, 118, 136]),
     (3, [199, 205, 85, 206, 40, 25, 67, 64]),
@@ -38,6 +38,7 @@ const SCHEMA_KEYS: [(u16, [u8; 8]); 12] = [
     (10, [20, 107, 33, 101, 102, 228, 157, 88]),
     (11, [38, 227, 52, 82, 59, 87, 202, 96]),
     (12, [120, 86, 121, 169, 189, 234, 115, 213]),
+    (13, [144, 233, 47, 33, 163, 247, 2, 170]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.

@@ -1,17 +1,19 @@
 //! Frames that are changed or missing.
 
 use embedded_can::StandardId;
+use flexid_pipeline::config::Config;
 use flexid_pipeline::source::{Arrival, Frame, FrameKind};
 use flexid_pipeline::{Outcome, run_offline};
 use flexid_wire::finding::Finding;
 use flexid_wire::report::Acceptance;
+use flexid_wire::state::State;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::frames::{RATE_HZ, Replay, block, frames};
 use super::{config, lines};
 
-/// What is said of frames that have been changed by `spoil`.
+/// Returns the outcome of frames that have been changed by `spoil`.
 fn spoilt(spoil: impl FnMut(Arrival) -> Arrival) -> Outcome {
     let config = config();
     let frames: Vec<_> =
@@ -31,6 +33,34 @@ fn with_counter(frame: &Frame, counter: impl FnOnce(u16) -> u16) -> Frame {
     let old = u16::from_le_bytes([data[6], data[7]]);
     data[6..].copy_from_slice(&counter(old).to_le_bytes());
     Frame::new(frame.id, frame.kind, &data)
+}
+
+/// An overload as long as 25 records, and then a rest.
+#[test]
+fn an_overload_that_is_over_is_no_obstacle() {
+    let config = config();
+    let resting = Config { record_samples: 8000, ..config.clone() };
+    let overloaded = |arrival: Arrival| {
+        let largest = |frame: &Frame| {
+            let data = [&[0xFF, 0x7F].repeat(3), &frame.data()[6..]].concat();
+            Frame::new(frame.id, frame.kind, &data)
+        };
+        if arrival.time_s > 1.0e9 + 3.25 {
+            return arrival;
+        }
+        change(change(arrival, 0x101, largest), 0x102, largest)
+    };
+    let frames = frames(&resting, &[[0.0, -0.45, 0.95]], block).into_iter();
+    let rest: Vec<_> =
+        frames.take_while(|frame| frame.time_s < 1.0e9 + 4.0).map(overloaded).collect();
+    let state = |frames: &[Arrival]| {
+        let mut source = Replay { frames: frames.to_vec().into_iter(), breaks: false };
+        run_offline(&config, &mut source, |_| {}).unwrap().state
+    };
+    let overload = state(&rest[..rest.len() / 2]).to_string();
+    assert!(overload.contains("are at the limit of a signal"), "{overload}");
+    let rest = state(&rest);
+    assert!(!matches!(rest, State::Obstacle(_)), "{rest}");
 }
 
 #[test]
