@@ -39,7 +39,7 @@ pub struct OtherAngle {
     pub id: FrameId,
 }
 
-/// Whether each value of a frame lies at the limit of its signal: force x, y, z, acceleration x, y, z.
+/// True for each value of a frame that lies at the limit of its signal: force x, y, z, acceleration x, y, z.
 pub type Limits = [bool; 6];
 
 /// Layout of a frame.
