@@ -20,7 +20,7 @@ struct Accuracy {
     /// SI unit over that of the section.
     scale: f64,
     unit: &'static str,
-    /// Whether a value of more than [`LOOSE`] times the typical one deserves a warning. Structure, ground, clocks, and growth with load may
+    /// True if a value of more than [`LOOSE`] times the typical one deserves a warning. Structure, ground, clocks, and growth with load may
     /// be so much worse on a real robot. Others are refused before they are so loose.
     is_warned_of: bool,
 }

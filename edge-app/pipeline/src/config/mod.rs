@@ -54,9 +54,9 @@ pub struct Config {
     pub sought: Sought,
     /// Standard deviations of what may be off.
     pub accuracies: Accuracies,
-    /// Whether what the file does not state of them is taken as perfect, not as typical.
+    /// True if what the file does not state of them is taken as perfect, not as typical.
     pub assumes_perfect: bool,
-    /// Whether an estimate adopts what explains the records. The file does not say.
+    /// True if an estimate adopts what explains the records. The file does not say.
     pub adopts_explanations: bool,
     /// Name of the CAN interface.
     pub interface: String,
