@@ -53,13 +53,13 @@ fn an_overload_that_is_over_is_no_obstacle() {
     let frames = frames(&resting, &[[0.0, -0.45, 0.95]], block).into_iter();
     let rest: Vec<_> =
         frames.take_while(|frame| frame.time_s < 1.0e9 + 4.0).map(overloaded).collect();
-    let state = |frames: &[Arrival]| {
-        let mut source = Replay { frames: frames.to_vec().into_iter(), breaks: false };
+    let state = |frames: Vec<Arrival>| {
+        let mut source = Replay { frames: frames.into_iter(), breaks: false };
         run_offline(&config, &mut source, |_| {}).unwrap().state
     };
-    let overload = state(&rest[..rest.len() / 2]).to_string();
+    let overload = state(rest[..rest.len() / 2].to_vec()).to_string();
     assert!(overload.contains("are at the limit of a signal"), "{overload}");
-    let rest = state(&rest);
+    let rest = state(rest);
     assert!(!matches!(rest, State::Obstacle(_)), "{rest}");
 }
 
