@@ -1,9 +1,12 @@
 //! Frames that are changed or missing.
 
+use std::time::Duration;
+
+use crossbeam_channel::bounded;
 use embedded_can::StandardId;
 use flexid_pipeline::config::Config;
-use flexid_pipeline::source::{Arrival, Frame, FrameKind};
-use flexid_pipeline::{Outcome, run_offline};
+use flexid_pipeline::source::{Arrival, Flow, Frame, FrameKind};
+use flexid_pipeline::{Intake, Outcome, run_offline};
 use flexid_wire::finding::Finding;
 use flexid_wire::report::Acceptance;
 use flexid_wire::state::State;
@@ -11,6 +14,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::frames::{RATE_HZ, Replay, block, frames};
+use super::state::on_a_large_stack;
 use super::{config, lines};
 
 /// Returns the outcome of frames that have been changed by `spoil`.
@@ -53,9 +57,16 @@ fn an_overload_that_is_over_is_no_obstacle() {
     let frames = frames(&resting, &[[0.0, -0.45, 0.95]], block).into_iter();
     let rest: Vec<_> =
         frames.take_while(|frame| frame.time_s < 1.0e9 + 4.0).map(overloaded).collect();
+    // At the end of a recording a record might come.
     let state = |frames: Vec<Arrival>| {
-        let mut source = Replay { frames: frames.into_iter(), breaks: false };
-        run_offline(&config, &mut source, |_| {}).unwrap().state
+        let (config, (sender, found)) = (config.clone(), bounded(1));
+        on_a_large_stack(move || {
+            let mut intake = Intake::new(&config).unwrap();
+            let mut source = Replay { frames: frames.into_iter(), breaks: false };
+            while intake.read(&mut source, Duration::ZERO, |_| {}).unwrap() == Flow::Open {}
+            sender.send(intake.state(&config)).unwrap();
+        });
+        found.recv().unwrap()
     };
     let overload = state(rest[..rest.len() / 2].to_vec()).to_string();
     assert!(overload.contains("are at the limit of a signal"), "{overload}");
