@@ -102,6 +102,7 @@ impl<'a> Keeping<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::decode;
 
     /// Who waits for this time must not turn in circles.
     #[test]
@@ -121,5 +122,21 @@ mod tests {
         keeping.due = Instant::now() + RETRY;
         assert_eq!(keeping.due(), None);
         assert!(keeping.until_due(longest) > RETRY / 2 && keeping.until_due(longest) <= RETRY);
+    }
+
+    /// A reload writes what no record has changed.
+    #[test]
+    fn a_write_that_failed_is_due_again() {
+        let test = || {
+            let state = decode(include_bytes!("../../tests/pipeline/format8.state")).unwrap();
+            let file = std::path::Path::new("/no/such/folder/flexid.state");
+            let (store, stop) = (Store::find(Some(file)).unwrap(), Stop::new());
+            let mut keeping = Keeping::new(Some(&store), &stop);
+            assert!(!keeping.save(&state, &Counts::default()));
+            assert_eq!(keeping.unsaved, Some(Counts::default()));
+            assert!(keeping.until_due(Duration::from_secs(60)) <= RETRY);
+        };
+        let large = std::thread::Builder::new().stack_size(flexid_pipeline::STACK);
+        large.spawn(test).unwrap().join().unwrap();
     }
 }

@@ -390,20 +390,20 @@ fn records_outlive_the_format_of_the_fit() {
 }
 
 /// Runs a daemon with its state in `file`, gives it the frames of one pose, and then runs `test` while it lives.
-fn while_it_solves(file: &Path, test: impl FnOnce(&Reload)) {
+fn while_it_solves(file: &Path, test: impl FnOnce()) {
     let store = Store::find(Some(file)).unwrap();
-    let (config, reload) = (config(), Reload::new());
+    let config = config();
     let (stop, (feed, arrivals)) = (Stop::with_grace(Duration::ZERO), bounded(0));
     thread::scope(|scope| {
         let daemon = scope.spawn(|| {
-            let (listeners, reload, store) = (&[], Some(&reload), Some(&store));
-            let daemon = Daemon { config: &config, listeners, stop: &stop, reload, store };
+            let (listeners, store) = (&[], Some(&store));
+            let daemon = Daemon { config: &config, listeners, stop: &stop, reload: None, store };
             daemon.run(&mut Feed(arrivals))
         });
         visits(&config, &POSES[..1])
             .chunks(500)
             .for_each(|frames| feed.send(frames.to_vec()).unwrap());
-        test(&reload);
+        test();
         stop.request();
         drop(feed);
         daemon.join().unwrap().unwrap();
@@ -429,7 +429,7 @@ fn a_record_is_on_disk_before_its_solve() {
     let folder = tempfile::tempdir().unwrap();
     let (file, new) = (folder.path().join("flexid.state"), folder.path().join("flexid.state.new"));
     nix::unistd::mkfifo(&new, nix::sys::stat::Mode::S_IRWXU).unwrap();
-    while_it_solves(&file, |_| {
+    while_it_solves(&file, || {
         let (sender, written) = bounded(1);
         thread::spawn(move || sender.send(fs::read(new)));
         let bytes = written.recv_timeout(PATIENCE).expect("nothing is written").unwrap();
@@ -443,36 +443,13 @@ fn a_state_that_cannot_be_written_is_written_later() {
     let folder = tempfile::tempdir().unwrap();
     let late = folder.path().join("late");
     let file = late.join("flexid.state");
-    while_it_solves(&file, |_| {
+    while_it_solves(&file, || {
         // The first attempt has failed by then.
         thread::sleep(Duration::from_secs(3));
         fs::create_dir(&late).unwrap();
         await_state(&file, |state| !state.is_empty());
     });
     assert_eq!(names(&late), ["flexid.state", "flexid.state.lock"]);
-}
-
-/// The same after a change of the configuration, while no record comes.
-#[test]
-fn a_state_that_a_reload_could_not_write_is_written_later() {
-    let folder = tempfile::tempdir().unwrap();
-    let (here, away) = (folder.path().join("here"), folder.path().join("away"));
-    fs::create_dir(&here).unwrap();
-    let file = here.join("flexid.state");
-    while_it_solves(&file, |reload| {
-        // No record comes any more.
-        await_state(&file, |state| {
-            let config = config();
-            state.records() == [records(&config, visits(&config, &POSES[..1])).len(), 0]
-        });
-        fs::rename(&here, &away).unwrap();
-        let wider = config_with("[1.0e7, 2.0e8]", "[0.5e7, 4.0e8]");
-        reload.offer(wider.clone());
-        // The first attempt has failed by then.
-        thread::sleep(Duration::from_secs(5));
-        fs::rename(&away, &here).unwrap();
-        await_state(&file, move |state| state.validity(&wider) == Validity::Whole);
-    });
 }
 
 /// File of the state of a daemon in a child of a test.
@@ -482,7 +459,7 @@ const HANGS: &str = "FLEXID_TEST_HANGS";
 #[test]
 fn hangs() {
     if let Some(file) = std::env::var_os(HANGS) {
-        while_it_solves(Path::new(&file), |_| {});
+        while_it_solves(Path::new(&file), || {});
     }
 }
 
