@@ -7,6 +7,7 @@ mod keeping;
 mod report_log;
 mod solving;
 mod state_log;
+mod storing;
 
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -319,7 +320,7 @@ impl Reader<'_> {
         let stream = &counts.stream;
         let state = intake.state(config);
         let unused = || lock(self.unused).clone().map(State::Unused);
-        // What prevents the next record comes before what has become of the last.
+        // An obstacle to the next record comes before the fate of the last.
         let state = match state {
             State::NoFrames | State::AwaitingRecord { .. } | State::Measuring { .. } => {
                 unused().unwrap_or(state)

@@ -8,5 +8,6 @@ pub mod latest;
 pub mod reload;
 pub mod server;
 pub mod store;
+mod tally;
 pub mod threads;
 pub mod usage;

@@ -32,7 +32,7 @@ enum Style {
     Journal,
     /// Time, level and place.
     Plain,
-    /// As plain, for a terminal.
+    /// The same in colour, for a terminal.
     Coloured,
 }
 

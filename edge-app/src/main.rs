@@ -15,7 +15,7 @@ use flexid_edge::daemon::Daemon;
 use flexid_edge::reload::Reload;
 use flexid_edge::server::Listener;
 use flexid_edge::store::{ClaimError, Store};
-use flexid_edge::threads::no_thread;
+use flexid_edge::threads::{Detached, no_thread};
 use flexid_edge::usage;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::Summary;
@@ -46,7 +46,8 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             log.end(&format!("flexid-edge: {}", printable(&format!("{error:#}"))));
-            ExitCode::from(if error.is::<BadInput>() { 2 } else { 1 })
+            let is_mistake = error.downcast_ref().is_some_and(BadInput::is_mistake);
+            ExitCode::from(if is_mistake { 2 } else { 1 })
         }
     }
 }
@@ -69,8 +70,15 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     })?;
 
     let store = Store::find(config.state.as_deref());
-    if let Some((store, Err(error @ ClaimError::Taken))) = store.as_ref().map(|s| (s, s.claim())) {
-        return Err(error).context(store.file().display().to_string());
+    if let Some(store) = &store {
+        let (file, own) = (store.file().display(), store.clone());
+        let claim =
+            Detached::begin("flexid-store", format!("locking {file}"), move || own.claim())?;
+        match signals.wait_for(claim)? {
+            None => return Ok(()),
+            Some(Err(error @ ClaimError::Taken)) => return Err(error).context(file.to_string()),
+            Some(_) => {}
+        }
     }
 
     let (stop, reload) = (Stop::new(), Reload::new());

@@ -1,5 +1,6 @@
 //! Signals to the daemon, and messages to the service manager.
 
+use std::fmt::Display;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
@@ -7,9 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, TryRecvError, bounded};
 use flexid_edge::reload::Reload;
-use flexid_edge::threads::no_thread;
+use flexid_edge::threads::Detached;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::stop::Stop;
@@ -39,32 +39,30 @@ impl Signals {
 
     /// Reads a config. Returns `None` if a signal requests the end before.
     pub(crate) fn read_config(&self, file: &Path) -> anyhow::Result<Option<Config>> {
-        let reading = Reading::begin(file)?;
+        Ok(self.wait_for(reading(file)?)?.transpose()?)
+    }
+
+    /// Waits for the result of work. Returns `None` if a signal requests the end before.
+    ///
+    /// # Errors
+    /// The thread of the work has died.
+    pub(crate) fn wait_for<T: Send + 'static>(
+        &self,
+        mut work: Detached<T>,
+    ) -> io::Result<Option<T>> {
         while !self.end.requested() {
-            match reading.0.recv_timeout(LOOK) {
-                Err(RecvTimeoutError::Timeout) => {}
-                read => return Ok(Some(read??)),
+            if let Some(result) = work.wait(LOOK)? {
+                return Ok(Some(result));
             }
         }
         Ok(None)
     }
 }
 
-/// A config that is being read, by a thread of its own: a file system that hangs may hold it up for ever. The end of the program
-/// does not wait for it.
-struct Reading(Receiver<Result<Config, BadInput>>);
-
-impl Reading {
-    fn begin(file: &Path) -> io::Result<Self> {
-        let (sender, receiver) = bounded(1);
-        let file = file.to_path_buf();
-        let thread = thread::Builder::new().name("flexid-config".into());
-        let spawned = thread.spawn(move || {
-            // Nobody waits for it any more after the end.
-            let _ = sender.send(Config::load(&file));
-        });
-        spawned.map(|_| Self(receiver)).map_err(no_thread("flexid-config"))
-    }
+/// Begins to read a config.
+fn reading(file: &Path) -> io::Result<Detached<Result<Config, BadInput>>> {
+    let (named, file) = (format!("reading {}", file.display()), file.to_path_buf());
+    Detached::begin("flexid-config", named, move || Config::load(&file))
 }
 
 /// Connects the signals, the service manager and the daemon.
@@ -80,41 +78,36 @@ impl Service<'_> {
     /// Carries out what the signals request, until the daemon stops.
     pub(crate) fn attend(&self) {
         notify(&[NotifyState::Ready]);
-        let mut reading: Option<Reading> = None;
+        let mut read: Option<Detached<_>> = None;
         let mut reloading = false;
         while !self.stop.requested() && !self.signals.end.requested() {
-            if reading.is_none() && self.signals.again.swap(false, Ordering::Relaxed) {
+            if read.is_none() && self.signals.again.swap(false, Ordering::Relaxed) {
                 reloading = true;
                 notify_reloading();
-                reading = Reading::begin(&self.config.file)
-                    .inspect_err(|error| warn!("goes on with the old config: {error}"))
-                    .ok();
+                read = or_old(reading(&self.config.file));
             }
-            match reading.as_ref().map(|reading| reading.0.try_recv()) {
-                Some(Ok(read)) => {
-                    self.offer(read);
-                    reading = None;
+            match read.as_mut().map(|read| read.wait(LOOK)) {
+                None => thread::sleep(LOOK),
+                Some(Ok(None)) => {}
+                Some(done) => {
+                    read = None;
+                    if let Some(config) = or_old(done).flatten().and_then(or_old) {
+                        self.offer(config);
+                    }
                 }
-                Some(Err(TryRecvError::Disconnected)) => reading = None,
-                Some(Err(TryRecvError::Empty)) | None => {}
             }
-            if reloading && reading.is_none() && !self.reload.is_pending() {
+            if reloading && read.is_none() && !self.reload.is_pending() {
                 reloading = false;
                 notify(&[NotifyState::Ready]);
             }
-            thread::sleep(LOOK);
         }
         notify(&[NotifyState::Stopping]);
         self.stop.request();
     }
 
-    /// Offers a config that was read again to the daemon. A bad file is named in the log, and the daemon keeps the old config.
-    fn offer(&self, read: Result<Config, BadInput>) {
+    /// Offers a config that was read again to the daemon.
+    fn offer(&self, mut config: Config) {
         let begun = self.config;
-        let mut config = match read {
-            Ok(config) => config,
-            Err(error) => return warn!("goes on with the old config: {error}"),
-        };
         let unchanged = |place: &str, same: bool| {
             if !same {
                 warn!("{place} has changed: takes effect when flexid-edge is started again");
@@ -129,6 +122,11 @@ impl Service<'_> {
         info!("{}: read again", begun.file.display());
         self.reload.offer(config);
     }
+}
+
+/// Names an error in the log, with which the daemon keeps the old config.
+fn or_old<T>(read: Result<T, impl Display>) -> Option<T> {
+    read.inspect_err(|error| warn!("goes on with the old config: {error}")).ok()
 }
 
 fn notify_reloading() {

@@ -11,15 +11,15 @@
 //! | `flexid.state.lock`       | the lock of the daemon that keeps its state there                                      |
 //! | `flexid.state.new`        | a file that is being written                                                           |
 //! | `flexid.state.1234abcd`   | state of another measurement, which this checksum of the configuration names: it is taken back when the configuration returns |
-//! | `flexid.state.no-1234abcd`| a file that holds no state, named by its checksum                                      |
+//! | `flexid.state.no-1234abcd`| a file that holds no state, named by its checksum; the newest alone stays              |
 
-use std::ffi::OsString;
+use std::ffi::OsStr;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use flexid_pipeline::config::{Config, Fingerprint};
+use flexid_pipeline::config::Fingerprint;
 use flexid_pipeline::input::open_regular;
 use flexid_pipeline::{Format7, State};
 use tracing::{info, warn};
@@ -32,12 +32,16 @@ const BEFORE: u32 = 7;
 const HEADER: usize = MAGIC.len() + 4 + 4;
 /// Largest file that is read, bytes: twice what a state with the most records takes.
 const LARGEST: u64 = 128 << 20;
-/// Most files that are put aside and kept. Chosen: a configuration that is tried and taken back has one.
-const MOST_ASIDE: usize = 4;
+/// Most states that are put aside and kept. Chosen: a configuration that is tried and taken back has one.
+const MOST_STATES: usize = 4;
+/// The same of files that hold no state. One shows what happened.
+const MOST_OTHERS: usize = 1;
 /// Environment variable in which systemd gives the state directory of a service: folders, with colons between them.
 const DIRECTORY: &str = "STATE_DIRECTORY";
 /// Name of the file in that directory.
 const NAME: &str = "flexid.state";
+/// Ending of the name of a file that holds no state, before its checksum.
+const OTHER: &str = "no-";
 
 /// Why bytes hold no state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -64,12 +68,12 @@ pub enum ClaimError {
     Io(#[from] io::Error),
 }
 
-/// Keeps a state in a file.
-#[derive(Debug)]
+/// Keeps a state in a file. Clones are one store.
+#[derive(Clone, Debug)]
 pub struct Store {
     file: PathBuf,
     /// Lock that keeps other daemons from the file. `None` until it is got.
-    claim: Mutex<Option<File>>,
+    claim: Arc<Mutex<Option<File>>>,
 }
 
 impl Store {
@@ -80,7 +84,7 @@ impl Store {
             std::env::split_paths(&folders).next().map(|folder| folder.join(NAME))
         };
         let file = configured.map(Path::to_path_buf).or_else(systemds)?;
-        Some(Self { file, claim: Mutex::default() })
+        Some(Self { file, claim: Arc::default() })
     }
 
     /// Returns the path of the file.
@@ -123,30 +127,38 @@ impl Store {
         match decode(&bytes) {
             Ok(state) => Ok(Some(state)),
             Err(error) => {
-                let name = format!("no-{:08x}", crc32fast::hash(&bytes));
+                let name = format!("{OTHER}{:08x}", crc32fast::hash(&bytes));
                 self.put_aside(&name, &error.to_string());
                 Ok(None)
             }
         }
     }
 
-    /// Keeps `state` in place of what was kept before. Gets the lock, if it could not be got before. Returns the number of bytes.
+    /// Keeps `state` in place of what was kept before. See [`Store::write`].
+    ///
+    /// # Errors
+    /// The errors are those of [`encode`] and [`Store::write`].
+    pub fn save(&self, state: &State) -> Result<usize, ClaimError> {
+        self.write(&encode(state)?)
+    }
+
+    /// Keeps a state, [encoded](encode), in place of what was kept before. Gets the lock, if it could not be got before. Returns the
+    /// number of bytes.
     ///
     /// # Errors
     /// The file cannot be written. The state that was kept before stays.
-    pub fn save(&self, state: &State) -> Result<usize, ClaimError> {
+    pub(crate) fn write(&self, bytes: &[u8]) -> Result<usize, ClaimError> {
         self.claim()?;
         // The name is always the same: a file that a power cut leaves behind is overwritten, and files do not accumulate.
         let new = self.beside(".new");
-        let bytes = encode(state)?;
         let written = || {
             let mut file = File::create(&new)?;
-            file.write_all(&bytes)?;
+            file.write_all(bytes)?;
             file.sync_all()?;
             fs::rename(&new, &self.file)
         };
         written().inspect_err(|_| {
-            // What there is of it takes room, perhaps the last.
+            // An incomplete file takes room, perhaps the last.
             let _ = fs::remove_file(&new);
         })?;
         // Not every file system can do this. A power cut may then bring back the state before, which is whole.
@@ -154,15 +166,15 @@ impl Store {
         Ok(bytes.len())
     }
 
-    /// Puts the file aside, since it holds `state`, which is of another measurement. [`Store::take_back`] finds it there.
-    pub fn put_aside_state(&self, state: &State, why: &str) {
-        self.put_aside(&name_of(&state.fingerprint()), why);
+    /// Puts the file aside, since it holds a state of another measurement, that of `fingerprint`. [`Store::take_back`] finds it there.
+    pub(crate) fn put_aside_state(&self, fingerprint: &Fingerprint, why: &str) {
+        self.put_aside(&name_of(fingerprint), why);
     }
 
-    /// Takes back the state that was put aside under the measurement of `config`, if there is one. The calling thread needs a
+    /// Takes back the state that was put aside under the measurement of `fingerprint`, if there is one. The calling thread needs a
     /// large stack.
-    pub fn take_back(&self, config: &Config) -> Option<State> {
-        let aside = self.beside(&format!(".{}", name_of(&Fingerprint::of(config))));
+    pub(crate) fn take_back(&self, fingerprint: &Fingerprint) -> Option<State> {
+        let aside = self.beside(&format!(".{}", name_of(fingerprint)));
         let state = match read(&aside) {
             Ok(bytes) => decode(&bytes).map_err(|error| error.to_string()),
             Err(error) if error.kind() == ErrorKind::NotFound => return None,
@@ -184,7 +196,7 @@ impl Store {
         }
     }
 
-    /// Renames the file to `NAME.ending`, with a warning that contains the reason. Removes the oldest of the files aside.
+    /// Renames the file to `NAME.ending`, with a warning that contains the reason. Removes the oldest of the others of its kind.
     fn put_aside(&self, ending: &str, why: &str) {
         let aside = self.beside(&format!(".{ending}"));
         let file = self.file.display();
@@ -192,34 +204,36 @@ impl Store {
             Ok(()) => warn!("{file}: {why}: starts anew, and keeps it as {}", aside.display()),
             Err(error) => warn!("{file}: {why}: starts anew (and cannot rename it: {error})"),
         }
-        self.remove_oldest_aside();
+        self.remove_oldest_beside(&aside);
     }
 
-    fn remove_oldest_aside(&self) {
+    /// Removes the oldest files that were put aside. The `newest` stays, however old the clock says that it is.
+    fn remove_oldest_beside(&self, newest: &Path) {
+        let is_state = |path: &Path| self.aside(path.file_name()?);
+        let own = is_state(newest);
         let entries = fs::read_dir(self.folder()).into_iter().flatten().flatten();
-        let mut aside: Vec<_> = entries
-            .filter(|entry| self.is_aside(&entry.file_name()))
-            .filter_map(|entry| Some((entry.metadata().ok()?.modified().ok()?, entry.path())))
+        let mut others: Vec<_> = entries
+            .map(|entry| (entry.metadata().and_then(|data| data.modified()).ok(), entry.path()))
+            .filter(|(_, path)| is_state(path) == own && path.file_name() != newest.file_name())
             .collect();
-        aside.sort();
-        let excess = aside.len().saturating_sub(MOST_ASIDE);
-        for (_, path) in &aside[..excess] {
+        others.sort();
+        let most = if own == Some(true) { MOST_STATES } else { MOST_OTHERS };
+        let excess = (others.len() + 1).saturating_sub(most);
+        for (_, path) in &others[..excess] {
             match fs::remove_file(path) {
-                Ok(()) => info!("{}: removed, the newest {MOST_ASIDE} stay", path.display()),
+                Ok(()) => info!("{}: removed, the oldest of its kind", path.display()),
                 Err(error) => warn!("{}: cannot be removed: {error}", path.display()),
             }
         }
     }
 
-    /// Returns whether a file of this name is one that was put aside.
-    fn is_aside(&self, name: &OsString) -> bool {
-        let own = self.file.file_name().unwrap_or_default().as_encoded_bytes();
-        let ending = name.as_encoded_bytes().strip_prefix(own);
-        let ending = ending.and_then(|ending| ending.strip_prefix(b"."));
-        ending.is_some_and(|ending| {
-            let sum = ending.strip_prefix(b"no-").unwrap_or(ending);
-            sum.len() == 8 && sum.iter().all(u8::is_ascii_hexdigit)
-        })
+    /// Returns whether a file that was put aside is a state, by its name. Returns `None` if none of this name was put aside.
+    fn aside(&self, name: &OsStr) -> Option<bool> {
+        let own = self.file.file_name()?.as_encoded_bytes();
+        let ending = name.as_encoded_bytes().strip_prefix(own)?.strip_prefix(b".")?;
+        let other = ending.strip_prefix(OTHER.as_bytes());
+        let sum = other.unwrap_or(ending);
+        (sum.len() == 8 && sum.iter().all(u8::is_ascii_hexdigit)).then_some(other.is_none())
     }
 
     fn folder(&self) -> &Path {
@@ -256,7 +270,7 @@ fn name_of(fingerprint: &Fingerprint) -> String {
 /// Returns the bytes of a file that holds `state`.
 ///
 /// # Errors
-/// There is no error: a state can always be written.
+/// A number of the state is beyond what the format holds.
 pub fn encode(state: &State) -> io::Result<Vec<u8>> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(VERSION.to_le_bytes());
@@ -289,5 +303,5 @@ pub fn decode(bytes: &[u8]) -> Result<State, StateError> {
         BEFORE => postcard::from_bytes::<Format7>(body).map(State::from),
         _ => postcard::from_bytes(body),
     };
-    state.ok().filter(State::is_possible).ok_or(StateError::Damaged)
+    state.ok().and_then(State::checked).ok_or(StateError::Damaged)
 }

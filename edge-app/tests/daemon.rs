@@ -253,7 +253,7 @@ fn a_bus_that_falls_silent_ends_the_record() {
         assert_eq!(confidence.joints.len(), 3);
         let spectra = spectra.expect("the spectra come before the finding");
         assert_eq!((spectra.record, spectra.pose.len()), (1, 3));
-        // Of 256 samples the band has 17 bins.
+        // The band has 17 bins of 256 samples.
         assert_eq!(spectra.bands.len(), 17);
         assert!(spectra.bands.is_sorted_by_key(|band| band.frequency_hz), "{spectra:?}");
         assert_eq!(connect().finding(), (finding, Some(spectra)), "who comes later gets both");

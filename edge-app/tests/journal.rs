@@ -60,7 +60,7 @@ fn config() -> Config {
     Config::parse(&file, &text).unwrap()
 }
 
-/// What the log holds behind what the daemon has said of `frames`, which come in one batch, once it says `awaited`.
+/// Returns what the daemon has logged of `frames` some time after it has said `awaited`.
 fn logged(config: &Config, frames: Vec<Arrival>, awaited: &str) -> String {
     let (stop, (feed, arrivals)) = (Stop::with_grace(Duration::ZERO), bounded(0));
     // The log is one for all tests.
@@ -71,13 +71,13 @@ fn logged(config: &Config, frames: Vec<Arrival>, awaited: &str) -> String {
     let said = || String::from_utf8(LOG.0.lock().unwrap().clone()).unwrap();
     thread::scope(|scope| {
         let daemon = scope.spawn(|| daemon::run(config, &mut Feed(arrivals), &[], &stop));
-        feed.send(frames).unwrap();
+        frames.chunks(50).for_each(|frames| feed.send(frames.to_vec()).unwrap());
         let begun = Instant::now();
         while !said().contains(awaited) && begun.elapsed() < PATIENCE {
             thread::sleep(Duration::from_millis(20));
         }
-        // A second line of the kind would come by now.
-        thread::sleep(Duration::from_secs(1));
+        // A second line of the kind would come by now: a state stands for 2 s before it is said.
+        thread::sleep(Duration::from_secs(3));
         stop.request();
         drop(feed);
         daemon.join().unwrap().unwrap();
@@ -88,6 +88,32 @@ fn logged(config: &Config, frames: Vec<Arrival>, awaited: &str) -> String {
 /// The frames of a cut in the first pose.
 fn cut(config: &Config) -> Vec<Arrival> {
     frames_with(config, &POSES[..1], u32::MAX, 0.02, block)
+}
+
+/// Instants of a long rest.
+const RESTS: u16 = 8000;
+
+/// The frames of a long rest in the first pose.
+fn rest(config: &Config) -> Vec<Arrival> {
+    let config = Config { record_samples: RESTS.into(), ..config.clone() };
+    let mut frames = cut(&config);
+    let end_s = frames[0].time_s + f64::from(RESTS) / config.rate_hz;
+    frames.retain(|frame| frame.time_s < end_s);
+    frames
+}
+
+/// The largest value along each axis, behind `of` so many frames of each sensor.
+fn clipped(frames: Vec<Arrival>, of: u16) -> Vec<Arrival> {
+    let most = |number: u16, data: &[u8]| {
+        let largest = [[0xFF, 0x7F].repeat(3), data[6..].to_vec()].concat();
+        Some(if number < of { data.to_vec() } else { largest })
+    };
+    with(with(frames, FORCE, most), ACCELERATION, most)
+}
+
+/// No measurement: the largest number of the signal, beyond the limits of the joint.
+fn not_available(_: u16, data: &[u8]) -> Option<Vec<u8>> {
+    Some([&i32::MAX.to_le_bytes(), &data[4..]].concat())
 }
 
 fn id(id: u16) -> Id {
@@ -152,15 +178,7 @@ fn what_prevents_records_is_said_once() {
             },
             "the counters of force or acceleration jump",
         ),
-        (
-            "clipped",
-            |f| {
-                let most =
-                    |_: u16, data: &[u8]| Some([&[0xFF, 0x7F].repeat(3), &data[6..]].concat());
-                with(with(f, FORCE, most), ACCELERATION, most)
-            },
-            "are at the limit of a signal",
-        ),
+        ("clipped", |f| clipped(f, 0), "are at the limit of a signal"),
         (
             "degrees",
             |f| {
@@ -170,23 +188,52 @@ fn what_prevents_records_is_said_once() {
             },
             "measuring; q2 reads 1000.0000, beyond joint_2's limits",
         ),
-        // The largest number of a signal is no measurement.
         (
             "not available",
-            |f| {
-                let none = i32::MAX.to_le_bytes();
-                with(f, SECOND_ANGLE, |_, data| Some([&none, &data[4..]].concat()))
-            },
-            "waiting for joint angles: joint_2 not seen",
+            |f| with(f, SECOND_ANGLE, not_available),
+            "waiting for joint angles: joint_2 comes, but reads 2147.4836, ",
         ),
     ];
     let config = config();
-    for (name, fault, line) in faults {
-        let log = logged(&config, fault(cut(&config)), line);
-        let lines: Vec<_> = log.lines().filter(|own| own.contains(line)).collect();
-        assert_eq!(lines.len(), 1, "{name}: {log}");
-        assert!(lines[0].contains(" WARN "), "{name}: {log}");
+    for fault in faults {
+        assert_said_once(&config, &cut(&config), fault);
     }
+}
+
+/// Faults that begin long after the last record, or where there was none.
+#[test]
+fn faults_that_begin_late_are_said_once() {
+    let faults: [Fault; 3] = [
+        // They are fewer than a tenth of all that has come.
+        ("clipped", |f| clipped(f, RESTS - 600), "are at the limit of a signal"),
+        (
+            "no angle any more",
+            |f| with(f, SECOND_ANGLE, |number, data| (number < 5).then(|| data.to_vec())),
+            "waiting for joint angles: joint_2 does not come any more",
+        ),
+        (
+            "not available any more",
+            |f| {
+                let late = |number, data: &[u8]| match number {
+                    0..5 => Some(data.to_vec()),
+                    _ => not_available(number, data),
+                };
+                with(f, SECOND_ANGLE, late)
+            },
+            "waiting for joint angles: joint_2 comes, but reads 2147.4836, ",
+        ),
+    ];
+    let config = config();
+    for fault in faults {
+        assert_said_once(&config, &rest(&config), fault);
+    }
+}
+
+fn assert_said_once(config: &Config, good: &[Arrival], (name, fault, line): Fault) {
+    let log = logged(config, fault(good.to_vec()), line);
+    let lines: Vec<_> = log.lines().filter(|own| own.contains(line)).collect();
+    assert_eq!(lines.len(), 1, "{name}: {log}");
+    assert!(lines[0].contains(" WARN "), "{name}: {log}");
 }
 
 /// A sensor that dies, or whose frames change, when there are records already.

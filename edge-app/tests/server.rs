@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::os::unix::net::UnixStream;
+use std::os::unix::net::{UnixListener, UnixStream};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -115,6 +115,30 @@ fn a_socket_that_was_removed_is_made_again() {
     });
     drop(listeners);
     assert!(!path.exists(), "the socket's file is left behind");
+}
+
+/// The file of another socket, on which nobody answers, takes the place of the daemon's.
+#[test]
+fn a_socket_that_was_replaced_is_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, other) = (folder.path().join("flexid.sock"), folder.path().join("other.sock"));
+    let listeners = [Listener::bind(&Listen::Unix(path.clone())).unwrap()];
+    let (latest, stop) = (Latest::new(), Stop::new());
+    thread::scope(|scope| {
+        scope.spawn(|| serve(&listeners, &latest, &stop));
+        drop(UnixListener::bind(&other).unwrap());
+        std::fs::rename(&other, &path).unwrap();
+        let begun = Instant::now();
+        let connected = loop {
+            match UnixStream::connect(&path) {
+                Err(_) if begun.elapsed() < PATIENCE => thread::sleep(Duration::from_millis(20)),
+                connected => break connected,
+            }
+        };
+        latest.close();
+        stop.request();
+        connected.expect("nobody listens");
+    });
 }
 
 #[test]

@@ -65,6 +65,13 @@ pub enum State {
     Unused(Unused),
     /// The frames of this sensor do not come any more.
     SensorSilent(Sensor),
+    /// The angle of a joint comes, but the newest is no measurement: an end of its signal, beyond the limits of the joint.
+    AngleNotAvailable {
+        /// Name of the joint.
+        joint: Name,
+        /// Reading, rad (m).
+        value: f64,
+    },
 }
 
 /// Reason why frames cannot become records.
@@ -156,6 +163,10 @@ impl fmt::Display for State {
             Self::SensorSilent(sensor) => {
                 write!(f, "waiting for {sensor} frames: they do not come any more")
             }
+            Self::AngleNotAvailable { joint, value } => write!(
+                f,
+                "waiting for joint angles: {joint} comes, but reads {value:.4}, an end of its signal (not available)"
+            ),
         }
     }
 }

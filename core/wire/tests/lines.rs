@@ -218,6 +218,7 @@ fn states() -> Vec<State> {
         State::Measuring { implausible },
         State::Unused(Unused::Refused { records: 1, first: RecordFault::NoForce }),
         State::SensorSilent(Sensor::Force),
+        State::AngleNotAvailable { joint: clipped("joint_2"), value: 2147.483647 },
     ]
 }
 

@@ -27,12 +27,25 @@ pub struct BadInput {
     pub line: Option<usize>,
     /// The mistake and its correction.
     pub message: String,
+    /// Error of the system, if it kept the file from being read.
+    pub cause: Option<ErrorKind>,
 }
 
 impl BadInput {
     /// Makes an error of the file as a whole, or of a place that the message names.
     pub fn new(file: &Path, message: impl fmt::Display) -> Self {
-        Self { file: file.to_path_buf(), line: None, message: one_line(&message.to_string()) }
+        let message = one_line(&message.to_string());
+        Self { file: file.to_path_buf(), line: None, message, cause: None }
+    }
+
+    /// Returns whether the file, or its name, must be corrected. If not, a later attempt may succeed: the storage or the system failed.
+    pub fn is_mistake(&self) -> bool {
+        use ErrorKind::{IsADirectory, NotADirectory, NotFound, PermissionDenied};
+        self.cause.is_none_or(|cause| {
+            // The last two are of names that no file can have.
+            matches!(cause, NotFound | IsADirectory | NotADirectory | PermissionDenied)
+                || matches!(cause, ErrorKind::InvalidInput | ErrorKind::InvalidFilename)
+        })
     }
 }
 
@@ -124,7 +137,7 @@ pub fn unreadable(file: &Path, error: &io::Error) -> BadInput {
         ErrorKind::PermissionDenied => "no permission: ask its owner, or copy it".to_owned(),
         _ => error.to_string(),
     };
-    BadInput::new(file, format!("cannot be read: {why}"))
+    BadInput { cause: Some(error.kind()), ..BadInput::new(file, format!("cannot be read: {why}")) }
 }
 
 /// Reads the text of `file`, which may be a pipe: in UTF-8 or UTF-16, without its byte order mark.
@@ -158,8 +171,7 @@ pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, Bad
             Some(key) => format!("`{key}` is there twice: keep one key, or join the two sections"),
             None => format!("{place}{}", mend(error.message(), key)),
         };
-        let message = one_line(&message);
-        BadInput { file: file.to_path_buf(), line, message }
+        BadInput { line, ..BadInput::new(file, message) }
     };
     if text.len() > LARGEST_TOML {
         return Err(BadInput::new(file, "is larger than 1 MiB: name another file"));
@@ -340,13 +352,26 @@ mod tests {
             (&*path("folder"), "cannot be read: it is a folder: name a file in it"),
             (&*path("nothing"), "cannot be read: it does not exist: correct its name"),
         ] {
-            assert_eq!(read_regular(file).unwrap_err(), BadInput::new(file, why));
+            let error = read_regular(file).unwrap_err();
+            assert_eq!((&error.message[..], error.is_mistake()), (why, true));
         }
         let mut long = "# ".repeat(LARGEST_TOML / 2);
         assert!(parse_toml::<Plant>(Path::new("p.toml"), &long).is_ok());
         long.push('#');
         let error = parse_toml::<Plant>(Path::new("p.toml"), &long).unwrap_err();
         assert_eq!(error.to_string(), "p.toml: is larger than 1 MiB: name another file");
+    }
+
+    /// A service is started again after them.
+    #[test]
+    fn failures_of_the_system_are_no_mistakes() {
+        use nix::errno::Errno::{
+            self, EACCES, EIO, EMFILE, ENAMETOOLONG, ENOENT, ENOMEM, ENOTDIR, ESTALE,
+        };
+        let is_mistake =
+            |errno: Errno| unreadable(Path::new("a.toml"), &io::Error::from(errno)).is_mistake();
+        assert_eq!([EIO, EMFILE, ENOMEM, ESTALE].map(is_mistake), [false; 4]);
+        assert_eq!([ENOENT, EACCES, ENOTDIR, ENAMETOOLONG].map(is_mistake), [true; 4]);
     }
 
     #[test]

@@ -16,9 +16,9 @@ use crate::solver::{CoursePoint, FittedRecord};
 pub struct Outcome {
     /// Report and confidence. `None` if there is no estimate.
     pub finding: Option<Finding>,
-    /// What predicts the robot's motion, and its covariance. `None` if there is no estimate.
+    /// The robot that was found, which predicts motion, and its covariance. `None` if there is no estimate.
     pub robot: Option<FoundRobot>,
-    /// What the estimate says of each static test. `None` without one of the two.
+    /// Findings of the estimate about each static test. `None` without one of the two.
     pub statics: Option<StaticReport>,
     /// Records that the estimate rests on, bin by bin. Empty if there is none, and of a daemon.
     pub records: Vec<FittedRecord>,
@@ -26,7 +26,7 @@ pub struct Outcome {
     pub course: Vec<CoursePoint>,
     /// Counts of what has come in.
     pub counts: Counts,
-    /// What the run still waited for, the obstacle to records, or the records that were not used.
+    /// Cause of a missing record: what the run still waited for, the obstacle to records, or the records that were not used.
     pub state: State,
     /// Troubles of the source. The reason why it broke is the first.
     pub troubles: Vec<Trouble>,

@@ -44,9 +44,9 @@ pub struct FoundRobot {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointBounds {
-    /// Of each stiffness, N/m and Nm/rad.
+    /// Ends for each stiffness, N/m and Nm/rad.
     pub stiffness: [[f64; 2]; 6],
-    /// Of each damping, Ns/m and Nms/rad.
+    /// Ends for each damping, Ns/m and Nms/rad.
     pub damping: [[f64; 2]; 6],
 }
 
@@ -54,7 +54,7 @@ pub struct JointBounds {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoundValue {
-    /// What is off.
+    /// The imperfection.
     pub imperfection: Imperfection,
     /// By how much, in the unit of the imperfection.
     pub value: f64,

@@ -2,9 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use flexid_pipeline::stop::Stop;
 use flexid_pipeline::{Counts, State};
 use tracing::{info, warn};
 
+use super::storing::Storing;
 use crate::store::Store;
 
 /// Most bytes that are written a second, on average: 1.6 TB a year. The smallest industrial flash of today, 8 GB of 3000 cycles,
@@ -16,7 +18,7 @@ const RETRY: Duration = Duration::from_secs(10);
 
 /// Writes the state when that is due.
 pub(super) struct Keeping<'a> {
-    store: Option<&'a Store>,
+    storing: Option<Storing<'a>>,
     /// Instant from which the state may be written again.
     due: Instant,
     /// Counts of what had come in at the last change since the last write. `None` without a change.
@@ -27,17 +29,24 @@ pub(super) struct Keeping<'a> {
 
 impl<'a> Keeping<'a> {
     /// Makes one whose first write is due at once. A warning says if it cannot be written now.
-    pub(super) fn new(store: Option<&'a Store>) -> Self {
-        let mut own = Self { store, due: Instant::now(), unsaved: None, failed: None };
-        if let Some(Err(error)) = store.map(Store::claim) {
+    pub(super) fn new(store: Option<&'a Store>, stop: &'a Stop) -> Self {
+        let storing = store.map(|store| Storing::new(store, stop));
+        let claimed = storing.as_ref().map(Storing::claim);
+        let mut own = Self { storing, due: Instant::now(), unsaved: None, failed: None };
+        if let Some(Err(error)) = claimed {
             own.fail(&error);
         }
         own
     }
 
+    /// Returns the access to the store.
+    pub(super) fn storing(&self) -> Option<&Storing<'a>> {
+        self.storing.as_ref()
+    }
+
     /// Notes that the state has changed.
     pub(super) fn note_change(&mut self, counts: &Counts) {
-        self.unsaved = self.store.map(|_| *counts);
+        self.unsaved = self.storing.as_ref().map(|_| *counts);
     }
 
     /// Returns the counts at the last change, if a write is due.
@@ -53,58 +62,81 @@ impl<'a> Keeping<'a> {
         }
     }
 
-    /// Writes the state. If that fails, it remains to be written.
-    pub(super) fn save(&mut self, state: &State) {
-        let Some(store) = self.store.filter(|_| !state.is_empty()) else {
-            self.unsaved = None;
-            return;
+    /// Writes the state, with the counts of what had come in. If that fails, it remains to be written. Returns whether the file holds all
+    /// records of the state.
+    pub(super) fn save(&mut self, state: &State, counts: &Counts) -> bool {
+        self.unsaved = None;
+        let Some(storing) = self.storing.as_ref().filter(|_| !state.is_empty()) else {
+            return state.is_empty();
         };
-        match store.save(state) {
+        match storing.save(state) {
             Ok(bytes) => {
-                self.unsaved = None;
                 self.due = Instant::now() + Duration::from_secs_f64(bytes as f64 / WRITE_RATE);
                 if self.failed.take().is_some() {
-                    info!("{}: can be written again", store.file().display());
+                    info!("{}: can be written again", storing.store().file().display());
                 }
+                true
             }
             Err(error) => {
+                self.unsaved = Some(*counts);
                 self.due = Instant::now() + RETRY;
                 self.fail(&error);
+                false
             }
         }
     }
 
     /// Logs an error once.
     fn fail(&mut self, error: &impl ToString) {
-        let error = Some(error.to_string());
-        if let (Some(store), Some(text)) = (self.store.filter(|_| error != self.failed), &error) {
-            let file = store.file().display();
-            warn!("{file}: cannot be written: {text}: a restart forgets until it can");
+        let error = error.to_string();
+        if let Some(storing) =
+            self.storing.as_ref().filter(|_| self.failed.as_ref() != Some(&error))
+        {
+            let file = storing.store().file().display();
+            warn!("{file}: cannot be written: {error}: a restart forgets until it can");
         }
-        self.failed = error;
+        self.failed = Some(error);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::decode;
 
     /// Who waits for this time must not turn in circles.
     #[test]
     fn nothing_is_due_where_nothing_is_kept_or_the_last_write_has_failed() {
         let longest = Duration::from_secs(60);
-        let mut nowhere = Keeping::new(None);
+        let stop = Stop::new();
+        let mut nowhere = Keeping::new(None, &stop);
         nowhere.note_change(&Counts::default());
         assert_eq!((nowhere.due(), nowhere.until_due(longest)), (None, longest));
 
         let store =
             Store::find(Some(std::path::Path::new("/no/such/folder/flexid.state"))).unwrap();
-        let mut keeping = Keeping::new(Some(&store));
+        let mut keeping = Keeping::new(Some(&store), &stop);
         assert_eq!((keeping.due(), keeping.until_due(longest)), (None, longest));
         keeping.note_change(&Counts::default());
         assert_eq!(keeping.due(), Some(Counts::default()));
         keeping.due = Instant::now() + RETRY;
         assert_eq!(keeping.due(), None);
         assert!(keeping.until_due(longest) > RETRY / 2 && keeping.until_due(longest) <= RETRY);
+    }
+
+    /// A reload writes what no record has changed.
+    #[test]
+    fn a_write_that_failed_is_due_again() {
+        let test = || {
+            let state = decode(include_bytes!("../../tests/pipeline/format8.state")).unwrap();
+            let file = std::path::Path::new("/no/such/folder/flexid.state");
+            let (store, stop) = (Store::find(Some(file)).unwrap(), Stop::new());
+            let mut keeping = Keeping::new(Some(&store), &stop);
+            assert!(!keeping.save(&state, &Counts::default()));
+            assert_eq!(keeping.unsaved, Some(Counts::default()));
+            assert!(keeping.until_due(Duration::from_secs(60)) <= RETRY);
+        };
+        let large = std::thread::Builder::new().stack_size(flexid_pipeline::STACK);
+        large.spawn(test).unwrap().join().unwrap();
     }
 }

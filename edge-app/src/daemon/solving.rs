@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError};
-use flexid_pipeline::config::{Config, Validity};
+use flexid_pipeline::config::{Config, Fingerprint, Validity};
 use flexid_pipeline::stop::Stop;
 use flexid_pipeline::text::count;
 use flexid_pipeline::{Counts, Outcome, Record, Solver, State};
@@ -18,9 +18,9 @@ use tracing::{info, warn};
 
 use super::keeping::Keeping;
 use super::report_log::ReportLog;
+use super::storing::Storing;
 use super::{Daemon, Order, UnusedRecords, WORK_NEWS, lock};
 use crate::latest::Latest;
-use crate::store::Store;
 
 /// Longest time without an order after which the solver looks whether the state is to be written.
 const LOOK: Duration = Duration::from_secs(60);
@@ -34,10 +34,11 @@ pub(super) struct Solving<'a> {
     /// Records that the solver will not be given in this run.
     left: Vec<Arc<Record>>,
     keeping: Keeping<'a>,
+    /// State of another measurement that could not be written.
+    unwritten: Option<State>,
     latest: &'a Latest,
     unused: &'a UnusedRecords,
     stop: &'a Stop,
-    store: Option<&'a Store>,
 }
 
 impl<'a> Solving<'a> {
@@ -49,9 +50,9 @@ impl<'a> Solving<'a> {
     ) -> io::Result<Self> {
         let Daemon { config, stop, store, .. } = *daemon;
         let mut waiting = VecDeque::new();
-        let keeping = Keeping::new(store);
-        let kept = store.map(Store::load).transpose()?.flatten();
-        let solver = match carried_over(kept, config, store) {
+        let keeping = Keeping::new(store, stop);
+        let kept = keeping.storing().map(Storing::load).transpose()?.flatten();
+        let solver = match carried_over(kept, &mut None, config, keeping.storing()) {
             Some(mut state) => {
                 waiting = state.take_waiting().into();
                 Solver::resume(config, state, stop, news(latest))?
@@ -65,10 +66,10 @@ impl<'a> Solving<'a> {
             waiting,
             left: Vec::new(),
             keeping,
+            unwritten: None,
             latest,
             unused,
             stop,
-            store,
         };
         solving.publish(&Counts::default());
         solving.work_off(&Counts::default());
@@ -80,7 +81,10 @@ impl<'a> Solving<'a> {
         loop {
             match orders.recv_timeout(self.keeping.until_due(LOOK)) {
                 Ok(order) => self.obey(order, orders)?,
-                Err(RecvTimeoutError::Timeout) => self.save_if_due(),
+                Err(RecvTimeoutError::Timeout) => {
+                    self.save_if_due();
+                    self.reports.log_counts();
+                }
                 Err(RecvTimeoutError::Disconnected) => break,
             }
         }
@@ -123,7 +127,7 @@ impl<'a> Solving<'a> {
         let mut on_progress = |progress: Option<&Progress>| {
             progress.into_iter().for_each(&mut publish);
             if keeping.due().is_some() {
-                keeping.save(&before);
+                keeping.save(&before, counts);
             }
         };
         on_progress(None);
@@ -150,11 +154,14 @@ impl<'a> Solving<'a> {
     fn reload(&mut self, config: &Config, ended: &Counts, current: &Counts) -> io::Result<()> {
         let state = self.state(ended, None);
         if matches!(state.validity(config), Validity::Nothing(_)) {
-            // What is put aside is the newest.
-            self.keeping.save(&state);
+            // The file that is put aside holds the newest state.
+            if !self.keeping.save(&state, ended) {
+                self.unwritten = Some(state.clone());
+            }
             self.latest.withdraw_finding();
         }
-        self.solver = match carried_over(Some(state), config, self.store) {
+        let storing = self.keeping.storing();
+        self.solver = match carried_over(Some(state), &mut self.unwritten, config, storing) {
             Some(mut state) => {
                 self.waiting = state.take_waiting().into();
                 Solver::resume(config, state, self.stop, news(self.latest))?
@@ -163,7 +170,7 @@ impl<'a> Solving<'a> {
         };
         self.publish(current);
         self.work_off(current);
-        self.keeping.save(&self.state(current, None));
+        self.keeping.save(&self.state(current, None), current);
         Ok(())
     }
 
@@ -189,7 +196,7 @@ impl<'a> Solving<'a> {
     /// Saves the state if it has changed and a write is due.
     fn save_if_due(&mut self) {
         if let Some(counts) = self.keeping.due() {
-            self.keeping.save(&self.state(&counts, None));
+            self.keeping.save(&self.state(&counts, None), &counts);
         }
     }
 
@@ -201,7 +208,7 @@ impl<'a> Solving<'a> {
 
     /// Saves the state, adds the last finding to `outcome`, and publishes it.
     pub(super) fn end(mut self, outcome: &mut Outcome) {
-        self.keeping.save(&self.state(&outcome.counts, None));
+        self.keeping.save(&self.state(&outcome.counts, None), &outcome.counts);
         outcome.finding = self.solver.finding(&outcome.counts, &outcome.troubles);
         if let Some(records) = self.solver.unused() {
             outcome.state = state::State::Unused(records);
@@ -225,14 +232,21 @@ fn news(latest: &Latest) -> impl FnMut(&Progress) {
     }
 }
 
-/// Returns `state` if any of it holds under `config`, or else the state that was put aside under this measurement before.
-fn carried_over(state: Option<State>, config: &Config, store: Option<&Store>) -> Option<State> {
-    let holds = |state: &State| holds(state, config, store);
-    state.filter(holds).or_else(|| store?.take_back(config).filter(holds))
+/// Returns `state` if any of it holds under `config`, or else the state of this measurement that was `unwritten` or put aside before.
+fn carried_over(
+    state: Option<State>,
+    unwritten: &mut Option<State>,
+    config: &Config,
+    storing: Option<&Storing<'_>>,
+) -> Option<State> {
+    let is_of_config = |state: &mut State| !matches!(state.validity(config), Validity::Nothing(_));
+    let holds = |state: &State| holds(state, config, storing);
+    let aside = || storing?.take_back(Fingerprint::of(config));
+    state.filter(holds).or_else(|| unwritten.take_if(is_of_config).or_else(aside).filter(holds))
 }
 
 /// Logs how much of a state holds under `config`. Returns whether any of it holds. A state of which nothing holds is put aside.
-fn holds(state: &State, config: &Config, store: Option<&Store>) -> bool {
+fn holds(state: &State, config: &Config, storing: Option<&Storing<'_>>) -> bool {
     if state.is_empty() {
         return !matches!(state.validity(config), Validity::Nothing(_));
     }
@@ -240,7 +254,7 @@ fn holds(state: &State, config: &Config, store: Option<&Store>) -> bool {
     let records = count((kept + waiting) as u64, "record");
     match state.validity(config) {
         Validity::Whole if state.lacks_fit() => warn!(
-            "the fit is of another version of flexid-edge: {records} are fitted anew, the information of older ones is given up"
+            "the fit is of another version of flexid-edge, or damaged: {records} are fitted anew, the information of older ones is given up"
         ),
         Validity::Whole => info!("goes on with {records} kept"),
         Validity::Records(changed) => {
@@ -253,9 +267,9 @@ fn holds(state: &State, config: &Config, store: Option<&Store>) -> bool {
         }
         Validity::Nothing(changed) => {
             let why = format!("of another measurement ({} changed)", changed.join(", "));
-            match store {
-                Some(store) => store.put_aside_state(state, &why),
-                None => warn!("{records} {why}: starts anew"),
+            match storing {
+                Some(storing) => storing.put_aside(state.fingerprint(), why),
+                None => warn!("{records} {why}: starts anew, and keeps them in memory"),
             }
             return false;
         }

@@ -50,18 +50,16 @@ pub enum BindError {
 }
 
 impl BindError {
-    /// Returns whether another address, or another name, would mend it. Else a later attempt may.
+    /// Returns whether only another address, or another name, mends it. If not, a later attempt may succeed: a folder may come, as that of a
+    /// disk that is mounted late, and an interface may get its address.
     pub fn is_bad_input(&self) -> bool {
-        use io::ErrorKind::{
-            AddrNotAvailable, InvalidInput, NotADirectory, NotFound, PermissionDenied,
-        };
+        use io::ErrorKind::{InvalidInput, NotADirectory, PermissionDenied};
         match self {
             Self::NoSocket(_) | Self::NoGroup(_) | Self::NotInGroup { .. } => true,
             Self::InUse(_) => false,
-            Self::Io { error, .. } => matches!(
-                error.kind(),
-                AddrNotAvailable | InvalidInput | NotADirectory | NotFound | PermissionDenied
-            ),
+            Self::Io { error, .. } => {
+                matches!(error.kind(), InvalidInput | NotADirectory | PermissionDenied)
+            }
         }
     }
 }
@@ -103,7 +101,7 @@ impl Listener {
             Listen::Tcp(address) => (Domain::for_address(*address), SockAddr::from(*address)),
         };
         let socket = Socket::new(domain, Type::STREAM, None).map_err(io)?;
-        // As in the standard library, a port is free again as soon as its daemon is gone.
+        // A port is free again as soon as its daemon is gone, which the standard library does, too.
         socket.set_reuse_address(domain != Domain::UNIX).map_err(io)?;
         socket.bind(&bound).map_err(|error| match error.kind() {
             io::ErrorKind::AddrInUse => BindError::InUse(address.clone()),
@@ -127,10 +125,10 @@ impl Listener {
         Ok(listener)
     }
 
-    /// Returns whether no client can come any more, since the file of the Unix socket was removed.
+    /// Returns whether no client can come any more, since the file of the Unix socket was removed or replaced.
     pub(super) fn is_gone(&self) -> bool {
         match &self.address {
-            Listen::Unix(path) => self.file.is_some() && identity(path).is_none(),
+            Listen::Unix(path) => identity(path) != self.file,
             Listen::Tcp(_) => false,
         }
     }
@@ -287,6 +285,25 @@ mod tests {
         let error = Listener::bind(&address).unwrap_err().to_string();
         assert!(error.ends_with("is there already and is no socket: name another path"), "{error}");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");
+    }
+
+    #[test]
+    fn a_place_that_may_come_is_no_bad_input() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("file"), "").unwrap();
+        let at = |path: &str| Listen::Unix(folder.path().join(path));
+        // TEST-NET-1 is no address of any machine.
+        let foreign = Listen::Tcp("192.0.2.1:80".parse().unwrap());
+        let longest = "a".repeat(200);
+        for (address, is_bad_input) in [
+            (at("late/a.sock"), false),
+            (foreign, false),
+            (at("file/a.sock"), true),
+            (at(&longest), true),
+        ] {
+            let error = Listener::bind(&address).unwrap_err();
+            assert_eq!(error.is_bad_input(), is_bad_input, "{error}");
+        }
     }
 
     #[test]

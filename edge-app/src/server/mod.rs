@@ -3,28 +3,63 @@
 mod client;
 mod listener;
 mod slots;
-mod tally;
 
 use std::io::{self, ErrorKind};
 use std::os::fd::AsFd;
+use std::sync::{Mutex, PoisonError};
 use std::thread::{self, Scope};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use flexid_pipeline::stop::Stop;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use tracing::{debug, warn};
 
 use crate::latest::Latest;
+use crate::tally::{Line, Tally};
 use crate::threads::no_thread;
 
 pub use listener::{BindError, Listener};
 use slots::Slots;
-use tally::{Event, Tally};
 
 /// Most clients at a time. A further client is refused, unless another peer holds more than its share.
 pub const MAX_CLIENTS: usize = 16;
 /// Interval at which threads check the stop switch.
 const LOOK: Duration = Duration::from_millis(200);
+
+/// Trouble with a client.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Event {
+    /// It cannot be accepted, or has no thread.
+    NotAccepted,
+    /// It is refused, since there is no slot.
+    Refused,
+    /// It does not keep to the protocol.
+    Dropped,
+    /// No client can come, since the socket's file is gone and cannot be made again.
+    NoSocket,
+}
+
+/// Log of the troubles.
+#[derive(Debug, Default)]
+struct Events(Mutex<Tally<Event>>);
+
+impl Events {
+    /// Logs a trouble that `text` describes, or counts it.
+    fn note(&self, event: Event, text: String) {
+        let line = self.with(|tally| tally.line(event, Line::Warning(text), Instant::now()));
+        line.iter().for_each(Line::log);
+    }
+
+    /// Logs the counts that are a minute old.
+    fn log_counts(&self) {
+        self.with(|tally| tally.counts(Instant::now())).iter().for_each(Line::log);
+    }
+
+    fn with<T>(&self, work: impl FnOnce(&mut Tally<Event>) -> T) -> T {
+        // The tally is whole between any two statements, so that a panic leaves it valid.
+        work(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
 
 /// Serves every client that connects to `listeners` until `stop` is set. Returns once no message will follow and every
 /// client has read the latest ones or is gone.
@@ -32,13 +67,13 @@ const LOOK: Duration = Duration::from_millis(200);
 /// # Errors
 /// The system cannot start a thread. `stop` is requested then.
 pub fn serve(listeners: &[Listener], latest: &Latest, stop: &Stop) -> io::Result<()> {
-    let (slots, tally) = (Slots::default(), Tally::default());
+    let (slots, events) = (Slots::default(), Events::default());
     thread::scope(|scope| {
         for listener in listeners {
-            let (slots, tally) = (&slots, &tally);
+            let (slots, events) = (&slots, &events);
             let thread = thread::Builder::new().name("flexid-accept".into());
             thread
-                .spawn_scoped(scope, move || accept(scope, listener, latest, stop, slots, tally))
+                .spawn_scoped(scope, move || accept(scope, listener, latest, stop, slots, events))
                 .inspect_err(|_| stop.request())
                 .map_err(no_thread("flexid-accept"))?;
         }
@@ -52,21 +87,24 @@ fn accept<'scope>(
     latest: &'scope Latest,
     stop: &'scope Stop,
     slots: &'scope Slots,
-    tally: &'scope Tally,
+    events: &'scope Events,
 ) {
-    // A socket's file is removed by hand, or by a program that cleans up.
+    // A socket's file is removed or replaced by hand, or by a program that cleans up.
     let mut again = None;
     while !stop.requested() {
-        tally.log_counts();
+        events.log_counts();
         let listener = again.as_ref().unwrap_or(listener);
         if listener.is_gone() {
             match listener.bind_again() {
                 Ok(new) => {
-                    warn!("{}: the socket's file was removed: made again", new.address());
+                    warn!(
+                        "{}: the socket's file was removed or replaced: made again",
+                        new.address()
+                    );
                     again = Some(new);
                 }
                 Err(error) => {
-                    tally.note(Event::NoSocket, error.to_string());
+                    events.note(Event::NoSocket, error.to_string());
                     thread::sleep(LOOK);
                 }
             }
@@ -84,14 +122,14 @@ fn accept<'scope>(
             Err(error) if error.kind() == ErrorKind::WouldBlock => continue,
             Err(error) => {
                 let text = format!("{address}: a client cannot be accepted: {error}");
-                tally.note(Event::NotAccepted, text);
+                events.note(Event::NotAccepted, text);
                 thread::sleep(LOOK);
                 continue;
             }
         };
         let Some(slot) = slots.take(peer) else {
             let reason = client::turn_away(socket);
-            tally.note(Event::Refused, format!("{address}: a client was refused: {reason}"));
+            events.note(Event::Refused, format!("{address}: a client was refused: {reason}"));
             continue;
         };
         let spawned =
@@ -99,7 +137,7 @@ fn accept<'scope>(
                 match client::serve(socket, latest, stop, &slot) {
                     Ok(()) => debug!("{address}: a client has gone"),
                     Err(end) => {
-                        tally.note(
+                        events.note(
                             Event::Dropped,
                             format!("{address}: a client was dropped: {end}"),
                         );
@@ -108,7 +146,7 @@ fn accept<'scope>(
             });
         if let Err(error) = spawned {
             let address = listener.address();
-            tally.note(Event::NotAccepted, format!("{address}: no thread for a client: {error}"));
+            events.note(Event::NotAccepted, format!("{address}: no thread for a client: {error}"));
         }
     }
 }

@@ -40,7 +40,7 @@ impl FrameSource for Replay {
     }
 }
 
-/// What the accelerometer reads at the instants at which a force is measured, one after the other.
+/// Readings of the accelerometer at the instants at which a force is measured, one after the other.
 pub(crate) type Tool = Box<dyn FnMut([f32; 3]) -> [f32; 3]>;
 
 /// A block of a ton, whatever the pose: no robot.
@@ -69,7 +69,7 @@ pub(crate) fn robot(config: &Config, pose: &[f64; 3]) -> Tool {
     })
 }
 
-/// As [`frames_with`], with the acceleration lost in every hundredth instant.
+/// Frames of [`frames_with`], with the acceleration lost in every hundredth instant.
 pub(crate) fn frames(
     config: &Config,
     poses: &[[f64; 3]],

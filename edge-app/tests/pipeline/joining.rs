@@ -9,7 +9,7 @@ use flexid_pipeline::{Counts, Record, Solver};
 use super::frames::{POSES, block, frames_with};
 use super::state::{config, on_a_large_stack, records, visits};
 
-/// Of a block of a ton, which no start explains.
+/// Records of a block of a ton, which no start explains.
 fn unexplained(config: &Config, poses: &[[f64; 3]]) -> Vec<Record> {
     let records = records(config, frames_with(config, poses, u32::MAX, 0.2, block));
     assert!(records.len() >= poses.len());

@@ -1,17 +1,23 @@
 //! Frames that are changed or missing.
 
+use std::time::Duration;
+
+use crossbeam_channel::bounded;
 use embedded_can::StandardId;
-use flexid_pipeline::source::{Arrival, Frame, FrameKind};
-use flexid_pipeline::{Outcome, run_offline};
+use flexid_pipeline::config::Config;
+use flexid_pipeline::source::{Arrival, Flow, Frame, FrameKind};
+use flexid_pipeline::{Intake, Outcome, run_offline};
 use flexid_wire::finding::Finding;
 use flexid_wire::report::Acceptance;
+use flexid_wire::state::State;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::frames::{RATE_HZ, Replay, block, frames};
+use super::state::on_a_large_stack;
 use super::{config, lines};
 
-/// What is said of frames that have been changed by `spoil`.
+/// Returns the outcome of frames that have been changed by `spoil`.
 fn spoilt(spoil: impl FnMut(Arrival) -> Arrival) -> Outcome {
     let config = config();
     let frames: Vec<_> =
@@ -31,6 +37,35 @@ fn with_counter(frame: &Frame, counter: impl FnOnce(u16) -> u16) -> Frame {
     let old = u16::from_le_bytes([data[6], data[7]]);
     data[6..].copy_from_slice(&counter(old).to_le_bytes());
     Frame::new(frame.id, frame.kind, &data)
+}
+
+/// Frames are too short for as long as 20 records, and then are right.
+#[test]
+fn a_misfit_that_is_over_is_no_obstacle() {
+    let config = config();
+    let resting = Config { record_samples: 8000, ..config.clone() };
+    let short = |arrival: Arrival| {
+        let short = |frame: &Frame| Frame::new(frame.id, frame.kind, &frame.data()[1..]);
+        let is_short = (0.25..3.25).contains(&(arrival.time_s - 1.0e9));
+        if is_short { change(arrival, 0x101, short) } else { arrival }
+    };
+    let frames = frames(&resting, &[[0.0, -0.45, 0.95]], block).into_iter();
+    let rest: Vec<_> = frames.take_while(|frame| frame.time_s < 1.0e9 + 4.0).map(short).collect();
+    // At the end of a recording a record might come.
+    let state = |frames: Vec<Arrival>| {
+        let (config, (sender, found)) = (config.clone(), bounded(1));
+        on_a_large_stack(move || {
+            let mut intake = Intake::new(&config).unwrap();
+            let mut source = Replay { frames: frames.into_iter(), breaks: false };
+            while intake.read(&mut source, Duration::ZERO, |_| {}).unwrap() == Flow::Open {}
+            sender.send(intake.state(&config)).unwrap();
+        });
+        found.recv().unwrap()
+    };
+    let during = state(rest[..rest.len() / 2].to_vec()).to_string();
+    assert!(during.starts_with("frames 0x101 have 7 bytes"), "{during}");
+    let after = state(rest);
+    assert!(matches!(after, State::AwaitingRecord { .. }), "{after}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use flexid_wire::report::Acceptance;
 use super::frames::{POSES, Replay, frames, robot};
 use super::{config, config_with, lines};
 
-/// What comes of these frames: the acceptance, the warnings, and how the intake stands at their end.
+/// Outcome of these frames: the acceptance, the warnings, and how the intake stands at their end.
 fn found(config: &Config, frames: Vec<Arrival>) -> (Acceptance, Vec<String>, String) {
     let mut source = Replay { frames: frames.into_iter(), breaks: false };
     let outcome = run_offline(config, &mut source, |_| {}).unwrap();

@@ -36,6 +36,7 @@ pub fn main<A: Parser>(run: impl FnOnce(&A) -> Result<()>) -> ExitCode {
         return ExitCode::FAILURE;
     }
     complain(&format!("{}: {error:#}", A::command().get_name()));
-    let bad_input = error.is::<BadInput>() || error.is::<BadArgument>();
+    let is_mistake = error.downcast_ref().is_some_and(BadInput::is_mistake);
+    let bad_input = is_mistake || error.is::<BadArgument>();
     if bad_input { BAD_INPUT.into() } else { ExitCode::FAILURE }
 }

@@ -35,7 +35,7 @@ pub use traffic::{Identifier, Traffic, Watched};
 
 pub use crate::intake::plausibility::rest::AtRest;
 
-/// What frames hold, as far as it shows without a fit.
+/// Content of frames, as far as it shows without a fit.
 #[derive(Debug)]
 pub struct Survey {
     /// Counts of the intake.
@@ -54,7 +54,7 @@ pub struct Survey {
     pub implausible: Vec<Implausible>,
     /// Signals with readings at the limit of their range.
     pub at_limit: Option<Signals>,
-    /// What the accelerometer read at rest in the newest record of at least 1 s, if it should feel gravity.
+    /// Reading of the accelerometer at rest in the newest record of at least 1 s, if it should feel gravity.
     pub at_rest: Option<AtRest>,
     /// Largest force, N, if a cut has a larger one.
     pub faint_force_n: Option<f32>,

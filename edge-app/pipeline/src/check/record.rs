@@ -16,7 +16,7 @@ use crate::record::{Record, SAMPLES, same_pose};
 use crate::solver::{Fingerprint, Taken, experiment};
 use crate::unchecked;
 
-/// What a record holds.
+/// Content of a record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Examined {
     /// Number among all records, from 1.
@@ -27,7 +27,7 @@ pub struct Examined {
     pub seconds: f64,
     /// Sampling rate, Hz.
     pub rate_hz: f64,
-    /// Whether the measured rate contradicts the config's, but is too uncertain to replace it.
+    /// True if the measured rate contradicts the config's, but is too uncertain to replace it.
     pub has_doubtful_rate: bool,
     /// Joint angles, rad (m), base first.
     pub pose: Vec<f64>,
@@ -40,7 +40,7 @@ pub struct Examined {
     pub quiet_samples: usize,
     /// Time before the cut, in which nothing is cut, s.
     pub quiet_s: f64,
-    /// Whether the robot rests when the record starts.
+    /// True if the robot rests when the record starts.
     pub starts_at_rest: bool,
     /// Where the force stands clear of its noise, or the fault for which a fit refuses the record.
     pub excitation: Result<Excitation, RecordFault>,

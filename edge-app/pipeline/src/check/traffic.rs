@@ -28,7 +28,7 @@ pub struct Identifier {
     pub id: FrameId,
     /// Names of the values that the DBC file has in it, as far as the config names them.
     pub signals: Vec<String>,
-    /// Whether its frames carry force or acceleration, and come at the sampling rate.
+    /// True if its frames carry force or acceleration, and come at the sampling rate.
     pub is_sampled: bool,
     /// Frames that came.
     pub traffic: Traffic,

@@ -167,7 +167,7 @@ pub(super) struct ParametersSection {
     /// Groups of parameters that share one value.
     #[serde(default)]
     pub(super) tied: Vec<Vec<String>>,
-    /// Whether one stiffness per joint is sought, that of its drive.
+    /// True if one stiffness per joint is sought, that of its drive.
     #[serde(default)]
     pub(super) drive_only: bool,
 }

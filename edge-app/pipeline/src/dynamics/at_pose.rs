@@ -56,11 +56,10 @@ impl<'a> Dynamics<'a> {
     pub(crate) fn new(robot: &'a Robot, pose: &[f64]) -> Result<Self, LinearisationError> {
         let mechanics = robot.mechanics(pose, None)?;
         let matrices = Matrices::new(&mechanics);
-        let [_, upper] = robot.band_hz();
-        // Hysteresis leaves the middle of the band as it is.
-        let edge = Place::At(Complex::new(0.0, TAU * upper));
+        // At the reference itself hysteresis and drives change nothing.
+        let beside = Place::At(Complex::new(0.0, 2.0 * TAU * robot.reference_hz()));
         let size = matrices.mass.nrows();
-        let per_imperfection = PerImperfection::new(robot, pose, size, edge)?;
+        let per_imperfection = PerImperfection::new(robot, pose, size, beside)?;
         Ok(Self { robot, pose: pose.to_vec(), mechanics, matrices, per_imperfection })
     }
 
@@ -155,5 +154,27 @@ impl<'a> Dynamics<'a> {
     /// Loads of unit forces and torques at the tool, the first `loads` of them.
     fn tip(&self, loads: usize) -> DMatrix<Complex<f64>> {
         self.matrices.tip.columns(0, loads).map(Complex::from)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flexid_core::imperfection::Imperfection;
+
+    use super::super::fixture::{coordinate, found, robot, uncertain};
+
+    /// A band may end at the frequency at which stiffness and damping are stated.
+    #[test]
+    fn uncertain_hysteresis_counts_in_any_band() {
+        let std = |band_hz: [f64; 2]| {
+            let mut found = found(0.2, 0.0, 0.0);
+            (found.band_hz, found.reference_hz) = (band_hz, Some(20.0));
+            let hysteresis = coordinate(&found, Imperfection::Hysteresis);
+            let robot = robot(uncertain(found, hysteresis, 0.01), &[1.0; 72]);
+            robot.at(&[0.1; 6]).unwrap().receptance(10.0).unwrap().magnitude[0][0].relative_std
+        };
+        let wide = std([2.0, 200.0]);
+        assert!(wide > 0.0);
+        assert_eq!(std([2.0, 20.0]), wide);
     }
 }

@@ -38,7 +38,7 @@ impl Bushings {
         Self { springs, dampers, part }
     }
 
-    /// Whether the bushing of a joint differs from that of `other`.
+    /// Returns whether the bushing of a joint differs from that of `other`.
     pub(crate) fn differs(&self, other: &Self, joint: usize) -> bool {
         let of = |own: &DVector<Complex<f64>>| own.fixed_rows::<6>(6 * joint).into_owned();
         of(&self.springs) != of(&other.springs)
@@ -106,7 +106,7 @@ fn frequency(place: Place) -> receptance::Complex<f64> {
     }
 }
 
-/// What dissipates gives no load at rest. Hysteresis and drives leave the stiffness that they have at this frequency.
+/// Dampers give no load at rest. Hysteresis and drives leave the stiffness that they have at this frequency.
 fn at(place: Place, value: receptance::Complex<f64>) -> Complex<f64> {
     match place {
         Place::At(_) => Complex::new(value.re, value.im),

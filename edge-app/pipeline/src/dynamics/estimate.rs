@@ -19,7 +19,7 @@ pub struct Estimate {
     pub std: f64,
     /// 95 % interval.
     pub interval: [f64; 2],
-    /// Whether the number says something beside its [size](Estimate::beside).
+    /// True if the number says something beside its [size](Estimate::beside).
     pub determined: bool,
 }
 
@@ -32,7 +32,7 @@ pub struct PositiveEstimate {
     pub relative_std: f64,
     /// 95 % interval.
     pub interval: [f64; 2],
-    /// Whether the number says something.
+    /// True if the number says something.
     pub determined: bool,
 }
 
@@ -79,7 +79,7 @@ impl PositiveEstimate {
         Self::new(self.value.recip(), self.relative_std)
     }
 
-    /// Whether the records show it to a factor of 1.8 with 95 %: by the limit of a parameter that is not observable.
+    /// Returns whether the records show it to a factor of 1.8 with 95 %: by the limit of a parameter that is not observable.
     pub fn is_observable(&self) -> bool {
         self.value > 0.0 && self.relative_std <= WEAK
     }

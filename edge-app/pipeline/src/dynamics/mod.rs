@@ -22,6 +22,8 @@ mod assembly;
 mod at_pose;
 mod bushings;
 mod estimate;
+#[cfg(test)]
+mod fixture;
 pub mod modes;
 mod per_imperfection;
 mod place;

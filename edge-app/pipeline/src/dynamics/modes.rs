@@ -181,24 +181,19 @@ impl Dynamics<'_> {
     }
 }
 
-/// Whether two λ are of the same mode.
+/// Returns whether two λ are of the same mode.
 fn is_same(a: Complex<f64>, b: Complex<f64>) -> bool {
     (a - b).norm() <= SAME * b.norm()
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
-    use crate::model::Model;
-    use crate::robot::{FoundRobot, FoundValue};
-    use flexid_core::imperfection::Imperfection;
-    use flexid_core::parameters::Bushing;
     use flexid_core::receptance;
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
-    use super::super::{bushings, robot::Robot};
+    use super::super::bushings;
+    use super::super::fixture::{found, robot};
     use super::*;
 
     /// Corners of a rectangle of λ that holds modes, rad/s. Its lower side is above those that are nearly aperiodic.
@@ -208,41 +203,6 @@ mod tests {
     const HIGHEST_HZ: f64 = 91.0;
     /// Points on each of its sides.
     const POINTS: usize = 1000;
-
-    /// A robot like that of six joints, whose parameters differ by these factors, with hysteresis, drives that stiffen, and ground of this
-    /// compliance, m/N and rad/Nm.
-    fn robot(factors: &[f64], hysteresis: f64, servo: f64, ground: f64) -> Robot {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../../host-tools/scenario/mill6-model.toml");
-        let model = Model::load(&file).unwrap();
-        let all = factors.chunks(12).zip(0..).map(|(own, joint)| {
-            let size = 0.5_f64.powi(joint);
-            let bushing = |dof: usize| size * own[dof] * if dof < 3 { 2e8 } else { 9e6 };
-            let stiffness: [f64; 6] = std::array::from_fn(bushing);
-            Bushing {
-                stiffness,
-                damping: std::array::from_fn(|dof| 1e-4 * own[6 + dof] * stiffness[dof]),
-            }
-        });
-        let value = |imperfection, value| FoundValue { imperfection, value };
-        let servos = (0..6).map(|joint| value(Imperfection::Servo(joint), servo));
-        let grounds = (0..6).map(|dof| value(Imperfection::Ground(dof), ground));
-        let others =
-            [value(Imperfection::Hysteresis, hysteresis), value(Imperfection::BaseMass, 0.5)];
-        let imperfections: Vec<_> = servos.chain(grounds).chain(others).collect();
-        let size = factors.len() + imperfections.len();
-        let found = FoundRobot {
-            model,
-            gravity_m_per_s2: [0.0, 0.0, -9.81],
-            band_hz: [2.0, 200.0],
-            reference_hz: None,
-            poses: Vec::new(),
-            bounds: Vec::new(),
-            covariance: vec![0.0; size * (size + 1) / 2],
-            imperfections,
-        };
-        Robot::new(found, all.collect()).unwrap()
-    }
 
     /// Zeros of `det Z det(I + G z)/Π gᵢ` in the rectangle: the turns of its argument along the border. G are the compliances g of the ground
     /// with its base, turned to the axes of the first joint. Without the last two factors there are poles, where the base moves between ground
@@ -294,7 +254,7 @@ mod tests {
             servo in 0.0..0.1,
             ground in prop_oneof![Just(0.0), 1e-10..3e-8],
         ) {
-            let robot = robot(&factors, hysteresis, servo, ground);
+            let robot = robot(found(hysteresis, servo, ground), &factors);
             let at = robot.at(&pose).unwrap();
             let inside = |lambda: Complex<f64>| {
                 let within = |value: f64, [low, high]: [f64; 2]| low < value && value < high;

@@ -28,15 +28,15 @@ pub(crate) struct PerImperfection {
     all: usize,
     /// Places of those with uncertainty. The rows below are in this order.
     uncertain: Vec<usize>,
-    /// Of the mass matrix, a row each, by the columns of its upper triangle; `None` if it stays.
+    /// Derivatives of the mass matrix, a row each, by the columns of its upper triangle; `None` if it stays.
     mass: Option<DMatrix<f64>>,
-    /// Of the stiffness beside that of the bushings, likewise.
+    /// Those of the stiffness beside that of the bushings.
     stiffness: Option<DMatrix<f64>>,
-    /// Of the damping beside that of the bushings, likewise.
+    /// Those of the damping beside that of the bushings.
     damping: Option<DMatrix<f64>>,
-    /// Of the loads of unit forces and torques at the tool, [`LOADS`] rows each.
+    /// Those of the loads of unit forces and torques at the tool, [`LOADS`] rows each.
     tip: DMatrix<f64>,
-    /// Of the bushings, where they change.
+    /// Those of the bushings, where they change.
     bushings: Vec<Change>,
 }
 
@@ -195,7 +195,7 @@ impl Change {
 #[expect(clippy::large_enum_variant, reason = "it lives on the stack, one at a time")]
 enum Block {
     Diagonal(Vector6<Complex<f64>>),
-    /// That of the first joint, on ground that gives way.
+    /// The first joint, on ground that gives way.
     Whole(Matrix6<Complex<f64>>),
 }
 

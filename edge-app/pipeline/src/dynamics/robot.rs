@@ -148,7 +148,7 @@ impl Robot {
         &self.chain
     }
 
-    /// What the file says of it.
+    /// The robot of the file.
     pub fn found(&self) -> &FoundRobot {
         &self.found
     }
@@ -211,7 +211,7 @@ impl Robot {
         root(gradient.dot(&(&self.covariance * gradient)))
     }
 
-    /// As [`Robot::std_of`], of each column.
+    /// The [standard deviation](Robot::std_of) of each column.
     pub(crate) fn stds_of(&self, gradients: &DMatrix<f64>) -> Vec<f64> {
         let spread = &self.covariance * gradients;
         let columns = gradients.column_iter().zip(spread.column_iter());
@@ -224,7 +224,7 @@ impl Robot {
     }
 }
 
-/// Whether an imperfection can have this value.
+/// Returns whether an imperfection can have this value.
 fn is_in_range(imperfection: Imperfection, value: f64) -> bool {
     match imperfection {
         Imperfection::Mass(_)

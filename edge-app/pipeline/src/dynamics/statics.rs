@@ -36,7 +36,7 @@ pub struct Deflection {
 }
 
 impl Deflection {
-    /// Of these three translations and three rotations.
+    /// The deflection with these three translations and three rotations.
     pub fn of(all: &[Estimate]) -> Self {
         let at =
             |first: usize| Estimate::beside_length(std::array::from_fn(|axis| all[first + axis]));
@@ -115,7 +115,7 @@ impl Dynamics<'_> {
         PositiveEstimate::new(value, self.robot().std_of(&DVector::from_vec(relative)))
     }
 
-    /// What moves with the deflection d under a wrench, as `matrix` d.
+    /// Quantities `matrix` d that move with the deflection d under a wrench.
     pub fn moved(
         &self,
         compliance: &Compliance,
@@ -145,5 +145,60 @@ impl Dynamics<'_> {
                 own.beside((a * b).sqrt())
             })
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, UnitVector3};
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    use super::super::fixture::{found, robot, uncertain};
+    use super::super::robot::OF_JOINT;
+    use super::*;
+    use crate::robot::FoundRobot;
+
+    /// Step of the logarithm of a stiffness for a central difference.
+    const STEP: f64 = 1e-4;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(8), ..ProptestConfig::with_cases(24) })]
+
+        /// Principal compliances are the eigenvalues of the compliance, and their deviations by one stiffness are the differences.
+        #[test]
+        fn principal_compliances_change_as_their_deviations_say(
+            factors in prop::collection::vec(0.5..2.0, 72),
+            pose in prop::collection::vec(-1.0..1.0, 6),
+            joint in 0_usize..6,
+            dof in 0_usize..6,
+        ) {
+            let index = OF_JOINT * joint + dof;
+            // The change of the sag with a stiffness is left out.
+            let weightless = || FoundRobot { gravity_m_per_s2: [0.0; 3], ..found(0.0, 0.0, 0.0) };
+            let principal = |by: f64| {
+                let mut factors = factors.clone();
+                factors[index] *= by.exp();
+                let robot = robot(uncertain(weightless(), index, 1.0), &factors);
+                let at = robot.at(&pose).unwrap();
+                let compliance = at.compliance().unwrap();
+                let matrix: Matrix3<f64> = compliance.value.fixed_view::<3, 3>(0, 0).into_owned();
+                (at.principal(&compliance), matrix)
+            };
+            let ((own, matrix), (above, _), (below, _)) = (principal(0.0), principal(STEP), principal(-STEP));
+            let values = own.map(|own| own.compliance.value);
+            prop_assert!(values.is_sorted_by(|a, b| a >= b));
+            prop_assume!(values[1] < 0.9 * values[0] && values[2] < 0.9 * values[1]);
+            for place in 0..3 {
+                let along = Vector3::from(own[place].direction);
+                prop_assert!((matrix * along - along * values[place]).norm() < 1e-9 * values[0]);
+                let [up, down] = [above[place], below[place]];
+                let change = (up.compliance.value / down.compliance.value).ln() / (2.0 * STEP);
+                prop_assert!((change.abs() - own[place].compliance.relative_std).abs() < 1e-6);
+                let [up, down] = [up, down].map(|own| UnitVector3::new_normalize(own.direction.into()));
+                let turn = up.cross(&down).norm() / (2.0 * STEP);
+                prop_assert!((turn - own[place].direction_std).abs() < 1e-5, "{turn}");
+            }
+        }
     }
 }

@@ -67,12 +67,12 @@ pub fn parse_json<T: DeserializeOwned>(
     })
 }
 
-/// Whether a value is JSON, and the error about it begins so.
+/// Returns whether a value is JSON, and the error about it begins so.
 fn is_whole(value: &str, error: &serde_json::Error, begins: &str) -> bool {
     error.to_string().starts_with(begins) && serde_json::from_str::<IgnoredAny>(value).is_ok()
 }
 
-/// Whether the text ends within a value. Within a number that it skips, the parser expects a digit, and does not say that the text ends.
+/// Returns whether the text ends within a value. Within a number that it skips, the parser expects a digit, and does not say that the text ends.
 fn is_cut_off(value: &str, error: &serde_json::Error) -> bool {
     let last = value.lines().last().unwrap_or_default();
     let is_at_end = error.line() == value.lines().count() && error.column() >= last.len();

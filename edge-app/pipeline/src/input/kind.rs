@@ -1,9 +1,9 @@
-//! What the content of a file shows it to be, where another file is wanted.
+//! Recognises a file by its content, where another file is wanted.
 
 use quick_xml::Reader;
 use quick_xml::events::Event;
 
-/// First bytes of formats that are not text: what the file is, and the remedy.
+/// First bytes of formats that are not text, some of which text may have, too; the file in words, and the remedy.
 const BINARY: [(&[u8], &str); 16] = [
     (b"SQLite format 3\0", "a SQLite database, and no text: name another file"),
     (b"\xD4\xC3\xB2\xA1", CAPTURE),
@@ -25,7 +25,7 @@ const BINARY: [(&[u8], &str); 16] = [
 const CAPTURE: &str = "a capture of Wireshark or tcpdump (pcap), and no text: name another file";
 const WORKBOOK: &str = "a workbook of Excel or another archive, and no text: export it as comma-separated values, or unpack it";
 
-/// What a file in XML is by the name of its root.
+/// Names of the root of files in XML, and the file.
 const IN_XML: [(&str, &str); 9] = [
     ("robot", "a URDF (`flexid model import` makes a model file of it)"),
     ("mujoco", "a MuJoCo model (MJCF)"),
@@ -45,7 +45,7 @@ const IN_XML: [(&str, &str); 9] = [
 ];
 const SYMBOLS: &str = "a symbol file of PEAK (`pip install 'canmatrix[sym]'; canconvert IN.sym OUT.dbc` makes a DBC file of it)";
 
-/// What a file in TOML seems to be: the head of a table that is in no other one of flexid, and the name of the file.
+/// Heads of tables in TOML, each in one file of flexid only, and the name of that file.
 const IN_TOML: [(&str, &str); 12] = [
     ("[[joint]]", "the model of a robot"),
     ("[[truth]]", "a scenario"),
@@ -61,7 +61,7 @@ const IN_TOML: [(&str, &str); 12] = [
     ("[joints]", PLANT),
 ];
 const PLANT: &str = "a plant file";
-/// The same of JSON: a key.
+/// Keys in JSON, each in one file of flexid only, and the name of that file.
 const IN_JSON: [(&str, &str); 2] = [
     ("\"search_evaluations\"", "a result of `flexid identify --json`"),
     ("\"truth\"", "a file of `flexid simulate --truth-json`"),
@@ -87,7 +87,14 @@ pub(super) fn in_toml(text: &str) -> impl Iterator<Item = (&'static str, &'stati
 
 /// Returns what the first of the `bytes` of a file show it to be, with the remedy, if it is no text.
 pub(crate) fn in_bytes(bytes: &[u8]) -> Option<&'static str> {
-    BINARY.into_iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, own)| own)
+    let (_, own) = BINARY.into_iter().find(|(magic, _)| bytes.starts_with(magic))?;
+    (!is_text(bytes)).then_some(own)
+}
+
+/// Returns whether bytes are those of a text in UTF-8, without control characters but white space.
+fn is_text(bytes: &[u8]) -> bool {
+    let is_control = |own: &u8| own.is_ascii_control() && !own.is_ascii_whitespace();
+    !bytes.iter().any(is_control) && str::from_utf8(bytes).is_ok()
 }
 
 /// Returns what `text` seems to be, by its first line that is neither empty nor a comment. Returns `None` if it does not show.
@@ -135,19 +142,19 @@ fn in_xml(text: &str) -> &'static str {
     own.map_or("an XML file", |(_, name)| name)
 }
 
-/// Whether this is a line of `candump -L`: `(1767000000.000060) can0 101#00`.
+/// Returns whether this is a line of `candump -L`: `(1767000000.000060) can0 101#00`.
 fn is_candump(line: &str) -> bool {
     let time = line.strip_prefix('(').and_then(|rest| rest.split_once(')'));
     time.is_some_and(|(time, frame)| time.parse::<f64>().is_ok() && frame.contains('#'))
 }
 
-/// Whether this is the head of a section in TOML: `[bus]`, `[[test]]`.
+/// Returns whether this is the head of a section in TOML: `[bus]`, `[[test]]`.
 fn is_section(line: &str) -> bool {
     let name = line.trim_matches(['[', ']']);
     line.starts_with('[') && line.ends_with(']') && name.starts_with(char::is_alphabetic)
 }
 
-/// Whether this is a key with its value in TOML: `rate_hz = 2000.0`.
+/// Returns whether this is a key with its value in TOML: `rate_hz = 2000.0`.
 fn is_assignment(line: &str) -> bool {
     let is_of_name = |own: char| own.is_alphanumeric() || "_-.\"".contains(own);
     line.split_once('=').is_some_and(|(key, _)| {
@@ -190,10 +197,17 @@ mod tests {
             (b"\n\r\r\n\xA4\0\0\0", "a capture of Wireshark or tcpdump (pcap), "),
             (b"PK\x03\x04\x14\0", "a workbook of Excel or another archive, "),
             (b"\x1F\x8B\x08", "packed with gzip: unpack it first with `gzip -d`"),
+            (b"LOGG\x90\0\0\0", "a BLF log, "),
+            (b"BZh91AY&SY\xF1\x2B\xAA\x01", "packed with bzip2: "),
+            (b"%PDF-1.7\n%\xE2\xE3\xCF\xD3\n", "a PDF, "),
         ] {
             assert!(in_bytes(bytes).is_some_and(|own| own.starts_with(expected)), "{expected}");
         }
-        assert_eq!(in_bytes(b"VERSION \"\"\n"), None);
+        for text in
+            ["VERSION \"\"\n", "LOGGER_TIME,q1,Fx\r\n0.1,2,3\r\n", "BZh,q1\n", "MDF     ,q1\n"]
+        {
+            assert_eq!(in_bytes(text.as_bytes()), None, "{text}");
+        }
     }
 
     #[test]

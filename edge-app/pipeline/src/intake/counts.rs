@@ -39,28 +39,45 @@ impl Counts {
     pub(super) fn since(&self, earlier: &Self, misfit: Option<Misfit>) -> Self {
         let (now, before) = (&self.stream, &earlier.stream);
         let [force, acceleration] = self.standing_still;
+        // A loss may turn out to be none, and is taken back.
+        let more = u64::saturating_sub;
         Self {
             misfit,
-            wrong_length: self.wrong_length - earlier.wrong_length,
-            not_data: self.not_data - earlier.not_data,
-            clipped: self.clipped - earlier.clipped,
+            wrong_length: more(self.wrong_length, earlier.wrong_length),
+            not_data: more(self.not_data, earlier.not_data),
+            clipped: more(self.clipped, earlier.clipped),
             standing_still: [
-                force - earlier.standing_still[0],
-                acceleration - earlier.standing_still[1],
+                more(force, earlier.standing_still[0]),
+                more(acceleration, earlier.standing_still[1]),
             ],
-            not_finite: self.not_finite - earlier.not_finite,
+            not_finite: more(self.not_finite, earlier.not_finite),
             stream: StreamHealth {
-                frames: now.frames - before.frames,
-                frames_lost: now.frames_lost - before.frames_lost,
-                restarts: now.restarts - before.restarts,
-                repeated: now.repeated - before.repeated,
-                refused: now.refused - before.refused,
-                records: now.records - before.records,
-                wrong_rate: now.wrong_rate - before.wrong_rate,
-                doubtful_rate: now.doubtful_rate - before.doubtful_rate,
+                frames: more(now.frames, before.frames),
+                frames_lost: more(now.frames_lost, before.frames_lost),
+                restarts: more(now.restarts, before.restarts),
+                repeated: more(now.repeated, before.repeated),
+                refused: more(now.refused, before.refused),
+                records: more(now.records, before.records),
+                wrong_rate: more(now.wrong_rate, before.wrong_rate),
+                doubtful_rate: more(now.doubtful_rate, before.doubtful_rate),
                 ..*now
             },
             ..*self
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loss_that_is_taken_back_leaves_none() {
+        let lost = |frames_lost| Counts {
+            stream: StreamHealth { frames_lost, ..StreamHealth::default() },
+            ..Counts::default()
+        };
+        assert_eq!(lost(4).since(&lost(512), None).stream.frames_lost, 0);
+        assert_eq!(lost(520).since(&lost(512), None).stream.frames_lost, 8);
     }
 }

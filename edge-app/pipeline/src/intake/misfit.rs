@@ -35,17 +35,29 @@ impl Misfits {
         }
     }
 
-    /// Removes the misfits so far. The identifiers with a readable frame stay known.
-    pub(super) fn begin_anew(&mut self) {
-        self.seen.clear();
+    /// Returns the numbers of frames so far.
+    pub(super) fn seen(&self) -> &[Misfit] {
+        &self.seen
     }
 
-    /// Returns the most frequent misfit. A misfit of an identifier without any readable frame comes first.
-    pub(super) fn worst(&self) -> Option<Misfit> {
-        let all = self
-            .seen
-            .iter()
-            .map(|misfit| Misfit { others_fit: self.fitting.contains(&misfit.id), ..*misfit });
-        all.max_by_key(|misfit| (!misfit.others_fit, misfit.frames))
+    /// Returns a misfit with the number of all of its frames so far.
+    pub(super) fn so_far(&self, misfit: Misfit) -> Misfit {
+        let is_same = |own: &&Misfit| (own.id, own.kind) == (misfit.id, misfit.kind);
+        let frames = self.seen.iter().find(is_same).map_or(misfit.frames, |own| own.frames);
+        Misfit { frames, ..misfit }
+    }
+
+    /// Returns the most frequent misfit since those that had been `seen`. A misfit of an identifier without any readable frame so far
+    /// comes first.
+    pub(super) fn worst_since(&self, seen: &[Misfit]) -> Option<Misfit> {
+        // New misfits are appended.
+        let before = seen.iter().map(|misfit| misfit.frames).chain(std::iter::repeat(0));
+        let all = self.seen.iter().zip(before).map(|(misfit, before)| Misfit {
+            frames: misfit.frames - before,
+            others_fit: self.fitting.contains(&misfit.id),
+            ..*misfit
+        });
+        all.filter(|misfit| misfit.frames > 0)
+            .max_by_key(|misfit| (!misfit.others_fit, misfit.frames))
     }
 }

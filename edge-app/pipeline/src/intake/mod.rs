@@ -5,6 +5,7 @@ mod misfit;
 mod obstacle;
 pub(crate) mod plausibility;
 mod unknown;
+mod window;
 
 use std::io;
 use std::time::Duration;
@@ -12,7 +13,7 @@ use std::time::Duration;
 use flexid_core::MAX_JOINTS;
 use flexid_core::stream::{Reading, Stream};
 use flexid_wire::misfits::{self, MisfitKind};
-use flexid_wire::state::{Sensor, State};
+use flexid_wire::state::{Obstacle, Sensor, State};
 use flexid_wire::text::clipped;
 
 use crate::config::Config;
@@ -28,6 +29,7 @@ pub(crate) use obstacle::{obstacle, rate_used, wrong_rate};
 use plausibility::Plausibility;
 pub use plausibility::{Excess, Implausible, NoMeasurement};
 use unknown::UnknownFrames;
+use window::{Mark, Window};
 
 /// Turns frames into records.
 pub struct Intake<'a> {
@@ -37,9 +39,8 @@ pub struct Intake<'a> {
     batch: Vec<Arrival>,
     heard: Heard,
     misfits: Misfits,
-    /// Counts and misfits at the newest record. Obstacles are judged by what has come since.
-    at_record: Counts,
-    misfits_since: Misfits,
+    /// The newest frames, by which obstacles are judged.
+    window: Window,
     unknown: UnknownFrames,
     reading_faults: ReadingFaults,
     plausibility: Plausibility,
@@ -55,8 +56,10 @@ struct Heard {
     newest_s: f64,
     /// Time of the newest frame of force and of acceleration, s. `None` if none has come.
     sensors_s: [Option<f64>; 2],
-    /// Whether the angle of each joint has come at least once.
+    /// True for a joint whose angle has come at least once.
     joints: [bool; MAX_JOINTS],
+    /// Newest reading of each joint that is no measurement. `None` if a measurement has come since.
+    not_available: [Option<f64>; MAX_JOINTS],
 }
 
 impl<'a> Intake<'a> {
@@ -72,8 +75,7 @@ impl<'a> Intake<'a> {
             batch: Vec::new(),
             heard: Heard::default(),
             misfits: Misfits::default(),
-            at_record: Counts::default(),
-            misfits_since: Misfits::default(),
+            window: Window::new(frames_of_record(config)),
             unknown: UnknownFrames::default(),
             reading_faults: ReadingFaults::default(),
             plausibility: Plausibility::new(config),
@@ -90,86 +92,99 @@ impl<'a> Intake<'a> {
         timeout: Duration,
         mut sink: impl FnMut(&Record),
     ) -> io::Result<Flow> {
-        self.batch.clear();
-        let flow = source.read(&mut self.batch, timeout);
+        let mut batch = std::mem::take(&mut self.batch);
+        batch.clear();
+        let flow = source.read(&mut batch, timeout);
+        batch.iter().for_each(|arrival| self.take(arrival, &mut sink));
+        self.batch = batch;
+        self.plausibility.note_stream(&self.stream.health());
+        flow
+    }
+
+    fn take(&mut self, &Arrival { time_s, frame }: &Arrival, sink: &mut impl FnMut(&Record)) {
         let Self {
             table,
             stream,
             counts,
-            batch,
             heard,
             misfits,
-            misfits_since,
+            window,
             unknown,
             reading_faults,
             plausibility,
             ..
         } = self;
-        for &Arrival { time_s, frame } in &*batch {
-            heard.newest_s = time_s;
-            let decoded = table.decode(&frame, |reading| {
-                reading_faults.note(&reading);
-                if !plausibility.note(&reading) {
-                    return;
-                }
-                heard.note(time_s, &reading);
-                stream.push(time_s, reading, |record| {
-                    plausibility.note_record(record);
-                    sink(record);
-                });
+        heard.newest_s = time_s;
+        counts.all += 1;
+        let (mut has_record, mut is_over) = (false, false);
+        let decoded = table.decode(&frame, |reading| {
+            reading_faults.note(&reading);
+            let is_measurement = plausibility.note(&reading);
+            heard.note(time_s, &reading, is_measurement);
+            if !is_measurement {
+                return;
+            }
+            is_over |= !matches!(reading, Reading::Joint { .. }) && window.note();
+            stream.push(time_s, reading, |record| {
+                has_record = true;
+                plausibility.note_record(record);
+                sink(record);
             });
-            match decoded {
-                Ok(limits) => {
-                    misfits.fits(&frame);
-                    misfits_since.fits(&frame);
-                    counts.clipped += u64::from(limits.contains(&true));
-                    for (count, limit) in counts.at_limit.iter_mut().zip(limits) {
-                        *count += u64::from(limit);
-                    }
-                }
-                Err(reason) => {
-                    if reason == NoReading::UnknownId {
-                        unknown.note(&frame);
-                    }
-                    count(&frame, reason, counts, [misfits, misfits_since]);
+        });
+        match decoded {
+            Ok(limits) => {
+                misfits.fits(&frame);
+                counts.clipped += u64::from(limits.contains(&true));
+                for (count, limit) in counts.at_limit.iter_mut().zip(limits) {
+                    *count += u64::from(limit);
                 }
             }
+            Err(reason) => {
+                match reason {
+                    NoReading::UnknownId => unknown.note(&frame),
+                    NoReading::WrongLength { .. } | NoReading::NotData => is_over |= window.note(),
+                    NoReading::ErrorFrame => {}
+                }
+                count(&frame, reason, counts, misfits);
+            }
         }
-        plausibility.note_stream(&stream.health());
-        counts.all += batch.len() as u64;
-        self.note_records();
-        flow
+        if has_record {
+            self.window.begin_anew(self.mark());
+        } else if is_over {
+            self.window.advance(self.mark());
+        }
     }
 
     /// Ends the stream: no frame will follow. Passes to `sink` what is complete enough for a record.
     pub fn finish(&mut self, mut sink: impl FnMut(&Record)) {
+        let mut has_record = false;
         self.stream.finish(|record| {
+            has_record = true;
             self.plausibility.note_record(record);
             sink(record);
         });
         self.plausibility.note_stream(&self.stream.health());
-        self.note_records();
+        if has_record {
+            self.window.begin_anew(self.mark());
+        }
     }
 
     /// Ends the present record after frames may have been missed. Passes to `sink` what is complete enough for a record, and
     /// discards all joint angles.
     pub fn forget_angles(&mut self, sink: impl FnMut(&Record)) {
-        self.stream.forget_angles(sink);
-        self.note_records();
+        self.finish(sink);
+        self.stream.forget_angles(|_| {});
     }
 
-    /// Lets obstacles be judged from here on, if a record has come.
-    fn note_records(&mut self) {
-        if self.stream.health().records > self.at_record.stream.records {
-            self.at_record = self.counts();
-            self.misfits_since.begin_anew();
-        }
+    /// Returns what has come in so far, as a window begins with it.
+    fn mark(&self) -> Mark {
+        Mark { counts: self.counts(), misfits: self.misfits.seen().to_vec() }
     }
 
     /// Returns the counts so far.
     pub fn counts(&self) -> Counts {
         Counts {
-            misfit: self.misfits.worst(),
+            misfit: self.misfits.worst_since(&[]),
             standing_still: self.reading_faults.standing_still,
             not_finite: self.reading_faults.not_finite,
             implausible: self.plausibility.implausible(),
@@ -200,7 +215,8 @@ impl<'a> Intake<'a> {
     pub fn state(&self, config: &Config) -> State {
         let counts = self.counts();
         let recording = counts.stream.records > 0;
-        let since = counts.since(&self.at_record, self.misfits_since.worst());
+        let Mark { counts: earlier, misfits } = self.window.begin();
+        let since = counts.since(earlier, self.misfits.worst_since(misfits));
         if self.counts.all == 0 {
             return State::NoFrames;
         }
@@ -211,7 +227,10 @@ impl<'a> Intake<'a> {
         // Behind a record, what has come is judged once it is as long as another.
         let is_enough = !recording || frames_of_sensors(&since) >= frames_of_record(config);
         if let Some(obstacle) = obstacle(&since, config).filter(|_| is_enough) {
-            return State::Obstacle(obstacle);
+            return State::Obstacle(match obstacle {
+                Obstacle::Misfit(misfit) => Obstacle::Misfit(self.misfits.so_far(misfit)),
+                other => other,
+            });
         }
         if let Some(unknown) = self.unknown() {
             return State::UnknownFrames(unknown);
@@ -226,11 +245,21 @@ impl<'a> Intake<'a> {
         if let Some(sensor) = self.heard.silent_sensor() {
             return State::SensorSilent(sensor);
         }
-        let silent = config.model.driven().zip(self.heard.joints).filter(|(_, seen)| !seen);
-        let silent: heapless::Vec<_, MAX_JOINTS> =
-            silent.map(|(joint, _)| clipped(&joint.name)).collect();
+        let Heard { joints: heard, not_available, .. } = &self.heard;
+        let name = |joint: usize| {
+            let joint = config.model.driven().nth(joint);
+            joint.map(|joint| clipped(&joint.name)).unwrap_or_default()
+        };
+        let is_silent = |joint: &usize| !heard[*joint] && not_available[*joint].is_none();
+        let silent = (0..config.model.driven().count()).filter(is_silent);
+        let silent: heapless::Vec<_, MAX_JOINTS> = silent.map(name).collect();
         if !silent.is_empty() {
             return State::NoAngles(silent);
+        }
+        let mut missing = self.stream.missing_joints();
+        let not_available = missing.find_map(|joint| Some((joint, not_available[joint]?)));
+        if let Some((joint, value)) = not_available {
+            return State::AngleNotAvailable { joint: name(joint), value };
         }
         if let Some(obstacle) = counters_jump(&since.stream, config) {
             return State::Obstacle(obstacle);
@@ -238,14 +267,12 @@ impl<'a> Intake<'a> {
         let readings = &counts.implausible;
         let implausible =
             plausibility::warnings(readings, &counts.at_limit, config).into_iter().next();
-        if !recording {
+        if let Some(joint) = self.stream.missing_joint() {
+            State::AngleStopped { joint: name(joint), implausible }
+        } else if !recording {
             let seconds = config.record_samples as f64 / config.rate_hz;
             let faint_force_n = plausibility::faint_force(readings);
             State::AwaitingRecord { seconds, faint_force_n, implausible }
-        } else if let Some(place) = self.stream.missing_joint() {
-            let joint = config.model.driven().nth(place);
-            let joint = joint.map(|joint| clipped(&joint.name)).unwrap_or_default();
-            State::AngleStopped { joint, implausible }
         } else {
             State::Measuring { implausible }
         }
@@ -253,17 +280,16 @@ impl<'a> Intake<'a> {
 }
 
 /// Counts a frame that gives no reading.
-fn count(frame: &Frame, reason: NoReading, counts: &mut Counts, misfits: [&mut Misfits; 2]) {
-    let add = |kind| misfits.into_iter().for_each(|misfits| misfits.add(frame, kind));
+fn count(frame: &Frame, reason: NoReading, counts: &mut Counts, misfits: &mut Misfits) {
     match reason {
         NoReading::WrongLength { expected } => {
             let got = frame.data().len() as u8;
-            add(MisfitKind::Length { got, expected });
+            misfits.add(frame, MisfitKind::Length { got, expected });
             counts.wrong_length += 1;
         }
         NoReading::NotData => {
             let remote = frame.kind == FrameKind::Remote;
-            add(if remote { MisfitKind::Remote } else { MisfitKind::Fd });
+            misfits.add(frame, if remote { MisfitKind::Remote } else { MisfitKind::Fd });
             counts.not_data += 1;
         }
         NoReading::UnknownId => counts.unknown += 1,
@@ -272,13 +298,17 @@ fn count(frame: &Frame, reason: NoReading, counts: &mut Counts, misfits: [&mut M
 }
 
 impl Heard {
-    fn note(&mut self, time_s: f64, reading: &Reading) {
-        match reading {
+    fn note(&mut self, time_s: f64, reading: &Reading, is_measurement: bool) {
+        match *reading {
             Reading::Force { .. } => self.sensors_s[0] = Some(time_s),
             Reading::Acceleration { .. } => self.sensors_s[1] = Some(time_s),
-            Reading::Joint { index, .. } => {
-                if let Some(heard) = self.joints.get_mut(usize::from(*index)) {
-                    *heard = true;
+            Reading::Joint { index, value } => {
+                let joint = usize::from(index);
+                if let (Some(heard), Some(not_available)) =
+                    (self.joints.get_mut(joint), self.not_available.get_mut(joint))
+                {
+                    *heard |= is_measurement;
+                    *not_available = (!is_measurement).then_some(value);
                 }
             }
         }

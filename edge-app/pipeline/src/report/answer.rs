@@ -21,7 +21,7 @@ pub(crate) struct Place<'a> {
     pub(crate) record: Option<u64>,
 }
 
-/// Whether the fit allows intervals.
+/// True if the fit allows intervals.
 #[derive(Clone, Copy)]
 struct Allowed(bool);
 
@@ -34,7 +34,7 @@ pub(crate) fn answer(
     confidence: &Confidence,
     place: Place<'_>,
 ) -> Option<Answer> {
-    // What no response to the force leaves decides on no interval.
+    // Residuals that are no response to the force decide on no interval.
     let allowed = Allowed(Residuals::of(estimate, None).allow_intervals());
     let bushing =
         |joint: &JointReport| Bushing { stiffness: joint.stiffness, damping: joint.damping };

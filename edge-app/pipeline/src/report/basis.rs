@@ -1,4 +1,4 @@
-//! What a report contains beside the estimate.
+//! Parts of a report beside the estimate.
 
 use flexid_core::identify::Effort;
 use flexid_wire::trouble::Trouble;
@@ -7,7 +7,7 @@ use flexid_wire::warning::Warning;
 
 use crate::intake::Counts;
 
-/// What a report contains beside the estimate.
+/// Parts of a report beside the estimate.
 pub(crate) struct Basis<'a> {
     /// Effort of all work so far.
     pub(crate) effort: Effort,
@@ -28,7 +28,7 @@ pub(crate) struct Basis<'a> {
     pub(crate) dropped_poses: u64,
     /// Number of records that were too short to take the place of others.
     pub(crate) too_short: u64,
-    /// Whether the estimate rests on records of a doubtful rate.
+    /// True if the estimate rests on records of a doubtful rate.
     pub(crate) doubtful_rate: bool,
     /// Warning that force and acceleration do not agree with the model's masses.
     pub(crate) scale: Option<Warning>,

@@ -23,7 +23,7 @@ use crate::record::Pose;
 /// Number of standard deviations within which 95 % of a normal distribution lie.
 const WITHIN: f64 = 1.959_964;
 
-/// What a confidence holds beside its estimate.
+/// Parts of a confidence beside its estimate.
 pub(crate) struct Details<'a> {
     /// The estimate, if it is one that holds whatever the imperfections are.
     pub(crate) of_plant: Option<&'a PlantEstimate>,

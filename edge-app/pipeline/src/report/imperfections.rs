@@ -67,7 +67,7 @@ fn nuisance(
     }
 }
 
-/// Whether an entry states its accuracy. That of the ground's damping follows from the ground's compliance, and those of a low-pass from the
+/// Returns whether an entry states its accuracy. That of the ground's damping follows from the ground's compliance, and those of a low-pass from the
 /// delay.
 fn has_entry(imperfection: Imperfection) -> bool {
     !matches!(
@@ -76,12 +76,12 @@ fn has_entry(imperfection: Imperfection) -> bool {
     )
 }
 
-/// Whether a report names it. What a low-pass does beside its delay belongs to the delay.
+/// Returns whether a report names it. What a low-pass does beside its delay belongs to the delay.
 pub(super) fn is_listed(imperfection: Imperfection) -> bool {
     !matches!(imperfection, Imperfection::Dispersion | Imperfection::RollOff)
 }
 
-/// Whether an imperfection is the logarithm of a factor.
+/// Returns whether an imperfection is the logarithm of a factor.
 pub(super) fn is_factor(imperfection: Imperfection) -> bool {
     matches!(
         imperfection,
@@ -148,7 +148,7 @@ pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
     }
 }
 
-/// What a sensor is called.
+/// Returns the name of a sensor.
 pub(super) fn sensor(sensor: Sensor) -> &'static str {
     match sensor {
         Sensor::Force => "force sensor",

@@ -17,19 +17,19 @@ pub(super) struct Residuals {
     whiteness: f64,
     /// Size of that structure.
     structure: f64,
-    /// Whether the residuals are larger than noise explains.
+    /// True if the residuals are larger than noise explains.
     pub(super) size_objects: bool,
-    /// Whether there is any structure.
+    /// True if there is any structure.
     whiteness_objects: bool,
-    /// Whether the residuals are smaller than those that the noise leaves.
+    /// True if the residuals are smaller than those that the noise leaves.
     pub(super) noise_too_loud: bool,
-    /// Whether the residuals have structure that noise does not explain and that matters.
+    /// True if the residuals have structure that noise does not explain and that matters.
     pub(super) structure_objects: bool,
-    /// Whether the residuals of the static tests are larger than their noise explains.
+    /// True if the residuals of the static tests are larger than their noise explains.
     statics_object: bool,
-    /// Whether the minimum can be believed to be the right one.
+    /// True if the minimum can be believed to be the right one.
     settled: bool,
-    /// Whether the estimate rests on records, not on static tests alone. Only records have structure along the band.
+    /// True if the estimate rests on records, not on static tests alone. Only records have structure along the band.
     of_records: bool,
     /// The part of what the fit leaves that is no response to the force, if no linear model leaves so much.
     distortion: Option<f64>,
@@ -199,7 +199,7 @@ mod tests {
         }
     }
 
-    /// What is no response to the force is no matter of the minimum.
+    /// Residuals that are no response to the force are no matter of the minimum.
     #[test]
     fn what_no_linear_model_explains_is_named() {
         for settled in [true, false] {

@@ -1,4 +1,4 @@
-//! What a fit says of each static test.
+//! Findings of a fit about each static test.
 
 use std::cmp::Ordering;
 
@@ -14,7 +14,7 @@ use crate::statics::StaticTests;
 pub struct StaticReport {
     /// Standard deviation of the displacements that state none, m; `None` if all state theirs.
     pub deviation_m: Option<f64>,
-    /// Whether this deviation is that of the residuals. If not, they are too few, and it is assumed.
+    /// True if this deviation is that of the residuals. If not, they are too few, and it is assumed.
     pub deviation_is_estimated: bool,
     /// Each test, in its order in the file.
     pub tests: Vec<StaticTestReport>,

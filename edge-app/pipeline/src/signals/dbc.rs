@@ -112,7 +112,7 @@ fn quotes_end_texts(text: &str, is_end: impl Fn(&str) -> bool) -> String {
     read + rest
 }
 
-/// What is wrong with a `text` that the parser refuses. Its error says where: `--> LINE:COLUMN`.
+/// Returns the fault of a `text` that the parser refuses. Its error says where: `--> LINE:COLUMN`.
 fn not_dbc(text: &str, error: &str) -> String {
     let line = error.split_once("--> ").and_then(|(_, at)| at.split_once(':'));
     match (input::kind(text), line) {

@@ -1,4 +1,4 @@
-//! What a solver has found.
+//! Findings of a solver.
 
 use flexid_core::identify::{Acceptance, Estimate};
 use flexid_wire::answer::Answer;

@@ -18,11 +18,11 @@ pub struct FittedRecord {
     pub start_s: f64,
     /// Sampling rate, Hz.
     pub rate_hz: f64,
-    /// Whether the measured rate contradicts the configured one.
+    /// True if the measured rate contradicts the configured one.
     pub has_doubtful_rate: bool,
     /// Number of samples of each signal.
     pub samples: usize,
-    /// Whether the robot rests when the record starts.
+    /// True if the robot rests when the record starts.
     pub starts_at_rest: bool,
     /// Joint angles, rad (m).
     pub pose: Vec<f64>,
@@ -57,12 +57,12 @@ impl Solver {
         self.fitted_from(0)
     }
 
-    /// As [`Solver::fitted_records`], of the newest record alone.
+    /// Returns the newest of [`Solver::fitted_records`].
     pub(super) fn newest_fitted(&mut self) -> Option<FittedRecord> {
         self.fitted_from(self.experiments.len().saturating_sub(1)).pop()
     }
 
-    /// As [`Solver::fitted_records`], without the `first` oldest.
+    /// Returns [`Solver::fitted_records`] without the `first` oldest.
     fn fitted_from(&mut self, first: usize) -> Vec<FittedRecord> {
         if !self.unsettled.is_empty() {
             return Vec::new();

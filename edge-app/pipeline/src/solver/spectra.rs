@@ -37,12 +37,12 @@ impl Band<'_> {
         (2.0 * self.mean(power) / self.seconds).sqrt()
     }
 
-    /// That of the measured acceleration along an axis, (m/s²)/√Hz.
+    /// Density of the measured acceleration along an axis, (m/s²)/√Hz.
     pub fn measured(&self, axis: usize) -> f64 {
         self.density(|bin| square(bin.measured[axis]))
     }
 
-    /// That of the modelled acceleration along an axis, (m/s²)/√Hz.
+    /// Density of the modelled acceleration along an axis, (m/s²)/√Hz.
     pub fn modelled(&self, axis: usize) -> f64 {
         self.density(|bin| {
             let (measured, left) = (bin.measured[axis], bin.left[axis]);
@@ -50,7 +50,7 @@ impl Band<'_> {
         })
     }
 
-    /// That of what the noise of both sensors leaves along an axis, (m/s²)/√Hz.
+    /// Density of what the noise of both sensors leaves along an axis, (m/s²)/√Hz.
     pub fn noise(&self, axis: usize) -> f64 {
         self.density(|bin| bin.noise[axis])
     }

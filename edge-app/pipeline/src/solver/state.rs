@@ -15,16 +15,16 @@ use crate::record::{MAX_EXPERIMENTS, Record};
 /// Most records that may wait in a state. Each early end adds those of the queue. There is room for eight early ends in a row.
 pub(super) const MAX_WAITING: usize = 64;
 
-/// Version of the fit in a state. It changes with every struct in [`Settled`]. A fit of another version is left out, and the
-/// records are fitted anew.
-const FIT: u32 = 1;
+/// Version of the fit in a state. It changes with every struct in [`Settled`], and with the meaning of a number there. A fit of
+/// another version is left out, and the records are fitted anew.
+const FIT: u32 = 2;
 
 /// The solver when it last settled, and the records that have come since.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     pub(super) fingerprint: Fingerprint,
     pub(super) earlier: Earlier,
-    /// Identifier and counts. `None` while the solver has not settled on any record, or if the fit is of another version.
+    /// Identifier and counts. `None` while the solver has not settled on any record, or if the fit is of another version or is none.
     #[serde(with = "sealed")]
     pub(super) settled: Option<Box<Settled>>,
     /// The records that the estimate rests on, in the order of the experiments.
@@ -33,11 +33,12 @@ pub struct State {
     pub(super) waiting: Vec<Arc<Record>>,
 }
 
-/// A state as flexid wrote it before the fit had a version of its own.
+/// A state as flexid wrote it before the fit had a version of its own. Its dampings are those at another frequency.
 #[derive(Deserialize)]
 pub struct Format7 {
     fingerprint: Fingerprint,
     earlier: Earlier,
+    #[expect(dead_code, reason = "it stands before the records")]
     settled: Option<Box<Settled>>,
     kept: Vec<Arc<Record>>,
     waiting: Vec<Arc<Record>>,
@@ -45,14 +46,14 @@ pub struct Format7 {
 
 impl From<Format7> for State {
     fn from(before: Format7) -> Self {
-        let Format7 { fingerprint, earlier, settled, kept, waiting } = before;
-        Self { fingerprint, earlier, settled, kept, waiting }
+        let Format7 { fingerprint, earlier, kept, waiting, .. } = before;
+        Self { fingerprint, earlier, settled: None, kept, waiting }
     }
 }
 
 /// A fit as bytes with its version, which a reader of another version can skip.
 mod sealed {
-    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer, de, ser};
+    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer, ser};
 
     use super::{FIT, Settled};
 
@@ -71,8 +72,7 @@ mod sealed {
         deserializer: D,
     ) -> Result<Option<Box<Settled>>, D::Error> {
         let own = Bytes::deserialize(deserializer)?.filter(|(version, _)| *version == FIT);
-        let settled = own.map(|(_, bytes)| postcard::from_bytes(&bytes));
-        settled.transpose().map_err(de::Error::custom)
+        Ok(own.and_then(|(_, bytes)| postcard::from_bytes(&bytes).ok()))
     }
 }
 
@@ -122,7 +122,7 @@ impl State {
         self.fingerprint
     }
 
-    /// Returns whether records are kept without the fit to them, which another version of flexid has made.
+    /// Returns whether records are kept without the fit to them: another version of flexid has made it, or it cannot be read.
     pub fn lacks_fit(&self) -> bool {
         self.settled.is_none() && !self.kept.is_empty()
     }
@@ -147,13 +147,11 @@ impl State {
         std::mem::take(&mut self.waiting)
     }
 
-    /// Returns whether a solver can have left this state.
-    pub fn is_possible(&self) -> bool {
-        self.kept.len() <= MAX_EXPERIMENTS
-            && self.waiting.len() <= MAX_WAITING
-            && self.settled.as_ref().is_none_or(|settled| {
-                settled.numbers.len() == self.kept.len() && !self.kept.is_empty()
-            })
+    /// Returns the state without a fit that is not to its records. Returns `None` if no solver can have left so many records.
+    pub fn checked(mut self) -> Option<Self> {
+        let kept = self.kept.len();
+        self.settled = self.settled.filter(|fit| kept > 0 && fit.numbers.len() == kept);
+        (kept <= MAX_EXPERIMENTS && self.waiting.len() <= MAX_WAITING).then_some(self)
     }
 }
 

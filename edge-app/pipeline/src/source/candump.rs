@@ -25,7 +25,7 @@ pub const LOOK_AHEAD: usize = 32_768;
 const LONGEST_NAME: usize = 15;
 /// Number of buses that are named if the right one is not among them.
 const NAMED: usize = 3;
-/// Most identifiers of other buses that are told apart.
+/// Most identifiers of other buses, and most buses with dropped frames, that are told apart.
 const MOST_ELSEWHERE: usize = 256;
 
 /// Reads a log line by line. Lines that are no frames are counted and left out.
@@ -44,13 +44,13 @@ pub struct CandumpLog<R> {
     elsewhere: HashMap<(Id, String), u64>,
     /// Frames that were read ahead, with the stamps of the log.
     ahead: VecDeque<(String, Arrival)>,
-    /// What followed the frames read ahead: an error, once, or the end.
+    /// Event behind the frames read ahead: an error, once, or the end.
     end: Option<Option<io::Error>>,
     stamps: Stamps,
     /// Times of the newest frames, s.
     before_s: VecDeque<f64>,
-    /// Number of frames that the kernel dropped.
-    dropped: u64,
+    /// Number of frames of each bus that the kernel dropped.
+    dropped: HashMap<String, u64>,
 }
 
 impl<R: Read> CandumpLog<R> {
@@ -70,7 +70,7 @@ impl<R: Read> CandumpLog<R> {
             end: None,
             stamps: Stamps::default(),
             before_s: VecDeque::new(),
-            dropped: 0,
+            dropped: HashMap::new(),
         }
     }
 
@@ -164,8 +164,14 @@ impl<R: Read> CandumpLog<R> {
                 Some(Line::Frame(record)) => {
                     return Ok(Some((record.device.clone(), arrival(&record))));
                 }
-                Some(Line::Dropped(frames)) => {
-                    self.dropped = self.dropped.saturating_add(frames);
+                Some(Line::Dropped { bus, .. }) if bus.len() > LONGEST_NAME => {
+                    ParseError::InvalidDeviceName
+                }
+                Some(Line::Dropped { frames, bus }) => {
+                    if self.dropped.len() < MOST_ELSEWHERE || self.dropped.contains_key(&bus) {
+                        let dropped = self.dropped.entry(bus).or_default();
+                        *dropped = dropped.saturating_add(frames);
+                    }
                     continue;
                 }
                 Some(Line::Garbage(error)) => error,
@@ -209,8 +215,12 @@ impl<R: Read + Send> FrameSource for CandumpLog<R> {
         if let Some((fault, frames)) = self.stamps.fault() {
             troubles.push(Trouble::Stamps { file: file(), fault, frames });
         }
-        if self.dropped > 0 {
-            troubles.push(Trouble::Dropped { file: file(), frames: self.dropped });
+        // `candump any` has one socket for all buses.
+        let is_own = |bus: &str| self.bus.as_ref().is_none_or(|own| own == bus || bus == "any");
+        let dropped = self.dropped.iter().filter(|(bus, _)| is_own(bus));
+        let frames = dropped.fold(0_u64, |sum, (_, frames)| sum.saturating_add(*frames));
+        if frames > 0 {
+            troubles.push(Trouble::Dropped { file: file(), frames });
         }
         if let (Some(bus), frames @ 1..) = (&self.bus, self.strays) {
             troubles.push(Trouble::OtherBuses { file: file(), bus: clipped(bus), frames });
@@ -514,6 +524,26 @@ mod tests {
         let id = StandardId::new(0x101).unwrap().into();
         let expected = Elsewhere { id, bus: "can1".to_owned(), frames: 2 };
         assert_eq!(source.health().elsewhere, [expected]);
+    }
+
+    #[test]
+    fn dropped_frames_are_those_of_the_bus() {
+        let log = b"(1767000000.000060) can0 101#00\n(1767000000.000070) can1 102#00\n\
+            DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)\n\
+            DROPCOUNT: dropped 70 CAN frames on 'can1' socket (total drops 70)\n\
+            DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 4)\n";
+        let dropped = |source: CandumpLog<&[u8]>| {
+            let mut source = source;
+            while source.read(&mut Vec::new(), Duration::ZERO).unwrap() == Flow::Open {}
+            let troubles = source.health().troubles;
+            troubles.iter().find_map(|trouble| match trouble {
+                Trouble::Dropped { frames, .. } => Some(*frames),
+                _ => None,
+            })
+        };
+        let source = || CandumpLog::new(Path::new("a.log"), &log[..]);
+        assert_eq!(dropped(source().on_bus("can0").unwrap()), Some(4));
+        assert_eq!(dropped(source()), Some(74));
     }
 
     #[test]

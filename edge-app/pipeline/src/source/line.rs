@@ -11,13 +11,13 @@ const DECIMALS: usize = 6;
 /// Beginning of the line with which `candump -d` says that the kernel has dropped frames.
 const DROPPED: &str = "DROPCOUNT: dropped ";
 
-/// What a line holds.
+/// Content of a line.
 #[derive(Debug)]
 pub(super) enum Line {
     /// A frame.
     Frame(CanDumpRecord),
-    /// The number of frames that the kernel dropped.
-    Dropped(u64),
+    /// The kernel dropped frames of a bus.
+    Dropped { frames: u64, bus: String },
     /// Something else.
     Garbage(ParseError),
 }
@@ -52,7 +52,11 @@ pub fn is_frame(line: &str) -> bool {
 pub(super) fn parse(line: &str) -> Line {
     if let Some(rest) = line.trim_start().strip_prefix(DROPPED) {
         let frames = rest.split(' ').next().and_then(|number| number.parse().ok());
-        return frames.map_or(Line::Garbage(ParseError::InvalidCanFrame), Line::Dropped);
+        let dropped = frames.zip(rest.split('\'').nth(1));
+        return match dropped {
+            Some((frames, bus)) => Line::Dropped { frames, bus: bus.to_owned() },
+            None => Line::Garbage(ParseError::InvalidCanFrame),
+        };
     }
     match Reader::from_reader(canonical(line).as_bytes()).next_record() {
         Ok(Some(record)) => Line::Frame(record),
@@ -157,7 +161,7 @@ mod tests {
     #[test]
     fn what_the_kernel_dropped_is_read() {
         let line = "DROPCOUNT: dropped 3 CAN frames on 'vcan0' socket (total drops 15)";
-        assert!(matches!(parse(line), Line::Dropped(3)));
+        assert!(matches!(parse(line), Line::Dropped { frames: 3, bus } if bus == "vcan0"));
         assert!(matches!(parse("DROPCOUNT: dropped many"), Line::Garbage(_)));
     }
 

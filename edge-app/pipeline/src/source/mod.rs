@@ -34,7 +34,7 @@ pub trait FrameSource: Send {
     fn health(&self) -> SourceHealth;
 }
 
-/// Whether more frames may come.
+/// End of a source, or more to come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
     /// More frames may come.

@@ -40,7 +40,7 @@ const EXTENDED: u32 = 0x8000_0000;
 const REMOTE: u32 = 0x4000_0000;
 const ERROR: u32 = 0x2000_0000;
 
-/// What to do where the kernel has no virtual bus.
+/// Advice where the kernel has no virtual bus.
 const WITHOUT_VCAN: &str = "where `modprobe vcan` fails, install the kernel's extra modules (Ubuntu: \
     linux-modules-extra-$(uname -r)), or run the command by tests/with-vcan of flexid's repository, whose bus is vcan0";
 

@@ -1,4 +1,4 @@
-//! What the stamps of a log are worth.
+//! Stamps of a log that are wrong, or no times.
 //!
 //! Frames stand in a log in the order in which they came, so that their stamps ascend. A stamp is wrong if it is not between the median
 //! of those before it and the median of those after it, which stand up to two wrong ones of five. In its place comes the median of all. Where

@@ -83,7 +83,7 @@ impl Axes {
         self.wrong().map(Warning::WrongAxes)
     }
 
-    /// Whether the records say with which axes the robot would not give off energy.
+    /// Returns whether the records say with which axes the robot would not give off energy.
     pub(crate) fn are_wrong(&self) -> bool {
         self.wrong().is_some_and(|axes| axes.force.is_some() || axes.acceleration.is_some())
     }
@@ -146,7 +146,7 @@ fn best(ways: &[Power; WAYS]) -> Option<usize> {
     (own > NEGATIVE && ways[best].share() < PART * own).then_some(best)
 }
 
-/// Whether all other ways leave much more negative power than the best one.
+/// Returns whether all other ways leave much more negative power than the best one.
 fn is_clear(ways: &[Power; WAYS], best: usize) -> bool {
     let mut others = (0..WAYS).filter(|&way| way != best);
     others.all(|way| ways[best].share() < CLEAR * ways[way].share())

@@ -53,7 +53,7 @@ pub(super) struct Joints {
 #[derive(Clone, Copy, Debug)]
 struct Beyond {
     newest: Excess,
-    /// Whether the angle before was beyond the limits, too.
+    /// True if the angle before was beyond the limits, too.
     again: bool,
     /// Number of force frames when the first angle beyond the limits in a row came.
     since: u64,

@@ -75,7 +75,7 @@ pub(super) struct Plausibility {
     tallies: [Tally; 2],
     rest: Option<[f64; 3]>,
     largest_force: f32,
-    /// What the stream has found in records so far.
+    /// Findings of the stream in records so far.
     in_records: InRecords,
 }
 
@@ -268,7 +268,7 @@ pub(crate) fn warnings(
 ) -> Vec<implausible::Implausible> {
     use implausible::Implausible::{BeyondLimits, Clipped, Flat, Held, Spikes, Stuck};
     let Implausible { clipped, held, .. } = implausible_readings;
-    // What was found in records is named by that, and what is at the limit has a warning of its own.
+    // A finding in records takes the place of the same in frames, and a value at the limit has a warning of its own.
     let unless = |counts: &[u64; 6], named: &dyn Fn(usize) -> bool| -> [u64; 6] {
         std::array::from_fn(|axis| if named(axis) { 0 } else { counts[axis] })
     };

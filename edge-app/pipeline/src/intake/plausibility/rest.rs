@@ -20,7 +20,7 @@ const UNITS: [(f64, AccelerationUnit); 3] = [
     (1000.0 * GRAVITY, AccelerationUnit::MillimetrePerS2),
 ];
 
-/// What a strapdown accelerometer reads at rest, where gravity acts.
+/// Reading of a strapdown accelerometer at rest, where gravity acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AtRest {
     /// Gravity, to 5 %.
