@@ -3,27 +3,91 @@
 use quick_xml::Reader;
 use quick_xml::events::Event;
 
-/// First bytes of formats that are not text: what the file is, and the remedy.
-const BINARY: [(&[u8], &str); 16] = [
-    (b"SQLite format 3\0", "a SQLite database, and no text: name another file"),
-    (b"\xD4\xC3\xB2\xA1", CAPTURE),
-    (b"\xA1\xB2\xC3\xD4", CAPTURE),
-    (b"\x4D\x3C\xB2\xA1", CAPTURE),
-    (b"\xA1\xB2\x3C\x4D", CAPTURE),
-    (b"\n\r\r\n", CAPTURE),
-    (b"LOGG", "a BLF log, and no text: name another file"),
-    (b"MDF     ", "an MDF log, and no text: name another file"),
-    (b"\x1F\x8B", "packed with gzip: unpack it first with `gzip -d`"),
-    (b"\x28\xB5\x2F\xFD", "packed with zstd: unpack it first with `zstd -d`"),
-    (b"\xFD7zXZ\0", "packed with xz: unpack it first with `xz -d`"),
-    (b"BZh", "packed with bzip2: unpack it first with `bzip2 -d`"),
-    (b"PK\x03\x04", WORKBOOK),
-    (b"\xD0\xCF\x11\xE0", WORKBOOK),
-    (b"%PDF-", "a PDF, and no text: name another file"),
-    (b"\x7FELF", "a program, and no text: name another file"),
+/// Formats that are not text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Binary {
+    /// A SQLite database.
+    Sqlite,
+    /// A capture of Wireshark or tcpdump: pcap or pcapng.
+    Capture,
+    /// A log of Vector's tools.
+    Blf,
+    /// Measurement data by ASAM, finished or not.
+    Mdf,
+    /// A file packed by gzip.
+    Gzip,
+    /// A file packed by zstd.
+    Zstd,
+    /// A file packed by xz.
+    Xz,
+    /// A file packed by bzip2.
+    Bzip2,
+    /// A zip archive, such as a workbook of today's Excel.
+    Zip,
+    /// A workbook of an old Excel.
+    Workbook,
+    /// A PDF.
+    Pdf,
+    /// A program.
+    Program,
+}
+
+/// First bytes of these formats. Some texts begin alike.
+const MAGIC: [(&[u8], Binary); 17] = [
+    (b"SQLite format 3\0", Binary::Sqlite),
+    // Pcap, with stamps of microseconds or nanoseconds, in both orders of bytes; then pcapng.
+    (b"\xD4\xC3\xB2\xA1", Binary::Capture),
+    (b"\xA1\xB2\xC3\xD4", Binary::Capture),
+    (b"\x4D\x3C\xB2\xA1", Binary::Capture),
+    (b"\xA1\xB2\x3C\x4D", Binary::Capture),
+    (b"\n\r\r\n", Binary::Capture),
+    (b"LOGG", Binary::Blf),
+    (b"MDF     ", Binary::Mdf),
+    (b"UnFinMF ", Binary::Mdf),
+    (b"\x1F\x8B", Binary::Gzip),
+    (b"\x28\xB5\x2F\xFD", Binary::Zstd),
+    (b"\xFD7zXZ\0", Binary::Xz),
+    (b"BZh", Binary::Bzip2),
+    (b"PK\x03\x04", Binary::Zip),
+    (b"\xD0\xCF\x11\xE0", Binary::Workbook),
+    (b"%PDF-", Binary::Pdf),
+    (b"\x7FELF", Binary::Program),
 ];
-const CAPTURE: &str = "a capture of Wireshark or tcpdump (pcap), and no text: name another file";
-const WORKBOOK: &str = "a workbook of Excel or another archive, and no text: export it as comma-separated values, or unpack it";
+
+impl Binary {
+    /// Returns the format of a file that begins with `bytes`. `None` for text, and for formats that are not known.
+    pub fn of(bytes: &[u8]) -> Option<Self> {
+        let (_, own) = MAGIC.into_iter().find(|(magic, _)| bytes.starts_with(magic))?;
+        (!is_text(bytes)).then_some(own)
+    }
+
+    /// Says what the file is where another one is wanted, and the remedy.
+    fn words(self) -> &'static str {
+        match self {
+            Self::Sqlite => "a SQLite database, and no text: name another file",
+            Self::Capture => {
+                "a capture of Wireshark or tcpdump (pcap), and no text: name another file"
+            }
+            Self::Blf => "a BLF log, and no text: name another file",
+            Self::Mdf => "an MDF log, and no text: name another file",
+            Self::Gzip => "packed with gzip: unpack it first with `gzip -d`",
+            Self::Zstd => "packed with zstd: unpack it first with `zstd -d`",
+            Self::Xz => "packed with xz: unpack it first with `xz -d`",
+            Self::Bzip2 => "packed with bzip2: unpack it first with `bzip2 -d`",
+            Self::Zip | Self::Workbook => {
+                "a workbook of Excel or another archive, and no text: export it as comma-separated values, or unpack it"
+            }
+            Self::Pdf => "a PDF, and no text: name another file",
+            Self::Program => "a program, and no text: name another file",
+        }
+    }
+}
+
+/// Returns whether bytes are those of a text in UTF-8, without control characters but white space.
+fn is_text(bytes: &[u8]) -> bool {
+    let is_control = |own: &u8| own.is_ascii_control() && !own.is_ascii_whitespace();
+    !bytes.iter().any(is_control) && str::from_utf8(bytes).is_ok()
+}
 
 /// What a file in XML is by the name of its root.
 const IN_XML: [(&str, &str); 9] = [
@@ -87,7 +151,7 @@ pub(super) fn in_toml(text: &str) -> impl Iterator<Item = (&'static str, &'stati
 
 /// Returns what the first of the `bytes` of a file show it to be, with the remedy, if it is no text.
 pub(crate) fn in_bytes(bytes: &[u8]) -> Option<&'static str> {
-    BINARY.into_iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, own)| own)
+    Binary::of(bytes).map(Binary::words)
 }
 
 /// Returns what `text` seems to be, by its first line that is neither empty nor a comment. Returns `None` if it does not show.
@@ -190,6 +254,7 @@ mod tests {
             (b"\n\r\r\n\xA4\0\0\0", "a capture of Wireshark or tcpdump (pcap), "),
             (b"PK\x03\x04\x14\0", "a workbook of Excel or another archive, "),
             (b"\x1F\x8B\x08", "packed with gzip: unpack it first with `gzip -d`"),
+            (b"UnFinMF 4.10    logger\0", "an MDF log, and no text: "),
         ] {
             assert!(in_bytes(bytes).is_some_and(|own| own.starts_with(expected)), "{expected}");
         }
