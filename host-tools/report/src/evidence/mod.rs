@@ -1,4 +1,4 @@
-//! What a report shows beside the fit itself, as the result file carries it: spectra, measured receptance, course, data quality, origin.
+//! Parts of a report beside the fit itself, as the result file carries it: spectra, measured receptance, course, data quality, origin.
 //!
 //! Everything but the origin follows from the records by the fit. Curves have at most [`POINTS`] points, of five digits.
 
@@ -12,7 +12,7 @@ use flexid_pipeline::{Counts, Outcome};
 use serde::{Deserialize, Serialize};
 
 pub use frf::{MeasuredPoint, MeasuredReceptance, Signals, estimate};
-pub use origin::{Origin, OriginFile, sha256};
+pub use origin::{Origin, OriginFile, quoted, sha256};
 pub use quality::DataQuality;
 pub use spectra::{Octave, RecordEvidence, RecordSpectra};
 
@@ -21,7 +21,7 @@ pub const POINTS: usize = 240;
 /// Largest difference between the angles of one pose, rad (m): that of the pipeline.
 const SAME_POSE: f64 = 1e-3;
 
-/// What the records say, beside the parameters.
+/// Evidence of the records, beside the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Records that the fit rests on.
@@ -48,7 +48,7 @@ pub struct Step {
 }
 
 impl Evidence {
-    /// What the records of an outcome say.
+    /// The evidence of the records of an outcome.
     pub fn of(outcome: &Outcome) -> Self {
         let Outcome { records, course, counts, .. } = outcome;
         Self::new(records, course, counts)
@@ -98,7 +98,7 @@ impl From<&CoursePoint> for Step {
     }
 }
 
-/// Whether two poses (rad, m) are the same.
+/// Tells whether two poses (rad, m) are the same.
 pub(crate) fn same_pose(one: &[f64], other: &[f64]) -> bool {
     one.len() == other.len()
         && one.iter().zip(other).all(|(one, other)| (one - other).abs() <= SAME_POSE)
