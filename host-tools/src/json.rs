@@ -34,16 +34,16 @@ pub(crate) struct ResultJson<'a> {
     /// The robot as a whole. Left out if the robot does not stand by these parameters.
     #[serde(skip_serializing_if = "Option::is_none")]
     answer: Option<WithText<'a, Answer>>,
-    /// What is doubtful about the robot's model, as `check` says. Left out if nothing is, and of a daemon.
+    /// Doubts about the robot's model, as `check` says. Left out if nothing is, and of a daemon.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     model_warnings: Vec<String>,
     /// Each static test in the fit. Left out without static tests, and of a daemon.
     #[serde(skip_serializing_if = "Option::is_none")]
     static_tests: Option<&'a StaticReport>,
-    /// What predicts the robot's motion. Left out of a daemon's result.
+    /// The robot that predicts motion. Left out of a daemon's result.
     #[serde(skip_serializing_if = "Option::is_none")]
     robot: Option<&'a FoundRobot>,
-    /// What a report shows beside. Left out without records, and of a daemon.
+    /// Evidence that a report shows beside. Left out without records, and of a daemon.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     evidence: Option<&'a Evidence>,
     /// Where the result comes from. Left out of a daemon's result.
@@ -83,19 +83,19 @@ struct ExplanationJson<'a> {
     #[serde(flatten)]
     value: &'a Explanation,
     text: String,
-    /// What is off as well, of the same kind. `null` if nothing is.
+    /// Other errors of the same kind. `null` if nothing is.
     alike: Option<String>,
-    /// What explains the records as well.
+    /// Explanations that are as likely.
     alternatives: Option<String>,
-    /// What to do. `null` if the accuracy is not contradicted.
+    /// Mend. `null` if the accuracy is not contradicted.
     remedy: Option<String>,
 }
 
-/// What follows from a fit, and how far that is to be trusted.
+/// A conclusion from a fit, and how far it is to be trusted.
 #[derive(Serialize)]
 pub(crate) struct Judged<T> {
     schema: u32,
-    /// That on the fit.
+    /// Acceptance of the fit.
     verdict: Acceptance,
     #[serde(flatten)]
     value: T,
@@ -294,7 +294,7 @@ mod tests {
             [LeftOver::Direction { axis: 2, times: 2.25 }].into_iter().collect();
         let json = serde_json::to_value(ResultJson::from(&finding)).unwrap();
         let expected = json!({
-            "schema": 1,
+            "schema": 2,
             "joints": [{
                 "name": "joint_1",
                 "stiffness": [6e7, 6e7, 6e7, 6e7, 6e7, 6e7],
@@ -380,6 +380,7 @@ mod tests {
     fn a_result_of_an_older_program_is_read() {
         let mut json = serde_json::to_value(ResultJson::from(&finding(2))).unwrap();
         for schema in [Some(1), None] {
+            json["schema"] = json!(schema);
             if schema.is_none() {
                 json.as_object_mut().unwrap().remove("schema");
             }
@@ -405,5 +406,10 @@ mod tests {
             "record_fraction": 0.5,
         });
         assert_eq!(serde_json::to_value(StatusJson::from(&status)).unwrap(), expected);
+        // The sample of the manual.
+        let line = json!({ "status": expected });
+        let manual = include_str!("../docs/live.md");
+        let sample = manual.lines().find(|line| line.starts_with("{\"status\"")).unwrap();
+        assert_eq!(serde_json::from_str::<serde_json::Value>(sample).unwrap(), line);
     }
 }

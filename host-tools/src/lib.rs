@@ -14,6 +14,7 @@ mod map;
 mod new;
 mod numbers;
 mod picture;
+mod place;
 pub mod plan;
 mod predict;
 pub mod recording;

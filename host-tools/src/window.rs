@@ -8,7 +8,7 @@ use console::{Term, measure_text_width};
 use textwrap::{Options, fill};
 
 /// A line below the header, and no other.
-pub(crate) const STYLE: TableStyle =
+const STYLE: TableStyle =
     TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
 /// Columns of the narrowest window: those of the VT100 terminal.
 const COLUMNS: usize = 80;

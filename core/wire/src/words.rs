@@ -46,8 +46,17 @@ pub(crate) struct Measured<'a> {
     pub(crate) unit: &'a str,
 }
 
-const PREFIXES: [(f64, &str); 7] =
-    [(1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
+/// Prefixes of units, the largest first.
+const PREFIXES: [(f64, &str); 8] = [
+    (1e9, "G"),
+    (1e6, "M"),
+    (1e3, "k"),
+    (1.0, ""),
+    (1e-3, "m"),
+    (1e-6, "µ"),
+    (1e-9, "n"),
+    (1e-12, "p"),
+];
 /// Prefix of what is smaller.
 const LEAST: (f64, &str) = (1e-15, "f");
 /// Part of a prefix from which on three digits show all of it: 999.9 µm is 1.00 mm.
@@ -121,6 +130,22 @@ impl fmt::Display for InUnit<'_> {
     }
 }
 
+/// A part in per cent, with two digits, three from 100 on, and no more than two decimal places: `0.05 %`, `2.3 %`, `180 %`.
+pub struct Percent(pub f64);
+
+impl fmt::Display for Percent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = 100.0 * self.0;
+        match percent.abs() {
+            0.0 => f.write_str("0 %"),
+            ..0.01 => f.write_str("<0.01 %"),
+            0.01..0.095 => write!(f, "{percent:.2} %"),
+            0.095..9.95 => write!(f, "{percent:.1} %"),
+            _ => write!(f, "{percent:.0} %"),
+        }
+    }
+}
+
 /// An interval in parts of its value: one number where both sides are about equal.
 pub struct Within {
     /// Most likely value, above 0.
@@ -160,7 +185,7 @@ impl fmt::Display for TwoDigits {
 }
 
 /// Size and sign of the prefix for numbers of this size.
-fn prefixed(size: f64) -> (f64, &'static str) {
+pub fn prefixed(size: f64) -> (f64, &'static str) {
     PREFIXES.into_iter().find(|(scale, _)| size >= FULL * scale).unwrap_or(LEAST)
 }
 
@@ -181,6 +206,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn parts_have_two_digits() {
+        for (part, expected) in [
+            (0.0, "0 %"),
+            (2e-5, "<0.01 %"),
+            (5e-4, "0.05 %"),
+            (0.0042, "0.4 %"),
+            (-0.0167, "-1.7 %"),
+            (0.0996, "10 %"),
+            (1.8, "180 %"),
+        ] {
+            assert_eq!(Percent(part).to_string(), expected);
+        }
+    }
+
+    #[test]
     fn one_is_singular() {
         assert_eq!(
             [0, 1, 2].map(|number| Count(number, "record").to_string()),
@@ -196,7 +236,7 @@ mod tests {
             (-1.2e-9, Some(2e-3), "rad", "0 ± 2 mrad"),
             (0.0213, Some(0.002), "", "2.1 ± 0.2 %"),
             (-0.898, Some(0.04), "", "-90 ± 4 %"),
-            (1600.0, Some(f64::INFINITY), "Hz", "0 ± inf MHz"),
+            (1600.0, Some(f64::INFINITY), "Hz", "0 ± inf GHz"),
             (3000.0, None, "Hz", "3.00 kHz"),
             (5e-6, None, "s", "5.00 µs"),
             (8.8e-3, Some(2.8e-3), "1/kNm", "0.9 ± 0.3 %/kNm"),

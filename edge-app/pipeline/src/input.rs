@@ -15,7 +15,7 @@ use serde_path_to_error::Segment;
 
 pub(crate) use encoding::decode;
 pub use json::parse_json;
-pub use kind::seems;
+pub use kind::{Binary, seems};
 pub(crate) use kind::{in_bytes, kind};
 
 /// Error of a file that cannot be used. Its text is one line that names the file, the place and the correction.

@@ -1,4 +1,4 @@
-//! What every program on the host shares: its exit status, its result files, its progress.
+//! Shared by every program on the host: its exit status, its result files, its progress.
 #![forbid(unsafe_code)]
 
 pub mod exit;

@@ -1,6 +1,7 @@
 //! A result file. The program checks before the work begins that it can write the file. It writes a regular file
 //! whole or not at all.
 
+mod folder;
 mod growing;
 
 use std::fs::{self, File, OpenOptions, Permissions};
@@ -14,6 +15,7 @@ use flexid_edge::console::complain;
 use flexid_pipeline::input::BadInput;
 use tempfile::NamedTempFile;
 
+pub use folder::{NewFolder, folder};
 pub use growing::Growing;
 
 /// Name of standard output.
@@ -71,7 +73,7 @@ impl Output {
         written.with_context(|| format!("{}: cannot be written", self.file.display()))
     }
 
-    /// As [`Output::finish`], and says on standard error that `what` is written. Nothing is said of a pipe or a device, such as
+    /// Writes all of `text` like [`Output::finish`], and says on standard error that `what` is written. Nothing is said of a pipe or a device, such as
     /// standard output.
     ///
     /// # Errors
@@ -173,21 +175,6 @@ fn place(file: &Path) -> Option<PathBuf> {
             Some(folder.join(file.file_name()?))
         }
     }
-}
-
-/// Makes `folder` if it does not exist.
-///
-/// # Errors
-/// The folder cannot be made. The error states what to do.
-pub fn folder(folder: &Path) -> Result<(), BadInput> {
-    fs::create_dir_all(folder).map_err(|error| {
-        let why = match error.kind() {
-            ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "a file is in its place".into(),
-            ErrorKind::PermissionDenied => "no permission".into(),
-            _ => error.to_string(),
-        };
-        BadInput::new(folder, format!("cannot be made: {why}: name a folder elsewhere"))
-    })
 }
 
 /// The error for a `file` that cannot be written: the cause and the remedy.

@@ -1,4 +1,4 @@
-//! Whether two fits of a robot agree.
+//! Compares two fits of a robot.
 //!
 //! ```text
 //! dᵢ = ln θᵢ(after) − ln θᵢ(before)        C = C(before) + C(after)        D² = dᵀ (C + diag (rᵢ²/2)²)⁻¹ d ~ χ²(rank C)
@@ -59,7 +59,7 @@ pub struct Change {
     pub joint: String,
     /// Degree of freedom, 0 to 5: `tx ty tz rx ry rz`.
     pub dof: usize,
-    /// What it is.
+    /// Stiffness or damping.
     pub quantity: Quantity,
     /// Values before and after, in the unit of the quantity.
     pub values: [f64; 2],
@@ -69,14 +69,14 @@ pub struct Change {
     pub deviations: f64,
     /// Chance of so large a difference of any of the parameters in two fits of the same robot (Holm).
     pub chance: f64,
-    /// Whether the parameter has changed.
+    /// True if the parameter has changed.
     pub has_changed: bool,
 }
 
 /// Two fits of a robot, one beside the other.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Whether the fits agree within their intervals.
+    /// True if the fits agree within their intervals.
     pub agree: bool,
     /// Square of the Mahalanobis distance.
     pub distance_squared: f64,
@@ -90,6 +90,8 @@ pub struct Comparison {
     pub parameters: Vec<Change>,
     /// Number of all parameters.
     pub all: usize,
+    /// Frequency at which the values are those of both fits, where stiffness and damping depend on it, Hz.
+    pub reference_hz: f64,
 }
 
 /// Why two fits cannot be compared.
@@ -216,6 +218,7 @@ pub fn compare(before: &Found, after: &Found) -> Result<Comparison, Incomparable
         chance,
         parameters,
         all: all.len(),
+        reference_hz: hz,
     })
 }
 

@@ -13,10 +13,11 @@ use serde::Deserialize;
 use flexid_pipeline::dynamics::Robot;
 
 /// Version of the result. An entry that is added does not change it. An entry that is renamed or removed, or whose meaning
-/// changes, does.
-pub const SCHEMA: u32 = 1;
+/// changes, does. Version 1 has stiffnesses and dampings at the middle of the band, √(f₁ f₂), where version 2 has them at
+/// `robot.reference_hz`; [`Robot::reference_hz`] is right for both.
+pub const SCHEMA: u32 = 2;
 
-/// Whether a fit is so far from its records that no interval of a parameter holds.
+/// Tells whether a fit is so far from its records that no interval of a parameter holds.
 pub fn is_far(fit: &Fit) -> bool {
     fit.consistency > FOREIGN
 }
@@ -24,7 +25,7 @@ pub fn is_far(fit: &Fit) -> bool {
 /// Command that writes a result file.
 pub const COMMAND: &str = "flexid identify --json";
 
-/// What was found.
+/// A result, checked.
 #[derive(Debug)]
 pub struct Found {
     /// Parameters of each joint, base first, with standard deviations and verdicts.
@@ -83,7 +84,7 @@ impl Found {
         Self::parse(file, &input::read(file)?)
     }
 
-    /// As [`Found::load`], of the `text` of a file.
+    /// Reads and checks the `text` of a result file.
     ///
     /// # Errors
     /// Those of [`Found::load`].
@@ -97,7 +98,7 @@ impl Found {
         }
         if schema > SCHEMA {
             return Err(bad(format!(
-                "is of schema {schema}, this flexid reads {SCHEMA}: install the newer flexid"
+                "is of schema {schema}, this flexid reads 1 to {SCHEMA}: install the newer flexid"
             )));
         }
         let Document { joints, fit, warnings, robot, origin } =

@@ -1,4 +1,4 @@
-//! What follows from a robot that was identified: whether two fits agree, joint offsets, and stability lobes, each with its interval.
+//! Conclusions from a robot that was identified: whether two fits agree, joint offsets, and stability lobes, each with its interval.
 //!
 //! | file           | what                                                        |
 //! | -------------- | ----------------------------------------------------------- |

@@ -8,21 +8,9 @@ use std::f64::consts::TAU;
 use flexid_wire::accuracy::Accuracy;
 use flexid_wire::confidence::Nuisance;
 use flexid_wire::report::Verdict;
+use flexid_wire::words::prefixed;
 use serde::Deserialize;
 
-/// Prefixes of units, the largest first.
-const PREFIXES: [(f64, &str); 8] = [
-    (1e9, "G"),
-    (1e6, "M"),
-    (1e3, "k"),
-    (1.0, ""),
-    (1e-3, "m"),
-    (1e-6, "µ"),
-    (1e-9, "n"),
-    (1e-12, "p"),
-];
-/// Part of a prefix from which on three digits show all of it: 999.9 µm is 1.00 mm.
-const FULL: f64 = 0.9995;
 /// Standard deviations beyond which an error is not zero: a normal distribution exceeds them once in twenty.
 const SIGNIFICANT: f64 = 2.0;
 /// Times its accuracy beyond which an error is not as expected: an accuracy is one standard deviation, and a normal distribution exceeds
@@ -59,20 +47,35 @@ pub fn words(own: &Nuisance) -> String {
     }
 }
 
-/// Whether the interval holds the value that is stated: the error does not show, however narrow the interval is.
-pub fn may_be_as_stated(own: &Nuisance) -> bool {
+/// Tells whether the interval holds the value that is stated: the error does not show, however narrow the interval is.
+fn may_be_as_stated(own: &Nuisance) -> bool {
     let stated = if is_factor(own) { 1.0 } else { 0.0 };
     own.interval.is_some_and(|[lower, upper]| (lower..=upper).contains(&stated))
 }
 
-/// Whether the records contradict its accuracy: it is more than twice as large, and does not hold the value that is stated.
-pub fn is_contradicted(own: &Nuisance) -> bool {
-    let size = if is_factor(own) { own.value.ln() } else { own.value };
-    let exceeds = own.accuracy.is_some_and(|accuracy| size.abs() > CONSPICUOUS * accuracy);
-    exceeds && own.interval.is_some() && !may_be_as_stated(own)
+/// How an error stands to its accuracy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// The records contradict the accuracy: the error is more than twice as large, and its interval does not hold the value that is stated.
+    Contradicted,
+    /// The error asks for nothing.
+    Expected,
+    /// The fit allows no interval, so that a large value says nothing, and a small one neither.
+    Unknown,
 }
 
-/// Whether the error shows. Of what `[calibration]` seeks it is the verdict, which compares what is left with what was known before.
+/// Compares an error with its accuracy.
+pub fn standing(own: &Nuisance) -> Standing {
+    let size = if is_factor(own) { own.value.ln() } else { own.value };
+    let exceeds = own.accuracy.is_some_and(|accuracy| size.abs() > CONSPICUOUS * accuracy);
+    match own.interval {
+        None => Standing::Unknown,
+        Some(_) if exceeds && !may_be_as_stated(own) => Standing::Contradicted,
+        Some(_) => Standing::Expected,
+    }
+}
+
+/// Says if the error shows. What `[calibration]` seeks has its verdict, which compares what is left with what was known before.
 pub fn judgement(own: &Nuisance) -> &'static str {
     match (may_be_as_stated(own), is_factor(own), own.entry, own.interval) {
         (true, true, ..) => "compatible with 1",
@@ -102,7 +105,7 @@ pub fn accuracy(own: &Nuisance) -> Option<String> {
     Some(format!("{} {size}", entry.key()))
 }
 
-/// Whether an entry speaks of the filter of a sensor: what is stated is that there is none.
+/// Tells whether an entry speaks of the filter of a sensor: what is stated is that there is none.
 fn is_filter(entry: Accuracy) -> bool {
     matches!(
         entry,
@@ -113,7 +116,7 @@ fn is_filter(entry: Accuracy) -> bool {
     )
 }
 
-/// Whether 1 is as stated, not 0. Of what `[calibration]` seeks, gains and masses have no unit.
+/// Tells whether 1 is as stated, not 0. Among what `[calibration]` seeks, gains and masses have no unit.
 fn is_factor(own: &Nuisance) -> bool {
     match own.entry {
         None => own.unit.is_empty(),
@@ -145,7 +148,7 @@ pub struct Size {
 }
 
 impl Size {
-    /// Whether an explanation of this size and of this share of the misfit is shown. One that may be zero by two standard deviations
+    /// Tells whether an explanation of this size and of this share of the misfit is shown. One that may be zero by two standard deviations
     /// explains nothing, unless the records contradict its accuracy and its kind explains most: then it is open which axis is off.
     pub fn is_shown(self, share: f64, is_contradicted: bool) -> bool {
         is_contradicted && share > MOST
@@ -190,12 +193,7 @@ fn estimate(value: f64, interval: Option<[f64; 2]>, unit: &str) -> String {
         "" => (1.0, String::new()),
         "%/kNm" | "kg" => (1.0, format!(" {unit}")),
         unit => {
-            let fits = PREFIXES.into_iter().find(|(scale, _)| size >= FULL * scale);
-            let (scale, prefix) = match fits {
-                Some(own) => own,
-                None if size == 0.0 => (1.0, ""),
-                None => PREFIXES[PREFIXES.len() - 1],
-            };
+            let (scale, prefix) = if size > 0.0 { prefixed(size) } else { (1.0, "") };
             (scale, format!(" {prefix}{unit}"))
         }
     };
@@ -315,6 +313,22 @@ mod tests {
             (crosstalk, Some([-0.01, 0.01]), "compatible with zero"),
         ] {
             assert_eq!(judgement(&nuisance(named, 0.0, interval)), expected, "{named:?}");
+        }
+    }
+
+    /// Ten accuracies are no contradiction where the fit allows no interval, and not as expected either.
+    #[test]
+    fn an_error_without_an_interval_is_not_known() {
+        for (value, interval, expected) in [
+            (1e-2, Some([9e-3, 1.1e-2]), Standing::Contradicted),
+            (1e-2, Some([-1e-3, 2.1e-2]), Standing::Expected),
+            (1e-3, Some([9e-4, 1.1e-3]), Standing::Expected),
+            (1e-2, None, Standing::Unknown),
+            (1e-3, None, Standing::Unknown),
+        ] {
+            let own = nuisance(("TCP z", Some(Accuracy::TcpM), "m"), value, interval);
+            let own = Nuisance { accuracy: Some(1e-3), ..own };
+            assert_eq!(standing(&own), expected, "{value} {interval:?}");
         }
     }
 

@@ -17,8 +17,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::experiment::{Cut, Response};
 use super::force;
-use super::plant::Plant;
 use super::plant::motion::{Surroundings, Work};
+use super::plant::{Joints, Plant};
 use super::plausible;
 use super::scenario::{Experiment, Scenario};
 use super::transmission::{self, Quality, Transmission};
@@ -59,7 +59,7 @@ pub struct Simulator {
     mounting: Mounting,
     signals: SignalTable,
     quality: Quality,
-    /// What is off; `None` for a perfect plant.
+    /// Errors of the plant; `None` for a perfect one.
     plant: Option<Plant>,
     /// Cuts done so far.
     cuts: u64,
@@ -185,6 +185,11 @@ impl Simulator {
     /// The robot's true bushings, base first.
     pub fn truth(&self) -> &[Bushing] {
         &self.truth
+    }
+
+    /// Deviations of its joints from springs and dampers.
+    pub fn joints(&self) -> Joints {
+        self.plant.as_ref().map_or_else(Joints::default, |plant| plant.joints)
     }
 
     /// The scenario of the robot.

@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use flexid_core::imperfection::REFERENCE_HZ;
 use flexid_core::parameters::Bushing;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::model::Model;
 use serde::{Deserialize, Serialize};
 
+use crate::plant::Joints;
 use crate::scenario;
 
 /// The file that `simulate --truth-json` writes.
@@ -16,6 +18,9 @@ use crate::scenario;
 pub struct TruthFile {
     /// True bushings by the name of the joint.
     pub truth: BTreeMap<String, TrueBushing>,
+    /// Hysteresis of their dampings.
+    #[serde(flatten)]
+    pub hysteresis: Hysteresis,
     /// Experiments in the order in which they were done.
     pub experiments: Vec<TrueExperiment>,
 }
@@ -27,6 +32,37 @@ pub struct TrueBushing {
     pub stiffness: [f64; 6],
     /// Dampings, Ns/m, Nms/rad.
     pub damping: [f64; 6],
+}
+
+/// Hysteresis of all joints, as [`Joints`] state it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Hysteresis {
+    /// Part of each damping that is hysteretic.
+    pub hysteretic: f64,
+    /// Frequency at which stiffnesses and dampings are those of the file, Hz.
+    pub hysteretic_at_hz: f64,
+}
+
+impl Hysteresis {
+    /// The hysteresis of these joints.
+    fn of(joints: &Joints) -> Self {
+        let Joints { hysteretic, hysteretic_at_hz, .. } = *joints;
+        Self { hysteretic, hysteretic_at_hz }
+    }
+
+    /// Joints with this hysteresis, and nothing else beside their bushings.
+    fn joints(self) -> Joints {
+        let Self { hysteretic, hysteretic_at_hz } = self;
+        Joints { hysteretic, hysteretic_at_hz, ..Joints::default() }
+    }
+}
+
+/// Files that do not state it have none.
+impl Default for Hysteresis {
+    fn default() -> Self {
+        Self::of(&Joints::default())
+    }
 }
 
 /// One experiment as it was simulated.
@@ -50,16 +86,18 @@ pub struct TrueExperiment {
 #[derive(Deserialize)]
 struct Truth {
     truth: BTreeMap<String, TrueBushing>,
+    #[serde(flatten)]
+    hysteresis: Hysteresis,
 }
 
 impl TruthFile {
-    /// The truth of the joints of `model`, base first.
-    pub fn new(model: &Model, truth: &[Bushing]) -> Self {
+    /// The truth of the joints of `model`, base first, in a plant with such joints.
+    pub fn new(model: &Model, truth: &[Bushing], joints: &Joints) -> Self {
         let truth = model.joints.iter().zip(truth).map(|(joint, bushing)| {
             let Bushing { stiffness, damping } = *bushing;
             (joint.name.clone(), TrueBushing { stiffness, damping })
         });
-        Self { truth: truth.collect(), experiments: Vec::new() }
+        Self { truth: truth.collect(), hysteresis: Hysteresis::of(joints), experiments: Vec::new() }
     }
 }
 
@@ -86,7 +124,8 @@ impl From<Vec<Bushing>> for Shared {
     }
 }
 
-/// Reads the truth of the joints of the model of `config`, base first, within its bounds. The model may have a pedestal that the file
+/// Reads the truth of the joints of the model of `config`, base first, within its bounds, and states it at the frequency at which a fit states
+/// its parameters, [`REFERENCE_HZ`]. The model may have a pedestal that the file
 /// lacks, and the file one that the model lacks.
 ///
 /// # Errors
@@ -98,7 +137,10 @@ pub fn load(file: &Path, config: &Config) -> Result<Shared, BadInput> {
 
 fn parse(file: &Path, text: &str, config: &Config) -> Result<Shared, BadInput> {
     let bad = |message: String| BadInput::new(file, message);
-    let Truth { mut truth } = input::parse_json(file, text, "flexid simulate --truth-json")?;
+    let Truth { mut truth, hysteresis } =
+        input::parse_json(file, text, "flexid simulate --truth-json")?;
+    let plant = hysteresis.joints();
+    plant.check().map_err(|error| bad(error.replace("[joints] ", "")))?;
     let joints = &config.model.joints;
     let by_mass = scenario::by_mass(&config.model);
     let section = format!("[bounds] of {}", config.file.display());
@@ -117,7 +159,7 @@ fn parse(file: &Path, text: &str, config: &Config) -> Result<Shared, BadInput> {
             }
             None => left_out.push(format!("{name}, which only the model has")),
         }
-        bushings.push(bushing);
+        bushings.push(bushing.map(|own| plant.at(&own, REFERENCE_HZ)));
     }
     if bushings.iter().all(Option::is_none) {
         let known: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -140,7 +182,9 @@ mod tests {
         let config = Config::load(&folder.join("mill3-edge.toml")).unwrap();
         let model = folder.join("mill3.toml");
         let truth = scenario::Scenario::load(&model, &config.model).unwrap().truth;
-        let right = serde_json::to_string(&TruthFile::new(&config.model, &truth)).unwrap();
+        let right =
+            serde_json::to_string(&TruthFile::new(&config.model, &truth, &Joints::default()))
+                .unwrap();
         let read = |text: &str| parse(Path::new("t.json"), text, &config);
         let all = read(&right).unwrap();
         assert_eq!((all.whole().unwrap(), all.left_out.len()), (truth, 0));
@@ -167,6 +211,30 @@ mod tests {
             let error = read(&right.replacen(from, to, times)).unwrap_err().to_string();
             assert!(error.starts_with("t.json: ") && error.contains(message), "{error}");
             assert!(!error.contains('\n'), "{error}");
+        }
+    }
+
+    /// A hysteresis that is stated at 40 Hz is another stiffness and damping at 20 Hz, at which a fit states them.
+    #[test]
+    fn a_truth_of_another_frequency_is_restated() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenario");
+        let config = Config::load(&folder.join("mill3-edge.toml")).unwrap();
+        let model = folder.join("mill3.toml");
+        let truth = scenario::Scenario::load(&model, &config.model).unwrap().truth;
+        let load = |hysteretic, hysteretic_at_hz| {
+            let joints = Joints { hysteretic, hysteretic_at_hz, ..Joints::default() };
+            let text = serde_json::to_string(&TruthFile::new(&config.model, &truth, &joints));
+            parse(Path::new("t.json"), &text.unwrap(), &config).unwrap().whole().unwrap()
+        };
+        for (part, hz) in [(0.0, 40.0), (0.3, 20.0)] {
+            assert_eq!(load(part, hz), truth);
+        }
+        for (own, truth) in load(0.3, 40.0).iter().zip(&truth) {
+            for dof in 0..6 {
+                let softer = 0.3 * truth.damping[dof] * 80.0 * 2.0_f64.ln() * 2.0;
+                assert!((own.stiffness[dof] / (truth.stiffness[dof] - softer) - 1.0).abs() < 1e-9);
+                assert!((own.damping[dof] / (1.3 * truth.damping[dof]) - 1.0).abs() < 1e-9);
+            }
         }
     }
 }

@@ -3,9 +3,9 @@
 use flexid_pipeline::check::{Identifier, Survey};
 use flexid_pipeline::text::count;
 use flexid_wire::state::Obstacle;
+use flexid_wire::words::Percent;
 
 use super::Severity::{Doubtful, Note};
-use super::words::percent;
 use super::{Finding, source, unless_all_is_lost};
 
 pub(super) const ABOUT: &str = "counters";
@@ -27,7 +27,7 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
         let finding = format!(
             "{} of force and acceleration lost ({}), {} bridged",
             count(lost, "frame"),
-            percent(share),
+            Percent(share),
             count(stream.bridged, "sample"),
         );
         let mend = "check the load of the bus, and record with `candump -r 8388608 -L`";

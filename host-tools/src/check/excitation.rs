@@ -1,10 +1,11 @@
 //! Judges where in the band the force stands clear of its noise, in any record.
 
 use flexid_pipeline::check::{Excitation, Octave, Survey};
+use flexid_wire::words::Percent;
 
 use super::Finding;
 use super::Severity::Doubtful;
-use super::words::{enumerate, hz, percent};
+use super::words::{enumerate, hz};
 
 const ABOUT: &str = "excitation";
 /// Share of the bins of an octave from which on it counts as excited. Chosen: half of its bins.
@@ -40,7 +41,7 @@ pub(super) fn judge(survey: &Survey) -> Option<Finding> {
 }
 
 fn at_least(share: f64) -> String {
-    if share < 1.0 { format!("at least {}", percent(share)) } else { "all".to_owned() }
+    if share < 1.0 { format!("at least {}", Percent(share)) } else { "all".to_owned() }
 }
 
 /// Bands of neighbouring octaves that are not excited, Hz.

@@ -12,7 +12,7 @@ use super::words::enumerate;
 use super::{Finding, source, unless_all_is_lost};
 
 const ABOUT: &str = "identifiers";
-/// What findings on rates are about.
+/// Subject of findings on rates.
 pub(super) const RATE: &str = "rate";
 /// Relative difference from the configured rate from which on a mean rate is wrong. The stream uses no rate that is farther off
 /// (`StreamHealth::wrong_rate`). It measures smaller differences by its clock model, and [`Survey::rate`] has them.
@@ -20,7 +20,7 @@ const RATE_OFF: f64 = 0.1;
 
 /// Judges the identifiers of a survey.
 pub(super) fn judge(config: &Config, survey: &Survey) -> Vec<Finding> {
-    let mut findings = vec![of_presence(survey)];
+    let mut findings = of_presence(survey);
     findings.extend(of_form(survey));
     findings.extend(of_rates(config, survey));
     findings.extend(of_other_angles(config, &survey.expected, &survey.unexpected));
@@ -47,12 +47,16 @@ pub(super) fn name(identifier: &Identifier) -> String {
     format!("{} ({})", identifier.id, identifier.signals.join(", "))
 }
 
-fn of_presence(survey: &Survey) -> Finding {
+/// Identifiers that did not come on the bus of the log: those on another bus, and those on none.
+fn of_presence(survey: &Survey) -> Vec<Finding> {
     let is_missing = |identifier: &&Identifier| identifier.traffic.frames == 0;
     let missing: Vec<_> = survey.expected.iter().filter(is_missing).collect();
     if missing.is_empty() {
         let all = survey.expected.len();
-        return Finding::right(ABOUT, format!("all {all} expected identifiers are in the log"));
+        return vec![Finding::right(
+            ABOUT,
+            format!("all {all} expected identifiers are in the log"),
+        )];
     }
     let elsewhere = |identifier: &Identifier| {
         let mut all = survey.elsewhere.iter();
@@ -60,20 +64,31 @@ fn of_presence(survey: &Survey) -> Finding {
             .map(|(_, bus)| format!("{} is on {bus} in this log", name(identifier)))
     };
     let moved: Vec<String> = missing.iter().filter_map(|missing| elsewhere(missing)).collect();
+    let absent: Vec<String> = missing
+        .iter()
+        .filter(|missing| elsewhere(missing).is_none())
+        .map(|identifier| name(identifier))
+        .collect();
+    let mut findings = Vec::new();
+    if !absent.is_empty() {
+        let verb = if absent.len() == 1 { "is" } else { "are" };
+        let came = survey
+            .unexpected
+            .iter()
+            .map(|other| format!("{} ({})", other.id, other.traffic.frames));
+        let instead = match enumerate(came) {
+            none if none.is_empty() => String::new(),
+            came => format!("; unknown identifiers with their frames: {came}"),
+        };
+        let mend = format!("switch the sender on, or correct the identifier in [bus] dbc{instead}");
+        let finding = format!("{} {verb} not in the log", enumerate(absent));
+        findings.push(Finding::new(Wrong, ABOUT, finding, mend));
+    }
     if !moved.is_empty() {
         let mend = "all sensors and joints must share a bus: connect them to one, or let a gateway pass the frames on";
-        return Finding::new(Wrong, ABOUT, enumerate(moved), mend);
+        findings.push(Finding::new(Wrong, ABOUT, enumerate(moved), mend));
     }
-    let verb = if missing.len() == 1 { "is" } else { "are" };
-    let names = enumerate(missing.iter().map(|identifier| name(identifier)));
-    let came =
-        survey.unexpected.iter().map(|other| format!("{} ({})", other.id, other.traffic.frames));
-    let instead = match enumerate(came) {
-        none if none.is_empty() => String::new(),
-        came => format!("; unknown identifiers with their frames: {came}"),
-    };
-    let mend = format!("switch the sender on, or correct the identifier in [bus] dbc{instead}");
-    Finding::new(Wrong, ABOUT, format!("{names} {verb} not in the log"), mend)
+    findings
 }
 
 /// Frames of another length or kind than in the DBC file.
@@ -224,6 +239,20 @@ mod tests {
         assert_eq!(missing.severity, Wrong);
         assert_eq!(missing.finding, "0x113 (q3) is not in the log");
         assert!(missing.mend.ends_with("0x7F3 (41)"), "{}", missing.mend);
+    }
+
+    /// A sensor on another bus does not hide a joint that is nowhere.
+    #[test]
+    fn what_is_on_another_bus_and_what_is_missing_are_two_findings() {
+        let mut survey = good();
+        survey.expected[1].traffic = Default::default();
+        survey.expected[4].traffic = Default::default();
+        survey.elsewhere = vec![(FrameId::Standard(0x102), "can1".into())];
+        let findings = judge(&config(), &survey);
+        let wrong = findings.iter().filter(|own| own.severity == Wrong).map(|own| &*own.finding);
+        let expected =
+            ["0x113 (q3) is not in the log", "0x102 (ax, ay, az) is on can1 in this log"];
+        assert_eq!(wrong.collect::<Vec<_>>(), expected);
     }
 
     #[test]

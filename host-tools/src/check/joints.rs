@@ -6,7 +6,7 @@ use flexid_pipeline::config::Config;
 use flexid_pipeline::text::count;
 
 use super::Severity::{Doubtful, Note};
-use super::words::enumerate;
+use super::words::{enumerate, hz};
 use super::{Finding, unless_all_is_lost};
 
 pub(super) const ABOUT: &str = "joints";
@@ -51,7 +51,7 @@ fn of_silence(survey: &Survey) -> Option<Finding> {
     let newest_s = |one: &Identifier| one.traffic.newest_s - survey.began_s;
     let since_s = silent.iter().map(|one| newest_s(one)).reduce(f64::min)?;
     let rate = silent.iter().find_map(|one| one.traffic.rate_hz());
-    let came = rate.map(|rate| format!("came at {rate:.0} Hz and ")).unwrap_or_default();
+    let came = rate.map(|rate| format!("came at {} Hz and ", hz(rate))).unwrap_or_default();
     let verb = if survey.silent.len() == 1 { "has" } else { "have" };
     let finding =
         format!("{} {came}{verb} not come since {since_s:.1} s", enumerate(survey.silent.iter()));
@@ -59,32 +59,46 @@ fn of_silence(survey: &Survey) -> Option<Finding> {
     Some(Finding::new(unless_all_is_lost(survey), ABOUT, finding, mend))
 }
 
-/// Angles that are wrong for a moment, and those that are no measurement.
-fn of_wrong(config: &Config, survey: &Survey, joint: usize, signal: &str) -> Option<Finding> {
-    let angle = survey.counts.stream.angles.get(joint)?;
-    let none = survey.counts.implausible.no_measurement.get(joint)?;
+/// Angles that are no measurement, and those that are wrong for a moment.
+fn of_wrong(config: &Config, survey: &Survey, joint: usize, signal: &str) -> Vec<Finding> {
+    let counts = &survey.counts;
+    let (Some(angle), Some(none)) =
+        (counts.stream.angles.get(joint), counts.implausible.no_measurement.get(joint))
+    else {
+        return Vec::new();
+    };
     let came = survey.expected.iter().find(|one| one.signals.iter().any(|name| name == signal));
     let all = came.map_or(0, |one| one.traffic.frames);
-    let (frames, value, what) = match (none.frames, angle.wrong) {
-        (0, 0) => return None,
-        (0, wrong) => (wrong, angle.wrong_value, "away from its pose for a moment"),
-        (frames, _) => (frames, none.value, "the end of its signal"),
+    let finding = |(frames, value, what): (u64, f64, &str)| {
+        let finding = format!(
+            "{signal} reads {value:.4} {}, {what}, in {} (left out)",
+            unit(config, joint),
+            count(frames, "frame")
+        );
+        let mend = "see what the controller sends where an angle is not available";
+        let severity = if frames == all { unless_all_is_lost(survey) } else { Note };
+        Finding::new(severity, ABOUT, finding, mend)
     };
-    let finding = format!(
-        "{signal} reads {value:.4} {}, {what}, in {} (left out)",
-        unit(config, joint),
-        count(frames, "frame")
-    );
-    let mend = "see what the controller sends where an angle is not available";
-    let severity = if frames == all { unless_all_is_lost(survey) } else { Note };
-    Some(Finding::new(severity, ABOUT, finding, mend))
+    [
+        (none.frames, none.value, "the end of its signal"),
+        (angle.wrong, angle.wrong_value, "away from its pose for a moment"),
+    ]
+    .into_iter()
+    .filter(|(frames, ..)| *frames > 0)
+    .map(finding)
+    .collect()
+}
+
+/// Step of the angle of a joint, rad (m): that which the DBC file states, or the larger one that shows.
+fn step(config: &Config, survey: &Survey, joint: usize) -> f64 {
+    let shown = survey.counts.stream.angles.get(joint).map_or(0.0, |angle| angle.step);
+    let stated = config.stream().angles.get(joint).map_or(0.0, |angle| angle.resolution);
+    stated.max(shown)
 }
 
 /// A signal whose steps are larger than a pose may change.
 fn of_steps(config: &Config, survey: &Survey, joint: usize, signal: &str) -> Option<Finding> {
-    let shown = survey.counts.stream.angles.get(joint)?.step;
-    let stated = config.stream().angles.get(joint)?.resolution;
-    let step = stated.max(shown);
+    let step = step(config, survey, joint);
     (step > STATIC).then(|| {
         let finding = format!("{signal} steps by {step:.4} {}, which is taken for its resolution: each pose is as uncertain", unit(config, joint));
         let mend = "let the controller send more digits";
@@ -111,17 +125,68 @@ fn of_ends(config: &Config, survey: &Survey) -> Option<Finding> {
         .map(|(joint, (signal, angle))| {
             let times =
                 if angle.ended == 1 { "once".to_owned() } else { format!("{} times", angle.ended) };
+            let unit = unit(config, joint);
             format!(
-                "{signal} moved by {:.4} {} or more {times}",
+                "{signal} moved by {:.4} {unit} or more {times} (more than {:.4} {unit} ends a record)",
                 angle.ended_by,
-                unit(config, joint)
+                STATIC.max(step(config, survey, joint)),
             )
         })
         .collect();
     (!moved.is_empty()).then(|| {
-        let finding =
-            format!("{} while something was cut: {STATIC} ends a record", enumerate(moved));
+        let finding = format!("{} while something was cut", enumerate(moved));
         let mend = "hold the joints while you cut, or let the controller send steadier angles";
         Finding::new(unless_all_is_lost(survey), ABOUT, finding, mend)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::fixture::{config, good, identifier};
+
+    fn said(config: &Config, survey: &Survey) -> String {
+        judge(config, survey).iter().map(|own| format!("{}\n", own.finding)).collect()
+    }
+
+    /// The end of the signal, and a leap: both stand there.
+    #[test]
+    fn readings_that_are_none_and_wrong_ones_are_two_findings() {
+        let (config, mut survey) = (config(), good());
+        let none = &mut survey.counts.implausible.no_measurement[1];
+        (none.frames, none.value) = (5, 2147.0);
+        let angle = &mut survey.counts.stream.angles[1];
+        (angle.wrong, angle.wrong_value) = (2, 0.3);
+        let said = said(&config, &survey);
+        assert!(
+            said.contains("q2 reads 2147.0000 rad, the end of its signal, in 5 frames"),
+            "{said}"
+        );
+        assert!(said.contains("q2 reads 0.3000 rad, away from its pose for a moment, in 2 frames"));
+    }
+
+    /// A coarse signal ends a record by more than one step of its own, not by what is that of others.
+    #[test]
+    fn what_ends_a_record_is_that_of_the_joint() {
+        let (config, mut survey) = (config(), good());
+        survey.records.clear();
+        for (joint, step) in [(0, 0.0), (1, 0.002)] {
+            let angle = &mut survey.counts.stream.angles[joint];
+            (angle.ended, angle.ended_by, angle.step) = (3, 0.0045, step);
+        }
+        let said = said(&config, &survey);
+        let expected = "q1 moved by 0.0045 rad or more 3 times (more than 0.0005 rad ends a record) and \
+                        q2 moved by 0.0045 rad or more 3 times (more than 0.0020 rad ends a record) while something was cut";
+        assert!(said.contains(expected), "{said}");
+    }
+
+    #[test]
+    fn a_slow_sender_has_its_rate() {
+        let (config, mut survey) = (config(), good());
+        survey.expected[4] = identifier(0x113, &["q3"], 3);
+        survey.expected[4].traffic.seconds = 8.0;
+        survey.silent = vec!["q3".into()];
+        let said = said(&config, &survey);
+        assert!(said.contains("q3 came at 0.25 Hz and has not come since"), "{said}");
+    }
 }

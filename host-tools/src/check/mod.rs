@@ -58,15 +58,15 @@ pub(crate) enum Severity {
     Right,
 }
 
-/// What was found.
+/// A finding.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Finding {
     pub(crate) severity: Severity,
-    /// What it is about, for example `units`.
+    /// Subject, for example `units`.
     pub(crate) about: &'static str,
-    /// What was found, in words.
+    /// The finding in words.
     pub(crate) finding: String,
-    /// What to do. Empty where nothing is to be done.
+    /// Mend. Empty where nothing is to be done.
     pub(crate) mend: String,
 }
 
@@ -101,7 +101,7 @@ fn unless_all_is_lost(survey: &Survey) -> Severity {
 /// The findings on a configuration and its logs.
 pub(crate) struct Check<'a> {
     config: &'a Config,
-    /// What the logs hold. `None` without a log.
+    /// Contents of the logs. `None` without a log.
     survey: Option<&'a Survey>,
     /// Perfect accuracies first, since the intervals of all results depend on them; then the gravest first, and of equally grave ones the causes before what they bring about.
     pub(crate) findings: Vec<Finding>,

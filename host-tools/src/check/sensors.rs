@@ -5,9 +5,10 @@ use flexid_pipeline::text::count;
 use flexid_wire::axes::{SignedAxis, WrongAxes};
 use flexid_wire::implausible::{Implausible, Signals, WrongSamples};
 use flexid_wire::warning::Warning;
+use flexid_wire::words::Percent;
 
 use super::Severity::{Doubtful, Note, Wrong};
-use super::words::{enumerate, frames, percent};
+use super::words::{enumerate, frames};
 use super::{Finding, Severity, unless_all_is_lost};
 
 pub(super) const ABOUT: &str = "sensors";
@@ -68,7 +69,7 @@ fn wrong_axes(WrongAxes { share, force, acceleration }: &WrongAxes) -> String {
     } else {
         format!("it does not if {}", named.join(", or "))
     };
-    format!("the robot gives off energy ({} of the power): {otherwise}", percent(*share))
+    format!("the robot gives off energy ({} of the power): {otherwise}", Percent(*share))
 }
 
 fn of_readings(readings: &Implausible, survey: &Survey) -> Option<Finding> {

@@ -8,7 +8,7 @@ use super::Finding;
 use super::Severity::{Doubtful, Note, Wrong};
 
 const ABOUT: &str = "log";
-/// What findings on the lines of a log are about. A log that breaks off has an error of its own.
+/// Subject of findings on the lines of a log. A log that breaks off has an error of its own.
 pub(super) const LINES: &str = "lines";
 /// A log is not what it seems if more than one in so many of its lines cannot be read. A line that the logger tore is one of many
 /// thousands.

@@ -13,6 +13,7 @@ use flexid_core::parameters::Bushing;
 use flexid_core::statics::{Deflection, StaticTest};
 use flexid_core::{DOF, MAX_JOINTS};
 use flexid_pipeline::config::Config;
+use flexid_wire::words::ThreeDigits;
 use nalgebra::Vector3;
 
 use super::Finding;
@@ -82,8 +83,8 @@ fn of_sizes(config: &Config) -> Option<Finding> {
     let in_mm = readings.iter().all(|(.., reading, most)| reading.value.abs() * 1e-3 <= *most);
     let finding = format!(
         "line {line} of [static] file: {} mm under {load}, and the softest robot within [bounds] gives way by {} mm there{}",
-        digits(reading.value.abs() * 1e3),
-        digits(most * 1e3),
+        ThreeDigits(reading.value.abs() * 1e3),
+        ThreeDigits(most * 1e3),
         if in_mm { ": in mm?" } else { "" }
     );
     Some(Finding::new(
@@ -92,12 +93,6 @@ fn of_sizes(config: &Config) -> Option<Finding> {
         finding,
         "give displacements in m and loads in N, or correct [bounds]",
     ))
-}
-
-/// A positive number with at least two digits.
-fn digits(number: f64) -> String {
-    let decimals = (1.0 - number.log10().floor()).clamp(0.0, 6.0) as usize;
-    format!("{number:.decimals$}")
 }
 
 /// Displacement along the load, m, and the standard deviation of its noise. `None` where the gauge is not at the load and along it.

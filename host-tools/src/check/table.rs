@@ -2,9 +2,10 @@
 
 use comfy_table::{CellAlignment, Table};
 use flexid_pipeline::check::{Examined, Identifier, Survey};
+use flexid_wire::words::Percent;
 
 use super::excitation::{band, silent};
-use super::words::{enumerate, percent};
+use super::words::enumerate;
 use super::{Check, Finding, Severity};
 use crate::window;
 
@@ -104,7 +105,11 @@ fn row(record: &Examined, first_s: f64) -> Vec<String> {
     let (force, clear, bands) = match &record.excitation {
         Ok(excitation) => {
             let bands = enumerate(silent(&excitation.octaves).iter().map(band));
-            (format!("{:.1}", excitation.rms_force_n), percent(excitation.share()), bands)
+            (
+                format!("{:.1}", excitation.rms_force_n),
+                Percent(excitation.share()).to_string(),
+                bands,
+            )
         }
         Err(_) => ("-".to_owned(), "refused".to_owned(), String::new()),
     };

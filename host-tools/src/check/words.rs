@@ -35,19 +35,13 @@ pub(super) fn frames(signals: &Signals) -> String {
     }))
 }
 
-/// A share in per cent, with a decimal below ten.
-pub(super) fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
-    if percent >= 9.95 || percent == 0.0 {
-        format!("{percent:.0} %")
-    } else {
-        format!("{percent:.1} %")
-    }
-}
-
-/// A frequency, Hz, without decimals where it has three digits before them.
+/// A frequency, Hz, without decimals where it has three digits before them, and with two digits where it has none.
 pub(super) fn hz(frequency: f64) -> String {
-    let places = if frequency >= 99.95 { 0 } else { 1 };
+    let places = match frequency {
+        99.95.. => 0,
+        low if low > 0.0 && low < 0.995 => (1.0 - low.log10().floor()) as usize,
+        _ => 1,
+    };
     let text = format!("{frequency:.places$}");
     text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }
@@ -65,7 +59,6 @@ mod tests {
 
     #[test]
     fn numbers_have_the_digits_that_count() {
-        assert_eq!([0.0, 0.0042, 0.5, 1.0].map(percent), ["0 %", "0.4 %", "50 %", "100 %"]);
-        assert_eq!([2.0, 11.3, 128.4].map(hz), ["2", "11.3", "128"]);
+        assert_eq!([2.0, 11.3, 128.4, 0.25, 0.031].map(hz), ["2", "11.3", "128", "0.25", "0.031"]);
     }
 }

@@ -22,12 +22,7 @@ empty or cut off, or a mistake in the configuration.
 Examples:
   $ flexid check --config edge.toml
   $ flexid check --config edge.toml cut.log
-  not ready: 0x113 (q3) is not in the log (and 1 more)
-
-  state     about        finding                     what to do
-  ──────────────────────────────────────────────────────────────────────────────────────────
-  wrong     identifiers  0x113 (q3) is not in the    switch the sender on, or correct the
-                         log                         identifier in [bus] dbc
+  not ready: 0x113 (q3) is not in the log (and 2 more)
   ...";
 
 #[derive(Debug, clap::Args)]

@@ -21,8 +21,8 @@ angles), fx,fy,fz (N) and, if wanted, mx,my,mz (Nm), on the tool along its axes.
 
 Examples:
   $ flexid compensate found.json path.csv -o offsets.csv
-  3 places
-   most deflected, line 2, µm: x 139.54 (139.51 to 139.56), y -438.40 (-438.46 to -438.35), z 116.23 (116.21 to 116.24)
+  5 places
+   most deflected, line 6, µm: x 162 (±0.02 %), y -445 (±0.01 %), z 110 (±0.02 %)
   ...";
 
 #[derive(Debug, clap::Args)]

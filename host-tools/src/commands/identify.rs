@@ -170,7 +170,7 @@ fn page_of(args: &Args, result: &str) -> Result<String> {
     Ok(render(&document, &name, hash.as_deref()))
 }
 
-/// Whether there are records, and accuracies that they may contradict.
+/// Checks that there are records, and accuracies that they may contradict.
 fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
     let bad = |message: &str| Err(BadInput::new(&args.config, message));
     if args.logs.is_empty() {
@@ -184,7 +184,7 @@ fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
     }
 }
 
-/// What to think of explanations that are adopted and leave the model suspect.
+/// Says what to think of explanations that are adopted and leave the model suspect.
 fn stays_suspect(Finding { report, confidence, .. }: &Finding) -> String {
     let residuals = &confidence.residuals;
     let structure = match residuals.whiteness_objects {
@@ -219,14 +219,14 @@ fn nothing_adopted(Finding { report, confidence, .. }: &Finding) -> &'static str
     }
 }
 
-/// What has been identified.
+/// A fit, and what goes with it.
 struct Identified {
     finding: Finding,
-    /// What predicts the robot's motion.
+    /// The robot that predicts motion.
     robot: Option<FoundRobot>,
-    /// What the fit says of each static test, if there are any.
+    /// The static tests in the fit, if there are any.
     statics: Option<StaticReport>,
-    /// What a report shows beside. `None` without records.
+    /// Evidence that a report shows beside. `None` without records.
     evidence: Option<Evidence>,
     /// The error that prevented reading the logs to their end, if there was one.
     broken: Option<anyhow::Error>,

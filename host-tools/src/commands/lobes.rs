@@ -19,6 +19,7 @@ use crate::lobes::{self, Diagram};
 use crate::numbers::{Numbers, numbers};
 use crate::picture::{Format, outputs};
 use crate::predict::table::{doubt, lacks_damping};
+use crate::window;
 
 /// Range of the tangential force per area of the chip, N/mm². Chosen: from soft plastics to ten times that of nickel alloys.
 const TANGENTIAL: [f64; 2] = [1.0, 1e5];
@@ -140,7 +141,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         serde_json::to_string_pretty(&Judged::of(&found.fit, &diagram))? + "\n"
     } else {
         let doubts: String = doubts.iter().map(|line| format!("{line}\n")).collect();
-        doubts + &lobes::text(&diagram, &title, &cutter)
+        window::fit(&(doubts + &lobes::text(&diagram, &title, &cutter, window::columns())))
     };
     Ok(print(&text)?)
 }

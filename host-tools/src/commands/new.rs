@@ -1,14 +1,13 @@
 //! `flexid new`: a folder with all that one's own robot needs before anything is on the bus.
 
-use std::fs;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context as _, Result};
-use flexid_console::exit::BadArgument;
+use anyhow::Result;
+use flexid_console::output::NewFolder;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::text::count;
+use flexid_report::evidence::quoted;
 
 use crate::new::{self, EDGE, Origin};
 use crate::urdf::{self, Base};
@@ -53,22 +52,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
     })?;
     let model = imported.model;
     let chain = model.chain().map_err(|error| bad(&error))?;
-    is_free(out)?;
+    let folder = NewFolder::create(out)?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let origin = Origin { urdf: &name, spread: imported.spread };
     let files = new::files(&model, &chain, &origin)?;
     for warning in imported.warnings.iter().chain(&files.warnings) {
         complain(&format!("warning: {}: {warning}", file.display()));
     }
-    fs::create_dir_all(out).with_context(|| format!("{}: cannot be made", out.display()))?;
-    for (name, text) in &files.files {
-        let file = out.join(name);
-        fs::write(&file, text).with_context(|| format!("{}: cannot be written", file.display()))?;
-    }
+    folder.finish(&files.files)?;
     let mass: f64 = model.driven().map(|joint| joint.mass_kg).sum();
     let names = files.files.map(|(name, _)| name).join(", ");
     let edge = out.join(EDGE);
-    let edge = edge.display();
+    let edge = quoted(&edge.to_string_lossy());
     Ok(print(&format!(
         "{}: {names} of {} with {} and {mass:.1} kg of moving mass, tool at '{tcp}'\n\n\
          next: flexid simulate --config {edge} --candump cut.log --truth-json truth.json\n      \
@@ -78,15 +73,4 @@ pub(super) fn run(args: &Args) -> Result<()> {
         model.name,
         count(model.driven().count() as u64, "joint"),
     ))?)
-}
-
-/// Checks that nothing in `folder` would be lost.
-fn is_free(folder: &Path) -> Result<(), BadArgument> {
-    let bad = |message: String| BadArgument(format!("--out {}: {message}", folder.display()));
-    match fs::read_dir(folder).map(|mut entries| entries.next().is_none()) {
-        Ok(true) => Ok(()),
-        Ok(false) => Err(bad("has files already: name a new folder, or empty this one".to_owned())),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        Err(error) => Err(bad(format!("{error}: name a new folder"))),
-    }
 }

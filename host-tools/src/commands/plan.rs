@@ -21,13 +21,15 @@ use flexid_prediction::document::Found;
 use flexid_simulation::scenario::{Cutting, Scenario};
 use rayon::ThreadPoolBuilder;
 
+use super::pose;
 use super::range::LARGEST_FORCE_N;
 use crate::numbers::{Numbers, numbers};
+use crate::place::{self, Place, ToolBox};
 use crate::plan::candidates::Candidates;
 use crate::plan::greedy::Criterion;
-use crate::plan::place::{Place, Spread, ToolBox};
 use crate::plan::start::Start;
 use crate::plan::{self, table};
+use crate::window;
 
 /// Room for records, spectra and normal equations of several jobs, of which a thread may take one while it waits for another, bytes.
 const STACK: usize = 64 << 20;
@@ -36,8 +38,8 @@ const STACK: usize = 64 << 20;
 const MOST_POSES: RangeInclusive<usize> = 1..=4096;
 
 const AFTER_HELP: &str = "Poses are in front of the robot. The scenario's experiments, or --near, tell where that is: no joint is more than half a turn from the mean of \
-these poses; tool and joints are not below the base plane, or the lowest of these poses; the tool is on their side of the base, and no higher \
-than the shoulder, or the highest of these poses. --box stands in for the last two. See for yourself that a pose is clear of walls and workpiece.
+these poses; tool and joints are not below the base plane, the lowest of these poses, or the box; the tool is on their side of the base, and no higher \
+than the shoulder, or the highest of these poses. --box stands in for the last two. Heights are against gravity. See for yourself that a pose is clear of walls and workpiece.
 
 Examples:
   $ flexid plan --config mill6-edge.toml
@@ -174,8 +176,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(json) = json {
         json.finish(&(serde_json::to_string_pretty(&planned)? + "\n"))?;
     }
-    let text = table::plan(&planned, config.accuracies.are_perfect());
-    Ok(print(&format!("{text}{experiments} planned, {seconds:.1} s\n"))?)
+    let text = table::plan(&planned, config.accuracies.are_perfect(), window::columns());
+    Ok(print(&window::fit(&format!("{text}{experiments} planned, {seconds:.1} s\n")))?)
 }
 
 /// The poses to choose from.
@@ -194,7 +196,8 @@ fn in_place(
         None => scenario.poses(),
         Some(near) => references(near, model)?,
     };
-    let place = Place::new(model, chain, &references, tool_box, args.near.is_some());
+    let place =
+        Place::about(model, chain, config.gravity, &references, tool_box, args.near.is_some());
     let count = match &args.poses {
         Poses::Spread(count) => *count,
         Poses::Table(_) if args.near.is_some() => {
@@ -211,7 +214,7 @@ fn in_place(
             return Ok(kept);
         }
     };
-    let Spread { poses, reached } = place.poses(count);
+    let place::Poses { poses, reached } = place.poses(count);
     if poses.is_empty() {
         let why = match (reached, args.tool_box.is_some()) {
             (Some([x, y, z]), true) => {
@@ -252,15 +255,11 @@ fn tool_box(given: &Numbers) -> Result<ToolBox, BadArgument> {
 /// # Errors
 /// It is neither a pose of this robot nor a result of it.
 fn references(near: &str, model: &Model) -> Result<Vec<Vec<f64>>> {
-    let joints = model.driven().count();
     if let Ok(Numbers(pose)) = numbers(near) {
-        if pose.len() != joints {
-            let message =
-                format!("--near has {} angles: this robot has {joints} driven joints", pose.len());
-            return Err(BadArgument(message).into());
-        }
+        pose::check(model, "--near", &pose)?;
         return Ok(vec![pose]);
     }
+    let joints = model.driven().count();
     let file = Path::new(near);
     let poses = Found::load(file)?.robot.found().poses.clone();
     let bad = |message| Err(BadInput::new(file, message).into());

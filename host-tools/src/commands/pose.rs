@@ -7,7 +7,7 @@ use anyhow::Result;
 use flexid_console::exit::BadArgument;
 use flexid_edge::console::complain;
 use flexid_pipeline::input::BadInput;
-use flexid_pipeline::model::{Kind, ModelJoint};
+use flexid_pipeline::model::{Kind, Model, ModelJoint};
 use flexid_prediction::document::Found;
 
 use crate::numbers::Numbers;
@@ -23,7 +23,7 @@ pub(super) fn given_or_first(
 ) -> Result<Vec<f64>> {
     match given {
         Some(Numbers(pose)) => {
-            check(found, pose)?;
+            check(found.robot.model(), "--pose", pose)?;
             Ok(pose.clone())
         }
         None => found.robot.found().poses.first().cloned().ok_or_else(|| {
@@ -33,24 +33,23 @@ pub(super) fn given_or_first(
     }
 }
 
-/// Checks a pose that was given. Warns of joints beyond their limits, since those of a model file may be narrower than the robot's.
+/// Checks a pose that was given by this `option`. Warns of joints beyond their limits, since those of a model file may be narrower than the robot's.
 ///
 /// # Errors
 /// The pose has another number of angles than the robot has driven joints.
-pub(super) fn check(found: &Found, pose: &[f64]) -> Result<(), BadArgument> {
-    let driven = found.robot.model().driven().count();
+pub(super) fn check(model: &Model, option: &str, pose: &[f64]) -> Result<(), BadArgument> {
+    let driven = model.driven().count();
     if pose.len() != driven {
         let given = pose.len();
-        let message = format!("--pose has {given} angles: this robot has {driven} driven joints");
+        let message = format!("{option} has {given} angles: this robot has {driven} driven joints");
         return Err(BadArgument(message));
     }
-    let beyond =
-        found.robot.model().driven().zip(pose).filter_map(|(joint, at)| beyond(joint, *at));
-    beyond.for_each(|fault| complain(&format!("warning: --pose: {fault}")));
+    let beyond = model.driven().zip(pose).filter_map(|(joint, at)| beyond(joint, *at));
+    beyond.for_each(|fault| complain(&format!("warning: {option}: {fault}")));
     Ok(())
 }
 
-/// What is wrong with an angle beyond the limits of a joint.
+/// Says what is wrong with an angle beyond the limits of a joint.
 fn beyond(joint: &ModelJoint, angle: f64) -> Option<String> {
     let ModelJoint { name, kind, limits: [least, most], .. } = joint;
     let (is_revolute, within) = (*kind == Kind::Revolute, *least..=*most);
@@ -72,8 +71,6 @@ fn beyond(joint: &ModelJoint, angle: f64) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
-
-    use flexid_pipeline::model::Model;
 
     use super::*;
 

@@ -58,7 +58,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         return Err(BadArgument(format!("--highest is {highest}: must be above 0 Hz")).into());
     }
     for Numbers(pose) in &args.pose {
-        pose::check(&found, pose)?;
+        pose::check(found.robot.model(), "--pose", pose)?;
     }
     let output = match &args.receptance {
         None => None,

@@ -92,7 +92,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         (None, Some(interface)) => Sink::bus(interface, args.onto_real_bus)?,
         (None, None) => return Err(no_destination().into()),
     };
-    let mut truth = TruthFile::new(&config.model, simulator.truth());
+    let mut truth = TruthFile::new(&config.model, simulator.truth(), &simulator.joints());
     let (mut done, mut frames) = (0, 0);
     let cut_s = simulator.scenario().measurement.duration_s;
     let bar = sink.bar(experiments.len() as u64 * args.repeat, cut_s);

@@ -27,7 +27,7 @@ Examples:
 It prints lines, of which the last is the report:
   {\"status\":{\"model\":\"mill3\",\"state\":\"waiting for frames\",...}}
   {\"progress\":{\"phase\":\"searching\",\"fraction\":0.25,...}}
-  {\"schema\":1,\"joints\":[{\"name\":\"joint_1\",\"stiffness\":[6.0e7,...],...}],\"fit\":{\"records\":3,...},...}";
+  {\"schema\":2,\"joints\":[{\"name\":\"joint_1\",\"stiffness\":[6.0e7,...],...}],\"fit\":{\"records\":3,...},...}";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = USE)]

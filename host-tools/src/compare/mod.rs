@@ -8,6 +8,7 @@ use flexid_pipeline::model::Model;
 use flexid_pipeline::text::count;
 use flexid_prediction::comparison::{Change, Comparison, Quantity};
 use flexid_prediction::document::Found;
+use flexid_wire::words::Percent;
 use serde::Serialize;
 
 use crate::predict::table as prediction;
@@ -22,7 +23,7 @@ const KINEMATICS: [&str; 3] = ["origin_xyz_m", "origin_rpy_rad", "axis"];
 pub(crate) struct Compared {
     /// The verdict, a line.
     pub(crate) verdict: String,
-    /// What to know of the fits before the numbers are believed, a line each.
+    /// Doubts about the fits, to be known before the numbers are believed, a line each.
     pub(crate) notes: Vec<String>,
     /// The numbers.
     #[serde(flatten)]
@@ -30,7 +31,7 @@ pub(crate) struct Compared {
 }
 
 impl Compared {
-    /// Of the fits before and after, each with its file.
+    /// Puts the fits before and after into words, each with its file.
     pub(crate) fn new(fits: [(&Path, &Found); 2], comparison: Comparison) -> Self {
         let [before, after] = fits.map(|(_, found)| found.robot.model());
         let models = models(&differing(before, after)).unwrap_or_default();
@@ -48,7 +49,7 @@ pub(crate) fn name(change: &Change) -> String {
     format!("{} {} {quantity}", change.joint, prediction::DOF[change.dof])
 }
 
-/// That the robots, or the models of the robot, differ: the beginning of the verdict. `None` for models without a difference.
+/// Says that the robots, or the models of the robot, differ: the beginning of the verdict. `None` for models without a difference.
 fn models(differing: &[String]) -> Option<String> {
     if differing.is_empty() {
         return None;
@@ -74,7 +75,7 @@ fn verdict(comparison: &Comparison) -> String {
     let below = if distance_squared <= quantile { "below" } else { "above" };
     let whole = format!(
         "squared distance {distance_squared:.1}, {below} {quantile:.1} (chance {})",
-        percent(*chance)
+        Percent(*chance)
     );
     if comparison.agree {
         return format!("agree: {} of {all} parameters compared, {whole}", parameters.len());
@@ -104,12 +105,6 @@ fn in_words(change: &Change) -> String {
     }
 }
 
-/// A chance in per cent.
-pub(crate) fn percent(chance: f64) -> String {
-    let percent = 100.0 * chance;
-    if percent < 0.01 { "below 0.01 %".into() } else { format!("{percent:.2} %") }
-}
-
 fn notes(fits: [(&Path, &Found); 2]) -> Vec<String> {
     let mut notes = Vec::new();
     notes.extend(repetition(fits.map(|(_, found)| found)));
@@ -135,7 +130,7 @@ fn notes(fits: [(&Path, &Found); 2]) -> Vec<String> {
     notes
 }
 
-/// What agreement of two results of the same records is worth. `None` for results of different logs.
+/// Says what agreement of two results of the same records is worth. `None` for results of different logs.
 fn repetition([before, after]: [&Found; 2]) -> Option<String> {
     let shared = after.logs.iter().filter(|log| before.logs.contains(log)).count();
     let what = if shared == 0 {

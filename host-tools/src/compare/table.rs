@@ -6,11 +6,12 @@ use flexid_prediction::comparison::Comparison;
 use super::{Compared, name};
 use crate::window;
 
-/// What the words of verdict and table mean.
-fn legend(freedoms: usize) -> String {
+/// Explains the words of verdict and table.
+fn legend(&Comparison { freedoms, reference_hz, .. }: &Comparison) -> String {
     format!(
         " squared distance: of all parameters together, each change in its standard deviation, what goes together counted once (Mahalanobis); \
          about {freedoms} for two fits of an unchanged robot\n chance: how often two fits of an unchanged robot are as far apart or farther\n \
+         with hysteresis before and after are the values at {reference_hz:.1} Hz\n \
          std: the change in its standard deviations; *: changed by itself (Holm)\n"
     )
 }
@@ -44,6 +45,5 @@ pub(crate) fn text(compared: &Compared, columns: usize) -> String {
     for note in &compared.notes {
         text += &format!(" note: {note}\n");
     }
-    let Comparison { freedoms, .. } = compared.comparison;
-    format!("{text}\n{table}\n{}", legend(freedoms))
+    format!("{text}\n{table}\n{}", legend(&compared.comparison))
 }

@@ -1,6 +1,6 @@
 //! The lobes as a table for people.
 
-use comfy_table::{CellAlignment, Table};
+use comfy_table::CellAlignment;
 use flexid_pipeline::text::count;
 use flexid_prediction::PositiveEstimate;
 use flexid_prediction::lobes::Limit;
@@ -10,14 +10,14 @@ use flexid_prediction::modes::Mode;
 use super::{Diagram, Speed};
 use crate::numbers::with_interval;
 use crate::predict::table::OPEN;
-use crate::window::STYLE;
+use crate::window;
 
 /// Speeds in the table, at most.
 const ROWS: usize = 13;
 
 /// The depths that are stable at all of these speeds, at the best, and at any of which the fit speaks, the speeds of which it does not, a line for
-/// some speeds, and the title. `cutter` is the one of the title.
-pub(crate) fn text(diagram: &Diagram, title: &str, cutter: &Cutter) -> String {
+/// some speeds, in a table of at most so many columns, and the title. `cutter` is the one of the title.
+pub(crate) fn text(diagram: &Diagram, title: &str, cutter: &Cutter, columns: usize) -> String {
     let [lower, upper] = diagram.band_hz;
     let limits: Vec<(&Speed, PositiveEstimate)> =
         diagram.stated().filter_map(|own| Some((own, own.limit?.depth_m))).collect();
@@ -50,9 +50,8 @@ pub(crate) fn text(diagram: &Diagram, title: &str, cutter: &Cutter) -> String {
         None => format!("no depth chatters between {lower:.1} and {upper:.1} Hz\n"),
     };
     text += &unstated(diagram, cutter);
-    let mut table = Table::new();
-    table.load_style(STYLE);
-    table.set_header(["rpm", "depth, mm (95 %)", "chatter, Hz (95 %)", "lobe"]);
+    let mut table =
+        window::table(columns, ["rpm", "depth, mm (95 %)", "chatter, Hz (95 %)", "lobe"]);
     let step = diagram.speeds.len().div_ceil(ROWS);
     for Speed { rpm, limit, is_beyond } in diagram.speeds.iter().step_by(step) {
         let [depth, chatter, lobe] = match limit {

@@ -12,7 +12,7 @@ pub(super) fn text(model: &Model, origin: &Origin<'_>) -> String {
     changes.iter().fold(EXAMPLE.to_owned(), |text, (from, to)| text.replacen(from, to, 1))
 }
 
-/// What the example has, and what stands in its place.
+/// Pairs of the example's text and what stands in its place.
 fn changes(model: &Model, origin: &Origin<'_>) -> Vec<(&'static str, String)> {
     let head = format!(
         "# What the daemon and `flexid` (simulate, identify, plan) must know of {}, as `flexid new` wrote it. For the real robot look through\n\
@@ -50,13 +50,22 @@ fn changes(model: &Model, origin: &Origin<'_>) -> Vec<(&'static str, String)> {
                 "# The URDF file has no masses: those of the model are the data sheet's, spread by the length of arm that each joint carries. On 20 published\n\
                  # arms whose masses are known they are off by so much. Replace the model's masses and these lines by what you know better.\n\
                  link_mass = {:<23} # of each link, relative (typical 0.02)\n\
-                 link_inertia = {:<20} # of each link, relative, beside its mass (typical 0.05)\n\
-                 centre_of_mass_m = {:<16.2} # of each link, along each axis (typical 0.005)\n",
-                spread.mass, spread.inertia, spread.centre_of_mass_m
+                 link_inertia = {:<20} # of each link, beside its mass: 0.7 is a factor of 2 (typical 0.05)\n\
+                 centre_of_mass_m = {:<16} # of each link, along each axis (typical 0.005)\n",
+                spread.mass,
+                spread.inertia,
+                rounded_up(spread.centre_of_mass_m)
             ),
         ));
     }
     changes
+}
+
+/// An accuracy with two significant digits, none of which promises more than it.
+fn rounded_up(accuracy: f64) -> f64 {
+    let scale = 10_f64.powf(1.0 - accuracy.log10().floor());
+    // What calculation adds to two digits is none.
+    (accuracy * scale * (1.0 - 1e-9)).ceil() / scale
 }
 
 /// A name in a comment, which ends with its line.
@@ -68,14 +77,28 @@ fn one_line(name: &str) -> String {
 mod tests {
     use super::*;
     use crate::new::tests::mill3;
-    use crate::urdf::Spread;
+    use crate::urdf::SpreadAccuracy;
 
     #[test]
     fn the_example_has_each_line_that_is_changed_once() {
         let (model, _) = mill3();
-        let spread = Some(Spread { mass: 0.3, inertia: 0.5, centre_of_mass_m: 0.1 });
+        let spread = Some(SpreadAccuracy { mass: 0.3, inertia: 0.5, centre_of_mass_m: 0.1 });
         for (from, _) in changes(&model, &Origin { urdf: "r.urdf", spread }) {
             assert_eq!(EXAMPLE.matches(from).count(), 1, "{from}");
+        }
+    }
+
+    /// A small arm of 0.29 m: 0.0145 m are no 0.01 m.
+    #[test]
+    fn an_accuracy_is_not_rounded_away() {
+        for (accuracy, expected) in
+            [(0.0145, "0.015"), (0.1, "0.1"), (0.101, "0.11"), (0.05, "0.05")]
+        {
+            let (model, _) = mill3();
+            let spread = SpreadAccuracy { mass: 0.3, inertia: 0.5, centre_of_mass_m: accuracy };
+            let text = text(&model, &Origin { urdf: "r.urdf", spread: Some(spread) });
+            let line = format!("centre_of_mass_m = {expected} ");
+            assert!(text.contains(&line), "{accuracy}: {text}");
         }
     }
 }

@@ -18,7 +18,7 @@ use flexid_simulation::plausible;
 use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::urdf::Spread;
+use crate::urdf::SpreadAccuracy;
 
 /// Name of the configuration in the folder.
 pub(crate) const EDGE: &str = "edge.toml";
@@ -34,7 +34,7 @@ pub(crate) struct Origin<'a> {
     /// Name of the URDF file.
     pub(crate) urdf: &'a str,
     /// How far masses may be off that are not the file's.
-    pub(crate) spread: Option<Spread>,
+    pub(crate) spread: Option<SpreadAccuracy>,
 }
 
 /// The files of a folder, each with its name and its text, and a warning for each thing that could not be had.

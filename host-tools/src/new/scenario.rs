@@ -7,8 +7,8 @@ use flexid_core::parameters::Bushing;
 use flexid_pipeline::model::Model;
 use flexid_simulation::plausible;
 
-use super::poses::tool;
 use super::{Origin, quoted};
+use crate::place::tool;
 
 /// Largest steady turn of a drive under the force of a tooth at the end of the stretched arm, rad. The shipped scenario of six joints has a
 /// third of it. There at four times the force the robot swings so far that its geometry changes, by more than the noise.

@@ -35,7 +35,7 @@ fn poses_are_in_front_above_the_floor_and_far_apart() {
         let (poses, warning) = poses::choose(&model, &chain);
         assert_eq!((poses.len(), warning), (8, None), "{}", model.name);
         for (index, pose) in poses.iter().enumerate() {
-            let tool = poses::tool(&chain, pose);
+            let tool = crate::place::tool(&chain, pose);
             assert!(tool.x > tool.y.abs() && tool.z > 0.0, "{}: {tool}", model.name);
             for (angle, joint) in pose.iter().zip(model.driven()) {
                 let [lower, upper] = reach(joint);
@@ -55,7 +55,7 @@ fn a_robot_that_reaches_nowhere_in_front_cuts_where_it_can() {
     model.joints[0].origin_xyz_m = [-9.0, 0.0, -9.0];
     let (poses, warning) = poses::choose(&model, &model.chain().unwrap());
     assert_eq!(poses.len(), 8);
-    assert!(warning.unwrap().contains("nowhere in front of the robot"));
+    assert!(warning.unwrap().contains("in 0 of the scenario's poses"));
 }
 
 /// Names that are no keys, a sliding joint, a turned axis.

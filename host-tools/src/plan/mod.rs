@@ -10,14 +10,12 @@
 //! | -------------- | --------------------------------------------------------- |
 //! | [`start`]      | the information at the start: bounds, or an estimate      |
 //! | [`candidates`] | the experiments to choose from, and their information     |
-//! | [`place`]      | the poses to choose from                                  |
 //! | [`greedy`]     | the choice                                                |
 //! | [`prediction`] | the expected precision of the parameters                  |
 //! | [`table`]      | the plan for people                                       |
 
 pub mod candidates;
 pub mod greedy;
-pub mod place;
 pub mod prediction;
 pub mod start;
 pub mod table;
@@ -26,13 +24,15 @@ use std::path::Path;
 
 use flexid_core::refine::Information;
 use flexid_core::sought::{Coordinate, Sought};
+use flexid_simulation::scenario::{Experiment, Feed};
 use serde::Serialize;
 
 use candidates::{Candidate, Candidates};
-use flexid_simulation::scenario::{Experiment, Feed};
 use greedy::Criterion;
 use prediction::Prediction;
 use start::Start;
+
+use crate::place::tool;
 
 /// Experiments in the order in which they should be done.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -107,7 +107,7 @@ pub fn plan(
         };
         information.add(&simulated);
         let Experiment { pose, spindle_rpm, feed, .. } = left[best].experiment.clone();
-        let tool_m = place::tool(workplace.chain, &pose).into();
+        let tool_m = tool(workplace.chain, &pose).into();
         steps.push(Step { pose, tool_m, spindle_rpm, feed, after: predict(&information) });
         chosen();
     }
@@ -145,8 +145,8 @@ mod tests {
     use flexid_simulation::scenario::Scenario;
     use rayon::ThreadPoolBuilder;
 
-    use super::place::Place;
     use super::*;
+    use crate::place::Place;
 
     /// A pose with the tool on the axis of joint 1, which hardly moves it.
     const SINGULAR: [f64; 3] = [0.0, -2.0, 0.243];
@@ -175,7 +175,9 @@ mod tests {
     fn poses(workplace: &Candidates<'_>, count: usize) -> Vec<Vec<f64>> {
         let references = workplace.scenario.poses();
         let (model, chain) = (&workplace.config.model, workplace.chain);
-        Place::new(model, chain, &references, None, false).poses(count).poses
+        Place::about(model, chain, workplace.config.gravity, &references, None, false)
+            .poses(count)
+            .poses
     }
 
     /// The first choice is the best of all candidates. It differs between the criteria, and never has the singular

@@ -24,7 +24,7 @@ pub struct Start {
     pub bushings: Bushings,
     /// Information of the experiments done, without that of the bounds and of the nuisances' priors.
     pub information: Information,
-    /// Whether the information contains the static tests.
+    /// True if the information contains the static tests.
     pub has_statics: bool,
     /// Why the standard deviations may be too small, if there is a reason.
     pub doubt: Option<&'static str>,
@@ -55,7 +55,7 @@ impl Start {
         let VersionJson { schema } = input::parse_json(file, text, COMMAND)?;
         if schema > SCHEMA {
             return Err(bad(format!(
-                "is of schema {schema}, this flexid reads {SCHEMA}: install the newer flexid"
+                "is of schema {schema}, this flexid reads 1 to {SCHEMA}: install the newer flexid"
             )));
         }
         let report: FoundJson = input::parse_json(file, text, COMMAND)?;
@@ -238,12 +238,12 @@ mod tests {
     /// A later schema may lack each of the present entries.
     #[test]
     fn a_file_of_a_later_schema_is_refused() {
-        let whole = found(Acceptance::Consistent).replacen('{', "{\"schema\": 2,", 1);
-        for text in [&whole, "{\"schema\": 2}"] {
+        let whole = found(Acceptance::Consistent).replacen('{', "{\"schema\": 3,", 1);
+        for text in [&whole, "{\"schema\": 3}"] {
             let refused = Start::parse(Path::new("found.json"), text, &config(), &sought());
             assert_eq!(
                 refused.unwrap_err().to_string(),
-                "found.json: is of schema 2, this flexid reads 1: install the newer flexid"
+                "found.json: is of schema 3, this flexid reads 1 to 2: install the newer flexid"
             );
         }
     }

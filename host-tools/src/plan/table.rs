@@ -1,21 +1,19 @@
 //! The plan as a table for people.
 
-use comfy_table::{CellAlignment, Table};
+use comfy_table::CellAlignment;
 use flexid_simulation::scenario::Feed;
+use flexid_wire::words::Percent;
 
 use super::{Plan, Prediction, Step};
 use crate::plan::greedy::Criterion;
-use crate::window::STYLE;
+use crate::window;
 
 /// The plan as text: a line for the state before the first experiment, and a line for each experiment. `is_perfect` says whether the fit will
-/// take robot and sensors as perfect, as the plan does.
-pub fn plan(plan: &Plan, is_perfect: bool) -> String {
-    let mut poses = Table::new();
-    poses.load_style(STYLE);
-    poses.set_header(["step", "pose, rad (m)", "tool x, y, z, m"]);
-    let mut table = Table::new();
-    table.load_style(STYLE);
-    table.set_header(["step", "cut", "uncertainty", "median", "worst", "verdicts"]);
+/// take robot and sensors as perfect, as the plan does. Tables have at most so many columns.
+pub fn plan(plan: &Plan, is_perfect: bool, columns: usize) -> String {
+    let mut poses = window::table(columns, ["step", "pose, rad (m)", "tool x, y, z, m"]);
+    let header = ["step", "cut", "uncertainty", "median", "worst", "verdicts"];
+    let mut table = window::table(columns, header);
     table.add_row(row("now".into(), String::new(), &plan.now));
     for (number, Step { pose, tool_m, spindle_rpm, feed, after }) in (1..).zip(&plan.steps) {
         let places = |numbers: &[f64]| {
@@ -75,12 +73,10 @@ fn row(number: String, cut: String, prediction: &Prediction) -> Vec<String> {
     cells
 }
 
-/// A standard deviation in per cent, with two digits or more in the useful range.
+/// A standard deviation in per cent.
 fn percent(part: f64) -> String {
-    match 100.0 * part {
-        tiny if tiny < 1e-3 => "under 0.001 %".to_owned(),
-        fine if fine < 1.0 => format!("{fine:.3} %"),
-        rough if rough < 1000.0 => format!("{rough:.1} %"),
+    match part {
+        ..10.0 => Percent(part).to_string(),
         far if far.is_finite() => "over 1000 %".to_owned(),
         _ => "undetermined".to_owned(),
     }
@@ -110,7 +106,8 @@ mod tests {
             steps: Vec::new(),
         };
         let says = |is_perfect| {
-            plan(&own, is_perfect).contains("\n the steps take robot and sensors as perfect, and")
+            plan(&own, is_perfect, 80)
+                .contains("\n the steps take robot and sensors as perfect, and")
         };
         assert_eq!([says(false), says(true)], [true, false]);
     }
@@ -118,7 +115,7 @@ mod tests {
     #[test]
     fn says_neither_none_of_much_nor_zero_of_little() {
         let cases = [1e-7, 0.000_234, 0.0124, 9.9].map(percent);
-        assert_eq!(cases, ["under 0.001 %", "0.023 %", "1.2 %", "990.0 %"]);
+        assert_eq!(cases, ["<0.01 %", "0.02 %", "1.2 %", "990 %"]);
         let cases = [10.0, 1e9, f64::INFINITY, f64::NAN].map(percent);
         assert_eq!(cases, ["over 1000 %", "over 1000 %", "undetermined", "undetermined"]);
     }

@@ -23,7 +23,7 @@ const LEAST: f64 = 0.1;
 
 /// All predictions as text, in tables of at most so many columns.
 ///
-/// Of modes up to `highest_hz`.
+/// The modes go up to `highest_hz`.
 pub(crate) fn predictions(
     found: &Found,
     predictions: &[Prediction],
@@ -82,10 +82,10 @@ pub(crate) fn warn_of(file: &Path, fit: &Fit) {
     }
 }
 
-/// What stands in place of a number that says nothing.
+/// Stands in place of a number that says nothing.
 pub(crate) const OPEN: &str = "not determined";
 
-/// What x, y and z are.
+/// Explains x, y and z.
 pub(crate) const AXES: &str = " x, y, z: axes of the tool centre point (TCP)";
 
 /// Three estimates along the axes, times `scale`, with their intervals: in per cent, or its ends where it holds zero. Three digits count, of

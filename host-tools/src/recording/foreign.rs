@@ -6,6 +6,7 @@
 
 use std::io::{Cursor, Read};
 
+use flexid_pipeline::input::Binary;
 use flexid_pipeline::source::is_frame;
 
 use super::packed::Failure;
@@ -13,39 +14,17 @@ use super::packed::Failure;
 /// Number of bytes that are examined. The longest header of a text format has some twenty lines.
 const HEAD: u64 = 4096;
 
-/// First bytes of formats that are not text, and the remedy.
-const BINARY: [(&[u8], &str); 14] = [
-    // Vector's specification: the signature of the file header.
-    (
-        b"LOGG",
-        "is a BLF log: convert it with `pip install python-can; can_logconvert IN.blf OUT.log`",
-    ),
-    // ASAM MDF: the identification block of a finished and of an unfinished file.
-    (b"MDF     ", MEASUREMENT_DATA),
-    (b"UnFinMF ", MEASUREMENT_DATA),
-    (b"\xFD7zXZ\0", "is packed with xz: unpack it first with `xz -d`"),
-    (b"BZh", "is packed with bzip2: unpack it first with `bzip2 -d`"),
-    (b"PK\x03\x04", "is a zip archive: unpack it first with `unzip`"),
-    // Pcap, with stamps of microseconds or nanoseconds, in both orders of bytes; then pcapng.
-    (b"\xD4\xC3\xB2\xA1", CAPTURE),
-    (b"\xA1\xB2\xC3\xD4", CAPTURE),
-    (b"\x4D\x3C\xB2\xA1", CAPTURE),
-    (b"\xA1\xB2\x3C\x4D", CAPTURE),
-    (b"\x0A\x0D\x0D\x0A", CAPTURE),
-    (
-        b"SQLite format 3\0",
-        "is a SQLite database, as python-can writes: convert it with `pip install python-can; can_logconvert IN.db OUT.log`",
-    ),
-    (b"\xFF\xFE", UTF_16),
-    (b"\xFE\xFF", UTF_16),
-];
-
+/// Beginnings of texts in UTF-16.
+const OF_UTF_16: [&[u8]; 2] = [b"\xFF\xFE", b"\xFE\xFF"];
 const CAPTURE: &str = "is a capture of Wireshark or tcpdump (pcap): convert it with `pip install scapy; python3 -c \"from scapy.all import *; load_layer('can'); \
     [print('(%.6f) can0 %s#%s' % (p.time, ('%08X' if 'extended' in p[CAN].flags else '%03X') % p[CAN].identifier, p[CAN].data.hex())) \
     for p in PcapReader('IN.pcap')]\" > OUT.log`";
 const UTF_16: &str =
     "is UTF-16, as PowerShell writes: convert it with `iconv -f UTF-16 -t UTF-8 IN.log > OUT.log`";
 
+const BLF: &str =
+    "is a BLF log: convert it with `pip install python-can; can_logconvert IN.blf OUT.log`";
+const SQLITE: &str = "is a SQLite database, as python-can writes: convert it with `pip install python-can; can_logconvert IN.db OUT.log`";
 const MEASUREMENT_DATA: &str = "is an MDF (MF4) log: convert it with `pip install 'python-can[mf4]'; can_logconvert IN.mf4 OUT.log`";
 const ASC: &str =
     "is an ASC log: convert it with `pip install python-can; can_logconvert IN.asc OUT.log`";
@@ -78,8 +57,11 @@ pub(super) fn head(mut bytes: Box<dyn Read + Send>) -> (Vec<u8>, Box<dyn Read + 
 /// The format of a log that begins with `head`, and the remedy; `None` if it has a line of `candump -L`, or no known
 /// format.
 pub fn mend(head: &[u8]) -> Option<&'static str> {
-    if let Some((_, mend)) = BINARY.iter().find(|(magic, _)| head.starts_with(magic)) {
-        return Some(mend);
+    if OF_UTF_16.iter().any(|mark| head.starts_with(mark)) {
+        return Some(UTF_16);
+    }
+    if let Some(format) = Binary::of(head) {
+        return Some(way(format));
     }
     if head.len() as u64 == HEAD && !head.contains(&b'\n') {
         return Some(ENDLESS);
@@ -99,6 +81,24 @@ pub fn mend(head: &[u8]) -> Option<&'static str> {
             |comma| columns(first, comma) >= 2 && columns(first, comma) == columns(second, comma);
         [',', ';', '\t'].into_iter().any(is_table).then_some(CSV)
     })
+}
+
+/// The way from a format that is not text to a log.
+fn way(format: Binary) -> &'static str {
+    match format {
+        Binary::Blf => BLF,
+        Binary::Mdf => MEASUREMENT_DATA,
+        Binary::Sqlite => SQLITE,
+        Binary::Capture => CAPTURE,
+        Binary::Gzip => "is packed with gzip, and more than once: unpack it first with `gzip -d`",
+        Binary::Zstd => "is packed with zstd, and more than once: unpack it first with `zstd -d`",
+        Binary::Xz => "is packed with xz: unpack it first with `xz -d`",
+        Binary::Bzip2 => "is packed with bzip2: unpack it first with `bzip2 -d`",
+        Binary::Zip => "is a zip archive: unpack it first with `unzip`",
+        Binary::Workbook => "is a workbook of Excel, and no log: name the log that it comes from",
+        Binary::Pdf => "is a PDF, and no log: name another file",
+        Binary::Program => "is a program, and no log: name another file",
+    }
 }
 
 /// The format that this line alone determines.
@@ -131,7 +131,7 @@ fn of_plain<'a>(lines: impl Iterator<Item = &'a str>) -> Option<&'static str> {
     })
 }
 
-/// Whether a line is one of plain candump: `  (TIME)  vcan0  101   [8]  03 00 00 00 FE FF FE 0E`.
+/// Tells whether a line is one of plain candump: `  (TIME)  vcan0  101   [8]  03 00 00 00 FE FF FE 0E`.
 fn is_plain(line: &str) -> bool {
     let words: Vec<&str> = line.split_whitespace().collect();
     let is_length = |word: &str| {
@@ -162,12 +162,15 @@ mod tests {
     fn other_formats_are_named_with_the_conversion() {
         let asc = b"date Mon Dec 29 09:20:00.000 am 2025\nbase hex  timestamps absolute\n\
             internal events logged\n// version 9.0.0\n   0.000131 1  102             Rx   d 8 01 00 02 00 03 00 04 00\n";
-        let cases: [(&[u8], &str); 20] = [
+        let cases: [(&[u8], &str); 22] = [
             (&[0; HEAD as usize], "is not a candump log: line 1 is longer than "),
             (b"LOGG\x90\0\0\0\x05\0\0\0", "is a BLF log: "),
             (b"MDF     4.10    python\0", "is an MDF (MF4) log: "),
             (b"UnFinMF 4.10    logger\0", "is an MDF (MF4) log: "),
             (b"\xFD7zXZ\0\0\x04", "is packed with xz: "),
+            // Formats that the configuration's reader knows are known here, too.
+            (b"\xD0\xCF\x11\xE0\xA1\xB1", "is a workbook of Excel, and no log: "),
+            (b"%PDF-1.7\n%\xE2\xE3", "is a PDF, and no log: "),
             (asc, "is an ASC log: "),
             (b";$FILEVERSION=2.1\r\n;$STARTTIME=46020.38888888958\r\n;\r\n", "is a PEAK trace: "),
             (

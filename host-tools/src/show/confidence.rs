@@ -3,7 +3,7 @@
 use flexid_pipeline::text::count;
 use flexid_report::directions::distinct;
 use flexid_report::imperfection::{
-    Size, accuracy, is_contradicted, judgement, sum_if_minor, words,
+    Size, Standing, accuracy, judgement, standing, sum_if_minor, words,
 };
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, Nuisance};
 use flexid_wire::directions::{WeakDirection, named};
@@ -24,7 +24,7 @@ pub(super) const INDENT: usize = 13;
 const MAYBE: &str =
     "the searches disagree: the lines below hold only if this minimum is the right one";
 
-/// What stands above the explanations where no linear model explains what is left.
+/// Stands above the explanations where no linear model explains what is left.
 const NOT_LINEAR: &str =
     "no linear model explains what is left: the lines below may be effects of that";
 
@@ -65,7 +65,7 @@ pub(crate) fn lines(Finding { report, confidence, .. }: &Finding) -> String {
         ("weak", worst(&distinct(weak_directions, names))),
         ("correlated", strongest(correlations)),
         ("calibration", sought.into_iter().map(calibration).collect()),
-        ("imperfect", imperfections(fitted)),
+        ("imperfect", imperfections(fitted, nuisances.is_full())),
     ];
     let mut text = String::new();
     for (about, lines) in paragraphs {
@@ -127,7 +127,7 @@ fn worst(directions: &[&WeakDirection]) -> Vec<String> {
     lines
 }
 
-/// What stands above explanations of this share of the misfit.
+/// Stands above explanations of this share of the misfit.
 fn another_cause(share: f64) -> String {
     format!(
         "in all {:.0} % of the misfit: most of it has another cause, of which the lines below may be effects",
@@ -135,7 +135,7 @@ fn another_cause(share: f64) -> String {
     )
 }
 
-/// What it is, what is off as well, what explains as much, and what to do.
+/// Lines on an explanation: what it is, what is off as well, what explains as much, and what to do.
 fn explanation(
     explanation: &Explanation,
     nuisances: &[Nuisance],
@@ -148,25 +148,33 @@ fn explanation(
     std::iter::once(explanation.to_string()).chain(alike).chain(alternatives).chain([remedy])
 }
 
-/// What `[calibration]` seeks, and its verdict.
+/// A line on what `[calibration]` seeks, and its verdict.
 fn calibration(nuisance: &Nuisance) -> String {
     format!("{}, {}", words(nuisance), judgement(nuisance))
 }
 
-/// The imperfections whose accuracies the records contradict, each beside its accuracy, and the number of the others: they are as expected,
-/// and ask for nothing.
-fn imperfections(fitted: Vec<&Nuisance>) -> Vec<String> {
-    let (off, expected): (Vec<_>, Vec<_>) =
-        fitted.into_iter().partition(|own| is_contradicted(own));
+/// The imperfections whose accuracies the records contradict, each beside its accuracy, and the numbers of the others. There may be further
+/// ones if the list `is_full`.
+fn imperfections(fitted: Vec<&Nuisance>, is_full: bool) -> Vec<String> {
+    let number = |of: Standing| fitted.iter().filter(|own| standing(own) == of).count();
     let line = |own: &Nuisance| {
         let beside = accuracy(own).map_or_else(String::new, |own| format!(" (accuracy: {own})"));
         format!("{}, {}{beside}", words(own), judgement(own))
     };
-    let mut lines: Vec<String> = off.into_iter().map(line).collect();
-    if !expected.is_empty() {
-        let number = expected.len();
-        lines
-            .push(format!("{number} as expected by their accuracies (JSON: confidence.nuisances)"));
+    let counted = [
+        (number(Standing::Unknown), "not known: the fit allows no interval"),
+        (number(Standing::Expected), "as expected by their accuracies"),
+    ];
+    let off = fitted.iter().filter(|own| standing(own) == Standing::Contradicted);
+    let mut lines: Vec<String> = off.map(|own| line(own)).collect();
+    lines.extend(
+        counted
+            .iter()
+            .filter(|(number, _)| *number > 0)
+            .map(|(number, words)| format!("{number} {words} (JSON: confidence.nuisances)")),
+    );
+    if is_full {
+        lines.push("only these are listed; the fit allows for others, too".to_owned());
     }
     lines
 }
@@ -213,7 +221,8 @@ mod tests {
     /// The last paragraph of the test below.
     const IMPERFECT: &str = "\
 imperfect    TCP z 3.0 mm (2.0 to 4.0 mm), differs from zero (accuracy: tcp_m 1.00 mm)
-             3 as expected by their accuracies (JSON: confidence.nuisances)
+             2 not known: the fit allows no interval (JSON: confidence.nuisances)
+             2 as expected by their accuracies (JSON: confidence.nuisances)
 ";
 
     fn explanation([name, rival]: [&str; 2], evidence: f64) -> Explanation {
@@ -261,6 +270,8 @@ imperfect    TCP z 3.0 mm (2.0 to 4.0 mm), differs from zero (accuracy: tcp_m 1.
                 imperfection(nuisance("TCP y", "m", [1e-3, -1e-3, 3e-3])),
                 imperfection(nuisance("TCP x", "m", [1e-3, 0.0, 0.0])),
                 imperfection(nuisance("TCP w", "m", [1e-3, -1e-3, 3e-3])),
+                // Ten accuracies, of which a fit that allows no interval says nothing.
+                imperfection(nuisance("TCP v", "m", [1e-2, 0.0, 0.0])),
             ]
             .into_iter()
             .collect(),

@@ -30,7 +30,7 @@ pub(super) struct Inertial {
 
 pub(super) struct Joint {
     pub(super) name: String,
-    /// As in the file: `revolute`, `fixed`…
+    /// Type of the joint, in the file's words: `revolute`, `fixed`…
     pub(super) kind: String,
     /// Name of the link before.
     pub(super) parent: String,

@@ -1,13 +1,15 @@
 //! All parameters: value, 95 % interval, verdict, and a picture of the interval on an axis that all joints share.
 
+use flexid_core::imperfection::REFERENCE_HZ;
 use flexid_wire::confidence::Interval;
 use flexid_wire::finding::Finding;
 use flexid_wire::report::Verdict;
+use flexid_wire::words::Within;
 use maud::{Markup, html};
 
 use super::parts::class;
 use crate::show::headline::tone;
-use crate::show::table::{DOF_NAMES, relative};
+use crate::show::table::DOF_NAMES;
 use crate::show::verdict;
 
 /// Largest number of decades between two marks of an axis.
@@ -65,6 +67,9 @@ pub(super) fn parameters(finding: &Finding) -> Markup {
         })
     });
     html! {
+        @if has_dampings {
+            p { (format!("With hysteresis these are the values at {REFERENCE_HZ} Hz.")) }
+        }
         @for (name, kinds) in &joints {
             section.joint {
                 h3 { (name) }
@@ -104,7 +109,7 @@ impl Kind<'_> {
                 td.value { (format!("{value:.3e}")) }
                 td { (axis.picture(value, interval)) }
                 td.interval {
-                    @if let Some(interval) = interval { (relative(value, interval)) " " }
+                    @if let Some(interval) = interval { (Within { value, interval }) " " }
                     @if own != Verdict::Identified { em { (verdict::verdict(own)) } }
                 }
             }
@@ -194,10 +199,11 @@ mod tests {
         let text = parameters(&finding).into_string();
         assert_eq!(text.matches("class=\"dot\"").count(), 36);
         assert_eq!(text.matches("class=\"whisker\"").count(), 35);
-        assert_eq!(text.matches("±1.67 % </td>").count(), 18, "{text}");
+        assert_eq!(text.matches("±1.7 % </td>").count(), 18, "{text}");
         assert_eq!(text.matches("<em>not observable</em>").count(), 1);
         assert_eq!(text.matches("<tr class=\"faint\">").count(), 1, "{text}");
         assert!(!text.contains("class=\"bad\""), "{text}");
+        assert!(text.contains("With hysteresis these are the values at 20 Hz."), "{text}");
         finding.report.fit.records = 0;
         assert!(!parameters(&finding).into_string().contains("damping"));
     }

@@ -155,7 +155,14 @@ fn an_identifier_that_is_missing_is_wrong() {
     let text = fs::read_to_string(&log).unwrap();
     fs::write(&log, text.replace(" 113#", " 213#")).unwrap();
     assert_wrong(folder.path(), "cut.log", "0x113 (q3) is not in the log");
+    // The sample of the manual, whose middle is left out.
+    let manual = include_str!("../../docs/check.md");
+    let (_, sample) = manual.split_once("```text\n").unwrap();
+    let (sample, _) = sample.split_once("\n```").unwrap();
+    let (begins, ends) = sample.split_once("\n ...\n\n").unwrap();
     let (_, report, _) = checked(folder.path(), "cut.log");
+    let text = report.iter().map(|line| line.trim_end()).collect::<Vec<_>>().join("\n");
+    assert!(text.starts_with(begins) && text.ends_with(ends), "{text}");
     assert!(report.iter().any(|line| line.starts_with(" 0x213        none ")), "{report:?}");
 }
 

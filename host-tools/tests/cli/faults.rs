@@ -273,7 +273,7 @@ fn a_joint_that_ends_each_record_is_named() {
     let checked = check(&folder, lines.iter().map(moves).collect::<Vec<_>>());
     assert_eq!((checked.records(), checked.is_ready()), ([0, 0], false));
     checked.says("q2 moved by 0.0010 rad or more ");
-    checked.says(" times while something was cut: 0.0005 ends a record");
+    checked.says(" times (more than 0.0005 rad ends a record) while something was cut");
 }
 
 /// The counters of the sensors run on from cut to cut.

@@ -280,7 +280,7 @@ fn tables_of_other_programs_are_read_or_named() {
         (
             &read("static-displacements-in-mm.csv"),
             false,
-            "line 4 of [static] file: 88 mm under 200 N, and the softest robot within [bounds] gives way by ",
+            "line 4 of [static] file: 88.0 mm under 200 N, and the softest robot within [bounds] gives way by ",
         ),
         ("<mujoco/>\n", false, "static.csv: is a MuJoCo model (MJCF), and no table"),
     ] {

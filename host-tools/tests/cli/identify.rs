@@ -271,7 +271,7 @@ fn a_wrong_model_is_reported_as_one() {
     let said = |part: &str| warnings.iter().any(|line| line.as_str().unwrap().contains(part));
     assert!(said("the model is wrong") && said("masses") && !said("more poses"), "{warnings:?}");
     let kinds = report["warning_kinds"].as_array().unwrap();
-    assert_eq!((&report["schema"], kinds.len()), (&serde_json::json!(1), warnings.len()));
+    assert_eq!((&report["schema"], kinds.len()), (&serde_json::json!(2), warnings.len()));
     assert!(kinds.iter().any(|kind| kind["objection"].is_object()), "{kinds:?}");
     let consistency = report["fit"]["consistency"].as_f64().unwrap();
     let caveat =

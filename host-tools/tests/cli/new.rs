@@ -93,11 +93,11 @@ fn mistakes_have_their_mend_and_write_nothing() {
             "mill3.urdf: --tcp is missing: name the link at the tool's tip: the chains end in tcp",
         ),
         ("mill3.urdf --tcp tip --out d", "mill3.urdf: --tcp tip: no such link; the file has "),
+        ("mill3.urdf --tcp tcp --out full", "full: has files already: name a new folder, or empty"),
         (
-            "mill3.urdf --tcp tcp --out full",
-            "--out full: has files already: name a new folder, or empty",
+            "mill3.urdf --tcp tcp --out mill3.urdf",
+            "mill3.urdf: cannot be made: a file is in its place",
         ),
-        ("mill3.urdf --tcp tcp --out mill3.urdf", "--out mill3.urdf: "),
         ("mill3.urdf --tcp tcp --mass 900 --out d", "leave --mass out"),
         ("mills.urdf --tcp tip --out d", "or add --mass KG, the robot's mass by its data sheet"),
         ("mills.urdf --tcp tip --mass 40 --out d", "nothing is left for the others"),
@@ -113,4 +113,8 @@ fn mistakes_have_their_mend_and_write_nothing() {
     fs::create_dir(folder.join("empty")).unwrap();
     let output = flexid(folder, "new mill3.urdf --tcp tcp --out empty");
     assert!(output.status.success(), "{}", stderr(&output));
+    // The next lines go into a shell.
+    let output = flexid(folder, "new mill3.urdf --tcp tcp --out it's");
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains(r"flexid check --config 'it'\''s/edge.toml' cut.log"), "{said}");
 }

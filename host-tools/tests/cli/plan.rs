@@ -16,11 +16,11 @@ fn planned(folder: &Path, arguments: &str) -> (String, Value) {
     (String::from_utf8(output.stdout).unwrap(), json(folder, "p.json"))
 }
 
-/// What a report says of its parameters' relative standard deviations, all of which are determined.
+/// A report's word on its parameters' relative standard deviations, all of which are determined.
 struct Found {
     /// In the order of the report's correlations.
     deviations: Vec<f64>,
-    /// Of their covariance, the correlations as the report has them: to a per cent.
+    /// Logarithm for their covariance, the correlations as the report has them: to a per cent.
     log_determinant: f64,
 }
 
@@ -80,7 +80,7 @@ fn rewrite(file: &Path, from: &str, until: &str, with: &str) {
     fs::write(file, format!("{before}{with}{until}{after}")).unwrap();
 }
 
-/// What is found if the plan is carried out, from these experiments and the logs of those `before`.
+/// Result if the plan is carried out, from these experiments and the logs of those `before`.
 fn carried_out(folder: &Path, plan: &Value, before: &str) -> Found {
     let experiment = |step: &Value| {
         let [pose, rpm, feed] = ["pose", "spindle_rpm", "feed"].map(|key| &step[key]);
@@ -227,11 +227,26 @@ fn a_plan_keeps_to_the_place_that_it_is_given() {
     let none = stderr(&output);
     assert!(none.contains("own.csv: none of its poses has the tool in --box"), "{none}");
     assert_eq!((output.status.code(), none.lines().count()), (Some(2), 1), "{none}");
-    // Near the poses that were milled, and near one.
+    // Near the poses that were milled, and near one: no tool is as far from it as the farthest of as many poses in front.
+    fs::write(path.join("one.csv"), "q1,q2,q3\n0,-0.45,0.95\n").unwrap();
+    let (_, one) = planned(path, "--poses one.csv --experiments 1");
+    let [there] = tools(&one)[..] else { panic!("{one}") };
+    let distance =
+        |at: &[f64; 3]| at.iter().zip(&there).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    let farthest = |near: &str| {
+        let (_, plan) = planned(path, &format!("--experiments 3 --poses 8 {near}"));
+        tools(&plan).iter().map(distance).fold(0.0, f64::max)
+    };
+    let anywhere = farthest("");
     for near in ["o.json", "0,-0.45,0.95"] {
-        let (_, plan) = planned(path, &format!("--experiments 1 --poses 8 --near {near}"));
-        assert_eq!(plan["candidates"], 72, "{near}");
+        let near = farthest(&format!("--near {near}"));
+        assert!(near < 0.5 * anywhere, "{near} of {anywhere} m");
     }
+    // Degrees are taken, and named.
+    let output = flexid(path, "plan --config edge.toml --poses 1 --experiments 1 --near 0,-26,54");
+    let degrees = stderr(&output);
+    let named = "warning: --near: joint_3 is 54 rad, and its limits are -1.8 to 2.6 rad: looks like degrees: give rad";
+    assert!(output.status.success() && degrees.contains(named), "{degrees}");
     assume_truth(path);
     let found = carried_out(path, &plan, "");
     let after = &plan["steps"][2]["after"];

@@ -133,7 +133,7 @@ fn an_export_says_what_its_comments_say() {
     let predicted: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(
         (&predicted[0]["verdict"], &predicted[0]["schema"]),
-        (&"unsettled".into(), &1.into())
+        (&"unsettled".into(), &2.into())
     );
     stdout(folder, "map open.json --points 2 --out open.svg");
     assert!(fs::read_to_string(folder.join("open.svg")).unwrap().contains("NOT SETTLED: "));
@@ -213,7 +213,7 @@ fn a_wrong_result_is_refused_with_its_place_and_mend() {
     let (_, found) = identified(folder, "", || ());
     type Change = fn(&mut Value);
     let changes: [(Change, &str); 12] = [
-        (|found| found["schema"] = value!(9), "is of schema 9, this flexid reads 1"),
+        (|found| found["schema"] = value!(9), "is of schema 9, this flexid reads 1 to 2"),
         (|found| drop(found.as_object_mut().unwrap().remove("robot")), "has no robot"),
         (
             |found| drop(found["robot"]["covariance"].as_array_mut().unwrap().pop()),
@@ -237,7 +237,7 @@ fn a_wrong_result_is_refused_with_its_place_and_mend() {
             },
             "imperfections[0] is of another robot, or out of its range",
         ),
-        (|found| found["schema"] = value!(0), "schema must be 1 to 1"),
+        (|found| found["schema"] = value!(0), "schema must be 1 to 2"),
         (
             |found| drop(found["joints"].as_array_mut().unwrap().pop()),
             "joints and robot.model are of different robots",

@@ -7,7 +7,7 @@ use console::{measure_text_width, strip_ansi_codes};
 
 use crate::setup::{FLEXID, flexid, folder, identified};
 
-/// What a command prints on stdout, in a window of so many columns.
+/// Output of a command on stdout, in a window of so many columns.
 fn in_window(folder: &Path, columns: usize, arguments: &str) -> String {
     let command = format!("stty rows 24 cols {columns}; {FLEXID} {arguments} 2>/dev/null");
     let output = Command::new("script")
@@ -49,6 +49,14 @@ fn tables_fit_and_words_stay_whole() {
             "is 0 where model and measurement agree, and 2 where they are opposite",
         ),
         ("map o.json --points 5 --out m.svg", "have an interval of more than"),
+        (
+            "plan --config edge.toml --from o.json --poses 4 --experiments 1",
+            "how many parameters `flexid identify` will call identified / weak / not observable",
+        ),
+        (
+            "lobes o.json --teeth 2 --kt 700 --milling down --immersion 0.5 --feed 1,0,0 --rpm 1000,6000",
+            "modes of spindle and tool lie above, and may limit the depth further",
+        ),
     ] {
         for columns in [80, 100] {
             let text = in_window(folder, columns, arguments);

@@ -39,7 +39,7 @@ fn ends_when_the_parameters_are_identified() {
         "{table}"
     );
     for part in [
-        "±1.67 %",
+        "±1.7 %",
         "residuals    noise explains them (χ²/dof 1.01)\n",
         "retired      24 older records, ",
         "correlated   +0.97  a and b\n",

@@ -72,7 +72,7 @@ const ACCURACIES: [Accuracy; 28] = [
     accuracy!(centre_of_mass_m, centre_of_mass, 0.5, "in m", true),
     accuracy!(joint_angle_rad, joint_angle, 0.5, "in rad", true),
     accuracy!(elastic_centre_m, elastic_centre, 0.5, "in m", true),
-    accuracy!(link_inertia, inertia, 0.5, PART, false),
+    accuracy!(link_inertia, inertia, 1.0, PART, false),
     accuracy!(hysteresis, hysteresis, 1.0, PART, false),
     accuracy!(drive_growth, servo, 1.0, PART, false),
     Accuracy { scale: 1e-3, ..accuracy!(drive_growth_per_knm, load, 0.5, PART, false) },

@@ -1,4 +1,4 @@
-//! Evidence beside the fit itself, as the result file carries it for reports: spectra, measured receptance, course, data quality, origin.
+//! Parts of a report beside the fit itself, as the result file carries it: spectra, measured receptance, course, data quality, origin.
 //!
 //! Everything but the origin follows from the records by the fit. Curves have at most [`POINTS`] points, of five digits.
 
@@ -12,7 +12,7 @@ use flexid_pipeline::{Counts, Outcome, same_pose};
 use serde::{Deserialize, Serialize};
 
 pub use frf::{MeasuredPoint, MeasuredReceptance, Signals, estimate};
-pub use origin::{Origin, OriginFile, sha256};
+pub use origin::{Origin, OriginFile, quoted, sha256};
 pub use quality::DataQuality;
 pub use spectra::{Octave, RecordEvidence, RecordSpectra};
 
@@ -46,7 +46,7 @@ pub struct Step {
 }
 
 impl Evidence {
-    /// The evidence of an outcome's records.
+    /// The evidence of the records of an outcome.
     pub fn of(outcome: &Outcome) -> Self {
         let Outcome { records, course, counts, .. } = outcome;
         Self::new(records, course, counts)

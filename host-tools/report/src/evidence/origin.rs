@@ -37,7 +37,7 @@ pub struct OriginFile {
 }
 
 impl Origin {
-    /// Of a command with these options, whose first file is the configuration; the first record began at this time on the log's clock, s.
+    /// The origin of a command with these options, whose first file is the configuration; the first record began at this time on the log's clock, s.
     pub fn new(
         command: &str,
         options: &[&str],
@@ -65,8 +65,8 @@ impl Origin {
     }
 }
 
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+/// Writes a word as a shell takes it.
+pub fn quoted(word: &str) -> String {
     let is_plain = |own: char| own.is_alphanumeric() || "-_.,:=+@%/".contains(own);
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();

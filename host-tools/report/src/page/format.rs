@@ -1,6 +1,6 @@
 //! Numbers as people read them.
 
-use flexid_wire::words::Within;
+use flexid_wire::words::{Percent, Within};
 use maud::{Markup, html};
 
 use crate::charts::scale::superscript;
@@ -36,13 +36,7 @@ pub(super) fn percent(part: f64) -> String {
     if !part.is_finite() {
         return "–".to_owned();
     }
-    let percent = 100.0 * part;
-    let text = match percent.abs() {
-        own if own >= 9.95 => format!("{percent:.0}"),
-        own if own >= 0.095 => format!("{percent:.1}"),
-        _ => format!("{percent:.2}"),
-    };
-    format!("{}\u{a0}%", minus(&text))
+    minus(&Percent(part).to_string()).replace(" %", "\u{a0}%")
 }
 
 /// A 95 % interval in per cent of the value that it is about: `±0.22 %`, or `−11 to +12 %`.

@@ -1,4 +1,4 @@
-//! What is off on the robot beside its joints: errors that were fitted with them.
+//! Errors of the robot beside its joints, which were fitted with them.
 
 use flexid_wire::confidence::{MAX_NUISANCES, Nuisance};
 use flexid_wire::report::Acceptance;
@@ -8,14 +8,16 @@ use super::format::count;
 use super::parameters::class;
 use super::{folded, missing};
 use crate::document::Document;
-use crate::imperfection::{accuracy, is_contradicted, judgement, words};
+use crate::imperfection::{Standing, accuracy, judgement, standing, words};
 
 pub(super) fn section(document: &Document) -> Markup {
     let Some(confidence) = &document.further.confidence else {
         return html! { section #imperfections { h2 { "Imperfections" } (missing("confidence")) } };
     };
-    let is_shown = |own: &&Nuisance| own.entry.is_none() || is_contradicted(own);
-    let (shown, expected): (Vec<_>, Vec<_>) = confidence.nuisances.iter().partition(is_shown);
+    let is_shown = |own: &&Nuisance| own.entry.is_none() || standing(own) == Standing::Contradicted;
+    let (shown, others): (Vec<_>, Vec<_>) = confidence.nuisances.iter().partition(is_shown);
+    let (unknown, expected): (Vec<_>, Vec<_>) =
+        others.into_iter().partition(|own| standing(own) == Standing::Unknown);
     html! {
         section #imperfections {
             h2 { "Imperfections" }
@@ -25,33 +27,36 @@ pub(super) fn section(document: &Document) -> Markup {
                 p {
                     "Errors of sensors, tool, masses, joint angles, elastic centres, drives, hysteresis, ground and hoses were fitted with the \
                      joints. Those that " code { "[calibration]" } " seeks, and those that the records contradict by more than twice their accuracy, \
-                     stand here; the others are as expected, and ask for nothing."
+                     stand first. Those as expected ask for nothing. Without an interval it is not known how far an error is off."
+                    @if confidence.nuisances.len() == MAX_NUISANCES { " Only these are listed; the fit allows for others, too." }
                 }
                 @if document.found.fit.acceptance == Acceptance::Unsettled {
                     p { "The searches do not agree on one result: the errors hold only if this minimum is the right one." }
                 }
-                @if shown.is_empty() {
-                    p { "No accuracy is contradicted." }
-                } @else {
+                @if !shown.is_empty() {
                     (table(&shown))
+                } @else if unknown.is_empty() {
+                    p { "No accuracy is contradicted." }
+                }
+                @if !unknown.is_empty() {
+                    (folded(&format!("{} not known: the fit allows no interval", count(unknown.len(), "error")), &listed(&unknown)))
                 }
                 @if !expected.is_empty() {
-                    (folded(&format!("{} as expected", count(expected.len(), "error")), &others(&expected, confidence.nuisances.len() == MAX_NUISANCES)))
+                    (folded(&format!("{} as expected", count(expected.len(), "error")), &listed(&expected)))
                 }
             }
         }
     }
 }
 
-/// Errors that are within their accuracies, or not known to be beyond.
-fn others(expected: &[&Nuisance], is_full: bool) -> Markup {
+/// Errors that no record contradicts.
+fn listed(errors: &[&Nuisance]) -> Markup {
     html! {
         p {
-            "With 95\u{a0}% intervals, beside the accuracy that is stated in [accuracy] or taken as typical (one standard deviation). Gains, masses, \
-             inertias, stiffnesses of records and the mass of the base are factors, of which 1 is as stated."
-            @if is_full { " Only these are listed; the fit allows for others, too." }
+            "With 95\u{a0}% intervals where there are any, beside the accuracy that is stated in [accuracy] or taken as typical (one standard \
+             deviation). Gains, masses, inertias, stiffnesses of records and the mass of the base are factors, of which 1 is as stated."
         }
-        (table(expected))
+        (table(errors))
     }
 }
 

@@ -83,7 +83,7 @@ pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
 struct Pose<'a> {
     /// Joint angles, rad (m).
     angles: Vec<f64>,
-    /// Its dynamics there. `None` where it does not stand.
+    /// Motion of the robot there. `None` where it does not stand.
     dynamics: Option<Dynamics<'a>>,
     /// Modes up to the end of the band, the lowest first.
     modes: Vec<Mode>,
@@ -112,7 +112,7 @@ fn poses(document: &Document) -> (Vec<Pose<'_>>, usize) {
     (first.map(|angles| Pose::new(document, angles.clone())).collect(), others)
 }
 
-/// A part that opens by its title.
+/// Contents that open by their title.
 fn folded(title: &str, contents: &Markup) -> Markup {
     html! { details { summary { (title) } (contents) } }
 }
@@ -122,7 +122,7 @@ fn folded_section(id: &str, title: &str, contents: &Markup) -> Markup {
     html! { section id=(id) { (folded(title, contents)) } }
 }
 
-/// The sentence that stands where an entry of the file is missing.
+/// A sentence where an entry of the file is missing.
 fn missing(entry: &str) -> Markup {
     html! {
         p.missing {

@@ -66,6 +66,9 @@ pub(super) fn section(document: &Document) -> Markup {
             p {
                 "Each dot is a parameter, its whisker the 95\u{a0}% interval. Translations "
                 code { "tx ty tz" } " are along, rotations " code { "rx ry rz" } " about the axes of the joint's frame."
+                @if !document.is_static() {
+                    (format!(" With hysteresis these are the values at {:.1} Hz.", document.found.robot.reference_hz()))
+                }
                 @if have_none { " There are no intervals: the fit is not trusted, or the file does not have them." }
             }
             (legend(&[

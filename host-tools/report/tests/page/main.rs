@@ -107,6 +107,7 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "2 frames are &lt;odd&gt; &amp; lost",
         "model: every moving link weighs 2 kg: are these placeholders?",
         "Explained: TCP z explains 75 %; off as well: TCP x; as likely: TCP y.",
+        "With hysteresis these are the values at 20.0 Hz.",
         "drives: growth with load 0.039 %/kNm (-0.017 to 0.094 %/kNm)",
         "<summary>2 errors as expected</summary>",
         "TCP z 4.0 mm (3.0 to 5.0 mm)</td><td class=\"left\">tcp_m 1.00 mm</td><td class=\"left\">differs from zero</td>",
@@ -130,6 +131,21 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
     ] {
         assert!(page.contains(text), "{text:?} is not in the page");
     }
+}
+
+/// Ten accuracies are neither contradicted nor as expected where the fit allows no interval.
+#[test]
+fn an_error_without_an_interval_is_not_known() {
+    let mut result = result();
+    for own in result["confidence"]["nuisances"].as_array_mut().unwrap() {
+        own["interval"] = json!(null);
+        own["value"] = json!(1e-2);
+        own["entry"] = json!("tcp_m");
+    }
+    let page = page(&result);
+    let unknown = "<summary>4 errors not known: the fit allows no interval</summary>";
+    assert!(page.contains(unknown) && !page.contains(" as expected</summary>"));
+    assert!(!page.contains("No accuracy is contradicted"));
 }
 
 /// What is wrong with the readings comes before what is off, and what is as likely absent is not named.

@@ -154,7 +154,7 @@ fn result_of(robot: &FoundRobot) -> Value {
         .map(|joint| json!({ "joint": joint.name, "dof": 5, "stiffness": number(4e6) }))
         .collect();
     let mut result = json!({
-        "schema": 1,
+        "schema": 2,
         "answer": {
             "pose": robot.poses[POSES - 1], "record": POSES,
             "softest": { "stiffness": number(3.8123e5), "direction": [0.71, 0.02, -0.7] },

@@ -1,4 +1,4 @@
-//! What joints are beside linear springs and dampers.
+//! Deviations of joints from linear springs and dampers.
 
 use flexid_core::DOF_NAMES;
 use flexid_core::chain::Chain;
@@ -6,7 +6,7 @@ use flexid_core::motion::Coordinates;
 use flexid_core::parameters::Bushing;
 use nalgebra::Vector6;
 use serde::Deserialize;
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_2_PI, TAU};
 
 use super::between;
 use super::elements::{Element, Law};
@@ -60,7 +60,7 @@ impl Default for Joints {
 }
 
 impl Joints {
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), String> {
         for (key, value, limits) in [
             ("hysteretic", self.hysteretic, [0.0, 1.0]),
             ("hysteretic_at_hz", self.hysteretic_at_hz, [1.0, 1e3]),
@@ -98,6 +98,19 @@ impl Joints {
                 own
             })
             .collect()
+    }
+
+    /// A bushing of the truth as stiff and as damped as it is at `hz`: `k + 2/π h d ω₀ ln (ω/ω₀)` and `d (1 − h + h ω₀/ω)`, with its part h of
+    /// hysteresis and the truth's ω₀.
+    pub fn at(&self, bushing: &Bushing, hz: f64) -> Bushing {
+        let (part, ratio) = (self.hysteretic, self.hysteretic_at_hz / hz);
+        let per_damping = FRAC_2_PI * part * TAU * self.hysteretic_at_hz * -ratio.ln();
+        let mut own = *bushing;
+        for (k, d) in own.stiffness.iter_mut().zip(&mut own.damping) {
+            *k += per_damping * *d;
+            *d *= 1.0 + part * (ratio - 1.0);
+        }
+        own
     }
 
     /// The viscous dampers that hysteresis leaves of a bushing.

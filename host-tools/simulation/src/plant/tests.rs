@@ -258,6 +258,10 @@ fn hysteresis_loses_the_same_at_all_frequencies() {
         for (part, expected) in parts.iter().zip(expected) {
             assert!((part / loss - expected).abs() < 0.01, "{hz} Hz: {parts:?} of {loss}");
         }
+        // So is the bushing stated there.
+        let own = joints.at(&Bushing { stiffness: [1e6; 6], damping: [7.0; 6] }, hz);
+        assert!(((own.stiffness[5] - 1e6) / loss - expected[0]).abs() < 1e-9, "{hz} Hz: {own:?}");
+        assert!((own.damping[5] * TAU * hz / loss - 1.0).abs() < 1e-9, "{hz} Hz: {own:?}");
     }
 }
 
