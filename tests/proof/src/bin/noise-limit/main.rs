@@ -100,7 +100,7 @@ struct Args {
 fn main() -> Result<ExitCode> {
     let args = Args::parse();
     let threads = ThreadPoolBuilder::new().num_threads(args.threads).stack_size(STACK).build()?;
-    let study = Study { first: args.first, ..Study::load()? };
+    let study = Study::load()?.beginning_at(args.first);
     let begun = Instant::now();
     let size = |part: &Part| {
         let robots = part.robots[usize::from(args.quick)];

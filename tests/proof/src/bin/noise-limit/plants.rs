@@ -75,7 +75,7 @@ pub(crate) fn prove_of_six_joints(
     robots: usize,
     details: bool,
 ) -> Result<Vec<Figure>> {
-    prove(&Study { first: study.first, ..Study::of_six_joints()? }, robots, details)
+    prove(&Study::of_six_joints()?.beginning_at(study.first), robots, details)
 }
 
 /// Plants of this scenario.

@@ -59,6 +59,11 @@ pub(crate) enum Purpose {
 }
 
 impl Study {
+    /// The same, whose drawn plants begin with this robot.
+    pub(crate) fn beginning_at(self, first: u64) -> Self {
+        Self { first, ..self }
+    }
+
     /// The reference scenario, of three joints.
     pub(crate) fn load() -> Result<Self> {
         Self::of("mill3-edge.toml", Robots::WithinBounds, 3)
