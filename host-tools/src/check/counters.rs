@@ -17,7 +17,7 @@ const LOST: f64 = 0.005;
 pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
     let stream = &survey.counts.stream;
     let mut findings: Vec<Finding> = of_obstacle(survey).into_iter().collect();
-    let lost = stream.frames_lost - stream.frames_unheard;
+    let lost = stream.frames_lost.saturating_sub(stream.frames_unheard);
     let is_missing = |one: &Identifier| one.is_sampled && one.traffic.frames == 0;
     if survey.expected.iter().any(is_missing) {
         // The sensor that is missing has a finding of its own.
@@ -136,7 +136,7 @@ mod tests {
         survey.counts.stream.frames = 10_000;
         (survey.counts.stream.frames_lost, survey.counts.stream.frames_unheard) = (4002, 4000);
         let findings = judge(&survey);
-        assert!(findings[0].finding.starts_with("2 frames of force and acceleration lost (0.0 %)"));
+        assert!(findings[0].finding.starts_with("2 frames of force and acceleration lost (0.02 %)"));
         assert_eq!((findings[0].severity, findings[1].severity), (Note, Note));
         assert!(
             findings[1].finding.starts_with("4000 frames of force and acceleration not recorded")

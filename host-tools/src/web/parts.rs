@@ -246,7 +246,7 @@ mod tests {
         ] {
             assert!(verdict.contains(said), "{said:?} is not in {verdict}");
         }
-        for judged in ["χ²/dof", "SSP", "structure"] {
+        for judged in ["χ²/dof", "SSP"] {
             assert!(!verdict.contains(judged), "{verdict}");
             assert!(part("confidence", &state).contains(judged), "{judged}");
         }

@@ -97,7 +97,8 @@ mod tests {
         }
         assert_eq!(percent(0.0012), "0.1\u{a0}%");
         assert_eq!(percent(-0.25), "−25\u{a0}%");
-        assert_eq!(uncertainty(18.69, [18.6851, 18.6932]), "±0.02\u{a0}%");
+        assert_eq!(uncertainty(18.69, [18.6866, 18.6934]), "±0.02\u{a0}%");
+        assert_eq!(uncertainty(18.69, [18.6851, 18.6932]), "−0.03 to +0.02\u{a0}%");
         assert_eq!(uncertainty(1.0, [0.5, 2.0]), "−50 to +100\u{a0}%");
         assert_eq!(
             (agreement(0.999_96), agreement(0.5)),
