@@ -98,12 +98,13 @@ fn a_joint_may_rest_between_two_steps_of_its_signal() {
     }
 }
 
-/// A joint that rests reads two neighbouring values, whatever the size of a step.
+/// A joint that rests stays within 0.0005 rad of its first reading or, where steps are larger, reads two neighbouring values.
 #[test]
 fn a_third_value_is_a_movement() {
-    for (resolution, step) in [(0.0, 4e-4), (COARSE, COARSE), (0.02, 0.02)] {
+    for (resolution, step, below) in [(0.0, 4e-4, -2.0), (COARSE, COARSE, -1.0), (0.02, 0.02, -1.0)]
+    {
         let signal = AngleSignal { resolution, ..AngleSignal::FINE };
-        for place in [-1.0, 2.0] {
+        for place in [below, 2.0] {
             let angle = |frame: u32| match frame {
                 ..10 => -0.7 + step * f64::from(frame % 2),
                 _ => -0.7 + step * place,

@@ -136,7 +136,9 @@ mod tests {
         survey.counts.stream.frames = 10_000;
         (survey.counts.stream.frames_lost, survey.counts.stream.frames_unheard) = (4002, 4000);
         let findings = judge(&survey);
-        assert!(findings[0].finding.starts_with("2 frames of force and acceleration lost (0.02 %)"));
+        assert!(
+            findings[0].finding.starts_with("2 frames of force and acceleration lost (0.02 %)")
+        );
         assert_eq!((findings[0].severity, findings[1].severity), (Note, Note));
         assert!(
             findings[1].finding.starts_with("4000 frames of force and acceleration not recorded")
