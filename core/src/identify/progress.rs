@@ -51,8 +51,7 @@ impl<R> Identifier<R> {
             .min(1.0),
             effort: self.effort,
             search_loss: self.search.loss(),
-            // As all bins would show it.
-            objective: self.refinement.every() as f64 * self.refinement.objective(),
+            objective: self.refinement.objective(),
         }
     }
 }
