@@ -3,6 +3,7 @@
 
 mod folder;
 mod growing;
+mod refusal;
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Read, Write as _};
@@ -17,6 +18,7 @@ use tempfile::NamedTempFile;
 
 pub use folder::{NewFolder, folder};
 pub use growing::Growing;
+pub use refusal::unwritable;
 
 /// Name of standard output.
 const STDOUT: &str = "-";
@@ -175,18 +177,6 @@ fn place(file: &Path) -> Option<PathBuf> {
             Some(folder.join(file.file_name()?))
         }
     }
-}
-
-/// The error for a `file` that cannot be written: the cause and the remedy.
-pub fn unwritable(file: &Path, error: &io::Error) -> BadInput {
-    let why = match error.kind() {
-        ErrorKind::NotFound => "its folder is not there: make it first".to_owned(),
-        ErrorKind::IsADirectory => "is a folder: name a file in it".to_owned(),
-        ErrorKind::PermissionDenied => "no permission: name a file in a folder of yours".to_owned(),
-        ErrorKind::StorageFull => "the disk is full: make room".to_owned(),
-        _ => format!("{error}: name a file elsewhere"),
-    };
-    BadInput::new(file, format!("cannot be written: {why}"))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use flexid_pipeline::input::BadInput;
 use tempfile::TempDir;
 
-use super::unwritable;
+use super::refusal::unwritable;
 
 /// Makes `folder` if it does not exist.
 ///
