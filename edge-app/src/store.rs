@@ -134,10 +134,10 @@ impl Store {
         }
     }
 
-    /// Keeps `state` in place of what was kept before. See [`Store::write`].
+    /// Keeps `state` in place of what was kept before. Gets the lock, if it could not be got before. Returns the number of bytes.
     ///
     /// # Errors
-    /// The errors are those of [`encode`] and [`Store::write`].
+    /// The file cannot be written. The state that was kept before stays.
     pub fn save(&self, state: &State) -> Result<usize, ClaimError> {
         self.write(&encode(state)?)
     }
