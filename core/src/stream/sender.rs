@@ -34,7 +34,7 @@ pub(super) struct Sender {
     pub(super) newest: Option<(f64, f64)>,
     /// Number of repetitions of the same angle in a row, up to [`REPEATS`]: then the sender is cyclic.
     repeats: u8,
-    /// Mean time between the last readings, s; 0 before the second.
+    /// Mean time of the last repetitions, s; 0 before the first. A sender on change has none, however rarely it sends.
     pub(super) cycle_s: f64,
     steps: Steps,
 }
@@ -57,12 +57,12 @@ impl Sender {
     pub(super) fn note(&mut self, angle: f64, time_s: f64, signal: &AngleSignal) {
         if let Some((before, before_s)) = self.newest {
             let passed_s = time_s - before_s;
-            if (0.0..=CYCLE_S).contains(&passed_s) {
+            let is_again = angle == before && (0.0..=CYCLE_S).contains(&passed_s);
+            if is_again {
                 let weight = if self.cycle_s == 0.0 { 1.0 } else { 1.0 / f64::from(REPEATS) };
                 self.cycle_s += weight * (passed_s - self.cycle_s);
             }
             self.steps.note(angle, before, time_s, self.notice_s(), signal);
-            let is_again = angle == before && (0.0..=CYCLE_S).contains(&passed_s);
             // It sent nothing until the angle changed.
             let is_on_change = angle != before && passed_s > CYCLE_S;
             self.repeats = match self.repeats {
@@ -79,6 +79,7 @@ impl Sender {
     pub(super) fn note_rest(&mut self, rest: &Rest) {
         if rest.is_regular() {
             self.repeats = REPEATS;
+            self.cycle_s = rest.sum_s / f64::from(rest.intervals);
         }
     }
 

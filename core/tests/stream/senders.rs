@@ -114,3 +114,21 @@ fn steps_differ_by_their_rounding() {
         }
     }
 }
+
+/// An angle that comes before the cut, and the next when the robot has moved, are no cycle: the new pose holds after a quarter of a second.
+#[test]
+fn the_first_interval_of_a_sender_on_change_is_no_cycle() {
+    let mut bench = Bench::new();
+    cut(&mut bench, 6000, |n| match n {
+        0 => Some(-0.2),
+        3000 => Some(-0.7),
+        _ => None,
+    });
+    let (records, _) = bench.finish();
+    let is_full = |record: &&Record<CAPACITY>| record.force[0].len() == 2048;
+    assert!(
+        records.iter().filter(is_full).any(|record| record.pose[1] == -0.7),
+        "{:?}",
+        lengths(&records)
+    );
+}
