@@ -55,7 +55,7 @@ use crate::DOF;
 use crate::chain::Chain;
 use crate::loss::target::Target;
 use crate::parameters::Bounds;
-use crate::refine::{Correction, Outcome, Plant, Problem, Refinement};
+use crate::refine::{Correction, LITTLE, Outcome, Plant, Problem, Refinement, thinning};
 use crate::search::{MAX_EXPERIMENTS, Search, Strategy};
 use crate::sought::{Coordinates, Sought, SoughtError};
 use crate::spectrum::{Experiment, Measurement};
@@ -66,7 +66,7 @@ use deferred::Deferred;
 use descent::Descent;
 pub use effort::{Effort, FoundBy};
 pub use estimate::{Acceptance, Estimate};
-use minimum::Minimum;
+use minimum::{Minimum, NEAR};
 pub use noise::MAX_NOISE_ROUNDS;
 pub use plant::PlantEstimate;
 pub use progress::{Phase, Progress};
@@ -350,7 +350,11 @@ impl<R: Rng> Identifier<R> {
                     }
                     return self.phase;
                 }
-                let outcome = refinement.step(&problem, experiments);
+                let outcome = if matches!(self.purpose, Purpose::Start) {
+                    refinement.step_or_give_up(&problem, experiments)
+                } else {
+                    refinement.step(&problem, experiments)
+                };
                 let objective = refinement.objective();
                 let remaining = || refinement.remaining(&problem).gain;
                 let is_over = match &mut self.purpose {
@@ -360,12 +364,40 @@ impl<R: Rng> Identifier<R> {
                     }
                     _ => false,
                 };
-                if outcome != Outcome::Improving || is_over || self.is_back() {
+                let is_over = outcome != Outcome::Improving || is_over || self.is_back();
+                if is_over && !self.goes_on_with_all_bins(experiments, outcome) {
                     self.judge(experiments, plant);
                 }
             }
         }
         self.phase
+    }
+
+    /// Goes on with all bins from where a refinement on some of them has ended, unless these reject the place. Returns whether it does.
+    fn goes_on_with_all_bins<const B: usize>(
+        &mut self,
+        experiments: &[Experiment<B>],
+        outcome: Outcome,
+    ) -> bool {
+        let goes_on = self.refinement.every() > 1
+            && match self.purpose {
+                Purpose::Branch(_) => self.passes_screen(),
+                _ => outcome == Outcome::Converged || self.may_be_near(experiments),
+            };
+        if goes_on {
+            let standing = *self.refinement.coordinates();
+            self.refinement.restart_at(&standing);
+        }
+        goes_on
+    }
+
+    /// Whether the refinement stands near a minimum: its residuals are not large, or no step would make them much smaller.
+    fn may_be_near<const B: usize>(&self, experiments: &[Experiment<B>]) -> bool {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let most = NEAR * thinning::residuals(&problem, experiments, refinement.every()) as f64;
+        let lacks = refinement.objective() - most;
+        lacks <= 0.0 || refinement.remaining(&problem).gain < LITTLE * lacks
     }
 
     /// Whether a minimum has been accepted, and only its branches and rivals are searched before it is settled on.

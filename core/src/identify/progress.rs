@@ -51,7 +51,8 @@ impl<R> Identifier<R> {
             .min(1.0),
             effort: self.effort,
             search_loss: self.search.loss(),
-            objective: self.refinement.objective(),
+            // As all bins would show it.
+            objective: self.refinement.every() as f64 * self.refinement.objective(),
         }
     }
 }

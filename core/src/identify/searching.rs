@@ -9,8 +9,9 @@ use super::{FoundBy, Identifier, Phase, Purpose};
 use crate::DOF;
 use crate::loss::spectral;
 use crate::loss::target::Target;
-use crate::refine::Problem;
+use crate::refine::{Problem, thinning};
 use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
+use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 
 impl<R: Rng> Identifier<R> {
@@ -45,9 +46,8 @@ impl<R: Rng> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let next = || start::elsewhere(bounds, sought, generator);
         if let Some(found) = descent.step(&problem, experiments, self.refinement.memory(), next) {
-            self.refinement.restart_at(&found);
+            self.begin_refinement(&found, experiments);
             self.found_by = FoundBy::Descent;
-            self.phase = Phase::Refining;
             // That of a branch starts from a minimum which has been judged.
             self.descent_end = matches!(self.purpose, Purpose::Start).then_some(found);
         }
@@ -60,10 +60,23 @@ impl<R: Rng> Identifier<R> {
         self.search.tell(&spectral::losses(&self.targets, experiments, &guess, self.level));
         if self.search.finished() {
             let found = self.bounds.within(self.search.centre());
-            self.refinement.restart(&self.sought, &found);
+            self.begin_refinement(&self.sought.coordinates(&found), experiments);
             self.found_by = FoundBy::RandomSearch;
-            self.phase = Phase::Refining;
         }
+    }
+
+    /// Refines where a search has ended, on some of the bins first.
+    fn begin_refinement<const B: usize>(
+        &mut self,
+        found: &Coordinates,
+        experiments: &[Experiment<B>],
+    ) {
+        if matches!(self.purpose, Purpose::Branch(_)) {
+            self.restart_branch(found);
+        } else {
+            self.refinement.restart_thinned(found, thinning::distance(experiments));
+        }
+        self.phase = Phase::Refining;
     }
 
     /// Continues the random search with these experiments.

@@ -19,7 +19,7 @@ impl<R> Identifier<R> {
     ) -> Minimum {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let fit = refinement.fit(&problem, experiments);
+        let fit = refinement.fit_here(&problem, experiments);
         let remaining = refinement.remaining(&problem);
         Minimum::new(*refinement.coordinates(), self.found_by, fit, &remaining, sought)
     }

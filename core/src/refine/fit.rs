@@ -79,17 +79,30 @@ impl Fit {
 }
 
 impl Refinement {
-    /// Evaluates the fit at the parameters as they stand. Where gravity leaves the robot no equilibrium, its sum of squares
+    /// Evaluates the fit at the parameters as they stand, by all bins. Where gravity leaves the robot no equilibrium, its sum of squares
     /// is infinite and nothing is determined.
     pub fn fit<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
     ) -> Fit {
-        let Self { coordinates, minimiser, workspace, retired, .. } = self;
-        let mut records = SumOfSquares::new(problem, experiments, retired, workspace);
-        records.fit_seams(coordinates);
-        let assembled = records.assemble(coordinates, &mut minimiser.normal);
+        self.minimiser.linearised = false;
+        self.fit_here(problem, experiments)
+    }
+
+    /// As [`Refinement::fit`]. Where the last step, with all bins of the same records, has ended, its assembly counts.
+    pub(crate) fn fit_here<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+    ) -> Fit {
+        let Self { coordinates, minimiser, every, workspace, retired, .. } = self;
+        if core::mem::replace(every, 1) > 1 {
+            minimiser.linearised = false;
+        }
+        let mut records = SumOfSquares::new(problem, experiments, retired, workspace, 1);
+        let assembled = minimiser.linearise(&mut records, coordinates);
+        let assembled = assembled.map(|()| self.workspace.summary.clone());
         self.fit_of(problem, experiments, assembled)
     }
 

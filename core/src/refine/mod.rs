@@ -12,6 +12,7 @@
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `fit`, `summary`, `structure`, `information`                   | the results of a fit                                    |
 //! | `left_out`                                                     | each static test as all else predicts it                |
+//! | `thinning`, `stagnation`                                       | fits that count some of the bins, or are given up       |
 //! | `unexplained`                                                  | what a model leaves of a record, bin by bin             |
 //! | `left_over`                                                    | where what is left is larger than elsewhere             |
 //! | `plant`, `further`                                             | a fit to a plant that is not perfect                    |
@@ -40,10 +41,12 @@ pub(crate) mod residuals;
 mod retired;
 mod rows;
 pub(crate) mod seam;
+mod stagnation;
 mod statics;
 mod structure;
 mod sum_of_squares;
 mod summary;
+pub(crate) mod thinning;
 mod unexplained;
 mod whitening;
 
@@ -78,8 +81,11 @@ pub use residuals::Agreement;
 pub(crate) use retired::Retired;
 use retired::RetiredInformation;
 use seam::Seam;
+pub(crate) use stagnation::LITTLE;
+use stagnation::Stagnation;
 pub use structure::{Local, Structure};
 use sum_of_squares::SumOfSquares;
+use thinning::residuals;
 pub use unexplained::BinLeft;
 pub(crate) use unexplained::Unexplained;
 
@@ -95,6 +101,10 @@ pub(crate) type ParameterNormal = Normal<PACKED>;
 pub struct Refinement {
     coordinates: Coordinates,
     minimiser: LevenbergMarquardt<PACKED>,
+    /// Distance of the bins that count.
+    every: usize,
+    /// How far the last steps have come.
+    stagnation: Stagnation,
     workspace: Workspace,
     /// Information of the retired records.
     retired: RetiredInformation,
@@ -108,6 +118,8 @@ impl Refinement {
         Self {
             coordinates: sought.coordinates(guess),
             minimiser: LevenbergMarquardt::new(Limits::OF_REFINEMENT),
+            every: 1,
+            stagnation: Stagnation::NONE,
             workspace: Workspace::new(),
             retired: RetiredInformation::none(sought.unknowns()),
             aside: None,
@@ -121,8 +133,20 @@ impl Refinement {
 
     /// Starts anew from some coordinates.
     pub(crate) fn restart_at(&mut self, coordinates: &Coordinates) {
+        self.restart_thinned(coordinates, 1);
+    }
+
+    /// As [`Refinement::restart_at`], where one bin out of `every` counts.
+    pub(crate) fn restart_thinned(&mut self, coordinates: &Coordinates, every: usize) {
         self.coordinates = *coordinates;
+        self.every = every;
+        self.stagnation = Stagnation::NONE;
         self.minimiser.restart();
+    }
+
+    /// Distance of the bins that count.
+    pub(crate) fn every(&self) -> usize {
+        self.every
     }
 
     /// Steps tried since the start.
@@ -170,8 +194,8 @@ impl Refinement {
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
     ) -> Outcome {
-        let Self { coordinates, minimiser, workspace, retired, .. } = self;
-        let mut objective = SumOfSquares::new(problem, experiments, retired, workspace);
+        let Self { coordinates, minimiser, workspace, retired, every, .. } = self;
+        let mut objective = SumOfSquares::new(problem, experiments, retired, workspace, *every);
         match minimiser.step(problem, &mut objective, coordinates) {
             Ok(outcome) => outcome,
             Err(LinearisationError::NoEquilibrium(_) | LinearisationError::QuarterTurn(_)) => {
@@ -179,6 +203,20 @@ impl Refinement {
             }
             Err(_) => Outcome::Exhausted,
         }
+    }
+
+    /// As [`Refinement::step`]. A refinement that stagnates is given up.
+    pub(crate) fn step_or_give_up<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+    ) -> Outcome {
+        let outcome = self.step(problem, experiments);
+        let residuals = residuals(problem, experiments, self.every);
+        let objective = self.objective();
+        let is_given_up =
+            self.minimiser.linearised && self.stagnation.ends_fit(objective, residuals, 0.0);
+        if outcome == Outcome::Improving && is_given_up { Outcome::Exhausted } else { outcome }
     }
 
     /// Moves half the way to the stiffest robot, by the logarithms: the step where gravity leaves no equilibrium.
@@ -323,7 +361,7 @@ impl Refinement {
         experiment: &Experiment<B>,
         seam: &Seam,
     ) -> Information {
-        self.workspace.assemble(problem, model, experiment, Equations::Planned(seam));
+        self.workspace.assemble(problem, model, Bins::of(experiment), Equations::Planned(seam));
         let Self { workspace, .. } = self;
         Information::of_complement(&workspace.record, problem.seam_unknowns(), problem.sought)
     }

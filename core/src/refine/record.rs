@@ -9,6 +9,7 @@ use super::model::Model;
 use super::plant::Correction;
 use super::residuals::Residuals;
 use super::seam::{MAX_SEAM, Seam};
+use super::summary::Summary;
 use crate::chain::{linearise::LinearisationError, poses_agree};
 use crate::linear::normal::Normal;
 use crate::search::MAX_EXPERIMENTS;
@@ -36,11 +37,18 @@ pub(super) struct Workspace {
     pub(super) record: RecordNormal,
     /// Seams of the first records, each at its best, at the point where the cost was evaluated last.
     pub(super) seams: Vec<Seam, MAX_EXPERIMENTS>,
+    /// Of the residuals where the normal equations of all unknowns were assembled last.
+    pub(super) summary: Summary,
 }
 
 impl Workspace {
-    pub(super) const fn new() -> Self {
-        Self { correction: Correction::NONE, record: Normal::new(), seams: Vec::new() }
+    pub(super) fn new() -> Self {
+        Self {
+            correction: Correction::NONE,
+            record: Normal::new(),
+            seams: Vec::new(),
+            summary: Summary::default(),
+        }
     }
 
     /// The model at the pose of a record, of this number.
@@ -73,14 +81,14 @@ impl Workspace {
     }
 
     /// These normal equations of one record, its seam eliminated.
-    pub(super) fn assemble<const B: usize>(
+    pub(super) fn assemble(
         &mut self,
         problem: &Problem<'_>,
         model: &Model,
-        experiment: &Experiment<B>,
+        record: Bins<'_>,
         equations: Equations<'_>,
     ) -> Residuals {
-        let residuals = self.run(problem, model, Bins::of(experiment), equations);
+        let residuals = self.run(problem, model, record, equations);
         let unknowns = problem.seam_unknowns();
         let standing = equations.seam().to_solution(problem.chain.joints().len());
         self.record.prefer_small(&standing[..unknowns], SMALL_SEAM);
@@ -98,7 +106,7 @@ impl Workspace {
     ) -> Result<Residuals, LinearisationError> {
         let model = self.model(problem, coordinates, &experiment.pose, record)?;
         let (seam, _) = self.fit_seam(problem, &model, Bins::of(experiment));
-        Ok(self.assemble(problem, &model, experiment, Equations::All(&seam)))
+        Ok(self.assemble(problem, &model, Bins::of(experiment), Equations::All(&seam)))
     }
 
     /// Fills the record's normal equations.

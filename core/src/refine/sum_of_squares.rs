@@ -18,6 +18,8 @@ pub(super) struct SumOfSquares<'a, const B: usize> {
     experiments: &'a [Experiment<B>],
     retired: &'a RetiredInformation,
     workspace: &'a mut Workspace,
+    /// Distance of the bins that count.
+    every: usize,
 }
 
 impl<const B: usize> Objective<Coordinates, PACKED> for SumOfSquares<'_, B> {
@@ -32,61 +34,52 @@ impl<const B: usize> Objective<Coordinates, PACKED> for SumOfSquares<'_, B> {
         coordinates: &Coordinates,
         normal: &mut ParameterNormal,
     ) -> Result<(), LinearisationError> {
-        self.assemble(coordinates, normal).map(drop)
+        let Self { problem, experiments, retired, workspace, every } = self;
+        normal.reset(problem.sought.unknowns());
+        workspace.summary = Summary::default();
+        for (index, experiment) in experiments.iter().enumerate() {
+            let model = workspace.model(problem, coordinates, &experiment.pose, index)?;
+            let seam = match workspace.seams.get(index) {
+                Some(seam) => *seam,
+                None => workspace.fit_seam(problem, &model, Bins::thinned(experiment, *every)).0,
+            };
+            let bins = Bins::thinned(experiment, *every);
+            let residuals = workspace.assemble(problem, &model, bins, Equations::All(&seam));
+            workspace.summary.push(&residuals);
+            normal.add_complement(&workspace.record, problem.seam_unknowns());
+        }
+        add_other_than_records(problem, retired, coordinates, normal)
     }
 }
 
 impl<'a, const B: usize> SumOfSquares<'a, B> {
-    /// The objective of these experiments. Seams of others are forgotten.
+    /// The objective of one out of `every` bin of these experiments. Seams of others are forgotten.
     pub(super) fn new(
         problem: &'a Problem<'a>,
         experiments: &'a [Experiment<B>],
         retired: &'a RetiredInformation,
         workspace: &'a mut Workspace,
+        every: usize,
     ) -> Self {
         workspace.seams.clear();
-        Self { problem, experiments, retired, workspace }
+        Self { problem, experiments, retired, workspace, every }
     }
 
     /// Finds the seams that fit best. Returns the sum of squares that remains, infinite where gravity leaves the robot no
     /// equilibrium.
-    pub(super) fn fit_seams(&mut self, coordinates: &Coordinates) -> f64 {
+    fn fit_seams(&mut self, coordinates: &Coordinates) -> f64 {
         self.workspace.seams.clear();
         let mut sum_of_squares = 0.0;
         for (record, experiment) in self.experiments.iter().enumerate() {
             let model = self.workspace.model(self.problem, coordinates, &experiment.pose, record);
             let Ok(model) = model else { return f64::INFINITY };
-            let (seam, remaining) =
-                self.workspace.fit_seam(self.problem, &model, Bins::of(experiment));
+            let bins = Bins::thinned(experiment, self.every);
+            let (seam, remaining) = self.workspace.fit_seam(self.problem, &model, bins);
             // A seam for which there is no room is fitted again.
             let _ = self.workspace.seams.push(seam);
             sum_of_squares += remaining;
         }
         sum_of_squares
-    }
-
-    /// The normal equations of all unknowns, with the seams that [`SumOfSquares::fit_seams`] has found at the same
-    /// coordinates.
-    pub(super) fn assemble(
-        &mut self,
-        coordinates: &Coordinates,
-        normal: &mut ParameterNormal,
-    ) -> Result<Summary, LinearisationError> {
-        let Self { problem, experiments, retired, workspace } = self;
-        normal.reset(problem.sought.unknowns());
-        let mut summary = Summary::default();
-        for (index, experiment) in experiments.iter().enumerate() {
-            let model = workspace.model(problem, coordinates, &experiment.pose, index)?;
-            let seam = match workspace.seams.get(index) {
-                Some(seam) => *seam,
-                None => workspace.fit_seam(problem, &model, Bins::of(experiment)).0,
-            };
-            let residuals = workspace.assemble(problem, &model, experiment, Equations::All(&seam));
-            summary.push(&residuals);
-            normal.add_complement(&workspace.record, problem.seam_unknowns());
-        }
-        add_other_than_records(problem, retired, coordinates, normal)?;
-        Ok(summary)
     }
 }
 

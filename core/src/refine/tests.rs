@@ -118,7 +118,9 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::with_cases(12) })]
 
     #[test]
-    fn the_gradient_equals_finite_differences(seed in 0_u64..1000, tool_mass in prop_oneof![Just(0.0), Just(30.0)]) {
+    fn the_gradient_equals_finite_differences(
+        seed in 0_u64..1000, tool_mass in prop_oneof![Just(0.0), Just(30.0)], every in 1..3_usize,
+    ) {
         const STEP: f64 = 1e-3;
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let chain = chain();
@@ -143,7 +145,7 @@ proptest! {
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
         let mut objective =
-            SumOfSquares::new(&problem, &experiments, &retired, &mut workspace);
+            SumOfSquares::new(&problem, &experiments, &retired, &mut workspace, every);
         let start = sought.coordinates(&bushings());
         let mut at = |unknown: usize, by: f64| {
             let mut step = [0.0; MAX_UNKNOWNS];
@@ -200,7 +202,7 @@ proptest! {
         let problem = Problem { statics: &statics, ..problem(&chain, &measurement, &bounds, &sought) };
         let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
         let none: [Experiment<BINS>; 0] = [];
-        let mut objective = SumOfSquares::new(&problem, &none, &retired, &mut workspace);
+        let mut objective = SumOfSquares::new(&problem, &none, &retired, &mut workspace, 1);
         let start = sought.coordinates(&bushings());
         let mut cost = |unknown: usize, by: f64| {
             let mut step = [0.0; MAX_UNKNOWNS];
@@ -247,5 +249,26 @@ fn every_record_counts_with_its_seam() {
     for unknown in 0..sought.unknowns() {
         let ratio = one.deviation(unknown) / all.deviation(unknown);
         assert!((ratio / libm::sqrt(MANY as f64) - 1.0).abs() < 1e-6, "{unknown}: {ratio}");
+    }
+}
+
+/// A fit is by all bins, whichever counted in the steps before, and the same where the last step has assembled it.
+#[test]
+fn a_fit_counts_all_bins() {
+    let (chain, bounds, measurement) = (chain(), bounds(), measurement());
+    let sought = Sought::new(2, &Nuisances::default()).unwrap();
+    let record = record(&mut Xoshiro256PlusPlus::seed_from_u64(1));
+    let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
+    let experiments = [experiment.unwrap()];
+    let problem = problem(&chain, &measurement, &bounds, &sought);
+    for every in [1, 3] {
+        let mut refinement = Refinement::new(&sought, &bushings());
+        refinement.restart_thinned(&sought.coordinates(&bushings()), every);
+        let standing = refinement.step(&problem, &experiments);
+        assert_eq!(standing, Outcome::Improving);
+        let of_step = refinement.objective();
+        let here = refinement.fit_here(&problem, &experiments);
+        assert_eq!(here, refinement.fit(&problem, &experiments));
+        assert_eq!(of_step == here.objective, every == 1, "{of_step}, {}", here.objective);
     }
 }

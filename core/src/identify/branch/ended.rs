@@ -16,11 +16,40 @@ impl<R: Rng> Identifier<R> {
         let is_branch = matches!(self.purpose, Purpose::Branch(_));
         let minimum = self.best.as_ref().filter(|_| is_branch);
         minimum.is_some_and(|minimum| {
-            let above = self.refinement.objective() - minimum.fit.objective;
-            let distance = || self.refinement.distance(&self.sought, &minimum.coordinates);
+            let every = self.refinement.every();
+            let (coordinates, objective) = match &self.tried.screen {
+                Some(screen) if every > 1 => (&screen.coordinates, screen.objective),
+                _ => (&minimum.coordinates, minimum.fit.objective),
+            };
+            // As all bins would show them.
+            let above = every as f64 * (self.refinement.objective() - objective);
+            let distance = || every as f64 * self.refinement.distance(&self.sought, coordinates);
             // In the same place the sum of squares is higher by no more than the squared distance.
             (-REACHED..SAME_PLACE).contains(&above) && minimum.is_same_place(distance())
         })
+    }
+
+    /// Leaves a branch that the screening has ended. Returns its minimum, to be judged as before; `None` if that has been accepted and is now settled
+    /// on, or another branch is being refined.
+    #[inline(never)]
+    fn leave_branch<const B: usize>(
+        &mut self,
+        acceptance: Option<Acceptance>,
+        experiments: &[Experiment<B>],
+        plant: Option<&mut Plant>,
+    ) -> Option<Minimum> {
+        let minimum = self.best.take()?;
+        match acceptance {
+            Some(acceptance) => {
+                self.go_on_from(minimum, acceptance, experiments, plant);
+                None
+            }
+            None if self.branch_off(&minimum, None, experiments) => None,
+            None => {
+                self.stand_at(&minimum, experiments);
+                Some(minimum)
+            }
+        }
     }
 
     /// The minimum to be judged after a refinement: a branch that is clearly better than its minimum, else the minimum. `None` if
@@ -32,8 +61,16 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
         plant: Option<&mut Plant>,
     ) -> Option<Minimum> {
+        let of_branch = match self.purpose {
+            Purpose::Branch(Branch { acceptance, .. }) => Some(acceptance),
+            _ => None,
+        };
+        if let Some(acceptance) = of_branch.filter(|_| self.refinement.every() > 1) {
+            self.purpose = Purpose::Start;
+            return self.leave_branch(acceptance, experiments, plant);
+        }
         let mut ended = self.minimum_here(experiments);
-        let Purpose::Branch(Branch { acceptance, .. }) = self.purpose else { return Some(ended) };
+        let Some(acceptance) = of_branch else { return Some(ended) };
         self.purpose = Purpose::Start;
         let Some(mut minimum) = self.best.take() else { return Some(ended) };
         ended.times = minimum.times;

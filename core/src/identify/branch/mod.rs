@@ -8,7 +8,7 @@
 //! | `light`              | every heavily damped bushing: it is damped lightly                                 |
 //! | [`super::descent`]   | anything: the end of descents from elsewhere, while some stiffness is undetermined |
 //!
-//! `ended` compares the end of a branch with its minimum.
+//! `screen` refines a branch on some of the bins first. `ended` compares the end of a branch with its minimum.
 //!
 //! A search may end in any of them, and noise can explain the residuals of the worse ones. So before a minimum is settled on, its
 //! branches are refined. The best minimum counts; its errors include the others that the data do not exclude. The branches of the
@@ -16,6 +16,7 @@
 
 mod ended;
 mod light;
+mod screen;
 mod series;
 mod stiff;
 mod typical;
@@ -26,9 +27,11 @@ use super::descent::Descent;
 use super::minimum::{Minimum, REACHED, RIVAL};
 use super::start::{self, Method};
 use super::{Acceptance, FoundBy, Identifier, Phase, Purpose};
+use crate::refine::LITTLE;
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 use crate::verdict::WEAK;
+use screen::Screen;
 pub(super) use typical::typically_damped;
 
 /// When no branch has been a rival for so many records in a row, branches are not refined again before the next search: each record
@@ -46,8 +49,6 @@ const SEARCHES_ELSEWHERE: u32 = 2;
 const FAR_STIFFNESS: f64 = core::f64::consts::LN_10;
 /// A branch is given up after so many stagnating steps in a row, rejected ones included: up to ten are rejected before one is good.
 const PATIENCE: u32 = 12;
-/// A step stagnates if it gains less than this part of what the branch lacks to be clearly better.
-const LITTLE: f64 = 0.05;
 
 /// A branch that is refined before its minimum, the best so far, is settled on.
 #[derive(Clone, Debug)]
@@ -79,6 +80,8 @@ pub(super) struct Tried {
     stiff: u128,
     /// Searches elsewhere.
     elsewhere: u32,
+    /// The minimum as its branches are screened. `None` where they are not.
+    screen: Option<Screen>,
     /// Branches that have replaced their minimum.
     replaced: u32,
     /// The best of the branches that the model with imperfections explains worse than their minimum; of the far ones, if there are any.
@@ -96,9 +99,8 @@ struct RunnerUp {
 }
 
 impl Branch {
-    /// `worth` times the minimum's sum of squares is the most that is worth a step.
-    fn of(minimum: &Minimum, acceptance: Option<Acceptance>, worth: f64) -> Self {
-        let objective = minimum.fit.objective;
+    /// Of a minimum with this sum of squares. `worth` times that is the most that is worth a step.
+    fn of(objective: f64, acceptance: Option<Acceptance>, worth: f64) -> Self {
         Self {
             acceptance,
             better: objective - RIVAL,
@@ -186,13 +188,15 @@ impl<R: Rng> Identifier<R> {
         }
         let worth = if let Some((branch, worth)) = self.next_branch(minimum, experiments) {
             self.effort.branches += 1;
-            self.refinement.restart_at(&branch);
+            self.prepare_screen(minimum, experiments);
+            self.restart_branch(&branch);
             self.found_by = FoundBy::Branch;
             self.phase = Phase::Refining;
             worth
         } else if self.is_worth_a_search(minimum, acceptance) {
             self.tried.elsewhere += 1;
             self.effort.starts += 1;
+            self.prepare_screen(minimum, experiments);
             let from = start::elsewhere(&self.bounds, &self.sought, &mut self.generator);
             self.descent = Descent::few(from);
             self.method = Method::Descent;
@@ -202,7 +206,8 @@ impl<R: Rng> Identifier<R> {
             return false;
         };
         self.tried.any = true;
-        self.purpose = Purpose::Branch(Branch::of(minimum, acceptance, worth));
+        let objective = self.tried.screen.map_or(minimum.fit.objective, |screen| screen.objective);
+        self.purpose = Purpose::Branch(Branch::of(objective, acceptance, worth));
         self.best = Some(minimum.clone());
         true
     }

@@ -2,11 +2,12 @@
 
 use super::super::levenberg_marquardt::{LevenbergMarquardt, Outcome, Remaining};
 use super::super::proposal::FLOOR;
+use super::super::stagnation::Stagnation;
+use super::super::thinning::{self, residuals};
 use super::super::{Fit, ParameterNormal, Problem, Refinement};
 use super::objective::{PlantDomain, PlantSumOfSquares, Point};
 use super::restated::Restated;
 use super::sizes::{ALL, OF_ALL};
-use super::stagnation::Stagnation;
 use super::{Correction, Plant};
 use crate::imperfection::{self, MAX_IMPERFECTIONS};
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
@@ -33,7 +34,7 @@ impl Refinement {
         experiments: &[Experiment<B>],
     ) {
         self.restart_plant(plant, experiments.len());
-        plant.thin(experiments.iter().map(Experiment::bins).min().unwrap_or(0));
+        plant.thin(thinning::distance(experiments));
     }
 
     /// As [`Refinement::restart_plant_thinned`], where a descent has ended: the fit also allows for errors of the model at first.
@@ -188,17 +189,6 @@ impl Refinement {
         let fit = self.fit_of(problem, experiments, Ok(plant.summary.clone()));
         Some((fit, Remaining { step: of_unknowns, gain }))
     }
-}
-
-/// Number of real residuals of the static tests, and of the bins of all records that count.
-fn residuals<const B: usize>(
-    problem: &Problem<'_>,
-    experiments: &[Experiment<B>],
-    every: usize,
-) -> usize {
-    let of_records = experiments.iter().map(|experiment| 6 * experiment.bins().div_ceil(every));
-    let of_statics = problem.statics.iter().map(|test| test.readings().count());
-    of_records.chain(of_statics).sum()
 }
 
 impl Plant {

@@ -14,8 +14,8 @@
 
 use super::super::Outcome;
 use super::super::levels::{LAST_RELATIVE, RELATIVE};
+use super::super::stagnation::Stagnation;
 use super::Plant;
-use super::stagnation::Stagnation;
 
 /// η of each level; then the noise alone weighs. Chosen: those of the descent. Of seven drawn six-joint arms the first start finds the right
 /// minimum of all with these levels, and of four without.

@@ -11,7 +11,7 @@
 //! | `sag`                           | derivatives by these and the stiffnesses through the sag        |
 //! | `correction`                    | a model with the imperfections that a fit has found             |
 //! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
-//! | `fit`, `levels`, `thinned`, `stagnation` | its minimum, how a fit begins, and when it is given up     |
+//! | `fit`, `levels`, `thinned`      | its minimum, and how a fit begins                               |
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | links that give way                                             |
 //! | `information`                   | what records and priors say of unknowns and imperfections       |
@@ -37,7 +37,6 @@ mod objective;
 mod restated;
 mod sag;
 mod sizes;
-mod stagnation;
 mod structure;
 mod thinned;
 
@@ -45,6 +44,7 @@ use heapless::Vec;
 
 use super::damping::Damping;
 use super::levenberg_marquardt::{LEAST_DAMPING, LevenbergMarquardt, Limits};
+use super::stagnation::Stagnation;
 use super::summary::Summary;
 use crate::MAX_JOINTS;
 use crate::chain::{Chain, JointKind};
@@ -60,7 +60,6 @@ pub use mechanics::{Mechanics, Places};
 use objective::Point;
 use restated::Restated;
 use sizes::{OF_ALL, OF_RECORD};
-use stagnation::Stagnation;
 
 /// Limits of a fit. Chosen: all unknowns together end within a tenth of a standard deviation of the minimum; a fit typically takes a
 /// sixth of these steps.

@@ -2,7 +2,7 @@
 //!
 //! From a wrong minimum no plausible imperfections explain the records, which some of the bins show as well as all. A fit whose imperfections are
 //! plausible, or that explains the records, goes on with all bins, and mostly a few steps suffice. Any other ends there, and is evaluated with all
-//! bins. Only the records have fewer residuals: static tests and the priors of the imperfections keep their weight.
+//! bins.
 
 use super::Plant;
 use crate::chi_square::noise_explains;
@@ -11,17 +11,14 @@ use crate::chi_square::noise_explains;
 /// bins; the drawn plants and the single errors of `noise-limit` end as with all bins from the start.
 const THINNING: usize = 4;
 
-/// Least number of bins of a record that count. Chosen: their 768 residuals are eight times the unknowns of the seam of seven joints.
-const LEAST_BINS: usize = 128;
-
 /// What a step of a fit with some of the bins gains at least, unless it stagnates. Chosen: the five steps after which a fit is given up
 /// then lower the sum of squares by a half at most, over all bins by two.
 const LEAST_GAIN: f64 = 0.1;
 
 impl Plant {
-    /// From now on one bin out of four counts, or as few as the record of the fewest allows.
-    pub(super) fn thin(&mut self, fewest: usize) {
-        self.every = (fewest / LEAST_BINS).clamp(1, THINNING);
+    /// From now on one bin out of `most` counts, or one out of four.
+    pub(super) fn thin(&mut self, most: usize) {
+        self.every = most.min(THINNING);
     }
 
     /// What a step gains at least, unless it stagnates.
@@ -54,18 +51,9 @@ mod tests {
     use super::super::tests::plant;
 
     #[test]
-    fn a_short_record_keeps_more_of_its_bins() {
-        for (fewest, expected) in [(0, 1), (255, 1), (256, 2), (400, 3), (512, 4), (100_000, 4)] {
-            let mut plant = plant();
-            plant.thin(fewest);
-            assert_eq!(plant.every, expected, "{fewest}");
-        }
-    }
-
-    #[test]
     fn all_bins_begin_to_count_once() {
         let mut plant = plant();
-        plant.thin(1000);
+        plant.thin(6);
         plant.minimiser.linearised = true;
         assert_eq!([(); 2].map(|()| plant.count_all_bins()), [true, false]);
         assert!(!plant.minimiser.linearised);

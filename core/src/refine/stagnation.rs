@@ -1,6 +1,6 @@
 //! When a fit is given up.
 //!
-//! No imperfections explain the records of a wrong minimum. The fit to them would still gain a little with every step.
+//! From a wrong basin no parameters and no imperfections explain the records. The fit would still gain a little with every step.
 
 use crate::verdict::FOREIGN;
 
@@ -10,7 +10,7 @@ use crate::verdict::FOREIGN;
 const PATIENCE: u32 = 5;
 /// A step stagnates if it gains less than this part of what the sum of squares lacks. Chosen: the rest would then need sixty steps to fall to a
 /// twentieth.
-const LITTLE: f64 = 0.05;
+pub(crate) const LITTLE: f64 = 0.05;
 
 /// How far the last steps of a fit have come.
 #[derive(Clone, Copy, Debug)]
