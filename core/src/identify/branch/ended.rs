@@ -159,7 +159,9 @@ impl<R: Rng> Identifier<R> {
     pub(in crate::identify) fn replace_by_branch(&mut self) {
         self.exclusions = 0;
         self.prolongations = 0;
-        let Tried { elsewhere, replaced, .. } = self.tried;
-        self.tried = Tried { any: true, elsewhere, replaced: replaced + 1, ..Tried::default() };
+        let Tried { elsewhere, replaced, is_screened_in_vain, .. } = self.tried;
+        let replaced = replaced + 1;
+        self.tried =
+            Tried { any: true, elsewhere, replaced, is_screened_in_vain, ..Tried::default() };
     }
 }

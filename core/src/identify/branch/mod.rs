@@ -82,6 +82,8 @@ pub(super) struct Tried {
     elsewhere: u32,
     /// The minimum as its branches are screened. `None` where they are not.
     screen: Option<Screen>,
+    /// The minimum of some bins has lain elsewhere than that of all.
+    is_screened_in_vain: bool,
     /// Branches that have replaced their minimum.
     replaced: u32,
     /// The best of the branches that the model with imperfections explains worse than their minimum; of the far ones, if there are any.

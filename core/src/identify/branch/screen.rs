@@ -12,8 +12,9 @@ use crate::refine::{Outcome, Problem, thinning};
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 
-/// Most steps from the minimum of all bins to that of some. Chosen: two or three suffice.
-const MAX_STEPS: u32 = 10;
+/// Most steps from the minimum of all bins to that of some. Chosen: two or three suffice, but in a flat valley, where branches are not
+/// screened.
+const MAX_STEPS: u32 = 5;
 /// By how much the sum of squares of some bins must be larger, in χ² per degree of freedom, for a branch to be worse by all bins beyond
 /// doubt. Two models that differ by the norm S² in all whitened residuals have sums of squares that differ by `S² ± 2 S`. With three
 /// standard deviations, a difference of all bins below [`RIVAL`](super::RIVAL) leaves S² at 54 or less; of half the bins these have 27, and
@@ -34,8 +35,9 @@ pub(super) struct Screen {
 }
 
 impl<R: Rng> Identifier<R> {
-    /// Prepares the screening of the branches of a minimum, unless that has been done. There is none where too few bins would count, and
-    /// where a branch that is worse may be the runner-up. The refinement does not stay where it is.
+    /// Prepares the screening of the branches of a minimum, unless that has been done. There is none where too few bins would count, where a
+    /// branch that is worse may be the runner-up, and once the minimum of some bins has lain elsewhere. The refinement does not stay where it
+    /// is.
     pub(super) fn prepare_screen<const B: usize>(
         &mut self,
         minimum: &Minimum,
@@ -48,7 +50,7 @@ impl<R: Rng> Identifier<R> {
         let every = thinning::distance(experiments);
         let may_be_runner_up =
             self.corrected.is_some() && self.leaves_stiffness_undetermined(minimum);
-        if every == 1 || may_be_runner_up {
+        if every == 1 || may_be_runner_up || self.tried.is_screened_in_vain {
             return;
         }
         let Self { chain, measurement, bounds, sought, statics, refinement, effort, .. } = self;
@@ -64,9 +66,11 @@ impl<R: Rng> Identifier<R> {
         // By the information of these bins the two minima are no farther apart than noise of the other bins makes them.
         let apart = refinement.distance(sought, &minimum.coordinates);
         let rank = minimum.fit.covariance.rank() as f64;
-        if objective.is_finite() && apart <= rarely_exceeded(rank) * minimum.inflation() {
-            self.tried.screen =
-                Some(Screen { of: minimum.coordinates, coordinates, objective, every });
+        let is_beside = apart <= rarely_exceeded(rank) * minimum.inflation();
+        self.tried.is_screened_in_vain = !(is_beside && objective.is_finite());
+        if !self.tried.is_screened_in_vain {
+            let of = minimum.coordinates;
+            self.tried.screen = Some(Screen { of, coordinates, objective, every });
         }
     }
 
