@@ -2,7 +2,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use fearless_simd::{Level, Simd, SimdBase, SimdFloat, f32x16, f64x8};
+use fearless_simd::{Level, Simd, SimdBase, SimdFloat, f32x4, f32x8, f32x16, f64x2, f64x4, f64x8};
 
 /// Precision of a computation.
 pub trait Scalar: Copy + Default + Send + Sync + 'static {
@@ -97,7 +97,7 @@ macro_rules! vector {
         impl<S: Simd> Lanes for $type<S> {
             type Scalar = $scalar;
             const WIDTH: usize = $width;
-            const REGISTERS: usize = size_of::<Self>() / size_of::<S::$native>();
+            const REGISTERS: usize = size_of::<Self>().div_ceil(size_of::<S::$native>());
             type Each<T: Copy> = [T; $width];
             #[inline(always)]
             fn each<T: Copy>(value: T) -> [T; $width] {
@@ -127,7 +127,10 @@ macro_rules! vector {
     )*};
 }
 
-vector!(f32x16 of f32, 16, f32s; f64x8 of f64, 8, f64s);
+vector!(
+    f32x4 of f32, 4, f32s; f32x8 of f32, 8, f32s; f32x16 of f32, 16, f32s;
+    f64x2 of f64, 2, f64s; f64x4 of f64, 4, f64s; f64x8 of f64, 8, f64s
+);
 
 /// A computation that is written once for any number of lanes. Mark `run` with `#[inline(always)]`.
 pub trait Kernel<T: Scalar> {
@@ -142,37 +145,46 @@ pub trait Precision: Scalar {
     /// Runs `kernel` in vectors of 64 bytes if `level` has AVX-512, AVX2 or NEON, else in one lane. The program holds a copy
     /// of every kernel for each of them.
     fn dispatch<K: Kernel<Self>>(level: Level, kernel: K) -> K::Output;
+    /// The same in vectors that fill one register each, for kernels that keep many of them.
+    fn dispatch_in_registers<K: Kernel<Self>>(level: Level, kernel: K) -> K::Output;
 }
 
-macro_rules! precision {
-    ($scalar:ty, $vector:ident) => {
-        impl Precision for $scalar {
-            #[inline]
-            fn dispatch<K: Kernel<Self>>(level: Level, kernel: K) -> K::Output {
-                #[cfg(any(target_arch = "x86", target_arch = "x86_64", target_arch = "aarch64"))]
-                macro_rules! run {
-                    ($simd:expr) => {
-                        if let Some(simd) = $simd {
-                            return simd.vectorize(
-                                #[inline(always)]
-                                || kernel.run($vector::splat(simd, 0.0)),
-                            );
-                        }
-                    };
-                }
-                #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-                {
-                    run!(level.as_avx512());
-                    run!(level.as_avx2());
-                }
-                #[cfg(target_arch = "aarch64")]
-                run!(level.as_neon());
-                let _ = level;
-                kernel.run::<$scalar>(0.0)
+macro_rules! dispatch {
+    ($name:ident, $scalar:ty, $avx512:ident, $avx2:ident, $neon:ident) => {
+        #[inline]
+        fn $name<K: Kernel<Self>>(level: Level, kernel: K) -> K::Output {
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64", target_arch = "aarch64"))]
+            macro_rules! run {
+                ($simd:expr, $vector:ident) => {
+                    if let Some(simd) = $simd {
+                        return simd.vectorize(
+                            #[inline(always)]
+                            || kernel.run($vector::splat(simd, 0.0)),
+                        );
+                    }
+                };
             }
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            {
+                run!(level.as_avx512(), $avx512);
+                run!(level.as_avx2(), $avx2);
+            }
+            #[cfg(target_arch = "aarch64")]
+            run!(level.as_neon(), $neon);
+            let _ = level;
+            kernel.run::<$scalar>(0.0)
         }
     };
 }
 
-precision!(f32, f32x16);
-precision!(f64, f64x8);
+macro_rules! precision {
+    ($scalar:ty, $wide:ident, $avx2:ident, $neon:ident) => {
+        impl Precision for $scalar {
+            dispatch!(dispatch, $scalar, $wide, $wide, $wide);
+            dispatch!(dispatch_in_registers, $scalar, $wide, $avx2, $neon);
+        }
+    };
+}
+
+precision!(f32, f32x16, f32x8, f32x4);
+precision!(f64, f64x8, f64x4, f64x2);

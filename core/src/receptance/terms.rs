@@ -240,6 +240,12 @@ impl<T: Scalar> Terms<T> {
         Self { masses: true, ..self }
     }
 
+    /// Whether the bushings are springs and dampers, the same at all frequencies.
+    pub(crate) fn has_plain_bushings(&self) -> bool {
+        let has_growth = self.joints.iter().any(|joint| joint.growth.is_some());
+        self.hysteresis.part.to_f64() == 0.0 && !has_growth
+    }
+
     /// σ and ψ of the bushings at the complex frequency `s`.
     #[inline(always)]
     pub(super) fn rates<V: Lanes<Scalar = T>>(&self, s: Complex<V>) -> Rates<V> {

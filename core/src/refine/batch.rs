@@ -141,6 +141,11 @@ impl<'a> Bins<'a> {
         noise
     }
 
+    /// ω₀: the lowest angular frequency of the record.
+    pub(super) fn lowest(&self) -> f64 {
+        self.lowest
+    }
+
     fn omega(&self, bin: usize) -> f64 {
         (self.first_bin + bin * self.every) as f64 * self.spacing
     }

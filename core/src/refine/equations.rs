@@ -63,7 +63,7 @@ impl<'a> Equations<'a> {
     }
 
     /// Whether the unknowns are among those of the equations.
-    fn has_unknowns(self) -> bool {
+    pub(super) fn has_unknowns(self) -> bool {
         !matches!(self, Self::Seam)
     }
 }
@@ -128,12 +128,12 @@ impl<F: Further, const W: usize, const L: usize> Kernel<f64> for Assembly<'_, F,
 }
 
 impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
-    fn seam_columns(&self) -> usize {
+    pub(super) fn seam_columns(&self) -> usize {
         unknowns(self.model.terms.joints.len(), self.model.terms.feels_gravity())
     }
 
     /// Unknowns, and the column of the residual behind theirs.
-    fn columns(&self) -> usize {
+    pub(super) fn columns(&self) -> usize {
         if self.equations.has_unknowns() {
             self.first() + self.sought.unknowns()
         } else {
@@ -142,7 +142,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
     }
 
     /// Column of the first unknown.
-    fn first(&self) -> usize {
+    pub(super) fn first(&self) -> usize {
         self.seam_columns() + self.further.count()
     }
 
@@ -188,7 +188,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
 
     /// Most likely error of the force, `F̂ − F`. It counts as zero for the seam alone, and where no acceleration was measured.
     #[inline(always)]
-    fn correct<V: Lanes<Scalar = f64>>(
+    pub(super) fn correct<V: Lanes<Scalar = f64>>(
         &self,
         like: V,
         weights: &[Whitening; WIDEST],
@@ -212,6 +212,40 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
         errors.map(|[re, im]| Complex::new(like.load(&re), like.load(&im)))
     }
 
+    /// Corrects the force, and evaluates the derivatives there.
+    #[inline(always)]
+    pub(super) fn elongate<V: Lanes<Scalar = f64>>(
+        &self,
+        response: &mut Response<V>,
+        batch: &mut Batch<V>,
+        error: &[Complex<V>; 3],
+    ) {
+        for axis in 0..3 {
+            batch.force[axis] = batch.force[axis] + error[axis];
+        }
+        let error = self.equations.has_unknowns().then_some(error);
+        response.elongate(&self.model.terms, batch.s, error);
+    }
+
+    /// Takes the residual of a bin.
+    #[inline(always)]
+    pub(super) fn take_residual(
+        &self,
+        residuals: &mut Residuals,
+        bin: usize,
+        unexplained: &Reading,
+        white: &Reading,
+    ) {
+        let measured = self.record.measured(bin);
+        let mut model = measured;
+        for axis in 0..3 {
+            for part in 0..2 {
+                model[axis][part] -= unexplained[axis][part];
+            }
+        }
+        residuals.take(&measured, &model, white);
+    }
+
     /// Writes the derivatives of the reading at the corrected force.
     #[inline(always)]
     fn rows<V: Lanes<Scalar = f64>>(
@@ -222,14 +256,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
         batch: &mut Batch<V>,
         error: &[Complex<V>; 3],
     ) {
-        for axis in 0..3 {
-            batch.force[axis] = batch.force[axis] + error[axis];
-        }
-        response.elongate(
-            &self.model.terms,
-            batch.s,
-            self.equations.has_unknowns().then_some(error),
-        );
+        self.elongate(response, batch, error);
         write_seam(rows, response, batch, self.model.terms.joints.len());
         if self.equations.has_unknowns() {
             derivatives.write(rows, response, &self.model.terms, batch);
@@ -256,14 +283,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
             weights[lane].apply(rows, columns + 1);
             if self.equations.has_unknowns() {
                 let white = [0, 2, 4].map(|row| [rows[row][columns], rows[row + 1][columns]]);
-                let measured = self.record.measured(bin);
-                let mut model = measured;
-                for axis in 0..3 {
-                    for part in 0..2 {
-                        model[axis][part] -= unexplained[axis][part];
-                    }
-                }
-                residuals.take(&measured, &model, &white);
+                self.take_residual(residuals, bin, unexplained, &white);
             }
         }
         self.normal.add_all(self.level, rows.as_flattened());
@@ -272,7 +292,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
 
 /// What makes the residual of each bin white: `C^(−1/2)`.
 #[inline(always)]
-fn whiten(
+pub(super) fn whiten(
     noise: &[Noise; WIDEST],
     accelerance: &[Accelerance; WIDEST],
     lanes: usize,

@@ -10,6 +10,7 @@
 //! | `sum_of_squares`, `statics`, `retired`                         | the objective: records, static tests, priors, retired   |
 //! | `record`, `model`, `seam`                                      | one record, its seam projected out                      |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
+//! | `responses`                                                    | the same from the responses to unit loads               |
 //! | `fit`, `summary`, `structure`, `information`                   | the results of a fit                                    |
 //! | `left_out`                                                     | each static test as all else predicts it                |
 //! | `thinning`, `stagnation`                                       | fits that count some of the bins, or are given up       |
@@ -38,6 +39,7 @@ mod problem;
 pub(crate) mod proposal;
 mod record;
 pub(crate) mod residuals;
+mod responses;
 mod retired;
 mod rows;
 pub(crate) mod seam;

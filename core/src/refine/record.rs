@@ -8,6 +8,7 @@ use super::equations::{Assembly, Equations, OF_RECORD, RecordNormal};
 use super::model::Model;
 use super::plant::Correction;
 use super::residuals::Residuals;
+use super::responses::{ByResponses, Sums, has_plain_columns};
 use super::seam::{MAX_SEAM, Seam};
 use super::summary::Summary;
 use crate::chain::{linearise::LinearisationError, poses_agree};
@@ -35,6 +36,8 @@ pub(super) struct Workspace {
     pub(super) correction: Correction,
     /// Normal equations of the record that was assembled last.
     pub(super) record: RecordNormal,
+    /// Sums from which these follow.
+    sums: Sums,
     /// Seams of the first records, each at its best, at the point where the cost was evaluated last.
     pub(super) seams: Vec<Seam, MAX_EXPERIMENTS>,
     /// Of the residuals where the normal equations of all unknowns were assembled last.
@@ -46,6 +49,7 @@ impl Workspace {
         Self {
             correction: Correction::NONE,
             record: Normal::new(),
+            sums: Sums::new(),
             seams: Vec::new(),
             summary: Summary::default(),
         }
@@ -117,7 +121,7 @@ impl Workspace {
         record: Bins<'_>,
         equations: Equations<'_>,
     ) -> Residuals {
-        run(Assembly::<_, COLUMNS, _> {
+        let assembly = Assembly::<_, COLUMNS, _> {
             model,
             record,
             equations,
@@ -125,7 +129,12 @@ impl Workspace {
             further: (),
             normal: &mut self.record,
             level: problem.level,
-        })
+        };
+        if has_plain_columns(&model.terms, problem.sought) {
+            ByResponses { assembly, sums: &mut self.sums }.run()
+        } else {
+            run(assembly)
+        }
     }
 }
 

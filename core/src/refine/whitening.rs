@@ -3,7 +3,9 @@
 //! The residual of a bin carries the noise of the accelerometer and, through the accelerance H_a, that of the
 //! force sensor: its covariance is `σ_a² + H_a σ_f² H_aᴴ`. Without the second no interval is honest.
 
+use crate::linear::gram::WIDEST;
 use crate::receptance::Complex;
+use crate::receptance::lanes::Lanes;
 
 /// Inverse Cholesky factor of half a bin's noise covariance (half: real and imaginary part each have unit variance
 /// then), row by row below the diagonal.
@@ -97,5 +99,39 @@ impl Whitening {
             r0[c] = x * a.0;
             i0[c] = x * a.1;
         }
+    }
+}
+
+/// The weights of as many bins as there are lanes.
+pub(super) struct WhiteningOfLanes<V> {
+    diagonal: [V; 3],
+    below: [Complex<V>; 3],
+}
+
+impl<V: Lanes<Scalar = f64>> WhiteningOfLanes<V> {
+    #[inline(always)]
+    pub(super) fn new(like: V, weights: &[Whitening; WIDEST]) -> Self {
+        let gather = |value: &dyn Fn(&Whitening) -> f64| {
+            let mut lanes = [0.0; WIDEST];
+            for (lane, weights) in lanes.iter_mut().zip(weights) {
+                *lane = value(weights);
+            }
+            like.load(&lanes)
+        };
+        Self {
+            diagonal: core::array::from_fn(|axis| gather(&|weights| weights.diagonal[axis])),
+            below: core::array::from_fn(|entry| Complex {
+                re: gather(&|weights| weights.below[entry].re),
+                im: gather(&|weights| weights.below[entry].im),
+            }),
+        }
+    }
+
+    /// As [`Whitening::white`].
+    #[inline(always)]
+    pub(super) fn white(&self, [r0, r1, r2]: [Complex<V>; 3]) -> [Complex<V>; 3] {
+        let [w10, w20, w21] = self.below;
+        let [x, y, z] = self.diagonal;
+        [r0.scale(x), r1.scale(y).add_mul(w10, r0), r2.scale(z).add_mul(w20, r0).add_mul(w21, r1)]
     }
 }
