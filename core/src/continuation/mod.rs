@@ -143,7 +143,7 @@ impl Continuation {
         for i in 0..damped.unknowns() {
             *damped.entry(i, i) *= 1.0 + self.damping.value();
         }
-        let step = least_within(&damped, &room);
+        let step = least_within(problem.level, &damped, &room);
         let predicted = normal.gain(&step);
         if predicted < NEGLIGIBLE * standing {
             return self.begin(self.level + 1);

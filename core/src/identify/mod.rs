@@ -350,13 +350,16 @@ impl<R: Rng> Identifier<R> {
                     }
                     return self.phase;
                 }
-                let outcome = if matches!(self.purpose, Purpose::Start) {
-                    refinement.step_or_give_up(&problem, experiments)
-                } else {
-                    refinement.step(&problem, experiments)
+                let outcome = match &self.purpose {
+                    Purpose::Start => refinement.step_or_give_up(&problem, experiments),
+                    Purpose::Branch(branch) => {
+                        refinement.step_below(branch.most_at_first(), &problem, experiments)
+                    }
+                    _ => refinement.step(&problem, experiments),
                 };
                 let objective = refinement.objective();
-                let remaining = || refinement.remaining(&problem).gain;
+                // As all bins would show it.
+                let remaining = || refinement.every() as f64 * refinement.remaining(&problem).gain;
                 let is_over = match &mut self.purpose {
                     Purpose::Branch(branch) => {
                         branch.is_to_be_given_up(objective)

@@ -20,12 +20,17 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; SUMS];
     let (a, a_rest) = a.as_chunks::<SUMS>();
     let (b, b_rest) = b.as_chunks::<SUMS>();
-    for (a, b) in a.iter().zip(b) {
-        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *sum += a * b;
+    assert!(a.len() <= b.len() && a_rest.len() <= b_rest.len());
+    // Iterators over both are not inlined in functions as long as an elimination.
+    for k in 0..a.len() {
+        for (lane, sum) in sums.iter_mut().enumerate() {
+            *sum += a[k][lane] * b[k][lane];
         }
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    let mut rest = 0.0;
+    for k in 0..a_rest.len() {
+        rest += a_rest[k] * b_rest[k];
+    }
     sums.iter().sum::<f64>() + rest
 }
 

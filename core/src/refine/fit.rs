@@ -190,7 +190,7 @@ impl Refinement {
         }
         let mut others = minimiser.normal.clone();
         others.subtract_complement(&workspace.record, problem.seam_unknowns());
-        let (step, _) = propose(&others, &problem.room(coordinates), 0.0);
+        let (step, _) = propose(problem.level, &others, &problem.room(coordinates), 0.0);
         let without = problem.advance(coordinates, &step);
         // What a correction has of this record alone, the others do not know.
         let predicted = workspace.assemble_fitted(problem, &without, UNSEEN, experiment);

@@ -122,7 +122,8 @@ impl<const L: usize> LevenbergMarquardt<L> {
         self.linearise(objective, point)?;
         self.iterations += 1;
         let standing = self.normal.sum_of_squares();
-        let (step, predicted) = propose(&self.normal, &domain.room(point), self.damping.value());
+        let (step, predicted) =
+            propose(domain.level(), &self.normal, &domain.room(point), self.damping.value());
         if predicted < self.limits.negligible {
             return Ok(self.look_further(domain, point));
         }
@@ -153,11 +154,25 @@ impl<const L: usize> LevenbergMarquardt<L> {
         objective: &mut O,
         point: &P,
     ) -> Result<(), O::Error> {
-        if !self.linearised {
-            objective.cost(point);
-            objective.linearise(point, &mut self.normal)?;
-            self.linearised = true;
+        self.linearise_below(f64::INFINITY, objective, point)
+    }
+
+    /// The same, unless the cost there is larger than `most`.
+    ///
+    /// # Errors
+    ///
+    /// The objective has no derivatives there.
+    pub(crate) fn linearise_below<P, O: Objective<P, L>>(
+        &mut self,
+        most: f64,
+        objective: &mut O,
+        point: &P,
+    ) -> Result<(), O::Error> {
+        if self.linearised || objective.cost(point) > most {
+            return Ok(());
         }
+        objective.linearise(point, &mut self.normal)?;
+        self.linearised = true;
         Ok(())
     }
 
@@ -191,7 +206,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
         domain: &D,
         point: &D::Point,
     ) -> Remaining<N> {
-        let (step, gain) = propose(&self.normal, &domain.room(point), 0.0);
+        let (step, gain) = propose(domain.level(), &self.normal, &domain.room(point), 0.0);
         Remaining { step, gain }
     }
 }

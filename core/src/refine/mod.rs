@@ -207,6 +207,22 @@ impl Refinement {
         }
     }
 
+    /// As [`Refinement::step`], unless the sum of squares at the start is larger than `most`: then it ends there, and has no normal equations.
+    pub(crate) fn step_below<const B: usize>(
+        &mut self,
+        most: f64,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+    ) -> Outcome {
+        let Self { coordinates, minimiser, workspace, retired, every, .. } = self;
+        let mut objective = SumOfSquares::new(problem, experiments, retired, workspace, *every);
+        let evaluated = minimiser.linearise_below(most, &mut objective, coordinates);
+        if evaluated.is_ok() && !minimiser.linearised {
+            return Outcome::Exhausted;
+        }
+        self.step(problem, experiments)
+    }
+
     /// As [`Refinement::step`]. A refinement that stagnates is given up.
     pub(crate) fn step_or_give_up<const B: usize>(
         &mut self,

@@ -1,5 +1,7 @@
 //! Interface of a minimisation: the domain of its points, and the sum of squares.
 
+use fearless_simd::Level;
+
 use super::proposal::{Room, Step};
 use crate::linear::normal::Normal;
 use crate::sought::MAX_UNKNOWNS;
@@ -8,6 +10,9 @@ use crate::sought::MAX_UNKNOWNS;
 pub(crate) trait Domain<const N: usize = MAX_UNKNOWNS> {
     /// A point.
     type Point: Copy;
+
+    /// Instruction set.
+    fn level(&self) -> Level;
 
     /// How far a step from `point` may go.
     fn room(&self, point: &Self::Point) -> Room<N>;

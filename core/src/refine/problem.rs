@@ -60,6 +60,10 @@ impl Problem<'_> {
 impl Domain for Problem<'_> {
     type Point = Coordinates;
 
+    fn level(&self) -> Level {
+        self.level
+    }
+
     fn room(&self, coordinates: &Coordinates) -> Room {
         let ranges = self.sought.ranges(coordinates, self.bounds);
         compliance::room(self.sought, &ranges, LONGEST_STEP)

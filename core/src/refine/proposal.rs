@@ -6,6 +6,8 @@
 //! the quadratic, so that the gain it promises is never negative. The first unknowns, as far as they have no ends, are eliminated once, before
 //! all rounds.
 
+use fearless_simd::Level;
+
 use crate::linear::normal::Normal;
 use crate::sought::MAX_UNKNOWNS;
 
@@ -28,6 +30,7 @@ const MAX_ROUNDS: usize = 4;
 // A copy of normal equations is large: inlined, it would take room on the stack of the caller.
 #[inline(never)]
 pub(super) fn propose<const L: usize, const N: usize>(
+    level: Level,
     normal: &Normal<L>,
     room: &Room<N>,
     damping: f64,
@@ -37,12 +40,13 @@ pub(super) fn propose<const L: usize, const N: usize>(
         let diagonal = damped.entry(i, i);
         *diagonal += damping * (*diagonal + FLOOR) + FLOOR;
     }
-    let step = least_within(&damped, room);
+    let step = least_within(level, &damped, room);
     (step, normal.gain(&step))
 }
 
 /// The step in the box that gains most.
 pub(crate) fn least_within<const L: usize, const N: usize>(
+    level: Level,
     normal: &Normal<L>,
     room: &Room<N>,
 ) -> Step<N> {
@@ -50,12 +54,12 @@ pub(crate) fn least_within<const L: usize, const N: usize>(
     let is_open = |room: &&[f64; 2]| **room == [f64::NEG_INFINITY, f64::INFINITY];
     let open = room[..unknowns].iter().take_while(is_open).count();
     let mut factor = normal.clone();
-    factor.eliminate(open);
+    factor.eliminate_with(level, open);
     let mut step = [0.0; N];
     let mut held: [bool; N] =
         core::array::from_fn(|i| i < unknowns && !has_way(normal.right()[i], 0.0, room[i]));
     for _ in 0..MAX_ROUNDS * N {
-        let aim = solve_beside(&factor, open, &step, &held);
+        let aim = solve_beside(level, &factor, open, &step, &held);
         // The part of the way to the aim that stays in the box, and the unknown that meets its end first.
         let (mut part, mut meets) = (1.0, None);
         for i in (0..unknowns).filter(|&i| !held[i]) {
@@ -98,6 +102,7 @@ fn has_way(slope: f64, step: f64, [least, most]: [f64; 2]) -> bool {
 /// The step that gains most while the unknowns that are `held` stay where they are. Of the equations the first `open` unknowns have been
 /// eliminated, of which none is held.
 fn solve_beside<const L: usize, const N: usize>(
+    level: Level,
     factor: &Normal<L>,
     open: usize,
     step: &Step<N>,
@@ -109,7 +114,7 @@ fn solve_beside<const L: usize, const N: usize>(
     pinned.reset(unknowns - open);
     pinned.add_complement(factor, open);
     pinned.fix(&put[open..unknowns]);
-    pinned.eliminate(unknowns - open);
+    pinned.eliminate_with(level, unknowns - open);
     let mut aim = [0.0; N];
     let (first, others) = aim.split_at_mut(open);
     pinned.substitute(unknowns - open, others);
@@ -172,7 +177,7 @@ mod tests {
                 room[i] = if is_open { [f64::NEG_INFINITY, f64::INFINITY] } else { [-below[i], above[i]] };
             }
             let expected = by_coordinates(&n, &g, &room);
-            let step = least_within(&normal, &room);
+            let step = least_within(Level::new(), &normal, &room);
             for i in 0..UNKNOWNS {
                 prop_assert!((room[i][0]..=room[i][1]).contains(&step[i]), "{} of {:?}", step[i], room[i]);
             }

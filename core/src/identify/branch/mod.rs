@@ -50,6 +50,10 @@ const FAR_STIFFNESS: f64 = core::f64::consts::LN_10;
 /// A branch is given up after so many stagnating steps in a row, rejected ones included: up to ten are rejected before one is good.
 const PATIENCE: u32 = 12;
 
+/// How many times larger the sum of squares may be before the first step than after it, for a branch to be worth that step. Found: of 48
+/// branches of three six-joint robots the first step makes it 1.3 to 28 times smaller where it ends below ten times the minimum's.
+const BEFORE_THE_FIRST: f64 = 30.0;
+
 /// A branch that is refined before its minimum, the best so far, is settled on.
 #[derive(Clone, Debug)]
 pub(super) struct Branch {
@@ -110,6 +114,11 @@ impl Branch {
             objective: f64::INFINITY,
             stagnating: 0,
         }
+    }
+
+    /// Sum of squares above which it is not worth the first step.
+    pub(super) fn most_at_first(&self) -> f64 {
+        BEFORE_THE_FIRST * self.most
     }
 
     /// Whether its minimum has been accepted.

@@ -88,7 +88,8 @@ impl<R: Rng> Identifier<R> {
             return false;
         };
         let above = self.refinement.objective() - screen.objective;
-        let is_worse = !(above <= BEYOND_DOUBT * minimum.inflation());
+        // What has not been evaluated is far above.
+        let is_worse = above.is_nan() || above > BEYOND_DOUBT * minimum.inflation();
         let distance = self.refinement.distance(&self.sought, &screen.coordinates);
         let is_back = minimum.is_same_place(distance * screen.every as f64);
         if is_worse || is_back {

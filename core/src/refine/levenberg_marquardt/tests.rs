@@ -1,5 +1,7 @@
 //! Minima of functions that are known: Rosenbrock's within bounds, and a quadratic.
 
+use fearless_simd::Level;
+
 use super::*;
 use crate::linear::packed::packed;
 use crate::refine::proposal::Room;
@@ -15,6 +17,10 @@ struct Rectangle([[f64; 2]; 2]);
 
 impl Domain for Rectangle {
     type Point = [f64; 2];
+
+    fn level(&self) -> Level {
+        Level::new()
+    }
 
     fn room(&self, point: &[f64; 2]) -> Room {
         let mut room = [[0.0; 2]; MAX_UNKNOWNS];
@@ -123,7 +129,7 @@ fn a_damped_step_that_gains_nothing_is_no_end() {
         let mut minimiser =
             LevenbergMarquardt { refused, ..LevenbergMarquardt::new(Limits::OF_REFINEMENT) };
         let first = minimiser.damping;
-        let (_, damped) = propose(&normal, &domain.room(&point), first.value());
+        let (_, damped) = propose(domain.level(), &normal, &domain.room(&point), first.value());
         assert!(damped < Limits::OF_REFINEMENT.negligible, "{damped}");
         let outcome = minimiser.step(&domain, &mut Quadratic { normal }, &mut point).unwrap();
         let left = minimiser.remaining(&domain, &point).gain;

@@ -107,7 +107,7 @@ impl Refinement {
                     eliminate_seam(problem, seam, objective.record);
                     factor.add_complement(objective.record, seam_unknowns);
                 }
-                let (step, _) = propose::<_, ALL>(factor, &room, 0.0);
+                let (step, _) = propose::<_, ALL>(problem.level, factor, &room, 0.0);
                 blocks += 1.0;
                 for (column, moved) in step.iter().enumerate() {
                     sums[column] += moved;

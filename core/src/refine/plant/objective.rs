@@ -1,5 +1,8 @@
 //! The sum of squares over unknowns and imperfections, and the domain of both.
 
+use fearless_simd::Level;
+use heapless::Vec;
+
 use super::super::batch::Bins;
 use super::super::equations::{Assembly, Equations};
 use super::super::model::Model;
@@ -18,8 +21,6 @@ use super::columns::{Imperfections, STEP};
 use super::imperfect::Imperfect;
 use super::sag::{self, Sag};
 use super::sizes::{ALL, OF_ALL, OF_RECORD, WIDE};
-use heapless::Vec;
-
 use crate::chain::Joint;
 use crate::chain::linearise::LinearisationError;
 use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
@@ -52,6 +53,10 @@ impl<'a> PlantDomain<'a> {
 
 impl Domain<ALL> for PlantDomain<'_> {
     type Point = Point;
+
+    fn level(&self) -> Level {
+        self.problem.level
+    }
 
     fn room(&self, point: &Point) -> Room<ALL> {
         let mut room = [[f64::NEG_INFINITY, f64::INFINITY]; ALL];

@@ -92,7 +92,7 @@ proptest! {
             let unknown = |index: usize, factor: f64| -> Column {
                 match kind {
                     0 => None,
-                    2 if index % 5 == 0 => None,
+                    2 if index.is_multiple_of(5) => None,
                     3 => Some((behind + index / 3, factor)),
                     _ => Some((behind + index, factor)),
                 }

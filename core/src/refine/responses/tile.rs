@@ -88,9 +88,10 @@ fn of_pair_of_seam<V: Lanes<Scalar = f64>>(
     i: usize,
     j: usize,
 ) -> [V; KINDS_OF_SEAM] {
-    assert!(i < LOADS && j + V::WIDTH <= LOADS);
+    assert!(i < LOADS && j + V::WIDTH <= LOADS && rates.len() == bins.len());
     let mut sums = [like.fill(0.0); KINDS_OF_SEAM];
-    for (bin, rates) in bins.iter().zip(rates) {
+    for number in 0..bins.len() {
+        let (bin, rates) = (&bins[number], &rates[number]);
         let m = product(like, bin, i, j);
         sums[0] = sums[0] + m.re;
         sums[1] = m.im.mul_add(like.fill(rates.inverse), sums[1]);
@@ -108,9 +109,10 @@ fn of_pair<V: Lanes<Scalar = f64>>(
     i: usize,
     j: usize,
 ) -> [V; KINDS] {
-    assert!(i < LOADS && j + V::WIDTH <= LOADS);
+    assert!(i < LOADS && j + V::WIDTH <= LOADS && rates.len() == bins.len());
     let mut sums = [like.fill(0.0); KINDS];
-    for (bin, rates) in bins.iter().zip(rates) {
+    for number in 0..bins.len() {
+        let (bin, rates) = (&bins[number], &rates[number]);
         let [re, im] = &bin.elongations;
         let (omega, inverse) = (like.fill(rates.omega), like.fill(rates.inverse));
         let m = product(like, bin, i, j);
@@ -144,12 +146,14 @@ fn of_other<V: Lanes<Scalar = f64>>(
     other: usize,
     i: usize,
 ) -> [V; OTHER_KINDS] {
-    assert!(other < OTHERS && i + V::WIDTH <= LOADS);
+    assert!(other < OTHERS && i + V::WIDTH <= LOADS && rates.len() == bins.len());
     let mut sums = [like.fill(0.0); OTHER_KINDS];
-    for (bin, rates) in bins.iter().zip(rates) {
+    for number in 0..bins.len() {
+        let (bin, rates) = (&bins[number], &rates[number]);
         let (omega, inverse) = (like.fill(rates.omega), like.fill(rates.inverse));
         let mut m = Complex::zero(like);
-        for (own, [re, im]) in bin.loads.iter().zip(&bin.others[other]) {
+        for axis in 0..3 {
+            let (own, [re, im]) = (&bin.loads[axis], &bin.others[other][axis]);
             let own = Complex::new(like.load(&own[0][i..]), -like.load(&own[1][i..]));
             m = m.add_mul(own, Complex::new(like.fill(*re), like.fill(*im)));
         }
