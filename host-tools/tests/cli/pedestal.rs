@@ -47,9 +47,8 @@ fn identified_and_missed(found: &Value, truth: &Value) -> [usize; 2] {
 }
 
 /// The cuts turn joint 1 by up to 1.3 rad. The ground gives way by twice its typical accuracy along the axes of the base, and by that about
-/// them. Found: without the pedestal 33 parameters identified, and 2 intervals too narrow, of joint 1 along its axes; with it 33, and 4. Of
-/// 36 intervals of 95 % more than 5 miss once in 100 times, if they are independent. Of twelve seeds of the noise all give a pedestal that is
-/// too soft, by 0.4 to 3.2 standard deviations: its interval is asked to hold at three and a half.
+/// them. Found: without the pedestal 33 parameters identified, and 2 intervals too narrow, of joint 1 along its axes; with it 34, and 1. Of
+/// 36 intervals of 95 % more than 5 miss once in 100 times, if they are independent.
 #[test]
 fn a_pedestal_in_the_model_takes_what_gives_way_under_the_robot() {
     let folder = folder();
@@ -94,8 +93,6 @@ fn a_pedestal_in_the_model_takes_what_gives_way_under_the_robot() {
         let [lower, upper] = [0, 1].map(|end| {
             with["confidence"]["joints"][0]["stiffness_interval"][dof][end].as_f64().unwrap()
         });
-        let (middle, std) = ((lower * upper).ln() / 2.0, (upper / lower).ln() / (2.0 * 1.96));
-        let off = (middle - 1e9_f64.ln()).abs();
-        assert!(off < 3.5 * std && upper < 3.0 * lower, "{lower} to {upper}");
+        assert!((lower..=upper).contains(&1e9) && upper < 3.0 * lower, "{lower} to {upper}");
     }
 }
