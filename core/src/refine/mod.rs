@@ -61,7 +61,7 @@ use crate::linear::packed::packed;
 use crate::parameters::Bushings;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
-use crate::verdict::{self, Direction, MAX_DIRECTIONS};
+use crate::verdict::{self, Direction, FOREIGN, MAX_DIRECTIONS};
 use batch::Bins;
 use equations::Equations;
 pub use fit::Fit;
@@ -83,8 +83,7 @@ pub use residuals::Agreement;
 pub(crate) use retired::Retired;
 use retired::RetiredInformation;
 use seam::Seam;
-pub(crate) use stagnation::LITTLE;
-use stagnation::Stagnation;
+pub(crate) use stagnation::{LITTLE, OF_REFINEMENT, Stagnation};
 pub use structure::{Local, Structure};
 use sum_of_squares::SumOfSquares;
 use thinning::residuals;
@@ -121,7 +120,7 @@ impl Refinement {
             coordinates: sought.coordinates(guess),
             minimiser: LevenbergMarquardt::new(Limits::OF_REFINEMENT),
             every: 1,
-            stagnation: Stagnation::NONE,
+            stagnation: Stagnation::new(OF_REFINEMENT),
             workspace: Workspace::new(),
             retired: RetiredInformation::none(sought.unknowns()),
             aside: None,
@@ -142,7 +141,7 @@ impl Refinement {
     pub(crate) fn restart_thinned(&mut self, coordinates: &Coordinates, every: usize) {
         self.coordinates = *coordinates;
         self.every = every;
-        self.stagnation = Stagnation::NONE;
+        self.stagnation = Stagnation::new(OF_REFINEMENT);
         self.minimiser.restart();
     }
 
@@ -230,10 +229,10 @@ impl Refinement {
         experiments: &[Experiment<B>],
     ) -> Outcome {
         let outcome = self.step(problem, experiments);
-        let residuals = residuals(problem, experiments, self.every);
+        let target = FOREIGN * residuals(problem, experiments, self.every) as f64;
         let objective = self.objective();
         let is_given_up =
-            self.minimiser.linearised && self.stagnation.ends_fit(objective, residuals, 0.0);
+            self.minimiser.linearised && self.stagnation.ends_fit(objective, target, 0.0);
         if outcome == Outcome::Improving && is_given_up { Outcome::Exhausted } else { outcome }
     }
 

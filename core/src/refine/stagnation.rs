@@ -1,33 +1,38 @@
 //! When a fit is given up.
 //!
-//! From a wrong basin no parameters and no imperfections explain the records. The fit would still gain a little with every step.
+//! From a wrong basin no parameters and no imperfections explain the records, and a branch may lead to no better minimum. The fit would
+//! still gain a little with every step.
 
-use crate::verdict::FOREIGN;
-
-/// Stagnating steps in a row after which a fit is given up. Chosen: of 541 fits to plants with one large error (`noise-limit --only
+/// Stagnating steps in a row after which a fit to a plant is given up. Chosen: of 541 fits to plants with one large error (`noise-limit --only
 /// deviations --robots 129`), the 371 that end below a χ² per degree of freedom of 2 stagnate for at most two steps, rejected ones included;
 /// with eight steps these and the drawn plants end as with five.
-const PATIENCE: u32 = 5;
+pub(super) const OF_PLANT: u32 = 5;
+/// The same of a refinement of the parameters alone, whose first steps are hardly damped: up to ten are rejected before one is good.
+pub(crate) const OF_REFINEMENT: u32 = 12;
 /// A step stagnates if it gains less than this part of what the sum of squares lacks. Chosen: the rest would then need sixty steps to fall to a
 /// twentieth.
 pub(crate) const LITTLE: f64 = 0.05;
 
 /// How far the last steps of a fit have come.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stagnation {
+pub(crate) struct Stagnation {
     sum_of_squares: f64,
     /// Steps in a row that have gained too little.
     steps: u32,
+    /// Such steps after which the fit is given up.
+    patience: u32,
 }
 
 impl Stagnation {
-    pub(super) const NONE: Self = Self { sum_of_squares: f64::INFINITY, steps: 0 };
+    pub(crate) const fn new(patience: u32) -> Self {
+        Self { sum_of_squares: f64::INFINITY, steps: 0, patience }
+    }
 
-    /// Whether a fit to so many residuals, whose step has ended at this sum of squares, is to be given up. It lacks what the sum of squares
-    /// exceeds that of residuals up to which an interval may be trusted. A step that was kept and gains less than `least` stagnates in any case. A
-    /// step that was rejected stagnates only where the sum lacks something, and else leaves the count as it is.
-    pub(super) fn ends_fit(&mut self, sum_of_squares: f64, residuals: usize, least: f64) -> bool {
-        let lacks = sum_of_squares - FOREIGN * residuals as f64;
+    /// A step has ended at this sum of squares, and `target` is enough: returns whether the fit is to be given up. A step stagnates if it
+    /// gains too little of what the sum of squares lacks, or if it was kept and gains less than `least`. A step that was rejected where the
+    /// sum lacks nothing leaves the count as it is.
+    pub(crate) fn ends_fit(&mut self, sum_of_squares: f64, target: f64, least: f64) -> bool {
+        let lacks = sum_of_squares - target;
         let gain = self.sum_of_squares - sum_of_squares;
         let was_kept = gain > 0.0;
         if gain < LITTLE * lacks || (was_kept && gain < least) {
@@ -36,7 +41,7 @@ impl Stagnation {
             self.steps = 0;
         }
         self.sum_of_squares = sum_of_squares;
-        self.steps >= PATIENCE
+        self.steps >= self.patience
     }
 }
 
@@ -45,11 +50,11 @@ mod tests {
     use super::*;
 
     fn steps_until_the_end(course: &dyn Fn(i32) -> f64, least: f64) -> Option<usize> {
-        let mut stagnation = Stagnation::NONE;
-        (0..50).position(|step| stagnation.ends_fit(course(step), 100, least))
+        let mut stagnation = Stagnation::new(OF_PLANT);
+        (0..50).position(|step| stagnation.ends_fit(course(step), 1000.0, least))
     }
 
-    /// Of 100 residuals, whose sum of squares should come down to 1000.
+    /// The sum of squares should come down to 1000.
     #[test]
     fn a_fit_that_stagnates_is_given_up() {
         let steps_until_the_end = |course: &dyn Fn(i32) -> f64| steps_until_the_end(course, 0.0);
@@ -60,7 +65,7 @@ mod tests {
         assert_eq!(steps_until_the_end(&|_| 999.0), None);
     }
 
-    /// The sum of squares of as many residuals is below 1000, and falls by the same in each step. A step that was rejected does not count.
+    /// The sum of squares is below 1000, and falls by the same in each step. A step that was rejected does not count.
     #[test]
     fn a_fit_that_gains_less_than_the_least_is_given_up() {
         let falls_by = |gain: f64| steps_until_the_end(&|step| 900.0 - gain * f64::from(step), 0.1);

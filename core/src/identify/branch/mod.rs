@@ -27,7 +27,7 @@ use super::descent::Descent;
 use super::minimum::{Minimum, REACHED, RIVAL};
 use super::start::{self, Method};
 use super::{Acceptance, FoundBy, Identifier, Phase, Purpose};
-use crate::refine::LITTLE;
+use crate::refine::{OF_REFINEMENT, Stagnation};
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 use crate::verdict::WEAK;
@@ -47,9 +47,6 @@ const SEARCHES_ELSEWHERE: u32 = 2;
 /// six-joint arm that were up to three times stiffer the fit of the imperfections led back to the minimum, from those that were 34 and more
 /// times stiffer to the right one.
 const FAR_STIFFNESS: f64 = core::f64::consts::LN_10;
-/// A branch is given up after so many stagnating steps in a row, rejected ones included: up to ten are rejected before one is good.
-const PATIENCE: u32 = 12;
-
 /// How many times larger the sum of squares may be before the first step than after it, for a branch to be worth that step. Found: of 48
 /// branches of three six-joint robots the first step makes it 1.3 to 28 times smaller where it ends below ten times the minimum's.
 const BEFORE_THE_FIRST: f64 = 30.0;
@@ -63,10 +60,7 @@ pub(super) struct Branch {
     better: f64,
     /// Sum of squares above which it is not worth a step.
     most: f64,
-    /// Sum of squares after the last step.
-    objective: f64,
-    /// Steps in a row that have gained too little.
-    stagnating: u32,
+    stagnation: Stagnation,
 }
 
 /// Branches that have been refined since the last search, or since the records changed.
@@ -111,8 +105,7 @@ impl Branch {
             acceptance,
             better: objective - RIVAL,
             most: worth * objective,
-            objective: f64::INFINITY,
-            stagnating: 0,
+            stagnation: Stagnation::new(OF_REFINEMENT),
         }
     }
 
@@ -133,11 +126,7 @@ impl Branch {
 
     /// Whether the branch, now at `objective`, is not worth another step.
     pub(super) fn is_to_be_given_up(&mut self, objective: f64) -> bool {
-        let gain = self.objective - objective;
-        let stagnates = gain < LITTLE * (objective - self.better);
-        self.stagnating = if stagnates { self.stagnating + 1 } else { 0 };
-        self.objective = objective;
-        self.stagnating >= PATIENCE || objective > self.most
+        self.stagnation.ends_fit(objective, self.better, 0.0) || objective > self.most
     }
 }
 
@@ -332,8 +321,7 @@ mod tests {
                 acceptance: None,
                 better: 100.0,
                 most: 1e6,
-                objective: f64::INFINITY,
-                stagnating: 0,
+                stagnation: Stagnation::new(OF_REFINEMENT),
             };
             (0..50).position(|step| branch.is_to_be_given_up(course(step)))
         };

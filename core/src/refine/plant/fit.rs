@@ -2,7 +2,7 @@
 
 use super::super::levenberg_marquardt::{LevenbergMarquardt, Outcome, Remaining};
 use super::super::proposal::FLOOR;
-use super::super::stagnation::Stagnation;
+use super::super::stagnation::{OF_PLANT, Stagnation};
 use super::super::thinning::{self, residuals};
 use super::super::{Fit, ParameterNormal, Problem, Refinement};
 use super::objective::{PlantDomain, PlantSumOfSquares, Point};
@@ -12,6 +12,7 @@ use super::{Correction, Plant};
 use crate::imperfection::{self, MAX_IMPERFECTIONS};
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::Experiment;
+use crate::verdict::FOREIGN;
 
 impl Refinement {
     /// Goes to the parameters where this refinement stands, with so many records, and to the imperfections of its model.
@@ -21,7 +22,7 @@ impl Refinement {
         plant.imperfections.all = imperfection::all(&plant.accuracies, &plant.joints, records);
         plant.go_to(&self.workspace.correction);
         plant.restated = Restated::default();
-        plant.stagnation = Stagnation::NONE;
+        plant.stagnation = Stagnation::new(OF_PLANT);
         plant.minimiser.restart();
         plant.end_levels();
         plant.every = 1;
@@ -124,7 +125,7 @@ impl Refinement {
         plant: &mut Plant,
         outcome: Outcome,
     ) -> Outcome {
-        plant.stagnation = Stagnation::NONE;
+        plant.stagnation = Stagnation::new(OF_PLANT);
         let every = plant.every;
         let may_explain =
             plant.minimiser.linearised && plant.may_explain(residuals(problem, experiments, every));
@@ -155,14 +156,14 @@ impl Refinement {
         plant: &mut Plant,
     ) -> Outcome {
         let outcome = self.step_plant(problem, experiments, plant);
-        let residuals = residuals(problem, experiments, plant.every);
+        let target = FOREIGN * residuals(problem, experiments, plant.every) as f64;
         let least_gain = plant.least_gain();
         let sum_of_squares = plant.minimiser.normal.sum_of_squares();
         // Where the fit has gone on to another level, or with other accuracies, sums of squares do not compare.
         let compares = plant.minimiser.linearised && plant.is_on_last_level();
         if outcome == Outcome::Improving
             && compares
-            && plant.stagnation.ends_fit(sum_of_squares, residuals, least_gain)
+            && plant.stagnation.ends_fit(sum_of_squares, target, least_gain)
         {
             return self.end_or_go_on(problem, experiments, plant, Outcome::Exhausted);
         }

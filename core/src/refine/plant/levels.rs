@@ -14,7 +14,7 @@
 
 use super::super::Outcome;
 use super::super::levels::{LAST_RELATIVE, RELATIVE};
-use super::super::stagnation::Stagnation;
+use super::super::stagnation::{OF_PLANT, Stagnation};
 use super::Plant;
 
 /// η of each level; then the noise alone weighs. Chosen: those of the descent. Of seven drawn six-joint arms the first start finds the right
@@ -52,7 +52,7 @@ impl Plant {
         let level = &mut self.relative_error;
         *level = LEVELS.into_iter().find(|next| *next < *level).unwrap_or(0.0);
         self.minimiser.restart();
-        self.stagnation = Stagnation::NONE;
+        self.stagnation = Stagnation::new(OF_PLANT);
         true
     }
 }

@@ -44,7 +44,7 @@ use heapless::Vec;
 
 use super::damping::Damping;
 use super::levenberg_marquardt::{LEAST_DAMPING, LevenbergMarquardt, Limits};
-use super::stagnation::Stagnation;
+use super::stagnation::{OF_PLANT, Stagnation};
 use super::summary::Summary;
 use crate::MAX_JOINTS;
 use crate::chain::{Chain, JointKind};
@@ -137,7 +137,7 @@ impl Plant {
             adopts: false,
             relative_error: 0.0,
             every: 1,
-            stagnation: Stagnation::NONE,
+            stagnation: Stagnation::new(OF_PLANT),
             record: Normal::new(),
             whole: Normal::new(),
             factor: Normal::new(),
