@@ -222,7 +222,7 @@ impl Refinement {
         self.step(problem, experiments)
     }
 
-    /// As [`Refinement::step`]. A refinement that stagnates is given up.
+    /// As [`Refinement::step`]. Where some of the bins count, a refinement that stagnates is given up: they may reject.
     pub(crate) fn step_or_give_up<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -231,8 +231,9 @@ impl Refinement {
         let outcome = self.step(problem, experiments);
         let target = FOREIGN * residuals(problem, experiments, self.every) as f64;
         let objective = self.objective();
-        let is_given_up =
-            self.minimiser.linearised && self.stagnation.ends_fit(objective, target, 0.0);
+        let is_given_up = self.every > 1
+            && self.minimiser.linearised
+            && self.stagnation.ends_fit(objective, target, 0.0);
         if outcome == Outcome::Improving && is_given_up { Outcome::Exhausted } else { outcome }
     }
 
