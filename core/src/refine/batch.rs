@@ -102,6 +102,17 @@ impl<'a> Bins<'a> {
         measured
     }
 
+    /// Square of the acceleration in standard deviations of its noise, of all bins and axes.
+    pub(super) fn square(&self) -> f64 {
+        let of_axis = |axis: usize| {
+            (0..self.bins()).map(move |bin| {
+                let [re, im] = self.acceleration[axis].map(|part| self.at(part, bin));
+                (re * re + im * im) / self.at(self.acceleration_noise[axis], bin)
+            })
+        };
+        (0..3).flat_map(of_axis).sum()
+    }
+
     /// Real and imaginary part of what this drift adds to the acceleration along each axis.
     #[inline(always)]
     pub(super) fn drifted(&self, drift: f64, bin: usize) -> [[f64; 2]; 3] {

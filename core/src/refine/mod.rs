@@ -369,7 +369,8 @@ impl Refinement {
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
         let model = Model::perfect(problem, &self.coordinates, &experiment.pose)?;
-        Ok(self.information_at(problem, &model, experiment, &Seam::ZERO))
+        let seam = self.workspace.planned_seam(problem, &model, Bins::of(experiment));
+        Ok(self.information_at(problem, &model, experiment, &seam))
     }
 
     fn information_at<const B: usize>(

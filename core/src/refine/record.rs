@@ -9,17 +9,13 @@ use super::model::Model;
 use super::plant::Correction;
 use super::residuals::Residuals;
 use super::responses::{ByResponses, Sums, has_plain_columns};
-use super::seam::{MAX_SEAM, Seam};
+use super::seam::{MAX_SEAM, Seam, cost_of};
 use super::summary::Summary;
 use crate::chain::{linearise::LinearisationError, poses_agree};
 use crate::linear::normal::Normal;
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
-
-/// Cost of a seam's unknowns, as a part of what they explain: with many joints some hardly differ in the band, and would grow
-/// without bound against each other.
-pub(super) const SMALL_SEAM: f64 = 1e-11;
 
 /// Largest difference of two joint angles of poses in which a model lacks the same, rad (m). Chosen: it changes a receptance by about 1 %.
 const ALIKE: f64 = 0.01;
@@ -73,15 +69,27 @@ impl Workspace {
         model: &Model,
         record: Bins<'_>,
     ) -> (Seam, f64) {
+        let cost = cost_of(record.square());
         self.run(problem, model, record, Equations::Seam);
         let unknowns = problem.seam_unknowns();
         let normal = &mut self.record;
-        normal.prefer_small(&[0.0; MAX_SEAM][..unknowns], SMALL_SEAM);
+        normal.prefer_small(&[0.0; MAX_SEAM][..unknowns], cost);
         normal.eliminate_with(problem.level, unknowns);
         let mut solution = [0.0; MAX_SEAM];
         normal.substitute(unknowns, &mut solution);
         let seam = Seam::from_solution(&solution[..unknowns], problem.chain.joints().len());
-        (seam, normal.sum_of_squares())
+        (Seam { cost, ..seam }, normal.sum_of_squares())
+    }
+
+    /// A seam of zero of a record whose acceleration nobody has measured: its reading is the modelled one.
+    pub(super) fn planned_seam(
+        &mut self,
+        problem: &Problem<'_>,
+        model: &Model,
+        record: Bins<'_>,
+    ) -> Seam {
+        self.run(problem, model, record, Equations::Seam);
+        Seam { cost: cost_of(self.record.sum_of_squares()), ..Seam::ZERO }
     }
 
     /// These normal equations of one record, its seam eliminated.
@@ -94,8 +102,9 @@ impl Workspace {
     ) -> Residuals {
         let residuals = self.run(problem, model, record, equations);
         let unknowns = problem.seam_unknowns();
-        let standing = equations.seam().to_solution(problem.chain.joints().len());
-        self.record.prefer_small(&standing[..unknowns], SMALL_SEAM);
+        let seam = equations.seam();
+        let standing = seam.to_solution(problem.chain.joints().len());
+        self.record.prefer_small(&standing[..unknowns], seam.cost);
         self.record.eliminate_with(problem.level, unknowns);
         residuals
     }

@@ -10,6 +10,10 @@
 //!
 //! So an impulse g and a step h load every bushing, and the reading itself jumps. What sampling folds back into the band is
 //! taken by `c₁ s`. All of it is linear in its unknowns, which are the same at every bin.
+//!
+//! With many joints some unknowns hardly differ in the band, and would grow against each other without bound. A jump of the state is no
+//! larger than the motion of the record. So each unknown has a normal prior: by one standard deviation it adds to the reading as
+//! much as the whole reading is.
 
 use crate::{DOF, MAX_JOINTS};
 
@@ -31,6 +35,8 @@ pub(crate) struct Seam {
     pub(crate) step: [[f64; DOF]; MAX_JOINTS],
     /// c₀, c₁ ω₀ and c₋₁/ω₀ along each axis, m/s; ω₀ is the lowest angular frequency of the band.
     pub(crate) jumps: [[f64; 3]; ORDERS],
+    /// What the prior costs, as a part of each unknown's information: the inverse square of the reading, in standard deviations of its noise.
+    pub(crate) cost: f64,
 }
 
 /// Number of real unknowns for a chain of `joints`, and an accelerometer that gravity tilts or not.
@@ -44,12 +50,18 @@ pub(crate) fn powers(ratio: f64) -> [f64; ORDERS] {
     [1.0, ratio, -1.0 / ratio]
 }
 
+/// The cost where the square of the reading is this, in standard deviations of its noise; no reading is smaller than one.
+pub(crate) fn cost_of(square: f64) -> f64 {
+    1.0 / square.max(1.0)
+}
+
 impl Seam {
     /// No impulse, no step, no jump.
     pub(crate) const ZERO: Self = Self {
         impulse: [[0.0; DOF]; MAX_JOINTS],
         step: [[0.0; DOF]; MAX_JOINTS],
         jumps: [[0.0; 3]; ORDERS],
+        cost: 0.0,
     };
 
     /// What the jump adds to the reading of an axis, from [`powers`]: real and imaginary part.

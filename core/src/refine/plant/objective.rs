@@ -8,7 +8,7 @@ use super::super::equations::{Assembly, Equations};
 use super::super::model::Model;
 use super::super::objective::{Domain, Objective};
 use super::super::proposal::{Room, Step};
-use super::super::record::{SMALL_SEAM, Workspace};
+use super::super::record::Workspace;
 use super::super::residuals::Residuals;
 use super::super::retired::RetiredInformation;
 use super::super::seam::Seam;
@@ -212,7 +212,7 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
 pub(super) fn eliminate_seam(problem: &Problem<'_>, seam: &Seam, record: &mut Normal<OF_RECORD>) {
     let unknowns = problem.seam_unknowns();
     let standing = seam.to_solution(problem.chain.joints().len());
-    record.prefer_small(&standing[..unknowns], SMALL_SEAM);
+    record.prefer_small(&standing[..unknowns], seam.cost);
     record.eliminate_with(problem.level, unknowns);
 }
 
