@@ -15,6 +15,7 @@ use flexid_pipeline::{Outcome, run_offline, run_statics};
 use flexid_report::document::Document;
 use flexid_report::evidence::{Evidence, Origin, sha256};
 use flexid_report::render;
+use flexid_simulation::coverage::Coverage;
 use flexid_simulation::scenario::Scenario;
 use flexid_simulation::truth::{self, Shared};
 use flexid_simulation::validation;
@@ -59,7 +60,7 @@ pub(super) struct Args {
     /// Write the page that `report` makes of the result
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
-    /// Compare with the true parameters, as `simulate --truth-json` writes them
+    /// Compare with the truth, as `simulate --truth-json` writes it: how far each number is off, how many intervals hold, and which miss
     #[arg(long, value_name = "TRUTH.json")]
     truth: Option<PathBuf>,
 }
@@ -104,12 +105,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if !is_read_again {
         warn_at_once(&config, &[])?;
     }
+    let coverage = truth.as_ref().map(|truth| Coverage::of(&finding, truth));
     let written = if json.is_some() || page.is_some() {
         let origin = origin(args, &config, evidence.as_ref());
         let result = ResultJson::from(&finding)
             .with_model_warnings(urdf::warnings(&config.model))
             .with(robot.as_ref(), statics.as_ref())
-            .with_evidence(evidence.as_ref(), &origin);
+            .with_evidence(evidence.as_ref(), &origin)
+            .with_truth(coverage.as_ref());
         let text = serde_json::to_string_pretty(&result)? + "\n";
         write(args, &text, json, page)
     } else {
@@ -123,6 +126,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let _bar = progress::endless("comparing with the truth");
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
     }
+    text += &coverage.map(|own| own.to_string()).unwrap_or_default();
     if args.explain {
         if !finding.confidence.explanations.iter().any(|own| own.adopted) {
             text += &format!("--explain adopts nothing: {}\n", nothing_adopted(&finding));
@@ -151,7 +155,7 @@ fn write(args: &Args, result: &str, json: Option<Output>, page: Option<Output>) 
     Ok(())
 }
 
-/// Where the result comes from.
+/// The origin of the result.
 fn origin(args: &Args, config: &Config, evidence: Option<&Evidence>) -> Origin {
     let configuration: Vec<&Path> = config.files().collect();
     let logs: Vec<&Path> = args.logs.iter().map(PathBuf::as_path).collect();

@@ -31,6 +31,16 @@ fn the_result_says_how_far_to_trust_it() {
             }
         }
     }
+    // A truth that is not this robot's is missed, in the table and in the file.
+    edit(&folder.path().join("t.json"), "8600000.0", "8800000.0");
+    let said =
+        stdout(folder.path(), "identify --config edge.toml o.log --truth t.json --json m.json");
+    assert!(said.contains("\n missed: joint_2 ry stiffness 8.60 MNm/rad ("), "{said}");
+    assert!(said.contains("), truth 8.80 MNm/rad: +"), "{said}");
+    assert!(said.contains("\n missed: drive of joint_2 8.60 MNm/rad ("), "{said}");
+    let misses = json(folder.path(), "m.json")["truth"]["stiffness"]["misses"].clone();
+    let is_it = |own: &Value| own["name"] == "joint_2 ry stiffness" && own["truth"] == 8.8e6;
+    assert!(misses.as_array().unwrap().iter().any(is_it), "{misses}");
     // Of 36 intervals of 95 % fewer cover once in a thousand robots, if their errors are correlated as they are.
     assert!(covered >= 28, "{covered} of 36 intervals cover the truth");
     assert_eq!(confidence["correlations"]["unknowns"].as_array().unwrap().len(), 36);
