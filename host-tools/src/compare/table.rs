@@ -1,7 +1,8 @@
 //! A comparison as a table for people.
 
 use comfy_table::CellAlignment;
-use flexid_prediction::comparison::Comparison;
+use flexid_prediction::comparison::{Comparison, Quantity};
+use flexid_wire::words::{InUnit, Percent};
 
 use super::{Compared, name};
 use crate::window;
@@ -16,9 +17,10 @@ fn legend(&Comparison { freedoms, reference_hz, .. }: &Comparison) -> String {
     )
 }
 
-/// A change in per cent to three digits, or two decimal places.
-fn digits(percent: f64) -> String {
-    if percent.abs() < 9.995 { format!("{percent:+.2}") } else { format!("{percent:+.1}") }
+/// Both ends of a change, relative: `-5.3 to 5.2 %`.
+fn between([low, high]: [f64; 2]) -> String {
+    let low = Percent(low).to_string();
+    format!("{} to {}", low.trim_end_matches(" %"), Percent(high))
 }
 
 /// The verdict in the first line, notes, and a line for each parameter, in a table of at most so many columns.
@@ -27,14 +29,20 @@ pub(crate) fn text(compared: &Compared, columns: usize) -> String {
     let mut table = window::table(columns, header);
     for own in &compared.comparison.parameters {
         let [before, after] = own.values;
-        let [low, high] = own.ratio.interval.map(|ratio| 100.0 * (ratio - 1.0));
+        let unit = match (own.quantity, own.dof) {
+            (Quantity::Stiffness, ..3) => "N/m",
+            (Quantity::Stiffness, _) => "Nm/rad",
+            (Quantity::Damping, ..3) => "Ns/m",
+            (Quantity::Damping, _) => "Nms/rad",
+        };
+        let in_unit = |value| InUnit { value, unit }.to_string();
         table.add_row([
             name(own),
-            format!("{before:.2e}"),
-            format!("{after:.2e}"),
-            format!("{} %", digits(100.0 * (own.ratio.value - 1.0))),
-            format!("{} to {}", digits(low), digits(high)),
-            format!("{:+.1}", own.deviations),
+            in_unit(before),
+            in_unit(after),
+            Percent(own.ratio.value - 1.0).to_string(),
+            between(own.ratio.interval.map(|ratio| ratio - 1.0)),
+            format!("{:.1}", own.deviations),
             if own.has_changed { "*" } else { "" }.to_owned(),
         ]);
     }
@@ -46,4 +54,15 @@ pub(crate) fn text(compared: &Compared, columns: usize) -> String {
         text += &format!(" note: {note}\n");
     }
     format!("{text}\n{table}\n{}", legend(&compared.comparison))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_has_the_digits_of_a_part() {
+        assert_eq!(between([-0.0526, 0.0522]), "-5.3 to 5.2 %");
+        assert_eq!(between([-0.1678, -0.137]), "-17 to -14 %");
+    }
 }

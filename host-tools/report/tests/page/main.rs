@@ -102,6 +102,7 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "<dt>Drive of joint_1</dt><dd><strong>4.00 MNm/rad</strong>",
         "At the pose of record 3, the newest",
         "The fit explains the records, with reservations.",
+        "Reservations: 2 frames are &lt;odd&gt; &amp; lost; look at [bus]; model: every moving link weighs 2 kg.</p>",
         "24 of 36 parameters identified, with a standard deviation of up to 5 %; 9 weak; 3 not observable",
         "Measure the TCP.",
         "2 frames are &lt;odd&gt; &amp; lost",
@@ -148,7 +149,7 @@ fn an_error_without_an_interval_is_not_known() {
     assert!(!page.contains("No accuracy is contradicted"));
 }
 
-/// What is wrong with the readings comes before what is off, and what is as likely absent is not named.
+/// A fault of the readings comes before what is off, and what is as likely absent is not named.
 #[test]
 fn the_gravest_step_comes_first() {
     let page = page(&result());
@@ -252,7 +253,7 @@ fn the_page_stands_alone() {
     assert_eq!(page, self::page(&result()));
 }
 
-/// As many poses and records as a fit keeps.
+/// The largest number of poses and records that a fit keeps.
 #[test]
 fn a_page_of_many_poses_is_small() {
     let mut result = result();
