@@ -80,10 +80,10 @@ pub(crate) fn numbers(
         true => format!("\n with hysteresis these are the values at {REFERENCE_HZ} Hz"),
         false => String::new(),
     };
-    let mut verdicts =
-        finding.report.joints.iter().flat_map(|joint| {
-            joint.stiffness_verdict.iter().chain(&joint.damping_verdict).copied()
-        });
+    let kinds = 1 + usize::from(has_dampings);
+    let mut verdicts = finding.report.joints.iter().flat_map(|joint| {
+        [joint.stiffness_verdict, joint.damping_verdict].into_iter().take(kinds).flatten()
+    });
     let open = match verdicts.any(|own| own == Verdict::NotObservable) {
         true => "\n in brackets: no result, but where the search has ended",
         false => "",
