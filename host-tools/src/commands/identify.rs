@@ -8,19 +8,21 @@ use flexid_console::progress;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::check::Watched;
 use flexid_pipeline::config::Config;
+use flexid_pipeline::dynamics::Robot;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::{MAX_CONSISTENCY, StaticReport};
 use flexid_pipeline::robot::FoundRobot;
 use flexid_pipeline::{Outcome, run_offline, run_statics};
 use flexid_report::document::Document;
 use flexid_report::evidence::{Evidence, Origin, sha256};
-use flexid_report::render;
+use flexid_report::{friction, render};
 use flexid_simulation::coverage::Coverage;
 use flexid_simulation::scenario::Scenario;
 use flexid_simulation::truth::{self, Shared};
 use flexid_simulation::validation;
 use flexid_wire::explanation::Explanation;
 use flexid_wire::finding::Finding;
+use flexid_wire::left_over::LeftOver;
 use flexid_wire::report::Acceptance;
 use flexid_wire::residuals::Meaning;
 use flexid_wire::state::State;
@@ -127,6 +129,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
     }
     text += &coverage.map(|own| own.to_string()).unwrap_or_default();
+    if let Some(loads) = evidence.as_ref().and_then(|own| loads_of(&finding, robot, own)) {
+        text += &loads;
+    }
     if args.explain {
         if !finding.confidence.explanations.iter().any(|own| own.adopted) {
             text += &format!("--explain adopts nothing: {}\n", nothing_adopted(&finding));
@@ -142,6 +147,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Some(error) => Err(error),
         None => Ok(printed?),
     }
+}
+
+/// The loads of the cuts beside those at which drives slip, where what is left is no response to the force.
+fn loads_of(finding: &Finding, robot: Option<FoundRobot>, evidence: &Evidence) -> Option<String> {
+    let is_distorted = |own: &LeftOver| matches!(own, LeftOver::Distortion { .. });
+    finding.confidence.left_over.iter().find(|own| is_distorted(own))?;
+    let bushings = table::bushings(&finding.report).into_iter().collect();
+    let robot = Robot::new(robot?, bushings).ok()?;
+    let loads = friction::loads(&evidence.records, &robot)?;
+    Some(format!("friction: the largest force was {loads}; {}\n", friction::TYPICAL))
 }
 
 /// Writes the result, and the page that `report` makes of it.

@@ -9,6 +9,7 @@ use serde_json::Value;
 use super::format::{agreement, count, marked, number, percent};
 use super::{DOFS, folded, missing};
 use crate::document::{Confidence, Document, Explanation};
+use crate::friction;
 use crate::imperfection::sum_if_minor;
 
 /// FRAC below which a record that was held out is named. Chosen: the prediction then has another shape.
@@ -348,7 +349,13 @@ fn next_steps(document: &Document) -> Vec<Markup> {
     if is_not_linear(document) {
         lines.push(html! {
             "Look for friction, backlash, clipping and a clock that wanders: no linear model explains what is left. Cut harder, so that the \
-             joints slip. What is named below may be an effect of these."
+             joints slip"
+            @let robot = &document.found.robot;
+            @let records = document.further.records.as_deref().unwrap_or_default();
+            @if let Some(loads) = friction::loads(records, robot) {
+                ": the largest force of these records was " (loads) "; " (friction::TYPICAL)
+            }
+            ". What is named below may be an effect of these."
         });
     }
     if let Some(confidence) = &document.further.confidence {
