@@ -208,7 +208,7 @@ impl fmt::Display for Fit {
 }
 
 impl Outcome {
-    /// Whether the first explanation is the error, if the fit has such an imperfection.
+    /// Returns whether the first explanation is the error, if the fit has such an imperfection.
     fn is_named(&self) -> Option<bool> {
         let is = self.error.is?;
         let first = self.fit.found.explanations.first();

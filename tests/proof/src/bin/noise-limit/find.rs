@@ -164,12 +164,12 @@ impl Found {
         }
     }
 
-    /// Whether noise alone explains the residuals.
+    /// Returns whether noise alone explains the residuals.
     pub(crate) fn is_consistent(&self) -> bool {
         self.estimate.acceptance == Acceptance::Consistent
     }
 
-    /// Whether the verdict of parameter `index` is identified.
+    /// Returns whether the verdict of parameter `index` is identified.
     pub(crate) fn identifies(&self, index: usize) -> bool {
         self.verdicts[index] == Verdict::Identified
     }

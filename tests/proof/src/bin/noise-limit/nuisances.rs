@@ -76,7 +76,7 @@ struct Wrong {
 struct Outcome {
     /// Errors of parameters and of nuisances, in standard deviations, if the nuisances are sought.
     scores: Option<[Vec<f64>; 2]>,
-    /// Whether the consistency test raises its flag, if the nuisances are not sought.
+    /// True if the consistency test raises its flag, if the nuisances are not sought.
     flagged: bool,
     /// Errors of the parameters that are called identified all the same, if the nuisances are not sought.
     claims: Vec<f64>,

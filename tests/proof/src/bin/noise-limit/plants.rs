@@ -174,7 +174,7 @@ fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Opt
     }))
 }
 
-/// Whether a parameter with this standard deviation of its logarithm is identified, if the fit is sound.
+/// Returns whether a parameter with this standard deviation of its logarithm is identified, if the fit is sound.
 fn is_identified(deviation: &f64) -> bool {
     Trust::new(1.0, true).verdict(1.0, *deviation).0 == Verdict::Identified
 }
