@@ -36,7 +36,7 @@ fn anchor(heading: &str) -> String {
     kept.map(|own| if own == ' ' { '-' } else { own }).collect()
 }
 
-/// Whether a page has the section of a link. The page of a folder is its README.
+/// Returns whether a page has the section of a link. The page of a folder is its README.
 fn has_section(page: &Path, section: &str) -> bool {
     let page = if page.is_dir() { page.join("README.md") } else { page.to_path_buf() };
     let text = fs::read_to_string(page).unwrap_or_default();

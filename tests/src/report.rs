@@ -13,7 +13,7 @@ pub struct Report {
     pub fit: Fit,
     /// Warnings for people.
     pub warnings: Vec<String>,
-    /// What each warning names and counts.
+    /// Names and counts of each warning.
     pub warning_kinds: Vec<Value>,
     /// Confidence in the report.
     pub confidence: Confidence,

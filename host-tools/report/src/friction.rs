@@ -33,5 +33,5 @@ pub fn loads(records: &[RecordEvidence], robot: &Robot) -> Option<String> {
     Some(format!("{force} (root mean square), which loads {loads}"))
 }
 
-/// What to compare the loads with: README, "What it says".
+/// The friction with which loads compare: README, "What it says".
 pub const TYPICAL: &str = "the drives of large robots have a friction of 10 to 100 Nm";

@@ -15,7 +15,7 @@ pub struct TrueRobot {
     pub model: Model,
     /// Gravity in base axes, m/s².
     pub gravity_m_per_s2: [f64; 3],
-    /// What it has beside the model.
+    /// Its errors beside the model.
     pub imperfections: Vec<FoundValue>,
 }
 

@@ -1,4 +1,4 @@
-//! What `flexid identify` says of its numbers.
+//! The words of `flexid identify` on its numbers.
 
 use std::fs;
 
@@ -170,7 +170,7 @@ fn a_log_without_a_record_is_refused_with_what_to_do() {
     }
 }
 
-/// What is left of the last line looks like a frame of another length, and is none.
+/// The rest of the last line looks like a frame of another length, and is none.
 #[test]
 fn of_a_log_that_is_cut_off_only_that_is_said() {
     let folder = folder();
@@ -187,7 +187,7 @@ fn of_a_log_that_is_cut_off_only_that_is_said() {
     assert_eq!(said.lines().count(), 1, "{said}");
 }
 
-/// What `check` doubts about the model stands on stderr, in the result and in its page.
+/// A doubt of `check` about the model stands on stderr, in the result and in its page.
 #[test]
 fn doubts_about_the_model_stay_with_the_result() {
     let folder = folder();
@@ -352,7 +352,7 @@ fn no_command_overwrites_what_it_reads() {
     assert!(message.contains("new: is another result"), "{message}");
 }
 
-/// What is there is used, and the user learns that it is not all.
+/// The part that is there is used, and the user learns that it is not all.
 #[test]
 fn a_log_that_is_cut_off_is_used_and_named() {
     let folder = folder();

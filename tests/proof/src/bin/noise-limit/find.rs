@@ -36,7 +36,7 @@ pub(crate) struct Found {
     pub(crate) starts: u32,
     /// Accuracies that the data contradict; none if no plant was fitted.
     pub(crate) explanations: Vec<Explanation>,
-    /// The same with these adopted; `None` if no plant was fitted.
+    /// The fit with these adopted; `None` if no plant was fitted.
     pub(crate) adopted: Option<Box<Self>>,
     /// Tones of each record: frequency, Hz, and amplitude, m/s².
     pub(crate) tones: Vec<Vec<(f64, f64)>>,

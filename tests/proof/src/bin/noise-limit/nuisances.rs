@@ -222,7 +222,7 @@ impl Wrong {
         }
     }
 
-    /// The same cut with a delay. The response of a linear robot has the same delay, however fine.
+    /// The cut with a delay. The response of a linear robot has the same delay, however fine.
     fn late(&self, cut: &Cut) -> Cut {
         let steps = (self.delay_s * cut.rate_hz * OVERSAMPLING as f64).round() as usize;
         let before = std::iter::repeat_n(Vector3::zeros(), steps);
