@@ -2,7 +2,7 @@
 
 use comfy_table::CellAlignment;
 use flexid_prediction::comparison::{Comparison, Quantity};
-use flexid_wire::words::{InUnit, Percent};
+use flexid_wire::words::{Percent, ThreeDigits, prefixed};
 
 use super::{Compared, name};
 use crate::window;
@@ -17,10 +17,17 @@ fn legend(&Comparison { freedoms, reference_hz, .. }: &Comparison) -> String {
     )
 }
 
-/// Both ends of a change, relative: `-5.3 to 5.2 %`.
-fn between([low, high]: [f64; 2]) -> String {
-    let low = Percent(low).to_string();
-    format!("{} to {}", low.trim_end_matches(" %"), Percent(high))
+/// Both values with the prefix that suits the larger, which stands beside the second.
+fn both([before, after]: [f64; 2], unit: &str) -> [String; 2] {
+    let (scale, prefix) = prefixed(before.abs().max(after.abs()));
+    let [before, after] = [before, after].map(|own| ThreeDigits(own / scale));
+    [before.to_string(), format!("{after} {prefix}{unit}")]
+}
+
+/// Both ends of a change, relative, in per cent: `-5.3 to 5.2`.
+fn between(ends: [f64; 2]) -> String {
+    let [low, high] = ends.map(|own| Percent(own).to_string().replace(" %", ""));
+    format!("{low} to {high}")
 }
 
 /// The verdict in the first line, notes, and a line for each parameter, in a table of at most so many columns.
@@ -35,11 +42,11 @@ pub(crate) fn text(compared: &Compared, columns: usize) -> String {
             (Quantity::Damping, ..3) => "Ns/m",
             (Quantity::Damping, _) => "Nms/rad",
         };
-        let in_unit = |value| InUnit { value, unit }.to_string();
+        let [before, after] = both([before, after], unit);
         table.add_row([
             name(own),
-            in_unit(before),
-            in_unit(after),
+            before,
+            after,
             Percent(own.ratio.value - 1.0).to_string(),
             between(own.ratio.interval.map(|ratio| ratio - 1.0)),
             format!("{:.1}", own.deviations),
@@ -61,8 +68,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn values_share_a_prefix() {
+        assert_eq!(both([9.5e5, 1.2e6], "N/m"), ["0.950", "1.20 MN/m"]);
+    }
+
+    #[test]
     fn a_change_has_the_digits_of_a_part() {
-        assert_eq!(between([-0.0526, 0.0522]), "-5.3 to 5.2 %");
-        assert_eq!(between([-0.1678, -0.137]), "-17 to -14 %");
+        assert_eq!(between([-0.0526, 0.0522]), "-5.3 to 5.2");
+        assert_eq!(between([-0.1678, -0.137]), "-17 to -14");
     }
 }

@@ -32,9 +32,10 @@ impl Errors {
         [(); 3].map(|()| self.up_to(accuracy))
     }
 
-    /// A factor whose logarithm is at most this.
+    /// A factor whose logarithm is at most this, with four decimal places.
     fn factor(&mut self, accuracy: f64) -> f64 {
-        tidy(self.up_to(accuracy).exp())
+        let factor = self.up_to(accuracy).exp();
+        format!("{factor:.4}").parse().unwrap_or(factor)
     }
 }
 
