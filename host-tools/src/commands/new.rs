@@ -71,14 +71,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     Ok(print(&format!(
         "{}: {names} of {} with {} and {mass:.1} kg of moving mass, tool at '{tcp}'\n\n\
-         next: flexid simulate --config {edge} --plant {plant} --experiments 3 --candump cut.log --truth-json truth.json\n      \
+         next: flexid simulate --config {edge} --experiments 3 --candump cut.log --truth-json truth.json\n      \
          flexid check --config {edge} cut.log\n      \
          flexid identify --config {edge} cut.log --truth truth.json --json found.json\n      \
          flexid report found.json --out report.html\n      \
          flexid predict found.json --force 0,200,0\n\
          {map}      \
          flexid lobes found.json --teeth 2 --kt 700 --milling down --immersion 0.5 --feed 1,0,0 --rpm 1000,6000 --out lobes.svg\n      \
-         flexid compensate found.json {path} -o offsets.csv\n",
+         flexid compensate found.json {path} -o offsets.csv\n\n\
+         simulate with --plant {plant} adds what a real plant has besides: it takes longer to identify, with wider intervals\n",
         out.display(),
         model.name,
         count(driven as u64, "joint"),

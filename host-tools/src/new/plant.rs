@@ -1,4 +1,4 @@
-//! The plant: everything off by up to its accuracy, for `flexid simulate --plant`.
+//! The plant: everything off by up to half of its accuracy, for `flexid simulate --plant`.
 
 use std::fmt::Write as _;
 
@@ -13,28 +13,31 @@ use super::{Origin, SEED};
 /// Damping of ground and hose over their stiffness, s. Chosen: a loss factor of 3 % at 50 Hz, as of bolted steel.
 const LAG: f64 = 1e-4;
 
-/// Errors that are drawn uniformly up to their accuracies.
+/// Part of an accuracy up to which errors are drawn. Chosen: a plant of a careful integrator, which three cuts tell from the robot.
+const PART: f64 = 0.5;
+
+/// Errors that are drawn uniformly up to [`PART`] of their accuracies.
 struct Errors(Xoshiro256PlusPlus);
 
 impl Errors {
-    /// An error of at most this size, with three digits.
-    fn up_to(&mut self, accuracy: f64) -> f64 {
+    /// An error of this accuracy, with three digits.
+    fn of(&mut self, accuracy: f64) -> f64 {
         let part = 2.0 * (self.0.next_u32() as f64 / u32::MAX as f64) - 1.0;
-        tidy(part * accuracy)
+        tidy(PART * part * accuracy)
     }
 
-    /// A size of half the accuracy to all of it: what is no less than zero.
+    /// The size of an error that is no less than zero.
     fn size(&mut self, accuracy: f64) -> f64 {
-        tidy(0.75 * accuracy + 0.5 * self.up_to(0.5 * accuracy))
+        tidy(0.5 * (PART * accuracy + self.of(accuracy).abs()))
     }
 
     fn vector(&mut self, accuracy: f64) -> [f64; 3] {
-        [(); 3].map(|()| self.up_to(accuracy))
+        [(); 3].map(|()| self.of(accuracy))
     }
 
-    /// A factor whose logarithm is at most this, with four decimal places.
+    /// A factor whose logarithm has this accuracy, with four decimal places.
     fn factor(&mut self, accuracy: f64) -> f64 {
-        let factor = self.up_to(accuracy).exp();
+        let factor = self.of(accuracy).exp();
         format!("{factor:.4}").parse().unwrap_or(factor)
     }
 }
@@ -54,7 +57,7 @@ pub(super) fn text(model: &Model, origin: &Origin<'_>) -> String {
     }
     let mut errors = Errors(Xoshiro256PlusPlus::seed_from_u64(SEED));
     let (joints, driven) = (model.joints.len(), model.driven().count());
-    let mut text = "# A plant for `flexid simulate --plant`: what a real one has beside the model, each error drawn up to the accuracy that edge.toml takes as\n\
+    let mut text = "# A plant for `flexid simulate --plant`: what a real one has beside the model, each error drawn up to half of the accuracy that edge.toml takes as\n\
                     # assumed or states. All entries are in flexid's manual: host-tools/docs/simulate.md.\n"
         .to_owned();
     for (section, own) in
@@ -74,7 +77,7 @@ pub(super) fn text(model: &Model, origin: &Origin<'_>) -> String {
         errors.vector(typical.accelerometer_place),
         errors.size(typical.delay),
         errors.size(typical.record_delay),
-        errors.up_to(1e6 * typical.delay_drift),
+        errors.of(1e6 * typical.delay_drift),
         errors.vector(typical.tool_angle),
         errors.vector(typical.tool_centre_point),
     );
@@ -94,7 +97,7 @@ pub(super) fn text(model: &Model, origin: &Origin<'_>) -> String {
         of_axes(typical.centre_of_mass),
         of_axes(typical.elastic_centre)
     );
-    let angles: Vec<f64> = (0..driven).map(|_| errors.up_to(typical.joint_angle)).collect();
+    let angles: Vec<f64> = (0..driven).map(|_| errors.of(typical.joint_angle)).collect();
     let _ = writeln!(text, "joint_angle_rad = {angles:?}");
     // A pedestal is a bushing of its own.
     if joints < MAX_JOINTS {
