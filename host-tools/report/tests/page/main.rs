@@ -163,6 +163,21 @@ fn the_gravest_step_comes_first() {
     );
 }
 
+/// Friction has the loads of the cut beside it: the third joint bears the force at the distance of the tool.
+#[test]
+fn what_is_not_linear_is_compared_with_friction() {
+    let mut result = result();
+    assert!(!page(&result).contains("joints slip"));
+    result["warning_kinds"] = json!([{ "objection": { "distortion": { "part": 0.3 } } }]);
+    let tool = result["robot"]["model"]["tcp"]["xyz_m"].clone();
+    let [x, z] = [0, 2].map(|axis| tool[axis].as_f64().unwrap());
+    let load =
+        format!("and joint_3 with up to {:.0} Nm; the drives of large robots", 120.0 * x.hypot(z));
+    let page = page(&result);
+    assert!(page.contains("joints slip: the largest force of these records was 120 N (root mean square), which loads joint_1"));
+    assert!(page.contains(&load), "{load}");
+}
+
 /// Static tests show neither dampings nor modes, and another run brings none.
 #[test]
 fn a_page_of_static_tests_has_what_they_show() {
