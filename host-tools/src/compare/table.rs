@@ -24,6 +24,12 @@ fn both([before, after]: [f64; 2], unit: &str) -> [String; 2] {
     [before.to_string(), format!("{after} {prefix}{unit}")]
 }
 
+/// A number of standard deviations: tenths where they count.
+fn deviations(number: f64) -> String {
+    let places = usize::from(number.abs() < 9.95);
+    format!("{number:.places$}")
+}
+
 /// Both ends of a change, relative, in per cent: `-5.3 to 5.2`.
 fn between(ends: [f64; 2]) -> String {
     let [low, high] = ends.map(|own| Percent(own).to_string().replace(" %", ""));
@@ -49,7 +55,7 @@ pub(crate) fn text(compared: &Compared, columns: usize) -> String {
             after,
             Percent(own.ratio.value - 1.0).to_string(),
             between(own.ratio.interval.map(|ratio| ratio - 1.0)),
-            format!("{:.1}", own.deviations),
+            deviations(own.deviations),
             if own.has_changed { "*" } else { "" }.to_owned(),
         ]);
     }
@@ -70,6 +76,11 @@ mod tests {
     #[test]
     fn values_share_a_prefix() {
         assert_eq!(both([9.5e5, 1.2e6], "N/m"), ["0.950", "1.20 MN/m"]);
+    }
+
+    #[test]
+    fn tenths_of_few_deviations_count() {
+        assert_eq!([-0.13, 9.96, -443.21].map(deviations), ["-0.1", "10", "-443"]);
     }
 
     #[test]
