@@ -12,7 +12,7 @@ fn legend(&Comparison { freedoms, reference_hz, .. }: &Comparison) -> String {
     format!(
         " squared distance: of all parameters together, each change in its standard deviation, what goes together counted once (Mahalanobis); \
          about {freedoms} for two fits of an unchanged robot\n chance: how often two fits of an unchanged robot are as far apart or farther\n \
-         with hysteresis before and after are the values at {reference_hz:.1} Hz\n \
+         with hysteresis these are the values at {reference_hz:.1} Hz\n \
          std: the change in its standard deviations; *: changed by itself (Holm)\n"
     )
 }
@@ -38,7 +38,7 @@ fn between(ends: [f64; 2]) -> String {
 
 /// The verdict in the first line, notes, and a line for each parameter, in a table of at most so many columns.
 pub(crate) fn text(compared: &Compared, columns: usize) -> String {
-    let header = ["parameter", "before", "after", "change", "95 %", "std", ""];
+    let header = ["parameter", "from", "to", "change", "95 %", "std"];
     let mut table = window::table(columns, header);
     for own in &compared.comparison.parameters {
         let [before, after] = own.values;
@@ -55,8 +55,7 @@ pub(crate) fn text(compared: &Compared, columns: usize) -> String {
             after,
             Percent(own.ratio.value - 1.0).to_string(),
             between(own.ratio.interval.map(|ratio| ratio - 1.0)),
-            deviations(own.deviations),
-            if own.has_changed { "*" } else { "" }.to_owned(),
+            format!("{} {}", deviations(own.deviations), if own.has_changed { '*' } else { ' ' }),
         ]);
     }
     for column in table.column_iter_mut().skip(1).take(5) {
