@@ -247,7 +247,7 @@ fn bands_do_not_change_what_a_damping_is() {
     fs::write(folder.join("old.json"), old.to_string()).unwrap();
     let (_, table) = compared(folder, "compare old.json narrow.json");
     assert!(
-        table.contains(" with hysteresis before and after are the values at 20.0 Hz\n"),
+        table.contains(" with hysteresis these are the values at 20.0 Hz\n"),
         "{table}"
     );
     let (_, text) = compared(folder, "compare old.json narrow.json --json");
