@@ -126,7 +126,7 @@ fn frames(log: &str) -> Vec<&str> {
     log.lines().filter_map(|line| line.split_whitespace().nth(2)).collect()
 }
 
-/// Whether a line of a log is a force or an acceleration.
+/// Returns whether a line of a log is a force or an acceleration.
 fn is_measurement(line: &&str) -> bool {
     [" 101#", " 102#"].iter().any(|identifier| line.contains(identifier))
 }

@@ -1,4 +1,4 @@
-//! What a whole identification costs: from records in memory to the estimate, on one core.
+//! The cost of a whole identification: from records in memory to the estimate, on one core.
 //!
 //! `cargo bench -p flexid-core --bench identification`. Robots whose basin the first search finds.
 

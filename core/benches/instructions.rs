@@ -53,7 +53,7 @@ const TUNABLES: &str = "glibc.cpu.x86_rep_movsb_threshold=1000000000:\
 /// Given to the bench when it runs under Valgrind.
 const COUNTED: &str = "--counted";
 
-/// What must stay within limits.
+/// A cost that must stay within limits.
 struct Held<'a> {
     what: &'a str,
     is: f64,
@@ -101,7 +101,7 @@ fn main() -> Result<ExitCode> {
     Ok(if kept { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// What callgrind looks for: it counts while this runs, and writes a file whenever it ends.
+/// The function that callgrind looks for: it counts while this runs, and writes a file whenever it ends.
 #[inline(never)]
 fn measured(case: &mut Case) {
     case();
@@ -154,7 +154,7 @@ fn kept<T>(result: T) {
     black_box(&result);
 }
 
-/// What each case costs.
+/// The cost of each case.
 fn count() -> Result<BTreeMap<&'static str, f64>> {
     // What an earlier run has left must not pass for this one's.
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("instructions");
@@ -187,7 +187,7 @@ fn count() -> Result<BTreeMap<&'static str, f64>> {
         .collect()
 }
 
-/// What holds for any compiler.
+/// A limit that holds for any compiler.
 fn ratios<'a>(counts: &BTreeMap<&'static str, f64>) -> Vec<Held<'a>> {
     let single = counts["receptance f32, 3 joints"];
     let gradient = counts["receptance f64 and its gradient"];

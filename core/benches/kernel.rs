@@ -1,4 +1,4 @@
-//! What a bin of the receptance costs, alone and with its gradient, and what the search and the refinement make of it.
+//! The cost of a bin of the receptance, alone and with its gradient, and what the search and the refinement make of it.
 //!
 //! `cargo bench -p flexid-core`; throughput is in bins: criterion prints them as elements a second.
 

@@ -102,7 +102,7 @@ fn peak(level: Level) -> f64 {
     rates.into_iter().map(|(done, seconds)| 1e-9 * done as f64 / seconds).fold(0.0, f64::max)
 }
 
-/// What `run` gives, and its shortest time, s.
+/// The result of `run`, and its shortest time, s.
 fn best<T>(mut run: impl FnMut() -> T) -> (T, f64) {
     let mut shortest = f64::INFINITY;
     let mut result = run();

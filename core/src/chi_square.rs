@@ -1,4 +1,4 @@
-//! What noise leaves of a sum of squares: χ² of as many degrees of freedom.
+//! The sum of squares that noise leaves: χ² of as many degrees of freedom.
 //!
 //! Source of the limits: Laurent and Massart, "Adaptive estimation of a quadratic functional by model selection", Annals of Statistics
 //! 28, 2000, lemma 1, at a chance of e⁻¹⁰. Source of the deviate: Wilson and Hilferty, "The distribution of chi-square", Proceedings of the
@@ -8,18 +8,18 @@
 /// few hundred quiet samples to 7 % of its power; the nearest wrong basin of the reference scenario lies at 2.
 pub(crate) const CONSISTENT: f64 = 1.3;
 
-/// Whether noise leaves a sum of squares of this size; none that is no number.
+/// Returns whether noise leaves a sum of squares of this size; none that is no number.
 pub(crate) fn noise_explains(sum_of_squares: f64, degrees_of_freedom: f64) -> bool {
     let most = (CONSISTENT * degrees_of_freedom).max(rarely_exceeded(degrees_of_freedom));
     (0.0..=most).contains(&sum_of_squares)
 }
 
-/// What χ² of so many degrees of freedom exceeds with a chance below e⁻¹⁰.
+/// The value that χ² of so many degrees of freedom exceeds with a chance below e⁻¹⁰.
 pub(crate) fn rarely_exceeded(degrees_of_freedom: f64) -> f64 {
     degrees_of_freedom + 2.0 * libm::sqrt(10.0 * degrees_of_freedom) + 2.0 * 10.0
 }
 
-/// What χ² of so many degrees of freedom falls below with a chance below e⁻¹⁰.
+/// The value that χ² of so many degrees of freedom falls below with a chance below e⁻¹⁰.
 pub(crate) fn rarely_undercut(degrees_of_freedom: f64) -> f64 {
     degrees_of_freedom - 2.0 * libm::sqrt(10.0 * degrees_of_freedom.max(0.0))
 }

@@ -53,7 +53,7 @@ impl NoiseShape {
             + self.lines.iter().map(|line| line.density(frequency, samples)).sum::<f32>()
     }
 
-    /// The same without the lines.
+    /// The density without the lines.
     pub fn broad_density(&self, frequency: f32) -> f32 {
         let level = self.levels.iter().find(|level| frequency < level.end);
         level.or(self.levels.last()).map_or(1.0, |level| level.density)

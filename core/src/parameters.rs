@@ -58,7 +58,7 @@ pub struct Bounds {
 pub struct EmptyBounds {
     /// Number of the joint, from 0, base first.
     pub joint: usize,
-    /// Whether it is the range of a damping; else it is that of a stiffness.
+    /// True if it is the range of a damping; else it is that of a stiffness.
     pub damping: bool,
     /// Degree of freedom, 0..6.
     pub dof: usize,

@@ -15,7 +15,7 @@ pub enum Accelerometer {
 }
 
 impl Accelerometer {
-    /// Whether `gravity` (m/s², any axes) shows in the reading as the tool turns.
+    /// Returns whether `gravity` (m/s², any axes) shows in the reading as the tool turns.
     pub(crate) fn feels(self, gravity: &Vector3<f64>) -> bool {
         self == Self::Strapdown && *gravity != Vector3::zeros()
     }

@@ -45,13 +45,13 @@ pub struct StaticTest {
     pub pose: Vec<f64, MAX_JOINTS>,
     /// Force on the TCP and torque about it, N and Nm, along the TCP's axes in the unloaded robot.
     pub wrench: [f64; 6],
-    /// Where and along which axes the displacement is measured.
+    /// Place and axes of the measured displacement.
     pub gauge: Gauge,
     /// Displacement at the gauge, loaded less unloaded, along the axes of the gauge; `None` where it was not measured.
     pub displacement: [Option<Reading>; 3],
 }
 
-/// Where a displacement is measured, in the axes of the TCP of the unloaded robot. By default at the TCP and along its axes.
+/// Place of a measured displacement, in the axes of the TCP of the unloaded robot. By default at the TCP and along its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gauge {
     /// Point of the tool that is measured, from the TCP, m.
@@ -67,7 +67,7 @@ pub struct Reading {
     pub value: f64,
     /// Standard deviation of its noise, m.
     pub deviation: f64,
-    /// Whether the deviation is known. If not, it is a first guess, which
+    /// True if the deviation is known. If not, it is a first guess, which
     /// [`Identifier::estimate_static_deviation`](crate::identify::Identifier::estimate_static_deviation) replaces.
     pub is_stated: bool,
 }
@@ -76,9 +76,9 @@ pub struct Reading {
 /// measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeftOut {
-    /// Of the fit to all.
+    /// Residual of the fit to all.
     pub residual: [Option<f64>; 3],
-    /// Of a fit to all else; `None` where nothing else predicts the test.
+    /// Residual of a fit to all else; `None` where nothing else predicts the test.
     pub left_out: [Option<f64>; 3],
     /// Part of each reading that the fit does not follow: `1 − h` of its hat value, 0 where nothing was measured.
     pub redundancy: [f64; 3],
@@ -90,7 +90,7 @@ pub struct LeftOut {
 }
 
 impl LeftOut {
-    /// Whether the test is not as the others are. A table without an error has such a test once in twenty.
+    /// Returns whether the test is not as the others are. A table without an error has such a test once in twenty.
     pub fn is_outlier(&self) -> bool {
         self.chance.is_some_and(|chance| chance < RARE)
     }
@@ -142,7 +142,7 @@ impl Default for Gauge {
 }
 
 impl Gauge {
-    /// The same gauge, which reads along the axes of the base at this pose (rad or m, one per driven joint). The turn of the tool by gravity,
+    /// The gauge as it reads along the axes of the base at this pose (rad or m, one per driven joint). The turn of the tool by gravity,
     /// a few mrad, is left out.
     pub fn along_base(self, chain: &Chain, pose: &[f64]) -> Self {
         let joints = chain.joints().iter().zip(chain.angles(pose));

@@ -22,7 +22,7 @@ use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 /// Spoils a record with a value.
 type Spoil = fn(&mut Record<SAMPLES>, f32);
 
-/// What an [`Identifier`] makes of these experiments, and of whom it says what.
+/// The result of an [`Identifier`] from these experiments, and its remarks on each.
 fn identify(
     chain: &Chain,
     measurement: Measurement,
@@ -78,7 +78,7 @@ fn spectra(
     Experiment::new(&mill3(), measurement, record, &mut [0.0; SAMPLES])
 }
 
-/// What becomes of a record that is spoilt.
+/// The fate of a record that is spoilt.
 fn spoilt(spoil: impl FnOnce(&mut Record<SAMPLES>)) -> Result<Experiment<BINS>, SpectrumError> {
     let mut record = one_record();
     spoil(&mut record);

@@ -20,7 +20,7 @@ const STACK: usize = 32 << 20;
 const TIMES: f64 = 5.0;
 const FROM_HZ: f64 = 100.0;
 
-/// What is read at rest of a record along an axis, whose cut has white noise: less from [`FROM_HZ`] on.
+/// The spectrum at rest of a record along an axis, whose cut has white noise: less from [`FROM_HZ`] on.
 fn quieter_at_rest(record: &mut Record<SAMPLES>, axis: usize) {
     let end = (FROM_HZ / record.rate_hz) as f32;
     let levels = [Level { end, density: 1.0 }, Level { end: 0.5, density: (1.0 / TIMES) as f32 }];

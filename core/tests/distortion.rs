@@ -1,4 +1,4 @@
-//! What is left is a response to the force, or it is not.
+//! The residuals are a response to the force, or they are not.
 
 use std::thread;
 

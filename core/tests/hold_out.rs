@@ -1,4 +1,4 @@
-//! What a record looks like to all others: the short way of the core, against a fit that has never seen it.
+//! A record as all others predict it: the short way of the core, against a fit that has never seen it.
 
 use flexid_core::parameters::Bushings;
 use flexid_core::receptance::{Complex, Terms};
@@ -109,7 +109,7 @@ fn agreement(bushings: &Bushings, experiment: &Experiment<BINS>) -> Agreement {
     found
 }
 
-/// Of `count` unknowns, whose columns are of very different size; the column after them is what they are to explain.
+/// Solves for `count` unknowns, whose columns are of very different size; they are to explain the column after them.
 fn least_squares(rows: &DMatrix<f64>, count: usize) -> DVector<f64> {
     let mut scaled = rows.columns(0, count).into_owned();
     let sizes: Vec<f64> = scaled.column_iter().map(|column| column.norm()).collect();
@@ -123,20 +123,20 @@ fn least_squares(rows: &DMatrix<f64>, count: usize) -> DVector<f64> {
     solution
 }
 
-/// What is lacking to 1, of FRAC and VAF of every axis.
+/// The difference to 1, of FRAC and VAF of every axis.
 fn lacking(agreement: &Agreement) -> [f64; 6] {
     let Agreement { frac, vaf } = agreement;
     std::array::from_fn(|i| 1.0 - if i < 3 { frac[i] } else { vaf[i - 3] })
 }
 
-/// What one record of three lacks: the core's short way, refitted without it, and in the fit to all.
+/// The lack of one record of three: by the core's short way, refitted without it, and in the fit to all.
 struct Lacking {
     short: [f64; 6],
     refitted: [f64; 6],
     within: [f64; 6],
 }
 
-/// Of every record, in turn, with so many times the scenario's noise and in a band.
+/// The lack of every record, in turn, with so many times the scenario's noise and in a band.
 fn held_out(noise: f64, band_hz: [f64; 2]) -> [Lacking; 3] {
     let (chain, bounds, sought) = (mill3(), bounds(), parameters(3));
     let measurement = Measurement { band_hz, ..MEASUREMENT };
@@ -183,7 +183,7 @@ fn equals_a_fit_that_has_not_seen_the_record() {
     }
 }
 
-/// What is mostly noise is not predicted, and not said to be.
+/// A record of mostly noise is not predicted, and not said to be.
 #[test]
 fn noise_is_not_predicted() {
     for Lacking { short, refitted, .. } in held_out(30.0, [2.0, 200.0]) {

@@ -71,7 +71,7 @@ fn dynamic(z: Complex<f64>) -> Dynamic {
     Dynamic::new(z.re, z.im)
 }
 
-/// What the sensors of a dense model read: of all elongations and the force on the TCP at once, no force eliminated.
+/// The readings of the sensors of a dense model: of all elongations and the force on the TCP at once, no force eliminated.
 struct DenseSensors {
     stiffness: DMatrix<Dynamic>,
     /// Elongations to the reading, 3×n.

@@ -30,7 +30,7 @@ const CONFIG: StreamConfig = StreamConfig {
 /// Force and acceleration at every sample.
 type Signals = [Vec<[f64; 3]>; 2];
 
-/// What three experiments with a robot give without noise.
+/// Three experiments with a robot, without noise.
 struct Robot {
     truth: Bushings,
     signals: Vec<Signals>,

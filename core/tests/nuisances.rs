@@ -1,4 +1,4 @@
-//! What is off beside the joints: found where it is sought, seen where it is not. And records that retire.
+//! Errors beside the joints: found where it is sought, seen where it is not. And records that retire.
 
 use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;

@@ -113,7 +113,7 @@ fn an_identifier_goes_on_from_any_step() {
     thread::Builder::new().stack_size(STACK).spawn(test).unwrap().join().unwrap();
 }
 
-/// Where the cut has twice the noise of the rest along these axes, the residuals are larger than that of the rest, but random: the fit is
+/// If the cut has twice the noise of the rest along these axes, the residuals are larger than that of the rest, but random: the fit is
 /// consistent, and its intervals are as much wider. Returns χ²/dof, where more is left than elsewhere, and the mean square of what is left
 /// in a bin in that of the noise, along each axis.
 fn noisier_in_the_cut(axes: &'static [usize]) -> (f64, Vec<LeftOver>, [f64; 3]) {

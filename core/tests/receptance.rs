@@ -332,7 +332,7 @@ fn single_precision_agrees_with_double() {
     assert!(worst < 5e-3, "{worst:e}");
 }
 
-/// What the mass derivatives leave out, gravity's stiffness following the masses, is small wherever robots are excited.
+/// The part that the mass derivatives leave out, gravity's stiffness following the masses, is small wherever robots are excited.
 #[test]
 fn gravity_has_little_share_in_mass_derivatives() {
     let force =

@@ -6,7 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 const PARAMETERS: usize = 12;
 
-/// Where the loss is smallest.
+/// The place of the smallest loss.
 fn truth(parameter: usize) -> f32 {
     0.1 + 0.8 * (parameter as f32 * 0.37).fract()
 }

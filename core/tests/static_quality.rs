@@ -1,4 +1,4 @@
-//! What a fit to static tests says of each of them: residuals against fits without it, gross errors among them, their noise where
+//! The verdict of a fit on each static test: residuals against fits without it, gross errors among them, their noise where
 //! nobody states it; and fits that seek little, or have little to go by.
 
 use fearless_simd::Level;
@@ -50,7 +50,7 @@ fn fit(tests: &[StaticTest], sought: Sought, bounds: Bounds) -> Estimate {
     settle(&mut identifier(tests, sought, bounds), &[])
 }
 
-/// What a model leaves of a test, in its standard deviations.
+/// Residual of a test, in its standard deviations.
 fn residual(test: &StaticTest, bushings: &Bushings) -> [Option<f64>; 3] {
     let linear = mill3().linearise(&test.pose, Vector3::zeros(), bushings).unwrap();
     let model = Deflection::new(&linear, bushings, &test.wrench, &test.gauge).unwrap();

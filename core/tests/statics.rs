@@ -262,7 +262,7 @@ fn a_start_that_gravity_leaves_no_equilibrium_is_stiffened() {
     assert!(mean_square < 2.0, "{mean_square}: {scores:.1?}");
 }
 
-/// What a search has found may be as soft: a record is fitted from there as well.
+/// The find of a search may be as soft: a record is fitted from there as well.
 #[test]
 fn a_soft_guess_is_stiffened_for_records_too() {
     let (chain, bounds, sought) = (mill3(), wide(), parameters(3));

@@ -62,7 +62,7 @@ fn series(
     std::iter::once(omega).chain(spectra.flat_map(|own| own.re.iter_mut().chain(&mut own.im)))
 }
 
-/// Where a search of the default length ends.
+/// The end of a search of the default length.
 fn search(experiments: &[Experiment<BINS>], seed: u64) -> Bushings {
     let mut generator = Random::new(seed).0;
     let mut search = Search::new(Strategy::default(), 36);

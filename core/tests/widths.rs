@@ -1,4 +1,4 @@
-//! The same loss and the same fit, whatever the width of the vectors.
+//! One loss and one fit, whatever the width of the vectors.
 
 use flexid_core::chain::Chain;
 use flexid_core::loss::spectral;
@@ -11,7 +11,7 @@ use crate::common::milling::{Conditions, SAMPLES, cut, record};
 use crate::common::{BINS, MEASUREMENT, Random, bounds};
 use fearless_simd::Level;
 
-/// What the machine has, and AVX2 where that is more; the [baseline](Level::baseline) of x86-64 has neither, and takes one
+/// The level of the machine, and AVX2 where that is more; the [baseline](Level::baseline) of x86-64 has neither, and takes one
 /// lane.
 fn wider() -> Vec<(&'static str, Level)> {
     #[cfg_attr(not(any(target_arch = "x86", target_arch = "x86_64")), allow(unused_mut))]
@@ -59,7 +59,7 @@ impl Robot {
         losses.into_iter().map(f64::from).collect()
     }
 
-    /// Of the guess: sum of squares and deviations; and where one step leads to.
+    /// At the guess: sum of squares and deviations; and where one step leads to.
     fn fit(&self, level: Level) -> [Vec<f64>; 3] {
         let (bounds, sought) = (bounds(), parameters(self.guess.len()));
         let problem = Problem { level, ..problem(&self.chain, &MEASUREMENT, &bounds, &sought) };

@@ -32,7 +32,7 @@ enum Style {
     Journal,
     /// Time, level and place.
     Plain,
-    /// The same in colour, for a terminal.
+    /// Time, level and place in colour, for a terminal.
     Coloured,
 }
 

@@ -34,7 +34,7 @@ const HEADER: usize = MAGIC.len() + 4 + 4;
 const LARGEST: u64 = 128 << 20;
 /// Most states that are put aside and kept. Chosen: a configuration that is tried and taken back has one.
 const MOST_STATES: usize = 4;
-/// The same of files that hold no state. One shows what happened.
+/// Most files without a state that are put aside and kept. One shows what happened.
 const MOST_OTHERS: usize = 1;
 /// Environment variable in which systemd gives the state directory of a service: folders, with colons between them.
 const DIRECTORY: &str = "STATE_DIRECTORY";

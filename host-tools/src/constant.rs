@@ -1,4 +1,4 @@
-//! What an export leaves out: how far the modes of a robot with constant springs and dampers, and without hoses, lie from those of the robot
+//! The error of an export: how far the modes of a robot with constant springs and dampers, and without hoses, lie from those of the robot
 //! that was found.
 
 use flexid_core::imperfection::Imperfection;
@@ -10,7 +10,7 @@ use flexid_prediction::modes::Mode;
 
 /// Relative difference of a natural frequency that is not worth a line. Chosen: a tenth of a per cent, as an export is right to.
 const SAME: f64 = 1e-3;
-/// The same of a damping ratio. Chosen: the standard deviation of one that is well identified.
+/// Such a difference of a damping ratio. Chosen: the standard deviation of one that is well identified.
 const DAMPED_ALIKE: f64 = 0.02;
 
 /// A line on how far they lie from each other. `None` if they are the same.
@@ -46,7 +46,7 @@ pub(crate) fn differences(found: &Found, exported: &Robot) -> Result<Option<Stri
     )))
 }
 
-/// Whether an imperfection is in the constant bushings already, or in no format.
+/// Returns whether an imperfection is in the constant bushings already, or in no format.
 fn is_left_out(imperfection: Imperfection) -> bool {
     use Imperfection as I;
     matches!(

@@ -6,6 +6,7 @@
 use flexid_pipeline::report::StaticReport;
 use flexid_pipeline::robot::FoundRobot;
 use flexid_report::evidence::{Evidence, Origin};
+use flexid_simulation::coverage::Coverage;
 use flexid_wire::answer::Answer;
 use flexid_wire::confidence::{Confidence, Correlations, HeldOut, JointIntervals, Nuisance};
 use flexid_wire::directions::WeakDirection;
@@ -46,9 +47,12 @@ pub(crate) struct ResultJson<'a> {
     /// Evidence that a report shows beside. Left out without records, and of a daemon.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     evidence: Option<&'a Evidence>,
-    /// Where the result comes from. Left out of a daemon's result.
+    /// Origin of the result. Left out of a daemon's result.
     #[serde(skip_serializing_if = "Option::is_none")]
     origin: Option<&'a Origin>,
+    /// Intervals that hold the truth. Left out if that is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    truth: Option<&'a Coverage>,
     /// Measured and modelled spectra of the newest record. Left out without records, and of a result that is not a daemon's.
     #[serde(skip_serializing_if = "Option::is_none")]
     spectra: Option<&'a Spectra>,
@@ -158,18 +162,19 @@ impl<'a> From<&'a Finding> for ResultJson<'a> {
             robot: None,
             evidence: None,
             origin: None,
+            truth: None,
             spectra: None,
         }
     }
 }
 
 impl<'a> ResultJson<'a> {
-    /// The same, with what is doubtful about the model.
+    /// The result with the doubts about the model.
     pub(crate) fn with_model_warnings(self, model_warnings: Vec<String>) -> Self {
         Self { model_warnings, ..self }
     }
 
-    /// The same, with what predicts the robot's motion, and what the fit says of each static test.
+    /// The result with the robot that predicts motion, and the verdict of the fit of each static test.
     pub(crate) fn with(
         self,
         robot: Option<&'a FoundRobot>,
@@ -178,12 +183,17 @@ impl<'a> ResultJson<'a> {
         Self { robot, static_tests, ..self }
     }
 
-    /// The same, with what a report shows beside, and where the result comes from.
+    /// The result with the evidence that a report shows, and its origin.
     pub(crate) fn with_evidence(self, evidence: Option<&'a Evidence>, origin: &'a Origin) -> Self {
         Self { evidence, origin: Some(origin), ..self }
     }
 
-    /// The same, with the spectra that a daemon sends beside it.
+    /// The result with the intervals that hold the truth.
+    pub(crate) fn with_truth(self, truth: Option<&'a Coverage>) -> Self {
+        Self { truth, ..self }
+    }
+
+    /// The result with the spectra that a daemon sends beside it.
     pub(crate) fn with_spectra(self, spectra: Option<&'a Spectra>) -> Self {
         Self { spectra, ..self }
     }

@@ -28,7 +28,7 @@ pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
 pub(crate) const ORANGE: RGBColor = RGBColor(213, 94, 0);
 pub(crate) const INK: RGBColor = RGBColor(40, 40, 40);
 
-/// What a file shows.
+/// The content of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
     /// Numbers, comma-separated.
@@ -38,7 +38,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// That of a file's name.
+    /// The format of a file's name.
     ///
     /// # Errors
     /// The name ends otherwise.
@@ -63,7 +63,7 @@ pub(crate) fn outputs(found: &Path, files: &[PathBuf]) -> Result<Vec<(Format, Ou
     files.iter().map(|file| Ok((Format::of(file)?, Output::create(file)?))).collect()
 }
 
-/// What a mark in a picture means.
+/// The meaning of a mark in a picture.
 pub(crate) struct Key<'a> {
     mark: Mark,
     words: &'a str,

@@ -13,7 +13,7 @@ pub struct Report {
     pub fit: Fit,
     /// Warnings for people.
     pub warnings: Vec<String>,
-    /// What each warning names and counts.
+    /// Names and counts of each warning.
     pub warning_kinds: Vec<Value>,
     /// Confidence in the report.
     pub confidence: Confidence,
@@ -95,9 +95,9 @@ pub struct Correlations {
 /// The residuals between model and measurement.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Residuals {
-    /// Whether the residuals are larger than noise explains.
+    /// True if the residuals are larger than noise explains.
     pub size_objects: bool,
-    /// Whether the residuals have more structure than noise explains.
+    /// True if the residuals have more structure than noise explains.
     pub structure_objects: bool,
 }
 

@@ -14,7 +14,7 @@ thread_local! {
     static ADDITIONS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// What a kernel computes.
+/// The result of a kernel.
 pub(crate) struct Operations {
     /// Multiplications, fused multiply-adds and divisions.
     pub(crate) multiplications: u64,

@@ -1,4 +1,4 @@
-//! What the benchmarks run: the receptance of a random robot over the bins of one experiment, alone and with its
+//! The work of the benchmarks: the receptance of a random robot over the bins of one experiment, alone and with its
 //! gradient.
 #![allow(dead_code)]
 
@@ -29,7 +29,7 @@ pub(crate) struct Bins<T: Precision> {
 }
 
 impl<T: Precision> Bins<T> {
-    /// Of a random robot with so many joints, without gravity.
+    /// The kernel of a random robot with so many joints, without gravity.
     pub(crate) fn new(joints: usize) -> Self {
         let mut random = Random::new(joints as u64);
         let (chain, bushings, pose) =
@@ -63,7 +63,7 @@ impl<T: Precision> Kernel<T> for Values<'_, T> {
 /// Response and gradient at every bin, all of it added up.
 pub(crate) struct Gradients<'a, T: Precision> {
     pub(crate) bins: &'a Bins<T>,
-    /// Whether the record has a seam, as in the refinement.
+    /// True if the record has a seam, as in the refinement.
     pub(crate) seam: bool,
 }
 
@@ -96,7 +96,7 @@ impl<T: Precision> Kernel<T> for Gradients<'_, T> {
     }
 }
 
-/// Of all lanes: what of the sum is not looked at the compiler would leave out.
+/// The sum over all lanes: the compiler would leave out the part that is not looked at.
 fn total<V: Lanes>(values: V) -> f64 {
     let mut lanes = [V::Scalar::default(); 16];
     values.store(&mut lanes);

@@ -173,7 +173,7 @@ impl Chain {
         })
     }
 
-    /// The same chain with the mass and inertia of each link multiplied by its entry of `scale`, base first. The entries must
+    /// The chain with the mass and inertia of each link multiplied by its entry of `scale`, base first. The entries must
     /// be positive. Links without an entry keep their mass and inertia.
     pub fn weighing(&self, scale: &[f64]) -> Self {
         let mut chain = self.clone();

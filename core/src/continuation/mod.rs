@@ -60,7 +60,7 @@ pub(crate) struct Continuation {
     /// Number of steps on this level.
     steps: u32,
     damping: Damping,
-    /// Whether the normal equations are those at `coordinates`.
+    /// True if the normal equations are those at `coordinates`.
     assembled: bool,
     /// Number of rows of the records in the normal equations.
     rows: usize,

@@ -60,13 +60,13 @@ pub struct Accuracies {
     pub record_stiffness: f64,
     /// Compliance of a link in series with each joint but the first, along each axis, m/N.
     pub structure_translation: f64,
-    /// The same about each axis, rad/Nm.
+    /// Its compliance about each axis, rad/Nm.
     pub structure_rotation: f64,
     /// Compliance of the ground along each axis of the base, m/N; its damping over the square of its stiffness is 1e-4 s times that. The
     /// prior is 1.3 times as wide: compliances are never negative, and add up. A fixed first joint is the ground's own: it has that of a
     /// link.
     pub ground_translation: f64,
-    /// The same about each axis, rad/Nm.
+    /// Compliance of the ground about each axis, rad/Nm.
     pub ground_rotation: f64,
     /// Logarithm of the mass of the base, which is taken for [`BASE_OVER_MOVING`](super::BASE_OVER_MOVING) of the robot's.
     pub base_mass: f64,

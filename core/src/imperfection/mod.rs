@@ -67,7 +67,7 @@ pub enum Sensor {
     Accelerometer,
 }
 
-/// What is off. Axes are numbered 0 to 2, joints and links from 0, base first.
+/// An error of a plant. Axes are numbered 0 to 2, joints and links from 0, base first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -138,7 +138,7 @@ pub enum Imperfection {
 }
 
 impl Imperfection {
-    /// Whether a robot of this chain can have it, in one of the records that a fit takes.
+    /// Returns whether a robot of this chain can have it, in one of the records that a fit takes.
     pub fn is_of(self, chain: &Chain) -> bool {
         let joints = chain.joints();
         let has_drive =
@@ -179,7 +179,7 @@ impl Imperfection {
         }
     }
 
-    /// Whether it cannot be less than zero.
+    /// Returns whether it cannot be less than zero.
     pub fn is_positive(self) -> bool {
         matches!(
             self,
@@ -191,7 +191,7 @@ impl Imperfection {
         )
     }
 
-    /// Whether it changes how the robot moves, and not only what its sensors read or a single record.
+    /// Returns whether it changes how the robot moves, and not only what its sensors read or a single record.
     pub fn is_of_robot(self) -> bool {
         match self {
             Self::ToolTurn(_)
@@ -305,7 +305,7 @@ pub(crate) fn all(
         .collect()
 }
 
-/// What a low-pass does beside its delay, each with its standard deviation, where the delay has this one, s. Those of a Butterworth low-pass of
+/// The effects of a low-pass beside its delay, each with its standard deviation, where the delay has this one, s. Those of a Butterworth low-pass of
 /// second order, whose delay is τ, are τ³/6 and τ⁴/8. Chosen: one and a half times those of a delay of 2.3 standard deviations, from which
 /// on its accuracy is contradicted.
 pub(crate) fn of_low_pass(delay: f64) -> [(Imperfection, f64); OF_LAG] {
@@ -351,12 +351,12 @@ impl Imperfection {
         }
     }
 
-    /// Whether it is one of all stiffnesses in a record other than number `record`.
+    /// Returns whether it is one of all stiffnesses in a record other than number `record`.
     pub(crate) fn is_of_another_record(self, record: usize) -> bool {
         matches!(self, Self::RecordStiffness(own) if own != record)
     }
 
-    /// Whether its derivative is that of the model's matrices. Else its derivative is a multiple of readings, forces or impedances.
+    /// Returns whether its derivative is that of the model's matrices. Else its derivative is a multiple of readings, forces or impedances.
     pub(crate) fn is_of_model(self) -> bool {
         matches!(
             self,
@@ -422,7 +422,7 @@ mod tests {
         );
     }
 
-    /// Of a robot with as many joints as there may be, and of one on a fixed joint.
+    /// Tests a robot with as many joints as there may be, and of one on a fixed joint.
     #[test]
     fn a_robot_can_have_what_all_of_it_are() {
         let typical = Accuracies::typical();

@@ -63,7 +63,7 @@ impl<const L: usize> Normal<L> {
         &self.entries[..packed(self.size)]
     }
 
-    /// As [`Normal::entries`], mutable.
+    /// The [entries](Normal::entries), mutable.
     pub(crate) fn entries_mut(&mut self) -> &mut [f64] {
         &mut self.entries[..packed(self.size)]
     }
@@ -192,7 +192,7 @@ impl<const L: usize> Normal<L> {
         }
     }
 
-    /// As [`Normal::fix`], of unknown `k` alone.
+    /// [Fixes](Normal::fix) unknown `k` alone.
     fn fix_one(&mut self, k: usize, value: f64) {
         let right = packed(self.size - 1);
         for i in (0..self.unknowns()).filter(|i| *i != k) {

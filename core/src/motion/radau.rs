@@ -182,7 +182,7 @@ impl Radau {
         self.step_against(force, |_, _| Coordinates::default())
     }
 
-    /// As [`Radau::step`], against bushings that resist beside their springs and dampers. `resistance` gives these loads, N and
+    /// A [step](Radau::step) against bushings that resist beside their springs and dampers. `resistance` gives these loads, N and
     /// Nm, at a part 0 to 1 of the step and in the state there. A load that changes with the state by as much as the inertia
     /// over a step slows the iteration down, and the step may fail.
     ///

@@ -32,7 +32,7 @@ pub(crate) struct Filter<T> {
 }
 
 impl<T: Scalar> Filter<T> {
-    /// Whether the reading is the signal.
+    /// Returns whether the reading is the signal.
     pub(crate) fn is_none(&self) -> bool {
         [self.resonance, self.high_pass, self.dispersion, self.roll_off]
             .iter()
@@ -74,7 +74,7 @@ fn plus_one<V: Lanes>(value: Complex<V>) -> Complex<V> {
 mod tests {
     use super::*;
 
-    /// Of a Butterworth low-pass of second order, at x = s/ω: `(1 + √2 x + x²) e^(−√2 x)`, but for terms of x⁵.
+    /// Checks the series of a Butterworth low-pass of second order, at x = s/ω: `(1 + √2 x + x²) e^(−√2 x)`, but for terms of x⁵.
     #[test]
     fn a_low_pass_is_a_delay_and_what_it_does_beside() {
         let delay = 7.5e-4_f64;

@@ -1,4 +1,4 @@
-//! What is observed of one record in the model, and its exact derivatives, by a second pass of the recursion from tip to
+//! The observation of one record in the model, and its exact derivatives, by a second pass of the recursion from tip to
 //! base.
 //!
 //! e_out are the elongations due to a unit load along each measured direction. q are the elongations in the record, due to
@@ -26,7 +26,7 @@ pub type PerDof<V> = [[Complex<V>; DOF]; MAX_JOINTS];
 /// Response of the model in one bin of a record, one bin per lane. It is large, so that callers reuse one for all bins.
 #[derive(Clone, Debug)]
 pub struct Response<V> {
-    /// What the terms observe: the reading of the accelerometer along its axes, without the jumps c₋₁, c₀ and c₁ of the seam,
+    /// The observation: the reading of the accelerometer along its axes, without the jumps c₋₁, c₀ and c₁ of the seam,
     /// m/s² (times seconds); in a static test the displacement, m.
     pub observed: [Complex<V>; 3],
     /// Observation along axis `[row]` per force along the force sensor's axis `[column]`: the accelerance, m/s²/N.
@@ -45,7 +45,7 @@ pub struct Response<V> {
     seam_half: PerDof<V>,
     /// σ and ψ.
     rates: Rates<V>,
-    /// Whether the record has a seam.
+    /// True if the record has a seam.
     has_seam: bool,
     /// Dynamic stiffness of the last link, factorised.
     tip: Factor<V>,

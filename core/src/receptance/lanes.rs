@@ -29,7 +29,7 @@ pub trait Lanes:
     const REGISTERS: usize;
     /// One value of any type for each lane: `[T; WIDTH]`.
     type Each<T: Copy>: AsMut<[T]>;
-    /// The same value for each lane.
+    /// One value for all lanes.
     fn each<T: Copy>(value: T) -> Self::Each<T>;
     /// `value` in as many lanes as `self` has.
     fn fill(self, value: Self::Scalar) -> Self;

@@ -52,7 +52,7 @@ impl<V: Lanes> Rates<V> {
         rates
     }
 
-    /// Of springs and dampers.
+    /// The law of springs and dampers.
     #[inline(always)]
     pub(crate) fn plain(s: Complex<V>) -> Self {
         Self { damper: s, drive: None }

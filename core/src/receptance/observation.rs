@@ -1,4 +1,4 @@
-//! What is observed of the last link: the reading of an accelerometer, or a displacement.
+//! The observation of the last link: the reading of an accelerometer, or a displacement.
 
 use super::complex::{Column, Complex};
 use super::filter::Filter;
@@ -8,7 +8,7 @@ use crate::DOF;
 /// Three loads on the last link. By reciprocity the displacement that belongs to a load is one that is observed.
 pub(crate) type Loads<T> = [[T; DOF]; 3];
 
-/// What a response observes along three axes.
+/// The observation of a response along three axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Observation<T> {
     /// Reading of an accelerometer, m/s²: `s²` times a translation plus what gravity adds, filtered, and later by the delay.

@@ -122,22 +122,22 @@ pub struct Terms<T> {
     /// Loads on the last link per unit of each force of a response: a force at the TCP along an axis of the force sensor. In a
     /// static test the first is the whole wrench, and there are no others.
     pub(crate) force_loads: Loads<T>,
-    /// What is observed.
+    /// The observation.
     pub(crate) observation: Observation<T>,
     /// Part of the force that the force sensor does not measure; `None` if no mass is beyond it.
     pub(crate) tool: Option<ToolTerms<T>>,
-    /// Whether both sensors measure at the same place, along the same axes and at the same time, and the accelerometer
+    /// True if both sensors measure at the same place, along the same axes and at the same time, and the accelerometer
     /// measures nothing else: the receptance is then sufficient.
     pub(crate) collocated: bool,
-    /// Whether the stiffness due to gravity enters.
+    /// True if the stiffness due to gravity enters.
     pub(crate) gravity: bool,
-    /// Whether a response computes the derivatives by the links' masses.
+    /// True if a response computes the derivatives by the links' masses.
     pub(crate) masses: bool,
     /// Hysteresis of all bushings.
     pub(crate) hysteresis: Hysteresis<T>,
     /// The ground under the first joint. `None` if it is rigid.
     pub(crate) ground: Option<Ground<T>>,
-    /// What hangs on the tool. `None` in a model without imperfections.
+    /// Hoses and cables at the tool. `None` in a model without imperfections.
     pub(crate) hose: Option<Hose<T>>,
 }
 
@@ -230,12 +230,12 @@ impl<T: Scalar> Terms<T> {
         })
     }
 
-    /// Whether gravity shows in what is observed.
+    /// Returns whether gravity shows in what is observed.
     pub(crate) fn feels_gravity(&self) -> bool {
         matches!(self.observation, Observation::Acceleration { gravity: Some(_), .. })
     }
 
-    /// The same terms, with which a response also computes [`Response::per_mass`](super::Response::per_mass).
+    /// These terms, with which a response also computes [`Response::per_mass`](super::Response::per_mass).
     pub fn with_masses(self) -> Self {
         Self { masses: true, ..self }
     }
@@ -253,7 +253,7 @@ impl<T: Scalar> Terms<T> {
         Rates::new(&self.hysteresis, has_growth, s)
     }
 
-    /// The same terms, of an accelerometer with this filter, which reads `M a`, and a force sensor which reads `N F`.
+    /// These terms, of an accelerometer with this filter, which reads `M a`, and a force sensor which reads `N F`.
     pub(crate) fn with_sensor_errors(
         mut self,
         filter: Filter<T>,

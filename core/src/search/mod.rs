@@ -121,7 +121,7 @@ impl Search {
         self.begin_iteration();
     }
 
-    /// Whether all iterations are done.
+    /// Returns whether all iterations are done.
     pub fn finished(&self) -> bool {
         self.iteration >= self.strategy.iterations
     }

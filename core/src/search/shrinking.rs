@@ -28,7 +28,7 @@ pub enum Shrinking {
     Local {
         /// Radius of the first iteration.
         first: f32,
-        /// As for [`Shrinking::Global`], if also half of the steps that improve the centre are typical.
+        /// Like [`Shrinking::Global`], if also half of the steps that improve the centre are typical.
         last: f32,
     },
 }

@@ -1,4 +1,4 @@
-//! What a fit seeks: the parameters of the joints, of which some may be fixed or tied to each other, and nuisances.
+//! The unknowns of a fit: the parameters of the joints, of which some may be fixed or tied to each other, and nuisances.
 //!
 //! There are [`MAX_UNKNOWNS`] coordinates. The first [`MAX_PARAMETERS`] are the logarithms of the parameters: joint by joint
 //! six stiffnesses and six dampings. The others are the nuisances, in units of their prior's standard deviation. A fit has
@@ -60,7 +60,7 @@ impl Role {
     }
 }
 
-/// What a fit of a chain seeks: the role of each coordinate, and the unknowns that follow from the roles.
+/// The unknowns of the fit of a chain: the role of each coordinate, and the unknowns that follow from the roles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sought {
     joints: usize,
@@ -68,7 +68,7 @@ pub struct Sought {
     unknowns: usize,
     /// Role of each coordinate.
     roles: [Role; MAX_UNKNOWNS],
-    /// Whether the stiffnesses have a prior.
+    /// True if the stiffnesses have a prior.
     expects_stiffnesses: bool,
 }
 
@@ -91,7 +91,7 @@ impl Sought {
         Self::of_joints(chain.joints().len(), &Nuisances::default())
     }
 
-    /// As [`Sought::new`]. The caller ensures that `joints` is at most [`MAX_JOINTS`].
+    /// [`Sought::new`] without its check: the caller ensures that `joints` is at most [`MAX_JOINTS`].
     fn of_joints(joints: usize, nuisances: &Nuisances) -> Self {
         let roles = [Role::Absent; MAX_UNKNOWNS];
         let mut sought = Self { joints, unknowns: 0, roles, expects_stiffnesses: false };
@@ -224,7 +224,7 @@ impl Sought {
         self.unknowns
     }
 
-    /// Whether some parameter is fixed, or tied to another one.
+    /// Returns whether some parameter is fixed, or tied to another one.
     pub fn imposes(&self) -> bool {
         let is_parameter = |unknown: &usize| {
             let coordinate = self.coordinate(*unknown);
@@ -264,12 +264,12 @@ impl Sought {
         self.sought().filter(|(index, _)| *index >= MAX_PARAMETERS)
     }
 
-    /// Whether the mass of any link is sought.
+    /// Returns whether the mass of any link is sought.
     pub(crate) fn seeks_masses(&self) -> bool {
         self.nuisances().any(|(index, _)| index >= MASS)
     }
 
-    /// Whether no coordinate before this sought one has its unknown.
+    /// Returns whether no coordinate before this sought one has its unknown.
     pub(crate) fn leads(&self, index: usize) -> bool {
         let unknown = self.roles[index].unknown();
         self.roles[..index].iter().all(|role| role.unknown() != unknown)

@@ -16,7 +16,7 @@ pub struct CutNoise {
 }
 
 impl CutNoise {
-    /// Whether the cut has more noise than the rest.
+    /// Returns whether the cut has more noise than the rest.
     pub fn is_louder(&self) -> bool {
         self.times.iter().flatten().any(|times| *times > 1.0)
     }

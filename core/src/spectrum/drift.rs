@@ -53,7 +53,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(5), ..ProptestConfig::with_cases(16) })]
 
-        /// Of oscillations that begin and end in the record, so that nothing jumps at its seam.
+        /// Holds for oscillations that begin and end in the record, so that nothing jumps at its seam.
         #[test]
         fn drift_equals_differences_of_late_readings(
             hz in 5.0_f64..30.0,

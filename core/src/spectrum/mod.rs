@@ -143,7 +143,7 @@ pub struct Experiment<const B: usize> {
     pub force_noise: [Vec<f32, B>; 3],
     /// Mean square of the noise in each bin of the acceleration, per axis, (m/s)².
     pub acceleration_noise: [Vec<f32, B>; 3],
-    /// The same as the noise of the acceleration without its lines, per axis, (m/s)².
+    /// Mean square of that noise without its lines, per axis, (m/s)².
     pub broad_noise: [Vec<f32, B>; 3],
     /// Noise of the cut, to which the noise of the acceleration has been raised.
     pub cut_noise: CutNoise,
@@ -281,7 +281,7 @@ impl Measurement {
         Vector3::from(self.gravity)
     }
 
-    /// Whether gravity shows in the accelerometer's reading as it turns.
+    /// Returns whether gravity shows in the accelerometer's reading as it turns.
     pub(crate) fn feels_gravity(&self) -> bool {
         self.accelerometer.feels(&self.gravity())
     }

@@ -35,7 +35,7 @@ pub struct Tone {
 }
 
 impl Tone {
-    /// What an amplitude of 1 and one of i have at a bin of a record of this length, s: `[real, imaginary]` of each, s.
+    /// The spectrum of an amplitude of 1 and of one of i at a bin of a record of this length, s: `[real, imaginary]` of each, s.
     pub(crate) fn basis(periods: f64, bin: usize, length: f64) -> [[f64; 2]; 2] {
         let [near, image] = [periods, -periods].map(|own| leakage(own - bin as f64));
         let half = 0.5 * length;
@@ -218,7 +218,7 @@ mod tests {
         }
     }
 
-    /// What is left is what sampling folds back.
+    /// A tone leaves no more than sampling folds back.
     #[test]
     fn a_tone_is_taken_out_of_all_bins() {
         for periods in [40.0, 40.3, 77.5, 99.99] {

@@ -42,7 +42,7 @@ impl Place {
 /// Readings away from the pose, the newest of which agree with each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Doubt {
-    /// Where those are that agree.
+    /// Place of those that agree.
     pub(super) place: Place,
     /// Samples of the stretch when the first of those came that agree.
     samples: usize,
@@ -198,7 +198,7 @@ impl Pose {
         self.angles[..joints].iter().map(standing).min().unwrap_or(0)
     }
 
-    /// The same where the stretch ends: the next angle of a cyclic sender was not due yet, or one was lost.
+    /// Number of samples of [`standing`](Self::standing) where the stretch ends: the next angle of a cyclic sender was not due yet, or one was lost.
     pub(super) fn standing_at_end(
         &self,
         joints: usize,

@@ -229,7 +229,7 @@ impl<const N: usize> Stretch<N> {
         self.pose.standing(config.joints, self.came(), Self::notice(config)).min(self.len())
     }
 
-    /// The same where the stretch ends.
+    /// Number of samples of [`standing`](Self::standing) where the stretch ends.
     pub(super) fn standing_at_end(&self, config: &StreamConfig) -> usize {
         let (came, notice) = (self.came(), Self::notice(config));
         let standing = self.pose.standing_at_end(config.joints, came, notice, config.rate_hz);

@@ -206,7 +206,7 @@ mod tests {
         Covariance::of(&information(matrix))
     }
 
-    /// Whether the unknowns `own` have the covariance `expected`, and all others an infinite one.
+    /// Returns whether the unknowns `own` have the covariance `expected`, and all others an infinite one.
     fn agrees(
         covariance: &Covariance,
         own: &[usize],
@@ -339,7 +339,7 @@ mod tests {
         assert_eq!(covariance.correlation(2, 2), 1.0);
     }
 
-    /// As many unknowns as there can be, the first twenty in ten pairs that differ by their size only, all of them
+    /// The largest number of unknowns, the first twenty in ten pairs that differ by their size only, all of them
     /// alike to a part in a hundred.
     #[test]
     fn rank_is_found_at_full_size() -> Result<(), TestCaseError> {

@@ -149,7 +149,7 @@ mod tests {
         weak_directions(&information(matrix), |_| true)
     }
 
-    /// Whether the direction consists of these shares, up to its sign.
+    /// Returns whether the direction consists of these shares, up to its sign.
     fn consists_of(direction: &Direction, shares: &[(u8, f32)]) -> bool {
         let share = |i: u8| direction.shares.iter().find(|share| share.0 == i).map(|share| share.1);
         let sign = shares.first().and_then(|first| share(first.0)).map_or(0.0, f32::signum);

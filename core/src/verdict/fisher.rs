@@ -4,7 +4,7 @@
 const TERMS: usize = 1000;
 /// Relative change at which it has converged.
 const CONVERGED: f64 = 1e-14;
-/// What a denominator that vanishes is taken as.
+/// Value for a denominator that vanishes.
 const TINY: f64 = 1e-300;
 
 /// Probability that the ratio of two mean squares of the same noise, of m and of n degrees of freedom, exceeds `ratio`; 1 of what is no
@@ -78,7 +78,7 @@ mod tests {
         }
     }
 
-    /// Of two degrees of freedom in the numerator it is `(1 + 2f/n)^(−n/2)`.
+    /// With two degrees of freedom in the numerator it is `(1 + 2f/n)^(−n/2)`.
     #[test]
     fn two_degrees_of_freedom_have_a_closed_form() {
         for n in [1.0_f64, 4.0, 33.0, 500.0] {

@@ -60,7 +60,7 @@ impl Trust {
         Self { inflation, sound: sound && consistency <= SUSPECT }
     }
 
-    /// As [`Trust::new`], of standard deviations that hold also where the residuals are not those of noise. The right minimum is known
+    /// [`Trust::new`] for standard deviations that hold also where the residuals are not those of noise. The right minimum is known
     /// otherwise: the imperfections there are those of a plausible plant.
     pub fn robust(consistency: f64, sound: bool) -> Self {
         let sound = sound && consistency <= FOREIGN;

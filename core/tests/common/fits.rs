@@ -20,7 +20,7 @@ pub(crate) fn identifier(sought: Sought) -> Box<Identifier<Generator>> {
     identifier_of(MEASUREMENT, sought)
 }
 
-/// The same, from what is measured otherwise.
+/// The fit from another measurement.
 pub(crate) fn identifier_of(
     measurement: Measurement,
     sought: Sought,

@@ -69,7 +69,7 @@ fn at(series: &[[f64; 3]], n: isize, axis: usize) -> f64 {
     usize::try_from(n).ok().and_then(|n| series.get(n)).map_or(0.0, |v| v[axis])
 }
 
-/// What starts and disturbs a record.
+/// The start and the disturbance of a record.
 pub(crate) struct Conditions {
     /// Factor on the scenario's noise.
     pub(crate) noise: f64,
@@ -95,14 +95,14 @@ impl Default for Conditions {
     }
 }
 
-/// What the sensors read at one sample, without noise, and how far the TCP is from rest.
+/// The readings of the sensors at one sample, without noise, and how far the TCP is from rest.
 struct Sensed {
     force: Vector3<f64>,
     acceleration: Vector3<f64>,
     displacement: Vector3<f64>,
 }
 
-/// What the TCP does under `force` at `pose`, at every sample, TCP axes: acceleration as the accelerometer reads it,
+/// The motion of the TCP under `force` at `pose`, at every sample, TCP axes: acceleration as the accelerometer reads it,
 /// without noise, and displacement.
 pub(crate) fn motion(
     chain: &Chain,

@@ -12,7 +12,7 @@ use crate::common::{EXPERIMENTS, Random, mill3, nominal};
 const EARTH: Vector3<f64> = Vector3::new(0.3, -0.5, -9.8);
 
 struct Balance {
-    /// What the force has done, what the dampers have taken, what is stored beyond the start: J.
+    /// Work of the force, heat of the dampers, energy stored beyond the start: J.
     work: f64,
     heat: f64,
     stored: f64,

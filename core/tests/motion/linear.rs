@@ -28,10 +28,10 @@ const WEIGHT: f64 = 14.0;
 /// Displacement, inertial and strapdown reading.
 const QUANTITIES: usize = 3;
 
-/// What is seen at the samples: m, m/s².
+/// The motion at the samples: m, m/s².
 type Seen = [Vec<Vector3<f64>>; QUANTITIES];
 
-/// Of a band-limited signal between its samples, `at` in samples: a sinc under Blackman's window.
+/// A value of a band-limited signal between its samples, `at` in samples: a sinc under Blackman's window.
 fn between(samples: &[[f64; 3]], at: f64) -> Vector3<f64> {
     const HALF: isize = 32;
     let (before, part) = (at.floor() as isize, at.fract());
@@ -79,7 +79,7 @@ fn elsewhere() -> Mounting {
     }
 }
 
-/// What the sensors elsewhere read: force and acceleration.
+/// The readings of sensors elsewhere: force and acceleration.
 fn sensed(
     experiment: usize,
     force: &[[f64; 3]],

@@ -55,7 +55,7 @@ pub(crate) fn kinetic_energy(chain: &Chain, pose: &[f64], state: &State) -> f64 
         .sum()
 }
 
-/// Of springs and gravity, J.
+/// Energy of springs and gravity, J.
 pub(crate) fn potential_energy(
     chain: &Chain,
     pose: &[f64],
@@ -75,7 +75,7 @@ pub(crate) fn potential_energy(
     energy
 }
 
-/// What the dampers turn to heat, W.
+/// Power that the dampers turn to heat, W.
 pub(crate) fn dissipation(bushings: &[Bushing], state: &State) -> f64 {
     let rates = state.rate.iter().flat_map(|rate| rate.iter());
     let dampings = bushings.iter().flat_map(|bushing| bushing.damping);

@@ -38,7 +38,7 @@ pub(crate) struct Acceleration {
     pub(crate) acceleration: &'static [f64],
 }
 
-/// Where a robot ends that starts so and is pushed with a `peak` in base axes, and how far its TCP is then
+/// The place at which a robot ends that starts so and is pushed with a `peak` in base axes, and how far its TCP is then
 /// from where it started, base axes.
 pub(crate) struct Motion {
     pub(crate) robot: Robot,

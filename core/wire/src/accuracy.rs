@@ -75,12 +75,12 @@ impl Accuracy {
         self.texts()[0]
     }
 
-    /// Where to look on the robot.
+    /// Place to look at on the robot.
     pub(crate) fn advice(self) -> &'static str {
         self.texts()[1]
     }
 
-    /// Whether the imperfections of this entry are factors, of which a report gives the deviation from 1.
+    /// Returns whether the imperfections of this entry are factors, of which a report gives the deviation from 1.
     pub(crate) fn is_factor(self) -> bool {
         matches!(
             self,

@@ -23,7 +23,7 @@ pub struct Answer {
     pub record: Option<u64>,
     /// Static stiffness of the tool where a force moves it farthest.
     pub softest: ToolStiffness,
-    /// The same where a force moves it least.
+    /// Static stiffness of the tool where a force moves it least.
     pub stiffest: ToolStiffness,
     /// Mode of the lowest natural frequency.
     pub lowest_mode: LowestMode,
@@ -79,7 +79,7 @@ impl Answer {
         ]
     }
 
-    /// Where it holds, and in which axes.
+    /// Pose and axes in which it holds.
     pub fn place(&self) -> Place<'_> {
         Place(self)
     }
@@ -172,7 +172,8 @@ impl fmt::Display for Part<'_> {
                 write!(f, "softest {softest}")?;
                 along(f, softest)?;
                 write!(f, ", stiffest {stiffest}")?;
-                along(f, stiffest)
+                along(f, stiffest)?;
+                f.write_str("; static")
             }
             Self::Mode(mode) => mode.fmt(f),
             Self::Drives(drives) => {
@@ -287,7 +288,7 @@ mod tests {
         assert_eq!(
             parts(&answer),
             [
-                "softest 0.381 N/µm (±2.0 %) along 0.71 0.00 -0.70, stiffest 261 N/µm (±1.1 %)",
+                "softest 0.381 N/µm (±2.0 %) along 0.71 0.00 -0.70, stiffest 261 N/µm (±1.1 %); static",
                 "6.33 Hz (±0.2 %), damping 1.10 % (1.07 to 1.13 %)",
                 "joint_1 2.31 MNm/rad (±1.3 %), joint_2 200 MN/m (±15 %), joint_3 not determined",
             ]

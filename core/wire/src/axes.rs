@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct SignedAxis {
     /// Number of the configured axis, 0 to 2.
     pub axis: u8,
-    /// Whether the sign is wrong.
+    /// True if the sign is wrong.
     pub negative: bool,
 }
 
@@ -19,9 +19,9 @@ pub struct SignedAxis {
 pub struct WrongAxes {
     /// Share of the power over the band that is negative: that the robot gives off.
     pub share: f64,
-    /// What the force sensor's x, y, z would be, if its axes are wrong; `None` if the records do not say.
+    /// The true axes of the force sensor's x, y, z, if its axes are wrong; `None` if the records do not say.
     pub force: Option<[SignedAxis; 3]>,
-    /// The same of the accelerometer.
+    /// The true axes of the accelerometer's x, y, z.
     pub acceleration: Option<[SignedAxis; 3]>,
 }
 

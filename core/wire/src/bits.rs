@@ -25,7 +25,7 @@ pub struct Signal {
     pub length: u8,
     /// Order of the bytes.
     pub byte_order: ByteOrder,
-    /// Whether the integer is in two's complement.
+    /// True if the integer is in two's complement.
     pub signed: bool,
     /// Physical unit per step of the integer; may be negative.
     pub scale: f64,

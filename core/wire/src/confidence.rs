@@ -45,7 +45,7 @@ pub struct Confidence {
     pub weak_directions: Vec<WeakDirection, MAX_DIRECTIONS>,
     /// Residuals between model and measurement, and what follows for the model.
     pub residuals: Residuals,
-    /// Where more is left of the records than elsewhere; empty where noise explains the residuals, or the minimum may be a wrong one.
+    /// Places where more is left of the records than elsewhere; empty where noise explains the residuals, or the minimum may be a wrong one.
     pub left_over: Vec<LeftOver, MAX_LEFT_OVER>,
     /// Agreement of each record with its prediction by a fit to all others; empty with a single record.
     pub held_out: Vec<HeldOut, MAX_HELD_OUT>,
@@ -81,7 +81,7 @@ pub struct Nuisance {
     pub name: Label,
     /// The entry of `[accuracy]` that speaks of it; `None` of one that `[calibration]` seeks.
     pub entry: Option<Accuracy>,
-    /// That entry in the unit `unit`, one standard deviation; relative of a factor. `None` also where the accuracy only follows from the entry.
+    /// The entry in the unit `unit`, one standard deviation; relative of a factor. `None` also where the accuracy only follows from the entry.
     pub accuracy: Option<f64>,
     /// Unit, for example `rad` or `m/N`. Empty for a factor and for a part.
     pub unit: Unit,

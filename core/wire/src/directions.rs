@@ -27,7 +27,7 @@ pub struct WeakDirection {
     pub relative_std: Option<f64>,
     /// Unknowns with the largest components, largest first.
     pub shares: Vec<Share, MAX_SHARES>,
-    /// Whether one of the [`named`] unknowns is a nuisance.
+    /// True if one of the [`named`] unknowns is a nuisance.
     pub of_nuisance: bool,
 }
 

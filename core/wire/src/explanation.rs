@@ -1,4 +1,4 @@
-//! What explains the misfit of a perfect plant, and the accuracies that the data contradict.
+//! Explanations of the misfit of a perfect plant, and the accuracies that the data contradict.
 
 use core::fmt;
 
@@ -18,12 +18,12 @@ pub const MAX_RIVALS: usize = 4;
 /// Standard deviations beyond which an error is not zero: a normal distribution exceeds them once in twenty.
 const SIGNIFICANT: f64 = 2.0;
 
-/// What is off on the robot: a true value less the stated one.
+/// An error of the robot: a true value less the stated one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Deviation {
     /// Its entry of `[accuracy]`.
     pub entry: Accuracy,
-    /// What is off, for example `TCP z`.
+    /// Name of the error, for example `TCP z`.
     pub name: Label,
     /// Unit of the three numbers; empty for a part, of which 0.01 is 1 %.
     pub unit: Unit,
@@ -47,7 +47,7 @@ pub struct Explanation {
     /// By how much −2 ln of the evidence falls if this accuracy is wrong: above 2 the data speak against the accuracy, above 10 very
     /// strongly (Kass and Raftery, "Bayes factors", 1995). Zero if they do not.
     pub evidence: f64,
-    /// Whether the estimate rests on it.
+    /// True if the estimate rests on it.
     pub adopted: bool,
     /// The largest of each other kind that explains the records as well in the place of this one, the most likely first.
     pub rivals: Vec<Deviation, MAX_RIVALS>,
@@ -59,11 +59,11 @@ pub struct Rivals<'a>(&'a [Deviation]);
 /// Others of the same kind that are off as well.
 pub struct Alike(Vec<Deviation, MAX_NUISANCES>);
 
-/// What to do about a contradicted accuracy.
+/// Mend for a contradicted accuracy.
 pub struct Remedy(pub(crate) Accuracy);
 
 impl Explanation {
-    /// Whether the data speak against the stated accuracy.
+    /// Returns whether the data speak against the stated accuracy.
     pub fn is_contradicted(&self) -> bool {
         self.evidence > 0.0
     }
@@ -96,7 +96,7 @@ impl Explanation {
         (!alike.is_empty()).then_some(Alike(alike))
     }
 
-    /// What to do, if the accuracy is contradicted.
+    /// The mend, if the accuracy is contradicted.
     pub fn remedy(&self) -> Option<Remedy> {
         self.is_contradicted().then_some(Remedy(self.deviation.entry))
     }

@@ -65,13 +65,13 @@ pub struct BeyondLimits {
     pub signal: Name,
     /// Name of the joint.
     pub joint: Name,
-    /// Whether the joint slides. Else it turns.
+    /// True if the joint slides. Else it turns.
     pub slides: bool,
     /// Reading, rad (m).
     pub value: f64,
     /// Lower and upper limit, rad (m). A sliding joint may lack one.
     pub limits: [Option<f64>; 2],
-    /// Whether the reading lies within the limits if it is in degrees (mm).
+    /// True if the reading lies within the limits if it is in degrees (mm).
     pub in_other_unit: bool,
     /// Number of other joints beyond their limits. This joint is the farthest.
     pub others: u8,

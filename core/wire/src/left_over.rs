@@ -1,4 +1,4 @@
-//! Where a fit leaves more than elsewhere, and which family of causes that points to.
+//! Places where a fit leaves more than elsewhere, and which family of causes that points to.
 
 use core::fmt;
 
@@ -13,7 +13,7 @@ pub const MAX_LEFT_OVER: usize = 7;
 /// Names of the axes of a sensor.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Where more is left than elsewhere. `times` is the mean square of the residuals there, in units of the noise, over that of all others.
+/// A place where more is left than elsewhere. `times` is the mean square of the residuals there, in units of the noise, over that of all others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[serde(rename_all = "snake_case")]
 pub enum LeftOver {
@@ -51,7 +51,7 @@ pub enum LeftOver {
         /// How many times what is left in the rest.
         times: f64,
     },
-    /// What is left at the same pose goes with another power of the force than 1, with which an error of a linear model goes.
+    /// The residuals at one pose go with another power of the force than 1, with which an error of a linear model goes.
     Force {
         /// This power.
         exponent: f64,
@@ -65,7 +65,7 @@ pub enum LeftOver {
         /// Its standard deviation.
         std: f64,
     },
-    /// What is left is no response to the force, so that no linear model explains it.
+    /// The residuals are no response to the force, so that no linear model explains it.
     Distortion {
         /// The part of it that no smooth response to the force explains.
         part: f64,

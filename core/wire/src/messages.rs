@@ -114,7 +114,7 @@ pub struct Status {
     pub joints: u8,
     /// Name of the CAN interface.
     pub interface: Name,
-    /// What the daemon waits for, or what keeps it from records.
+    /// The state of its intake: what it awaits, or what keeps it from records.
     pub state: State,
     /// Part of a full record that has been taken of the present cut, 0 to 1; 0 without a cut.
     pub record_fraction: f32,

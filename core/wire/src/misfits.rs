@@ -30,11 +30,11 @@ pub struct Misfit {
     pub kind: MisfitKind,
     /// Number of the frames.
     pub frames: u64,
-    /// Whether other frames of this identifier could be read.
+    /// True if other frames of this identifier could be read.
     pub others_fit: bool,
 }
 
-/// What is wrong with a frame.
+/// A fault of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[serde(rename_all = "snake_case")]
 pub enum MisfitKind {

@@ -37,7 +37,7 @@ pub enum Acceptance {
     /// The residuals are as large as the noise explains, and intervals allow for what structure they have; or they are random and up to ten
     /// times as large.
     Consistent,
-    /// The same minimum was reached more than once, and its residuals are larger than the noise explains, or have more
+    /// One minimum was reached more than once, and its residuals are larger than the noise explains, or have more
     /// structure than intervals allow for.
     ModelSuspect,
     /// The work ended before the fit proved to be consistent or suspect; or the residuals are too few to test the model, or far

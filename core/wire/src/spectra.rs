@@ -38,6 +38,6 @@ pub struct Band {
     pub measured: [f32; 3],
     /// Modelled acceleration.
     pub modelled: [f32; 3],
-    /// What the noise of both sensors leaves of measured less modelled, that of the force through the robot.
+    /// The share that the noise of both sensors leaves of measured less modelled, that of the force through the robot.
     pub noise: [f32; 3],
 }

@@ -118,9 +118,11 @@ impl fmt::Display for ThreeDigits {
 }
 
 /// A value with three digits that count, and its unit with the prefix that suits it.
-pub(crate) struct InUnit<'a> {
-    pub(crate) value: f64,
-    pub(crate) unit: &'a str,
+pub struct InUnit<'a> {
+    /// The value, in the unit.
+    pub value: f64,
+    /// The unit without a prefix.
+    pub unit: &'a str,
 }
 
 impl fmt::Display for InUnit<'_> {

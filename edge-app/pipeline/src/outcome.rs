@@ -22,7 +22,7 @@ pub struct Outcome {
     pub statics: Option<StaticReport>,
     /// Records that the estimate rests on, bin by bin. Empty if there is none, and of a daemon.
     pub records: Vec<FittedRecord>,
-    /// Where the refinements stood in the course of the work. Empty of a daemon.
+    /// Points at which the refinements stood in the course of the work. Empty of a daemon.
     pub course: Vec<CoursePoint>,
     /// Counts of what has come in.
     pub counts: Counts,

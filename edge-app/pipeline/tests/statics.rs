@@ -237,7 +237,7 @@ fn config(csv: Option<&str>) -> Result<Config, String> {
     config_of(csv, |edge| edge, Config::load)
 }
 
-/// The same, with changes to the config.
+/// The config of [`config`], with changes.
 fn config_of(
     csv: Option<&str>,
     change: impl Fn(String) -> String,

@@ -5,6 +5,7 @@ mod frames;
 mod joining;
 mod spoilt;
 mod state;
+mod state_file;
 mod warnings;
 
 use std::io;
@@ -35,7 +36,7 @@ fn config() -> Config {
     config_with("[bus]", "[bus]")
 }
 
-/// The same, with `from` replaced by `to`.
+/// The reference scenario, with `from` replaced by `to`.
 fn config_with(from: &str, to: &str) -> Config {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario/mill3-edge.toml");
     let text = std::fs::read_to_string(&file).unwrap();

@@ -165,7 +165,7 @@ pub fn is_not_stdout<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<
     }
 }
 
-/// Where a regular file lies or would be made, the links followed. `None` for anything else.
+/// The path at which a regular file lies or would be made, the links followed. `None` for anything else.
 fn place(file: &Path) -> Option<PathBuf> {
     if file == Path::new(STDOUT) {
         return None;

@@ -25,11 +25,11 @@ const BAND_HZ: [f64; 2] = [2.0, 200.0];
 /// Largest relative deviation of a natural frequency, and of the receptance from its largest element at a frequency.
 /// Finite differences of MuJoCo's forces leave 1e-8.
 const EXACT: f64 = 1e-6;
-/// The same of a robot on ground that gives way, whose base has an inertia in MuJoCo and a mass alone in flexid, and whose rest with the
+/// The bound for a robot on ground that gives way, whose base has an inertia in MuJoCo and a mass alone in flexid, and whose rest with the
 /// ground is taken without its sag.
 const REST: f64 = 3e-5;
 const FREQUENCY: f64 = 1e-3;
-/// The same of the lowest natural frequency, at which a damped robot does not answer alike along the imaginary axis and at its λ.
+/// The bound for the lowest natural frequency, at which a damped robot does not answer alike along the imaginary axis and at its λ.
 const LOWEST: f64 = 5e-4;
 const RECEPTANCE: f64 = 5e-3;
 /// Largest relative deviation of a natural frequency in [`BAND_HZ`] that the steps of time may cause. The integrator is of first
@@ -48,7 +48,7 @@ struct Case {
     receptance: Vec<[[f64; 2]; 6]>,
 }
 
-/// What `mujoco_check.py` prints of a case.
+/// The output of `mujoco_check.py` of a case.
 #[derive(Debug, Deserialize)]
 struct Deviation {
     /// Distance of the keyframe from the static equilibrium, in units of the largest elongation there; absolute without gravity.
@@ -57,7 +57,7 @@ struct Deviation {
     frequency: f64,
     /// Largest deviation of an element of the receptance over the largest element at its frequency.
     receptance: f64,
-    /// The same with the steps of time, of natural frequencies in the band.
+    /// Largest relative deviation of a natural frequency in the band with the steps of time.
     stepped: f64,
     /// Product of the step and the highest natural frequency, rad.
     step_angle: f64,
@@ -91,7 +91,7 @@ fn case(robot: &Robot, mjcf: &Path) -> Case {
     }
 }
 
-/// The same robot by what flexid predicts of it, imperfections included.
+/// The robot by what flexid predicts of it, imperfections included.
 fn predicted(scenario: &Scenario, pose: usize, mjcf: &Path) -> Case {
     let robot = scenario.robot(pose);
     std::fs::write(mjcf, export(&robot, Format::Mjcf).unwrap()).unwrap();

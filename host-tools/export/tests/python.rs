@@ -1,4 +1,4 @@
-//! What Python makes of scripts.
+//! Scripts as Python reads them.
 
 use std::path::Path;
 use std::process::Command;

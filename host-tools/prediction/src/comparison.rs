@@ -104,7 +104,7 @@ pub enum IncomparableError {
     Joints {
         /// Number of the first robot's joints, with names and kinds where the numbers are equal.
         before: String,
-        /// The same of the second.
+        /// Number of the second robot's joints, likewise.
         after: String,
     },
     /// No parameter is determined by both fits.

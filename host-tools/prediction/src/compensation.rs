@@ -30,18 +30,18 @@ const STEPS: usize = 4;
 /// ε: m or rad that the tool moves for a joint's rad (m). Chosen: three degrees from a wrist whose axes are aligned.
 const SINGULAR: f64 = 0.05;
 
-/// What takes a deflection back.
+/// The offsets that take a deflection back.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Compensation {
     /// Deflection of the tool along its axes.
     pub deflection: Deflection,
-    /// The same along the axes of the base.
+    /// Deflection along the axes of the base.
     pub along_base: Deflection,
     /// To be added to the commanded joint angles, base first, rad (m).
     pub offsets: Vec<Estimate>,
-    /// What is left then, along the axes of the tool, and as uncertain as the deflection.
+    /// Deflection that is left then, along the axes of the tool, and as uncertain as the deflection.
     pub left: Deflection,
-    /// Whether the pose is so near a singularity that the offsets are held small.
+    /// True if the pose is so near a singularity that the offsets are held small.
     pub is_singular: bool,
 }
 
@@ -163,7 +163,7 @@ pub fn tool(chain: &Chain, pose: &[f64]) -> Isometry3<f64> {
 }
 
 /// Geometric Jacobian of the driven joints, without sag: translation and rotation of the tool along its axes, m and rad per rad (m).
-fn jacobian(chain: &Chain, pose: &[f64]) -> DMatrix<f64> {
+pub fn jacobian(chain: &Chain, pose: &[f64]) -> DMatrix<f64> {
     let tool = tool(chain, pose);
     let to_tool = tool.rotation.inverse();
     let mut columns = Vec::new();

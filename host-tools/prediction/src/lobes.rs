@@ -78,7 +78,7 @@ pub struct Lobes {
 }
 
 impl Sample {
-    /// Of the receptance in the plane of the cutter, m/N, and of its derivatives by what is uncertain, whose covariance with those is
+    /// A sample with the receptance in the plane of the cutter, m/N, and its derivatives by what is uncertain, whose covariance with those is
     /// `spread`: of two gradients.
     pub fn new(
         frequency_hz: f64,
@@ -136,7 +136,7 @@ impl Sample {
         self
     }
 
-    /// Whether a line from this sample to `end` passes `mid` closely.
+    /// Returns whether a line from this sample to `end` passes `mid` closely.
     fn is_smooth(&self, mid: &Self, end: &Self) -> bool {
         let mid = mid.matched(self);
         let end = end.matched(&mid);

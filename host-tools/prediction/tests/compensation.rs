@@ -48,7 +48,7 @@ fn values(all: &[flexid_prediction::Estimate]) -> Vec<f64> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// Where the tool stands after the offsets and its deflection, by the chain itself, is where it stood, but for what is said to be left.
+    /// The tool stands after the offsets and its deflection, by the chain itself, as it stood, but for the deflection that is said to be left.
     #[test]
     fn offsets_move_the_tool_against_its_deflection(seed in any::<u64>(), joints in prop::sample::select(vec![3_usize, 6])) {
         let mut random = Random::new(seed);

@@ -105,7 +105,7 @@ fn one_mode_has_the_lobes_of_the_closed_form() {
 /// A robot under its cutter, whose elongations move by `M ë + D ė + K e = Pᵀ F`. The state moves by the exponential of a time step; teeth cut
 /// one by one what the tooth before has left.
 struct Cut {
-    /// Of the state, elongations above their rates, in a time step, and of a force within it along feed and normal.
+    /// Change of the state, elongations above their rates, in a time step, and of a force within it along feed and normal.
     step: DMatrix<f64>,
     push: DMatrix<f64>,
     /// Displacements along feed and normal by the state.

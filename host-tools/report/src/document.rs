@@ -21,7 +21,7 @@ use crate::imperfection::Size;
 pub struct Document {
     /// Parameters, fit, warnings and robot.
     pub found: Found,
-    /// What the page shows beside them.
+    /// Entries that the page shows beside them.
     pub further: Further,
 }
 
@@ -30,13 +30,13 @@ pub struct Document {
 pub struct Further {
     /// The robot as a whole.
     pub answer: Option<Answer>,
-    /// What is doubtful about the model of the robot, a line each.
+    /// Doubts about the model of the robot, a line each.
     #[serde(default)]
     pub model_warnings: Vec<String>,
     /// The kind of each of the warnings of the fit.
     #[serde(default)]
     pub warning_kinds: Vec<Value>,
-    /// What the file says of the trust in the numbers.
+    /// Trust in the numbers, as the file states it.
     pub confidence: Option<Confidence>,
     /// Records that the fit rests on.
     pub records: Option<Vec<RecordEvidence>>,
@@ -46,7 +46,7 @@ pub struct Further {
     pub course: Option<Vec<Step>>,
     /// Counts of what has come in.
     pub data_quality: Option<DataQuality>,
-    /// Where the result comes from.
+    /// Origin of the result.
     pub origin: Option<Origin>,
 }
 
@@ -59,7 +59,7 @@ pub struct Confidence {
     /// Nuisances and imperfections.
     #[serde(default)]
     pub nuisances: Vec<Nuisance>,
-    /// What explains the residuals.
+    /// Explanation of the residuals.
     #[serde(default)]
     pub explanations: Vec<Explanation>,
     /// Correlations between the unknowns.
@@ -69,7 +69,7 @@ pub struct Confidence {
     pub weak_directions: Vec<WeakDirection>,
     /// Residuals of the fit.
     pub residuals: Residuals,
-    /// Where more is left than elsewhere.
+    /// Places where more is left than elsewhere.
     #[serde(default)]
     pub left_over: Vec<Line>,
     /// Agreement of each record with its prediction by the others.
@@ -83,27 +83,27 @@ pub struct Confidence {
 /// 95 % intervals of a joint, `tx ty tz rx ry rz`.
 #[derive(Debug, Deserialize)]
 pub struct Intervals {
-    /// Of each stiffness, N/m and Nm/rad.
+    /// Interval of each stiffness, N/m and Nm/rad.
     pub stiffness_interval: [Option<[f64; 2]>; 6],
-    /// Of each damping, Ns/m and Nms/rad.
+    /// Interval of each damping, Ns/m and Nms/rad.
     pub damping_interval: [Option<[f64; 2]>; 6],
 }
 
 /// An explanation in words.
 #[derive(Debug, Deserialize)]
 pub struct Explanation {
-    /// What explains how much.
+    /// The explanation, and how much it explains.
     pub text: String,
     /// Part of the misfit that its kind explains.
     #[serde(default)]
     pub share: f64,
-    /// What is off as well, of the same kind.
+    /// Other errors of this kind.
     #[serde(default)]
     pub alike: Option<String>,
-    /// What explains the records as well in its place.
+    /// Errors that explain the records as well in its place.
     #[serde(default)]
     pub alternatives: Option<String>,
-    /// What to do.
+    /// The mend.
     #[serde(default)]
     pub remedy: Option<String>,
     /// Its size. `None` in files that do not state it.
@@ -156,7 +156,7 @@ impl Document {
         Self::parse(file, &input::read(file)?)
     }
 
-    /// As [`Document::load`], of the `text` of a file.
+    /// [`Document::load`] for the `text` of a file.
     ///
     /// # Errors
     /// Those of [`Document::load`].
@@ -169,7 +169,7 @@ impl Document {
         }
     }
 
-    /// Whether the result rests on static tests alone: there are no dampings, no modes with intervals, and no band.
+    /// Returns whether the result rests on static tests alone: there are no dampings, no modes with intervals, and no band.
     pub fn is_static(&self) -> bool {
         self.found.fit.records == 0
     }

@@ -4,6 +4,7 @@
 //! | -------------- | ------------------------------------------------------------------------------- |
 //! | `evidence`     | what the page shows beside the fit, as `flexid identify --json` writes it       |
 //! | `document`     | a result file, read for the page                                                |
+//! | `friction`     | the loads of a cut on the drives, in words                                      |
 //! | `imperfection` | errors of sensors and robot in words, the same on terminal and page             |
 //! | `directions`   | combinations of unknowns that the data determine badly, each set once           |
 //! | `page`         | the page, one file for each section                                             |
@@ -15,6 +16,7 @@ pub mod charts;
 pub mod directions;
 pub mod document;
 pub mod evidence;
+pub mod friction;
 pub mod imperfection;
 mod page;
 

@@ -64,7 +64,7 @@ pub struct Effort {
 impl Effort {
     /// A full reproduction: ten minutes on two cores.
     pub const FULL: Self = Self { seed: 2, robots: None, iterations: 500, sobol_samples: 256 };
-    /// The same report with rough numbers, in less than a minute.
+    /// The report with rough numbers, in less than a minute.
     pub const QUICK: Self = Self { seed: 2, robots: Some(3), iterations: 50, sobol_samples: 16 };
 
     /// Number of robots that `method` meets, from the first on.

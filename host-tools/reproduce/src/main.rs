@@ -40,7 +40,7 @@ struct Args {
     /// Seed of robots, forces, noise and searches
     #[arg(long, value_name = "SEED", default_value_t = 2)]
     seed: u64,
-    /// The same report from 3 robots and 50 iterations, in less than a minute
+    /// The report from 3 robots and 50 iterations, in less than a minute
     #[arg(long)]
     quick: bool,
 }

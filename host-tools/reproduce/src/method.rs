@@ -193,7 +193,7 @@ const fn rival(
 }
 
 impl Method {
-    /// Whether the method is tested on unseen experiments: the methods that the paper tests so, and flexid.
+    /// Returns whether the method is tested on unseen experiments: the methods that the paper tests so, and flexid.
     pub fn is_validated(&self) -> bool {
         self.paper_displacement_error.is_some() || self.origin() == Origin::Flexid
     }

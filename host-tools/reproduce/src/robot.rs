@@ -24,7 +24,7 @@ pub const UNSEEN: usize = 5;
 pub struct Study {
     /// File of the scenario.
     pub file: PathBuf,
-    /// Whether the scenario is the reference scenario.
+    /// True if the scenario is the reference scenario.
     pub is_reference: bool,
     /// Kinematics, masses, inertias.
     pub chain: Chain,
@@ -138,7 +138,7 @@ impl Study {
 }
 
 impl Robot {
-    /// Whether the robot has withstood all of its experiments.
+    /// Returns whether the robot has withstood all of its experiments.
     fn stands(&self) -> bool {
         let seen = self.seen.iter().map(|trial| &trial.response);
         let unseen = self.unseen.iter().map(|unseen| &unseen.response);

@@ -35,7 +35,7 @@ fn frozen(value: Value) -> Value {
     }
 }
 
-/// What is too long to be read gives way to its sum and its length.
+/// A text that is too long to be read gives way to its sum and its length.
 fn summarise(value: &mut Value) {
     fn sum(value: &Value) -> (f64, usize) {
         match value {

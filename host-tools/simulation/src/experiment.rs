@@ -109,7 +109,7 @@ impl Cut {
 }
 
 impl Response {
-    /// Whether the robot has withstood the cut.
+    /// Returns whether the robot has withstood the cut.
     pub fn is_finite(&self) -> bool {
         self.displacement.last().is_none_or(|last| last.iter().all(|x| x.is_finite()))
     }

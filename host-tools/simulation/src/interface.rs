@@ -1,4 +1,4 @@
-//! Whether a CAN interface is a virtual bus, on which no robot listens.
+//! The test that tells a virtual CAN bus, on which no robot listens, from a real one.
 
 use std::process::Command;
 

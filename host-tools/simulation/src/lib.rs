@@ -13,7 +13,9 @@
 //! | [`candump`]    | frames into a log                                            |
 //! | [`bus`]        | frames onto a CAN interface                                  |
 //! | [`interface`]  | whether a CAN interface is a virtual one                     |
+//! | [`true_robot`] | the robot that moves, as the model of a result describes it  |
 //! | [`truth`]      | the file of the robot and the cuts that were simulated       |
+//! | [`coverage`]   | the intervals of a finding that hold the truth               |
 //! | [`validation`] | the errors of an identified robot                            |
 #![forbid(unsafe_code)]
 
@@ -22,6 +24,7 @@ extern crate self as flexid_simulation;
 
 pub mod bus;
 pub mod candump;
+pub mod coverage;
 pub mod experiment;
 pub mod force;
 pub mod interface;
@@ -33,5 +36,6 @@ pub mod scenario;
 pub mod shipped;
 pub mod simulator;
 pub mod transmission;
+pub mod true_robot;
 pub mod truth;
 pub mod validation;

@@ -147,7 +147,7 @@ impl Scenario {
         Self::of_first(config, usize::MAX)
     }
 
-    /// The same, of which no experiment after the first `most` is checked.
+    /// [`Scenario::of`] without a check of experiments after the first `most`.
     ///
     /// # Errors
     /// The errors of [`Scenario::of`].

@@ -22,6 +22,7 @@ use super::plant::{Joints, Plant};
 use super::plausible;
 use super::scenario::{Experiment, Scenario};
 use super::transmission::{self, Quality, Transmission};
+use super::true_robot::TrueRobot;
 
 /// Which robot is simulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,7 +117,7 @@ impl Simulator {
         })
     }
 
-    /// The same robot with everything off that the plant file holds.
+    /// The robot with everything off that the plant file holds.
     ///
     /// # Errors
     /// The file is wrong, or the robot cannot have this plant. The error is one line that names the file, the place, and the right
@@ -190,6 +191,13 @@ impl Simulator {
     /// Deviations of its joints from springs and dampers.
     pub fn joints(&self) -> Joints {
         self.plant.as_ref().map_or_else(Joints::default, |plant| plant.joints)
+    }
+
+    /// The robot that moves, apart from its bushings. `None` if no model describes it.
+    pub fn robot(&self, model: &Model) -> Option<TrueRobot> {
+        let plant = self.plant.as_ref().cloned().unwrap_or_default();
+        let imperfections = plant.imperfections(&self.chain)?;
+        Some(TrueRobot::new(model, self.gravity.into(), imperfections))
     }
 
     /// The scenario of the robot.

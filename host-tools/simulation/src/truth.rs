@@ -6,12 +6,15 @@ use std::path::Path;
 use flexid_core::imperfection::REFERENCE_HZ;
 use flexid_core::parameters::Bushing;
 use flexid_pipeline::config::Config;
+use flexid_pipeline::dynamics::Robot;
 use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::model::Model;
 use serde::{Deserialize, Serialize};
 
 use crate::plant::Joints;
 use crate::scenario;
+use crate::simulator::Simulator;
+use crate::true_robot::TrueRobot;
 
 /// The file that `simulate --truth-json` writes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,6 +26,8 @@ pub struct TruthFile {
     pub hysteresis: Hysteresis,
     /// Experiments in the order in which they were done.
     pub experiments: Vec<TrueExperiment>,
+    /// The robot that moved. `None` if no model describes it.
+    pub robot: Option<TrueRobot>,
 }
 
 /// Springs and dampers of a joint, SI units, order `tx ty tz rx ry rz`.
@@ -88,39 +93,55 @@ struct Truth {
     truth: BTreeMap<String, TrueBushing>,
     #[serde(flatten)]
     hysteresis: Hysteresis,
+    /// Files that do not state it are of a robot of which nothing else is known.
+    #[serde(default)]
+    robot: Option<TrueRobot>,
 }
 
 impl TruthFile {
-    /// The truth of the joints of `model`, base first, in a plant with such joints.
-    pub fn new(model: &Model, truth: &[Bushing], joints: &Joints) -> Self {
+    /// The truth of the joints of `model`, base first, in a plant with such joints, and the robot that moves.
+    pub fn new(
+        model: &Model,
+        truth: &[Bushing],
+        joints: &Joints,
+        robot: Option<TrueRobot>,
+    ) -> Self {
         let truth = model.joints.iter().zip(truth).map(|(joint, bushing)| {
             let Bushing { stiffness, damping } = *bushing;
             (joint.name.clone(), TrueBushing { stiffness, damping })
         });
-        Self { truth: truth.collect(), hysteresis: Hysteresis::of(joints), experiments: Vec::new() }
+        let hysteresis = Hysteresis::of(joints);
+        Self { truth: truth.collect(), hysteresis, experiments: Vec::new(), robot }
     }
 }
 
 /// The truth of the joints that the file and a model share.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Shared {
     /// Truth of each joint of the model, base first. `None` if the file lacks it.
     pub bushings: Vec<Option<Bushing>>,
     /// Joints that only the file or only the model has.
     pub left_out: Vec<String>,
+    /// The robot that moved. `None` if it is not known.
+    pub robot: Option<Robot>,
 }
 
 impl Shared {
+    /// The truth of a robot that is simulated without a plant.
+    ///
+    /// # Errors
+    /// A config that was loaded gives no error.
+    pub fn of(simulator: &Simulator, config: &Config) -> Result<Self, BadInput> {
+        let truth = simulator.truth();
+        let robot = simulator.robot(&config.model).map(|own| own.of(truth, config.band_hz));
+        let robot = robot.transpose().map_err(|error| BadInput::new(&config.file, error))?;
+        let bushings = truth.iter().copied().map(Some).collect();
+        Ok(Self { bushings, left_out: Vec::new(), robot })
+    }
+
     /// The truth of all joints, if the file has all of them.
     pub fn whole(&self) -> Option<Vec<Bushing>> {
         self.bushings.iter().copied().collect()
-    }
-}
-
-/// The truth of all joints.
-impl From<Vec<Bushing>> for Shared {
-    fn from(truth: Vec<Bushing>) -> Self {
-        Self { bushings: truth.into_iter().map(Some).collect(), left_out: Vec::new() }
     }
 }
 
@@ -137,10 +158,20 @@ pub fn load(file: &Path, config: &Config) -> Result<Shared, BadInput> {
 
 fn parse(file: &Path, text: &str, config: &Config) -> Result<Shared, BadInput> {
     let bad = |message: String| BadInput::new(file, message);
-    let Truth { mut truth, hysteresis } =
+    let Truth { mut truth, hysteresis, robot } =
         input::parse_json(file, text, "flexid simulate --truth-json")?;
     let plant = hysteresis.joints();
     plant.check().map_err(|error| bad(error.replace("[joints] ", "")))?;
+    let stated = |TrueBushing { stiffness, damping }| Bushing { stiffness, damping };
+    let robot = robot.map(|robot| {
+        let own = robot.model.joints.iter().map(|joint| truth.get(&joint.name).cloned());
+        let own: Option<Vec<_>> =
+            own.map(|own| Some(plant.at(&stated(own?), REFERENCE_HZ))).collect();
+        let own =
+            own.ok_or_else(|| bad("\"robot\" has a joint that \"truth\" lacks".to_owned()))?;
+        robot.of(&own, config.band_hz).map_err(|error| bad(format!("\"robot\" {error}")))
+    });
+    let robot = robot.transpose()?;
     let joints = &config.model.joints;
     let by_mass = scenario::by_mass(&config.model);
     let section = format!("[bounds] of {}", config.file.display());
@@ -148,9 +179,7 @@ fn parse(file: &Path, text: &str, config: &Config) -> Result<Shared, BadInput> {
     let mut bushings = Vec::new();
     for (index, joint) in joints.iter().enumerate() {
         let name = &joint.name;
-        let bushing = truth
-            .remove(name)
-            .map(|TrueBushing { stiffness, damping }| Bushing { stiffness, damping });
+        let bushing = truth.remove(name).map(stated);
         match &bushing {
             Some(bushing) => {
                 let by_mass = by_mass.as_ref().map(|own| &own.joints[index]);
@@ -169,7 +198,7 @@ fn parse(file: &Path, text: &str, config: &Config) -> Result<Shared, BadInput> {
         )));
     }
     left_out.extend(truth.into_keys().map(|name| format!("{name}, which only the file has")));
-    Ok(Shared { bushings, left_out })
+    Ok(Shared { bushings, left_out, robot })
 }
 
 #[cfg(test)]
@@ -183,7 +212,7 @@ mod tests {
         let model = folder.join("mill3.toml");
         let truth = scenario::Scenario::load(&model, &config.model).unwrap().truth;
         let right =
-            serde_json::to_string(&TruthFile::new(&config.model, &truth, &Joints::default()))
+            serde_json::to_string(&TruthFile::new(&config.model, &truth, &Joints::default(), None))
                 .unwrap();
         let read = |text: &str| parse(Path::new("t.json"), text, &config);
         let all = read(&right).unwrap();
@@ -223,7 +252,7 @@ mod tests {
         let truth = scenario::Scenario::load(&model, &config.model).unwrap().truth;
         let load = |hysteretic, hysteretic_at_hz| {
             let joints = Joints { hysteretic, hysteretic_at_hz, ..Joints::default() };
-            let text = serde_json::to_string(&TruthFile::new(&config.model, &truth, &joints));
+            let text = serde_json::to_string(&TruthFile::new(&config.model, &truth, &joints, None));
             parse(Path::new("t.json"), &text.unwrap(), &config).unwrap().whole().unwrap()
         };
         for (part, hz) in [(0.0, 40.0), (0.3, 20.0)] {

@@ -133,7 +133,7 @@ pub fn parameter_deviation(truth: &[Bushing], estimate: &[Bushing], bounds: &Bou
     deviation(&truth, estimate, bounds)
 }
 
-/// The same, over the joints whose truth is known.
+/// The parameter deviation over the joints whose truth is known.
 fn deviation(truth: &[Option<Bushing>], estimate: &[Bushing], bounds: &Bounds) -> f64 {
     let share = |a: &[f64; 6], b: &[f64; 6], ranges: &[[f64; 2]; 6]| -> f64 {
         (0..6).map(|dof| (a[dof] - b[dof]).abs() / (ranges[dof][1] - ranges[dof][0])).sum()

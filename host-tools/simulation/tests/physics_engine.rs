@@ -99,7 +99,7 @@ fn mended(samples: &Samples) -> Vec<Vector3<f64>> {
     force
 }
 
-/// What was between the samples of a band-limited signal that begins and ends at 0.
+/// The values between the samples of a band-limited signal that begins and ends at 0.
 fn fine(samples: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let (coarse, fine) = (samples.len(), OVERSAMPLING * samples.len());
     let mut planner = RealFftPlanner::<f64>::new();

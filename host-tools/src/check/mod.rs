@@ -170,7 +170,7 @@ impl<'a> Check<'a> {
         ready + &doubts
     }
 
-    /// What is known before the fit, and is likely to spoil it. Of what is wrong: configuration and model, static tests, readings, units, logs, lost
+    /// The findings that are known before the fit, and are likely to spoil it. Of those that are wrong: configuration and model, static tests, readings, units, logs, lost
     /// frames and rates. Of what is doubtful: configuration and model, readings and units. Nothing where the logs give no record, which has an error
     /// of its own.
     pub(crate) fn at_once(&self) -> impl Iterator<Item = &Finding> {

@@ -11,7 +11,7 @@ use super::words::{enumerate, records};
 use super::{Finding, unless_all_is_lost};
 
 const ABOUT: &str = "records";
-/// Fewest poses for a robot of several joints. The reference robots are determined from three (README, "Which cut to mill").
+/// Fewest poses for a robot of several joints. The reference robots are determined from three (README, "Which cut").
 const POSES: usize = 3;
 
 /// Judges the records of a survey. `is_explained` says whether a finding names the reason why there are none.

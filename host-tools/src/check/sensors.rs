@@ -41,7 +41,7 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
     findings
 }
 
-/// Whether the robot takes up energy from the cut.
+/// Judges whether the robot takes up energy from the cut.
 fn of_axes(survey: &Survey) -> Option<Finding> {
     let mend = "correct order or signs in [signals] or [bus] dbc, or turn the axes in [mounting]";
     match &survey.axes {

@@ -10,15 +10,15 @@ use crate::urdf;
 
 const ABOUT: &str = "configuration";
 const ABOUT_MODEL: &str = "model";
-/// What the findings of this file are about.
+/// The subject of the findings of this file.
 pub(super) const ABOUTS: [&str; 2] = [ABOUT, ABOUT_MODEL];
 
-/// Whether the configuration describes records, and not static tests alone.
+/// Returns whether the configuration describes records, and not static tests alone.
 pub(super) fn has_signals(config: &Config) -> bool {
     !config.signals.identifiers().is_empty()
 }
 
-/// What is said first: that nothing may be off but what is sought or stated, if `[accuracy]` assumes so.
+/// The first finding: that nothing may be off but what is sought or stated, if `[accuracy]` assumes so.
 pub(super) fn of_perfect_accuracies(config: &Config) -> Option<Finding> {
     let finding = "[accuracy] takes as perfect what it does not state: the intervals hold only for such a plant";
     let mend = "right for a simulated robot; leave assume = \"perfect\" out for a real one";
@@ -41,7 +41,13 @@ pub(super) fn judge(config: &Config) -> Vec<Finding> {
         let tests = count(config.statics.tests.len() as u64, "static test");
         findings.push(Finding::right(ABOUT, format!("{tests} in [static] file")));
     }
-    findings.extend(loose(&config.accuracies).map(|(key, times)| {
+    // What is known as well as a guess by the length of the arm says no more than that, and no less.
+    let guessed = urdf::SpreadAccuracy::on(&config.model).centre_of_mass_rounded_up();
+    let is_guess = |key: &str| {
+        key == "centre_of_mass_m" && config.accuracies.centre_of_mass <= guessed * (1.0 + 1e-9)
+    };
+    let loose = loose(&config.accuracies).filter(|(key, _)| !is_guess(key));
+    findings.extend(loose.map(|(key, times)| {
         Finding::new(
             Doubtful,
             ABOUT,
@@ -152,6 +158,19 @@ mod tests {
         config.accuracies.tool_centre_point = 0.5;
         let [only] = &doubts(&config)[..] else { panic!("one doubt") };
         assert!(only.starts_with("[accuracy] tcp_m is 500 times as large as is typical"), "{only}");
+    }
+
+    /// `new --mass` states a centre of mass as well as it guesses it.
+    #[test]
+    fn the_accuracy_of_a_guess_is_not_doubtful() {
+        let mut config = config();
+        let guessed = urdf::SpreadAccuracy::on(&config.model).centre_of_mass_rounded_up();
+        assert!(guessed > 20.0 * Accuracies::typical().centre_of_mass, "{guessed}");
+        let mut is_doubtful = |centre_of_mass: f64| {
+            config.accuracies = Accuracies { centre_of_mass, ..Accuracies::typical() };
+            judge(&config).iter().any(|own| own.finding.contains("centre_of_mass_m"))
+        };
+        assert_eq!([guessed, 1.01 * guessed].map(&mut is_doubtful), [false, true]);
     }
 
     #[test]

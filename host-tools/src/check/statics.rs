@@ -20,7 +20,7 @@ use super::Finding;
 use super::Severity::Wrong;
 use super::words::enumerate;
 
-/// What the findings of this file are about.
+/// The subject of the findings of this file.
 pub(super) const ABOUT: &str = "static tests";
 
 /// Largest distance of the gauge from the force's line of action, m. Chosen: the tool's turn adds little there.
@@ -169,7 +169,7 @@ mod tests {
         }
     }
 
-    /// What is said of tests on the lines from 2.
+    /// The findings on tests on the lines from 2.
     fn finding(tests: Vec<StaticTest>) -> Option<String> {
         let mut config = fixture::config();
         config.statics.lines = (2..2 + tests.len()).collect();

@@ -86,7 +86,7 @@ fn of_angles(survey: &Survey) -> Option<Finding> {
     any.then(|| Finding::right(ABOUT, "all joint angles are within the limits of the model"))
 }
 
-/// What the accelerometer reads at rest, where it should read gravity.
+/// The reading of the accelerometer at rest, where it should read gravity.
 fn of_rest(at_rest: AtRest) -> Finding {
     match at_rest {
         AtRest::Gravity => Finding::right(ABOUT, "the accelerometer reads gravity at rest"),

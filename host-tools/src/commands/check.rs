@@ -68,7 +68,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// What the logs hold.
+/// The content of the logs.
 pub(super) fn of_logs(config: &Config, logs: &[PathBuf]) -> Result<Survey> {
     let meter = Meter::of_reading();
     let mut source = recording::open(logs, config, &meter)?;

@@ -45,7 +45,7 @@ pub(super) struct Args {
     points: Option<u32>,
 }
 
-/// What is exported.
+/// The robot that is exported.
 #[derive(Clone, Copy, Debug)]
 enum Wanted {
     /// The robot.

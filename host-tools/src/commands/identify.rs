@@ -8,18 +8,21 @@ use flexid_console::progress;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::check::Watched;
 use flexid_pipeline::config::Config;
+use flexid_pipeline::dynamics::Robot;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::{MAX_CONSISTENCY, StaticReport};
 use flexid_pipeline::robot::FoundRobot;
 use flexid_pipeline::{Outcome, run_offline, run_statics};
 use flexid_report::document::Document;
 use flexid_report::evidence::{Evidence, Origin, sha256};
-use flexid_report::render;
+use flexid_report::{friction, render};
+use flexid_simulation::coverage::Coverage;
 use flexid_simulation::scenario::Scenario;
 use flexid_simulation::truth::{self, Shared};
 use flexid_simulation::validation;
 use flexid_wire::explanation::Explanation;
 use flexid_wire::finding::Finding;
+use flexid_wire::left_over::LeftOver;
 use flexid_wire::report::Acceptance;
 use flexid_wire::residuals::Meaning;
 use flexid_wire::state::State;
@@ -59,7 +62,7 @@ pub(super) struct Args {
     /// Write the page that `report` makes of the result
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
-    /// Compare with the true parameters, as `simulate --truth-json` writes them
+    /// Compare with the truth, as `simulate --truth-json` writes it: how far each number is off, how many intervals hold, and which miss
     #[arg(long, value_name = "TRUTH.json")]
     truth: Option<PathBuf>,
 }
@@ -104,12 +107,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if !is_read_again {
         warn_at_once(&config, &[])?;
     }
+    let coverage = truth.as_ref().map(|truth| Coverage::of(&finding, truth));
     let written = if json.is_some() || page.is_some() {
         let origin = origin(args, &config, evidence.as_ref());
         let result = ResultJson::from(&finding)
             .with_model_warnings(urdf::warnings(&config.model))
             .with(robot.as_ref(), statics.as_ref())
-            .with_evidence(evidence.as_ref(), &origin);
+            .with_evidence(evidence.as_ref(), &origin)
+            .with_truth(coverage.as_ref());
         let text = serde_json::to_string_pretty(&result)? + "\n";
         write(args, &text, json, page)
     } else {
@@ -122,6 +127,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
         // The table waits for it.
         let _bar = progress::endless("comparing with the truth");
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
+    }
+    text += &coverage.map(|own| own.to_string()).unwrap_or_default();
+    if let Some(loads) = evidence.as_ref().and_then(|own| loads_of(&finding, robot, own)) {
+        text += &loads;
     }
     if args.explain {
         if !finding.confidence.explanations.iter().any(|own| own.adopted) {
@@ -140,6 +149,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
 }
 
+/// The loads of the cuts beside those at which drives slip, where what is left is no response to the force.
+fn loads_of(finding: &Finding, robot: Option<FoundRobot>, evidence: &Evidence) -> Option<String> {
+    let is_distorted = |own: &LeftOver| matches!(own, LeftOver::Distortion { .. });
+    finding.confidence.left_over.iter().find(|own| is_distorted(own))?;
+    let bushings = table::bushings(&finding.report).into_iter().collect();
+    let robot = Robot::new(robot?, bushings).ok()?;
+    let loads = friction::loads(&evidence.records, &robot)?;
+    Some(format!("friction: the largest force was {loads}; {}\n", friction::TYPICAL))
+}
+
 /// Writes the result, and the page that `report` makes of it.
 fn write(args: &Args, result: &str, json: Option<Output>, page: Option<Output>) -> Result<()> {
     if let Some(json) = json {
@@ -151,7 +170,7 @@ fn write(args: &Args, result: &str, json: Option<Output>, page: Option<Output>) 
     Ok(())
 }
 
-/// Where the result comes from.
+/// The origin of the result.
 fn origin(args: &Args, config: &Config, evidence: Option<&Evidence>) -> Origin {
     let configuration: Vec<&Path> = config.files().collect();
     let logs: Vec<&Path> = args.logs.iter().map(PathBuf::as_path).collect();

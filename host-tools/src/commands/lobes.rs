@@ -51,7 +51,7 @@ pub(super) struct Args {
     /// Radial over tangential force
     #[arg(long, value_name = "RATIO", default_value_t = 0.3)]
     kr: f64,
-    /// Whether chips begin thin (up) or end thin (down)
+    /// Way of milling: chips begin thin (up) or end thin (down)
     #[arg(long, value_name = "WAY", requires = "immersion", required_unless_present = "angles")]
     milling: Option<Way>,
     /// Width of the cut, in diameters of the cutter: 1 is a slot

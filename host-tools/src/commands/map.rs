@@ -32,7 +32,7 @@ pub(super) struct Args {
     /// A result, as `identify --json` writes it
     #[arg(value_name = "FOUND.json")]
     found: PathBuf,
-    /// What is shown
+    /// Quantity that is shown
     #[arg(long, value_name = "QUANTITY", default_value = "compliance")]
     show: Shown,
     /// Show the deflection under this force on the tool along the axes of the tool centre point, N, in place of a quantity

@@ -34,7 +34,7 @@ pub(super) struct ImportArgs {
     /// The base gives way: seek six stiffnesses and dampings under it, as of a joint
     #[arg(long)]
     pedestal: bool,
-    /// Where the model goes
+    /// File of the model
     #[arg(short, long, value_name = "MODEL.toml")]
     output: Option<PathBuf>,
 }

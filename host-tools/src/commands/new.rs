@@ -9,7 +9,7 @@ use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::text::count;
 use flexid_report::evidence::quoted;
 
-use crate::new::{self, EDGE, Origin};
+use crate::new::{self, EDGE, Origin, PATH, PLANT};
 use crate::urdf::{self, Base};
 
 const AFTER_HELP: &str = "Examples:
@@ -30,7 +30,7 @@ pub(super) struct Args {
     /// says how far that may be off
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
-    /// The folder to be made: model.toml, robot.dbc, edge.toml, scenario.toml
+    /// The folder to be made: model.toml, robot.dbc, edge.toml, scenario.toml, plant.toml, path.csv
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -62,15 +62,26 @@ pub(super) fn run(args: &Args) -> Result<()> {
     folder.finish(&files.files)?;
     let mass: f64 = model.driven().map(|joint| joint.mass_kg).sum();
     let names = files.files.map(|(name, _)| name).join(", ");
-    let edge = out.join(EDGE);
-    let edge = quoted(&edge.to_string_lossy());
+    let [edge, plant, path] =
+        [EDGE, PLANT, PATH].map(|name| quoted(&out.join(name).to_string_lossy()));
+    let driven = model.driven().count();
+    let map = match driven {
+        ..3 => "",
+        _ => "      flexid map found.json --positions x,z --out map.svg\n",
+    };
     Ok(print(&format!(
         "{}: {names} of {} with {} and {mass:.1} kg of moving mass, tool at '{tcp}'\n\n\
-         next: flexid simulate --config {edge} --candump cut.log --truth-json truth.json\n      \
+         next: flexid simulate --config {edge} --experiments 3 --candump cut.log --truth-json truth.json\n      \
          flexid check --config {edge} cut.log\n      \
-         flexid identify --config {edge} cut.log --truth truth.json --json found.json\n",
+         flexid identify --config {edge} cut.log --truth truth.json --json found.json\n      \
+         flexid report found.json --out report.html\n      \
+         flexid predict found.json --force 0,200,0\n\
+         {map}      \
+         flexid lobes found.json --teeth 2 --kt 700 --milling down --immersion 0.5 --feed 1,0,0 --rpm 1000,6000 --out lobes.svg\n      \
+         flexid compensate found.json {path} -o offsets.csv\n\n\
+         simulate with --plant {plant} adds what a real plant has besides: it takes longer to identify, with wider intervals\n",
         out.display(),
         model.name,
-        count(model.driven().count() as u64, "joint"),
+        count(driven as u64, "joint"),
     ))?)
 }

@@ -53,7 +53,7 @@ pub(super) struct Args {
     /// The daemon's configuration; the scenario of its [simulation] section has cutter, spindle speeds and noise
     #[arg(long, value_name = "EDGE.toml")]
     config: PathBuf,
-    /// What is known already, as `identify --json` writes it [default: the bounds, and the static tests of [static]]
+    /// Result that is known already, as `identify --json` writes it [default: the bounds, and the static tests of [static]]
     ///
     /// A fit that is not consistent has a warning: its standard deviations may be too small. Each parameter counts as known to its standard
     /// deviation whatever the others are: the correlations in the file are left aside.
@@ -65,7 +65,7 @@ pub(super) struct Args {
     /// Largest force of a tooth along the cutting speed, N [default: the scenario's peak_tangential_n]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     force: Option<f64>,
-    /// What makes one experiment better than another
+    /// Criterion that makes one experiment better than another
     #[arg(long, value_enum, default_value_t = Criterion::D)]
     criterion: Criterion,
     /// Poses to choose from: so many, spread evenly, or own ones from a table with the columns q1,q2,... (rad, m) or q1_deg,...
@@ -82,7 +82,7 @@ pub(super) struct Args {
     json: Option<PathBuf>,
 }
 
-/// Where the poses come from.
+/// The origin of the poses.
 #[derive(Clone, Debug)]
 enum Poses {
     /// So many are spread.

@@ -64,7 +64,7 @@ pub(super) struct Args {
     /// Times the noise of the scenario
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     noise: f64,
-    /// What a real plant has beside the model: errors of sensors, clocks, geometry, masses and joints
+    /// Plant: errors of sensors, clocks, geometry, masses and joints
     #[arg(long, value_name = "PLANT.toml")]
     plant: Option<PathBuf>,
     /// Write the true parameters, and what was lost
@@ -92,7 +92,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         (None, Some(interface)) => Sink::bus(interface, args.onto_real_bus)?,
         (None, None) => return Err(no_destination().into()),
     };
-    let mut truth = TruthFile::new(&config.model, simulator.truth(), &simulator.joints());
+    let robot = simulator.robot(&config.model);
+    let mut truth = TruthFile::new(&config.model, simulator.truth(), &simulator.joints(), robot);
     let (mut done, mut frames) = (0, 0);
     let cut_s = simulator.scenario().measurement.duration_s;
     let bar = sink.bar(experiments.len() as u64 * args.repeat, cut_s);

@@ -48,7 +48,7 @@ pub(super) struct Args {
     timeout: Option<f64>,
 }
 
-/// What to wait for.
+/// The event to wait for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Until {
     /// A report with parameters that the data determine, settled and consistent with the noise

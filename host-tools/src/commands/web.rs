@@ -32,7 +32,7 @@ Examples:
 pub(super) struct Args {
     /// The daemon: unix:PATH or tcp:IP:PORT
     address: String,
-    /// Where browsers reach the page; port 0 takes a free one
+    /// Address at which browsers reach the page; port 0 takes a free one
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
     /// A name under which browsers reach the page, besides the address; may be repeated

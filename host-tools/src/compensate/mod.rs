@@ -42,6 +42,14 @@ impl Compensated {
     }
 }
 
+/// A number whose interval has this half width, with three digits more than that shows. Where the interval has no end, it has two digits.
+fn justified(number: f64, half: f64) -> String {
+    let digits = (number.abs() / half).log10().floor() + 3.0;
+    // Chosen: no more digits than a double has.
+    let digits = if digits.is_nan() { 15 } else { digits.clamp(1.0, 15.0) as usize };
+    format!("{number:.digits$e}")
+}
+
 /// The first line with an offset above [`TOO_LARGE`], and a warning of it.
 pub(crate) fn too_large(path: &[Compensated]) -> Option<(usize, String)> {
     let is_wrong = |offset: &Estimate| offset.value.abs() > TOO_LARGE;
@@ -87,11 +95,30 @@ pub(crate) fn csv(path: &[Compensated]) -> Result<String> {
         let moves = moves
             .flat_map(|Deflection { translation, rotation }| translation.iter().chain(rotation));
         for Estimate { value, interval: [low, high], determined, .. } in moves.chain(offsets) {
-            line.extend([value, low, high].map(|number| format!("{number:.9e}")));
+            line.extend([value, low, high].map(|own| justified(*own, (high - low) / 2.0)));
             line.push(u8::from(*determined).to_string());
         }
         line.push(u8::from(*is_singular).to_string());
         writer.write_record(&line)?;
     }
     Ok(String::from_utf8(writer.into_inner()?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_has_the_digits_that_its_interval_justifies() {
+        for (number, half, expected) in [
+            (1.234_567_89e-3, 1e-5, "1.23457e-3"),
+            (-4.445_678e-4, 3e-8, "-4.4456780e-4"),
+            (2.345e-9, 1e-6, "2.3e-9"),
+            (0.0, 1e-6, "0.0e0"),
+            (5.0, f64::INFINITY, "5.0e0"),
+            (1.5, 0.0, "1.500000000000000e0"),
+        ] {
+            assert_eq!(justified(number, half), expected, "{number} {half}");
+        }
+    }
 }

@@ -1,8 +1,9 @@
-//! What a compensation does, for people.
+//! A compensation in words.
 
 use flexid_pipeline::text::count;
 
 use super::Compensated;
+use crate::numbers::with_interval;
 use crate::predict::table::{AXES, OPEN, along_axes};
 
 /// The largest offset of a joint, mrad (mm), of those that are determined.
@@ -11,10 +12,7 @@ fn largest(path: &[Compensated], joint: usize) -> String {
     let determined = offsets.filter(|own| own.determined);
     match determined.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs())) {
         None => OPEN.to_owned(),
-        Some(own) => {
-            let [low, high] = own.interval.map(|end| 1e3 * end);
-            format!("{:.4} ({low:.4} to {high:.4})", 1e3 * own.value)
-        }
+        Some(own) => with_interval(1e3 * own.value, own.interval.map(|end| 1e3 * end)),
     }
 }
 
@@ -103,7 +101,7 @@ mod tests {
     fn offsets_that_are_not_determined_are_no_largest_ones() {
         let (known, unknown) = (Estimate::new(1e-3, 1e-5), Estimate::new(2e-3, 3e-3));
         let all = text(&[place(2, [known, unknown]), place(3, [unknown, unknown])]);
-        assert!(all.contains(": q1 1.0000 (0.9804 to 1.0196), q2 not determined\n"), "{all}");
+        assert!(all.contains(": q1 1.000 (0.980 to 1.020), q2 not determined\n"), "{all}");
         assert!(
             all.contains(" not determined: offsets in 2 of 2 places, the first in line 2: "),
             "{all}"

@@ -59,7 +59,7 @@ fn vcan(interface: &str) -> Result<(BusSender, CanSocket)> {
     Ok((BusSender::open(interface)?, CanSocket::open(interface)?))
 }
 
-/// Whether `ip` succeeded. The function hides its messages, since those of a kernel without vcan do not help the
+/// Returns whether `ip` succeeded. The function hides its messages, since those of a kernel without vcan do not help the
 /// user.
 fn ip(arguments: &[&str]) -> Result<bool> {
     let mut command = Command::new("ip");

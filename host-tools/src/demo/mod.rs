@@ -16,6 +16,7 @@ use flexid_edge::server::Listener;
 use flexid_pipeline::config::{Config, Listen};
 use flexid_pipeline::stop::Stop;
 use flexid_simulation::bus::BusSender;
+use flexid_simulation::coverage::Coverage;
 use flexid_simulation::shipped::{MILL3, MILL6};
 use flexid_simulation::simulator::{Simulator, Truth};
 use flexid_simulation::transmission::Quality;
@@ -35,7 +36,7 @@ const EXPERIMENTS: usize = 3;
 /// Time that the daemon may work after the last frame.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// What to try after the demo.
+/// Lines that say what to try after the demo.
 const NEXT: &str = "
 The robot above is simulated without any error but noise; a real one has more, and its intervals are wider.
 Next, your own robot, before anything is on the bus:
@@ -69,7 +70,7 @@ fn run(args: &Args) -> Result<()> {
     let mut config = Config::load(&scenario.write(folder.path()).context("temporary folder")?)?;
     let quality = Quality { noise: 1.0, drop: 0.0 };
     let simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
-    let truth = Shared::from(simulator.truth().to_vec());
+    let truth = Shared::of(&simulator, &config)?;
     let scenario = simulator.scenario().clone();
     let experiments = scenario.experiments.len().min(EXPERIMENTS) as u64;
     let DemoBus { robot, daemon, name, what } = DemoBus::new(&config.interface)?;
@@ -104,6 +105,7 @@ fn run(args: &Args) -> Result<()> {
     }
     let estimate = table::bushings(&finding.report);
     print(&validation::compare(&config, Some(&scenario), &truth, &estimate)?)?;
+    print(&Coverage::of(finding, &truth).to_string())?;
     ensure!(view.identified(experiments), "the robot was not identified: {}", view.summary());
     Ok(print(NEXT)?)
 }

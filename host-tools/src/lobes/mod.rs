@@ -12,7 +12,7 @@ use serde::Serialize;
 pub(crate) use picture::{svg, title};
 pub(crate) use table::{open_damping, text};
 
-/// What is stable.
+/// The stable depths.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Diagram {
     /// Joint angles, base first, rad (m).

@@ -16,7 +16,7 @@ pub(crate) use table::text;
 /// is no longer identified is 5 % for one standard deviation, a tenth for two.
 const UNCERTAIN: f64 = 0.1;
 
-/// What is shown.
+/// The quantity that is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Quantity {
     /// Static compliance of the tool along the softest direction, m/N.
@@ -93,7 +93,7 @@ pub(crate) struct Cell {
     pub(crate) tool: [f64; 3],
     /// The quantity, in its SI unit. `None` where the robot does not stand, or has no mode up to twice the band.
     pub(crate) value: Option<PositiveEstimate>,
-    /// Whether its interval is wide, or it has no value.
+    /// True if its interval is wide, or it has no value.
     pub(crate) is_uncertain: bool,
 }
 

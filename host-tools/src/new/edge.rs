@@ -54,18 +54,11 @@ fn changes(model: &Model, origin: &Origin<'_>) -> Vec<(&'static str, String)> {
                  centre_of_mass_m = {:<16} # of each link, along each axis (typical 0.005)\n",
                 spread.mass,
                 spread.inertia,
-                rounded_up(spread.centre_of_mass_m)
+                spread.centre_of_mass_rounded_up()
             ),
         ));
     }
     changes
-}
-
-/// An accuracy with two significant digits, none of which promises more than it.
-fn rounded_up(accuracy: f64) -> f64 {
-    let scale = 10_f64.powf(1.0 - accuracy.log10().floor());
-    // What calculation adds to two digits is none.
-    (accuracy * scale * (1.0 - 1e-9)).ceil() / scale
 }
 
 /// A name in a comment, which ends with its line.

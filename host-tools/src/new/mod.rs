@@ -4,11 +4,15 @@
 //! | ------------ | ----------------------------------------------------------- |
 //! | [`poses`]    | where the robot cuts                                        |
 //! | [`scenario`] | a plausible robot and its cuts, for `flexid simulate`       |
+//! | [`plant`]    | what a real plant has besides                               |
+//! | [`path`]     | places under their forces, for `flexid compensate`          |
 //! | [`dbc`]      | the layout of the frames                                    |
 //! | [`edge`]     | the configuration, from the commented example               |
 
 mod dbc;
 mod edge;
+mod path;
+mod plant;
 mod poses;
 mod scenario;
 
@@ -25,10 +29,12 @@ pub(crate) const EDGE: &str = "edge.toml";
 const MODEL: &str = "model.toml";
 const DBC: &str = "robot.dbc";
 const SCENARIO: &str = "scenario.toml";
-/// Seed of the plausible robot.
+pub(crate) const PLANT: &str = "plant.toml";
+pub(crate) const PATH: &str = "path.csv";
+/// Seed of the plausible robot and of its plant.
 const SEED: u64 = 1;
 
-/// Where a robot comes from.
+/// The origin of a robot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Origin<'a> {
     /// Name of the URDF file.
@@ -40,7 +46,7 @@ pub(crate) struct Origin<'a> {
 /// The files of a folder, each with its name and its text, and a warning for each thing that could not be had.
 #[derive(Clone, Debug)]
 pub(crate) struct Files {
-    pub(crate) files: [(&'static str, String); 4],
+    pub(crate) files: [(&'static str, String); 6],
     pub(crate) warnings: Vec<String>,
 }
 
@@ -56,7 +62,9 @@ pub(crate) fn files(model: &Model, chain: &Chain, origin: &Origin<'_>) -> anyhow
         (MODEL, model.to_toml()?),
         (DBC, dbc::text(model, force)),
         (EDGE, edge::text(model, origin)),
-        (SCENARIO, scenario::text(model, chain, origin, &robot, force, &poses)),
+        (SCENARIO, scenario::text(model, chain, &robot, force, &poses)),
+        (PLANT, plant::text(model, origin)),
+        (PATH, path::text(model, &poses, force)),
     ];
     Ok(Files { files, warnings: warning.into_iter().collect() })
 }

@@ -7,7 +7,7 @@ use flexid_core::parameters::Bushing;
 use flexid_pipeline::model::Model;
 use flexid_simulation::plausible;
 
-use super::{Origin, quoted};
+use super::{MODEL, quoted};
 use crate::place::tool;
 
 /// Largest steady turn of a drive under the force of a tooth at the end of the stretched arm, rad. The shipped scenario of six joints has a
@@ -25,7 +25,6 @@ const CUTS: [(&str, [u32; 2], &str); 3] =
 pub(super) fn text(
     model: &Model,
     chain: &Chain,
-    origin: &Origin<'_>,
     robot: &[Bushing],
     force: f64,
     poses: &[Vec<f64>],
@@ -37,7 +36,7 @@ pub(super) fn text(
          tcp = {}\n\n\
          # Drawn: each drive with a natural frequency of {} to {} Hz with what it carries, its bearing 5 to 9 times stiffer against tilting and stiffer\n\
          # yet along its axes, all damped by {} to {} % there. `flexid simulate --truth drawn:2` draws another. N/m, Nm/rad; Ns/m, Nms/rad.\n",
-        quoted(origin.urdf),
+        quoted(MODEL),
         quoted(&model.tcp.name),
         plausible::DRIVE_HZ[0],
         plausible::DRIVE_HZ[1],

@@ -2,6 +2,7 @@ use std::path::Path;
 
 use flexid_core::chain::Chain;
 use flexid_pipeline::model::{Kind, Model};
+use flexid_simulation::plant::Plant;
 use flexid_simulation::scenario::{Scenario, reach};
 
 use super::*;
@@ -69,8 +70,11 @@ fn the_scenario_of_any_robot_is_read() {
     let chain = model.chain().unwrap();
     let origin = Origin { urdf: "my \"robot\".urdf", spread: None };
     let files = files(&model, &chain, &origin).unwrap();
-    let [_, (_, dbc), _, (_, scenario)] = &files.files;
+    let [_, (_, dbc), _, (_, scenario), (_, plant), (_, path)] = &files.files;
     let scenario = Scenario::parse(Path::new("scenario.toml"), scenario, &model).unwrap();
     assert_eq!(scenario.experiments.len(), 8);
+    Plant::parse(Path::new("plant.toml"), plant, &model).unwrap();
+    let path = flexid_pipeline::path::parse(Path::new("path.csv"), path, &model).unwrap();
+    assert_eq!(path.len(), 5);
     assert!(dbc.contains("SG_ q2 : 0|32@1- (1e-06,0) [-2147|2147] \"m\" EDGE"), "{dbc}");
 }

@@ -1,4 +1,4 @@
-//! Where tool and joints are in a pose.
+//! The places of tool and joints in a pose.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 

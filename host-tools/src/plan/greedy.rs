@@ -4,7 +4,7 @@ use flexid_core::refine::Information;
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use serde::Serialize;
 
-/// What makes one experiment better than another (Atkinson, Donev and Tobias, "Optimum Experimental Designs", 2007).
+/// The criterion that makes one experiment better than another (Atkinson, Donev and Tobias, "Optimum Experimental Designs", 2007).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Criterion {

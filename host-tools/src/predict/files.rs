@@ -26,7 +26,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// That of a file's name.
+    /// The format of a file's name.
     ///
     /// # Errors
     /// The name ends otherwise.

@@ -1,4 +1,4 @@
-//! What a robot that was identified does in a pose.
+//! The motion of an identified robot in a pose.
 
 mod files;
 pub(crate) mod table;
@@ -14,7 +14,7 @@ use serde::Serialize;
 
 pub(crate) use files::Format;
 
-/// What is asked of each pose.
+/// The question to each pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Request {
     /// Force on the tool along its axes, N.

@@ -89,10 +89,15 @@ pub(crate) const OPEN: &str = "not determined";
 pub(crate) const AXES: &str = " x, y, z: axes of the tool centre point (TCP)";
 
 /// Three estimates along the axes, times `scale`, with their intervals: in per cent, or its ends where it holds zero. Three digits count, of
-/// what may be zero those of the largest.
+/// what may be zero those of the largest number or half interval.
 pub(crate) fn along_axes(estimates: &[Estimate; 3], scale: f64) -> String {
     let determined = || estimates.iter().filter(|own| own.determined);
-    let Some(largest) = determined().map(|own| (scale * own.value).abs()).reduce(f64::max) else {
+    // What is zero by calculation is known no better than its interval.
+    let size = |own: &Estimate| {
+        let [low, high] = own.interval;
+        scale * own.value.abs().max((high - low) / 2.0)
+    };
+    let Some(largest) = determined().map(size).reduce(f64::max) else {
         return format!(" {OPEN}");
     };
     let places = places(largest, 3);
@@ -264,5 +269,10 @@ mod tests {
         assert_eq!(of([1e-6, 1e-6, 4.9e-6]), known);
         assert!(of([1e-6, 1e-6, 5.1e-6]).ends_with(", z not determined"));
         assert_eq!(of([6e-6, 6e-6, f64::INFINITY]), " not determined");
+        // Nothing but rounding is left of what is taken back.
+        let left = Estimate { determined: true, ..Estimate::new(1e-17, 4e-7) };
+        let interval = "0.000 (-0.784 to 0.784)";
+        let expected = format!(" x {interval}, y {interval}, z {interval}");
+        assert_eq!(along_axes(&[left; 3], 1e6), expected);
     }
 }

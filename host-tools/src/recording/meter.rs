@@ -37,12 +37,12 @@ pub(crate) struct Work {
 impl Meter {
     /// A meter whose bar has no end until bytes are expected.
     pub(crate) fn new() -> Self {
-        Self { bar: progress::endless("reading"), bytes: Arc::default(), times: 2 }
+        Self { bar: progress::uneven("reading"), bytes: Arc::default(), times: 2 }
     }
 
     /// A meter of reading alone, whose bar has no end until bytes are expected.
     pub(crate) fn of_reading() -> Self {
-        Self { times: 1, ..Self::new() }
+        Self { bar: progress::endless("reading"), bytes: Arc::default(), times: 1 }
     }
 
     /// A meter that counts and shows no bar.
@@ -60,7 +60,10 @@ impl Meter {
     /// Adds `bytes` to the expected bytes.
     pub(crate) fn expect(&self, bytes: u64) {
         let expected = self.bar.length().unwrap_or_else(|| {
-            self.bar.set_style(progress::known());
+            self.bar.set_style(match self.times {
+                1 => progress::known(),
+                _ => progress::known_uneven(),
+            });
             0
         });
         self.bar.set_length(expected + self.times * bytes);
@@ -113,7 +116,7 @@ fn doing(progress: &Progress) -> String {
         Phase::Waiting => "reading".into(),
         Phase::Searching => format!("record {}: searching", progress.records),
         Phase::Refining => format!("record {}: refining", progress.records),
-        Phase::Settled => format!("record {}: settled", progress.records),
+        Phase::Settled => format!("record {}: settled, judging it", progress.records),
     }
 }
 

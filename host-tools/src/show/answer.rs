@@ -21,7 +21,7 @@ mod tests {
         assert_eq!(
             lines(&answer(2)),
             [
-                "tool         softest 0.381 N/µm (±2.0 %) along 0.71 0.02 -0.70, stiffest 0.870 N/µm (±2.0 %) along 0.00 1.00 0.03",
+                "tool         softest 0.381 N/µm (±2.0 %) along 0.71 0.02 -0.70, stiffest 0.870 N/µm (±2.0 %) along 0.00 1.00 0.03; static",
                 "lowest mode  6.33 Hz (±2.0 %), damping 1.10 % (1.08 to 1.12 %)",
                 "drives       joint_1 2.31 MNm/rad (±2.0 %), joint_2 not determined",
                 "             95 % intervals, at the pose of record 3, the newest: 0.10 -0.45 0.95; directions in the axes of the TCP",

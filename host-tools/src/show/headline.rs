@@ -1,4 +1,4 @@
-//! What people read first: the verdict on the fit, or that there is none.
+//! The headline: the verdict on the fit, or that there is none.
 
 use flexid_pipeline::report::Summary;
 use flexid_pipeline::text::count;
@@ -89,7 +89,7 @@ fn so_far(answer: &Answer, progress: Option<&Progress>) -> String {
     format!("so far: {answer}; not settled yet{}", share.unwrap_or_default())
 }
 
-/// Whether the data determine a parameter of the joint.
+/// Returns whether the data determine a parameter of the joint.
 pub(crate) fn has_identified(joint: &JointReport) -> bool {
     let mut verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
     verdicts.any(|verdict| *verdict == Verdict::Identified)

@@ -15,7 +15,7 @@ use super::verdict::verdict as word;
 use super::{answer, compact, confidence, table};
 use crate::show::view::View;
 
-/// What matters most, in `rows` lines at most.
+/// The most important lines, in `rows` lines at most.
 pub(crate) fn overview(view: &View, rows: usize, columns: usize) -> Vec<Line> {
     let full = full(view, columns);
     if full.len() <= rows && !full.iter().any(|line| line.width() > columns) {

@@ -37,7 +37,7 @@ impl Screen {
         }
     }
 
-    /// The same, but a live screen has pages and obeys keys, if the terminal has any.
+    /// A screen whose live form has pages and obeys keys, if the terminal has any.
     pub(crate) fn with_keys(json: bool) -> Self {
         match Self::new(json) {
             Self::Live { drawn, .. } => {

@@ -20,7 +20,7 @@ const LEAST: [usize; 2] = [4, 20];
 /// Dots of a dash and of the gap behind it.
 const DASH: usize = 3;
 
-/// What a dot belongs to. Where several share a cell, it has the style of the last.
+/// The curve of a dot. A cell that several share has the style of the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Curve {
     Noise,

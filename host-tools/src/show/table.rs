@@ -80,7 +80,15 @@ pub(crate) fn numbers(
         true => format!("\n with hysteresis these are the values at {REFERENCE_HZ} Hz"),
         false => String::new(),
     };
-    format!("{tables}\n {units}{at}\n{}", caveat(&finding.report, &finding.confidence))
+    let kinds = 1 + usize::from(has_dampings);
+    let mut verdicts = finding.report.joints.iter().flat_map(|joint| {
+        [joint.stiffness_verdict, joint.damping_verdict].into_iter().take(kinds).flatten()
+    });
+    let open = match verdicts.any(|own| own == Verdict::NotObservable) {
+        true => "\n in brackets: no result, but where the search has ended",
+        false => "",
+    };
+    format!("{tables}\n {units}{at}{open}\n{}", caveat(&finding.report, &finding.confidence))
 }
 
 /// The table of stiffnesses (kind 0), dampings (kind 1), or both.
@@ -164,15 +172,16 @@ fn robust(times: f64) -> String {
     )
 }
 
-/// Value, interval and verdict, and with a `truth` also the truth and the error in per cent, if it is known.
+/// Value, in brackets if it is no result, interval and verdict, and with a `truth` also the truth and the error in per cent, if it is known.
 fn cells(
     value: f64,
     interval: Option<Interval>,
     own: Verdict,
     truth: Option<Option<f64>>,
 ) -> Vec<String> {
+    let shown = format!("{value:.4e}");
     let mut cells = vec![
-        format!("{value:.4e}"),
+        if own == Verdict::NotObservable { format!("({shown})") } else { shown },
         interval.map_or_else(|| "-".to_owned(), |interval| Within { value, interval }.to_string()),
         verdict(own).to_owned(),
     ];
@@ -196,9 +205,9 @@ mod tests {
         let row = cells(2.02e6, Some([2.0e6, 2.04e6]), Verdict::Weak, Some(Some(2.0e6)));
         assert_eq!(row, ["2.0200e6", "±1.0 %", "weak", "2.0000e6", "1.0 %"]);
         let row = cells(3.0e6, None, Verdict::NotObservable, None);
-        assert_eq!(row, ["3.0000e6", "-", "not observable"]);
+        assert_eq!(row, ["(3.0000e6)", "-", "not observable"]);
         let row = cells(3.0e6, None, Verdict::NotObservable, Some(None));
-        assert_eq!(row, ["3.0000e6", "-", "not observable", "-", "-"]);
+        assert_eq!(row, ["(3.0000e6)", "-", "not observable", "-", "-"]);
     }
 
     #[test]

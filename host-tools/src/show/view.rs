@@ -54,7 +54,7 @@ impl View {
         (progress.phase == Phase::Settled && current).then_some(report)
     }
 
-    /// Whether the work on at least `records` records has ended with an identified parameter, and noise explains the
+    /// Returns whether the work on at least `records` records has ended with an identified parameter, and noise explains the
     /// residuals.
     pub(crate) fn identified(&self, records: u64) -> bool {
         self.settled().is_some_and(|Report { joints, fit, .. }| {

@@ -43,7 +43,7 @@ pub enum UrdfError {
         kind: &'static str,
         /// Name of the link or joint.
         name: String,
-        /// What is wrong.
+        /// The fault.
         fault: String,
     },
     /// A number that is NaN or infinite.

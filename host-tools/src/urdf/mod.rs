@@ -69,7 +69,7 @@ pub fn import(text: &str, tcp: &str, base: Base) -> Result<Imported, UrdfError> 
     import_with_mass(text, tcp, base, None)
 }
 
-/// The same. Where links have no mass, `total_kg`, the mass of the robot by its data sheet, is spread over them.
+/// [`import`] with a mass: where links have no mass, `total_kg`, the mass of the robot by its data sheet, is spread over them.
 ///
 /// # Errors
 /// Those of [`import`]; also if there is no link to spread the mass over, or no mass left.
@@ -85,7 +85,7 @@ pub fn import_with_mass(
     let mut importer = Importer { tree: &tree, warnings: Vec::new() };
 
     let mut joints: Vec<ModelJoint> = Vec::new();
-    let (mut carried, mut massless) = (Vec::new(), Vec::new());
+    let (mut carried, mut massless, mut borrowing) = (Vec::new(), Vec::new(), Vec::new());
     // Pose of the present link in the frame of the last movable joint.
     let mut pose = Isometry3::identity();
     for (index, joint) in path.iter().enumerate() {
@@ -95,6 +95,8 @@ pub fn import_with_mass(
         let body = importer.carried(&path[index + 1..], link)?;
         if body.mass <= 0.0 {
             massless.push((link.clone(), joint.name.clone()));
+        } else if !tree.has_mass(link) {
+            borrowing.push((link.clone(), body.mass));
         }
         let inertia = body.central_inertia();
         carried.push((link.clone(), inertia));
@@ -153,6 +155,13 @@ pub fn import_with_mass(
         model.chain().map_err(|error| refused(error, &model, &carried))?;
     }
     let mut warnings = importer.warnings;
+    if spread.is_some() {
+        warnings.extend(borrowing.iter().map(|(link, mass)| {
+            format!(
+                "link '{link}' has no mass of its own, and gets none of --mass: it moves with the {mass:.1} kg of what is fixed to it alone"
+            )
+        }));
+    }
     warnings.extend(doubts(&model).iter().map(Doubt::to_string));
     // Names may hold line breaks.
     let warnings = warnings.iter().map(|warning| one_line(warning)).collect();

@@ -1,4 +1,4 @@
-//! What stands between the ground and the first driven joint: a body that gives way against the ground.
+//! The body between the ground and the first driven joint: a body that gives way against the ground.
 
 use flexid_core::imperfection::BASE_OVER_MOVING;
 use flexid_pipeline::model::{Kind, ModelJoint};

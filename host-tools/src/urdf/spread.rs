@@ -5,7 +5,7 @@
 //! cylinder around the line from its joint to the next, with a radius of a tenth of the whole way.
 
 use flexid_core::imperfection::BASE_OVER_MOVING;
-use flexid_pipeline::model::{ModelJoint, Tcp};
+use flexid_pipeline::model::{Model, ModelJoint, Tcp};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{INERTIA_ORDER, SpreadAccuracy, tidy};
@@ -36,7 +36,7 @@ pub(super) fn spread(
     spread_as(joints, tcp, total_kg, SHAPE)
 }
 
-/// The same, with bodies of any shape.
+/// [`spread`] with bodies of any shape.
 fn spread_as(
     joints: &mut [ModelJoint],
     tcp: &Tcp,
@@ -57,15 +57,8 @@ fn spread_as(
              give the robot's own mass by its data sheet, with the tool's"
         ));
     }
-    // From each joint to the next, and from the last one to the tool.
-    let next = joints.iter().skip(1).map(|joint| joint.origin_xyz_m).chain([tcp.xyz_m]);
-    let lines: Vec<Vector3<f64>> = next.map(Vector3::from).collect();
+    let (lines, whole) = lines(joints, tcp);
     let arm = &lines[..joints.len() - 1];
-    let whole = match arm.iter().map(Vector3::norm).sum::<f64>() {
-        // A single joint, or joints that all cut in one point.
-        0.0 => lines.iter().map(Vector3::norm).sum(),
-        whole => whole,
-    };
     if whole == 0.0 {
         return Err(format!(
             "--mass {total_kg}: all joints and the tip lie in one point, so that the arm has no length to spread it over: give masses in the file"
@@ -86,7 +79,41 @@ fn spread_as(
         joint.centre_of_mass_m = tidy((0.5 * line).into());
         joint.inertia_kg_m2 = tidy(INERTIA_ORDER.map(|at| inertia[at]));
     }
-    Ok(SpreadAccuracy { mass: 0.31, inertia: 0.69, centre_of_mass_m: 0.053 * whole })
+    Ok(SpreadAccuracy::of(whole))
+}
+
+/// From each joint to the next, and from the last one to the tool, and the length of the arm, m.
+fn lines(joints: &[ModelJoint], tcp: &Tcp) -> (Vec<Vector3<f64>>, f64) {
+    let next = joints.iter().skip(1).map(|joint| joint.origin_xyz_m).chain([tcp.xyz_m]);
+    let lines: Vec<Vector3<f64>> = next.map(Vector3::from).collect();
+    let arm = &lines[..joints.len() - 1];
+    let whole = match arm.iter().map(Vector3::norm).sum::<f64>() {
+        // A single joint, or joints that all cut in one point.
+        0.0 => lines.iter().map(Vector3::norm).sum(),
+        whole => whole,
+    };
+    (lines, whole)
+}
+
+impl SpreadAccuracy {
+    /// The accuracy of masses that are spread over an arm of this length, m.
+    fn of(whole: f64) -> Self {
+        Self { mass: 0.31, inertia: 0.69, centre_of_mass_m: 0.053 * whole }
+    }
+
+    /// The accuracy of masses that would be spread over the arm of a model.
+    pub(crate) fn on(model: &Model) -> Self {
+        let joints: Vec<ModelJoint> = model.driven().cloned().collect();
+        if joints.is_empty() { Self::of(0.0) } else { Self::of(lines(&joints, &model.tcp).1) }
+    }
+
+    /// The accuracy of a centre of mass with two significant digits, none of which promises more than it, m.
+    pub(crate) fn centre_of_mass_rounded_up(&self) -> f64 {
+        let accuracy = self.centre_of_mass_m;
+        let scale = 10_f64.powf(1.0 - accuracy.log10().floor());
+        // What calculation adds to two digits is none.
+        (accuracy * scale * (1.0 - 1e-9)).ceil() / scale
+    }
 }
 
 /// Inertia of a solid cylinder around `line` about its centre, kg m². One without a length is a ball with the same sum of moments.

@@ -101,6 +101,12 @@ impl<'a> Tree<'a> {
         self.names().into_iter().filter(is_end).collect()
     }
 
+    /// True if the link has a mass of its own in the file.
+    pub(super) fn has_mass(&self, name: &str) -> bool {
+        let inertial = self.link(name).and_then(|link| link.inertial.as_ref());
+        inertial.is_some_and(|own| own.mass > 0.0)
+    }
+
     /// The link of this name; the tree has one for every end of a joint.
     pub(super) fn link(&self, name: &str) -> Option<&'a Link> {
         self.links.get(name).copied()

@@ -22,7 +22,7 @@ const HEAD: usize = 16 * 1024;
 const REQUEST: Duration = Duration::from_secs(10);
 /// Longest time for which a client may take nothing.
 const TAKE: Duration = Duration::from_secs(10);
-/// What the kernel keeps for a client that takes nothing, bytes. Chosen: a few pages.
+/// Bytes that the kernel keeps for a client that takes nothing, bytes. Chosen: a few pages.
 const UNSENT: usize = 256 * 1024;
 /// Pause after an error of the kernel, which may lack descriptors.
 const PAUSE: Duration = Duration::from_millis(200);

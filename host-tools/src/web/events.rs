@@ -19,7 +19,7 @@ use super::slots::Slot;
 /// Longest time between two events. The page takes four times this as the end of the connection.
 const BEAT: Duration = Duration::from_secs(1);
 
-/// What one client has got, and what it gets next.
+/// The events that one client has got, and its next one.
 struct Reader {
     page: watch::Receiver<Parts>,
     sent: [Option<Arc<str>>; NAMES.len()],

@@ -133,7 +133,7 @@ fn warnings(view: &View) -> Markup {
     }
 }
 
-/// What the daemon does and waits for, the present record, and the work on the newest one.
+/// The state of the daemon, the present record, and the work on the newest one.
 fn progress(view: &View) -> Markup {
     let waits = view.status.as_ref().map(|status| status.state.to_string());
     let state = view.state();

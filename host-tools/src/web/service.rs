@@ -26,7 +26,7 @@ const STREAMS: (usize, usize) = (32, 16);
 /// Tells browsers that no other site may load an answer.
 const RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resource-policy");
 
-/// What all requests share.
+/// The state that all requests share.
 struct Shared {
     page: watch::Receiver<Parts>,
     version: String,
@@ -94,7 +94,7 @@ async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
     response
 }
 
-/// Whether a Host header has an address, localhost or one of `names`. Another site can make its own name point here (DNS
+/// Returns whether a Host header has an address, localhost or one of `names`. Another site can make its own name point here (DNS
 /// rebinding) and read the answers as its own; it cannot do so with an address.
 fn is_ours(host: &str, names: &[String]) -> bool {
     if let Some(bracketed) = host.strip_prefix('[') {
@@ -108,7 +108,7 @@ fn is_ours(host: &str, names: &[String]) -> bool {
         && (name.parse::<IpAddr>().is_ok() || name.eq_ignore_ascii_case("localhost") || known())
 }
 
-/// Whether `text` is empty, or a port after a colon.
+/// Returns whether `text` is empty, or a port after a colon.
 fn is_port(text: &str) -> bool {
     text.is_empty() || text.strip_prefix(':').is_some_and(|port| port.parse::<u16>().is_ok())
 }

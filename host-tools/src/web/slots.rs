@@ -48,7 +48,7 @@ impl Slots {
     }
 }
 
-/// What one machine may choose its address from: an IPv4 address, or the first half of an IPv6 address.
+/// The range from which one machine may choose its address: an IPv4 address, or the first half of an IPv6 address.
 fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(own) => IpAddr::V6((u128::from(own) >> 64 << 64).into()),

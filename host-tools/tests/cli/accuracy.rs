@@ -42,7 +42,8 @@ fn stated_accuracies_make_an_imperfect_plant_useful() {
     assert!(steps[..200].contains("<li>Leave <code>assume"), "{}", &steps[..200]);
 
     edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "");
-    let output = flexid(folder.path(), "identify --config edge.toml o.log --json o.json");
+    let command = "identify --config edge.toml o.log --json o.json --truth t.json";
+    let output = flexid(folder.path(), command);
     assert!(output.status.success());
     let (found, truth) = (json(folder.path(), "o.json"), json(folder.path(), "t.json"));
     assert_eq!(found["fit"]["acceptance"], "consistent");
@@ -73,6 +74,19 @@ fn stated_accuracies_make_an_imperfect_plant_useful() {
     assert!(identified >= 33, "{identified} of 36 are identified");
     // Of 36 intervals of 95 % fewer cover once in a thousand plants, if their errors are correlated as they are.
     assert!(covered >= 28, "{covered} of {identified} intervals cover the truth");
+    // The program counts alike, and knows the tool of the robot that moved.
+    let counted = &found["truth"];
+    let sum = |key: &str| ["stiffness", "damping"].map(|kind| counted[kind][key].as_u64().unwrap());
+    assert_eq!(
+        [sum("intervals"), sum("hold")].map(|own| own.iter().sum::<u64>() as u32),
+        [identified, covered]
+    );
+    assert_eq!(counted["tool_is_known"], true);
+    assert_eq!(counted["answer"]["intervals"], 7);
+    assert!(counted["answer"]["hold"].as_u64().unwrap() >= 6, "{counted}");
+    let said = String::from_utf8_lossy(&output.stdout);
+    let line = format!("\ntruth: {covered} of {identified} intervals hold (of those identified): ");
+    assert!(said.contains(&line), "{said}");
     // The delay is known far better than beforehand.
     let nuisances = found["confidence"]["nuisances"].as_array().unwrap();
     let delay = nuisances.iter().find(|nuisance| nuisance["name"] == "delay").unwrap();

@@ -252,7 +252,7 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
     }
 }
 
-/// What is said of a file that is empty, that is cut off, that is large and of zeros, and that is a letter.
+/// Messages on a file that is empty, that is cut off, that is large and of zeros, and that is a letter.
 struct Said([&'static str; 4]);
 
 const TOML: Said = Said([
@@ -370,7 +370,7 @@ fn no_command_takes_a_file_that_is_none() {
     }
 }
 
-/// Of a file in lines those up to the middle and the beginning of one; of a line the first half.
+/// The first half: of a file in lines those up to the middle and the beginning of one; of a line the first half.
 fn half(whole: &[u8]) -> Vec<u8> {
     let half = &whole[..whole.len() / 2];
     match half.iter().rposition(|byte| *byte == b'\n') {

@@ -1,4 +1,4 @@
-//! What `flexid check` says of configurations and logs, and its exit status.
+//! The findings of `flexid check` on configurations and logs, and its exit status.
 
 use std::fs;
 use std::path::Path;
@@ -188,7 +188,7 @@ fn the_log_of_a_robot_of_more_joints_is_doubtful() {
     assert_eq!(doubtful, Vec::<String>::new());
 }
 
-/// As `model import` warns.
+/// It says what `model import` warns of.
 #[test]
 fn placeholders_for_masses_are_doubtful() {
     let folder = folder();
@@ -226,7 +226,7 @@ fn a_log_without_a_cut_is_wrong() {
     assert!(wrong.iter().any(|finding| finding.starts_with("no record")), "{wrong:?}");
 }
 
-/// What was read is reported all the same.
+/// The part that was read is reported all the same.
 #[test]
 fn a_log_that_is_cut_off_is_bad_input() {
     let folder = recorded();

@@ -29,10 +29,11 @@ fn the_file_has_deflections_offsets_and_what_is_left() {
     let predicted: Value = serde_json::from_str(&predicted).unwrap();
     for (axis, name) in ["dx", "dy", "dz"].iter().enumerate() {
         let own = &predicted[0]["deflection"]["translation"][axis];
-        assert!((at(1, name) - own["value"].as_f64().unwrap()).abs() < 1e-12, "{own}");
-        assert!(
-            (at(1, &format!("{name}_low")) - own["interval"][0].as_f64().unwrap()).abs() < 1e-12
-        );
+        let [low, high] = [0, 1].map(|end| own["interval"][end].as_f64().unwrap());
+        // Beyond what the interval justifies the file has no digits.
+        let justified = |wrong: f64| wrong.abs() < 0.005 * (high - low);
+        assert!(justified(at(1, name) - own["value"].as_f64().unwrap()), "{own}");
+        assert!(justified(at(1, &format!("{name}_low")) - low), "{own}");
         assert!(at(1, &format!("{name}_left")).abs() < 1e-12, "{csv}");
         assert_eq!(at(2, name), 0.0);
     }
@@ -46,7 +47,7 @@ fn the_file_has_deflections_offsets_and_what_is_left() {
 
     // What is left is as uncertain as the deflection.
     let width = |name: &str| at(1, &format!("{name}_high")) - at(1, &format!("{name}_low"));
-    assert!((width("dx_left") / width("dx") - 1.0).abs() < 1e-6 && width("dx") > 0.0);
+    assert!((width("dx_left") / width("dx") - 1.0).abs() < 0.01 && width("dx") > 0.0);
 
     fs::write(folder.join("huge.csv"), "q1,q2,q3,fx,fy,fz\n0,-0.45,0.95,0,2e5,0\n").unwrap();
     let output = flexid(folder, "compensate o.json huge.csv -o huge-out.csv");
@@ -60,7 +61,8 @@ fn the_file_has_deflections_offsets_and_what_is_left() {
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json[1]["line"], 5);
     assert_eq!(json[0]["offsets"][1]["determined"], true);
-    assert!((json[0]["offsets"][1]["value"].as_f64().unwrap() - at(1, "q2_offset")).abs() < 1e-12);
+    let off = json[0]["offsets"][1]["value"].as_f64().unwrap() - at(1, "q2_offset");
+    assert!(off.abs() < 0.005 * (at(1, "q2_offset_high") - at(1, "q2_offset_low")), "{off}");
 }
 
 #[test]

@@ -82,7 +82,7 @@ fn write(folder: &TempDir, lines: impl IntoIterator<Item = String>) {
     fs::write(folder.path().join("fault.log"), text).unwrap();
 }
 
-/// What `check` says of a log.
+/// The findings of `check` on a log.
 struct Checked {
     json: Value,
     /// The findings that are wrong or doubtful, each with its remedy.

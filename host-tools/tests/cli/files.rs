@@ -11,7 +11,7 @@ fn fault(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faults").join(name)
 }
 
-/// What a command must say, and whether it must succeed.
+/// Words that a command must print, and whether it must succeed.
 enum Outcome {
     /// It succeeds, and says no more than this on stderr in a line beginning with "warning", each a part of one line.
     Warns(&'static [&'static str]),

@@ -1,4 +1,4 @@
-//! What `flexid identify` says of its numbers.
+//! The words of `flexid identify` on its numbers.
 
 use std::fs;
 
@@ -31,6 +31,16 @@ fn the_result_says_how_far_to_trust_it() {
             }
         }
     }
+    // A truth that is not this robot's is missed, in the table and in the file.
+    edit(&folder.path().join("t.json"), "8600000.0", "8800000.0");
+    let said =
+        stdout(folder.path(), "identify --config edge.toml o.log --truth t.json --json m.json");
+    assert!(said.contains("\n missed: joint_2 ry stiffness 8.60 MNm/rad ("), "{said}");
+    assert!(said.contains("), truth 8.80 MNm/rad: +"), "{said}");
+    assert!(said.contains("\n missed: drive of joint_2 8.60 MNm/rad ("), "{said}");
+    let misses = json(folder.path(), "m.json")["truth"]["stiffness"]["misses"].clone();
+    let is_it = |own: &Value| own["name"] == "joint_2 ry stiffness" && own["truth"] == 8.8e6;
+    assert!(misses.as_array().unwrap().iter().any(is_it), "{misses}");
     // Of 36 intervals of 95 % fewer cover once in a thousand robots, if their errors are correlated as they are.
     assert!(covered >= 28, "{covered} of 36 intervals cover the truth");
     assert_eq!(confidence["correlations"]["unknowns"].as_array().unwrap().len(), 36);
@@ -160,7 +170,7 @@ fn a_log_without_a_record_is_refused_with_what_to_do() {
     }
 }
 
-/// What is left of the last line looks like a frame of another length, and is none.
+/// The rest of the last line looks like a frame of another length, and is none.
 #[test]
 fn of_a_log_that_is_cut_off_only_that_is_said() {
     let folder = folder();
@@ -177,7 +187,7 @@ fn of_a_log_that_is_cut_off_only_that_is_said() {
     assert_eq!(said.lines().count(), 1, "{said}");
 }
 
-/// What `check` doubts about the model stands on stderr, in the result and in its page.
+/// A doubt of `check` about the model stands on stderr, in the result and in its page.
 #[test]
 fn doubts_about_the_model_stay_with_the_result() {
     let folder = folder();
@@ -342,7 +352,7 @@ fn no_command_overwrites_what_it_reads() {
     assert!(message.contains("new: is another result"), "{message}");
 }
 
-/// What is there is used, and the user learns that it is not all.
+/// The part that is there is used, and the user learns that it is not all.
 #[test]
 fn a_log_that_is_cut_off_is_used_and_named() {
     let folder = folder();

@@ -44,30 +44,44 @@ fn published_robots_are_simulated_and_checked_at_once() {
         assert!(said.contains(&format!("{joints} joints and ")), "{said}");
         assert!(said.contains(says), "{said}");
         let config = format!("--config {joints}/edge.toml");
+        let plant = format!("--plant {joints}/plant.toml");
         let simulated =
-            flexid(folder, &format!("simulate {config} --experiments 3 --candump o.log"));
+            flexid(folder, &format!("simulate {config} {plant} --experiments 3 --candump o.log"));
         assert!(simulated.status.success(), "{arguments}: {}", stderr(&simulated));
         let checked = flexid(folder, &format!("check {config} o.log"));
         let checked_says = String::from_utf8(checked.stdout.clone()).unwrap();
         assert!(checked.status.success(), "{arguments}: {checked_says}{}", stderr(&checked));
+        assert!(checked_says.contains("3 records in 3 poses"), "{checked_says}");
+        // Nothing that `new` states itself is doubted.
+        assert!(!checked_says.contains("[accuracy]"), "{arguments}: {checked_says}");
         fs::remove_dir_all(folder.join(joints.to_string())).unwrap();
     }
 }
 
-/// The stiffnesses of all drives of a robot without masses in its file, from three cuts.
+/// The stiffnesses of all drives of a robot without masses in its file, from three cuts, and what follows from them: by the lines that
+/// `new` prints.
 #[test]
 fn the_drives_of_a_robot_without_masses_are_identified() {
     let folder = robots();
     let folder = folder.path();
-    for arguments in [
-        "new mills.urdf --tcp tip --mass 1358 --out r",
-        "simulate --config r/edge.toml --experiments 3 --candump o.log --truth-json t.json",
-        "identify --config r/edge.toml o.log --json f.json",
-    ] {
+    let output = flexid(folder, "new mills.urdf --tcp tip --mass 1358 --out r");
+    let warned = stderr(&output);
+    assert!(
+        warned.contains("link 'link_6' has no mass of its own, and gets none of --mass"),
+        "{warned}"
+    );
+    let said = String::from_utf8(output.stdout).unwrap();
+    let next = said.split("next: ").nth(1).unwrap().lines();
+    let next: Vec<&str> = next.map_while(|line| line.trim().strip_prefix("flexid ")).collect();
+    assert_eq!(next.len(), 8, "{said}");
+    for arguments in next {
         let output = flexid(folder, arguments);
         assert!(output.status.success(), "{arguments}: {}", stderr(&output));
     }
-    let (found, truth) = (json(folder, "f.json"), json(folder, "t.json"));
+    for file in ["report.html", "map.svg", "lobes.svg", "offsets.csv"] {
+        assert!(folder.join(file).exists(), "{file}");
+    }
+    let (found, truth) = (json(folder, "found.json"), json(folder, "truth.json"));
     assert_eq!(found["fit"]["acceptance"], "consistent");
     // Axes of the ABB: z, y, y, x, y, x.
     let drives = [5, 4, 4, 3, 4, 3];

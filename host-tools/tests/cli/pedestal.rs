@@ -14,7 +14,7 @@ stiffness = [1e9, 1e9, 1e9, 1e9, 1e9, 1e9]
 damping = [1e5, 1e5, 1e5, 1e5, 1e5, 1e5]
 ";
 
-/// The same ranges as of the joints, but stiffer.
+/// Bounds as of the joints, but stiffer.
 const BOUNDS: &str = "
 [bounds.joints.pedestal]
 stiffness_translation_n_per_m = [1.0e8, 1.0e10]
@@ -24,7 +24,7 @@ damping_rotation_nms_per_rad = [1.0e4, 1.0e6]
 
 [bus]";
 
-/// Of the parameters of the robot's three joints those that are identified, and those of them whose intervals do not hold the truth.
+/// Numbers of the identified parameters of the robot's three joints, and of those whose intervals do not hold the truth.
 fn identified_and_missed(found: &Value, truth: &Value) -> [usize; 2] {
     let joints = found["joints"].as_array().unwrap().iter();
     let intervals = found["confidence"]["joints"].as_array().unwrap();

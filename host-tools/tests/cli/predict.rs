@@ -1,4 +1,4 @@
-//! What `flexid predict` and `flexid export` make of a result.
+//! A result in `flexid predict` and `flexid export`.
 
 use std::fs;
 use std::path::Path;
@@ -186,7 +186,7 @@ fn an_export_says_what_it_cannot_carry() {
     assert!(file.contains(&says), "{says}: {file}");
 }
 
-/// What goes to a pipe or a device has a reader of its own.
+/// An output to a pipe or a device has a reader of its own.
 #[test]
 fn an_export_says_that_a_file_is_written() {
     let folder = found();

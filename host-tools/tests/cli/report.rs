@@ -57,7 +57,7 @@ fn a_page_is_made_of_the_result_alone() {
     );
 }
 
-/// What the page shows of the records is what a fit to the scenario's noise leaves.
+/// The page shows of the records what a fit to the scenario's noise leaves.
 #[test]
 fn the_result_carries_what_the_page_needs() {
     let folder = folder();

@@ -17,7 +17,7 @@ pub(crate) fn flexid(folder: &Path, arguments: &str) -> Output {
     Command::new(FLEXID).args(arguments.split_whitespace()).current_dir(folder).output().unwrap()
 }
 
-/// As in `flexid ... | true`.
+/// Runs a command as in `flexid ... | true`.
 pub(crate) fn unheard(folder: &Path, program: &str, arguments: &str) -> Output {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
@@ -30,13 +30,13 @@ pub(crate) fn unheard(folder: &Path, program: &str, arguments: &str) -> Output {
         .unwrap()
 }
 
-/// What stderr says, but for the progress, which is there where the machine is slow.
+/// The text on stderr, but for the progress, which is there where the machine is slow.
 pub(crate) fn stderr(output: &Output) -> String {
     let text = String::from_utf8(output.stderr.clone()).unwrap();
     text.split_inclusive('\n').filter(|line| !line.starts_with("progress: ")).collect()
 }
 
-/// What stderr says of a scenario beside the first line, that its accuracies are perfect.
+/// The text on stderr of a scenario beside the first line, that its accuracies are perfect.
 pub(crate) fn besides(output: &Output) -> String {
     let text = stderr(output);
     let perfect = "warning: [accuracy] takes as perfect what it does not state";
@@ -83,7 +83,7 @@ pub(crate) fn found() -> TempDir {
     folder
 }
 
-/// What a command prints that succeeds.
+/// The output of a command that succeeds.
 pub(crate) fn stdout(folder: &Path, arguments: &str) -> String {
     let output = flexid(folder, arguments);
     assert!(output.status.success(), "{arguments}: {}", stderr(&output));

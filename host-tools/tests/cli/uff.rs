@@ -14,7 +14,7 @@ const DIGITS: f64 = 1e-11;
 /// Largest deviation of a frequency, relative: rounding.
 const FREQUENCY_DIGITS: f64 = 1e-12;
 
-/// What a program that is not ours reads of the file equals what `predict --json` prints, in each direction at each frequency.
+/// A program that is not ours reads from the file what `predict --json` prints, in each direction at each frequency.
 #[test]
 fn pyuff_reads_the_receptance() {
     let folder = folder();

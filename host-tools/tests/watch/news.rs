@@ -1,4 +1,4 @@
-//! What the daemon publishes.
+//! The messages of the daemon.
 
 use flexid_wire::confidence::{Confidence, JointIntervals};
 use flexid_wire::finding::Finding;

@@ -1,4 +1,4 @@
-//! What stands in the terminal and in the lines of `--json`.
+//! The text in the terminal and the lines of `--json`.
 
 use std::thread;
 

@@ -1,4 +1,4 @@
-//! What stands in a terminal of 80 × 24, in which colours, at which cost, and what the keys do.
+//! The text in a terminal of 80 × 24, in which colours, at which cost, and what the keys do.
 
 use std::io::{Read as _, Write as _};
 use std::path::Path;
@@ -188,7 +188,7 @@ fn the_verdict_is_first_then_the_warnings_and_both_in_colour() {
     });
 }
 
-/// Of the newest record, along x; the space bar turns to y. Without colours the curves differ by their dots.
+/// Spectra of the newest record, along x; the space bar turns to y. Without colours the curves differ by their dots.
 #[test]
 fn the_spectra_are_drawn_anew_when_others_come() {
     with_server(|path, latest| {

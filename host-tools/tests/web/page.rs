@@ -1,4 +1,4 @@
-//! What a person sees in a browser.
+//! The page as a person sees it in a browser.
 
 use std::net::TcpListener;
 use std::path::Path;

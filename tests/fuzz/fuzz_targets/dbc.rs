@@ -59,7 +59,7 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-/// Whether it is the same signal's, and of the same instant.
+/// Returns whether it is the same signal's, and of the same instant.
 fn is_of(read: Reading, sent: Reading, mask: u64) -> bool {
     let same = |read: u32, sent: u32| u64::from(read) == u64::from(sent) & mask;
     match (read, sent) {

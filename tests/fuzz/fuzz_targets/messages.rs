@@ -39,7 +39,7 @@ fn any_split_is_equal<T: Serialize + DeserializeOwned>(stream: &[u8], piece: u8)
     assert_eq!(read::<T>(stream, usize::from(piece).max(1)), read::<T>(stream, FRAME_BUFFER));
 }
 
-/// What a decoder makes of `stream` in pieces of `piece` bytes: each message as its frame.
+/// The result of a decoder from `stream` in pieces of `piece` bytes: each message as its frame.
 fn read<T: Serialize + DeserializeOwned>(
     mut stream: &[u8],
     piece: usize,

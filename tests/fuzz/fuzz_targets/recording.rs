@@ -9,7 +9,7 @@ use flexid::recording::foreign::mend;
 use flexid::recording::packed::unpacked;
 use libfuzzer_sys::fuzz_target;
 
-/// What is unpacked of an input: a few bytes may stand for gigabytes.
+/// Bytes that are unpacked of an input: a few bytes may stand for gigabytes.
 const MOST: u64 = 1 << 20;
 
 fuzz_target!(|data: &[u8]| {

@@ -50,7 +50,7 @@ fuzz_target!(|input: Input<'_>| {
     assert_eq!(payload, before);
 });
 
-/// Where f64 resolves a step at all: half a step, or the nearest end of the range.
+/// Checks that a reading returns to half a step, or the nearest end of the range, where f64 resolves a step at all.
 fn returns_to_half_a_step(signal: &Signal, physical: f64, payload: &[u8]) {
     let ends = signal.raw_range();
     let [a, b] = [*ends.start(), *ends.end()].map(|raw| raw as f64 * signal.scale + signal.offset);

@@ -73,8 +73,7 @@ impl Plant {
         let mut explanations = Vec::new();
         for &kind in &selected {
             // No more are selected than there is room for.
-            let own = contradicted(&mut quadratic, kind, &selected, &squares, elsewhere);
-            let _ = explanations.push(own);
+            explanations.extend(contradicted(&mut quadratic, kind, &selected, &squares, elsewhere));
         }
         if explanations.is_empty() {
             explanations.extend(leading(&mut quadratic));
@@ -124,14 +123,14 @@ fn select(quadratic: &mut Quadratic<'_>) -> (Vec<usize, MAX_EXPLANATIONS>, Squar
     (selected, squares)
 }
 
-/// What a selected kind explains, and its rivals.
-fn contradicted(
+/// What a selected kind explains, and its rivals. `None` if no gain is a number, beside other kinds than those that it was selected beside.
+pub(super) fn contradicted(
     quadratic: &mut Quadratic<'_>,
     kind: usize,
     selected: &[usize],
     squares: &Squares,
     elsewhere: &mut dyn FnMut(&[f64]),
-) -> Explanation {
+) -> Option<Explanation> {
     let mut rest = *squares;
     rest[kind] = 1.0;
     let mut restated = |quadratic: &mut Quadratic<'_>, kind, least: f64| {
@@ -143,8 +142,7 @@ fn contradicted(
             (gain, libm::sqrt(square), quadratic.largest(kind, &values))
         })
     };
-    let own = restated(quadratic, kind, f64::NEG_INFINITY);
-    let (evidence, times, largest) = own.expect("a gain that is a number");
+    let (evidence, times, largest) = restated(quadratic, kind, f64::NEG_INFINITY)?;
     let mut rivals: Vec<(f64, FoundImperfection), KINDS> = Vec::new();
     for other in quadratic.kinds().filter(|other| !selected.contains(other)) {
         let rival = restated(quadratic, other, POSITIVE.max(evidence - VERY_STRONG));
@@ -152,7 +150,8 @@ fn contradicted(
         rivals.extend(rival.map(|(gain, _, largest)| (gain, largest)));
     }
     let share = quadratic.share(kind);
-    Explanation { largest, times, share, evidence, is_adopted: false, rivals: best_of(rivals) }
+    let rivals = best_of(rivals);
+    Some(Explanation { largest, times, share, evidence, is_adopted: false, rivals })
 }
 
 /// The kind that is the most likely cause of the misfit if nothing else is off, and what explains as much.

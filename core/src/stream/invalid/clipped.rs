@@ -25,7 +25,7 @@ pub(super) fn remove<const N: usize>(
     })
 }
 
-/// The same at one end of the range of one axis: the upper one if `sign` is 1, the lower one if it is −1.
+/// Makes those at one end of the range of one axis missing: the upper one if `sign` is 1, the lower one if it is −1.
 fn remove_end<const N: usize>(
     signals: &mut [Vec<f32, N>; 3],
     motions: &[Motion; 3],

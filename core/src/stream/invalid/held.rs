@@ -26,7 +26,7 @@ pub(super) fn remove<const N: usize>(
     core::array::from_fn(|axis| of_all + remove_of_one(signals, motions, rest, axis))
 }
 
-/// The same where only one axis holds.
+/// Makes the samples missing where only one axis holds.
 fn remove_of_one<const N: usize>(
     signals: &mut [Vec<f32, N>; 3],
     motions: &[Motion; 3],
@@ -76,7 +76,7 @@ fn remove_of_one<const N: usize>(
     }
 }
 
-/// The same where all axes hold at once.
+/// Makes the samples missing where all axes hold at once.
 fn remove_of_all<const N: usize>(
     signals: &mut [Vec<f32, N>; 3],
     motions: &[Motion; 3],
@@ -139,7 +139,7 @@ impl<E: Fn(usize) -> bool> Runs<E> {
         Self::from(0, equal, samples)
     }
 
-    /// The same from the sample `next` on.
+    /// Runs from the sample `next` on.
     fn from(next: usize, equal: E, samples: usize) -> Self {
         Self { next, equal, samples }
     }

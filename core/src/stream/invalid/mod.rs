@@ -23,9 +23,9 @@ const MANY: usize = 200;
 pub(super) struct Invalid {
     pub(super) clipped: [usize; 3],
     pub(super) held: [usize; 3],
-    /// Whether there are too many of them to be bridged, or too many in a row.
+    /// True if there are too many of them to be bridged, or too many in a row.
     pub(super) clipped_are_many: bool,
-    /// The same of those that are held.
+    /// True if there are too many held ones.
     pub(super) held_are_many: bool,
 }
 
@@ -37,7 +37,7 @@ impl Rest {
     /// Nothing is at rest.
     const NONE: Self = Self([[f32::NAN; 2]; 3]);
 
-    /// That of the start of a record, if no axis moves clearly there.
+    /// The range of the start of a record, if no axis moves clearly there.
     fn of<const N: usize>(signals: &[Vec<f32, N>; 3], motions: &[Motion; 3]) -> Option<Self> {
         let start = signals[0].len().min(BLOCK);
         let moves =
@@ -56,7 +56,7 @@ impl Rest {
     }
 }
 
-/// What earlier records have shown of the sensors.
+/// Findings of earlier records on the sensors.
 #[derive(Clone, Debug)]
 pub(super) struct Earlier {
     /// Smallest step of the signals of force and acceleration.
@@ -83,7 +83,7 @@ impl Earlier {
         self.rest.map_or(Invalid::default(), |rest| remove(signals, &motions, &rest))
     }
 
-    /// The same of the acceleration, which does not rest in a cut. An axis that moves in earlier records, and not in this one, is stuck
+    /// Makes those of the acceleration missing, which does not rest in a cut. An axis that moves in earlier records, and not in this one, is stuck
     /// if the others move as they did.
     pub(super) fn remove_of_acceleration<const N: usize>(
         &mut self,
@@ -118,7 +118,7 @@ fn remove<const N: usize>(
     invalid
 }
 
-/// Whether the samples that were made missing are too many to be bridged.
+/// Returns whether the samples that were made missing are too many to be bridged.
 fn are_many<const N: usize>(
     signals: &[Vec<f32, N>; 3],
     counts: &[usize; 3],
@@ -140,7 +140,7 @@ fn longest_gap(signal: &[f32]) -> usize {
     longest
 }
 
-/// Whether another axis of the sensor moves clearly from the sample before to this one.
+/// Returns whether another axis of the sensor moves clearly from the sample before to this one.
 fn other_moves<const N: usize>(
     signals: &[Vec<f32, N>; 3],
     motions: &[Motion; 3],
@@ -151,7 +151,7 @@ fn other_moves<const N: usize>(
     others.any(|other| motions[other].is_clear(&signals[other], sample))
 }
 
-/// Whether so many hits `of` all cases are more than chance explains that makes a `share` of hits, by Chernoff's bound on the tail of the
+/// Returns whether so many hits `of` all cases are more than chance explains that makes a `share` of hits, by Chernoff's bound on the tail of the
 /// binomial distribution (Hoeffding, Journal of the American Statistical Association 58, 1963, theorem 1):
 ///
 /// ```text

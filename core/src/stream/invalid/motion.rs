@@ -44,12 +44,12 @@ impl Motion {
         Self { step: if least.is_finite() { least.max(step) } else { step }, usual }
     }
 
-    /// Whether the axis moves by so much that two samples in a row are rarely equal.
+    /// Returns whether the axis moves by so much that two samples in a row are rarely equal.
     pub(super) fn moves(&self) -> bool {
         self.usual >= MOVES * self.step
     }
 
-    /// Whether the axis moves at least half as far as another one does.
+    /// Returns whether the axis moves at least half as far as another one does.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         2.0 * self.usual >= other.usual
     }
@@ -59,18 +59,18 @@ impl Motion {
         SMALL * self.step
     }
 
-    /// Whether a difference is small; one to a missing sample is not.
+    /// Returns whether a difference is small; one to a missing sample is not.
     pub(super) fn is_small(&self, difference: f32) -> bool {
         difference.abs() <= self.small()
     }
 
-    /// Whether the axis moves clearly from the sample before to this one.
+    /// Returns whether the axis moves clearly from the sample before to this one.
     pub(super) fn is_clear(&self, signal: &[f32], sample: usize) -> bool {
         let difference = (signal[sample] - signal[sample - 1]).abs();
         difference > (CLEARLY * self.usual).max(self.small())
     }
 
-    /// Whether the axis moves by more than small differences just before the samples from `first` on, and just after those before `end`. A
+    /// Returns whether the axis moves by more than small differences just before the samples from `first` on, and just after those before `end`. A
     /// missing sample counts as motion: it may be a held one that was removed just before.
     pub(super) fn moves_beside(&self, signal: &[f32], first: usize, end: usize) -> bool {
         let moves = |part: &[f32]| {

@@ -60,7 +60,7 @@ pub(super) struct Peak {
 }
 
 impl Peak {
-    /// Whether another stretch has the line with the same power.
+    /// Returns whether another stretch has the line with the same power.
     pub(super) fn recurs(&self, own: &Windowed, other: &Windowed) -> bool {
         let [[before], [after]] = [own, other].map(|signal| signal.powers([self.frequency]));
         (STEADY..1.0 / STEADY).contains(&(after / before))
@@ -177,7 +177,7 @@ fn beside(periodogram: &Periodogram, taken: &[bool; MAX_ORDINATES], ordinate: us
     below.max(above) / periodogram.median()
 }
 
-/// Whether an oscillation keeps its power through a stretch, which no freely ringing mode of a robot does. `None` if the stretch is
+/// Returns whether an oscillation keeps its power through a stretch, which no freely ringing mode of a robot does. `None` if the stretch is
 /// too short to decide.
 pub(super) fn is_steady(signal: &[f32], peak: &Peak) -> Option<bool> {
     let (first, second) = signal.split_at(signal.len() / 2);

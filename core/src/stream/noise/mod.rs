@@ -55,11 +55,11 @@ pub(super) struct Noise {
     pub(super) force: [AxisNoise; 3],
     /// Noise of the acceleration, powers in (m/s²)².
     pub(super) acceleration: [AxisNoise; 3],
-    /// Whether the robot rests when the record starts.
+    /// True if the robot rests when the record starts.
     pub(super) starts_at_rest: bool,
-    /// Whether the record has a quiet stretch; else the noise is the white part of its quietest block.
+    /// True if the record has a quiet stretch; else the noise is the white part of its quietest block.
     pub(super) quiet: bool,
-    /// Whether the spectrum of the acceleration's noise was read while the robot rested.
+    /// True if the spectrum of the acceleration's noise was read while the robot rested.
     pub(super) at_rest: bool,
 }
 

@@ -30,7 +30,7 @@ const MAX_BLOCKS: usize = 32_768 / BLOCK;
 
 /// The blocks of a record.
 pub(super) struct Blocks {
-    /// Whether a block is quiet.
+    /// True if a block is quiet.
     quiet: Vec<bool, MAX_BLOCKS>,
     /// The block whose force has the smallest white part.
     whitest: usize,
@@ -40,7 +40,7 @@ pub(super) struct Blocks {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct QuietRun {
     pub(super) samples: Range<usize>,
-    /// Whether something is cut after it.
+    /// True if something is cut after it.
     pub(super) precedes_cut: bool,
 }
 
@@ -134,14 +134,14 @@ pub(in crate::stream) fn variance(signal: &[f32]) -> f32 {
     signal.iter().map(|value| (value - mean) * (value - mean)).sum::<f32>() / (count - 1.0)
 }
 
-/// Whether a sensor gives the same reading throughout half of a block, as it does before it has started.
+/// Returns whether a sensor gives the same reading throughout half of a block, as it does before it has started.
 pub(in crate::stream) fn is_dead(signals: [&[f32]; 3]) -> bool {
     let constant = |part: &[f32]| part.iter().all(|value| *value == part[0]);
     signals.iter().all(|signal| constant(&signal[..signal.len() / 2]))
         || signals.iter().all(|signal| constant(&signal[signal.len() / 2..]))
 }
 
-/// Whether a block repeats itself at longer lags, as milling does and noise does not: Box and Pierce's statistic (1970).
+/// Returns whether a block repeats itself at longer lags, as milling does and noise does not: Box and Pierce's statistic (1970).
 pub(in crate::stream) fn repeats(signals: [&[f32]; 3]) -> bool {
     let statistic = |signal: &[f32]| -> f32 {
         let count = signal.len() as f32;

@@ -46,12 +46,12 @@ pub enum Warning {
     OnStatedBounds {
         /// The parameters.
         parameters: OnBounds,
-        /// What to do.
+        /// The mend.
         advice: BoundsAdvice,
     },
     /// The residuals are not those of noise.
     Objection(Objection),
-    /// What `[parameters]` fixes or ties may be wrong.
+    /// A parameter that `[parameters]` fixes or ties may be wrong.
     ImposedParameters,
     /// The static tests contradict the fit.
     StaticTestsOff {
@@ -201,7 +201,7 @@ pub enum UnsureCause {
     FewPoses {
         /// Number of combinations.
         directions: u8,
-        /// Whether there may be more of them.
+        /// True if there may be more of them.
         or_more: bool,
     },
     /// The records hardly stand clear of the noise.
@@ -239,7 +239,7 @@ pub enum End {
     Upper,
 }
 
-/// What to do if parameters lie on an end of `[bounds]`.
+/// The mend if parameters lie on an end of `[bounds]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[serde(rename_all = "snake_case")]
 pub enum BoundsAdvice {

@@ -1,4 +1,4 @@
-//! Where in the band the force of a record stands clear of its noise.
+//! The parts of the band in which the force of a record stands clear of its noise.
 //!
 //! A bin is clear if the power of the force, all axes together, is more than ten times that of its noise: the measure by which a
 //! record as a whole is of use ([`LEAST_FORCE`]). Noise alone has χ² of six degrees of freedom in a bin, and exceeds that once in

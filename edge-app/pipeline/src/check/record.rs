@@ -42,7 +42,7 @@ pub struct Examined {
     pub quiet_s: f64,
     /// True if the robot rests when the record starts.
     pub starts_at_rest: bool,
-    /// Where the force stands clear of its noise, or the fault for which a fit refuses the record.
+    /// The parts of the band in which the force stands clear of its noise, or the fault for which a fit refuses the record.
     pub excitation: Result<Excitation, RecordFault>,
 }
 

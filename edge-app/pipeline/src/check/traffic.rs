@@ -15,7 +15,7 @@ use crate::source::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 /// Time without any frame, or without one of force or acceleration, that does not count for the rate, s. The stream takes a longer one for
 /// a silence, too ([`flexid_core::stream::Stream::push`]).
 const SILENCE_S: f64 = 0.5;
-/// The same for frames of any other identifier, s. The stream takes joint angles in a slower cycle for angles sent on change (`CYCLE_S` in
+/// Such a time for frames of any other identifier, s. The stream takes joint angles in a slower cycle for angles sent on change (`CYCLE_S` in
 /// `core/src/stream/pose.rs`).
 const CYCLE_S: f64 = 2.0;
 /// Most identifiers without a signal that are told apart.

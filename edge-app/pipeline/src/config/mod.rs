@@ -95,7 +95,7 @@ impl Config {
         Self::parse(file, &input::read_regular(file)?)
     }
 
-    /// The same as [`Config::load`], to fit the static tests that the file names. If it names some, it may leave out `[bus]`, `[signals]` and
+    /// [`Config::load`], to fit the static tests that the file names. If it names some, it may leave out `[bus]`, `[signals]` and
     /// `[measurement]`: then the config has no signals, and no record can be taken with it.
     ///
     /// # Errors
@@ -117,7 +117,7 @@ impl Config {
         Self::read(file, text, false)
     }
 
-    /// The same as [`Config::parse`]. `statics_suffice` says whether static tests may stand without the sections that describe records.
+    /// [`Config::parse`] with a choice: `statics_suffice` says whether static tests may stand without the sections that describe records.
     fn read(file: &Path, text: &str, statics_suffice: bool) -> Result<Self, BadInput> {
         let raw: sections::File = input::parse_toml(file, text)?;
         let base = file.parent().unwrap_or(Path::new(""));

@@ -78,7 +78,7 @@ impl Recording {
         }))
     }
 
-    /// Of a file of static tests alone: no record comes, and no number here has an effect.
+    /// The values of a file of static tests alone: no record comes, and no number here has an effect.
     pub(super) fn none() -> Self {
         Self {
             interface: String::new(),

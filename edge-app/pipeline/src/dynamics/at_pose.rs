@@ -86,7 +86,7 @@ impl<'a> Dynamics<'a> {
         &self.matrices
     }
 
-    /// Where static stiffnesses are read: at the lower edge of the band, the lowest frequency that the records show.
+    /// The place at which static stiffnesses are read: the lower edge of the band, the lowest frequency that the records show.
     pub(crate) fn at_rest(&self) -> Place {
         let [lower, _] = self.robot.band_hz();
         Place::Static(TAU * lower)

@@ -98,7 +98,7 @@ pub(crate) fn part(
     Matrix6::from_fn(|i, j| unit(i, j) + of(i, j) * z[j]).try_inverse()
 }
 
-/// Where impedances are read, rad/s.
+/// Frequencies at which impedances are read, rad/s.
 fn frequency(place: Place) -> receptance::Complex<f64> {
     match place {
         Place::At(s) => receptance::Complex { re: s.re, im: s.im },

@@ -50,7 +50,7 @@ impl Estimate {
         Self { value, std, interval, determined: false }.beside(value.abs())
     }
 
-    /// The same number beside others of this `size`, where that is not its own: the length of the vector that it is a component of, say.
+    /// The number beside others of this `size`, where that is not its own: the length of the vector that it is a component of, say.
     pub fn beside(self, size: f64) -> Self {
         Self { determined: self.std <= USELESS * size, ..self }
     }

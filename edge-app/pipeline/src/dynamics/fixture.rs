@@ -35,7 +35,7 @@ pub(super) fn found(hysteresis: f64, servo: f64, ground: f64) -> FoundRobot {
     }
 }
 
-/// The same, where `coordinate` has this variance.
+/// The robot, where `coordinate` has this variance.
 pub(super) fn uncertain(mut found: FoundRobot, coordinate: usize, variance: f64) -> FoundRobot {
     found.covariance[coordinate * (coordinate + 3) / 2] = variance;
     found

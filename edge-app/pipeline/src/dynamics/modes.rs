@@ -28,7 +28,7 @@ const BEYOND: f64 = 1.2;
 const CONVERGED: f64 = 1e-12;
 /// Distance of two λ, relative, that are the same mode.
 const SAME: f64 = 1e-6;
-/// The same of Newton's method for the determinant, whose result the inverse iteration refines. Chosen: below [`SAME`].
+/// Such a change of Newton's method for the determinant, whose result the inverse iteration refines. Chosen: below [`SAME`].
 const BESIDE: f64 = 1e-8;
 /// Part of |λ| by which a derivative along the imaginary axis differs.
 const STEP: f64 = 1e-5;

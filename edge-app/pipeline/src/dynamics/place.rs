@@ -1,8 +1,8 @@
-//! Where a dynamic stiffness is evaluated.
+//! The frequency at which a dynamic stiffness is evaluated.
 
 use nalgebra::Complex;
 
-/// Where a dynamic stiffness is evaluated.
+/// The frequency at which a dynamic stiffness is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
     /// At this complex frequency, rad/s.

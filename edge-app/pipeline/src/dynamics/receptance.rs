@@ -112,7 +112,7 @@ impl Grid {
     }
 }
 
-/// The same as [`grid`], with lower edge and step rounded to six digits.
+/// The [`grid`] with lower edge and step rounded to six digits.
 fn even([lower, upper]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
     let rounded = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
     let first = rounded(lower);

@@ -1,4 +1,4 @@
-//! Where the search for the modes begins: the modes of a robot whose springs and dampers do not depend on the frequency.
+//! The starts of the search for the modes: the modes of a robot whose springs and dampers do not depend on the frequency.
 
 use std::f64::consts::TAU;
 

@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(parse(&format!("{{\"status\": 1}}\n{text}\n")), parse(text));
     }
 
-    /// Of a file that is read, and of one that is skipped.
+    /// Reads a file, and skips one.
     #[test]
     fn every_part_of_a_file_is_cut_off() {
         let whole = r#"{"fits": [-1.5e-3, 0.25, 1E+2, true, false, null, "a\u00e9\n", {}, []]}"#;

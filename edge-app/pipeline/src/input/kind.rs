@@ -1,4 +1,4 @@
-//! What the content of a file shows it to be, where another file is wanted.
+//! The kind of a file by its content, where another file is wanted.
 
 use quick_xml::Reader;
 use quick_xml::events::Event;
@@ -89,7 +89,7 @@ fn is_text(bytes: &[u8]) -> bool {
     !bytes.iter().any(is_control) && str::from_utf8(bytes).is_ok()
 }
 
-/// What a file in XML is by the name of its root.
+/// Kinds of files in XML by the name of the root.
 const IN_XML: [(&str, &str); 9] = [
     ("robot", "a URDF (`flexid model import` makes a model file of it)"),
     ("mujoco", "a MuJoCo model (MJCF)"),
@@ -109,7 +109,7 @@ const IN_XML: [(&str, &str); 9] = [
 ];
 const SYMBOLS: &str = "a symbol file of PEAK (`pip install 'canmatrix[sym]'; canconvert IN.sym OUT.dbc` makes a DBC file of it)";
 
-/// What a file in TOML seems to be: the head of a table that is in no other one of flexid, and the name of the file.
+/// Kinds of files in TOML by the head of a table that is in no other one of flexid.
 const IN_TOML: [(&str, &str); 12] = [
     ("[[joint]]", "the model of a robot"),
     ("[[truth]]", "a scenario"),
@@ -125,7 +125,7 @@ const IN_TOML: [(&str, &str); 12] = [
     ("[joints]", PLANT),
 ];
 const PLANT: &str = "a plant file";
-/// The same of JSON: a key.
+/// Kinds of files in JSON by a key.
 const IN_JSON: [(&str, &str); 2] = [
     ("\"search_evaluations\"", "a result of `flexid identify --json`"),
     ("\"truth\"", "a file of `flexid simulate --truth-json`"),
@@ -199,19 +199,19 @@ fn in_xml(text: &str) -> &'static str {
     own.map_or("an XML file", |(_, name)| name)
 }
 
-/// Whether this is a line of `candump -L`: `(1767000000.000060) can0 101#00`.
+/// Returns whether this is a line of `candump -L`: `(1767000000.000060) can0 101#00`.
 fn is_candump(line: &str) -> bool {
     let time = line.strip_prefix('(').and_then(|rest| rest.split_once(')'));
     time.is_some_and(|(time, frame)| time.parse::<f64>().is_ok() && frame.contains('#'))
 }
 
-/// Whether this is the head of a section in TOML: `[bus]`, `[[test]]`.
+/// Returns whether this is the head of a section in TOML: `[bus]`, `[[test]]`.
 fn is_section(line: &str) -> bool {
     let name = line.trim_matches(['[', ']']);
     line.starts_with('[') && line.ends_with(']') && name.starts_with(char::is_alphabetic)
 }
 
-/// Whether this is a key with its value in TOML: `rate_hz = 2000.0`.
+/// Returns whether this is a key with its value in TOML: `rate_hz = 2000.0`.
 fn is_assignment(line: &str) -> bool {
     let is_of_name = |own: char| own.is_alphanumeric() || "_-.\"".contains(own);
     line.split_once('=').is_some_and(|(key, _)| {

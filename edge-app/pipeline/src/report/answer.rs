@@ -13,7 +13,7 @@ use crate::dynamics::statics::PrincipalCompliance;
 use crate::dynamics::{Dynamics, PositiveEstimate, Robot};
 use crate::robot::FoundRobot;
 
-/// Where an answer holds.
+/// The place at which an answer holds.
 pub(crate) struct Place<'a> {
     /// Joint angles, rad (m).
     pub(crate) pose: &'a [f64],

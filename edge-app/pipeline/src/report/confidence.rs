@@ -27,7 +27,7 @@ const WITHIN: f64 = 1.959_964;
 pub(crate) struct Details<'a> {
     /// The estimate, if it is one that holds whatever the imperfections are.
     pub(crate) of_plant: Option<&'a PlantEstimate>,
-    /// Where its residuals are larger than elsewhere.
+    /// Places where its residuals are larger than elsewhere.
     pub(crate) left_over: &'a [LeftOver],
     /// Poses of the experiments that it rests on.
     pub(crate) poses: &'a [Pose],

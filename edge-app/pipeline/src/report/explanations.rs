@@ -1,4 +1,4 @@
-//! What explains the misfit, in the units of `[accuracy]`.
+//! Explanations of the misfit, in the units of `[accuracy]`.
 
 use std::f64::consts::TAU;
 
@@ -32,7 +32,7 @@ pub(crate) fn contradicted(of_plant: Option<&PlantEstimate>, model: &Model) -> O
     Some(Warning::Contradicted { deviation, times, rivals: rivals.len() as u8 })
 }
 
-/// What explains the misfit, if the fit is near enough to the records for its linearisation to say so. Where it is not settled, this may be that
+/// Explanations of the misfit, if the fit is near enough to the records for its linearisation to say so. Where it is not settled, this may be that
 /// of a wrong minimum.
 pub(super) fn explanations(
     of_plant: Option<&PlantEstimate>,

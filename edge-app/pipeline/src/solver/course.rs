@@ -5,7 +5,7 @@ use flexid_core::identify::{Phase, Progress};
 /// Most points that are kept. Chosen: more than a chart shows; a daemon runs for years.
 const MOST: usize = 2048;
 
-/// Where a refinement stood after a step.
+/// The point at which a refinement stood after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoursePoint {
     /// Number of steps of all searches and refinements before.

@@ -28,7 +28,7 @@ pub struct FittedRecord {
     pub pose: Vec<f64>,
     /// Number of tones that have been subtracted from the acceleration.
     pub tones: usize,
-    /// Where in the band the force stands clear of its noise.
+    /// The parts of the band in which the force stands clear of its noise.
     pub excitation: Excitation,
     /// Bins of the band, in ascending order, 1/T apart.
     pub bins: Vec<FittedBin>,

@@ -76,13 +76,13 @@ pub struct Solver {
     /// Imperfections that the configuration allows, and the fit to them.
     /// `None` for a perfect plant.
     plant: Option<Box<Plant>>,
-    /// Whether axes of the signals are wrong. The search then fits no imperfections, since they explain such records in no minimum.
+    /// True if axes of the signals are wrong. The search then fits no imperfections, since they explain such records in no minimum.
     has_wrong_axes: bool,
     /// Estimate that holds whatever these imperfections are. `None` until it is made of the settled estimate.
     of_plant: Option<Box<PlantEstimate>>,
-    /// Where the residuals of the settled estimate are larger than elsewhere.
+    /// Places where the residuals of the settled estimate are larger than elsewhere.
     left_over: Vec<LeftOver>,
-    /// Whether that, and the noise in the residuals of the settled estimate, have been considered.
+    /// True if that, and the noise in the residuals of the settled estimate, have been considered.
     is_considered: bool,
     /// Robot at the upper ends of the bounds. A record is refused if this robot has no equilibrium at its pose.
     stiffest: Bushings,
@@ -90,7 +90,7 @@ pub struct Solver {
     state: State,
     /// Records that have become experiments since then.
     unsettled: Vec<Arc<Record>>,
-    /// Whether the identifier must be renewed for the newest of these records.
+    /// True if the identifier must be renewed for the newest of these records.
     changed: bool,
     /// Instant at which the work must end. `None` until the end is requested.
     deadline: Option<Instant>,
@@ -130,7 +130,7 @@ impl Solver {
         Ok(solver)
     }
 
-    /// As [`Solver::new`], of static tests alone: what they do not determine is taken as typical.
+    /// [`Solver::new`] for static tests alone: a parameter that they do not determine is taken as typical.
     ///
     /// # Errors
     /// A checked config gives no error.
@@ -521,7 +521,7 @@ impl Solver {
     }
 }
 
-/// Whether the work may go on. Once `stop` requests the end, it may for the grace of `stop`.
+/// Returns whether the work may go on. Once `stop` requests the end, it may for the grace of `stop`.
 fn is_in_time(stop: &Stop, deadline: &mut Option<Instant>) -> bool {
     let now = Instant::now();
     !stop.requested() || now < *deadline.get_or_insert(now + stop.grace())

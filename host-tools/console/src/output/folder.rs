@@ -28,7 +28,7 @@ pub fn folder(folder: &Path) -> Result<(), BadInput> {
 #[derive(Debug)]
 pub struct NewFolder {
     folder: PathBuf,
-    /// Where the files are written first. It lies in the folder itself, which may be a link, or the one in which the user stands.
+    /// The folder in which the files are written first. It lies in the folder itself, which may be a link, or the one in which the user stands.
     fresh: TempDir,
 }
 

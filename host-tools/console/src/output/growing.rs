@@ -14,7 +14,7 @@ use super::{Output, Target, folder_of, replace, unwritable};
 #[derive(Debug)]
 pub struct Growing {
     file: PathBuf,
-    /// What has been written. It is the pipe or the device itself.
+    /// The bytes that have been written. It is the pipe or the device itself.
     written: File,
     /// The regular file, if it is one.
     replaced: Option<(PathBuf, Permissions)>,

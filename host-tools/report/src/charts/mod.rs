@@ -35,9 +35,9 @@ pub(crate) type Drawn<T = ()> = Result<T, Box<dyn Error>>;
 pub(crate) enum Colour {
     /// The model, what is weak, and what is above zero.
     Orange,
-    /// What was measured.
+    /// Measured values.
     Blue,
-    /// What is identified.
+    /// Identified values.
     Green,
     /// Residuals.
     Red,
@@ -73,7 +73,7 @@ pub(crate) fn svg(height: u32, label: &str, draw: impl FnOnce(&Canvas<'_>) -> Dr
     svg_of((WIDTH, height), label, draw)
 }
 
-/// The same of this width and height, pixels.
+/// Inline SVG of this width and height, pixels.
 fn svg_of(size: (u32, u32), label: &str, draw: impl FnOnce(&Canvas<'_>) -> Drawn) -> Markup {
     let mut text = String::new();
     let drawn = {

@@ -18,7 +18,7 @@ const RIGHT: u32 = 48;
 /// Room for the description of an axis, pixels.
 const DESCRIPTION: u32 = 44;
 
-/// What a panel shows.
+/// The content of a panel.
 #[derive(Clone, Debug)]
 pub(crate) struct Panel {
     pub(crate) x: Scale,

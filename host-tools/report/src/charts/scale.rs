@@ -68,7 +68,7 @@ impl Scale {
         Self::logarithmic([10_f64.powf(low), 10_f64.powf(high)])
     }
 
-    /// Where a value is drawn. `None` of one that lies outside, or has no place, as 0 on a logarithmic axis.
+    /// The place at which a value is drawn. `None` of one that lies outside, or has no place, as 0 on a logarithmic axis.
     pub fn place(&self, value: f64) -> Option<f64> {
         let own = if self.is_logarithmic { value.log10() } else { value };
         let [low, high] = self.ends;
@@ -76,7 +76,7 @@ impl Scale {
         (low - room..=high + room).contains(&own).then(|| own.clamp(low, high))
     }
 
-    /// Where the end of an area or a whisker is drawn: on the end of the axis if it lies outside. `None` of what is no number.
+    /// The place at which the end of an area or a whisker is drawn: on the end of the axis if it lies outside. `None` of what is no number.
     pub(crate) fn end_place(&self, value: f64) -> Option<f64> {
         let own = if self.is_logarithmic { value.max(0.0).log10() } else { value };
         let [low, high] = self.ends;

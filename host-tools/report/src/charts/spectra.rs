@@ -158,7 +158,7 @@ mod tests {
         [attribute(dots[1], "cy").parse().unwrap(), line("#D57C00"), line("#7F7F7F")]
     }
 
-    /// Where measured and modelled are equal, the dots lie on the line; a factor of ten is as high as a decade of the axis.
+    /// Dots of equal spectra lie on the line; a factor of ten is as high as a decade of the axis.
     #[test]
     fn the_heights_are_logarithms() {
         let [measured, modelled, noise] = heights(&spectra(1.0));

@@ -39,7 +39,7 @@ use super::{rounded, thinned};
 const MOST_ERROR: f64 = 1.0 / 3.0;
 /// Forces.
 const INPUTS: f64 = 3.0;
-/// What rounding may make of a spectrum that is zero, in parts of the forces' own: it keeps S_ff invertible.
+/// Size to which rounding may raise a spectrum that is zero, in parts of the forces' own: it keeps S_ff invertible.
 const ROUNDING: f64 = 1e-9;
 /// Fewest segments. Chosen: without any relation, the coherence of three forces reads 3 of the number of segments, here a fifth.
 const FEWEST_SEGMENTS: usize = 15;
@@ -77,7 +77,7 @@ pub struct MeasuredPoint {
     pub direction: [[f64; 2]; 3],
     /// Displacement per force along this direction, m/N, from the measured acceleration.
     pub measured_along: [[f64; 2]; 3],
-    /// The same from the acceleration that the fit gives for the same records.
+    /// Displacement per force along this direction from the acceleration that the fit gives for the same records.
     pub modelled_along: [[f64; 2]; 3],
     /// Multiple coherence of each axis of the measured acceleration, 0 to 1.
     pub coherence: [f64; 3],
@@ -110,7 +110,7 @@ pub struct Estimated {
 }
 
 impl MeasuredReceptance {
-    /// Of the records of one pose, those that are as long as the first. `None` if their band is too narrow for an estimate.
+    /// The receptance from the records of one pose, those that are as long as the first. `None` if their band is too narrow for an estimate.
     pub(super) fn of(records: &[&FittedRecord]) -> Option<Self> {
         let spacing = |record: &FittedRecord| record.rate_hz / record.samples as f64;
         let first = *records.first()?;
@@ -341,7 +341,7 @@ mod tests {
         (0..4096).map(|_| next()).collect()
     }
 
-    /// Of two forces that are the same, or not there, the readings tell nothing; of the third they tell all.
+    /// The readings tell nothing of two forces that are equal, or not there, and all of the third.
     #[test]
     fn forces_that_go_together_are_uncertain() {
         let (x, z) = (noise(1), noise(2));

@@ -26,7 +26,7 @@ pub struct Evidence {
     pub records: Vec<RecordEvidence>,
     /// Receptance of each pose, from the records alone.
     pub measured_receptance: Vec<MeasuredReceptance>,
-    /// Where the refinements stood in the course of the work.
+    /// Points at which the refinements stood in the course of the work.
     pub course: Vec<Step>,
     /// Counts of what has come in.
     pub data_quality: DataQuality,

@@ -1,4 +1,4 @@
-//! Where a result comes from: program, files with their hashes, command, date.
+//! The origin of a result: program, files with their hashes, command, date.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -11,7 +11,7 @@ use time::UtcDateTime;
 /// Earliest time that is taken for a date and not for seconds since a start: the year 2000, s since 1970.
 const DATES_BEGIN: f64 = 946_684_800.0;
 
-/// Where a result comes from. It depends on the files and the command alone: the same run gives the same again.
+/// The origin of a result. It depends on the files and the command alone: the same run gives the same again.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     /// Version of flexid.

@@ -37,7 +37,7 @@ pub struct DataQuality {
     pub held: [u64; 6],
     /// Records that were cut.
     pub records: u64,
-    /// Of these refused: spikes, clipped samples, held samples, too fast.
+    /// Number of these refused: spikes, clipped samples, held samples, too fast.
     pub refused: [u64; 4],
     /// Samples that are in no record.
     pub samples_discarded: u64,

@@ -22,9 +22,9 @@ pub struct RecordEvidence {
     pub seconds: f64,
     /// Sampling rate, Hz.
     pub rate_hz: f64,
-    /// Whether the measured rate contradicts the configured one.
+    /// True if the measured rate contradicts the configured one.
     pub has_doubtful_rate: bool,
-    /// Whether the robot rests when the record starts.
+    /// True if the robot rests when the record starts.
     pub starts_at_rest: bool,
     /// Joint angles, rad (m).
     pub pose: Vec<f64>,
@@ -64,7 +64,7 @@ pub struct RecordSpectra {
     pub modelled: [Vec<f64>; 3],
     /// Measured less modelled acceleration, (m/s²)/√Hz.
     pub residual: [Vec<f64>; 3],
-    /// What the noise of both sensors leaves, (m/s²)/√Hz.
+    /// Acceleration that the noise of both sensors leaves, (m/s²)/√Hz.
     pub noise: [Vec<f64>; 3],
 }
 

@@ -8,7 +8,7 @@ use super::missing;
 use crate::document::Document;
 use crate::imperfection;
 
-/// What stands in place of a number that says nothing.
+/// Words that stand in place of a number that says nothing.
 const OPEN: &str = "not determined";
 
 pub(super) fn section(document: &Document) -> Markup {
@@ -43,7 +43,7 @@ fn numbers(own: &Answer) -> Markup {
                 Some(record) => { "of record " (record) ", the newest" },
                 None => { "of the last static test" },
             }
-            ", " (pose(&own.pose)) " rad (m). Directions are along the axes of the tool centre point, intervals hold with 95\u{a0}%."
+            ", " (pose(&own.pose)) " rad (m). The tool's stiffness is static. Directions are along the axes of the tool centre point, intervals hold with 95\u{a0}%."
         }
     }
 }

@@ -1,34 +1,20 @@
 //! Numbers as people read them.
 
-use flexid_wire::words::{Percent, Within};
+use flexid_wire::words::{InUnit, Percent, ThreeDigits, Within};
 use maud::{Markup, html};
 
-use crate::charts::scale::superscript;
-
-/// A number to three digits: plain from 0.01 to 999, with a power of ten beyond.
+/// A number of which three digits count.
 pub(super) fn number(value: f64) -> String {
-    digits(value, 3)
+    match value {
+        0.0 => "0".to_owned(),
+        _ if value.is_finite() => minus(&ThreeDigits(value).to_string()),
+        _ => "–".to_owned(),
+    }
 }
 
-/// A number to so many digits.
-pub(super) fn digits(value: f64, digits: usize) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
-    }
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    // As it is rounded: 9.996 has the exponent of 10.0.
-    let text = format!("{value:.*e}", digits.max(1) - 1);
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let plain = if (-2..3).contains(&exponent) {
-        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
-        format!("{value:.decimals$}")
-    } else {
-        format!("{mantissa}·10{}", superscript(exponent))
-    };
-    minus(&plain)
+/// A number of which three digits count, with its unit.
+pub(super) fn in_unit(value: f64, unit: &str) -> String {
+    if value.is_finite() { minus(&InUnit { value, unit }.to_string()) } else { "–".to_owned() }
 }
 
 /// A part as per cent.
@@ -86,15 +72,15 @@ mod tests {
         let cases = [
             (0.0, "0"),
             (9.996, "10.0"),
-            (1234.6, "1.23·10³"),
-            (0.012_34, "0.0123"),
-            (6.024e7, "6.02·10⁷"),
-            (-2.5e-9, "−2.50·10⁻⁹"),
+            (1234.6, "1235"),
+            (-0.012_34, "−0.0123"),
             (f64::NAN, "–"),
         ];
         for (value, expected) in cases {
             assert_eq!(number(value), expected);
         }
+        assert_eq!(in_unit(6.024e7, "N/m"), "60.2 MN/m");
+        assert_eq!(in_unit(f64::NAN, "N/m"), "–");
         assert_eq!(percent(0.0012), "0.1\u{a0}%");
         assert_eq!(percent(-0.25), "−25\u{a0}%");
         assert_eq!(uncertainty(18.69, [18.6866, 18.6934]), "±0.02\u{a0}%");

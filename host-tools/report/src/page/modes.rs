@@ -8,7 +8,7 @@ use super::format::{count, number, percent, pose, uncertainty};
 use super::{AXES, DOFS, Pose, folded};
 use crate::document::Document;
 
-/// What stands in place of a number that says nothing.
+/// Words that stand in place of a number that says nothing.
 const OPEN: &str = "not determined";
 /// Most modes of a pose that are listed.
 const MOST_MODES: usize = 12;

@@ -1,4 +1,4 @@
-//! What reproduces the result.
+//! The lines that reproduce the result.
 
 use maud::{Markup, html};
 

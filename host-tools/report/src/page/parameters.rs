@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use plotters::prelude::*;
 
 use super::DOFS;
-use super::format::{number, uncertainty};
+use super::format::{in_unit, uncertainty};
 use crate::charts::scale::Scale;
 use crate::charts::{Canvas, Colour, Drawn, Mark, SOFT, legend, svg};
 use crate::document::Document;
@@ -55,6 +55,17 @@ struct Parameter {
     value: f64,
     interval: Option<[f64; 2]>,
     verdict: Verdict,
+}
+
+impl Parameter {
+    fn unit(&self) -> &'static str {
+        match (self.is_damping, self.dof < 3) {
+            (false, true) => "N/m",
+            (false, false) => "Nm/rad",
+            (true, true) => "Ns/m",
+            (true, false) => "Nms/rad",
+        }
+    }
 }
 
 pub(super) fn section(document: &Document) -> Markup {
@@ -204,8 +215,7 @@ fn table(document: &Document, parameters: &[Parameter]) -> Markup {
     html! {
         table.parameters {
             caption {
-                strong { "Parameters with 95\u{a0}% intervals" } "; SI units: N/m and Nm/rad"
-                @if kinds > 1 { ", Ns/m and Nms/rad" } "."
+                strong { "Parameters with 95\u{a0}% intervals" }
             }
             thead {
                 tr {
@@ -238,7 +248,7 @@ fn table(document: &Document, parameters: &[Parameter]) -> Markup {
 
 fn cells(own: &Parameter) -> Markup {
     html! {
-        td.ours { (number(own.value)) }
+        td class=(if own.verdict == Verdict::NotObservable { "open" } else { "ours" }) { (in_unit(own.value, own.unit())) }
         td { (own.interval.map_or_else(|| "–".to_owned(), |ends| uncertainty(own.value, ends))) }
         td class={ "left " (class(own.verdict)) } { (words(own.verdict)) }
     }

@@ -1,4 +1,4 @@
-//! What the fit leaves of each record, beside the noise.
+//! The rest that the fit leaves of each record, beside the noise.
 
 use maud::{Markup, html};
 

@@ -1,4 +1,4 @@
-//! What is identified and what is not, whether to trust it, and what to do next.
+//! The verdict: how much is identified, whether to trust it, and the next steps.
 
 use flexid_prediction::document::is_far;
 use flexid_wire::report::{Acceptance, JointReport, Verdict};
@@ -9,6 +9,7 @@ use serde_json::Value;
 use super::format::{agreement, count, marked, number, percent};
 use super::{DOFS, folded, missing};
 use crate::document::{Confidence, Document, Explanation};
+use crate::friction;
 use crate::imperfection::sum_if_minor;
 
 /// FRAC below which a record that was held out is named. Chosen: the prediction then has another shape.
@@ -17,12 +18,15 @@ const POOR_FRAC: f64 = 0.9;
 const OF_READINGS: [&str; 4] = ["wrong_axes", "disproportion", "implausible", "static_outlier"];
 /// Share of an octave's bins with force, below which the octave is named: that of `flexid check`.
 const HARDLY_EXCITED: f64 = 0.5;
+/// Begins a warning of the model.
+const MODEL: &str = "model: ";
 
 pub(super) fn section(document: &Document) -> Markup {
     let (class, headline) = headline(document);
     html! {
         section #verdict {
             h1 class=(class) { (headline) }
+            @if let Some(reservations) = reservations(document) { p { (reservations) } }
             (identified(document))
             div.columns {
                 div {
@@ -86,7 +90,7 @@ pub(super) fn robot(document: &Document) -> String {
 
 /// Warnings of the fit, then those of the model.
 fn warnings(document: &Document) -> Vec<String> {
-    let of_model = document.further.model_warnings.iter().map(|own| format!("model: {own}"));
+    let of_model = document.further.model_warnings.iter().map(|own| format!("{MODEL}{own}"));
     document.found.warnings.iter().cloned().chain(of_model).collect()
 }
 
@@ -109,6 +113,18 @@ fn headline(document: &Document) -> (&'static str, String) {
         }
     };
     (class, words)
+}
+
+/// Names the warnings of a fit that explains the data.
+fn reservations(document: &Document) -> Option<String> {
+    let warnings = warnings(document);
+    let is_good = document.found.fit.acceptance == Acceptance::Consistent;
+    let heads = warnings.iter().map(|own| {
+        let (prefix, own) = own.split_at(if own.starts_with(MODEL) { MODEL.len() } else { 0 });
+        format!("{prefix}{}", own.split([':', ';']).next().unwrap_or(own).replace('`', ""))
+    });
+    let heads: Vec<String> = heads.collect();
+    (is_good && !heads.is_empty()).then(|| format!("Reservations: {}.", heads.join("; ")))
 }
 
 /// The verdicts on the stiffnesses and dampings of a joint: static tests have no say in dampings.
@@ -272,7 +288,7 @@ fn trust(document: &Document) -> Vec<Markup> {
     lines
 }
 
-/// What stands above the explanations, if they may not be what is off.
+/// The line above the explanations, if they may not be the cause.
 fn caveat(document: &Document, confidence: &Confidence) -> Option<Markup> {
     shown(confidence).next()?;
     if is_not_linear(document) {
@@ -295,7 +311,7 @@ fn caveat(document: &Document, confidence: &Confidence) -> Option<Markup> {
     })
 }
 
-/// Whether a warning says that no linear model explains what is left.
+/// Returns whether a warning says that no linear model explains what is left.
 fn is_not_linear(document: &Document) -> bool {
     let kinds = &document.further.warning_kinds;
     let objections = kinds.iter().filter_map(|kind| kind.get("objection"));
@@ -333,7 +349,13 @@ fn next_steps(document: &Document) -> Vec<Markup> {
     if is_not_linear(document) {
         lines.push(html! {
             "Look for friction, backlash, clipping and a clock that wanders: no linear model explains what is left. Cut harder, so that the \
-             joints slip. What is named below may be an effect of these."
+             joints slip"
+            @let robot = &document.found.robot;
+            @let records = document.further.records.as_deref().unwrap_or_default();
+            @if let Some(loads) = friction::loads(records, robot) {
+                ": the largest force of these records was " (loads) "; " (friction::TYPICAL)
+            }
+            ". What is named below may be an effect of these."
         });
     }
     if let Some(confidence) = &document.further.confidence {
@@ -387,7 +409,7 @@ fn next_steps(document: &Document) -> Vec<Markup> {
     lines
 }
 
-/// What to do where there are static tests and no records.
+/// The next steps where there are static tests and no records.
 fn static_steps(document: &Document) -> Vec<Markup> {
     let mut lines = Vec::new();
     let acceptance = document.found.fit.acceptance;

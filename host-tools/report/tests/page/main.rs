@@ -102,6 +102,7 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
         "<dt>Drive of joint_1</dt><dd><strong>4.00 MNm/rad</strong>",
         "At the pose of record 3, the newest",
         "The fit explains the records, with reservations.",
+        "Reservations: 2 frames are &lt;odd&gt; &amp; lost; look at [bus]; model: every moving link weighs 2 kg.</p>",
         "24 of 36 parameters identified, with a standard deviation of up to 5 %; 9 weak; 3 not observable",
         "Measure the TCP.",
         "2 frames are &lt;odd&gt; &amp; lost",
@@ -148,7 +149,7 @@ fn an_error_without_an_interval_is_not_known() {
     assert!(!page.contains("No accuracy is contradicted"));
 }
 
-/// What is wrong with the readings comes before what is off, and what is as likely absent is not named.
+/// A fault of the readings comes before what is off, and what is as likely absent is not named.
 #[test]
 fn the_gravest_step_comes_first() {
     let page = page(&result());
@@ -160,6 +161,21 @@ fn the_gravest_step_comes_first() {
     assert!(
         !page.to_lowercase().contains("look at the ground") && !page.contains("ground tx explains")
     );
+}
+
+/// Friction has the loads of the cut beside it: the third joint bears the force at the distance of the tool.
+#[test]
+fn what_is_not_linear_is_compared_with_friction() {
+    let mut result = result();
+    assert!(!page(&result).contains("joints slip"));
+    result["warning_kinds"] = json!([{ "objection": { "distortion": { "part": 0.3 } } }]);
+    let tool = result["robot"]["model"]["tcp"]["xyz_m"].clone();
+    let [x, z] = [0, 2].map(|axis| tool[axis].as_f64().unwrap());
+    let load =
+        format!("and joint_3 with up to {:.0} Nm; the drives of large robots", 120.0 * x.hypot(z));
+    let page = page(&result);
+    assert!(page.contains("joints slip: the largest force of these records was 120 N (root mean square), which loads joint_1"));
+    assert!(page.contains(&load), "{load}");
 }
 
 /// Static tests show neither dampings nor modes, and another run brings none.
@@ -252,7 +268,7 @@ fn the_page_stands_alone() {
     assert_eq!(page, self::page(&result()));
 }
 
-/// As many poses and records as a fit keeps.
+/// The largest number of poses and records that a fit keeps.
 #[test]
 fn a_page_of_many_poses_is_small() {
     let mut result = result();

@@ -6,7 +6,7 @@ use std::process::Command;
 use super::page;
 use super::result::result_of_six;
 
-/// What is measured, in pixels: height and width of the page with all closed, and the end of the first number.
+/// The measured sizes, in pixels: height and width of the page with all closed, and the end of the first number.
 const MEASURE: &str = "const page = document.querySelector('iframe').contentDocument;
     const number = page.querySelector('.answer strong').getBoundingClientRect();
     document.title = [page.body.scrollHeight, page.documentElement.scrollWidth, Math.round(number.bottom)].join(' ');";
@@ -41,7 +41,7 @@ fn measure(page: &str, width: u32) -> [u32; 3] {
     numbers.collect::<Vec<u32>>().try_into().unwrap()
 }
 
-/// What is not folded is read in one go, on the desk and on a telephone.
+/// The unfolded part is read in one go, on the desk and on a telephone.
 #[test]
 fn the_page_is_short_and_opens_with_a_number() {
     let page = page(&result_of_six());

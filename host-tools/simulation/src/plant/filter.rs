@@ -166,7 +166,7 @@ mod tests {
         assert!((high - Complex::new(0.5, 0.5)).norm() < 1e-12);
     }
 
-    /// What a high-pass leaves of a long push does not come back at the beginning.
+    /// The rest that a high-pass leaves of a long push does not come back at the beginning.
     #[test]
     fn nothing_wraps_around() {
         let series: Vec<f64> = (0..8000).map(|n| f64::from(u8::from(n > 2000))).collect();

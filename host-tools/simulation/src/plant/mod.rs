@@ -1,4 +1,4 @@
-//! What a real plant has beside the model: errors of sensors, clocks, geometry, masses and joints.
+//! A real plant beside its model: errors of sensors, clocks, geometry, masses and joints.
 //!
 //! A plant file (TOML) names what is off; what it leaves out is perfect. Each entry gives its unit in its name or its
 //! documentation, and a typical size with its source. The robot moves in time under all of them at once.
@@ -8,6 +8,7 @@
 //! | [`robot`]      | geometry and masses that differ from the model; further bushings   |
 //! | [`elements`]   | the laws of these loads, and their past                            |
 //! | [`joints`]     | loads of joints that no linear bushing has                         |
+//! | [`modelled`]   | the imperfections with which the model is the plant                |
 //! | [`motion`]     | a cut by such a robot                                              |
 //! | [`sensors`]    | errors of a sensor, from the motion to the reading                 |
 //! | [`filter`]     | linear filters of a sensor, applied to a spectrum                  |
@@ -20,6 +21,7 @@ pub mod elements;
 pub mod filter;
 pub mod interpolation;
 pub mod joints;
+pub mod modelled;
 pub mod motion;
 pub mod noise;
 pub mod robot;

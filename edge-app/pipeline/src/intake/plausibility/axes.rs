@@ -33,7 +33,7 @@ const CLEAR: f64 = 0.3;
 pub(crate) struct Axes {
     /// Turns the accelerometer's axes into the force sensor's.
     turn: Matrix3<f64>,
-    /// Of the newest records: with the ways to take the axes of the force sensor, and those of the accelerometer.
+    /// Sums over the newest records: with the ways to take the axes of the force sensor, and those of the accelerometer.
     records: VecDeque<[[Power; WAYS]; 2]>,
 }
 

@@ -40,7 +40,7 @@ struct Outcome {
     error: &'static Error,
     times: f64,
     fit: Fit,
-    /// The same with what explains the records adopted.
+    /// The fit with the explanations of the records adopted.
     adopted: Fit,
 }
 
@@ -149,7 +149,7 @@ fn tones(of_records: &[Vec<(f64, f64)>]) -> String {
     of_records.iter().map(of_record).collect::<Vec<_>>().join(" | ")
 }
 
-/// What is off, by how many times its accuracy, its share of the misfit, by how much it raises the evidence, and its rivals.
+/// The error, by how many times its accuracy, its share of the misfit, by how much it raises the evidence, and its rivals.
 fn explanation(explanation: &Explanation) -> String {
     let Explanation { largest, share, evidence, rivals, .. } = explanation;
     let one = |it: &FoundImperfection| format!("{:?} {:.1}", it.imperfection, it.value / it.prior);
@@ -208,7 +208,7 @@ impl fmt::Display for Fit {
 }
 
 impl Outcome {
-    /// Whether the first explanation is the error, if the fit has such an imperfection.
+    /// Returns whether the first explanation is the error, if the fit has such an imperfection.
     fn is_named(&self) -> Option<bool> {
         let is = self.error.is?;
         let first = self.fit.found.explanations.first();

@@ -36,7 +36,7 @@ pub(crate) struct Found {
     pub(crate) starts: u32,
     /// Accuracies that the data contradict; none if no plant was fitted.
     pub(crate) explanations: Vec<Explanation>,
-    /// The same with these adopted; `None` if no plant was fitted.
+    /// The fit with these adopted; `None` if no plant was fitted.
     pub(crate) adopted: Option<Box<Self>>,
     /// Tones of each record: frequency, Hz, and amplitude, m/s².
     pub(crate) tones: Vec<Vec<(f64, f64)>>,
@@ -164,12 +164,12 @@ impl Found {
         }
     }
 
-    /// Whether noise alone explains the residuals.
+    /// Returns whether noise alone explains the residuals.
     pub(crate) fn is_consistent(&self) -> bool {
         self.estimate.acceptance == Acceptance::Consistent
     }
 
-    /// Whether the verdict of parameter `index` is identified.
+    /// Returns whether the verdict of parameter `index` is identified.
     pub(crate) fn identifies(&self, index: usize) -> bool {
         self.verdicts[index] == Verdict::Identified
     }

@@ -231,7 +231,7 @@ fn of_reading(factor: fn(Complex<f64>) -> Complex<f64>) -> Column {
     Box::new(move |bin| bin.reading * factor(bin.s))
 }
 
-/// What the force times a transfer function gives.
+/// The force times a transfer function.
 fn of_force(factor: fn(Complex<f64>) -> Complex<f64>) -> Column {
     Box::new(move |bin| three(&bin.accelerance * bin.force * factor(bin.s)))
 }
@@ -244,7 +244,7 @@ fn mixed(sensor: Sensor, of: usize, by: usize) -> Column {
     })
 }
 
-/// What these further stiffnesses give, times a transfer function.
+/// The effect of these further stiffnesses, times a transfer function.
 fn softened(further: DVector<f64>, factor: fn(Complex<f64>) -> Complex<f64>) -> Column {
     Box::new(move |bin| {
         let load = further.map(Complex::from).component_mul(&bin.elongation);

@@ -58,7 +58,7 @@ impl Intervals {
         self.cover_as(what, limits, self.independent(0, false))
     }
 
-    /// The same, of fits to plants.
+    /// The share of fits to plants.
     pub(crate) fn cover_on_plants(&self, what: &str, limits: [f64; 2]) -> Figure {
         let independent = (INDEPENDENT_ON_PLANTS * self.count as f64).round() as usize;
         self.cover_as(what, limits, independent.max(self.runs))

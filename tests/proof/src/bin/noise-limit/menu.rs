@@ -8,7 +8,7 @@ use flexid_simulation::plant::{Plant, Sensor};
 /// An error of a plant.
 pub(crate) struct Error {
     pub(crate) name: &'static str,
-    /// Whether an imperfection is this error, or one that has nearly the same effect; `None` if the fit has no such imperfection, or if
+    /// Returns whether an imperfection is this error, or one that has nearly the same effect; `None` if the fit has no such imperfection, or if
     /// its accuracy allows for the error, as that of the ground does for the pedestal.
     pub(crate) is: Option<fn(I) -> bool>,
     /// Gives a plant the error, in its accuracy or typical size.

@@ -25,7 +25,7 @@ struct Worst {
     parameter: usize,
     score: f64,
     consistency: f64,
-    /// Whether the noise is called too loud, and each verdict agrees with the bound if the noise is left aside.
+    /// True if the noise is called too loud, and each verdict agrees with the bound if the noise is left aside.
     right: bool,
     starts: u32,
 }

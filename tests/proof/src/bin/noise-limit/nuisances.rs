@@ -76,7 +76,7 @@ struct Wrong {
 struct Outcome {
     /// Errors of parameters and of nuisances, in standard deviations, if the nuisances are sought.
     scores: Option<[Vec<f64>; 2]>,
-    /// Whether the consistency test raises its flag, if the nuisances are not sought.
+    /// True if the consistency test raises its flag, if the nuisances are not sought.
     flagged: bool,
     /// Errors of the parameters that are called identified all the same, if the nuisances are not sought.
     claims: Vec<f64>,
@@ -222,7 +222,7 @@ impl Wrong {
         }
     }
 
-    /// The same cut with a delay. The response of a linear robot has the same delay, however fine.
+    /// The cut with a delay. The response of a linear robot has the same delay, however fine.
     fn late(&self, cut: &Cut) -> Cut {
         let steps = (self.delay_s * cut.rate_hz * OVERSAMPLING as f64).round() as usize;
         let before = std::iter::repeat_n(Vector3::zeros(), steps);

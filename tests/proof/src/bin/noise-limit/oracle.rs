@@ -74,7 +74,7 @@ mod tests {
     use crate::figure::median;
     use crate::plants::{found, records};
 
-    /// Where the plant has no misfit, the fit to the plant knows as much as the oracle. Its derivatives are others.
+    /// If the plant has no misfit, the fit to the plant knows as much as the oracle. Its derivatives are others.
     #[test]
     fn is_what_the_fit_reports_of_a_perfect_plant() {
         let compare = || {

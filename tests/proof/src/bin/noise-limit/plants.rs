@@ -27,7 +27,7 @@ use crate::study::{Purpose, Study, name, random};
 
 /// Limits of the share of the intervals that cover, percent.
 const COVER: [f64; 2] = [93.0, 98.0];
-/// The same of each parameter by itself.
+/// Limits of that share for each parameter by itself.
 const EACH: [f64; 2] = [90.0, 99.0];
 /// Largest median standard deviation over that of an oracle.
 const OVER_ORACLE: f64 = 1.5;
@@ -69,7 +69,7 @@ struct Identified {
     over_oracle: f64,
 }
 
-/// As [`prove`], of the scenario of six joints.
+/// [`prove`] for the scenario of six joints.
 pub(crate) fn prove_of_six_joints(
     study: &Study,
     robots: usize,
@@ -174,7 +174,7 @@ fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Opt
     }))
 }
 
-/// Whether a parameter with this standard deviation of its logarithm is identified, if the fit is sound.
+/// Returns whether a parameter with this standard deviation of its logarithm is identified, if the fit is sound.
 fn is_identified(deviation: &f64) -> bool {
     Trust::new(1.0, true).verdict(1.0, *deviation).0 == Verdict::Identified
 }

@@ -1,4 +1,4 @@
-//! What is predicted of drawn robots in poses that no identification has seen: the 95 % bands of receptance, deflection and natural
+//! Predictions for drawn robots in poses that no identification has seen: the 95 % bands of receptance, deflection and natural
 //! frequencies hold those of the true robot.
 //!
 //! The plants are those of `plants`, and perfect ones. The truth is evaluated as the predictions are, which a test of that crate proves
@@ -56,7 +56,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
     Ok(figures)
 }
 
-/// The same of robots of six joints, on drawn plants.
+/// The proof for robots of six joints, on drawn plants.
 pub(crate) fn prove_of_six_joints(_: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
     figures(&Study::of_six_joints()?, &Accuracies::typical(), robots, details)
 }

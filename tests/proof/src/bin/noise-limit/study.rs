@@ -38,7 +38,7 @@ pub(crate) struct Study {
     experiments: usize,
 }
 
-/// Where robots are drawn from.
+/// The source of drawn robots.
 #[derive(Clone, Copy)]
 enum Robots {
     /// Uniform within the scenario's bounds.
@@ -59,7 +59,7 @@ pub(crate) enum Purpose {
 }
 
 impl Study {
-    /// The same, whose drawn plants begin with this robot.
+    /// The study whose drawn plants begin with this robot.
     pub(crate) fn beginning_at(self, first: u64) -> Self {
         Self { first, ..self }
     }

@@ -22,7 +22,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
     prove_in(widened(&study.scenario.bounds)?, "bounds ten times as wide", study, robots, details)
 }
 
-/// As [`prove`], within the bounds of a configuration without `[bounds]`.
+/// [`prove`] within the bounds of a configuration without `[bounds]`.
 pub(crate) fn prove_from_masses(
     study: &Study,
     robots: usize,

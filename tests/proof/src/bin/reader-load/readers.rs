@@ -29,7 +29,7 @@ pub(crate) struct Readers {
 /// A program that is ended at the latest when nobody has it any more.
 struct Program(Child);
 
-/// What reading has cost.
+/// The cost of reading.
 pub(crate) struct Read {
     seconds: f64,
     watch_seconds: f64,

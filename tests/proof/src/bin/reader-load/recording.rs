@@ -48,7 +48,7 @@ fn parse(line: &str) -> Option<(f64, [u8; CAN_FRAME])> {
 }
 
 impl Recorded {
-    /// Whether the frame is a force or an acceleration.
+    /// Returns whether the frame is a force or an acceleration.
     pub(crate) fn is_measurement(&self) -> bool {
         [0x101u32, 0x102].iter().any(|id| self.frame[..4] == id.to_ne_bytes())
     }
