@@ -246,10 +246,7 @@ fn bands_do_not_change_what_a_damping_is() {
     old["schema"] = value!(1);
     fs::write(folder.join("old.json"), old.to_string()).unwrap();
     let (_, table) = compared(folder, "compare old.json narrow.json");
-    assert!(
-        table.contains(" with hysteresis these are the values at 20.0 Hz\n"),
-        "{table}"
-    );
+    assert!(table.contains(" with hysteresis these are the values at 20.0 Hz\n"), "{table}");
     let (_, text) = compared(folder, "compare old.json narrow.json --json");
     let found: Value = serde_json::from_str(&text).unwrap();
     for own in found["parameters"].as_array().unwrap() {
