@@ -21,10 +21,10 @@ static MODEL: LazyLock<Model> = LazyLock::new(|| {
 /// The names in the scenario's `mill3-edge.toml`.
 static NAMES: LazyLock<SignalsSection> = LazyLock::new(|| SignalsSection {
     force: ["Fx", "Fy", "Fz"].map(String::from),
-    force_counter: "ForceCounter".into(),
+    force_counter: Some("ForceCounter".into()),
     acceleration: ["ax", "ay", "az"].map(String::from),
-    acceleration_counter: "AccelerationCounter".into(),
-    joints: ["q1", "q2", "q3"].map(String::from).into(),
+    acceleration_counter: Some("AccelerationCounter".into()),
+    joints: Some(["q1", "q2", "q3"].map(String::from).into()),
 });
 
 fuzz_target!(|data: &[u8]| {
