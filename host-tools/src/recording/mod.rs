@@ -172,7 +172,7 @@ fn log(name: &Path, bytes: impl Read + Send + 'static, config: &Config) -> Resul
     if let Some(mend) = foreign::mend(&head) {
         return Err(BadInput::new(shown, mend));
     }
-    let layout = config.layout();
+    let layout = config.layout()?;
     let is_log = foreign::is_candump(&head);
     let own = input::seems(&String::from_utf8_lossy(&head)).filter(|own| !READ.contains(own));
     let has_names = !is_log && table::has_names(&head, &layout);

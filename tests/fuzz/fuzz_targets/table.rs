@@ -23,6 +23,7 @@ static LAYOUT: LazyLock<Layout> = LazyLock::new(|| Layout {
     axes: ["Fx", "Fy", "Fz", "ax", "ay", "az"].map(String::from),
     joints: vec![("q1".into(), false), ("q2".into(), true)],
     rate_hz: None,
+    base: None,
 });
 
 fuzz_target!(|data: &[u8]| {
@@ -34,7 +35,11 @@ fuzz_target!(|data: &[u8]| {
     }
     let _ = table::is_like(data);
     let without = Layout { joints: Vec::new(), rate_hz: Some(1000.0), ..LAYOUT.clone() };
-    for (layout, poses) in [(&*LAYOUT, None), (&without, Some(vec![vec![0.1, 0.2]; 2]))] {
+    let of_base = Layout { base: Some(MODEL.chain().unwrap()), ..without.clone() };
+    let poses = vec![vec![0.1, 0.2, 0.3]; 2];
+    for (layout, poses) in
+        [(&*LAYOUT, None), (&without, Some(poses.clone())), (&of_base, Some(poses))]
+    {
         let has_names = table::has_names(data, layout);
         let mut log = match TableLog::open(Path::new("log"), data, layout, poses) {
             Ok(log) => log,
@@ -56,7 +61,7 @@ fuzz_target!(|data: &[u8]| {
             is_line(&error.to_string());
         }
         let lines = data.split(|&byte| byte == b'\n').count();
-        assert!(arrivals.len() <= 8 * lines, "{} of {lines} lines", arrivals.len());
+        assert!(arrivals.len() <= 10 * lines, "{} of {lines} lines", arrivals.len());
         let mut newest: [Option<u32>; 2] = [None; 2];
         for arrival in &arrivals {
             let Content::Reading(reading) = arrival.content else { panic!("a frame") };

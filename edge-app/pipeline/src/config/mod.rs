@@ -37,7 +37,7 @@ pub use fingerprint::{Fingerprint, Validity};
 pub use listen::{Listen, ListenError, SocketAccess};
 use recording::{Recording, Sections};
 use sections::Assumed;
-pub use sections::SignalsSection;
+pub use sections::{ForceAxes, SignalsSection};
 
 /// Checked configuration of the daemon, the simulator and the offline tool.
 #[derive(Clone, Debug)]
@@ -66,6 +66,8 @@ pub struct Config {
     pub signals: SignalTable,
     /// Joint angles of each table. `None` if they are columns of it.
     pub poses: Option<Poses>,
+    /// Axes along which tables have the force.
+    pub force_axes: ForceAxes,
     /// Sampling rate of force and acceleration, Hz.
     pub rate_hz: f64,
     /// True if the file states the rate. If it does not, the column of time of a table does, and [`Config::of_tables`] takes it.
@@ -196,6 +198,10 @@ impl Config {
         let accuracies =
             accuracy::accuracies(&raw.accuracy, &raw.calibration, recording.band_hz, angle_step)
                 .map_err(bad)?;
+        if recording.force_axes == ForceAxes::Base && raw.mounting.force_rpy_rad != [0.0; 3] {
+            let message = "[signals] force_axes is \"base\", and [mounting] force_rpy_rad turns a sensor: leave one out";
+            return Err(bad(message.into()));
+        }
         let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
         let statics = match &raw.statics {
             Some(section) => statics::load(&base.join(&section.file), &model)?,
@@ -215,6 +221,7 @@ impl Config {
             interface: recording.interface,
             signals: recording.signals,
             poses: recording.poses,
+            force_axes: recording.force_axes,
             rate_hz: recording.rate_hz,
             knows_rate: recording.states_rate,
             band_hz: recording.band_hz,
@@ -231,15 +238,21 @@ impl Config {
         })
     }
 
-    /// Returns what the columns of tables are called.
-    pub fn layout(&self) -> Layout {
+    /// Returns what the columns of tables are called, and what their force is along.
+    ///
+    /// # Errors
+    /// A checked config gives no error.
+    pub fn layout(&self) -> Result<Layout, BadInput> {
+        let base = (self.force_axes == ForceAxes::Base).then(|| self.model.chain());
+        let base = base.transpose().map_err(|error| BadInput::new(&self.file, error))?;
         let joints = self.signals.joints.iter().zip(self.model.driven());
         let joints = joints.map(|(name, joint)| (name.clone(), joint.kind == Kind::Prismatic));
-        Layout {
+        Ok(Layout {
             axes: self.signals.axes.clone(),
             joints: if self.poses.is_some() { Vec::new() } else { joints.collect() },
             rate_hz: self.knows_rate.then_some(self.rate_hz),
-        }
+            base,
+        })
     }
 
     /// Returns the config with which tables are read: their columns take the place of frames, and the rate is theirs if the file states none.

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::sections::{BusSection, MeasurementSection, SignalsSection};
+use super::sections::{BusSection, ForceAxes, MeasurementSection, SignalsSection};
 use super::{Accelerometer, Use};
 use crate::columns;
 use crate::input::BadInput;
@@ -36,6 +36,7 @@ pub(super) struct Recording {
     pub(super) interface: String,
     pub(super) signals: SignalTable,
     pub(super) poses: Option<Poses>,
+    pub(super) force_axes: ForceAxes,
     pub(super) rate_hz: f64,
     pub(super) states_rate: bool,
     pub(super) band_hz: [f64; 2],
@@ -77,6 +78,10 @@ impl Recording {
         };
         let base = file.parent().unwrap_or(Path::new(""));
         let poses = poses.map(|poses| poses::load(&base.join(poses), model)).transpose()?;
+        let force_axes = signals.force_axes;
+        if bus.is_some() && force_axes == ForceAxes::Base {
+            return Err(bad("[signals] force_axes is \"base\": frames of [bus] have the force along the axes of the TCP".into()));
+        }
         check_joints(&signals, bus.is_some(), poses.is_some(), model, model_file).map_err(bad)?;
         let (interface, signals) = match bus {
             Some(bus) => (
@@ -89,6 +94,7 @@ impl Recording {
             interface,
             signals,
             poses,
+            force_axes,
             rate_hz,
             states_rate: measurement.rate_hz.is_some(),
             band_hz: measurement.band_hz,
@@ -104,6 +110,7 @@ impl Recording {
             interface: String::new(),
             signals: SignalTable::none(),
             poses: None,
+            force_axes: ForceAxes::Tcp,
             rate_hz: 2000.0,
             states_rate: false,
             band_hz: [2.0, 200.0],

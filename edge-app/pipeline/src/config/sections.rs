@@ -60,12 +60,26 @@ pub struct SignalsSection {
     pub force: [String; 3],
     /// Signal that counts the instants in the force's message. A table has none: the number of the row counts.
     pub force_counter: Option<String>,
+    /// Axes of the force. A table may have it along those of the base.
+    #[serde(default)]
+    pub force_axes: ForceAxes,
     /// Signals of the acceleration along x, y, z of the TCP.
     pub acceleration: [String; 3],
     /// Signal that counts the instants in the acceleration's message. A table has none.
     pub acceleration_counter: Option<String>,
     /// Signals of the angle or stroke of each joint, base first. Tables may have their poses in a file of their own.
     pub joints: Option<Vec<String>>,
+}
+
+/// Axes along which a table has the force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ForceAxes {
+    /// Those of the TCP, or of the sensor that `[mounting]` describes.
+    #[default]
+    Tcp,
+    /// Those of the base, as controllers of robots write the force.
+    Base,
 }
 
 /// What a recording does not hold.

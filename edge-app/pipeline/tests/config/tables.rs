@@ -38,8 +38,8 @@ fn recorded(text: &str) -> Result<Config, String> {
 fn a_table_needs_neither_bus_nor_counters_nor_rate() {
     let config = recorded(&text()).unwrap();
     assert!(config.interface.is_empty() && config.signals.is_of_columns() && config.knows_rate);
-    assert_eq!(config.layout().axes, ["Fx", "Fy", "Fz", "ax", "ay", "az"]);
-    assert_eq!(config.layout().joints.len(), 3);
+    assert_eq!(config.layout().unwrap().axes, ["Fx", "Fy", "Fz", "ax", "ay", "az"]);
+    assert_eq!(config.layout().unwrap().joints.len(), 3);
     let config = config.of_tables(&SHOWN).unwrap();
     assert_eq!((config.rate_hz, config.record_samples), (2000.0, 8192));
     assert_eq!(
@@ -48,7 +48,7 @@ fn a_table_needs_neither_bus_nor_counters_nor_rate() {
     );
 
     let config = recorded(&text().replace("rate_hz = 2000.0", "").replace(JOINTS, POSES)).unwrap();
-    assert!(!config.knows_rate && config.layout().joints.is_empty());
+    assert!(!config.knows_rate && config.layout().unwrap().joints.is_empty());
     assert_eq!(config.signals.joints, ["q1", "q2", "q3"]);
     let poses = config.poses.as_ref().unwrap().of("day/cut.csv".as_ref());
     assert_eq!(poses, [[90_f64.to_radians(), -0.5, 1.0]]);
@@ -116,6 +116,11 @@ fn a_bus_needs_all_of_it() {
             JOINTS,
             "",
             "edge.toml: [signals] joints is missing: name the signal of the angle of each driven joint, base first",
+        ),
+        (
+            JOINTS,
+            "joints = [\"q1\", \"q2\", \"q3\"]\nforce_axes = \"base\"",
+            "edge.toml: [signals] force_axes is \"base\": frames of [bus] have the force along",
         ),
         ("rate_hz = 2000.0\n", "", "edge.toml: [measurement] key `rate_hz` (in Hz) is missing"),
     ] {

@@ -1,5 +1,7 @@
 //! What the columns of a table are called, and where they stand in it.
 
+use flexid_core::chain::Chain;
+
 use super::lines::{Cells, text};
 use crate::units::{self, ACCELERATION, ANGLE, FORCE, Quantity, STROKE, TIME};
 
@@ -14,7 +16,7 @@ const ALIKE: f64 = 0.55;
 const LISTED: usize = 20;
 
 /// What the columns of tables are called.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Layout {
     /// Columns of force x, y, z and acceleration x, y, z.
     pub axes: [String; 6],
@@ -22,6 +24,8 @@ pub struct Layout {
     pub joints: Vec<(String, bool)>,
     /// Sampling rate that the config states, Hz.
     pub rate_hz: Option<f64>,
+    /// Chain from the base to the TCP, if the force is along the axes of the base.
+    pub base: Option<Chain>,
 }
 
 /// A column that is read.
@@ -69,7 +73,7 @@ impl Layout {
     /// # Errors
     /// A name is there twice.
     pub(super) fn find(&self, cells: &Cells) -> Result<Option<Names>, String> {
-        let cells: Vec<String> = names(cells).collect();
+        let cells: Vec<String> = cells.texts().collect();
         let mut places = Vec::new();
         for name in self.needed() {
             let mut all = cells.iter().enumerate().filter(|(_, cell)| is_named(cell, name));
@@ -96,13 +100,13 @@ impl Layout {
 
     /// Returns how many of the names stand in the cells of a line.
     pub(super) fn matches(&self, cells: &Cells) -> usize {
-        let cells: Vec<String> = names(cells).collect();
+        let cells: Vec<String> = cells.texts().collect();
         self.needed().filter(|name| cells.iter().any(|cell| is_named(cell, name))).count()
     }
 
     /// Says which names a line lacks, what it has, and which of these are near.
     pub(super) fn lacks(&self, cells: &Cells) -> String {
-        let cells: Vec<String> = names(cells).filter(|cell| !cell.is_empty()).collect();
+        let cells: Vec<String> = cells.texts().filter(|cell| !cell.is_empty()).collect();
         let lacking: Vec<&str> =
             self.needed().filter(|name| !cells.iter().any(|cell| is_named(cell, name))).collect();
         let free = || cells.iter().filter(|cell| !self.needed().any(|name| is_named(cell, name)));
@@ -220,12 +224,13 @@ pub(super) fn period_s(line: &[String]) -> Option<f64> {
     (period_s > 0.0 && period_s.is_finite()).then_some(period_s)
 }
 
-/// Returns the cells of a line of names. The sign of a comment before the first is left out: NumPy writes it.
-fn names(cells: &Cells) -> impl Iterator<Item = String> + '_ {
-    cells.texts().enumerate().map(|(place, cell)| match place {
-        0 => cell.trim_start_matches(['#', '%']).trim_start().to_owned(),
-        _ => cell,
-    })
+/// Returns a line without the sign of a comment before it: NumPy writes names so.
+pub(super) fn uncommented(line: &[u8]) -> &[u8] {
+    let bare = line.trim_ascii_start();
+    match bare.strip_prefix(b"#").or_else(|| bare.strip_prefix(b"%")) {
+        Some(names) => names.trim_ascii_start(),
+        None => line,
+    }
 }
 
 /// Returns whether a cell has this name, with or without a unit behind it.

@@ -30,12 +30,15 @@ use std::path::Path;
 use std::time::Duration;
 
 use flexid_core::MAX_JOINTS;
+use flexid_core::chain::Chain;
+use flexid_core::statics::Gauge;
 use flexid_core::stream::Reading;
 
 use super::{Arrival, Content, Flow, FrameSource, SourceHealth};
 use crate::input::BadInput;
 use instants::{Clock, Instant, Pace};
 pub use layout::Layout;
+use layout::uncommented;
 use lines::Cells;
 use rows::{DIFFERS, Row, Rows, SEPARATORS};
 
@@ -72,12 +75,19 @@ pub struct TableLog<R> {
     angles: Angles,
     /// Time of the newest row, s.
     newest_s: Option<f64>,
+    /// Chain from the base to the TCP, if the force is along the axes of the base.
+    base: Option<Chain>,
+    /// Angles and the axes of the base in those of the TCP.
+    turned: Option<(Pose, [[f64; 3]; 3])>,
 }
+
+/// Angles of the joints, rad (m), base first.
+type Pose = heapless::Vec<f64, MAX_JOINTS>;
 
 /// The newest angles of the joints, rad (m). NaN before the first.
 #[derive(Clone, Debug)]
 struct Angles {
-    values: heapless::Vec<f64, MAX_JOINTS>,
+    values: Pose,
     /// Time at which they came last, s.
     came_s: f64,
 }
@@ -116,7 +126,17 @@ impl<R: Read> TableLog<R> {
         let pace = pace.unwrap_or(Pace::even(1.0 / layout.rate_hz.unwrap_or(1.0)));
         let shown = Shown { rate_hz, steps: steps(&ahead) };
         let angles = Angles { values: heapless::Vec::new(), came_s: 0.0 };
-        Ok(Self { rows, ahead, shown, clock: Clock::new(pace), poses, angles, newest_s: None })
+        Ok(Self {
+            rows,
+            ahead,
+            shown,
+            clock: Clock::new(pace),
+            poses,
+            angles,
+            newest_s: None,
+            base: layout.base.clone(),
+            turned: None,
+        })
     }
 
     /// Returns what the first rows show.
@@ -136,13 +156,13 @@ impl<R: Read> TableLog<R> {
         if let Some(cut) = instant.begins {
             self.repeat_angles(batch);
             let pose = self.pose(cut).map_err(|message| self.rows.error(row.line, &message))?;
-            let pose: heapless::Vec<_, _> = pose.into_iter().flatten().copied().collect();
+            let pose: Pose = pose.into_iter().flatten().copied().collect();
             self.angles.values = pose;
         }
         self.note_angles(&row, &instant, batch);
         let Instant { counter, time_s, .. } = instant;
         let [fx, fy, fz, ax, ay, az] = row.axes;
-        let (force, acceleration) = ([fx, fy, fz], [ax, ay, az]);
+        let (force, acceleration) = (self.along_tcp([fx, fy, fz]), [ax, ay, az]);
         let is_whole = |value: &[f32; 3]| value.iter().all(|axis| axis.is_finite());
         // What is missing is lost, and the counter shows it.
         let readings = [
@@ -155,6 +175,22 @@ impl<R: Read> TableLog<R> {
             .extend(readings.map(|reading| Arrival { time_s, content: Content::Reading(reading) }));
         self.newest_s = Some(time_s);
         Ok(true)
+    }
+
+    /// Returns a force along the axes of the TCP. It is not known while an angle is missing.
+    fn along_tcp(&mut self, force: [f32; 3]) -> [f32; 3] {
+        let Some(chain) = &self.base else { return force };
+        let pose = &self.angles.values;
+        if pose.is_empty() || pose.iter().any(|angle| angle.is_nan()) {
+            return [f32::NAN; 3];
+        }
+        let known = self.turned.take().filter(|(own, _)| own == pose);
+        let (_, axes) = self.turned.insert(
+            known.unwrap_or_else(|| (pose.clone(), Gauge::default().along_base(chain, pose).axes)),
+        );
+        let along =
+            |axis: usize| (0..3).map(|of| axes[of][axis] * f64::from(force[of])).sum::<f64>();
+        std::array::from_fn(|axis| along(axis) as f32)
     }
 
     /// Returns the pose of a cut, if the table does not hold it.
@@ -245,7 +281,7 @@ pub fn has_names(head: &[u8], layout: &Layout) -> bool {
     SEPARATORS.into_iter().any(|separator| {
         let mut cells = Cells::new(separator);
         head.split(|byte| *byte == b'\n').any(|line| {
-            cells.split(line.strip_suffix(b"\r").unwrap_or(line));
+            cells.split(uncommented(line.strip_suffix(b"\r").unwrap_or(line)));
             !matches!(layout.find(&cells), Ok(None))
         })
     })

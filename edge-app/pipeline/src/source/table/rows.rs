@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use flexid_core::MAX_JOINTS;
 
-use super::layout::{Column, Columns, Layout, period_s};
+use super::layout::{Column, Columns, Layout, period_s, uncommented};
 use super::lines::{Cells, Lines, text};
 use super::number::{NoNumber, Numbers};
 use crate::input::BadInput;
@@ -88,7 +88,7 @@ impl<R: Read> Rows<R> {
             };
             let mut found = None;
             for (separator, cells) in &mut splitters {
-                cells.split(&line);
+                cells.split(uncommented(&line));
                 match layout.find(cells) {
                     Ok(None) => {}
                     Ok(Some(names)) => found = Some((*separator, names)),
@@ -290,7 +290,7 @@ fn nowhere(file: &Path, lines: &[Vec<u8>], layout: &Layout) -> BadInput {
     let of_separator = |separator: u8| {
         let split = move |line: &Vec<u8>| {
             let mut cells = Cells::new(separator);
-            cells.split(line);
+            cells.split(uncommented(line));
             cells
         };
         let is_of_numbers = move |cells: &Cells| {
