@@ -128,12 +128,12 @@ fn with(
 ) -> Vec<Arrival> {
     let mut number = 0;
     let frames = frames.into_iter().filter_map(|arrival| {
-        if arrival.frame.id != id(of) {
+        if arrival.frame().unwrap().id != id(of) {
             return Some(arrival);
         }
         number += 1;
-        let data = change(number - 1, arrival.frame.data())?;
-        Some(Arrival { frame: Frame::new(id(of), FrameKind::Data, &data), ..arrival })
+        let data = change(number - 1, arrival.frame().unwrap().data())?;
+        Some(Arrival::of_frame(arrival.time_s, Frame::new(id(of), FrameKind::Data, &data)))
     });
     frames.collect()
 }

@@ -8,6 +8,7 @@ use csv::{Position, ReaderBuilder, StringRecord, Trim};
 
 use crate::input::{self, BadInput};
 use crate::model::{Kind, Model, ModelJoint};
+use crate::units;
 
 /// Columns of a load on the tool, each with its unit.
 pub(crate) const LOAD: [(&str, &str); 6] =
@@ -48,11 +49,24 @@ pub(crate) fn read<T>(
         let line = record.position().map(|position| line(text, position));
         let bad = |message| BadInput { line, ..BadInput::new(file, message) };
         match &table {
-            None => table = Some(header(&record).map_err(bad)?),
+            None => {
+                let names: StringRecord = record.iter().map(plain).collect();
+                table = Some(header(&names).map_err(bad)?);
+            }
             Some(table) => row(table, &record, line.unwrap_or_default()).map_err(bad)?,
         }
     }
     Ok(())
+}
+
+/// Returns the name of a column that has its unit in brackets, as the tables of flexid write it: `fx [N]` is `fx`, `q1 (deg)` is `q1_deg`.
+fn plain(name: &str) -> String {
+    let Some((own, unit)) = units::in_brackets(name) else { return name.to_owned() };
+    match unit {
+        "deg" | "°" => format!("{own}_deg"),
+        "rad" | "N" | "Nm" | "m" => own.to_owned(),
+        _ => name.to_owned(),
+    }
 }
 
 /// Returns the separator that the first line states, as Excel writes and reads it: `sep=;`.

@@ -7,6 +7,7 @@
 //! | [`model`]: the robot                     | [`intake`]: frames to records, and what is implausible in them    |
 //! | [`signals`]: what frames hold            | [`solver`]: records to an estimate, and what is kept of them      |
 //! | [`statics`]: static tests                | [`report`]: an estimate to a finding                              |
+//! | [`poses`]: joint angles of tables        |                                                                   |
 //! | [`path`]: the tool's path, with forces   | [`check`]: frames to what is right and wrong in them, without a fit |
 #![forbid(unsafe_code)]
 
@@ -21,6 +22,7 @@ pub mod names;
 mod offline;
 mod outcome;
 pub mod path;
+pub mod poses;
 mod record;
 pub mod report;
 pub mod robot;
@@ -30,6 +32,7 @@ pub mod source;
 pub mod statics;
 pub mod stop;
 pub mod text;
+mod units;
 
 pub use intake::{Counts, Intake};
 pub use offline::{run_offline, run_statics};

@@ -12,6 +12,9 @@ use flexid_wire::misfits::FrameId;
 
 use crate::source::{Frame, FrameKind};
 
+/// Smallest step of a signal that is accepted, SI units. The results that follow from smaller ones leave the range of floating point.
+pub(crate) const FINEST: f32 = 1e-12;
+
 /// Table that converts frames to readings and back. All signals are scaled to SI units: N, m/s², rad or m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalTable {
@@ -80,12 +83,23 @@ impl SignalTable {
         Self {
             messages: HashMap::new(),
             counter_bits: 32,
-            force_resolution: 0.0,
-            acceleration_resolution: 0.0,
+            force_resolution: FINEST,
+            acceleration_resolution: FINEST,
             axes: Default::default(),
             joints: Vec::new(),
             other_angles: Vec::new(),
         }
+    }
+
+    /// Returns the table of the columns of a file: `axes` in the order of [`Limits`], and joints, base first. No frame has them. The number of
+    /// the row is the counter, and the steps are known once the file is read.
+    pub(crate) fn of_columns(axes: [String; 6], joints: Vec<String>) -> Self {
+        Self { axes, joints, ..Self::none() }
+    }
+
+    /// Returns whether the signals are columns of tables, and no frame has them.
+    pub fn is_of_columns(&self) -> bool {
+        self.messages.is_empty() && !self.axes[0].is_empty()
     }
 
     /// Returns all messages as text. Equal tables give equal texts.
@@ -93,6 +107,9 @@ impl SignalTable {
         let mut messages: Vec<_> =
             self.messages.iter().map(|(id, message)| format!("{id:?} {message:?}")).collect();
         messages.sort();
+        if self.is_of_columns() {
+            messages.push(format!("{:?} {:?}", self.axes, self.joints));
+        }
         messages.concat()
     }
 

@@ -91,7 +91,7 @@ pub(crate) fn frames_with(
     let mut frames = Vec::new();
     let mut send = |time_s: f64, reading: Reading| {
         let encoded = config.signals.encode(&[reading]).unwrap();
-        frames.extend(encoded.into_iter().map(|frame| Arrival { time_s, frame }));
+        frames.extend(encoded.into_iter().map(|frame| Arrival::of_frame(time_s, frame)));
     };
     let period = 1.0 / RATE_HZ;
     for (place, pose) in poses.iter().enumerate() {

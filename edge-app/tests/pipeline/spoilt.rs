@@ -28,8 +28,9 @@ fn spoilt(spoil: impl FnMut(Arrival) -> Arrival) -> Outcome {
 
 /// The frame with other data, if it is of this identifier.
 fn change(arrival: Arrival, id: u16, change: impl FnOnce(&Frame) -> Frame) -> Arrival {
-    let same = arrival.frame.id == StandardId::new(id).unwrap().into();
-    Arrival { frame: if same { change(&arrival.frame) } else { arrival.frame }, ..arrival }
+    let frame = arrival.frame().unwrap();
+    let same = frame.id == StandardId::new(id).unwrap().into();
+    Arrival::of_frame(arrival.time_s, if same { change(&frame) } else { frame })
 }
 
 fn with_counter(frame: &Frame, counter: impl FnOnce(u16) -> u16) -> Frame {
@@ -151,7 +152,7 @@ fn a_joint_that_falls_silent_is_named() {
         (1.0e9 + 0.05, "measuring"),
     ] {
         let mut frames = frames(&config, &[[0.0, -0.45, 0.95]; 2], block);
-        frames.retain(|arrival| arrival.frame.id != third || arrival.time_s < first_s);
+        frames.retain(|arrival| arrival.frame().unwrap().id != third || arrival.time_s < first_s);
         let mut source = Replay { frames: frames.into_iter(), breaks: false };
         let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
         assert_eq!(outcome.state.to_string(), expected);

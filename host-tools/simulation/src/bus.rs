@@ -124,7 +124,7 @@ mod tests {
         drop(robot);
         let mut batch = Vec::new();
         while daemon.read(&mut batch, Duration::from_secs(5)).unwrap() == Flow::Open {}
-        let read: Vec<_> = batch.iter().map(|arrival| arrival.frame).collect();
+        let read: Vec<_> = batch.iter().map(|arrival| arrival.frame().unwrap()).collect();
         let sent = experiment.frames.iter().map(|timed| timed.frame).collect::<Vec<_>>().repeat(2);
         assert_eq!(read, sent);
     }

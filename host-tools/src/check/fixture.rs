@@ -26,7 +26,7 @@ pub(super) fn other_angle((name, id): (&str, u16)) -> OtherAngle {
 pub(super) fn identifier(id: u16, signals: &[&str], frames: u64) -> Identifier {
     let intervals = frames.saturating_sub(1);
     Identifier {
-        id: FrameId::Standard(id),
+        id: Some(FrameId::Standard(id)),
         signals: signals.iter().map(|&name| name.to_owned()).collect(),
         is_sampled: id <= 0x102,
         traffic: Traffic {

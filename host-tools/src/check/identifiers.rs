@@ -42,25 +42,37 @@ pub(super) fn judge(config: &Config, survey: &Survey) -> Vec<Finding> {
     findings
 }
 
-/// Name of an identifier: `0x101 (Fx, Fy, Fz)`.
-pub(super) fn name(identifier: &Identifier) -> String {
-    format!("{} ({})", identifier.id, identifier.signals.join(", "))
+/// Name of an identifier: `0x101 (Fx, Fy, Fz)`. Columns have their own names.
+pub(super) fn name(Identifier { id, signals, .. }: &Identifier) -> String {
+    let signals = signals.join(", ");
+    id.map_or_else(|| signals.clone(), |id| format!("{id} ({signals})"))
+}
+
+/// The identifier in words, or that it is none.
+pub(super) fn id(Identifier { id, .. }: &Identifier) -> String {
+    id.map_or_else(|| "column".to_owned(), |id| id.to_string())
 }
 
 /// Identifiers that did not come on the bus of the log: those on another bus, and those on none.
 fn of_presence(survey: &Survey) -> Vec<Finding> {
     let is_missing = |identifier: &&Identifier| identifier.traffic.frames == 0;
     let missing: Vec<_> = survey.expected.iter().filter(is_missing).collect();
+    let are_columns = survey.expected.iter().all(|identifier| identifier.id.is_none());
     if missing.is_empty() {
         let all = survey.expected.len();
-        return vec![Finding::right(
-            ABOUT,
-            format!("all {all} expected identifiers are in the log"),
-        )];
+        let finding = match are_columns {
+            true => "all columns are in the table".to_owned(),
+            false => format!("all {all} expected identifiers are in the log"),
+        };
+        return vec![Finding::right(ABOUT, finding)];
+    }
+    if are_columns {
+        let finding = format!("{} without a number", enumerate(missing.into_iter().map(name)));
+        return vec![Finding::new(Wrong, ABOUT, finding, "export these columns, too")];
     }
     let elsewhere = |identifier: &Identifier| {
         let mut all = survey.elsewhere.iter();
-        all.find(|(id, _)| *id == identifier.id)
+        all.find(|(id, _)| Some(*id) == identifier.id)
             .map(|(_, bus)| format!("{} is on {bus} in this log", name(identifier)))
     };
     let moved: Vec<String> = missing.iter().filter_map(|missing| elsewhere(missing)).collect();
@@ -75,7 +87,7 @@ fn of_presence(survey: &Survey) -> Vec<Finding> {
         let came = survey
             .unexpected
             .iter()
-            .map(|other| format!("{} ({})", other.id, other.traffic.frames));
+            .map(|other| format!("{} ({})", id(other), other.traffic.frames));
         let instead = match enumerate(came) {
             none if none.is_empty() => String::new(),
             came => format!("; unknown identifiers with their frames: {came}"),
@@ -172,13 +184,13 @@ pub(crate) fn of_other_angles(
 ) -> Option<Finding> {
     let came = |other: &&OtherAngle| {
         let mut all = expected.iter().chain(unexpected);
-        all.any(|own| own.id == other.id && own.traffic.frames > 0)
+        all.any(|own| own.id == Some(other.id) && own.traffic.frames > 0)
     };
     let named: Vec<&OtherAngle> = config.signals.other_angles.iter().filter(came).collect();
     let finding = if named.is_empty() {
         let others = beyond_the_joints(expected, unexpected);
         (!others.is_empty()).then(|| {
-            let others = enumerate(others.iter().map(|other| other.id));
+            let others = enumerate(others.into_iter().map(id));
             format!("next to the identifiers of the joint angles, and at their rate, [bus] dbc lacks {others}")
         })?
     } else {
@@ -199,13 +211,15 @@ fn beyond_the_joints<'a>(
 ) -> Vec<&'a Identifier> {
     let joints = expected.iter().filter(|own| !own.is_sampled);
     let Some(last) = joints.max_by_key(|own| own.id) else { return Vec::new() };
-    let Some(rate_hz) = last.traffic.rate_hz() else { return Vec::new() };
+    let (Some(last_id), Some(rate_hz)) = (last.id, last.traffic.rate_hz()) else {
+        return Vec::new();
+    };
     let has_rate = |id: FrameId| {
-        let own = unexpected.iter().find(|own| own.id == id)?;
+        let own = unexpected.iter().find(|own| own.id == Some(id))?;
         let is_equal = (own.traffic.rate_hz()? / rate_hz - 1.0).abs() <= RATE_OFF;
         is_equal.then_some(own)
     };
-    (1..).map_while(|step| has_rate(after(last.id, step))).collect()
+    (1..).map_while(|step| has_rate(after(last_id, step))).collect()
 }
 
 /// The identifier so many places after another. The highest have none.

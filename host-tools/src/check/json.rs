@@ -20,7 +20,8 @@ struct CheckJson<'a> {
 /// An identifier of the DBC file, or another one that came.
 #[derive(Serialize)]
 struct IdentifierJson<'a> {
-    id: String,
+    /// `null` of columns of a table.
+    id: Option<String>,
     is_expected: bool,
     signals: &'a [String],
     frames: u64,
@@ -74,7 +75,7 @@ pub(crate) fn text(check: &Check) -> Result<String> {
 
 fn identifier(identifier: &Identifier, is_expected: bool) -> IdentifierJson<'_> {
     IdentifierJson {
-        id: identifier.id.to_string(),
+        id: identifier.id.map(|id| id.to_string()),
         is_expected,
         signals: &identifier.signals,
         frames: identifier.traffic.frames,

@@ -155,12 +155,11 @@ impl<'a> Check<'a> {
             }
             None if setup::has_signals(self.config) => {
                 let joints = self.config.signals.joints.len() as u64;
-                let identifiers = self.config.signals.identifiers().len() as u64;
-                format!(
-                    "ready to record: {} and {}",
-                    count(joints, "joint"),
-                    count(identifiers, "identifier")
-                )
+                let joints = count(joints, "joint");
+                match self.config.signals.identifiers().len() as u64 {
+                    0 => format!("ready to read tables: {joints}"),
+                    some => format!("ready to record: {joints} and {}", count(some, "identifier")),
+                }
             }
             None => {
                 let tests = self.config.statics.tests.len() as u64;

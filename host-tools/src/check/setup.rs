@@ -15,7 +15,7 @@ pub(super) const ABOUTS: [&str; 2] = [ABOUT, ABOUT_MODEL];
 
 /// Returns whether the configuration describes records, and not static tests alone.
 pub(super) fn has_signals(config: &Config) -> bool {
-    !config.signals.identifiers().is_empty()
+    !config.signals.axes[0].is_empty()
 }
 
 /// The first finding: that nothing may be off but what is sought or stated, if `[accuracy]` assumes so.
@@ -63,8 +63,12 @@ fn of_joints(config: &Config) -> Vec<Finding> {
     let signals = &config.signals;
     let joints = count(signals.joints.len() as u64, "driven joint");
     let named = enumerate(&signals.joints);
-    let mut findings =
-        vec![Finding::right(ABOUT, format!("{joints}, each with a signal in [bus] dbc: {named}"))];
+    let place = match (&config.poses, config.interface.is_empty()) {
+        (Some(_), true) => "each with an angle in [recording] poses",
+        (None, true) => "each with a column of the table",
+        (_, false) => "each with a signal in [bus] dbc",
+    };
+    let mut findings = vec![Finding::right(ABOUT, format!("{joints}, {place}: {named}"))];
     if !signals.other_angles.is_empty() {
         let others = &signals.other_angles;
         findings.push(Finding::new(
@@ -82,6 +86,9 @@ fn of_joints(config: &Config) -> Vec<Finding> {
 }
 
 fn of_the_record(config: &Config) -> String {
+    if !config.knows_rate {
+        return "the sampling rate is that of the table's time".to_owned();
+    }
     let seconds = config.record_samples as f64 / config.rate_hz;
     let [lower, upper] = config.band_hz;
     // As the bins of an experiment are counted.

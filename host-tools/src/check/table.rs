@@ -5,6 +5,7 @@ use flexid_pipeline::check::{Examined, Identifier, Survey};
 use flexid_wire::words::Percent;
 
 use super::excitation::{band, silent};
+use super::identifiers::id;
 use super::words::enumerate;
 use super::{Check, Finding, Severity};
 use crate::window;
@@ -58,11 +59,11 @@ fn identifiers(survey: &Survey, rate_hz: f64, columns: usize) -> Table {
     for expected in &survey.expected {
         let at = if expected.is_sampled { format!("{rate_hz:.1}") } else { "any".to_owned() };
         let signals = expected.signals.join(", ");
-        table.add_row([expected.id.to_string(), signals, frames(expected), rate(expected), at]);
+        table.add_row([id(expected), signals, frames(expected), rate(expected), at]);
     }
     for other in survey.unexpected.iter().take(UNEXPECTED) {
         let none = "none".to_owned();
-        table.add_row([other.id.to_string(), none, frames(other), rate(other), "no".to_owned()]);
+        table.add_row([id(other), none, frames(other), rate(other), "no".to_owned()]);
     }
     if let more @ 1.. = survey.unexpected.len().saturating_sub(UNEXPECTED) {
         let rest = survey.unexpected.iter().skip(UNEXPECTED);

@@ -10,7 +10,7 @@ use super::{Finding, joints, unless_all_is_lost};
 use crate::urdf;
 
 pub(super) const ABOUT: &str = "units";
-const GIVE_UNIT: &str = "give the unit in [bus] dbc";
+const GIVE_UNIT: &str = "give the unit in [bus] dbc, or with the name of the column";
 /// Largest force of a cut, N. The strongest robots carry 2300 kg (23 kN), so that none bears this force.
 const LARGEST_CUT_N: f32 = 1e5;
 

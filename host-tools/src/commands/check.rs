@@ -31,8 +31,8 @@ pub(super) struct Args {
     /// The daemon's configuration
     #[arg(long, value_name = "EDGE.toml")]
     config: PathBuf,
-    /// Logs of candump -L, also packed (.gz, .zst), in the order in which they were recorded; - is standard input. Without any,
-    /// the configuration and its DBC file are checked
+    /// Logs of candump -L, or tables (CSV, LVM), also packed (.gz, .zst), in the order in which they were recorded; - is standard input.
+    /// Without any, the configuration and its DBC file are checked
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Print the findings as JSON
@@ -43,11 +43,14 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<()> {
     let config = match args.logs.as_slice() {
         [] => Config::load_statics(&args.config)?,
-        _ => Config::load(&args.config)?,
+        _ => Config::load_recorded(&args.config)?,
     };
-    let mut survey = match args.logs.as_slice() {
-        [] => None,
-        logs => Some(of_logs(&config, logs)?),
+    let (config, mut survey) = match args.logs.as_slice() {
+        [] => (config, None),
+        logs => {
+            let (config, survey) = of_logs(&config, logs)?;
+            (config, Some(survey))
+        }
     };
     let check = Check::new(&config, survey.as_ref());
     let text = if args.json {
@@ -68,11 +71,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// The content of the logs.
-pub(super) fn of_logs(config: &Config, logs: &[PathBuf]) -> Result<Survey> {
+/// The content of the logs, and the configuration that they complete.
+pub(super) fn of_logs(config: &Config, logs: &[PathBuf]) -> Result<(Config, Survey)> {
     let meter = Meter::of_reading();
-    let mut source = recording::open(logs, config, &meter)?;
-    let survey = survey(config, &mut source, |records| meter.show_records(records))?;
+    let (config, mut source) = recording::open(logs, config, &meter)?;
+    let survey = survey(&config, &mut source, |records| meter.show_records(records))?;
     meter.finish();
-    Ok(survey)
+    Ok((config, survey))
 }

@@ -49,8 +49,8 @@ pub(super) struct Args {
     /// The daemon's configuration
     #[arg(long, value_name = "EDGE.toml")]
     config: PathBuf,
-    /// Logs of candump -L, also packed (.gz, .zst), in the order in which they were recorded; - is standard input. None
-    /// where [static] tests are enough
+    /// Logs of candump -L, or tables (CSV, LVM), also packed (.gz, .zst), in the order in which they were recorded; - is standard input.
+    /// None where [static] tests are enough
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Adopt what explains the records: take each accuracy that they contradict as worse, and fit again
@@ -71,7 +71,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     // All input is checked before the work begins, so that no work is wasted.
     let mut config = match args.logs.as_slice() {
         [] => Config::load_statics(&args.config)?,
-        _ => Config::load(&args.config)?,
+        _ => Config::load_recorded(&args.config)?,
     };
     if args.explain {
         can_explain(args, &config)?;
@@ -93,14 +93,17 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if is_read_again {
         warn_at_once(&config, &args.logs)?;
     }
-    let Identified { finding, robot, statics, evidence, broken } = match args.logs.as_slice() {
+    let Identified { config, finding, robot, statics, evidence, broken } = match args
+        .logs
+        .as_slice()
+    {
         [] => {
-            let nothing = "nothing to identify from: name a LOG of candump -L, or give static tests in [static]";
+            let nothing = "nothing to identify from: name a LOG of candump -L or a table, or give static tests in [static]";
             let identified = run_statics(&config)?;
             let (finding, statics, robot) =
                 identified.ok_or_else(|| BadInput::new(&args.config, nothing))?;
             let (robot, statics) = (Some(robot), Some(statics));
-            Identified { finding, robot, statics, evidence: None, broken: None }
+            Identified { config, finding, robot, statics, evidence: None, broken: None }
         }
         logs => from_logs(&config, logs)?,
     };
@@ -193,7 +196,7 @@ fn page_of(args: &Args, result: &str) -> Result<String> {
 fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
     let bad = |message: &str| Err(BadInput::new(&args.config, message));
     if args.logs.is_empty() {
-        bad("--explain explains records: name a LOG of candump -L")
+        bad("--explain explains records: name a LOG of candump -L or a table")
     } else if config.accuracies.are_perfect() {
         bad(
             "--explain needs an accuracy that may be wrong, and [accuracy] is perfect: leave out assume = \"perfect\"",
@@ -240,6 +243,8 @@ fn nothing_adopted(Finding { report, confidence, .. }: &Finding) -> &'static str
 
 /// A fit, and what goes with it.
 struct Identified {
+    /// The configuration, completed by the logs.
+    config: Config,
     finding: Finding,
     /// The robot that predicts motion.
     robot: Option<FoundRobot>,
@@ -253,12 +258,12 @@ struct Identified {
 
 fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let meter = Meter::new();
-    let mut source = recording::open(logs, config, &meter)?;
-    let mut source = Watched::new(config, &mut source);
+    let (config, mut source) = recording::open(logs, config, &meter)?;
+    let mut source = Watched::new(&config, &mut source);
     let mut work = Work::default();
-    let outcome = run_offline(config, &mut source, |progress| meter.show(&mut work, progress))?;
+    let outcome = run_offline(&config, &mut source, |progress| meter.show(&mut work, progress))?;
     meter.finish();
-    let other_robot = of_other_angles(config, &source.expected(), &source.unexpected())
+    let other_robot = of_other_angles(&config, &source.expected(), &source.unexpected())
         .map(|finding| finding.to_string());
     let evidence = Some(Evidence::of(&outcome)).filter(|evidence| !evidence.records.is_empty());
     let Outcome { finding, robot, statics, state, troubles, broken, .. } = outcome;
@@ -267,8 +272,8 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
         broken.map(|error| anyhow!("the recording breaks off: {error}: copy or record it again"));
     if let Some(finding) = finding {
         other_robot.iter().for_each(|other| complain(&format!("warning: {other}")));
-        robot.iter().for_each(|robot| warn_of_one_pose(config, robot));
-        return Ok(Identified { finding, robot, statics, evidence, broken });
+        robot.iter().for_each(|robot| warn_of_one_pose(&config, robot));
+        return Ok(Identified { config, finding, robot, statics, evidence, broken });
     }
     let Some(first) = logs.first() else { return Err(anyhow!("no log, and nothing found")) };
     // Without time nothing else that is said of rates and records is right.
@@ -285,13 +290,17 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let others = troubles.iter().filter(|own| !matches!(own, Trouble::RecordingBroken(_)));
     let others = others.map(ToString::to_string).chain(other_robot);
     let besides = broken.iter().map(ToString::to_string).chain(others);
-    Err(BadInput::new(first, no_record(config, logs, &state, besides)).into())
+    Err(BadInput::new(first, no_record(&config, logs, &state, besides)).into())
 }
 
 /// Warns of what `check` sees in configuration and logs. Logs that can be read only once are not among them: their errors come first.
 fn warn_at_once(config: &Config, logs: &[PathBuf]) -> Result<()> {
-    let survey = if logs.is_empty() { None } else { Some(of_logs(config, logs)?) };
-    let check = Check::new(config, survey.as_ref());
+    let surveyed = if logs.is_empty() { None } else { Some(of_logs(config, logs)?) };
+    let (config, survey) = match &surveyed {
+        Some((config, survey)) => (config, Some(survey)),
+        None => (config, None),
+    };
+    let check = Check::new(config, survey);
     check.at_once().for_each(|finding| complain(&format!("warning: {finding}")));
     Ok(())
 }

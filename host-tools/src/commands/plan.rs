@@ -101,7 +101,11 @@ fn poses(text: &str) -> Result<Poses, String> {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let started = Instant::now();
-    let config = Config::load(&args.config)?;
+    let config = Config::load_recorded(&args.config)?;
+    if !config.knows_rate {
+        let message = "[measurement] rate_hz is missing: a plan is made for a rate";
+        return Err(BadInput::new(&config.file, message).into());
+    }
     let scenario = Scenario::of(&config)?;
     let cutting = cutting(args, &scenario)?;
     // A record has the noise in single precision.

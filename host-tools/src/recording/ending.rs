@@ -133,7 +133,7 @@ fn parsed(line: &[u8]) -> Option<(&str, Frame)> {
     let mut frames = Vec::new();
     CandumpLog::new(Path::new(""), line).read(&mut frames, Duration::ZERO).ok()?;
     let bus = str::from_utf8(line).ok()?.split_whitespace().nth(1)?;
-    Some((bus, frames.pop()?.frame))
+    Some((bus, frames.pop()?.frame()?))
 }
 
 #[cfg(test)]

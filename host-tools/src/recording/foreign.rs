@@ -1,7 +1,10 @@
-//! Logs in formats other than that of `candump -L`, recognised by their first bytes, and the commands that convert
+//! Recordings in formats other than that of `candump -L` and tables, recognised by their first bytes, and the commands that convert
 //! them.
 //!
-//! `can_logconvert` comes with the Python package `python-can` (4.6 was tried). It recognises formats by the file's
+//! What a data acquisition unit or a robot wrote becomes a table. In the commands, names of groups, topics and channels are to be replaced; those
+//! of the columns are then the names in `[signals]`.
+//!
+//! The commands were tried: asammdf 8.8, npTDMS 1.10, scipy, h5py, pyuff and rosbags of November 2026. `can_logconvert` comes with the Python package `python-can` (4.6 was tried). It recognises formats by the file's
 //! ending. `scapy` (2.7 was tried) reads captures of Wireshark and tcpdump.
 
 use std::io::{Cursor, Read};
@@ -11,8 +14,8 @@ use flexid_pipeline::source::is_frame;
 
 use super::packed::Failure;
 
-/// Number of bytes that are examined. The longest header of a text format has some twenty lines.
-const HEAD: u64 = 4096;
+/// Number of bytes that are examined: the longest line of a table, which is longer than any header of another format.
+const HEAD: u64 = 1 << 16;
 
 /// Beginnings of texts in UTF-16.
 const OF_UTF_16: [&[u8]; 2] = [b"\xFF\xFE", b"\xFE\xFF"];
@@ -25,14 +28,36 @@ const UTF_16: &str =
 const BLF: &str =
     "is a BLF log: convert it with `pip install python-can; can_logconvert IN.blf OUT.log`";
 const SQLITE: &str = "is a SQLite database, as python-can writes: convert it with `pip install python-can; can_logconvert IN.db OUT.log`";
-const MEASUREMENT_DATA: &str = "is an MDF (MF4) log: convert it with `pip install 'python-can[mf4]'; can_logconvert IN.mf4 OUT.log`";
+/// A name in the schema of a bag, which stands in the first page of the database.
+const OF_BAG: &[u8] = b"serialization_format";
+const BAG_OF_SQLITE: &str = "is a bag of ROS 2 in SQLite: write force and acceleration into a table with the script in the manual (Recordings), by the Python package rosbags";
+const MCAP: &str = "is a bag of ROS 2 (MCAP): write force and acceleration into a table with the script in the manual (Recordings), by the Python package rosbags";
+const BAG: &str = "is a bag of ROS 1: write force and acceleration into a table with the script in the manual (Recordings), by the Python package rosbags, \
+    which also makes a bag of ROS 2 of it (`rosbags-convert`)";
+const MEASUREMENT_DATA: &str = "is an MDF (MF4) file: export that of a data acquisition unit as a table with \
+    `pip install asammdf; python3 -c \"from asammdf import MDF; MDF('IN.mf4').export('csv', 'OUT.csv', single_time_base=True, raster=0.0005, add_units=True)\"` \
+    (raster: the sampling period, s); convert that of a CAN bus with `pip install 'python-can[mf4]'; can_logconvert IN.mf4 OUT.log`, \
+    which writes an empty log of any other";
+const TDMS: &str = "is a TDMS file of LabVIEW: export it as a table with `pip install npTDMS pandas; \
+    python3 -c \"from nptdms import TdmsFile; TdmsFile('IN.tdms').groups()[0].as_dataframe(time_index=True).to_csv('OUT.csv', index_label='time')\"`";
+const MAT: &str = "is a MAT file of MATLAB: export its variables as a table with `writetable(table(time, Fx, Fy, Fz, ax, ay, az), 'OUT.csv')` in MATLAB, or with \
+    `pip install scipy pandas; python3 -c \"from scipy.io import loadmat; import numpy, pandas; \
+    v = {n: numpy.atleast_2d(x) for n, x in loadmat('IN.mat').items() if n[0] != '_'}; \
+    v = {n: x.T if len(x) < x.shape[1] else x for n, x in v.items()}; rows = max(map(len, v.values())); \
+    pandas.DataFrame({n + str(i or ''): c for n, x in v.items() if len(x) == rows for i, c in enumerate(x.T)}).to_csv('OUT.csv', index=False)\"`";
+const HDF5: &str = "is an HDF5 file, as MATLAB 7.3 and others write: export its variables as a table with `writetable(table(time, Fx, Fy, Fz, ax, ay, az), 'OUT.csv')` \
+    in MATLAB, or with `pip install h5py pandas; python3 -c \"import h5py, numpy, pandas; \
+    v = {n: numpy.atleast_2d(x[()]) for n, x in h5py.File('IN.h5').items() if hasattr(x, 'shape')}; \
+    v = {n: x.T if len(x) < x.shape[1] else x for n, x in v.items()}; rows = max(map(len, v.values())); \
+    pandas.DataFrame({n + str(i or ''): c for n, x in v.items() if len(x) == rows for i, c in enumerate(x.T)}).to_csv('OUT.csv', index=False)\"`";
+const UNIVERSAL: &str = "is a universal file (UFF): export its time records as a table with `pip install pyuff pandas; python3 -c \"import pyuff, pandas; \
+    sets = [x for x in pyuff.UFF('IN.uff').read_sets() if x['type'] == 58]; pandas.DataFrame({x['id1']: x['data'] for x in sets}, \
+    index=sets[0]['x']).to_csv('OUT.csv', index_label='time')\"`";
 const ASC: &str =
     "is an ASC log: convert it with `pip install python-can; can_logconvert IN.asc OUT.log`";
 const TRACE: &str =
     "is a PEAK trace: convert it with `pip install python-can; can_logconvert IN.trc OUT.log`";
 const CSV_OF_PYTHON_CAN: &str = "is a CSV log of python-can: convert it with `pip install python-can; can_logconvert IN.csv OUT.log`";
-const CSV: &str = "is a CSV file, of which there are many kinds: export the recording as ASC or BLF instead and convert that with \
-    `pip install python-can; can_logconvert IN.asc OUT.log`, or write lines like `(1767000000.000060) can0 101#0011223344556677`";
 const PLAIN: &str = "is what candump prints without -L: record with `candump -L`, or convert it with \
     `sed -E 's/^ *(\\([0-9.]+\\)) +(\\S+) +(\\S+) +\\[[0-9]+\\] */\\1 \\2 \\3#/; :a; s/(#\\S*) /\\1/; ta' IN > OUT.log`";
 const PLAIN_DATES: &str = "is what candump prints without -L, with dates (-t A): record with `candump -L`, or convert it with \
@@ -43,7 +68,7 @@ const PLAIN_DIFFERENCES: &str = "is what candump prints without -L, with differe
 const PLAIN_WITHOUT_TIMES: &str =
     "is what candump prints without -L, and has no times: record again with `candump -L`";
 
-const ENDLESS: &str = "is not a candump log: line 1 is longer than any of `candump -L`: \
+const ENDLESS: &str = "is neither a candump log nor a table: line 1 is longer than 64 KiB: \
     record it with `candump -L can0 > cut.log`, or name another log";
 
 /// The first bytes of a log, and a reader of the whole log.
@@ -61,33 +86,44 @@ pub fn mend(head: &[u8]) -> Option<&'static str> {
         return Some(UTF_16);
     }
     if let Some(format) = Binary::of(head) {
-        return Some(way(format));
+        return Some(way(format, head));
     }
     if head.len() as u64 == HEAD && !head.contains(&b'\n') {
         return Some(ENDLESS);
     }
-    let text = String::from_utf8_lossy(head);
-    if text.lines().any(is_frame) {
+    if is_candump(head) {
         return None;
     }
+    let text = String::from_utf8_lossy(head);
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     lines.clone().find_map(of_line).or_else(|| of_plain(lines.clone())).or_else(|| {
         let (first, second) = (lines.next()?, lines.next()?);
         if first.starts_with("timestamp,arbitration_id,") {
-            return Some(CSV_OF_PYTHON_CAN);
+            Some(CSV_OF_PYTHON_CAN)
+        } else {
+            // A data set stands between two lines of -1, the first of which is followed by its number.
+            let is_set = first == "-1" && second.starts_with(|own: char| own.is_ascii_digit());
+            is_set.then_some(UNIVERSAL)
         }
-        let columns = |line: &str, comma: char| line.matches(comma).count();
-        let is_table =
-            |comma| columns(first, comma) >= 2 && columns(first, comma) == columns(second, comma);
-        [',', ';', '\t'].into_iter().any(is_table).then_some(CSV)
     })
 }
 
-/// The way from a format that is not text to a log.
-fn way(format: Binary) -> &'static str {
+/// Whether a log that begins with `head` has a line of `candump -L`.
+pub(super) fn is_candump(head: &[u8]) -> bool {
+    String::from_utf8_lossy(head).lines().any(is_frame)
+}
+
+/// The way from a format that is not text to a log or a table.
+fn way(format: Binary, head: &[u8]) -> &'static str {
     match format {
         Binary::Blf => BLF,
         Binary::Mdf => MEASUREMENT_DATA,
+        Binary::Mcap => MCAP,
+        Binary::Bag => BAG,
+        Binary::Tdms => TDMS,
+        Binary::Mat => MAT,
+        Binary::Hdf5 => HDF5,
+        Binary::Sqlite if head.windows(OF_BAG.len()).any(|part| part == OF_BAG) => BAG_OF_SQLITE,
         Binary::Sqlite => SQLITE,
         Binary::Capture => CAPTURE,
         Binary::Gzip => "is packed with gzip, and more than once: unpack it first with `gzip -d`",
@@ -162,11 +198,19 @@ mod tests {
     fn other_formats_are_named_with_the_conversion() {
         let asc = b"date Mon Dec 29 09:20:00.000 am 2025\nbase hex  timestamps absolute\n\
             internal events logged\n// version 9.0.0\n   0.000131 1  102             Rx   d 8 01 00 02 00 03 00 04 00\n";
-        let cases: [(&[u8], &str); 22] = [
-            (&[0; HEAD as usize], "is not a candump log: line 1 is longer than "),
+        let cases: [(&[u8], &str); 29] = [
+            (&[0; HEAD as usize], "is neither a candump log nor a table: line 1 is longer than "),
             (b"LOGG\x90\0\0\0\x05\0\0\0", "is a BLF log: "),
-            (b"MDF     4.10    python\0", "is an MDF (MF4) log: "),
-            (b"UnFinMF 4.10    logger\0", "is an MDF (MF4) log: "),
+            (b"MDF     4.10    python\0", "is an MDF (MF4) file: "),
+            (b"UnFinMF 4.10    logger\0", "is an MDF (MF4) file: "),
+            (b"\x89MCAP0\r\n\x01", "is a bag of ROS 2 (MCAP): "),
+            (b"#ROSBAG V2.0\nE\0\0\0", "is a bag of ROS 1: "),
+            (b"SQLite format 3\0\x10\0CREATE TABLE topics(id, serialization_format", "is a bag of ROS 2 in SQLite: "),
+            (b"TDSm\x0E\0\0\0", "is a TDMS file of LabVIEW: "),
+            (b"MATLAB 5.0 MAT-file Platform: posix\0", "is a MAT file of MATLAB: "),
+            (b"MATLAB 7.3 MAT-file\0", "is an HDF5 file, "),
+            (b"\x89HDF\r\n\x1A\n\0", "is an HDF5 file, "),
+            (b"    -1\n   151\nMODEL\n", "is a universal file (UFF): "),
             (b"\xFD7zXZ\0\0\x04", "is packed with xz: "),
             // Formats that the configuration's reader knows are known here, too.
             (b"\xD0\xCF\x11\xE0\xA1\xB1", "is a workbook of Excel, and no log: "),
@@ -177,7 +221,6 @@ mod tests {
                 b"timestamp,arbitration_id,extended,remote,error,dlc,data\n1767000000.00006,0x101,0,0,0,8,AwAAAP7//g4=\n",
                 "is a CSV log of python-can: ",
             ),
-            (b"time;id;data\n0.1;101;00\n", "is a CSV file, "),
             (b"SQLite format 3\0\x10\0", "is a SQLite database, as python-can writes: "),
             (b"\xD4\xC3\xB2\xA1\x02\0\x04\0", "is a capture of Wireshark "),
             (b"\xA1\xB2\x3C\x4D\0\x02\0\x04", "is a capture of Wireshark "),

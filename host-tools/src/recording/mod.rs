@@ -15,11 +15,13 @@ pub mod packed;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::{self, BadInput};
-use flexid_pipeline::signals::SignalTable;
-use flexid_pipeline::source::{CandumpLog, FrameSource, Logs};
+use flexid_pipeline::source::{
+    Arrival, CandumpLog, Flow, FrameSource, Logs, Shown, SourceHealth, TableLog, table,
+};
 
 use ending::Whole;
 use meter::Meter;
@@ -27,11 +29,20 @@ use meter::Meter;
 /// Name of standard input.
 const STANDARD_INPUT: &str = "-";
 
-/// What a log of candump seems to be.
-const LOG: &str = "a candump log";
+/// What a log of candump and a table of commas seem to be.
+const READ: [&str; 2] = ["a candump log", "a CSV file"];
 
-/// A log, unpacked.
-type Log = CandumpLog<Box<dyn Read + Send>>;
+/// Most tables of a file of poses that an error names.
+const NAMED: usize = 5;
+
+/// The bytes of a recording, unpacked.
+type Bytes = Box<dyn Read + Send>;
+
+/// A recording, by its content.
+enum Log {
+    Frames(CandumpLog<Bytes>),
+    Table(TableLog<Bytes>),
+}
 
 /// A log that can be used.
 enum Usable {
@@ -41,21 +52,39 @@ enum Usable {
     Open(Box<Log>),
 }
 
+impl FrameSource for Log {
+    fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
+        match self {
+            Self::Frames(log) => log.read(batch, timeout),
+            Self::Table(table) => table.read(batch, timeout),
+        }
+    }
+
+    fn health(&self) -> SourceHealth {
+        match self {
+            Self::Frames(log) => log.health(),
+            Self::Table(table) => table.health(),
+        }
+    }
+}
+
 /// Returns whether a log is a file, which can be read again, and not standard input or a pipe.
 pub(crate) fn is_file(name: &Path) -> bool {
     name.as_os_str() != STANDARD_INPUT && fs::metadata(name).is_ok_and(|log| log.is_file())
 }
 
-/// Opens the logs of a configuration as one source. It opens and checks each log at once, so that it reports a wrong name before the
-/// work begins. In place of a last line that is cut off there comes an error, as at the end of packed data that are cut off.
+/// Opens the recordings of a configuration as one source, and returns it with the configuration that they complete: tables have their own steps,
+/// and perhaps their own rate. It opens and checks each at once, so that it reports a wrong name before the work begins. In place of a last line
+/// that is cut off there comes an error, as at the end of packed data that are cut off.
 ///
 /// # Errors
-/// A log cannot be read, or is not of `candump -L`. The error is one line on the first of them, with the remedy.
+/// A recording cannot be read, or is neither of `candump -L` nor a table with the columns of the configuration. The error is one line on the first
+/// of them, with the remedy.
 pub(crate) fn open(
     names: &[PathBuf],
     config: &Config,
     meter: &Meter,
-) -> Result<impl FrameSource + use<>, BadInput> {
+) -> Result<(Config, impl FrameSource + use<>), BadInput> {
     if let Some(again) = names
         .iter()
         .enumerate()
@@ -63,58 +92,126 @@ pub(crate) fn open(
     {
         return Err(BadInput::new(again.1, "is standard input, which can be read only once"));
     }
-    let usable = |name: &PathBuf| usable(name, config, meter);
-    let logs = names.iter().map(usable).collect::<Result<Vec<_>, _>>()?;
-    let (interface, table, meter) =
-        (config.interface.clone(), config.signals.clone(), meter.clone());
-    Ok(Logs::new(logs.into_iter().map(move |usable| match usable {
+    let mut logs = Vec::new();
+    // What the tables show together, or that there are frames.
+    let mut all: Option<Option<Shown>> = None;
+    for name in names {
+        let (usable, shown) = usable(name, config, meter)?;
+        all = Some(match (all, shown) {
+            (None, shown) => shown,
+            (Some(None), None) => None,
+            (Some(Some(all)), Some(shown)) => {
+                Some(all.and(shown).map_err(|[one_hz, other_hz]| {
+                    let rates = format!("comes at {other_hz:.1} Hz, and the tables before at {one_hz:.1} Hz: identify from those of one rate");
+                    BadInput::new(name, rates)
+                })?)
+            }
+            (Some(_), _) => {
+                let message = "is of another kind than the recordings before: name candump logs or tables, not both";
+                return Err(BadInput::new(name, message));
+            }
+        });
+        logs.push(usable);
+    }
+    let config = match all.flatten() {
+        Some(shown) => config.of_tables(&shown)?,
+        None => config.clone(),
+    };
+    let (own, meter) = (config.clone(), meter.clone());
+    let source = Logs::new(logs.into_iter().map(move |usable| match usable {
         Usable::Open(log) => Ok(*log),
         Usable::File(name) => {
             let file = File::open(&name).map_err(|error| input::unreadable(&name, &error));
-            file.and_then(|file| log(&name, meter.read(file), &interface, &table))
-                .map_err(io::Error::other)
+            file.and_then(|file| log(&name, meter.read(file), &own)).map_err(io::Error::other)
         }
-    })))
+    }));
+    Ok((config, source))
 }
 
-/// Checks the log of this name.
-fn usable(name: &Path, config: &Config, meter: &Meter) -> Result<Usable, BadInput> {
-    let Config { interface, signals: table, .. } = config;
+/// Checks the log of this name. Of a table it returns what its rows show.
+fn usable(
+    name: &Path,
+    config: &Config,
+    meter: &Meter,
+) -> Result<(Usable, Option<Shown>), BadInput> {
+    let opened = |log: Log| {
+        let shown = log.shown();
+        (Usable::Open(Box::new(log)), shown)
+    };
     if name.as_os_str() == STANDARD_INPUT {
-        let log = log(Path::new("standard input"), io::stdin(), interface, table)?;
-        return Ok(Usable::Open(Box::new(log)));
+        return Ok(opened(log(name, io::stdin(), config)?));
     }
     let metadata = fs::metadata(name).map_err(|error| input::unreadable(name, &error))?;
     if metadata.is_dir() {
         return Err(BadInput::new(name, "is a folder: name the log files in it"));
     }
     let file = File::open(name).map_err(|error| input::unreadable(name, &error))?;
+    let log = log(name, file, config)?;
     if metadata.is_file() {
-        log(name, file, interface, table)?;
         meter.expect(metadata.len());
-        Ok(Usable::File(name.to_owned()))
+        Ok((Usable::File(name.to_owned()), log.shown()))
     } else {
-        Ok(Usable::Open(Box::new(log(name, file, interface, table)?)))
+        Ok(opened(log))
     }
 }
 
-/// The log in `bytes`, packed or not, if it is one of `candump -L`; messages call it `name`.
-fn log(
-    name: &Path,
-    bytes: impl Read + Send + 'static,
-    interface: &str,
-    table: &SignalTable,
-) -> Result<Log, BadInput> {
-    let whole = Whole::new(packed::unpacked(bytes), interface.to_owned(), table.clone());
-    let (head, bytes) = foreign::head(Box::new(whole));
+impl Log {
+    fn shown(&self) -> Option<Shown> {
+        match self {
+            Self::Frames(_) => None,
+            Self::Table(table) => Some(table.shown()),
+        }
+    }
+}
+
+/// The recording in `bytes`, packed or not, if it is one of `candump -L` or a table; messages call it `name`.
+fn log(name: &Path, bytes: impl Read + Send + 'static, config: &Config) -> Result<Log, BadInput> {
+    let is_standard_input = name.as_os_str() == STANDARD_INPUT;
+    let shown = if is_standard_input { Path::new("standard input") } else { name };
+    let (head, bytes) = foreign::head(packed::unpacked(bytes));
     if let Some(mend) = foreign::mend(&head) {
-        return Err(BadInput::new(name, mend));
+        return Err(BadInput::new(shown, mend));
     }
-    let own = input::seems(&String::from_utf8_lossy(&head)).filter(|own| *own != LOG);
-    if let Some(own) = own {
-        return Err(BadInput::new(name, format!("is {own}, and no log of candump -L: name one")));
+    let layout = config.layout()?;
+    let is_log = foreign::is_candump(&head);
+    let own = input::seems(&String::from_utf8_lossy(&head)).filter(|own| !READ.contains(own));
+    let has_names = !is_log && table::has_names(&head, &layout);
+    if let Some(own) = own.filter(|_| !is_log && !has_names) {
+        return Err(BadInput::new(
+            shown,
+            format!("is {own}, and neither a log of candump -L nor a table: name one"),
+        ));
     }
-    CandumpLog::new(name, bytes).on_bus(interface)
+    let has_bus = !config.interface.is_empty();
+    if has_names || (!is_log && (table::is_like(&head) || !has_bus)) {
+        let poses = poses(name, shown, config)?;
+        return Ok(Log::Table(TableLog::open(shown, bytes, &layout, poses)?));
+    }
+    if !has_bus {
+        let file = config.file.display();
+        return Err(BadInput::new(
+            shown,
+            format!("is a candump log, and {file} has no [bus]: name interface and DBC file there"),
+        ));
+    }
+    let Config { interface, signals, .. } = config;
+    let whole = Whole::new(bytes, interface.clone(), signals.clone());
+    Ok(Log::Frames(CandumpLog::new(shown, Box::new(whole) as Bytes).on_bus(interface)?))
+}
+
+/// The poses of a table, if they are not columns of it.
+fn poses(name: &Path, shown: &Path, config: &Config) -> Result<Option<Vec<Vec<f64>>>, BadInput> {
+    let Some(poses) = &config.poses else { return Ok(None) };
+    let own = poses.of(name);
+    if own.is_empty() {
+        let names: Vec<&str> = poses.names().take(NAMED).collect();
+        let names = names.join(", ");
+        return Err(BadInput::new(
+            shown,
+            format!("has no line in [recording] poses, which names {names}: add its pose there"),
+        ));
+    }
+    Ok(Some(own))
 }
 
 #[cfg(test)]
@@ -157,7 +254,7 @@ mod tests {
             fs::write(name, LINE).unwrap();
         }
         let before = descriptors();
-        let logs = open(&names, &config(), &Meter::hidden()).unwrap();
+        let (_, logs) = open(&names, &config(), &Meter::hidden()).unwrap();
         assert!(descriptors() < before + 100, "{} are open", descriptors() - before);
         assert_eq!(frames(logs).0, 300);
     }
@@ -169,7 +266,7 @@ mod tests {
         for name in &names {
             fs::write(name, LINE).unwrap();
         }
-        let logs = open(&names, &config(), &Meter::hidden()).unwrap();
+        let (_, logs) = open(&names, &config(), &Meter::hidden()).unwrap();
         fs::remove_file(&names[0]).unwrap();
         let (frames, end) = frames(logs);
         assert_eq!(frames, 1);

@@ -59,12 +59,12 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
         (
             "check --config edge.toml edge.toml",
             None,
-            &["edge.toml: is a configuration, and no log of candump -L"],
+            &["edge.toml: is a configuration, and neither a log of candump -L nor a table"],
         ),
         (
             "identify --config edge.toml mill3.dbc",
             None,
-            &["mill3.dbc: is a DBC file, and no log of candump -L"],
+            &["mill3.dbc: is a DBC file, and neither a log of candump -L nor a table"],
         ),
         (
             "predict edge.toml",
@@ -186,7 +186,7 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
             "identify --config edge.toml mill3.urdf",
             None,
             &[
-                "mill3.urdf: is a URDF (`flexid model import` makes a model file of it), and no log of candump -L: name one",
+                "mill3.urdf: is a URDF (`flexid model import` makes a model file of it), and neither a log of candump -L nor a table: name one",
             ],
         ),
         ("plan --config edge.toml --force -1", None, &["--force -1: must be above 0 N"]),
@@ -270,7 +270,7 @@ const DBC: Said = Said([
 const LOG: Said = Said([
     "is empty: record it with `candump -L can0 > cut.log`",
     "the last line is cut off",
-    "is not a candump log: line 1 is longer than any",
+    "is neither a candump log nor a table: line 1 is longer than",
     "is not a candump log: line 1 is no line of `candump -L`",
 ]);
 const TRUTH: Said = Said([

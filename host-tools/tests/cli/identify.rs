@@ -140,8 +140,17 @@ fn a_log_without_a_record_is_refused_with_what_to_do() {
         ("force.log empty.log", &["empty.log: is empty: ", record]),
         ("letter.log", &["letter.log: is not a candump log: line 1 is no line of", record]),
         ("short.log", &["short.log: is not a candump log: line 1 is no line of", record]),
-        ("table.log", &["table.log: is a CSV file, ", "can_logconvert"]),
-        ("line.log", &["line.log: is not a candump log: line 1 is longer than any", record]),
+        (
+            "table.log",
+            &["table.log:1: has no column \"Fx\", \"Fy\"", "it has \"time\", \"id\", \"data\": "],
+        ),
+        (
+            "line.log",
+            &[
+                "line.log: is neither a candump log nor a table: line 1 is longer than 64 KiB",
+                record,
+            ],
+        ),
         (
             "other.log",
             &[

@@ -27,6 +27,7 @@ mod setup;
 mod shell;
 mod simulate;
 mod statics;
+mod tables;
 mod uff;
 mod watch;
 mod window;

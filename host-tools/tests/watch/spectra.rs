@@ -131,10 +131,8 @@ fn the_numbers_are_those_of_the_simulated_cut() {
         };
         config.signals.decode(&frame.frame, take).unwrap();
     }
-    let frames = sent
-        .frames
-        .iter()
-        .map(|frame| Arrival { time_s: START_S + frame.time_s, frame: frame.frame });
+    let frames =
+        sent.frames.iter().map(|frame| Arrival::of_frame(START_S + frame.time_s, frame.frame));
     let report = with_daemon(&config, frames.collect(), |path| {
         let report = report(path);
         let mut terminal = Terminal::watch(path, "", &[("NO_COLOR", "1")]);

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use flexid_core::stream::Reading;
-use flexid_pipeline::config::SignalsSection;
+use flexid_pipeline::config::{ForceAxes, SignalsSection};
 use flexid_pipeline::model::Model;
 use flexid_pipeline::signals::SignalTable;
 use flexid_pipeline::source::{Frame, FrameKind};
@@ -21,10 +21,11 @@ static MODEL: LazyLock<Model> = LazyLock::new(|| {
 /// The names in the scenario's `mill3-edge.toml`.
 static NAMES: LazyLock<SignalsSection> = LazyLock::new(|| SignalsSection {
     force: ["Fx", "Fy", "Fz"].map(String::from),
-    force_counter: "ForceCounter".into(),
+    force_counter: Some("ForceCounter".into()),
+    force_axes: ForceAxes::Tcp,
     acceleration: ["ax", "ay", "az"].map(String::from),
-    acceleration_counter: "AccelerationCounter".into(),
-    joints: ["q1", "q2", "q3"].map(String::from).into(),
+    acceleration_counter: Some("AccelerationCounter".into()),
+    joints: Some(["q1", "q2", "q3"].map(String::from).into()),
 });
 
 fuzz_target!(|data: &[u8]| {

@@ -1,16 +1,17 @@
-//! The frames of each identifier, counted on their way to the intake.
+//! The frames of each identifier, or the readings of a table, counted on their way to the intake.
 
 use std::collections::HashMap;
 use std::io;
 use std::time::Duration;
 
 use embedded_can::Id;
+use flexid_core::stream::Reading;
 use flexid_wire::misfits::FrameId;
 
 use crate::config::Config;
 use crate::intake::frame_id;
 use crate::signals::SignalTable;
-use crate::source::{Arrival, Flow, Frame, FrameKind, FrameSource, SourceHealth};
+use crate::source::{Arrival, Content, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 
 /// Time without any frame, or without one of force or acceleration, that does not count for the rate, s. The stream takes a longer one for
 /// a silence, too ([`flexid_core::stream::Stream::push`]).
@@ -21,12 +22,12 @@ const CYCLE_S: f64 = 2.0;
 /// Most identifiers without a signal that are told apart.
 const MOST: usize = 256;
 
-/// An identifier and its frames.
+/// An identifier and its frames, or columns of a table and their readings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identifier {
-    /// The identifier.
-    pub id: FrameId,
-    /// Names of the values that the DBC file has in it, as far as the config names them.
+    /// The identifier. `None` of columns.
+    pub id: Option<FrameId>,
+    /// Names of the values that the DBC file has in it, as far as the config names them; names of the columns.
     pub signals: Vec<String>,
     /// True if its frames carry force or acceleration, and come at the sampling rate.
     pub is_sampled: bool,
@@ -75,6 +76,8 @@ pub struct Watched<'a> {
     source: &'a mut dyn FrameSource,
     table: &'a SignalTable,
     expected: HashMap<Id, Traffic>,
+    /// Readings of tables: force, acceleration, then the joints, base first.
+    readings: Vec<Traffic>,
     /// Newest frame of force and of acceleration.
     newest: HashMap<Id, Frame>,
     unexpected: HashMap<Id, Traffic>,
@@ -95,6 +98,7 @@ impl<'a> Watched<'a> {
             source,
             table,
             expected,
+            readings: vec![Traffic::default(); 2 + table.joints.len()],
             newest: HashMap::new(),
             unexpected: HashMap::new(),
             began_s: None,
@@ -105,9 +109,25 @@ impl<'a> Watched<'a> {
 
     /// Returns the identifiers of the table with their frames, in its order.
     pub fn expected(&self) -> Vec<Identifier> {
+        if self.table.is_of_columns() {
+            return self.columns().collect();
+        }
         let all = self.table.identifiers().into_iter();
         all.map(|id| self.identifier(id, self.expected.get(&id).copied().unwrap_or_default()))
             .collect()
+    }
+
+    /// Returns the columns of force, acceleration and joints with their readings.
+    fn columns(&self) -> impl Iterator<Item = Identifier> {
+        let (force, acceleration) = self.table.axes.split_at(3);
+        let sensors = [(force, true), (acceleration, true)].into_iter();
+        let joints = self.table.joints.iter().map(|joint| (std::slice::from_ref(joint), false));
+        sensors.chain(joints).zip(&self.readings).map(|((names, is_sampled), traffic)| Identifier {
+            id: None,
+            signals: names.to_vec(),
+            is_sampled,
+            traffic: *traffic,
+        })
     }
 
     /// Returns the other identifiers, the most frequent first, and equally frequent ones in ascending order.
@@ -120,7 +140,7 @@ impl<'a> Watched<'a> {
 
     fn identifier(&self, id: Id, traffic: Traffic) -> Identifier {
         Identifier {
-            id: frame_id(id),
+            id: Some(frame_id(id)),
             signals: self.table.names(id).into_iter().map(str::to_owned).collect(),
             is_sampled: self.table.is_sampled(id),
             traffic,
@@ -140,14 +160,28 @@ impl<'a> Watched<'a> {
         all.into_iter().map(|other| (frame_id(other.id), other.bus)).collect()
     }
 
-    fn note(&mut self, Arrival { time_s, frame }: &Arrival) {
-        if frame.kind == FrameKind::Error {
+    fn note(&mut self, Arrival { time_s, content }: &Arrival) {
+        if matches!(content, Content::Frame(frame) if frame.kind == FrameKind::Error) {
             return;
         }
         self.began_s.get_or_insert(*time_s);
         let before_s = self.heard_s.replace(*time_s).unwrap_or(*time_s);
         self.silences += u64::from(!(0.0..=SILENCE_S).contains(&(time_s - before_s)));
         let silences = self.silences;
+        let frame = match content {
+            Content::Frame(frame) => frame,
+            Content::Reading(reading) => {
+                let (place, longest_s) = match reading {
+                    Reading::Force { .. } => (0, SILENCE_S),
+                    Reading::Acceleration { .. } => (1, SILENCE_S),
+                    Reading::Joint { index, .. } => (2 + usize::from(*index), CYCLE_S),
+                };
+                if let Some(traffic) = self.readings.get_mut(place) {
+                    traffic.note(*time_s, silences, longest_s);
+                }
+                return;
+            }
+        };
         if let Some(traffic) = self.expected.get_mut(&frame.id) {
             let is_sampled = self.table.is_sampled(frame.id);
             // The counter is a part of the frame.

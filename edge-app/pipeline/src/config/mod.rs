@@ -22,7 +22,9 @@ use flexid_wire::text::{FileName, clipped};
 
 use crate::input::{self, BadInput};
 use crate::model::{Kind, Model};
-use crate::signals::SignalTable;
+use crate::poses::Poses;
+use crate::signals::{FINEST, SignalTable};
+use crate::source::{Layout, Shown};
 use crate::statics::{self, StaticTests};
 use crate::text::printable;
 
@@ -35,14 +37,14 @@ pub use fingerprint::{Fingerprint, Validity};
 pub use listen::{Listen, ListenError, SocketAccess};
 use recording::{Recording, Sections};
 use sections::Assumed;
-pub use sections::SignalsSection;
+pub use sections::{ForceAxes, SignalsSection};
 
 /// Checked configuration of the daemon, the simulator and the offline tool.
 #[derive(Clone, Debug)]
 pub struct Config {
     /// File from which the config was read.
     pub file: PathBuf,
-    /// Files that it names and that were read with it: model, DBC file, static tests.
+    /// Files that it names and that were read with it: model, DBC file, poses, static tests.
     pub named_files: Vec<PathBuf>,
     /// Model of the robot.
     pub model: Model,
@@ -58,12 +60,18 @@ pub struct Config {
     pub assumes_perfect: bool,
     /// True if an estimate adopts what explains the records. The file does not say.
     pub adopts_explanations: bool,
-    /// Name of the CAN interface.
+    /// Name of the CAN interface. Empty if the file has no `[bus]`: records come from tables.
     pub interface: String,
-    /// Table that converts frames to readings and back.
+    /// Table that converts frames to readings and back, or the names of the columns of tables.
     pub signals: SignalTable,
+    /// Joint angles of each table. `None` if they are columns of it.
+    pub poses: Option<Poses>,
+    /// Axes along which tables have the force.
+    pub force_axes: ForceAxes,
     /// Sampling rate of force and acceleration, Hz.
     pub rate_hz: f64,
+    /// True if the file states the rate. If it does not, the column of time of a table does, and [`Config::of_tables`] takes it.
+    pub knows_rate: bool,
     /// Lower and upper edge of the band that is fitted, Hz.
     pub band_hz: [f64; 2],
     /// Kind of accelerometer.
@@ -72,6 +80,8 @@ pub struct Config {
     pub mounting: Mounting,
     /// Number of samples of a record, a power of two.
     pub record_samples: usize,
+    /// True if the file states that number. If it does not, it follows from the rate.
+    pub states_record_samples: bool,
     /// Static tests that the fit uses beside the records. Empty without static tests.
     pub statics: StaticTests,
     /// Addresses on which clients are served.
@@ -86,6 +96,17 @@ pub struct Config {
     pub scenario: Option<PathBuf>,
 }
 
+/// Where the records of a config come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Use {
+    /// From a bus: the daemon and the simulator need one.
+    Bus,
+    /// From recordings. Tables need no bus.
+    Recordings,
+    /// From recordings, or from nowhere: static tests suffice.
+    Statics,
+}
+
 impl Config {
     /// Reads `EDGE.toml` and the model, DBC and static test files that it names, and checks everything.
     ///
@@ -95,16 +116,24 @@ impl Config {
         Self::parse(file, &input::read_regular(file)?)
     }
 
-    /// [`Config::load`], to fit the static tests that the file names. If it names some, it may leave out `[bus]`, `[signals]` and
-    /// `[measurement]`: then the config has no signals, and no record can be taken with it.
+    /// [`Config::load`], to read recordings. A file for tables may leave out `[bus]`, and the rate where they have a column of time.
+    ///
+    /// # Errors
+    /// The errors are those of [`Config::load`].
+    pub fn load_recorded(file: &Path) -> Result<Self, BadInput> {
+        Self::read(file, &input::read_regular(file)?, Use::Recordings)
+    }
+
+    /// [`Config::load_recorded`], to fit the static tests that the file names. If it names some, it may leave out `[bus]`, `[signals]`
+    /// and `[measurement]`: then the config has no signals, and no record can be taken with it.
     ///
     /// # Errors
     /// The errors are those of [`Config::load`].
     pub fn load_statics(file: &Path) -> Result<Self, BadInput> {
-        Self::read(file, &input::read_regular(file)?, true)
+        Self::read(file, &input::read_regular(file)?, Use::Statics)
     }
 
-    /// The file itself, and those that it names and that were read with it: model, DBC file, static tests.
+    /// The file itself, and those that it names and that were read with it: model, DBC file, poses, static tests.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         std::iter::once(&self.file).chain(&self.named_files).map(PathBuf::as_path)
     }
@@ -114,11 +143,11 @@ impl Config {
     /// # Errors
     /// The errors are those of [`Config::load`].
     pub fn parse(file: &Path, text: &str) -> Result<Self, BadInput> {
-        Self::read(file, text, false)
+        Self::read(file, text, Use::Bus)
     }
 
-    /// [`Config::parse`] with a choice: `statics_suffice` says whether static tests may stand without the sections that describe records.
-    fn read(file: &Path, text: &str, statics_suffice: bool) -> Result<Self, BadInput> {
+    /// [`Config::parse`] for a purpose.
+    fn read(file: &Path, text: &str, purpose: Use) -> Result<Self, BadInput> {
         let raw: sections::File = input::parse_toml(file, text)?;
         let base = file.parent().unwrap_or(Path::new(""));
         let bad = |message: String| BadInput::new(file, message);
@@ -133,10 +162,12 @@ impl Config {
 
         let model_file = base.join(&raw.model.file);
         let dbc_file = raw.bus.as_ref().map(|bus| base.join(&bus.dbc));
+        let poses_file = raw.recording.poses.as_ref().map(|poses| base.join(poses));
         let statics_file = raw.statics.as_ref().map(|section| base.join(&section.file));
         let named_files = [
             ("[model] file", Some(model_file.clone())),
             ("[bus] dbc", dbc_file),
+            ("[recording] poses", poses_file),
             ("[static] file", statics_file),
         ];
         let named_files = named_files.into_iter().filter_map(|(key, named)| Some((key, named?)));
@@ -148,12 +179,16 @@ impl Config {
             )));
         }
         let model = Model::load(&model_file)?;
-        let sections =
-            Sections { bus: raw.bus, signals: raw.signals, measurement: raw.measurement };
-        let recording = match Recording::new(file, sections, &model, &model_file)? {
+        let sections = Sections {
+            bus: raw.bus,
+            signals: raw.signals,
+            measurement: raw.measurement,
+            poses: raw.recording.poses,
+        };
+        let recording = match Recording::new(file, sections, &model, &model_file, purpose)? {
             Some(recording) => recording,
-            None if statics_suffice && raw.statics.is_some() => Recording::none(),
-            None => return Err(bad(recording::missing([false; 3]))),
+            None if purpose == Use::Statics && raw.statics.is_some() => Recording::none(),
+            None => return Err(bad(recording::missing([false; 3], purpose))),
         };
         let bounds = raw.bounds.check(&model).map_err(bad)?;
         let sought = sought::sought(&raw.calibration, &raw.parameters, &model).map_err(bad)?;
@@ -163,6 +198,10 @@ impl Config {
         let accuracies =
             accuracy::accuracies(&raw.accuracy, &raw.calibration, recording.band_hz, angle_step)
                 .map_err(bad)?;
+        if recording.force_axes == ForceAxes::Base && raw.mounting.force_rpy_rad != [0.0; 3] {
+            let message = "[signals] force_axes is \"base\", and [mounting] force_rpy_rad turns a sensor: leave one out";
+            return Err(bad(message.into()));
+        }
         let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
         let statics = match &raw.statics {
             Some(section) => statics::load(&base.join(&section.file), &model)?,
@@ -181,11 +220,15 @@ impl Config {
             adopts_explanations: false,
             interface: recording.interface,
             signals: recording.signals,
+            poses: recording.poses,
+            force_axes: recording.force_axes,
             rate_hz: recording.rate_hz,
+            knows_rate: recording.states_rate,
             band_hz: recording.band_hz,
             accelerometer: recording.accelerometer,
             mounting,
             record_samples: recording.record_samples,
+            states_record_samples: recording.states_record_samples,
             statics,
             listen,
             socket_access,
@@ -193,6 +236,48 @@ impl Config {
             seed: raw.search.seed,
             scenario: raw.simulation.map(|simulation| base.join(simulation.scenario)),
         })
+    }
+
+    /// Returns what the columns of tables are called, and what their force is along.
+    ///
+    /// # Errors
+    /// A checked config gives no error.
+    pub fn layout(&self) -> Result<Layout, BadInput> {
+        let base = (self.force_axes == ForceAxes::Base).then(|| self.model.chain());
+        let base = base.transpose().map_err(|error| BadInput::new(&self.file, error))?;
+        let joints = self.signals.joints.iter().zip(self.model.driven());
+        let joints = joints.map(|(name, joint)| (name.clone(), joint.kind == Kind::Prismatic));
+        Ok(Layout {
+            axes: self.signals.axes.clone(),
+            joints: if self.poses.is_some() { Vec::new() } else { joints.collect() },
+            rate_hz: self.knows_rate.then_some(self.rate_hz),
+            base,
+        })
+    }
+
+    /// Returns the config with which tables are read: their columns take the place of frames, and the rate is theirs if the file states none.
+    ///
+    /// # Errors
+    /// The rate does not fit the band, or neither a table nor the file states one.
+    pub fn of_tables(&self, tables: &Shown) -> Result<Self, BadInput> {
+        let bad = |message: String| BadInput::new(&self.file, message);
+        let mut config = self.clone();
+        let mut signals =
+            SignalTable::of_columns(self.signals.axes.clone(), self.signals.joints.clone());
+        let coarsest = |steps: &[f32]| steps.iter().copied().fold(FINEST, f32::max);
+        signals.force_resolution = coarsest(&tables.steps[..3]);
+        signals.acceleration_resolution = coarsest(&tables.steps[3..]);
+        config.signals = signals;
+        if !self.knows_rate {
+            config.rate_hz = tables.rate_hz.ok_or_else(|| {
+                bad("[measurement] rate_hz is missing, and the table has no column of time: add one of them".into())
+            })?;
+            let stated = self.states_record_samples.then_some(self.record_samples);
+            config.record_samples =
+                recording::at_rate(config.rate_hz, self.band_hz, stated).map_err(bad)?;
+            config.knows_rate = true;
+        }
+        Ok(config)
     }
 
     /// Returns band, gravity, accelerometer and mounting, from which core makes experiments of records.

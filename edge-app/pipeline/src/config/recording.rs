@@ -1,11 +1,14 @@
-//! Sections `[bus]`, `[signals]` and `[measurement]`: how records come. A file of static tests alone has none of them.
+//! Sections `[bus]`, `[signals]`, `[recording]` and `[measurement]`: how records come. A file for tables has no `[bus]`. A file of static tests
+//! alone has none of them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::Accelerometer;
-use super::sections::{BusSection, MeasurementSection, SignalsSection};
+use super::sections::{BusSection, ForceAxes, MeasurementSection, SignalsSection};
+use super::{Accelerometer, Use};
+use crate::columns;
 use crate::input::BadInput;
 use crate::model::Model;
+use crate::poses::{self, Poses};
 use crate::record::{BINS, SAMPLES};
 use crate::signals::SignalTable;
 use crate::text::count;
@@ -19,21 +22,27 @@ const HIGHEST_RATE_HZ: f64 = 1e6;
 /// Default duration of a record, s. The number of samples is rounded to a power of two.
 const RECORD_SECONDS: f64 = 4.096;
 
-/// The three sections, as far as the file has them.
+/// The sections, as far as the file has them.
 pub(super) struct Sections {
     pub(super) bus: Option<BusSection>,
     pub(super) signals: Option<SignalsSection>,
     pub(super) measurement: Option<MeasurementSection>,
+    /// File of the poses of tables.
+    pub(super) poses: Option<PathBuf>,
 }
 
 /// How records come. The fields are those of [`Config`](super::Config).
 pub(super) struct Recording {
     pub(super) interface: String,
     pub(super) signals: SignalTable,
+    pub(super) poses: Option<Poses>,
+    pub(super) force_axes: ForceAxes,
     pub(super) rate_hz: f64,
+    pub(super) states_rate: bool,
     pub(super) band_hz: [f64; 2],
     pub(super) accelerometer: Accelerometer,
     pub(super) record_samples: usize,
+    pub(super) states_record_samples: bool,
 }
 
 impl Recording {
@@ -43,38 +52,55 @@ impl Recording {
         sections: Sections,
         model: &Model,
         model_file: &Path,
+        purpose: Use,
     ) -> Result<Option<Self>, BadInput> {
         let bad = |message: String| BadInput::new(file, message);
-        let Sections { bus, signals, measurement } = sections;
-        let (bus, signals, measurement) = match (bus, signals, measurement) {
-            (Some(bus), Some(signals), Some(measurement)) => (bus, signals, measurement),
-            (None, None, None) => return Ok(None),
-            (bus, signals, measurement) => {
+        let Sections { bus, signals, measurement, poses } = sections;
+        let (signals, measurement) = match (signals, measurement) {
+            (Some(signals), Some(measurement)) if bus.is_some() || purpose != Use::Bus => {
+                (signals, measurement)
+            }
+            (None, None) if bus.is_none() => return Ok(None),
+            (signals, measurement) => {
                 let is_there = [bus.is_some(), signals.is_some(), measurement.is_some()];
-                return Err(bad(missing(is_there)));
+                return Err(bad(missing(is_there, purpose)));
             }
         };
-        check_rate(measurement.rate_hz).map_err(bad)?;
-        check_band(&measurement).map_err(bad)?;
-        let interface = interface(&bus.interface).map_err(bad)?;
-        let record_samples = record_samples(&measurement).map_err(bad)?;
-        let driven = model.driven().count();
-        if signals.joints.len() != driven {
-            return Err(bad(format!(
-                "[signals] joints names {}, but {} has {}: name one signal per driven joint, base first",
-                count(signals.joints.len() as u64, "signal"),
-                model_file.display(),
-                count(driven as u64, "driven joint"),
-            )));
-        }
+        let stated = measurement.record_samples;
+        check_band(measurement.band_hz).map_err(bad)?;
+        let (rate_hz, record_samples) = match measurement.rate_hz {
+            Some(rate_hz) => (rate_hz, at_rate(rate_hz, measurement.band_hz, stated).map_err(bad)?),
+            None if bus.is_some() => {
+                return Err(bad("[measurement] key `rate_hz` (in Hz) is missing".into()));
+            }
+            // The table states the rate: no number here has an effect.
+            None => (10.0 * measurement.band_hz[1], RECORD_SAMPLES[0]),
+        };
         let base = file.parent().unwrap_or(Path::new(""));
+        let poses = poses.map(|poses| poses::load(&base.join(poses), model)).transpose()?;
+        let force_axes = signals.force_axes;
+        if bus.is_some() && force_axes == ForceAxes::Base {
+            return Err(bad("[signals] force_axes is \"base\": frames of [bus] have the force along the axes of the TCP".into()));
+        }
+        check_joints(&signals, bus.is_some(), poses.is_some(), model, model_file).map_err(bad)?;
+        let (interface, signals) = match bus {
+            Some(bus) => (
+                interface(&bus.interface).map_err(bad)?,
+                SignalTable::load(file, &base.join(&bus.dbc), &signals, model)?,
+            ),
+            None => (String::new(), of_columns(&signals, model)),
+        };
         Ok(Some(Self {
             interface,
-            signals: SignalTable::load(file, &base.join(&bus.dbc), &signals, model)?,
-            rate_hz: measurement.rate_hz,
+            signals,
+            poses,
+            force_axes,
+            rate_hz,
+            states_rate: measurement.rate_hz.is_some(),
             band_hz: measurement.band_hz,
             accelerometer: measurement.accelerometer,
             record_samples,
+            states_record_samples: stated.is_some(),
         }))
     }
 
@@ -83,22 +109,84 @@ impl Recording {
         Self {
             interface: String::new(),
             signals: SignalTable::none(),
+            poses: None,
+            force_axes: ForceAxes::Tcp,
             rate_hz: 2000.0,
+            states_rate: false,
             band_hz: [2.0, 200.0],
             accelerometer: Accelerometer::Strapdown,
             record_samples: RECORD_SAMPLES[0],
+            states_record_samples: false,
         }
     }
 }
 
+/// Checks that the joints have a signal or a column each, or that their angles stand in a file of poses.
+fn check_joints(
+    signals: &SignalsSection,
+    has_bus: bool,
+    has_poses: bool,
+    model: &Model,
+    model_file: &Path,
+) -> Result<(), String> {
+    let (driven, of_model) = (model.driven().count(), model_file.display());
+    match &signals.joints {
+        Some(_) if has_poses && !has_bus => {
+            Err("[signals] joints and [recording] poses state the same angles: leave one out"
+                .to_owned())
+        }
+        Some(joints) if joints.len() != driven => Err(format!(
+            "[signals] joints names {}, but {of_model} has {}: name one signal per driven joint, base first",
+            count(joints.len() as u64, "signal"),
+            count(driven as u64, "driven joint"),
+        )),
+        None if has_bus || !has_poses => Err(format!(
+            "[signals] joints is missing: name the {} of the angle of each driven joint, base first{}",
+            if has_bus { "signal" } else { "column" },
+            if has_bus { "" } else { ", or a file of poses in [recording] poses" },
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Makes the table of columns. The angles of a file of poses have the names of its columns.
+fn of_columns(names: &SignalsSection, model: &Model) -> SignalTable {
+    let [force, acceleration] = [&names.force, &names.acceleration].map(Clone::clone);
+    let mut axes = force.into_iter().chain(acceleration);
+    let axes = std::array::from_fn(|_| axes.next().unwrap_or_default());
+    let joints = names.joints.clone();
+    SignalTable::of_columns(axes, joints.unwrap_or_else(|| columns::angle_names(model).collect()))
+}
+
+/// Checks rate and band of a record, and returns its length, samples: the one that is stated, or the power of two that is nearest to the
+/// default duration.
+pub(super) fn at_rate(
+    rate_hz: f64,
+    band_hz: [f64; 2],
+    stated: Option<usize>,
+) -> Result<usize, String> {
+    check_rate(rate_hz)?;
+    let [_, upper] = band_hz;
+    let nyquist = rate_hz / 2.0;
+    if upper >= nyquist {
+        return Err(format!(
+            "[measurement] band_hz ends at {upper} Hz: must stay below {nyquist} Hz, half of rate_hz"
+        ));
+    }
+    record_samples(rate_hz, band_hz, stated)
+}
+
 /// Names the sections that are not there.
-pub(super) fn missing(is_there: [bool; 3]) -> String {
+pub(super) fn missing(is_there: [bool; 3], purpose: Use) -> String {
     let names = ["[bus]", "[signals]", "[measurement]"].iter().zip(is_there);
-    let missing: Vec<&str> = names.filter(|(_, there)| !there).map(|(name, _)| *name).collect();
+    let missing: Vec<&str> = names
+        .filter(|(name, there)| !there && (purpose == Use::Bus || **name != "[bus]"))
+        .map(|(name, _)| *name)
+        .collect();
     let is = if missing.len() == 1 { "is" } else { "are" };
     format!(
-        "{} {is} missing: add what host-tools/scenario/edge.toml has there; a file of static tests alone has none of the three, and is \
-         for `flexid identify` without a log",
+        "{} {is} missing: add what host-tools/scenario/edge.toml has there; a file for tables (CSV, LVM) has no [bus], and is for \
+         `flexid identify`, `check` and `plan`; a file of static tests alone has none of the three, and is for `flexid identify` without a log",
         missing.join(", ")
     )
 }
@@ -121,19 +209,12 @@ fn positive(place: &str, value: f64) -> Result<(), String> {
     }
 }
 
-fn check_band(measurement: &MeasurementSection) -> Result<(), String> {
-    let [lower, upper] = measurement.band_hz;
+fn check_band([lower, upper]: [f64; 2]) -> Result<(), String> {
     positive("[measurement] band_hz[0]", lower)?;
     positive("[measurement] band_hz[1]", upper)?;
-    let nyquist = measurement.rate_hz / 2.0;
     if lower >= upper {
         return Err(format!(
             "[measurement] band_hz is [{lower}, {upper}]: the lower edge must be below the upper"
-        ));
-    }
-    if upper >= nyquist {
-        return Err(format!(
-            "[measurement] band_hz ends at {upper} Hz: must stay below {nyquist} Hz, half of rate_hz"
         ));
     }
     Ok(())
@@ -150,10 +231,10 @@ fn interface(name: &str) -> Result<String, String> {
     }
 }
 
-fn record_samples(measurement: &MeasurementSection) -> Result<usize, String> {
+fn record_samples(rate_hz: f64, band_hz: [f64; 2], stated: Option<usize>) -> Result<usize, String> {
     let [least, most] = RECORD_SAMPLES;
-    let samples = measurement.record_samples.unwrap_or_else(|| {
-        let exponent = (RECORD_SECONDS * measurement.rate_hz).log2().round();
+    let samples = stated.unwrap_or_else(|| {
+        let exponent = (RECORD_SECONDS * rate_hz).log2().round();
         (exponent.exp2() as usize).clamp(least, most)
     });
     if !samples.is_power_of_two() || !(least..=most).contains(&samples) {
@@ -161,8 +242,8 @@ fn record_samples(measurement: &MeasurementSection) -> Result<usize, String> {
             "[measurement] record_samples is {samples}: must be a power of two from {least} to {most}"
         ));
     }
-    let per_hz = samples as f64 / measurement.rate_hz;
-    let [lower, upper] = measurement.band_hz.map(|edge| edge * per_hz);
+    let per_hz = samples as f64 / rate_hz;
+    let [lower, upper] = band_hz.map(|edge| edge * per_hz);
     let bins = (upper.floor() - lower.ceil() + 1.0).max(0.0) as usize;
     let [fewest, most] = BAND_BINS;
     if !(fewest..=most).contains(&bins) {

@@ -15,6 +15,8 @@ pub(super) struct File {
     pub(super) bounds: BoundsSection,
     pub(super) bus: Option<BusSection>,
     pub(super) signals: Option<SignalsSection>,
+    #[serde(default)]
+    pub(super) recording: RecordingSection,
     pub(super) measurement: Option<MeasurementSection>,
     #[serde(default)]
     pub(super) mounting: MountingSection,
@@ -49,26 +51,50 @@ pub(super) struct BusSection {
     pub(super) dbc: PathBuf,
 }
 
-/// Names of signals in the DBC file. A name that occurs in several messages is written with its message, `Message.signal`.
+/// Names of signals in the DBC file, or of columns in a table. A name that occurs in several messages is written with its message,
+/// `Message.signal`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignalsSection {
     /// Signals of the force along x, y, z of the TCP.
     pub force: [String; 3],
-    /// Signal that counts the instants in the force's message.
-    pub force_counter: String,
+    /// Signal that counts the instants in the force's message. A table has none: the number of the row counts.
+    pub force_counter: Option<String>,
+    /// Axes of the force. A table may have it along those of the base.
+    #[serde(default)]
+    pub force_axes: ForceAxes,
     /// Signals of the acceleration along x, y, z of the TCP.
     pub acceleration: [String; 3],
-    /// Signal that counts the instants in the acceleration's message.
-    pub acceleration_counter: String,
-    /// Signals of the angle or stroke of each joint, base first.
-    pub joints: Vec<String>,
+    /// Signal that counts the instants in the acceleration's message. A table has none.
+    pub acceleration_counter: Option<String>,
+    /// Signals of the angle or stroke of each joint, base first. Tables may have their poses in a file of their own.
+    pub joints: Option<Vec<String>>,
+}
+
+/// Axes along which a table has the force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ForceAxes {
+    /// Those of the TCP, or of the sensor that `[mounting]` describes.
+    #[default]
+    Tcp,
+    /// Those of the base, as controllers of robots write the force.
+    Base,
+}
+
+/// What a recording does not hold.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct RecordingSection {
+    /// Joint angles of each table.
+    pub(super) poses: Option<PathBuf>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MeasurementSection {
-    pub(super) rate_hz: f64,
+    /// May be left out where tables have a column of time.
+    pub(super) rate_hz: Option<f64>,
     pub(super) band_hz: [f64; 2],
     #[serde(default = "MeasurementSection::mounted_on_the_tool", with = "AccelerometerKey")]
     pub(super) accelerometer: Accelerometer,
@@ -208,14 +234,19 @@ pub(super) struct SimulationSection {
 }
 
 impl SignalsSection {
+    /// Returns the names of the joints' signals, base first.
+    pub(crate) fn joints(&self) -> &[String] {
+        self.joints.as_deref().unwrap_or_default()
+    }
+
     /// Returns every name with its key.
     pub(crate) fn all(&self) -> impl Iterator<Item = (&'static str, &String)> {
         let with = |key| move |name| (key, name);
         (self.force.iter().map(with("force")))
             .chain(self.acceleration.iter().map(with("acceleration")))
-            .chain(self.joints.iter().map(with("joints")))
-            .chain([("force_counter", &self.force_counter)])
-            .chain([("acceleration_counter", &self.acceleration_counter)])
+            .chain(self.joints().iter().map(with("joints")))
+            .chain(self.force_counter.iter().map(with("force_counter")))
+            .chain(self.acceleration_counter.iter().map(with("acceleration_counter")))
     }
 }
 

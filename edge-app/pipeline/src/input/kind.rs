@@ -14,6 +14,16 @@ pub enum Binary {
     Blf,
     /// Measurement data by ASAM, finished or not.
     Mdf,
+    /// A bag of ROS 2 (MCAP).
+    Mcap,
+    /// A bag of ROS 1.
+    Bag,
+    /// Measurement data of LabVIEW.
+    Tdms,
+    /// Variables of MATLAB, up to version 7.
+    Mat,
+    /// An HDF5 file, such as variables of MATLAB from version 7.3 on.
+    Hdf5,
     /// A file packed by gzip.
     Gzip,
     /// A file packed by zstd.
@@ -33,7 +43,7 @@ pub enum Binary {
 }
 
 /// First bytes of these formats. Some texts begin alike.
-const MAGIC: [(&[u8], Binary); 17] = [
+const MAGIC: [(&[u8], Binary); 23] = [
     (b"SQLite format 3\0", Binary::Sqlite),
     // Pcap, with stamps of microseconds or nanoseconds, in both orders of bytes; then pcapng.
     (b"\xD4\xC3\xB2\xA1", Binary::Capture),
@@ -44,6 +54,12 @@ const MAGIC: [(&[u8], Binary); 17] = [
     (b"LOGG", Binary::Blf),
     (b"MDF     ", Binary::Mdf),
     (b"UnFinMF ", Binary::Mdf),
+    (b"\x89MCAP0\r\n", Binary::Mcap),
+    (b"#ROSBAG V", Binary::Bag),
+    (b"TDSm", Binary::Tdms),
+    (b"MATLAB 5.0 MAT-file", Binary::Mat),
+    (b"MATLAB 7.3 MAT-file", Binary::Hdf5),
+    (b"\x89HDF\r\n\x1A\n", Binary::Hdf5),
     (b"\x1F\x8B", Binary::Gzip),
     (b"\x28\xB5\x2F\xFD", Binary::Zstd),
     (b"\xFD7zXZ\0", Binary::Xz),
@@ -70,6 +86,10 @@ impl Binary {
             }
             Self::Blf => "a BLF log, and no text: name another file",
             Self::Mdf => "an MDF log, and no text: name another file",
+            Self::Mcap | Self::Bag => "a bag of ROS, and no text: name another file",
+            Self::Tdms => "a TDMS file of LabVIEW, and no text: name another file",
+            Self::Mat => "a MAT file of MATLAB, and no text: name another file",
+            Self::Hdf5 => "an HDF5 file, and no text: name another file",
             Self::Gzip => "packed with gzip: unpack it first with `gzip -d`",
             Self::Zstd => "packed with zstd: unpack it first with `zstd -d`",
             Self::Xz => "packed with xz: unpack it first with `xz -d`",

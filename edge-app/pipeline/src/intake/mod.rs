@@ -19,7 +19,7 @@ use flexid_wire::text::clipped;
 use crate::config::Config;
 use crate::record::{Record, SAMPLES};
 use crate::signals::{NoReading, SignalTable};
-use crate::source::{Arrival, Flow, Frame, FrameKind, FrameSource};
+use crate::source::{Arrival, Content, Flow, Frame, FrameKind, FrameSource};
 use crate::unchecked;
 pub use counts::Counts;
 use misfit::Misfits;
@@ -101,7 +101,7 @@ impl<'a> Intake<'a> {
         flow
     }
 
-    fn take(&mut self, &Arrival { time_s, frame }: &Arrival, sink: &mut impl FnMut(&Record)) {
+    fn take(&mut self, &Arrival { time_s, content }: &Arrival, sink: &mut impl FnMut(&Record)) {
         let Self {
             table,
             stream,
@@ -117,7 +117,7 @@ impl<'a> Intake<'a> {
         heard.newest_s = time_s;
         counts.all += 1;
         let (mut has_record, mut is_over) = (false, false);
-        let decoded = table.decode(&frame, |reading| {
+        let mut note = |reading| {
             reading_faults.note(&reading);
             let is_measurement = plausibility.note(&reading);
             heard.note(time_s, &reading, is_measurement);
@@ -130,16 +130,24 @@ impl<'a> Intake<'a> {
                 plausibility.note_record(record);
                 sink(record);
             });
-        });
+        };
+        let decoded = match content {
+            Content::Frame(frame) => Some((frame, table.decode(&frame, note))),
+            Content::Reading(reading) => {
+                note(reading);
+                None
+            }
+        };
         match decoded {
-            Ok(limits) => {
+            None => {}
+            Some((frame, Ok(limits))) => {
                 misfits.fits(&frame);
                 counts.clipped += u64::from(limits.contains(&true));
                 for (count, limit) in counts.at_limit.iter_mut().zip(limits) {
                     *count += u64::from(limit);
                 }
             }
-            Err(reason) => {
+            Some((frame, Err(reason))) => {
                 match reason {
                     NoReading::UnknownId => unknown.note(&frame),
                     NoReading::WrongLength { .. } | NoReading::NotData => is_over |= window.note(),

@@ -1,7 +1,6 @@
 //! Makes the table from signal names and a DBC file.
 
 use std::collections::{HashMap, HashSet};
-use std::f64::consts::PI;
 use std::path::Path;
 
 use can_dbc::{Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
@@ -9,35 +8,17 @@ use embedded_can::{ExtendedId, Id, StandardId};
 use flexid_wire::bits::{ByteOrder, Signal};
 use flexid_wire::misfits::FrameId;
 
-use super::{Content, Message, OtherAngle, SignalTable};
+use super::{Content, FINEST, Message, OtherAngle, SignalTable};
 use crate::config::SignalsSection;
 use crate::input::{self, BadInput};
 use crate::model::{Kind, Model};
-
-/// Quantity that a signal measures: its name for users, and the known units with their size in SI units.
-struct Quantity(&'static str, &'static [(&'static str, f64)]);
-
-const FORCE: Quantity = Quantity("force", &[("N", 1.0), ("kN", 1e3), ("mN", 1e-3)]);
-const ACCELERATION: Quantity = Quantity(
-    "acceleration",
-    &[
-        ("m/s^2", 1.0),
-        ("m/s²", 1.0),
-        ("m/s2", 1.0),
-        ("mm/s^2", 1e-3),
-        ("mm/s²", 1e-3),
-        ("g", 9.80665),
-    ],
-);
-const ANGLE: Quantity =
-    Quantity("angle", &[("rad", 1.0), ("mrad", 1e-3), ("deg", PI / 180.0), ("°", PI / 180.0)]);
-const STROKE: Quantity = Quantity("stroke", &[("m", 1.0), ("mm", 1e-3)]);
+use crate::units::{ACCELERATION, ANGLE, FORCE, Quantity, STROKE};
 
 /// Widths of counters that are accepted, bits. A narrower counter wraps too often to separate a loss from a pause. Wider ones
 /// do not exist.
 const COUNTER_BITS: std::ops::RangeInclusive<u8> = 8..=32;
 /// Steps of a signal that are accepted, SI units. The results that follow from other steps leave the range of floating point.
-const STEPS: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+const STEPS: std::ops::RangeInclusive<f64> = FINEST as f64..=1e12;
 /// Name of the message in which Vector's editor keeps signals without a message.
 const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
@@ -81,7 +62,22 @@ impl SignalTable {
         }
         let dbc = parsed(&text).map_err(|mend| BadInput::new(dbc_file, mend))?;
         check_distinct(config, names)?;
-        Lookup { config, dbc_file, dbc: &dbc }.table(names, model)
+        let (Some(force_counter), Some(acceleration_counter)) =
+            (&names.force_counter, &names.acceleration_counter)
+        else {
+            let key = if names.force_counter.is_none() { "force" } else { "acceleration" };
+            return Err(BadInput::new(
+                config,
+                format!(
+                    "[signals] {key}_counter is missing: name the signal that counts the samples; only tables need none"
+                ),
+            ));
+        };
+        Lookup { config, dbc_file, dbc: &dbc }.table(
+            names,
+            [force_counter, acceleration_counter],
+            model,
+        )
     }
 }
 
@@ -152,12 +148,17 @@ struct Found<'a> {
 }
 
 impl<'a> Lookup<'a> {
-    fn table(&self, names: &SignalsSection, model: &Model) -> Result<SignalTable, BadInput> {
+    fn table(
+        &self,
+        names: &SignalsSection,
+        [of_force, of_acceleration]: [&String; 2],
+        model: &Model,
+    ) -> Result<SignalTable, BadInput> {
         let mut messages = HashMap::new();
         let (force, counter_bits) = self.vector(
             "force",
             &names.force,
-            ("force_counter", &names.force_counter),
+            ("force_counter", of_force),
             &FORCE,
             &mut messages,
             |counter, axes| Content::Force { counter, axes },
@@ -165,19 +166,18 @@ impl<'a> Lookup<'a> {
         let (acceleration, acceleration_counter_bits) = self.vector(
             "acceleration",
             &names.acceleration,
-            ("acceleration_counter", &names.acceleration_counter),
+            ("acceleration_counter", of_acceleration),
             &ACCELERATION,
             &mut messages,
             |counter, axes| Content::Acceleration { counter, axes },
         )?;
         if counter_bits != acceleration_counter_bits {
             return Err(self.bad_dbc(format!(
-                "{} has {counter_bits} bits and {} has {acceleration_counter_bits}: force and \
-                 acceleration are joined by their counters, which must be equally wide",
-                names.force_counter, names.acceleration_counter
+                "{of_force} has {counter_bits} bits and {of_acceleration} has {acceleration_counter_bits}: force and \
+                 acceleration are joined by their counters, which must be equally wide"
             )));
         }
-        for (index, (name, joint)) in names.joints.iter().zip(model.driven()).enumerate() {
+        for (index, (name, joint)) in names.joints().iter().zip(model.driven()).enumerate() {
             let found = self.find("joints", name)?;
             let quantity = if joint.kind == Kind::Revolute { ANGLE } else { STROKE };
             let value = self.scaled(found, &quantity)?;
@@ -194,7 +194,7 @@ impl<'a> Lookup<'a> {
             force_resolution: coarsest(&force),
             acceleration_resolution: coarsest(&acceleration),
             axes: [axis(fx)?, axis(fy)?, axis(fz)?, axis(ax)?, axis(ay)?, axis(az)?],
-            joints: names.joints.iter().map(axis).collect::<Result<_, _>>()?,
+            joints: names.joints().iter().map(axis).collect::<Result<_, _>>()?,
             other_angles: self.other_angles(names)?,
         })
     }
@@ -204,7 +204,7 @@ impl<'a> Lookup<'a> {
         let named = names.all().map(|(key, name)| self.find(key, name));
         let named = named.collect::<Result<Vec<_>, _>>()?;
         let is_angle = |found: &Found| {
-            ANGLE.1.iter().any(|(unit, _)| *unit == found.signal.unit.trim())
+            ANGLE.size(&found.signal.unit).is_some()
                 && !named.iter().any(|other| std::ptr::eq(other.signal, found.signal))
         };
         let other = |Found { message, signal }: Found| {
@@ -367,30 +367,24 @@ impl<'a> Lookup<'a> {
     }
 
     /// Returns the layout of a signal, scaled to SI units.
-    fn scaled(&self, found: Found, Quantity(what, units): &Quantity) -> Result<Signal, BadInput> {
+    fn scaled(&self, found: Found, quantity: &Quantity) -> Result<Signal, BadInput> {
         let signal = self.layout(found)?;
-        let unit = found.signal.unit.trim();
-        match units.iter().find(|(name, _)| *name == unit) {
-            Some((_, size)) => {
-                let in_si =
-                    Signal { scale: signal.scale * size, offset: signal.offset * size, ..signal };
-                if !STEPS.contains(&in_si.scale.abs()) || !in_si.offset.is_finite() {
-                    return Err(self.bad_dbc(format!(
-                        "signal {} has factor {:e} and offset {:e} ({unit}): no {what} is measured so",
-                        found.signal.name, signal.scale, signal.offset
-                    )));
-                }
-                Ok(in_si)
-            }
-            None => {
-                let known: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
-                Err(self.bad_dbc(format!(
-                    "signal {} has unit {unit:?}: {what} must be in one of {}",
-                    found.signal.name,
-                    known.join(", ")
-                )))
-            }
+        let (unit, what) = (found.signal.unit.trim(), quantity.name);
+        let Some(size) = quantity.size(unit) else {
+            return Err(self.bad_dbc(format!(
+                "signal {} has unit {unit:?}: {what} must be in one of {}",
+                found.signal.name,
+                quantity.known()
+            )));
+        };
+        let in_si = Signal { scale: signal.scale * size, offset: signal.offset * size, ..signal };
+        if !STEPS.contains(&in_si.scale.abs()) || !in_si.offset.is_finite() {
+            return Err(self.bad_dbc(format!(
+                "signal {} has factor {:e} and offset {:e} ({unit}): no {what} is measured so",
+                found.signal.name, signal.scale, signal.offset
+            )));
         }
+        Ok(in_si)
     }
 
     /// Returns the layout of a signal, as the DBC file scales it.

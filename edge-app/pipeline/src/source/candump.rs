@@ -132,16 +132,16 @@ impl<R: Read> CandumpLog<R> {
     /// Returns the next frame and its bus, or `None` at the end.
     fn next(&mut self) -> io::Result<Option<(String, Arrival)>> {
         self.look_ahead(1 + stamps::REACH);
-        let Some((bus, Arrival { time_s, frame })) = self.ahead.pop_front() else {
+        let Some((bus, arrival)) = self.ahead.pop_front() else {
             return self.end.as_mut().and_then(Option::take).map_or(Ok(None), Err);
         };
         let after = self.ahead.iter().map(|(_, arrival)| arrival.time_s);
-        let time_s = self.stamps.mended(&self.before_s, time_s, after);
+        let time_s = self.stamps.mended(&self.before_s, arrival.time_s, after);
         if self.before_s.len() == stamps::REACH {
             self.before_s.pop_front();
         }
         self.before_s.push_back(time_s);
-        Ok(Some((bus, Arrival { time_s, frame })))
+        Ok(Some((bus, Arrival { time_s, ..arrival })))
     }
 
     /// Returns the next frame of the file and its bus, or `None` at the end.
@@ -197,7 +197,9 @@ impl<R: Read + Send> FrameSource for CandumpLog<R> {
             match self.next()? {
                 None => return Ok(Flow::Ended),
                 Some((bus, arrival)) if self.bus.as_ref().is_some_and(|only| *only != bus) => {
-                    self.stray(bus, &arrival.frame);
+                    if let Some(frame) = arrival.frame() {
+                        self.stray(bus, &frame);
+                    }
                 }
                 Some((_, arrival)) => batch.push(arrival),
             }
@@ -235,77 +237,6 @@ impl<R: Read + Send> FrameSource for CandumpLog<R> {
     }
 }
 
-/// Several logs, which are read one after the other. Each is opened when its turn comes. A log that cannot be read to its end
-/// does not keep the next from being read.
-pub struct Logs<I, R> {
-    waiting: I,
-    open: Option<CandumpLog<R>>,
-    /// Troubles of the logs that have been read.
-    troubles: Vec<Trouble>,
-    /// Frames of other buses in them.
-    elsewhere: Vec<Elsewhere>,
-    /// Error of the first log that could not be read to its end.
-    broken: Option<io::Error>,
-}
-
-impl<I: Iterator<Item = io::Result<CandumpLog<R>>>, R> Logs<I, R> {
-    /// Makes a source of logs in the order in which they were recorded. Each step of the iterator opens one log.
-    pub fn new(logs: impl IntoIterator<IntoIter = I>) -> Self {
-        Self {
-            waiting: logs.into_iter(),
-            open: None,
-            troubles: Vec::new(),
-            elsewhere: Vec::new(),
-            broken: None,
-        }
-    }
-}
-
-impl<I, R> Logs<I, R> {
-    /// Notes an error. The first error comes after the last log, further ones are among the troubles.
-    fn note(&mut self, error: io::Error) {
-        match self.broken {
-            None => self.broken = Some(error),
-            Some(_) => self.troubles.push(Trouble::Unreadable(clipped(error))),
-        }
-    }
-}
-
-impl<I, R> FrameSource for Logs<I, R>
-where
-    I: Iterator<Item = io::Result<CandumpLog<R>>> + Send,
-    R: Read + Send,
-{
-    /// Reads from the present log. An error comes after the last log.
-    fn read(&mut self, batch: &mut Vec<Arrival>, timeout: Duration) -> io::Result<Flow> {
-        if self.open.is_none() {
-            match self.waiting.next() {
-                Some(Ok(log)) => self.open = Some(log),
-                Some(Err(error)) => self.note(error),
-                None => return self.broken.take().map_or(Ok(Flow::Ended), Err),
-            }
-        }
-        let Some(log) = &mut self.open else { return Ok(Flow::Open) };
-        let flow = log.read(batch, timeout);
-        if matches!(flow, Ok(Flow::Open)) {
-            return Ok(Flow::Open);
-        }
-        let health = log.health();
-        self.troubles.extend(health.troubles);
-        self.elsewhere.extend(health.elsewhere);
-        self.open = None;
-        if let Err(error) = flow {
-            self.note(error);
-        }
-        Ok(Flow::Open)
-    }
-
-    fn health(&self) -> SourceHealth {
-        let (troubles, elsewhere) = (self.troubles.clone(), self.elsewhere.clone());
-        SourceHealth { troubles, elsewhere, ..SourceHealth::default() }
-    }
-}
-
 /// Lists the first names and the number of the others.
 fn enumerate(buses: &BTreeSet<&str>) -> String {
     let named = buses.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
@@ -337,7 +268,7 @@ fn arrival(record: &CanDumpRecord) -> Arrival {
             Frame::new(Id::Extended(class), FrameKind::Error, frame.data())
         }
     };
-    Arrival { time_s: record.t_us as f64 / 1e6, frame }
+    Arrival::of_frame(record.t_us as f64 / 1e6, frame)
 }
 
 #[cfg(test)]
@@ -345,6 +276,7 @@ mod tests {
     use embedded_can::StandardId;
 
     use super::*;
+    use crate::source::Logs;
 
     fn read(log: &[u8]) -> (Vec<Arrival>, SourceHealth) {
         let mut source = CandumpLog::new(Path::new("a.log"), log);
@@ -370,12 +302,12 @@ mod tests {
         assert_eq!(frames[0].time_s, 1_767_000_000.000_06);
         let force =
             Frame::new(standard(0x101), FrameKind::Data, &[3, 0, 0, 0, 0xFE, 0xFF, 0xFE, 14]);
-        assert_eq!(frames[0].frame, force);
-        let kinds: Vec<_> = frames.iter().map(|arrival| arrival.frame.kind).collect();
+        assert_eq!(frames[0].frame(), Some(force));
+        let kinds: Vec<_> = frames.iter().map(|arrival| arrival.frame().unwrap().kind).collect();
         use FrameKind::{Data, Error, Fd, Remote};
         assert_eq!(kinds, [Data, Data, Remote, Fd, Error, Data]);
-        assert_eq!(frames[1].frame.id, ExtendedId::new(0x1234_5678).unwrap().into());
-        assert_eq!(frames[5].frame.data(), b"");
+        assert_eq!(frames[1].frame().unwrap().id, ExtendedId::new(0x1234_5678).unwrap().into());
+        assert_eq!(frames[5].frame().unwrap().data(), b"");
         assert_eq!(health, SourceHealth::default());
     }
 
@@ -384,7 +316,8 @@ mod tests {
     fn names_may_be_padded() {
         let log = b"(1767000000.000060)   can0 101#00\n(1767000000.000070) vcan10 102#0001\n";
         let (frames, health) = read(log);
-        let data: Vec<_> = frames.iter().map(|arrival| arrival.frame.data()).collect();
+        let frames: Vec<_> = frames.iter().filter_map(Arrival::frame).collect();
+        let data: Vec<_> = frames.iter().map(Frame::data).collect();
         assert_eq!(data, [&[0][..], &[0, 1]]);
         assert_eq!(health, SourceHealth::default());
     }
@@ -499,7 +432,7 @@ mod tests {
         let mut batch = Vec::new();
         while source.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {}
         assert_eq!(batch.len(), 1);
-        assert_eq!(batch[0].frame.id, StandardId::new(0x102).unwrap().into());
+        assert_eq!(batch[0].frame().unwrap().id, StandardId::new(0x102).unwrap().into());
         assert_eq!(lines(&source.health()), ["a.log: took the frames of can0, left out 2 others"]);
 
         let refused = CandumpLog::new(Path::new("a.log"), &log[..]).on_bus("vcan0").err().unwrap();

@@ -1,6 +1,7 @@
-//! Frames of a bus, from any source. `signals` decodes them.
+//! What comes from a source: frames of a bus, which `signals` decodes, or readings of a table.
 
 use embedded_can::Id;
+use flexid_core::stream::Reading;
 
 /// Kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,14 +27,38 @@ pub struct Frame {
     bytes: [u8; 8],
 }
 
-/// A frame with the time at which the kernel received it.
+/// What came from a source, with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
-    /// Time on the clock of the source, s. A bus uses CLOCK_MONOTONIC. A recording contains its times, mostly since the Unix
-    /// epoch.
+    /// Time on the clock of the source, s. A bus uses CLOCK_MONOTONIC, at which the kernel received a frame. A recording contains its times,
+    /// mostly since the Unix epoch.
     pub time_s: f64,
-    /// Frame that came.
-    pub frame: Frame,
+    /// What came.
+    pub content: Content,
+}
+
+/// Content of an arrival.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Content {
+    /// Frame of a bus.
+    Frame(Frame),
+    /// Reading of a table. It needs no decoding.
+    Reading(Reading),
+}
+
+impl Arrival {
+    /// Makes the arrival of a frame at `time_s`, s.
+    pub fn of_frame(time_s: f64, frame: Frame) -> Self {
+        Self { time_s, content: Content::Frame(frame) }
+    }
+
+    /// Returns the frame that came, or `None` if a reading of a table came.
+    pub fn frame(&self) -> Option<Frame> {
+        match self.content {
+            Content::Frame(frame) => Some(frame),
+            Content::Reading(_) => None,
+        }
+    }
 }
 
 impl Frame {

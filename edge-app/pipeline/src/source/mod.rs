@@ -1,12 +1,14 @@
-//! Sources of frames: a bus, or a recording of one.
+//! Sources of frames: a bus, or a recording of one. A table gives readings in their place.
 
 mod candump;
 mod frame;
 mod line;
 mod link;
+mod logs;
 mod monotonic;
 mod socket;
 mod stamps;
+pub mod table;
 
 use std::io;
 use std::time::Duration;
@@ -14,11 +16,13 @@ use std::time::Duration;
 use embedded_can::Id;
 use flexid_wire::trouble::{BusFault, Trouble};
 
-pub use candump::{CandumpLog, LOOK_AHEAD, Logs};
-pub use frame::{Arrival, Frame, FrameKind};
+pub use candump::{CandumpLog, LOOK_AHEAD};
+pub use frame::{Arrival, Content, Frame, FrameKind};
 pub use line::is_frame;
 pub use link::ErrorCounts;
+pub use logs::Logs;
 pub use socket::{CanSocket, OpenError};
+pub use table::{Layout, Shown, TableLog};
 
 /// Source of frames, in the order in which they were on the bus.
 pub trait FrameSource: Send {

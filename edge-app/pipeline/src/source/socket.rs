@@ -142,7 +142,7 @@ impl CanSocket {
             }
             let offset = &mut self.offset;
             let time_s = time.map_or(offset.looked_s(), |time| offset.monotonic_s(time));
-            batch.push(Arrival { time_s, frame });
+            batch.push(Arrival::of_frame(time_s, frame));
         }
         Ok(Flow::Open)
     }
@@ -203,7 +203,11 @@ impl FrameSource for CanSocket {
             Err(error) => return Err(error.into()),
         };
         // Error frames alone do not show the state of a link.
-        if batch[before..].iter().any(|arrival| arrival.frame.kind != FrameKind::Error) {
+        if batch[before..]
+            .iter()
+            .filter_map(Arrival::frame)
+            .any(|frame| frame.kind != FrameKind::Error)
+        {
             self.looked = Instant::now();
         } else if self.looked.elapsed() >= LOOK {
             self.looked = Instant::now();
@@ -361,7 +365,7 @@ mod tests {
         for (index, arrival) in batch.iter().enumerate() {
             let round = (index / 2) as u8;
             let data = &[round; 8][..usize::from(round % 9)];
-            assert_eq!(arrival.frame, Frame::new(ids[index % 2], FrameKind::Data, data));
+            assert_eq!(arrival.frame().unwrap(), Frame::new(ids[index % 2], FrameKind::Data, data));
             assert!((before_s..=now_s()).contains(&arrival.time_s));
         }
         assert!(source.health().receive_buffer_bytes > 0);
@@ -376,7 +380,7 @@ mod tests {
         send(bus.as_raw_fd(), b"rubbish", MsgFlags::empty()).unwrap();
         let mut batch = Vec::new();
         source.read(&mut batch, Duration::from_secs(10)).unwrap();
-        let kinds: Vec<_> = batch.iter().map(|arrival| arrival.frame.kind).collect();
+        let kinds: Vec<_> = batch.iter().map(|arrival| arrival.frame().unwrap().kind).collect();
         assert_eq!(kinds, [FrameKind::Remote, FrameKind::Error, FrameKind::Fd]);
     }
 

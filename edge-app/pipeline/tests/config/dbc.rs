@@ -9,8 +9,8 @@ fn mistakes_in_the_dbc_file_name_the_signal() {
     let table = [
         (
             "[-3276.8|3276.7] \"N\" EDGE\n SG_ Fy",
-            "[-3276.8|3276.7] \"lbf\" EDGE\n SG_ Fy",
-            "mill3.dbc: signal Fx has unit \"lbf\": force must be in one of N, kN, mN",
+            "[-3276.8|3276.7] \"lb\" EDGE\n SG_ Fy",
+            "mill3.dbc: signal Fx has unit \"lb\": force must be in one of N, kN, mN, lbf",
         ),
         (
             "\"m/s^2\"",

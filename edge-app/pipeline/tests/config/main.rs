@@ -2,6 +2,7 @@
 
 mod bounds;
 mod dbc;
+mod tables;
 
 use std::fs;
 use std::path::Path;
@@ -116,6 +117,7 @@ fn what_the_example_shows_in_comments_is_right() {
     let all: String = EXAMPLE.lines().filter_map(shown).collect();
     assert!(all.contains("\ntool_mass_kg") && all.contains("\n[calibration]\n"), "{all}");
     let all = all.replace("[static]\nfile = \"static.csv\"\n", "");
+    let all = all.replace("[recording]\nposes = \"poses.csv\"\n", "");
     let config = load("edge.toml", EDGE, &all).unwrap();
     assert_eq!(config.gravity, [0.0, 0.0, -9.80665]);
     assert_eq!(config.accelerometer, Accelerometer::Strapdown);

@@ -1,0 +1,244 @@
+//! What the columns of a table are called, and where they stand in it.
+
+use flexid_core::chain::Chain;
+
+use super::lines::{Cells, text};
+use crate::units::{self, ACCELERATION, ANGLE, FORCE, Quantity, STROKE, TIME};
+
+/// Names of a column of time, in small letters: those of flexid, LabVIEW, asammdf, and the recorders of robots.
+const TIMES: [&str; 5] = ["time", "t", "timestamp", "timestamps", "x_value"];
+/// Names with which the lines before the columns give the units of these, and the sampling period, s: those of LabVIEW.
+const UNITS: &[u8] = b"Y_Unit_Label";
+const PERIOD: &[u8] = b"Delta_X";
+/// Likeness above which a name is suggested for another. Chosen: two letters of five may be wrong.
+const ALIKE: f64 = 0.55;
+/// Most names that an error lists.
+const LISTED: usize = 20;
+
+/// What the columns of tables are called.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// Columns of force x, y, z and acceleration x, y, z.
+    pub axes: [String; 6],
+    /// Columns of the joints, base first, and whether each slides. Empty if the angles stand elsewhere.
+    pub joints: Vec<(String, bool)>,
+    /// Sampling rate that the config states, Hz.
+    pub rate_hz: Option<f64>,
+    /// Chain from the base to the TCP, if the force is along the axes of the base.
+    pub base: Option<Chain>,
+}
+
+/// A column that is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Column {
+    /// Place in a line.
+    pub(super) cell: usize,
+    /// Size of its unit in SI units.
+    pub(super) scale: f64,
+}
+
+/// Columns of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Columns {
+    pub(super) time: Option<Column>,
+    /// Force x, y, z, acceleration x, y, z.
+    pub(super) axes: [Column; 6],
+    pub(super) joints: Vec<Column>,
+    /// Sampling period that the lines before the columns state, s.
+    pub(super) period_s: Option<f64>,
+    /// True if a line of units follows that of the names.
+    pub(super) has_units: bool,
+    /// Number of cells of the line of names.
+    pub(super) cells: usize,
+}
+
+/// A line of names, before its units are known.
+pub(super) struct Names {
+    /// Place of time, axes and joints in the line.
+    time: Option<usize>,
+    axes: [usize; 6],
+    joints: Vec<usize>,
+    /// The cells of the line.
+    cells: Vec<String>,
+}
+
+impl Layout {
+    /// Returns the names of the columns that a table needs.
+    pub(super) fn needed(&self) -> impl Iterator<Item = &str> {
+        self.axes.iter().chain(self.joints.iter().map(|(name, _)| name)).map(String::as_str)
+    }
+
+    /// Returns the places of the names in the cells of a line, or `None` if one is missing.
+    ///
+    /// # Errors
+    /// A name is there twice.
+    pub(super) fn find(&self, cells: &Cells) -> Result<Option<Names>, String> {
+        let cells: Vec<String> = cells.texts().collect();
+        let mut places = Vec::new();
+        for name in self.needed() {
+            let mut all = cells.iter().enumerate().filter(|(_, cell)| is_named(cell, name));
+            let Some((place, _)) = all.next() else { return Ok(None) };
+            if all.next().is_some() {
+                return Err(format!(
+                    "column {name:?} is there twice: give each column a name of its own"
+                ));
+            }
+            places.push(place);
+        }
+        let is_time = |cell: &&String| {
+            let own = cell.to_lowercase();
+            let own = units::in_brackets(&own).map_or(&*own, |(name, _)| name);
+            TIMES.contains(&own)
+        };
+        // A column that has a meaning is no time. LabVIEW may repeat the time before each channel.
+        let time = cells.iter().position(|cell| is_time(&cell));
+        let time = time.filter(|place| !places.contains(place));
+        let joints = places.split_off(6);
+        let axes = std::array::from_fn(|axis| places[axis]);
+        Ok(Some(Names { time, axes, joints, cells }))
+    }
+
+    /// Returns how many of the names stand in the cells of a line.
+    pub(super) fn matches(&self, cells: &Cells) -> usize {
+        let cells: Vec<String> = cells.texts().collect();
+        self.needed().filter(|name| cells.iter().any(|cell| is_named(cell, name))).count()
+    }
+
+    /// Says which names a line lacks, what it has, and which of these are near.
+    pub(super) fn lacks(&self, cells: &Cells) -> String {
+        let cells: Vec<String> = cells.texts().filter(|cell| !cell.is_empty()).collect();
+        let lacking: Vec<&str> =
+            self.needed().filter(|name| !cells.iter().any(|cell| is_named(cell, name))).collect();
+        let free = || cells.iter().filter(|cell| !self.needed().any(|name| is_named(cell, name)));
+        let near: Vec<String> = lacking
+            .iter()
+            .filter_map(|name| {
+                let like = |cell: &String| {
+                    let bare = units::in_brackets(cell).map_or(&**cell, |(own, _)| own);
+                    strsim::normalized_damerau_levenshtein(
+                        &bare.to_lowercase(),
+                        &name.to_lowercase(),
+                    )
+                };
+                let best = free().max_by(|one, other| like(one).total_cmp(&like(other)))?;
+                (like(best) > ALIKE).then(|| format!("{best:?} for {name:?}"))
+            })
+            .collect();
+        let quoted = |names: &[&str]| {
+            let shown: Vec<String> =
+                names.iter().take(LISTED).map(|name| format!("{name:?}")).collect();
+            let more = names.len().saturating_sub(LISTED);
+            let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+            shown.join(", ") + &rest
+        };
+        let has: Vec<&str> = cells.iter().map(String::as_str).collect();
+        let meant =
+            if near.is_empty() { String::new() } else { format!(" (is it {}?)", near.join(", ")) };
+        format!(
+            "has no column {}: it has {}{meant}: write the names of its columns in [signals], or name another table",
+            quoted(&lacking),
+            quoted(&has)
+        )
+    }
+}
+
+impl Names {
+    /// Returns the columns, given the lines `before` the names and the line that `follows` them. A unit stands in brackets behind the name, below
+    /// it, or in LabVIEW's line of units. Without any, it is that of SI.
+    ///
+    /// # Errors
+    /// A unit is none of its quantity.
+    pub(super) fn columns(
+        &self,
+        layout: &Layout,
+        before: &[Vec<String>],
+        follows: &Cells,
+    ) -> Result<Columns, String> {
+        let quantity = |place: usize| self.quantity(layout, place);
+        let is_unit = |place: usize| {
+            let below = bare(&text(follows.get(place)));
+            below.is_empty() || quantity(place).size(&below).is_some()
+        };
+        let any = self.places().any(|place| !follows.get(place).is_empty());
+        let has_units = any && self.places().all(is_unit);
+        let stated = before
+            .iter()
+            .rev()
+            .find(|line| line.first().is_some_and(|own| own.as_bytes() == UNITS));
+        let column = |place: usize| {
+            let (name, known) = (&self.cells[place], quantity(place));
+            let above =
+                || stated.and_then(|line| line.get(place)).cloned().filter(|unit| !unit.is_empty());
+            let below = || {
+                has_units.then(|| bare(&text(follows.get(place)))).filter(|unit| !unit.is_empty())
+            };
+            let is_whole = layout.needed().any(|own| own == name);
+            let behind =
+                units::in_brackets(name).filter(|_| !is_whole).map(|(_, unit)| unit.to_owned());
+            let Some(unit) = behind.or_else(below).or_else(above) else {
+                return Ok(Column { cell: place, scale: 1.0 });
+            };
+            let scale = known.size(&unit).ok_or_else(|| {
+                let (what, units) = (known.name, known.known());
+                format!("column {name:?} has unit {unit:?}: {what} must be in one of {units}")
+            })?;
+            Ok::<_, String>(Column { cell: place, scale })
+        };
+        let mut axes = [Column { cell: 0, scale: 1.0 }; 6];
+        for (axis, place) in axes.iter_mut().zip(self.axes) {
+            *axis = column(place)?;
+        }
+        Ok(Columns {
+            time: self.time.map(column).transpose()?,
+            axes,
+            joints: self.joints.iter().map(|place| column(*place)).collect::<Result<_, _>>()?,
+            period_s: before.iter().rev().find_map(|line| period_s(line)),
+            has_units,
+            cells: self.cells.len(),
+        })
+    }
+
+    fn places(&self) -> impl Iterator<Item = usize> + '_ {
+        self.time.into_iter().chain(self.axes).chain(self.joints.iter().copied())
+    }
+
+    fn quantity(&self, layout: &Layout, place: usize) -> &'static Quantity {
+        let joint = self.joints.iter().position(|own| *own == place);
+        match (joint, self.axes.iter().position(|own| *own == place)) {
+            (Some(joint), _) if layout.joints.get(joint).is_some_and(|(_, slides)| *slides) => {
+                &STROKE
+            }
+            (Some(_), _) => &ANGLE,
+            (None, Some(0..3)) => &FORCE,
+            (None, Some(_)) => &ACCELERATION,
+            (None, None) => &TIME,
+        }
+    }
+}
+
+/// Returns the sampling period that a line states, s.
+pub(super) fn period_s(line: &[String]) -> Option<f64> {
+    let (first, rest) = line.split_first()?;
+    let value = rest.iter().find(|cell| !cell.is_empty()).filter(|_| first.as_bytes() == PERIOD)?;
+    let period_s: f64 = value.replacen(',', ".", 1).parse().ok()?;
+    (period_s > 0.0 && period_s.is_finite()).then_some(period_s)
+}
+
+/// Returns a line without the sign of a comment before it: NumPy writes names so.
+pub(super) fn uncommented(line: &[u8]) -> &[u8] {
+    let bare = line.trim_ascii_start();
+    match bare.strip_prefix(b"#").or_else(|| bare.strip_prefix(b"%")) {
+        Some(names) => names.trim_ascii_start(),
+        None => line,
+    }
+}
+
+/// Returns whether a cell has this name, with or without a unit behind it.
+fn is_named(cell: &str, name: &str) -> bool {
+    cell == name || units::in_brackets(cell).is_some_and(|(own, _)| own == name)
+}
+
+/// Returns a unit without brackets around it.
+fn bare(unit: &str) -> String {
+    unit.trim_matches(['[', ']', '(', ')']).trim().to_owned()
+}

@@ -1,0 +1,331 @@
+//! Rows of a table: the line of names is searched, then each line of numbers becomes a row. The line of names may come again: another cut
+//! begins behind it, as LabVIEW and whoever joins files write it.
+
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use flexid_core::MAX_JOINTS;
+
+use super::layout::{Column, Columns, Layout, period_s, uncommented};
+use super::lines::{Cells, Lines, text};
+use super::number::{NoNumber, Numbers};
+use crate::input::BadInput;
+use crate::units::TIME;
+
+/// Separators of cells that are tried.
+pub(super) const SEPARATORS: [u8; 4] = [b'\t', b';', b',', b' '];
+/// Most lines before the line of names, at the beginning and between two cuts. LabVIEW writes some twenty, and DynoWare some fifty.
+const BEFORE: usize = 256;
+/// Latest time that is one, s: some thousand years.
+const LATEST_S: f64 = 1e11;
+/// Most letters of a cell that an error shows.
+const SHOWN: usize = 40;
+/// The error of a last line that is no row and has no end.
+const CUT_OFF: &str = "the last line is cut off";
+/// Part by which two sampling periods differ if they are two. The stream follows smaller differences (`DRIFT` in
+/// `core/src/stream/align.rs`).
+pub(super) const DIFFERS: f64 = 0.1;
+
+/// A row of a table. Numbers that are missing are NaN.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Row {
+    /// Number of its line, from 1.
+    pub(super) line: u64,
+    /// True if the line of names came again before it.
+    pub(super) begins: bool,
+    /// Time, s. `None` without a column of time.
+    pub(super) time_s: Option<f64>,
+    /// Force x, y, z, N, and acceleration x, y, z, m/s².
+    pub(super) axes: [f32; 6],
+    /// Angles or strokes, rad (m), base first.
+    pub(super) joints: heapless::Vec<f64, MAX_JOINTS>,
+}
+
+/// What a line is that is not empty.
+enum Line {
+    /// There is no line any more.
+    End,
+    /// The names come again. The next line is of numbers.
+    Names,
+    /// Any other line. Its cells are taken.
+    Other,
+}
+
+/// Reads the rows of a table.
+pub(super) struct Rows<R> {
+    file: PathBuf,
+    lines: Lines<R>,
+    cells: Cells,
+    numbers: Numbers,
+    layout: Layout,
+    pub(super) columns: Columns,
+    /// The line of names.
+    names: Vec<u8>,
+    /// A line that was read with that of the names, and is not of units.
+    waiting: Option<Vec<u8>>,
+    /// Numbers of cells of the first two rows. LabVIEW writes a comment behind the first.
+    widths: heapless::Vec<usize, 2>,
+}
+
+impl<R: Read> Rows<R> {
+    /// Searches the line of names.
+    ///
+    /// # Errors
+    /// No line has them, one has them twice, or a unit is none.
+    pub(super) fn open(file: &Path, text: R, layout: &Layout) -> Result<Self, BadInput> {
+        let mut lines = Lines::new(text);
+        let mut splitters = SEPARATORS.map(|separator| (separator, Cells::new(separator)));
+        let mut before: Vec<Vec<u8>> = Vec::new();
+        let bad = |line: u64, message: String| BadInput {
+            line: Some(line as usize),
+            ..BadInput::new(file, message)
+        };
+        let (separator, names) = loop {
+            let line = match lines.next() {
+                Ok(Some(line)) => line.to_owned(),
+                Ok(None) => return Err(nowhere(file, &before, layout)),
+                Err(error) => return Err(bad(lines.number, error.to_string())),
+            };
+            let mut found = None;
+            for (separator, cells) in &mut splitters {
+                cells.split(uncommented(&line));
+                match layout.find(cells) {
+                    Ok(None) => {}
+                    Ok(Some(names)) => found = Some((*separator, names)),
+                    Err(message) => return Err(bad(lines.number, message)),
+                }
+            }
+            before.push(line);
+            match found {
+                Some(found) => break found,
+                None if before.len() > BEFORE => return Err(nowhere(file, &before, layout)),
+                None => {}
+            }
+        };
+        let mut cells = Cells::new(separator);
+        let own = before.pop().unwrap_or_default();
+        let before: Vec<Vec<String>> = before
+            .iter()
+            .map(|line| {
+                cells.split(line);
+                cells.texts().collect()
+            })
+            .collect();
+        let follows = lines.next().map(|line| line.map(<[u8]>::to_owned));
+        let follows = follows.map_err(|error| bad(lines.number, error.to_string()))?;
+        cells.split(follows.as_deref().unwrap_or_default());
+        let line = before.len() as u64 + 1;
+        let columns =
+            names.columns(layout, &before, &cells).map_err(|message| bad(line, message))?;
+        Ok(Self {
+            file: file.to_owned(),
+            cells,
+            numbers: Numbers::new(separator),
+            layout: layout.clone(),
+            names: own,
+            waiting: follows.filter(|_| !columns.has_units),
+            widths: heapless::Vec::new(),
+            columns,
+            lines,
+        })
+    }
+
+    /// Returns the next row, or `None` at the end.
+    ///
+    /// # Errors
+    /// The text cannot be read, or a line is neither a row nor between two cuts. The error is one line with the file, the line and the column.
+    pub(super) fn next(&mut self) -> io::Result<Option<Row>> {
+        let mut begins = false;
+        loop {
+            match self.advance()? {
+                Line::End => return Ok(None),
+                Line::Names => begins = true,
+                Line::Other => match self.row() {
+                    Ok(Some(row)) => return Ok(Some(Row { begins, ..row })),
+                    Ok(None) => {}
+                    Err(fault) => {
+                        let is_cut_off = !self.lines.has_end;
+                        let fault = if is_cut_off { CUT_OFF.to_owned() } else { fault };
+                        let fault = self.error(self.lines.number, &fault);
+                        self.skip_to_names(fault)?;
+                        begins = true;
+                    }
+                },
+            }
+        }
+    }
+
+    /// Takes the cells of the next line that is neither empty nor a comment.
+    fn advance(&mut self) -> io::Result<Line> {
+        loop {
+            let number = self.lines.number + 1;
+            let waiting = self.waiting.take();
+            let line = match &waiting {
+                Some(waiting) => Ok(Some(&waiting[..])),
+                None => self.lines.next(),
+            };
+            match line {
+                Ok(None) => return Ok(Line::End),
+                Ok(Some(line)) if line == self.names => {
+                    if self.columns.has_units {
+                        self.lines.next()?;
+                    }
+                    return Ok(Line::Names);
+                }
+                Ok(Some(line)) if line.is_empty() || line.starts_with(b"#") => {}
+                Ok(Some(line)) => {
+                    self.cells.split(line);
+                    return Ok(Line::Other);
+                }
+                Err(error) => return Err(self.error(number, &format!("cannot be read: {error}"))),
+            }
+        }
+    }
+
+    /// Skips what stands between two cuts, to behind the line of names.
+    ///
+    /// # Errors
+    /// It is `fault` if that line does not come again, so that the line before was a row that is wrong; or the sampling period is another one.
+    fn skip_to_names(&mut self, fault: io::Error) -> io::Result<()> {
+        for _ in 0..BEFORE {
+            match self.advance()? {
+                Line::End => break,
+                Line::Names => return Ok(()),
+                Line::Other => {
+                    let cells: Vec<String> = self.cells.texts().collect();
+                    let (own, other) = (self.columns.period_s, period_s(&cells));
+                    if let (Some(own), Some(other)) = (own, other)
+                        && (other / own - 1.0).abs() > DIFFERS
+                    {
+                        let rates = two_rates(1.0 / own, 1.0 / other);
+                        return Err(self.error(self.lines.number, &rates));
+                    }
+                }
+            }
+        }
+        Err(fault)
+    }
+
+    /// Reads the row of the present line. Returns `None` if its cells are empty, as below the last row of a spreadsheet.
+    fn row(&mut self) -> Result<Option<Row>, String> {
+        let Self { cells, columns, numbers, layout, .. } = self;
+        let (count, knows_rate) = (cells.len(), columns.period_s.or(layout.rate_hz).is_some());
+        if self.widths.is_empty()
+            && knows_rate
+            && columns.time.is_some_and(|own| cells.get(own.cell).is_empty())
+        {
+            // LabVIEW leaves the column of time empty where it is told to write none.
+            columns.time = None;
+        }
+        let is_known = count == columns.cells || self.widths.contains(&count);
+        let ends_empty = count == columns.cells + 1 && cells.get(count - 1).is_empty();
+        let is_new = !self.widths.is_full() && (count < columns.cells || ends_empty);
+        let reaches = |column: &Column| column.cell < count;
+        if !(is_known || is_new) || !columns.axes.iter().all(reaches) {
+            let names = columns.cells;
+            return Err(format!(
+                "has {count} cells, and the line of names {names}: is a cell missing, or are decimal commas taken for separators?"
+            ));
+        }
+        let mut read = |column: &Column, name: &dyn Fn() -> String| match numbers
+            .read(cells.get(column.cell))
+        {
+            Ok(Some(number)) => Ok(column.scale * number),
+            Ok(None) => Ok(f64::NAN),
+            Err(NoNumber) => {
+                let cell: String = text(cells.get(column.cell)).chars().take(SHOWN).collect();
+                Err(format!("column {:?} holds {cell:?}, and no number", name()))
+            }
+        };
+        let time_s = columns
+            .time
+            .as_ref()
+            .map(|column| read(column, &|| TIME.name.to_owned()))
+            .transpose()?;
+        let mut axes = [f32::NAN; 6];
+        for ((value, column), name) in axes.iter_mut().zip(&columns.axes).zip(&layout.axes) {
+            *value = read(column, &|| name.clone())? as f32;
+        }
+        let mut joints = heapless::Vec::new();
+        for (column, (name, _)) in columns.joints.iter().zip(&layout.joints) {
+            let _ = joints.push(read(column, &|| name.clone())?);
+        }
+        if time_s.is_some_and(|time_s| !(-LATEST_S..=LATEST_S).contains(&time_s)) {
+            let is_empty = axes.iter().all(|value| value.is_nan());
+            return if is_empty {
+                Ok(None)
+            } else {
+                Err(format!("column {:?} holds no time", TIME.name))
+            };
+        }
+        let _ = self.widths.push(count);
+        Ok(Some(Row { line: self.lines.number, begins: false, time_s, axes, joints }))
+    }
+
+    /// Makes the error of a line.
+    pub(super) fn error(&self, line: u64, message: &str) -> io::Error {
+        let line = Some(line as usize);
+        io::Error::other(BadInput { line, ..BadInput::new(&self.file, message) })
+    }
+}
+
+/// Says that a table has two rates, Hz.
+pub(super) fn two_rates(one_hz: f64, other_hz: f64) -> String {
+    format!(
+        "comes at {other_hz:.1} Hz, and what is before at {one_hz:.1} Hz: export each rate into a table of its own"
+    )
+}
+
+/// A line that may be that of the names.
+struct Candidate {
+    /// Number of the names that it has; whether it stands above a line of numbers; number of its cells.
+    rank: (usize, bool, usize),
+    /// Number of the line, from 1.
+    line: usize,
+    cells: Cells,
+}
+
+/// Says what a table lacks none of whose lines has all names: what the line has that seems to be meant.
+fn nowhere(file: &Path, lines: &[Vec<u8>], layout: &Layout) -> BadInput {
+    let of_separator = |separator: u8| {
+        let split = move |line: &Vec<u8>| {
+            let mut cells = Cells::new(separator);
+            cells.split(uncommented(line));
+            cells
+        };
+        let is_of_numbers = move |cells: &Cells| {
+            let mut numbers = Numbers::new(separator);
+            (0..cells.len()).all(|cell| numbers.read(cells.get(cell)).is_ok())
+        };
+        lines.iter().enumerate().map(move |(index, line)| {
+            let (cells, follows) = (split(line), lines.get(index + 1).map(split));
+            let is_above =
+                follows.is_some_and(|own| own.len() == cells.len() && is_of_numbers(&own));
+            let is_above = cells.len() > 1 && is_above && !is_of_numbers(&cells);
+            Candidate {
+                rank: (layout.matches(&cells), is_above, cells.len()),
+                line: index + 1,
+                cells,
+            }
+        })
+    };
+    let seems = |candidate: &Candidate| candidate.rank.0 > 0 || candidate.rank.1;
+    let all = SEPARATORS.into_iter().flat_map(of_separator).filter(seems);
+    // Of equal ones the first.
+    let best = all.reduce(|best, own| if own.rank > best.rank { own } else { best });
+    match best {
+        Some(Candidate { line, cells, .. }) => {
+            BadInput { line: Some(line), ..BadInput::new(file, layout.lacks(&cells)) }
+        }
+        None => {
+            let names: Vec<&str> = layout.needed().collect();
+            let names = names.join(", ");
+            BadInput::new(
+                file,
+                format!(
+                    "is no table: no line names the columns {names} of [signals]: write the names above the numbers, with the same separators"
+                ),
+            )
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! Tables as programs write them, and tables with mistakes.
+
+use super::*;
+
+const FILE: &str = "cut.csv";
+const NAMES: &str = "time [s],Fx [N],Fy [N],Fz [N],ax [g],ay [g],az [g]\n";
+
+fn layout(rate_hz: Option<f64>, joints: &[&str]) -> Layout {
+    let axes = ["Fx", "Fy", "Fz", "ax", "ay", "az"].map(str::to_owned);
+    let joints = joints.iter().map(|name| (name.to_string(), false)).collect();
+    Layout { axes, joints, rate_hz, base: None }
+}
+
+/// Opens a table of which the config says neither rate nor joints.
+fn open(text: &[u8]) -> Result<TableLog<&[u8]>, String> {
+    TableLog::open(Path::new(FILE), text, &layout(None, &[]), None)
+        .map_err(|error| error.to_string())
+}
+
+/// Everything that comes of a table, and the error behind it.
+fn all(mut table: TableLog<&[u8]>) -> (Vec<Arrival>, Option<String>) {
+    let mut batch = Vec::new();
+    loop {
+        match table.read(&mut batch, Duration::ZERO) {
+            Ok(Flow::Open) => {}
+            Ok(Flow::Ended) => return (batch, None),
+            Err(error) => return (batch, Some(error.to_string())),
+        }
+    }
+}
+
+fn forces(arrivals: &[Arrival]) -> Vec<(u32, [f32; 3])> {
+    let force = |arrival: &Arrival| match arrival.content {
+        Content::Reading(Reading::Force { counter, value }) => Some((counter, value)),
+        _ => None,
+    };
+    arrivals.iter().filter_map(force).collect()
+}
+
+fn accelerations(arrivals: &[Arrival]) -> Vec<[f32; 3]> {
+    let acceleration = |arrival: &Arrival| match arrival.content {
+        Content::Reading(Reading::Acceleration { value, .. }) => Some(value),
+        _ => None,
+    };
+    arrivals.iter().filter_map(acceleration).collect()
+}
+
+/// Time and angle of a joint's readings.
+fn angles(arrivals: &[Arrival], joint: u8) -> Vec<(f64, f64)> {
+    let angle = |arrival: &Arrival| match arrival.content {
+        Content::Reading(Reading::Joint { index, value }) if index == joint => {
+            Some((arrival.time_s, value))
+        }
+        _ => None,
+    };
+    arrivals.iter().filter_map(angle).collect()
+}
+
+/// Rows `number,1,2,3,0,0,1` at 1 kHz.
+fn rows(count: u32) -> String {
+    (0..count).map(|row| format!("{:.3},{row},2,3,0,0,1\n", f64::from(row) * 1e-3)).collect()
+}
+
+/// The same two rows, at 1 kHz, of all who write tables.
+#[test]
+fn tables_of_other_programs_are_read() {
+    let lvm = b"LabVIEW Measurement\t\r\nWriter_Version\t0.92\r\nSeparator\tTab\r\nX_Columns\tNo\r\n***End_of_Header***\t\r\n\t\r\n\
+        Channels\t6\t\t\t\t\t\t\r\nSamples\t2\t2\t2\t2\t2\t2\t\r\nDate\t2017/10/04\t2017/10/04\t2017/10/04\t2017/10/04\t2017/10/04\t2017/10/04\t\r\n\
+        Y_Unit_Label\tN\tN\tN\tg\tg\tg\t\r\nDelta_X\t1.0E-3\t1.0E-3\t1.0E-3\t1.0E-3\t1.0E-3\t1.0E-3\t\r\n***End_of_Header***\t\t\t\t\t\t\t\r\n\
+        X_Value\tFx\tFy\tFz\tax\tay\taz\tComment\r\n\t1.5\t2\t3\t0\t0\t1\t\r\n\t-1.5\t2\t3\t0\t0\t1\r\n";
+    for (writer, text) in [
+        ("pandas", &b"time [s],Fx [N],Fy [N],Fz [N],ax [g],ay [g],az [g]\n0.0,1.5,2.0,3.0,0.0,0.0,1.0\n0.001,-1.5,2.0,3.0,0.0,0.0,1.0\n"[..]),
+        // With its index, whose column has no name.
+        ("pandas", b",time [s],Fx [N],Fy [N],Fz [N],ax [g],ay [g],az [g]\n0,0.0,1.5,2,3,0,0,1\n1,0.001,-1.5,2,3,0,0,1\n"),
+        ("NumPy", b"# time [s];Fx [N];Fy [N];Fz [N];ax [g];ay [g];az [g]\n0.0e+00;1.5e+00;2.0e+00;3;0;0;1\n1.0e-03;-1.5e+00;2;3;0;0;1\n"),
+        ("NumPy", b"# time Fx Fy Fz ax(g) ay(g) az(g)\n0.0 1.5 2.0 3.0 0.0 0.0 1.0\n1.0e-03 -1.5e+00 2 3 0 0 1\n"),
+        ("asammdf", b"\"timestamps\",\"Fx\",\"Fy\",\"Fz\",\"ax\",\"ay\",\"az\"\r\n\"s\",\"N\",\"N\",\"N\",\"g\",\"g\",\"g\"\r\n0,1.5,2,3,0,0,1\r\n0.001,-1.5,2,3,0,0,1\r\n"),
+        ("DynoWare", b"File Type:\tExported ASCII Data\nSampling rate [Hz]:\t1000\nTotal number of channels:\t6\n\nTime\tFx\tFy\tFz\tax\tay\taz\ns\tN\tN\tN\tg\tg\tg\n0\t1.5\t2\t3\t0\t0\t1\n0.001\t-1.5\t2\t3\t0\t0\t1\n"),
+        ("NI", b"Time (ms),Fx (N),Fy (kN),Fz (N),ax (mG),ay (G),az (G)\r\n0.000000,1.5,0.002,3,0,0,1\r\n1.000000,-1.5,0.002,3,0,0,1\r\n"),
+        ("DEWESoft", b"Data file:;cut.dxd\nSample rate:;1000\nCreated:;27.11.2026 10:00:00\n\nTime (s);Fx (N);Fy (N);Fz (N);ax (g);ay (g);az (m/s\xB2)\n0,000;1,5;2,0;3,0;0,0;0,0;9,80665\n0,001;-1,5;2,0;3,0;0,0;0,0;9,80665\n"),
+        ("Excel", b"\xEF\xBB\xBFsep=;\r\ntime [s];Fx [N];Fy [N];Fz [N];ax [g];ay [g];az [g]\r\n0;1,5;2;3;0;0;1\r\n0,001;-1,5;2;3;0;0;1\r\n;;;;;;\r\n"),
+        ("LabVIEW", lvm),
+    ] {
+        let table = open(text).unwrap_or_else(|error| panic!("{writer}: {error}"));
+        let rate_hz = table.shown().rate_hz.unwrap();
+        assert!((rate_hz - 1000.0).abs() < 1e-6, "{writer}: {rate_hz}");
+        let (arrivals, error) = all(table);
+        assert_eq!((forces(&arrivals), error), (vec![(0, [1.5, 2.0, 3.0]), (1, [-1.5, 2.0, 3.0])], None), "{writer}");
+        assert_eq!(accelerations(&arrivals), [[0.0, 0.0, 9.80665]; 2], "{writer}");
+    }
+}
+
+#[test]
+fn each_mistake_is_named_with_its_line_and_column() {
+    let mend = ": correct it, or export the table again";
+    let with = |row: &str| format!("{NAMES}{}{row}\n0.020,1,2,3,0,0,1\n", rows(15));
+    for (text, expected) in [
+        ("".to_owned(), "cut.csv: is no table: no line names the columns Fx, Fy, Fz, ax, ay, az of [signals]: ".to_owned()),
+        ("Dear reader\n".to_owned(), "cut.csv: is no table: no line names the columns Fx, ".to_owned()),
+        (
+            NAMES.replace("Fz [N]", "F_z [N]") + &rows(9),
+            "cut.csv:1: has no column \"Fz\": it has \"time [s]\", \"Fx [N]\", \"Fy [N]\", \"F_z [N]\", \"ax [g]\", \"ay [g]\", \"az [g]\" \
+             (is it \"F_z [N]\" for \"Fz\"?): write the names of its columns in [signals], or name another table".to_owned(),
+        ),
+        (
+            format!("Kistler\nTime,Dyno 1,Dyno 2,Dyno 3,ch4,ch5,ch6\n{}", rows(9)),
+            "cut.csv:2: has no column \"Fx\", \"Fy\", \"Fz\", \"ax\", \"ay\", \"az\": it has \"Time\", \"Dyno 1\", ".to_owned(),
+        ),
+        (NAMES.replace("Fy", "Fx"), "cut.csv:1: column \"Fx\" is there twice: ".to_owned()),
+        (NAMES.replace("time [s]", "Fx"), "cut.csv:1: column \"Fx\" is there twice: ".to_owned()),
+        (
+            NAMES.replace("[g]", "[V]") + &rows(9),
+            "cut.csv:1: column \"ax [V]\" has unit \"V\": acceleration must be in one of m/s^2, m/s²,".to_owned(),
+        ),
+        (NAMES.replace("[s]", "[min]") + &rows(9), "cut.csv:1: column \"time [min]\" has unit \"min\": time must be in one of s, ms".to_owned()),
+        (NAMES.to_owned(), "cut.csv: has no row of numbers below the names of its columns".to_owned()),
+        (with("0.015,1,two,3,0,0,1"), format!("cut.csv:17: column \"Fy\" holds \"two\", and no number{mend}")),
+        (with("0.015,1,2,3,0,0"), "cut.csv:17: has 6 cells, and the line of names 7: is a cell missing, or are decimal commas".to_owned()),
+        (with("0,015,1,2,3,0,0,1"), "cut.csv:17: has 8 cells, and the line of names 7: ".to_owned()),
+        (with("x,1,2,3,0,0,1"), "cut.csv:17: column \"time\" holds \"x\", and no number".to_owned()),
+        (with(",1,2,3,0,0,1"), "cut.csv:17: column \"time\" holds no time".to_owned()),
+        (format!("{NAMES}{}0.015,1,2", rows(15)), format!("cut.csv:17: the last line is cut off{mend}")),
+        (
+            format!("{NAMES}{}", rows(20).replace(",2,3,", ",,3,")),
+            "cut.csv: column \"Fy\" has no number in 20 of the first 20 rows: export force and acceleration at one rate".to_owned(),
+        ),
+        (format!("{NAMES}{}", "5,1,2,3,0,0,1\n".repeat(9)), "cut.csv: its time does not go on: ".to_owned()),
+    ] {
+        let error = open(text.as_bytes()).err().unwrap_or_else(|| panic!("{text}"));
+        assert!(error.starts_with(&expected), "{error}\n{expected}");
+        assert!(!error.contains('\n'), "{error}");
+    }
+}
+
+#[test]
+fn a_rate_that_contradicts_the_config_is_an_error() {
+    let text = format!("{NAMES}{}", rows(20));
+    let of = |rate_hz| {
+        TableLog::open(Path::new(FILE), text.as_bytes(), &layout(Some(rate_hz), &[]), None)
+    };
+    let error = of(2000.0).err().unwrap().to_string();
+    assert_eq!(
+        error,
+        "cut.csv: its rows come at 1000.0 Hz, and [measurement] rate_hz is 2000: correct the unit of the time or rate_hz"
+    );
+    assert!(of(1001.0).is_ok());
+}
+
+#[test]
+fn a_mistake_behind_the_first_rows_ends_what_is_read() {
+    let row = |row: usize| format!("{:.3},1,2,3,0,0,1\n", row as f64 * 1e-3);
+    let lines = |count: usize| (0..count).map(row).collect::<String>();
+    for (end, expected) in [
+        ("x,1,2,3,0,0,1\n", "cut.csv:40002: column \"time\" holds \"x\", and no number"),
+        (
+            "5.0,1,2,3,0,0,1\n",
+            "cut.csv:40002: the time goes back from 39.999 to 5 s, and not to its begin: ",
+        ),
+    ] {
+        let text = format!("{NAMES}{}{end}", lines(40_000));
+        let (arrivals, error) = all(open(text.as_bytes()).unwrap());
+        assert_eq!(forces(&arrivals).len(), 40_000);
+        assert!(error.as_ref().is_some_and(|own| own.starts_with(expected)), "{error:?}");
+    }
+    let slower: String =
+        (0..200).map(|row| format!("{:.3},1,2,3,0,0,1\n", 40.0 + f64::from(row) * 2e-3)).collect();
+    let text = format!("{NAMES}{}{slower}", lines(40_000));
+    let error = all(open(text.as_bytes()).unwrap()).1.unwrap();
+    assert!(error.contains("comes at 500.0 Hz, and what is before at 1000.0 Hz: "), "{error}");
+}
+
+#[test]
+fn a_value_that_is_missing_is_a_sample_that_is_lost() {
+    let text = format!("{NAMES}{}", rows(30))
+        .replace(",7,2,3,", ",NaN,2,3,")
+        .replace("0.009,9,2,3,0,0,1", "0.009,9,2,3,0,,1");
+    let (arrivals, error) = all(open(text.as_bytes()).unwrap());
+    let counters: Vec<u32> = forces(&arrivals).into_iter().map(|(counter, _)| counter).collect();
+    let without: Vec<u32> = (0..30).filter(|row| *row != 7).collect();
+    assert_eq!((counters, error), (without, None));
+    assert_eq!(accelerations(&arrivals).len(), 29);
+}
+
+#[test]
+fn a_file_may_hold_several_cuts() {
+    let (names, rows) = (NAMES, rows(20));
+    let pose = |angle: f64| vec![angle, 0.5, 0.6];
+    let between = "\nTest 2\nDate,27.11.2026\n\n";
+    for text in [
+        // The time begins anew; tables are joined; something stands between.
+        format!("{names}{rows}{rows}"),
+        format!("{names}{rows}{names}{rows}"),
+        format!("{names}{rows}{between}{names}{rows}"),
+    ] {
+        let open = |poses: Vec<Vec<f64>>| {
+            TableLog::open(Path::new(FILE), text.as_bytes(), &layout(None, &[]), Some(poses))
+                .unwrap()
+        };
+        let (arrivals, error) = all(open(vec![pose(0.1), pose(0.2)]));
+        assert_eq!((forces(&arrivals).len(), error), (40, None));
+        assert!(arrivals.windows(2).all(|pair| pair[0].time_s <= pair[1].time_s));
+        // At the begin and at the end of each cut.
+        let expected = [(0.0, 0.1), (0.019, 0.1), (11.019, 0.2), (11.038, 0.2)];
+        for (own, expected) in angles(&arrivals, 0).into_iter().zip(expected) {
+            assert!((own.0 - expected.0).abs() < 1e-9 && own.1 == expected.1, "{own:?}");
+        }
+        assert_eq!(angles(&all(open(vec![pose(0.3)])).0, 0).len(), 4);
+    }
+    let text = format!("{names}{rows}{rows}{rows}");
+    let table = TableLog::open(
+        Path::new(FILE),
+        text.as_bytes(),
+        &layout(None, &[]),
+        Some(vec![pose(0.1), pose(0.2)]),
+    );
+    let error = all(table.unwrap()).1.unwrap();
+    assert!(
+        error.starts_with(
+            "cut.csv:42: begins cut 3 of this table, and [recording] poses has 2 lines of it"
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn angles_come_in_a_cycle_and_when_they_change() {
+    let row = |row: u32| {
+        let q1 = if row < 250 { 90.0 } else { 91.0 };
+        format!(
+            "{:.3},1,2,3,0,0,1,{q1},{}\n",
+            f64::from(row) * 1e-3,
+            if row == 3 { "" } else { "0.5" }
+        )
+    };
+    let text =
+        format!("{},q1 [deg],q2\n{}", NAMES.trim_end(), (0..500).map(row).collect::<String>());
+    let table =
+        TableLog::open(Path::new(FILE), text.as_bytes(), &layout(None, &["q1", "q2"]), None);
+    let (arrivals, _) = all(table.unwrap());
+    let q1: Vec<_> = angles(&arrivals, 0)
+        .iter()
+        .map(|(time_s, angle)| ((time_s * 1e2).floor(), angle.to_degrees().round()))
+        .collect();
+    assert_eq!(
+        q1,
+        [
+            (0.0, 90.0),
+            (10.0, 90.0),
+            (20.0, 90.0),
+            (25.0, 91.0),
+            (30.0, 91.0),
+            (40.0, 91.0),
+            (49.0, 91.0)
+        ]
+    );
+    assert_eq!(angles(&arrivals, 1).len(), 6);
+}
+
+#[test]
+fn steps_and_rates_of_tables_are_joined() {
+    let shown = |steps: [f32; 2], rate_hz| Shown {
+        rate_hz,
+        steps: [steps[0], 0.5, 0.5, steps[1], 1.0, 1.0],
+    };
+    let (one, other) = (shown([0.1, 0.0], Some(1000.0)), shown([0.2, 0.3], None));
+    assert_eq!(one.and(other), Ok(shown([0.1, 0.3], Some(1000.0))));
+    assert_eq!(one.and(shown([0.1, 0.1], Some(2000.0))), Err([1000.0, 2000.0]));
+    let text = format!("{NAMES}{}", rows(20).replace(",2,3,", ",2,3.5,"));
+    assert_eq!(open(text.as_bytes()).unwrap().shown().steps, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_table_shows_by_its_names_or_its_separators() {
+    let layout = layout(None, &[]);
+    assert!(has_names(b"preamble\r\nt;Fx;Fy;Fz;ax;ay;az\r\n", &layout));
+    assert!(!has_names(b"t;Fx;Fy;Fz;ax;ay\r\n1;2;3;4;5;6\r\n", &layout));
+    assert!(is_like(b"t;Fx;Fy\r\n1;2;3\r\n") && is_like(b"a\n1,2,3\n4,5,6\n"));
+    assert!(!is_like(b"Dear reader,\n\nyours,\n") && !is_like(b"\xFF,1,2\n1,2,3\n"));
+}
+
+/// The reference robot, turned about its first joint by a quarter: the y of the base is what x of the base was.
+#[test]
+fn a_force_along_the_axes_of_the_base_is_turned() {
+    let model = include_str!("../../../../../host-tools/scenario/mill3-model.toml");
+    let chain =
+        crate::model::Model::parse(Path::new("model.toml"), model).unwrap().chain().unwrap();
+    let layout = Layout { base: Some(chain), ..layout(None, &[]) };
+    let of = |q1: f64, force: &str| {
+        let text = format!("{NAMES}0,{force},0,0,1\n0.001,{force},0,0,1\n");
+        let poses = Some(vec![vec![q1, -0.5, 0.9]]);
+        let table = TableLog::open(Path::new(FILE), text.as_bytes(), &layout, poses).unwrap();
+        forces(&all(table).0)[1].1
+    };
+    let quarter = 1_f64.to_radians() * 90.0;
+    let (turned, plain) = (of(quarter, "0,10,3"), of(0.0, "10,0,3"));
+    for (one, other) in turned.iter().zip(plain) {
+        assert!((one - other).abs() < 1e-5, "{turned:?} {plain:?}");
+    }
+    let length = plain.iter().map(|axis| axis * axis).sum::<f32>().sqrt();
+    assert!((length - 109_f32.sqrt()).abs() < 1e-5 && (plain[0] - 10.0).abs() > 0.1, "{plain:?}");
+}

@@ -1,0 +1,130 @@
+//! Configs for tables: neither bus nor counters, and a rate only where the table has none.
+
+use std::fs;
+
+use flexid_pipeline::config::Config;
+use flexid_pipeline::source::Shown;
+
+use super::{EDGE, MODEL};
+
+const BUS: &str = "[bus]\ninterface = \"vcan0\"\ndbc = \"mill3.dbc\"\n";
+const JOINTS: &str = "joints = [\"q1\", \"q2\", \"q3\"]";
+const POSES: &str = "[recording]\nposes = \"poses.csv\"";
+const SHOWN: Shown = Shown { rate_hz: Some(1000.0), steps: [0.1, 0.2, 0.0, 0.01, 0.0, 0.02] };
+
+/// The text of the reference scenario without bus and counters.
+fn text() -> String {
+    let lines = EDGE.replace(BUS, "");
+    assert_ne!(lines, EDGE);
+    lines
+        .lines()
+        .filter(|line| !line.contains("_counter"))
+        .map(|line| format!("{line}\n"))
+        .collect()
+}
+
+/// Loads this text for recordings; the error without the folder's name.
+fn recorded(text: &str) -> Result<Config, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("edge.toml", text);
+    write("mill3-model.toml", MODEL);
+    write("poses.csv", "file,q1 [deg],q2,q3\ncut.csv,90,-0.5,1\n");
+    Config::load_recorded(&folder.path().join("edge.toml"))
+        .map_err(|error| error.to_string().replace(&format!("{}/", folder.path().display()), ""))
+}
+
+#[test]
+fn a_table_needs_neither_bus_nor_counters_nor_rate() {
+    let config = recorded(&text()).unwrap();
+    assert!(config.interface.is_empty() && config.signals.is_of_columns() && config.knows_rate);
+    assert_eq!(config.layout().unwrap().axes, ["Fx", "Fy", "Fz", "ax", "ay", "az"]);
+    assert_eq!(config.layout().unwrap().joints.len(), 3);
+    let config = config.of_tables(&SHOWN).unwrap();
+    assert_eq!((config.rate_hz, config.record_samples), (2000.0, 8192));
+    assert_eq!(
+        (config.signals.force_resolution, config.signals.acceleration_resolution),
+        (0.2, 0.02)
+    );
+
+    let config = recorded(&text().replace("rate_hz = 2000.0", "").replace(JOINTS, POSES)).unwrap();
+    assert!(!config.knows_rate && config.layout().unwrap().joints.is_empty());
+    assert_eq!(config.signals.joints, ["q1", "q2", "q3"]);
+    let poses = config.poses.as_ref().unwrap().of("day/cut.csv".as_ref());
+    assert_eq!(poses, [[90_f64.to_radians(), -0.5, 1.0]]);
+    let config = config.of_tables(&SHOWN).unwrap();
+    assert_eq!((config.rate_hz, config.record_samples, config.knows_rate), (1000.0, 4096, true));
+    assert!(config.stream().force_resolution > 0.0);
+}
+
+#[test]
+fn what_a_table_needs_is_named() {
+    let of_rate = |rate_hz: Option<f64>| {
+        let config = recorded(&text().replace("rate_hz = 2000.0", "")).unwrap();
+        let error = config.of_tables(&Shown { rate_hz, ..SHOWN }).unwrap_err().to_string();
+        error.split_once("edge.toml: ").unwrap().1.to_owned()
+    };
+    assert_eq!(
+        of_rate(None),
+        "[measurement] rate_hz is missing, and the table has no column of time: add one of them"
+    );
+    assert_eq!(
+        of_rate(Some(300.0)),
+        "[measurement] band_hz ends at 200 Hz: must stay below 150 Hz, half of rate_hz"
+    );
+    for (from, to, expected) in [
+        (
+            JOINTS,
+            "",
+            "edge.toml: [signals] joints is missing: name the column of the angle of each driven joint, base first, or a file of poses in [recording] poses",
+        ),
+        (
+            JOINTS,
+            "joints = [\"q1\"]",
+            "edge.toml: [signals] joints names 1 signal, but mill3-model.toml has 3 driven joints",
+        ),
+        (
+            "[measurement]",
+            "[recording]\nposes = \"poses.csv\"\n[measurement]",
+            "edge.toml: [signals] joints and [recording] poses state the same angles: leave one out",
+        ),
+        (
+            JOINTS,
+            "[recording]\nposes = \"p.csv\"",
+            "edge.toml: [recording] poses: p.csv cannot be read: it does not exist",
+        ),
+    ] {
+        let error = recorded(&text().replace(from, to)).unwrap_err();
+        assert!(error.starts_with(expected), "{error}");
+    }
+}
+
+#[test]
+fn a_bus_needs_all_of_it() {
+    for (from, to, expected) in [
+        (
+            BUS,
+            "",
+            "edge.toml: [bus] is missing: add what host-tools/scenario/edge.toml has there; a file for tables (CSV, LVM) has no [bus], ",
+        ),
+        (
+            "force_counter = \"ForceCounter\"\n",
+            "",
+            "edge.toml: [signals] force_counter is missing: name the signal that counts the samples",
+        ),
+        (
+            JOINTS,
+            "",
+            "edge.toml: [signals] joints is missing: name the signal of the angle of each driven joint, base first",
+        ),
+        (
+            JOINTS,
+            "joints = [\"q1\", \"q2\", \"q3\"]\nforce_axes = \"base\"",
+            "edge.toml: [signals] force_axes is \"base\": frames of [bus] have the force along",
+        ),
+        ("rate_hz = 2000.0\n", "", "edge.toml: [measurement] key `rate_hz` (in Hz) is missing"),
+    ] {
+        let error = super::load("edge.toml", from, to).unwrap_err();
+        assert!(error.starts_with(expected), "{error}");
+    }
+}

@@ -1,0 +1,79 @@
+//! Bytes that call themselves a table, and bytes that call themselves the poses of tables.
+//!
+//! A refusal is one line. What is read has finite values, counters that go on, and times that do not go back.
+#![no_main]
+
+use std::path::Path;
+use std::sync::LazyLock;
+use std::time::Duration;
+
+use flexid_core::stream::Reading;
+use flexid_pipeline::model::Model;
+use flexid_pipeline::poses;
+use flexid_pipeline::source::{Content, Flow, FrameSource, Layout, TableLog, table};
+use libfuzzer_sys::fuzz_target;
+
+static MODEL: LazyLock<Model> = LazyLock::new(|| {
+    let text = include_str!("../../../host-tools/scenario/mill3-model.toml");
+    Model::parse(Path::new("model.toml"), text).unwrap()
+});
+
+/// The columns of the seeds, of a config that states no rate.
+static LAYOUT: LazyLock<Layout> = LazyLock::new(|| Layout {
+    axes: ["Fx", "Fy", "Fz", "ax", "ay", "az"].map(String::from),
+    joints: vec![("q1".into(), false), ("q2".into(), true)],
+    rate_hz: None,
+    base: None,
+});
+
+fuzz_target!(|data: &[u8]| {
+    let is_line = |error: &str| assert!(!error.contains('\n'), "{error}");
+    if let Ok(text) = str::from_utf8(data)
+        && let Err(error) = poses::parse(Path::new("poses.csv"), text, &MODEL)
+    {
+        is_line(&error.to_string());
+    }
+    let _ = table::is_like(data);
+    let without = Layout { joints: Vec::new(), rate_hz: Some(1000.0), ..LAYOUT.clone() };
+    let of_base = Layout { base: Some(MODEL.chain().unwrap()), ..without.clone() };
+    let poses = vec![vec![0.1, 0.2, 0.3]; 2];
+    for (layout, poses) in
+        [(&*LAYOUT, None), (&without, Some(poses.clone())), (&of_base, Some(poses))]
+    {
+        let has_names = table::has_names(data, layout);
+        let mut log = match TableLog::open(Path::new("log"), data, layout, poses) {
+            Ok(log) => log,
+            Err(error) => {
+                is_line(&error.to_string());
+                continue;
+            }
+        };
+        assert!(has_names);
+        assert!(log.shown().rate_hz.is_none_or(|rate_hz| rate_hz > 0.0));
+        let mut arrivals = Vec::new();
+        let end = loop {
+            match log.read(&mut arrivals, Duration::ZERO) {
+                Ok(Flow::Open) => {}
+                end => break end,
+            }
+        };
+        if let Err(error) = end {
+            is_line(&error.to_string());
+        }
+        let lines = data.split(|&byte| byte == b'\n').count();
+        assert!(arrivals.len() <= 10 * lines, "{} of {lines} lines", arrivals.len());
+        let mut newest: [Option<u32>; 2] = [None; 2];
+        for arrival in &arrivals {
+            let Content::Reading(reading) = arrival.content else { panic!("a frame") };
+            match reading {
+                Reading::Force { counter, value } | Reading::Acceleration { counter, value } => {
+                    let place = usize::from(matches!(reading, Reading::Acceleration { .. }));
+                    assert!(value.iter().all(|value| value.is_finite()));
+                    assert_ne!(newest[place].replace(counter), Some(counter));
+                }
+                Reading::Joint { value, .. } => assert!(value.is_finite()),
+            }
+        }
+        assert!(arrivals.windows(2).all(|pair| pair[0].time_s <= pair[1].time_s));
+    }
+});
