@@ -41,7 +41,7 @@ type Bytes = Box<dyn Read + Send>;
 /// A recording, by its content.
 enum Log {
     Frames(CandumpLog<Bytes>),
-    Table(TableLog<Bytes>),
+    Table(Box<TableLog<Bytes>>),
 }
 
 /// A log that can be used.
@@ -185,7 +185,7 @@ fn log(name: &Path, bytes: impl Read + Send + 'static, config: &Config) -> Resul
     let has_bus = !config.interface.is_empty();
     if has_names || (!is_log && (table::is_like(&head) || !has_bus)) {
         let poses = poses(name, shown, config)?;
-        return Ok(Log::Table(TableLog::open(shown, bytes, &layout, poses)?));
+        return Ok(Log::Table(Box::new(TableLog::open(shown, bytes, &layout, poses)?)));
     }
     if !has_bus {
         let file = config.file.display();

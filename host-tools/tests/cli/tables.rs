@@ -9,15 +9,15 @@ use serde_json::Value;
 use crate::setup::{FLEXID, edit, flexid, folder, stderr};
 
 const NAMES: &str = "time [s],Fx [N],Fy [N],Fz [N],ax [g],ay [g],az [g]\n";
-const BUS: &str = "[bus]\ninterface = \"vcan0\"\ndbc = \"mill3.dbc\"\n";
+const BUS: &str = "[bus]\ninterface = \"vcan0\"\ndbc = \"mill3.dbc\"                   # where the signals lie in the frames\n";
 
 /// A folder whose configuration is for tables, with the poses of `a.csv` and `b.csv`.
 fn for_tables() -> tempfile::TempDir {
     let folder = folder();
     let edge = folder.path().join("edge.toml");
     edit(&edge, BUS, "");
-    edit(&edge, "force_counter = \"ForceCounter\"\n", "");
-    edit(&edge, "acceleration_counter = \"AccelerationCounter\"\n", "");
+    edit(&edge, "force_counter = \"ForceCounter\"", "");
+    edit(&edge, "acceleration_counter = \"AccelerationCounter\"", "");
     edit(&edge, "rate_hz = 2000.0\n", "");
     edit(&edge, "joints = [\"q1\", \"q2\", \"q3\"]", "[recording]\nposes = \"poses.csv\"");
     let poses = "file,q1 [deg],q2,q3\na.csv,0,-0.45,0.95\nb.csv,10,-0.4,0.9\n-,0,-0.45,0.95\n";

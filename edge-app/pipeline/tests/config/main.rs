@@ -373,7 +373,7 @@ fn mistakes_in_the_config_name_place_and_mend() {
             "colour = 1",
             "edge.toml:31: [search] colour: unknown key `colour`: known are seed",
         ),
-        ("rate_hz = 2000.0\n", "", "edge.toml:25: [measurement] key `rate_hz` (in Hz) is missing"),
+        ("rate_hz = 2000.0\n", "", "edge.toml: [measurement] key `rate_hz` (in Hz) is missing"),
         (
             "rate_hz = 2000.0",
             "rate_hz = \"2 kHz\"",

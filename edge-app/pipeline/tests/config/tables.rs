@@ -7,7 +7,7 @@ use flexid_pipeline::source::Shown;
 
 use super::{EDGE, MODEL};
 
-const BUS: &str = "[bus]\ninterface = \"vcan0\"\ndbc = \"mill3.dbc\"\n";
+const BUS: &str = "[bus]\ninterface = \"vcan0\"\ndbc = \"mill3.dbc\"                   # where the signals lie in the frames\n";
 const JOINTS: &str = "joints = [\"q1\", \"q2\", \"q3\"]";
 const POSES: &str = "[recording]\nposes = \"poses.csv\"";
 const SHOWN: Shown = Shown { rate_hz: Some(1000.0), steps: [0.1, 0.2, 0.0, 0.01, 0.0, 0.02] };
@@ -108,7 +108,7 @@ fn a_bus_needs_all_of_it() {
             "edge.toml: [bus] is missing: add what host-tools/scenario/edge.toml has there; a file for tables (CSV, LVM) has no [bus], ",
         ),
         (
-            "force_counter = \"ForceCounter\"\n",
+            "force_counter = \"ForceCounter\"",
             "",
             "edge.toml: [signals] force_counter is missing: name the signal that counts the samples",
         ),

@@ -167,8 +167,11 @@ impl Names {
             .find(|line| line.first().is_some_and(|own| own.as_bytes() == UNITS));
         let column = |place: usize| {
             let (name, known) = (&self.cells[place], quantity(place));
-            let above =
-                || stated.and_then(|line| line.get(place)).cloned().filter(|unit| !unit.is_empty());
+            // The first cell of that line names it.
+            let above = || {
+                let unit = stated.and_then(|line| line.get(place)).filter(|_| place > 0);
+                unit.cloned().filter(|unit| !unit.is_empty())
+            };
             let below = || {
                 has_units.then(|| bare(&text(follows.get(place)))).filter(|unit| !unit.is_empty())
             };

@@ -1,5 +1,7 @@
 //! Tables as programs write them, and tables with mistakes.
 
+use proptest::prelude::*;
+
 use super::*;
 
 const FILE: &str = "cut.csv";
@@ -298,4 +300,73 @@ fn a_force_along_the_axes_of_the_base_is_turned() {
     }
     let length = plain.iter().map(|axis| axis * axis).sum::<f32>().sqrt();
     assert!((length - 109_f32.sqrt()).abs() < 1e-5 && (plain[0] - 10.0).abs() > 0.1, "{plain:?}");
+}
+
+/// The seeds of the fuzz target.
+const SEEDS: [&[u8]; 6] = [
+    include_bytes!("../../../../../tests/fuzz/seeds/table/commas.csv"),
+    include_bytes!("../../../../../tests/fuzz/seeds/table/names.csv"),
+    include_bytes!("../../../../../tests/fuzz/seeds/table/segments.lvm"),
+    include_bytes!("../../../../../tests/fuzz/seeds/table/semicolons.txt"),
+    include_bytes!("../../../../../tests/fuzz/seeds/table/short.csv"),
+    include_bytes!("../../../../../tests/fuzz/seeds/table/spaces.txt"),
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(2000) })]
+
+    /// A spoilt table is refused in one line, or gives finite values at times that do not go back.
+    #[test]
+    fn no_spoilt_table_stops_the_reader(
+        seed in 0..SEEDS.len(),
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4_u8), 0..6),
+    ) {
+        let mut text = SEEDS[seed].to_vec();
+        for (place, byte, edit) in edits {
+            let place = place.index(text.len());
+            match edit {
+                0 => text[place] = byte,
+                1 => text.insert(place, b"\n;,\t.e-9#\""[usize::from(byte) % 10]),
+                2 => drop(text.drain(place..text.len().min(place + usize::from(byte) % 16).max(place + 1))),
+                _ => text.extend_from_within(..place),
+            }
+            if text.is_empty() {
+                break;
+            }
+        }
+        let layout = layout(None, &["q1", "q2"]);
+        match TableLog::open(Path::new(FILE), &text[..], &layout, None) {
+            Err(error) => prop_assert!(!error.to_string().contains('\n')),
+            Ok(table) => {
+                prop_assert!(has_names(&text, &layout));
+                let (arrivals, error) = all(table);
+                prop_assert!(error.is_none_or(|error| !error.contains('\n')));
+                prop_assert!(arrivals.windows(2).all(|pair| pair[0].time_s <= pair[1].time_s));
+                for arrival in arrivals {
+                    let is_finite = match arrival.content {
+                        Content::Reading(Reading::Joint { value, .. }) => value.is_finite(),
+                        Content::Reading(Reading::Force { value, .. } | Reading::Acceleration { value, .. }) => {
+                            value.iter().all(|axis| axis.is_finite())
+                        }
+                        Content::Frame(_) => false,
+                    };
+                    prop_assert!(is_finite);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn temporary_speed() {
+    let Ok(text) = std::fs::read("/tmp/own53/speed/cut.csv") else { return };
+    let begun = std::time::Instant::now();
+    let mut table = TableLog::open(Path::new(FILE), &text[..], &layout(None, &[]), None).unwrap();
+    let (mut batch, mut count) = (Vec::new(), 0);
+    while table.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {
+        count += batch.len();
+        batch.clear();
+    }
+    let seconds = begun.elapsed().as_secs_f64();
+    println!("SPEED {count} {:.1} MB/s", text.len() as f64 / 1e6 / seconds);
 }
