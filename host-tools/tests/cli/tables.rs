@@ -42,7 +42,7 @@ fn rows(rate_hz: f64) -> String {
     (0..(6.0 * rate_hz) as u32).map(row).collect()
 }
 
-/// What `check --json` finds, a line each.
+/// The findings of `check --json`, a line each.
 fn findings(json: &[u8]) -> String {
     let json: Value = serde_json::from_slice(json).unwrap();
     let all = json["findings"].as_array().unwrap().iter();
