@@ -25,10 +25,13 @@ const G: f64 = 9.80665;
 /// An instant: force, N, acceleration, m/s², and angles, rad.
 type Instant = ([f64; 3], [f64; 3], [f64; 3]);
 
+/// An instant of which a frame has come.
+type Part = (Option<[f64; 3]>, Option<[f64; 3]>, [f64; 3]);
+
 /// The instants of a log, in the order of their counters.
 fn instants(log: &str) -> Result<Vec<Instant>> {
     let mut angles = [f64::NAN; 3];
-    let mut all: BTreeMap<i64, (Option<[f64; 3]>, Option<[f64; 3]>, [f64; 3])> = BTreeMap::new();
+    let mut all: BTreeMap<i64, Part> = BTreeMap::new();
     let mut newest = 0;
     for line in log.lines() {
         let frame = line.split_whitespace().nth(2).context("a line without a frame")?;

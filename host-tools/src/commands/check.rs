@@ -71,7 +71,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// The content of the logs, and the configuration that they complete.
+/// Surveys the logs. Returns the configuration that they complete, too.
 pub(super) fn of_logs(config: &Config, logs: &[PathBuf]) -> Result<(Config, Survey)> {
     let meter = Meter::of_reading();
     let (config, mut source) = recording::open(logs, config, &meter)?;

@@ -1,7 +1,7 @@
 //! Recordings in formats other than that of `candump -L` and tables, recognised by their first bytes, and the commands that convert
 //! them.
 //!
-//! What a data acquisition unit or a robot wrote becomes a table. In the commands, names of groups, topics and channels are to be replaced; those
+//! Files of a data acquisition unit or a robot become tables. In the commands, names of groups, topics and channels are to be replaced; those
 //! of the columns are then the names in `[signals]`.
 //!
 //! The commands were tried: asammdf 8.8, npTDMS 1.10, scipy, h5py, pyuff and rosbags of November 2026. `can_logconvert` comes with the Python package `python-can` (4.6 was tried). It recognises formats by the file's
@@ -108,7 +108,7 @@ pub fn mend(head: &[u8]) -> Option<&'static str> {
     })
 }
 
-/// Whether a log that begins with `head` has a line of `candump -L`.
+/// Returns whether a log that begins with `head` has a line of `candump -L`.
 pub(super) fn is_candump(head: &[u8]) -> bool {
     String::from_utf8_lossy(head).lines().any(is_frame)
 }

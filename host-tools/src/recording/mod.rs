@@ -29,7 +29,7 @@ use meter::Meter;
 /// Name of standard input.
 const STANDARD_INPUT: &str = "-";
 
-/// What a log of candump and a table of commas seem to be.
+/// Kinds that a log of candump and a table of commas seem to be of.
 const READ: [&str; 2] = ["a candump log", "a CSV file"];
 
 /// Most tables of a file of poses that an error names.
@@ -93,7 +93,7 @@ pub(crate) fn open(
         return Err(BadInput::new(again.1, "is standard input, which can be read only once"));
     }
     let mut logs = Vec::new();
-    // What the tables show together, or that there are frames.
+    // Rate and steps of the tables together, or that there are frames.
     let mut all: Option<Option<Shown>> = None;
     for name in names {
         let (usable, shown) = usable(name, config, meter)?;
@@ -128,7 +128,7 @@ pub(crate) fn open(
     Ok((config, source))
 }
 
-/// Checks the log of this name. Of a table it returns what its rows show.
+/// Checks the log of this name. It returns rate and steps of a table.
 fn usable(
     name: &Path,
     config: &Config,
@@ -184,8 +184,11 @@ fn log(name: &Path, bytes: impl Read + Send + 'static, config: &Config) -> Resul
     }
     let has_bus = !config.interface.is_empty();
     if has_names || (!is_log && (table::is_like(&head) || !has_bus)) {
-        let poses = poses(name, shown, config)?;
-        return Ok(Log::Table(Box::new(TableLog::open(shown, bytes, &layout, poses)?)));
+        let poses = poses(name, shown, config);
+        let known = poses.clone().ok().flatten();
+        let table = TableLog::open(shown, bytes, &layout, known)?;
+        // A file that is no table needs no pose.
+        return poses.map(|_| Log::Table(Box::new(table)));
     }
     if !has_bus {
         let file = config.file.display();

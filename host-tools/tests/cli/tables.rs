@@ -42,7 +42,7 @@ fn rows(rate_hz: f64) -> String {
     (0..(6.0 * rate_hz) as u32).map(row).collect()
 }
 
-/// What `check --json` finds, a line each.
+/// The findings of `check --json`, a line each.
 fn findings(json: &[u8]) -> String {
     let json: Value = serde_json::from_slice(json).unwrap();
     let all = json["findings"].as_array().unwrap().iter();
@@ -135,7 +135,7 @@ fn a_table_is_checked_as_a_log_is() {
         "all columns are in the table",
         "force and acceleration come at 2000.0 Hz, and rate_hz is 2000",
         "3 driven joints, each with an angle in [recording] poses: q1, q2 and q3",
-        "1 record in 1 pose",
+        "3 records in 1 pose",
     ] {
         assert!(said.contains(expected), "{expected}: {said}");
     }
@@ -147,7 +147,7 @@ fn a_table_is_checked_as_a_log_is() {
         .unwrap();
     let json: Value = serde_json::from_slice(&piped.stdout).unwrap();
     assert_eq!(json["identifiers"][0]["signals"][2], "Fz");
-    assert_eq!(json["records"].as_array().unwrap().len(), 1, "{json}");
+    assert_eq!(json["records"].as_array().unwrap().len(), 3, "{json}");
     let alone = flexid(path, "check --config edge.toml");
     let text = String::from_utf8_lossy(&alone.stdout).into_owned();
     assert!(text.contains("ready to read tables: 3 joints"), "{text}");

@@ -82,7 +82,7 @@ pub enum ForceAxes {
     Base,
 }
 
-/// What a recording does not hold.
+/// Contents that a recording lacks.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct RecordingSection {

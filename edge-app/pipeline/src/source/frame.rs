@@ -1,4 +1,4 @@
-//! What comes from a source: frames of a bus, which `signals` decodes, or readings of a table.
+//! Contents of a source: frames of a bus, which `signals` decodes, or readings of a table.
 
 use embedded_can::Id;
 use flexid_core::stream::Reading;
@@ -27,13 +27,13 @@ pub struct Frame {
     bytes: [u8; 8],
 }
 
-/// What came from a source, with its time.
+/// Content of a source at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
     /// Time on the clock of the source, s. A bus uses CLOCK_MONOTONIC, at which the kernel received a frame. A recording contains its times,
     /// mostly since the Unix epoch.
     pub time_s: f64,
-    /// What came.
+    /// Frame or reading.
     pub content: Content,
 }
 

@@ -1,4 +1,4 @@
-//! What the columns of a table are called, and where they stand in it.
+//! Names of the columns of a table, and their places in it.
 
 use flexid_core::chain::Chain;
 
@@ -15,7 +15,7 @@ const ALIKE: f64 = 0.55;
 /// Most names that an error lists.
 const LISTED: usize = 20;
 
-/// What the columns of tables are called.
+/// Names of the columns of tables.
 #[derive(Clone, Debug)]
 pub struct Layout {
     /// Columns of force x, y, z and acceleration x, y, z.

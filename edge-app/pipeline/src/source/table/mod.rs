@@ -53,7 +53,7 @@ const SHARE: usize = 10;
 /// `core/src/stream/sender.rs`), and of that of a simulated bus.
 const CYCLE_S: f64 = 0.1;
 
-/// What the first rows of a table show.
+/// Rate and steps that the first rows of a table show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
     /// Sampling rate, Hz, by the column of time or by what stands before the columns. `None` if nothing says it.
@@ -67,7 +67,7 @@ pub struct TableLog<R> {
     rows: Rows<R>,
     /// Rows that were read ahead.
     ahead: VecDeque<Row>,
-    /// What these rows show.
+    /// Rate and steps of these rows.
     shown: Shown,
     clock: Clock,
     /// Poses of the cuts, rad (m), if they are not columns. Several cuts may have the same.

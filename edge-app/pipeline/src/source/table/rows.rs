@@ -41,7 +41,7 @@ pub(super) struct Row {
     pub(super) joints: heapless::Vec<f64, MAX_JOINTS>,
 }
 
-/// What a line is that is not empty.
+/// Kind of a line that is not empty.
 enum Line {
     /// There is no line any more.
     End,

@@ -356,17 +356,3 @@ proptest! {
         }
     }
 }
-
-#[test]
-fn temporary_speed() {
-    let Ok(text) = std::fs::read("/tmp/own53/speed/cut.csv") else { return };
-    let begun = std::time::Instant::now();
-    let mut table = TableLog::open(Path::new(FILE), &text[..], &layout(None, &[]), None).unwrap();
-    let (mut batch, mut count) = (Vec::new(), 0);
-    while table.read(&mut batch, Duration::ZERO).unwrap() == Flow::Open {
-        count += batch.len();
-        batch.clear();
-    }
-    let seconds = begun.elapsed().as_secs_f64();
-    println!("SPEED {count} {:.1} MB/s", text.len() as f64 / 1e6 / seconds);
-}
