@@ -40,7 +40,7 @@ type Bytes = Box<dyn Read + Send>;
 
 /// A recording, by its content.
 enum Log {
-    Frames(CandumpLog<Bytes>),
+    Frames(Box<CandumpLog<Bytes>>),
     Table(Box<TableLog<Bytes>>),
 }
 
@@ -49,7 +49,7 @@ enum Usable {
     /// A file, closed again, so that only one file is open at a time.
     File(PathBuf),
     /// Standard input or a pipe, which can be opened only once.
-    Open(Box<Log>),
+    Open(Log),
 }
 
 impl FrameSource for Log {
@@ -119,7 +119,7 @@ pub(crate) fn open(
     };
     let (own, meter) = (config.clone(), meter.clone());
     let source = Logs::new(logs.into_iter().map(move |usable| match usable {
-        Usable::Open(log) => Ok(*log),
+        Usable::Open(log) => Ok(log),
         Usable::File(name) => {
             let file = File::open(&name).map_err(|error| input::unreadable(&name, &error));
             file.and_then(|file| log(&name, meter.read(file), &own)).map_err(io::Error::other)
@@ -136,7 +136,7 @@ fn usable(
 ) -> Result<(Usable, Option<Shown>), BadInput> {
     let opened = |log: Log| {
         let shown = log.shown();
-        (Usable::Open(Box::new(log)), shown)
+        (Usable::Open(log), shown)
     };
     if name.as_os_str() == STANDARD_INPUT {
         return Ok(opened(log(name, io::stdin(), config)?));
@@ -199,7 +199,8 @@ fn log(name: &Path, bytes: impl Read + Send + 'static, config: &Config) -> Resul
     }
     let Config { interface, signals, .. } = config;
     let whole = Whole::new(bytes, interface.clone(), signals.clone());
-    Ok(Log::Frames(CandumpLog::new(shown, Box::new(whole) as Bytes).on_bus(interface)?))
+    let log = CandumpLog::new(shown, Box::new(whole) as Bytes).on_bus(interface)?;
+    Ok(Log::Frames(Box::new(log)))
 }
 
 /// The poses of a table, if they are not columns of it.
