@@ -13,7 +13,8 @@
 //!
 //! With many joints some unknowns hardly differ in the band, and would grow against each other without bound. A jump of the state is no
 //! larger than the motion of the record. So each unknown has a normal prior: by one standard deviation it adds to the reading as
-//! much as the whole reading is.
+//! much as the whole reading is. Its derivative by the parameters is left out, since it is small beside that of readings which
+//! stand clear of their noise.
 
 use crate::{DOF, MAX_JOINTS};
 

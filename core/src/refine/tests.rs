@@ -82,6 +82,14 @@ pub(crate) fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
     }
 }
 
+/// The record of sensors of a hundredth of the noise, beside which the prior of the seam, whose derivative is left out, counts for nothing.
+pub(crate) fn clear(mut record: Record<SAMPLES>) -> Record<SAMPLES> {
+    for noise in record.force_noise.iter_mut().chain(&mut record.acceleration_noise) {
+        *noise *= 0.01;
+    }
+    record
+}
+
 pub(crate) fn bounds() -> Bounds {
     Bounds::new([1e6, 1e9], [1e5, 1e8], [1e3, 1e6], [1e2, 1e5]).unwrap()
 }
@@ -138,7 +146,7 @@ proptest! {
             },
         };
         let mut buffer = [0.0; SAMPLES];
-        let record = record(&mut random);
+        let record = clear(record(&mut random));
         let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut buffer);
         let experiments = [experiment.unwrap()];
         let (bounds, sought) = (bounds(), sought());

@@ -124,7 +124,7 @@ fn select(quadratic: &mut Quadratic<'_>) -> (Vec<usize, MAX_EXPLANATIONS>, Squar
 }
 
 /// What a selected kind explains, and its rivals. `None` if no gain is a number, beside other kinds than those that it was selected beside.
-pub(super) fn contradicted(
+fn contradicted(
     quadratic: &mut Quadratic<'_>,
     kind: usize,
     selected: &[usize],

@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng as _, SeedableRng as _};
 
 use super::super::super::tests::{bounds, bushings, chain, measurement, problem};
-use super::super::diagnosis::{Explanation, contradicted};
+use super::super::diagnosis::Explanation;
 use super::*;
 use crate::calibration::Nuisances;
 use crate::imperfection::Accuracies;
@@ -199,24 +199,5 @@ fn adopted_explanations_replace_restated_accuracies() {
             let expected = before.prior * plant.restated.factor(*imperfection);
             assert!((deviation - expected).abs() < 1e-12 * expected);
         }
-    });
-}
-
-/// Of records whose misfit is no number nothing is said.
-#[test]
-fn an_explanation_whose_gain_is_no_number_is_left_out() {
-    on_large_stack(|| {
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(8);
-        let measurement = measurement();
-        let (chain, bounds, sought) = (chain(), bounds(), sought());
-        let problem = problem(&chain, &measurement, &bounds, &sought);
-        let (mut plant, _) = plant(&mut random);
-        let mut explain = |inflation: f64| {
-            let mut quadratic = plant.quadratic(&problem, inflation);
-            contradicted(&mut quadratic, MASSES, &[MASSES], &[1.0; KINDS], &mut |_| {})
-        };
-        assert!(explain(INFLATION).is_some());
-        assert_eq!(explain(f64::NAN), None);
-        assert!(plant.explain(&problem, f64::NAN, &mut |_| {}).is_empty());
     });
 }
