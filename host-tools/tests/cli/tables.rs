@@ -105,7 +105,7 @@ fn what_is_wrong_with_a_table_is_one_line() {
     edit(&path.join("edge.toml"), "band_hz", "rate_hz = 2000.0\nband_hz");
     edit(&path.join("edge.toml"), "[signals]", &format!("{BUS}\n[signals]"));
     let line = refused(path, "check --config edge.toml a.csv cut.log");
-    assert!(line.contains("[signals] force_counter is missing"), "{line}");
+    assert!(line.contains("[signals] joints is missing: name the signal"), "{line}");
 }
 
 #[test]
