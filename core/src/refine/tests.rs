@@ -1,6 +1,6 @@
 //! The gradient that the steps follow, against central differences of the sum of squares that they lower.
 //!
-//! It is checked where it is hardest: far from a minimum, so that the residuals are large; with as much noise in the force as
+//! It is checked where it is hard: beside a minimum, so that the residuals are large; with as much noise in the force as
 //! in the acceleration, so that the weights move with the parameters; and with the seam found anew at every point.
 
 use fearless_simd::Level;
@@ -16,6 +16,7 @@ use crate::calibration::Nuisances;
 use crate::chain::{Chain, Joint, JointKind, Link};
 use crate::mounting::Mounting;
 use crate::parameters::{Bounds, Bushing};
+use crate::receptance::{Complex, Response};
 use crate::search::MAX_EXPERIMENTS;
 use crate::sensors::Accelerometer;
 use crate::sought::Coordinate;
@@ -82,12 +83,30 @@ pub(crate) fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
     }
 }
 
-/// The record of sensors of a hundredth of the noise, beside which the prior of the seam, whose derivative is left out, counts for nothing.
-pub(crate) fn clear(mut record: Record<SAMPLES>) -> Record<SAMPLES> {
-    for noise in record.force_noise.iter_mut().chain(&mut record.acceleration_noise) {
-        *noise *= 0.01;
+/// The experiment with the reading of a robot whose bushings are by a twentieth stiffer, and a fortieth of its own as noise. No model explains
+/// a reading of noise alone: its seam would be larger than the reading, and the prior of the seam, whose derivative is left out, would count.
+fn explained(mut experiment: Experiment<BINS>, problem: &Problem<'_>) -> Experiment<BINS> {
+    let mut stiffer = bushings();
+    stiffer.iter_mut().flat_map(|own| &mut own.stiffness).for_each(|stiffness| *stiffness *= 1.05);
+    let coordinates = problem.sought.coordinates(&stiffer);
+    let model = Model::perfect(problem, &coordinates, &experiment.pose).unwrap();
+    let mut response = Response::new(0.0);
+    let Experiment { force, acceleration, first_bin, spacing, .. } = &mut experiment;
+    for bin in 0..force.re[0].len() {
+        let omega = (*first_bin + bin) as f64 * *spacing;
+        let force = core::array::from_fn(|axis| Complex {
+            re: f64::from(force.re[axis][bin]),
+            im: f64::from(force.im[axis][bin]),
+        });
+        response.evaluate(&model.terms, Complex { re: 0.0, im: omega }, &force, None);
+        for (axis, read) in response.observed.iter().enumerate() {
+            let own = [&mut acceleration.re[axis][bin], &mut acceleration.im[axis][bin]];
+            for (own, read) in own.into_iter().zip([read.re, read.im]) {
+                *own = 0.025 * *own + read as f32;
+            }
+        }
     }
-    record
+    experiment
 }
 
 pub(crate) fn bounds() -> Bounds {
@@ -129,7 +148,7 @@ proptest! {
     fn the_gradient_equals_finite_differences(
         seed in 0_u64..1000, tool_mass in prop_oneof![Just(0.0), Just(30.0)], every in 1..3_usize,
     ) {
-        const STEP: f64 = 1e-3;
+        const STEP: f64 = 3e-4;
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let chain = chain();
         let measurement = Measurement {
@@ -146,11 +165,11 @@ proptest! {
             },
         };
         let mut buffer = [0.0; SAMPLES];
-        let record = clear(record(&mut random));
+        let record = record(&mut random);
         let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut buffer);
-        let experiments = [experiment.unwrap()];
         let (bounds, sought) = (bounds(), sought());
         let problem = problem(&chain, &measurement, &bounds, &sought);
+        let experiments = [explained(experiment.unwrap(), &problem)];
         let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
         let mut objective =
             SumOfSquares::new(&problem, &experiments, &retired, &mut workspace, every);
