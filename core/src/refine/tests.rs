@@ -83,11 +83,11 @@ pub(crate) fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
     }
 }
 
-/// The experiment with the reading of a robot whose bushings are by a twentieth stiffer, and a fortieth of its own as noise. No model explains
+/// The experiment with the reading of a robot whose bushings are by a hundredth stiffer, and a fortieth of its own as noise. No model explains
 /// a reading of noise alone: its seam would be larger than the reading, and the prior of the seam, whose derivative is left out, would count.
 fn explained(mut experiment: Experiment<BINS>, problem: &Problem<'_>) -> Experiment<BINS> {
     let mut stiffer = bushings();
-    stiffer.iter_mut().flat_map(|own| &mut own.stiffness).for_each(|stiffness| *stiffness *= 1.05);
+    stiffer.iter_mut().flat_map(|own| &mut own.stiffness).for_each(|stiffness| *stiffness *= 1.01);
     let coordinates = problem.sought.coordinates(&stiffer);
     let model = Model::perfect(problem, &coordinates, &experiment.pose).unwrap();
     let mut response = Response::new(0.0);

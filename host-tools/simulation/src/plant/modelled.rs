@@ -101,7 +101,8 @@ mod tests {
         let (_, chain) = mill3();
         let pose = plant.true_pose(&POSE, 0.0);
         let own = plant.robot(&chain, &pose, bushings, &Mounting::AT_TCP).unwrap();
-        let linear = own.chain.linearise(&[], Vector3::zeros(), &own.bushings).unwrap();
+        let zero = vec![0.0; own.chain.driven()];
+        let linear = own.chain.linearise(&zero, Vector3::zeros(), &own.bushings).unwrap();
         let mut sum = Matrix3::zeros();
         for (joint, bushing) in linear.jacobian().iter().zip(&own.bushings) {
             for (column, stiffness) in joint.iter().zip(bushing.stiffness) {
