@@ -17,6 +17,7 @@
 mod ended;
 mod light;
 mod screen;
+mod screened;
 mod series;
 mod stiff;
 mod typical;
@@ -31,7 +32,7 @@ use crate::refine::{OF_REFINEMENT, Stagnation};
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 use crate::verdict::WEAK;
-use screen::Screen;
+use screened::Screen;
 pub(super) use typical::typically_damped;
 
 /// When no branch has been a rival for so many records in a row, branches are not refined again before the next search: each record

@@ -6,6 +6,7 @@
 
 use rand_core::Rng;
 
+use super::screened::Screen;
 use super::{Branch, Identifier, Minimum, Purpose};
 use crate::chi_square::rarely_exceeded;
 use crate::refine::{Outcome, Problem, thinning};
@@ -20,19 +21,6 @@ const MAX_STEPS: u32 = 5;
 /// standard deviations, a difference of all bins below [`RIVAL`](super::RIVAL) leaves S² at 54 or less; of half the bins these have 27, and
 /// their sums then differ by less than 27 + 6 √27 = 58, of a quarter by 36, of a sixth by 27.
 const BEYOND_DOUBT: f64 = 60.0;
-
-/// A minimum refined on some of the bins.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Screen {
-    /// The minimum of all bins.
-    of: Coordinates,
-    /// The minimum of some of the bins.
-    pub(super) coordinates: Coordinates,
-    /// Its sum of squares.
-    pub(super) objective: f64,
-    /// Distance of the bins that count.
-    every: usize,
-}
 
 impl<R: Rng> Identifier<R> {
     /// Prepares the screening of the branches of a minimum, unless that has been done. There is none where too few bins would count, where a

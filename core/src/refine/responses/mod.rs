@@ -17,19 +17,17 @@
 //!
 //! | file       | what                                                                 |
 //! | ---------- | -------------------------------------------------------------------- |
-//! | `assembly` | the responses of each bin of a record                                |
 //! | `tile`     | their products, summed over the bins                                 |
 //! | `sums`     | these sums                                                           |
 //! | `products` | the normal equations that follow from them                           |
 
-mod assembly;
 mod products;
 mod sums;
 #[cfg(test)]
 mod tests;
 mod tile;
 
-pub(super) use assembly::{ByResponses, has_plain_columns};
+pub(super) use products::Columns;
 pub(super) use sums::Sums;
 
 use crate::linear::gram::WIDEST;
@@ -44,23 +42,23 @@ const KINDS_OF_SEAM: usize = 3;
 /// Sums of a bushing, and a jump or the residual.
 const OTHER_KINDS: usize = 8;
 /// The jumps along three axes, and the residual.
-const OTHERS: usize = 4;
+pub(super) const OTHERS: usize = 4;
 
 /// Responses in one bin.
 #[derive(Clone, Copy, Debug)]
-struct Bin {
+pub(super) struct Bin {
     /// Real and imaginary part along each axis of the whitened response to each unit load.
-    loads: [[[f64; LOADS]; 2]; 3],
+    pub(super) loads: [[[f64; LOADS]; 2]; 3],
     /// Real and imaginary part of each elongation.
-    elongations: [[f64; LOADS]; 2],
+    pub(super) elongations: [[f64; LOADS]; 2],
     /// The same as of the loads of a unit jump along each axis; then the whitened residual.
-    others: [[[f64; 2]; 3]; OTHERS],
+    pub(super) others: [[[f64; 2]; 3]; OTHERS],
     /// Angular frequency, rad/s.
-    omega: f64,
+    pub(super) omega: f64,
 }
 
 impl Bin {
-    const ZERO: Self = Self {
+    pub(super) const ZERO: Self = Self {
         loads: [[[0.0; LOADS]; 2]; 3],
         elongations: [[0.0; LOADS]; 2],
         others: [[[0.0; 2]; 3]; OTHERS],

@@ -9,18 +9,18 @@ pub(super) type Column = Option<(usize, f64)>;
 
 /// Where a load is found in the normal equations.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Columns {
-    pub(super) impulse: usize,
-    pub(super) step: usize,
+pub(in crate::refine) struct Columns {
+    pub(in crate::refine) impulse: usize,
+    pub(in crate::refine) step: usize,
     /// With −k.
-    pub(super) stiffness: Column,
+    pub(in crate::refine) stiffness: Column,
     /// With −d.
-    pub(super) damping: Column,
+    pub(in crate::refine) damping: Column,
 }
 
 impl Sums {
     /// Writes the normal equations. `columns` are those of a load.
-    pub(super) fn write<const L: usize>(
+    pub(in crate::refine) fn write<const L: usize>(
         &self,
         normal: &mut Normal<L>,
         columns: impl Fn(usize) -> Columns,

@@ -1,13 +1,9 @@
 //! Sums over the bins of a record.
 
-use fearless_simd::Level;
-
-use super::tile::Tiles;
 use super::{Bin, KINDS, LOADS, OTHER_KINDS, OTHERS};
 use crate::linear::gram::WIDEST;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
-use crate::receptance::lanes::Precision as _;
 use crate::refine::seam::{ORDERS, PARTS, powers};
 use crate::{DOF, MAX_JOINTS};
 
@@ -58,7 +54,13 @@ impl Sums {
     }
 
     /// Begins the sums of a chain of so many joints, and of so many jumps.
-    pub(super) fn reset(&mut self, joints: usize, jumps: usize, has_unknowns: bool, lowest: f64) {
+    pub(in crate::refine) fn reset(
+        &mut self,
+        joints: usize,
+        jumps: usize,
+        has_unknowns: bool,
+        lowest: f64,
+    ) {
         self.loads = DOF * joints;
         self.has_unknowns = has_unknowns;
         self.pairs[..start(self.loads)].fill(0.0);
@@ -67,14 +69,8 @@ impl Sums {
         self.lowest = lowest;
     }
 
-    /// Adds some bins.
-    #[inline(always)]
-    pub(super) fn add(&mut self, level: Level, bins: &[Bin]) {
-        self.add_jumps(bins);
-        f64::dispatch_in_registers(level, Tiles { sums: self, bins });
-    }
-
-    fn add_jumps(&mut self, bins: &[Bin]) {
+    /// Adds the jumps of some bins, and the residual.
+    pub(super) fn add_jumps(&mut self, bins: &[Bin]) {
         let jumps = self.jumps.unknowns();
         for bin in bins {
             let powers = powers(bin.omega / self.lowest);

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng as _;
 
-use super::products::{Column, Columns};
+use super::products::Column;
 use super::*;
 use crate::calibration::Nuisances;
 use crate::linear::normal::Normal;
@@ -14,6 +14,7 @@ use crate::linear::packed::packed;
 use crate::refine::batch::{Bins, COLUMNS};
 use crate::refine::equations::{Assembly, Equations, RecordNormal};
 use crate::refine::model::Model;
+use crate::refine::record::{ByResponses, has_plain_columns};
 use crate::refine::seam::{MAX_SEAM, ORDERS, Seam};
 use crate::refine::tests::{BINS, SAMPLES, bounds, bushings, chain, measurement, problem, record};
 use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};

@@ -2,15 +2,26 @@
 //!
 //! The sums of a tile stay in registers while the bins pass, as in [`crate::linear::gram`].
 
+use fearless_simd::Level;
+
 use super::sums::{Sums, length, start};
 use super::{Bin, KINDS, KINDS_OF_SEAM, LOADS, OTHER_KINDS, OTHERS};
 use crate::receptance::Complex;
-use crate::receptance::lanes::{Kernel, Lanes};
+use crate::receptance::lanes::{Kernel, Lanes, Precision as _};
+
+impl Sums {
+    /// Adds some bins.
+    #[inline(always)]
+    pub(in crate::refine) fn add(&mut self, level: Level, bins: &[Bin]) {
+        self.add_jumps(bins);
+        f64::dispatch_in_registers(level, Tiles { sums: self, bins });
+    }
+}
 
 /// Adds the products of some bins.
-pub(super) struct Tiles<'a> {
-    pub(super) sums: &'a mut Sums,
-    pub(super) bins: &'a [Bin],
+struct Tiles<'a> {
+    sums: &'a mut Sums,
+    bins: &'a [Bin],
 }
 
 impl Kernel<f64> for Tiles<'_> {
