@@ -218,7 +218,7 @@ fn a_file_of_static_tests_alone_gives_stiffnesses_and_names_a_gross_error() {
     // Records need what describes them.
     for command in ["identify --config static.toml a.log", "plan --config static.toml"] {
         let said = refused(path, command);
-        assert!(said.contains("[bus], [signals], [measurement] are missing: add"), "{said}");
+        assert!(said.contains("static.toml: [signals], [measurement] are missing: add"), "{said}");
     }
 }
 
