@@ -83,14 +83,18 @@ pub(crate) fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
     }
 }
 
-/// The experiment with the reading of a robot whose bushings are by a hundredth stiffer, and a fortieth of its own as noise. No model explains
-/// a reading of noise alone: its seam would be larger than the reading, and the prior of the seam, whose derivative is left out, would count.
+/// The experiment with the reading of a robot whose bushings are by a hundredth stiffer, and sensors of a hundredth of the noise. The prior of
+/// the seam, whose derivative is left out, then counts for nothing; it would where the seam had to explain a reading of noise alone.
 fn explained(mut experiment: Experiment<BINS>, problem: &Problem<'_>) -> Experiment<BINS> {
     let mut stiffer = bushings();
     stiffer.iter_mut().flat_map(|own| &mut own.stiffness).for_each(|stiffness| *stiffness *= 1.01);
     let coordinates = problem.sought.coordinates(&stiffer);
     let model = Model::perfect(problem, &coordinates, &experiment.pose).unwrap();
     let mut response = Response::new(0.0);
+    let Experiment { force_noise, acceleration_noise, .. } = &mut experiment;
+    for noise in force_noise.iter_mut().chain(acceleration_noise).flatten() {
+        *noise *= 1e-4;
+    }
     let Experiment { force, acceleration, first_bin, spacing, .. } = &mut experiment;
     for bin in 0..force.re[0].len() {
         let omega = (*first_bin + bin) as f64 * *spacing;
@@ -102,7 +106,7 @@ fn explained(mut experiment: Experiment<BINS>, problem: &Problem<'_>) -> Experim
         for (axis, read) in response.observed.iter().enumerate() {
             let own = [&mut acceleration.re[axis][bin], &mut acceleration.im[axis][bin]];
             for (own, read) in own.into_iter().zip([read.re, read.im]) {
-                *own = 0.025 * *own + read as f32;
+                *own = 2.5e-4 * *own + read as f32;
             }
         }
     }
