@@ -193,11 +193,9 @@ impl Simulator {
         self.plant.as_ref().map_or_else(Joints::default, |plant| plant.joints)
     }
 
-    /// The robot that moves, apart from its bushings. `None` if no model describes it.
+    /// The robot that moves, apart from its bushings. `None` of a plant, which no model describes exactly.
     pub fn robot(&self, model: &Model) -> Option<TrueRobot> {
-        let plant = self.plant.as_ref().cloned().unwrap_or_default();
-        let imperfections = plant.imperfections(&self.chain)?;
-        Some(TrueRobot::new(model, self.gravity.into(), imperfections))
+        self.plant.is_none().then(|| TrueRobot::new(model, self.gravity.into(), Vec::new()))
     }
 
     /// The scenario of the robot.

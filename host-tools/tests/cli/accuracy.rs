@@ -74,16 +74,16 @@ fn stated_accuracies_make_an_imperfect_plant_useful() {
     assert!(identified >= 33, "{identified} of 36 are identified");
     // Of 36 intervals of 95 % fewer cover once in a thousand plants, if their errors are correlated as they are.
     assert!(covered >= 28, "{covered} of {identified} intervals cover the truth");
-    // The program counts alike, and knows the tool of the robot that moved.
+    // The program counts alike. No model is exactly the plant: of the answer it counts the drives alone.
     let counted = &found["truth"];
     let sum = |key: &str| ["stiffness", "damping"].map(|kind| counted[kind][key].as_u64().unwrap());
     assert_eq!(
         [sum("intervals"), sum("hold")].map(|own| own.iter().sum::<u64>() as u32),
         [identified, covered]
     );
-    assert_eq!(counted["tool_is_known"], true);
-    assert_eq!(counted["answer"]["intervals"], 7);
-    assert!(counted["answer"]["hold"].as_u64().unwrap() >= 6, "{counted}");
+    assert_eq!(counted["tool_is_known"], false);
+    assert_eq!(counted["answer"]["intervals"], 3);
+    assert!(counted["answer"]["hold"].as_u64().unwrap() >= 2, "{counted}");
     let said = String::from_utf8_lossy(&output.stdout);
     let line = format!("\ntruth: {covered} of {identified} intervals hold (of those identified): ");
     assert!(said.contains(&line), "{said}");

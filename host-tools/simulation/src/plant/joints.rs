@@ -113,12 +113,6 @@ impl Joints {
         own
     }
 
-    /// The part of each damping of [`Joints::at`] that is hysteretic.
-    pub fn hysteretic_at(&self, hz: f64) -> f64 {
-        let own = self.hysteretic * self.hysteretic_at_hz / hz;
-        own / (1.0 - self.hysteretic + own)
-    }
-
     /// The viscous dampers that hysteresis leaves of a bushing.
     pub fn viscous(&self, bushing: &Bushing) -> Bushing {
         Bushing { damping: bushing.damping.map(|d| d * (1.0 - self.hysteretic)), ..*bushing }

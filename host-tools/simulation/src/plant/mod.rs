@@ -8,7 +8,6 @@
 //! | [`robot`]      | geometry and masses that differ from the model; further bushings   |
 //! | [`elements`]   | the laws of these loads, and their past                            |
 //! | [`joints`]     | loads of joints that no linear bushing has                         |
-//! | [`modelled`]   | the imperfections with which the model is the plant                |
 //! | [`motion`]     | a cut by such a robot                                              |
 //! | [`sensors`]    | errors of a sensor, from the motion to the reading                 |
 //! | [`filter`]     | linear filters of a sensor, applied to a spectrum                  |
@@ -21,7 +20,6 @@ pub mod elements;
 pub mod filter;
 pub mod interpolation;
 pub mod joints;
-pub mod modelled;
 pub mod motion;
 pub mod noise;
 pub mod robot;
