@@ -17,10 +17,11 @@
 //! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
 //! ([`crate::search`]).
 //!
-//! Work is budgeted per change of the records, not by the clock, so that the same records give the same estimate
+//! Work is budgeted per change of the records (`budget`), not by the clock, so that the same records give the same estimate
 //! on any machine.
 
 mod branch;
+mod budget;
 mod corrected;
 mod cut_noise;
 mod decision;
@@ -55,18 +56,19 @@ use crate::DOF;
 use crate::chain::Chain;
 use crate::loss::target::Target;
 use crate::parameters::Bounds;
-use crate::refine::{Correction, LITTLE, Outcome, Plant, Problem, Refinement, thinning};
+use crate::refine::{Correction, Outcome, Plant, Problem, Refinement};
 use crate::search::{MAX_EXPERIMENTS, Search, Strategy};
 use crate::sought::{Coordinates, Sought, SoughtError};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use branch::{Branch, Tried};
+use budget::Work;
 use corrected::Corrected;
 use deferred::Deferred;
 use descent::Descent;
 pub use effort::{Effort, FoundBy};
 pub use estimate::{Acceptance, Estimate};
-use minimum::{Minimum, NEAR};
+use minimum::Minimum;
 pub use noise::MAX_NOISE_ROUNDS;
 pub use plant::PlantEstimate;
 pub use progress::{Phase, Progress};
@@ -129,6 +131,8 @@ pub struct Identifier<R> {
     /// Searches since the records last changed.
     starts: u32,
     effort: Effort,
+    /// Work since the records last changed.
+    work: Work,
     /// The method that found the start of the present refinement.
     found_by: FoundBy,
     /// The best minimum since the records last changed.
@@ -180,6 +184,7 @@ impl<R: Rng> Identifier<R> {
             prolongations: 0,
             starts: 0,
             effort: Effort::default(),
+            work: Work::default(),
             found_by: FoundBy::Refinement,
             best: None,
             purpose: Purpose::Start,
@@ -244,6 +249,7 @@ impl<R: Rng> Identifier<R> {
         self.is_explained_implausibly = false;
         self.tried = Tried::default();
         self.starts = 0;
+        self.work = Work::default();
         self.prolongations = 0;
         if experiments.is_empty() {
             self.phase = Phase::Waiting;
@@ -322,10 +328,17 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
         mut plant: Option<&mut Plant>,
     ) -> Phase {
+        let bins = experiments.iter().map(Experiment::bins).sum();
+        let is_at_work = matches!(self.phase, Phase::Searching | Phase::Refining);
+        let is_spent = self.work.is_spent(self.has_accepted());
+        if is_at_work && is_spent && self.settle_on_the_best(experiments) {
+            return self.phase;
+        }
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
             Phase::Searching => {
                 self.effort.search_evaluations += 1;
+                self.work.add_search(bins);
                 match self.method {
                     Method::Descent => self.descend(experiments),
                     Method::RandomSearch => self.sample(experiments),
@@ -338,6 +351,7 @@ impl<R: Rng> Identifier<R> {
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
                 if let Purpose::Plant { from, .. } = self.purpose {
                     let is_over = plant.as_deref_mut().is_none_or(|plant| {
+                        self.work.add_plant_step(bins, plant.every());
                         let outcome = if from == FitStart::Best {
                             refinement.step_plant(&problem, experiments, plant)
                         } else {
@@ -350,8 +364,8 @@ impl<R: Rng> Identifier<R> {
                     }
                     return self.phase;
                 }
+                self.work.add_step(bins, refinement.every());
                 let outcome = match &self.purpose {
-                    Purpose::Start => refinement.step_or_give_up(&problem, experiments),
                     Purpose::Branch(branch) => {
                         refinement.step_below(branch.most_at_first(), &problem, experiments)
                     }
@@ -368,7 +382,7 @@ impl<R: Rng> Identifier<R> {
                     _ => false,
                 };
                 let is_over = outcome != Outcome::Improving || is_over || self.is_back();
-                if is_over && !self.goes_on_with_all_bins(experiments, outcome) {
+                if is_over && !self.goes_on_with_all_bins() {
                     self.judge(experiments, plant);
                 }
             }
@@ -376,31 +390,14 @@ impl<R: Rng> Identifier<R> {
         self.phase
     }
 
-    /// Goes on with all bins from where a refinement on some of them has ended, unless these reject the place. Returns whether it does.
-    fn goes_on_with_all_bins<const B: usize>(
-        &mut self,
-        experiments: &[Experiment<B>],
-        outcome: Outcome,
-    ) -> bool {
-        let goes_on = self.refinement.every() > 1
-            && match self.purpose {
-                Purpose::Branch(_) => self.passes_screen(),
-                _ => outcome == Outcome::Converged || self.may_be_near(experiments),
-            };
+    /// Goes on with all bins where some of them have not rejected a branch. Returns whether it does.
+    fn goes_on_with_all_bins(&mut self) -> bool {
+        let goes_on = self.refinement.every() > 1 && self.passes_screen();
         if goes_on {
             let standing = *self.refinement.coordinates();
             self.refinement.restart_at(&standing);
         }
         goes_on
-    }
-
-    /// Whether the refinement stands near a minimum: its residuals are not large, or no step would make them much smaller.
-    fn may_be_near<const B: usize>(&self, experiments: &[Experiment<B>]) -> bool {
-        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
-        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let most = NEAR * thinning::residuals(&problem, experiments, refinement.every()) as f64;
-        let lacks = refinement.objective() - most;
-        lacks <= 0.0 || refinement.remaining(&problem).gain < LITTLE * lacks
     }
 
     /// Whether a minimum has been accepted, and only its branches and rivals are searched before it is settled on.

@@ -9,7 +9,7 @@ use super::{FoundBy, Identifier, Phase, Purpose};
 use crate::DOF;
 use crate::loss::spectral;
 use crate::loss::target::Target;
-use crate::refine::{Problem, thinning};
+use crate::refine::Problem;
 use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
@@ -46,7 +46,7 @@ impl<R: Rng> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let next = || start::elsewhere(bounds, sought, generator);
         if let Some(found) = descent.step(&problem, experiments, self.refinement.memory(), next) {
-            self.begin_refinement(&found, experiments);
+            self.begin_refinement(&found);
             self.found_by = FoundBy::Descent;
             // That of a branch starts from a minimum which has been judged.
             self.descent_end = matches!(self.purpose, Purpose::Start).then_some(found);
@@ -60,21 +60,17 @@ impl<R: Rng> Identifier<R> {
         self.search.tell(&spectral::losses(&self.targets, experiments, &guess, self.level));
         if self.search.finished() {
             let found = self.bounds.within(self.search.centre());
-            self.begin_refinement(&self.sought.coordinates(&found), experiments);
+            self.begin_refinement(&self.sought.coordinates(&found));
             self.found_by = FoundBy::RandomSearch;
         }
     }
 
-    /// Refines where a search has ended, on some of the bins first.
-    fn begin_refinement<const B: usize>(
-        &mut self,
-        found: &Coordinates,
-        experiments: &[Experiment<B>],
-    ) {
+    /// Refines where a search has ended.
+    fn begin_refinement(&mut self, found: &Coordinates) {
         if matches!(self.purpose, Purpose::Branch(_)) {
             self.restart_branch(found);
         } else {
-            self.refinement.restart_thinned(found, thinning::distance(experiments));
+            self.refinement.restart_at(found);
         }
         self.phase = Phase::Refining;
     }

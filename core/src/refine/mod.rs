@@ -61,7 +61,7 @@ use crate::linear::packed::packed;
 use crate::parameters::Bushings;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
-use crate::verdict::{self, Direction, FOREIGN, MAX_DIRECTIONS};
+use crate::verdict::{self, Direction, MAX_DIRECTIONS};
 use batch::Bins;
 use equations::Equations;
 pub use fit::Fit;
@@ -83,10 +83,9 @@ pub use residuals::Agreement;
 pub(crate) use retired::Retired;
 use retired::RetiredInformation;
 use seam::Seam;
-pub(crate) use stagnation::{LITTLE, OF_REFINEMENT, Stagnation};
+pub(crate) use stagnation::{OF_BRANCH, Stagnation};
 pub use structure::{Local, Structure};
 use sum_of_squares::SumOfSquares;
-use thinning::residuals;
 pub use unexplained::BinLeft;
 pub(crate) use unexplained::Unexplained;
 
@@ -104,8 +103,6 @@ pub struct Refinement {
     minimiser: LevenbergMarquardt<PACKED>,
     /// Distance of the bins that count.
     every: usize,
-    /// How far the last steps have come.
-    stagnation: Stagnation,
     workspace: Workspace,
     /// Information of the retired records.
     retired: RetiredInformation,
@@ -120,7 +117,6 @@ impl Refinement {
             coordinates: sought.coordinates(guess),
             minimiser: LevenbergMarquardt::new(Limits::OF_REFINEMENT),
             every: 1,
-            stagnation: Stagnation::new(OF_REFINEMENT),
             workspace: Workspace::new(),
             retired: RetiredInformation::none(sought.unknowns()),
             aside: None,
@@ -141,7 +137,6 @@ impl Refinement {
     pub(crate) fn restart_thinned(&mut self, coordinates: &Coordinates, every: usize) {
         self.coordinates = *coordinates;
         self.every = every;
-        self.stagnation = Stagnation::new(OF_REFINEMENT);
         self.minimiser.restart();
     }
 
@@ -220,21 +215,6 @@ impl Refinement {
             return Outcome::Exhausted;
         }
         self.step(problem, experiments)
-    }
-
-    /// As [`Refinement::step`]. Where some of the bins count, a refinement that stagnates is given up: they may reject.
-    pub(crate) fn step_or_give_up<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiments: &[Experiment<B>],
-    ) -> Outcome {
-        let outcome = self.step(problem, experiments);
-        let target = FOREIGN * residuals(problem, experiments, self.every) as f64;
-        let objective = self.objective();
-        let is_given_up = self.every > 1
-            && self.minimiser.linearised
-            && self.stagnation.ends_fit(objective, target, 0.0);
-        if outcome == Outcome::Improving && is_given_up { Outcome::Exhausted } else { outcome }
     }
 
     /// Moves half the way to the stiffest robot, by the logarithms: the step where gravity leaves no equilibrium.

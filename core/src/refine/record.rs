@@ -1,5 +1,8 @@
 //! The normal equations of one record, its seam projected out.
 
+#[cfg(test)]
+mod tests;
+
 use heapless::Vec;
 
 use super::Problem;

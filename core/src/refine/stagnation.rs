@@ -7,11 +7,11 @@
 /// deviations --robots 129`), the 371 that end below a χ² per degree of freedom of 2 stagnate for at most two steps, rejected ones included;
 /// with eight steps these and the drawn plants end as with five.
 pub(super) const OF_PLANT: u32 = 5;
-/// The same of a refinement of the parameters alone, whose first steps are hardly damped: up to ten are rejected before one is good.
-pub(crate) const OF_REFINEMENT: u32 = 12;
+/// The same of a branch, a refinement of the parameters alone whose first steps are hardly damped: up to ten are rejected before one is good.
+pub(crate) const OF_BRANCH: u32 = 12;
 /// A step stagnates if it gains less than this part of what the sum of squares lacks. Chosen: the rest would then need sixty steps to fall to a
 /// twentieth.
-pub(crate) const LITTLE: f64 = 0.05;
+const LITTLE: f64 = 0.05;
 
 /// How far the last steps of a fit have come.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@
 //! in the acceleration, so that the weights move with the parameters; and with the seam found anew at every point.
 
 use fearless_simd::Level;
-use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -29,6 +29,11 @@ pub(crate) const BINS: usize = 128;
 
 /// Two joints.
 pub(crate) fn chain() -> Chain {
+    chain_of(&[(0.5, Vector3::z_axis()), (0.9, Vector3::y_axis())])
+}
+
+/// A joint a pair: the larger its number, the longer and heavier.
+pub(super) fn chain_of(joints: &[(f64, Unit<Vector3<f64>>)]) -> Chain {
     let joint = |x: f64, axis| Joint {
         origin: Isometry3::new(Vector3::new(x, 0.3, -0.2), Vector3::new(0.4, x, -0.7)),
         axis,
@@ -39,7 +44,7 @@ pub(crate) fn chain() -> Chain {
             inertia: Matrix3::from_diagonal(&Vector3::new(30.0, 40.0, 25.0)),
         },
     };
-    let joints = [joint(0.5, Vector3::z_axis()), joint(0.9, Vector3::y_axis())];
+    let joints: std::vec::Vec<_> = joints.iter().map(|(x, axis)| joint(*x, *axis)).collect();
     Chain::new(&joints, Isometry3::translation(0.4, 0.1, 0.2)).unwrap()
 }
 

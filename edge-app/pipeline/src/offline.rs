@@ -1,5 +1,4 @@
-//! Runs the daemon's pipeline over a recording, faster than the clock. Each record counts as if it came while the one before
-//! was worked on.
+//! Runs the daemon's pipeline over a recording, faster than the clock. All records that there is room for are worked on together.
 
 use std::io;
 use std::panic::resume_unwind;
@@ -69,10 +68,7 @@ fn run(
     let mut intake = Intake::new(config)?;
     let mut solver = Solver::new(config)?;
     let go_on = Stop::new();
-    let mut take = |record: &Record| {
-        solver.admit(record, &go_on, &mut on_progress);
-        solver.work(&go_on, || true, &mut on_progress);
-    };
+    let mut take = |record: &Record| solver.admit(record, &go_on, &mut on_progress);
     let broken = loop {
         let read = intake.read(source, Duration::MAX, &mut take);
         match read {

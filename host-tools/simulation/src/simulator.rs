@@ -195,7 +195,7 @@ impl Simulator {
 
     /// The robot that moves, apart from its bushings. `None` of a plant, which no model describes exactly.
     pub fn robot(&self, model: &Model) -> Option<TrueRobot> {
-        self.plant.is_none().then(|| TrueRobot::new(model, self.gravity.into(), Vec::new()))
+        self.plant.is_none().then(|| TrueRobot::new(model, self.gravity.into()))
     }
 
     /// The scenario of the robot.

@@ -1,11 +1,11 @@
 //! The robot that moves in a simulation, as the model of a result describes it.
 
 use flexid_core::MAX_JOINTS;
-use flexid_core::imperfection::{MAX_IMPERFECTIONS, REFERENCE_HZ};
+use flexid_core::imperfection::REFERENCE_HZ;
 use flexid_core::parameters::Bushing;
 use flexid_pipeline::dynamics::{OF_JOINT, Robot, RobotError};
 use flexid_pipeline::model::Model;
-use flexid_pipeline::robot::{FoundRobot, FoundValue, JointBounds};
+use flexid_pipeline::robot::{FoundRobot, JointBounds};
 use serde::{Deserialize, Serialize};
 
 /// The robot that moved, apart from its bushings.
@@ -15,14 +15,12 @@ pub struct TrueRobot {
     pub model: Model,
     /// Gravity in base axes, m/s².
     pub gravity_m_per_s2: [f64; 3],
-    /// Its errors beside the model.
-    pub imperfections: Vec<FoundValue>,
 }
 
 impl TrueRobot {
-    /// A robot of this model with these imperfections, under this gravity.
-    pub fn new(model: &Model, gravity_m_per_s2: [f64; 3], imperfections: Vec<FoundValue>) -> Self {
-        Self { model: model.clone(), gravity_m_per_s2, imperfections }
+    /// A robot of this model, under this gravity.
+    pub fn new(model: &Model, gravity_m_per_s2: [f64; 3]) -> Self {
+        Self { model: model.clone(), gravity_m_per_s2 }
     }
 
     /// The robot with these bushings, base first, as they are at [`REFERENCE_HZ`], of which nothing is uncertain. Its static stiffness is that
@@ -31,15 +29,12 @@ impl TrueRobot {
     /// # Errors
     /// An entry is wrong, or of another robot.
     pub fn of(&self, bushings: &[Bushing], band_hz: [f64; 2]) -> Result<Robot, RobotError> {
-        let Self { model, gravity_m_per_s2, imperfections } = self.clone();
+        let Self { model, gravity_m_per_s2 } = self.clone();
         let (joints, parameters) = (model.joints.len(), bushings.len());
         if parameters > MAX_JOINTS {
             return Err(RobotError::Joints { model: joints, parameters });
         }
-        if imperfections.len() > MAX_IMPERFECTIONS {
-            return Err(RobotError::Imperfection(MAX_IMPERFECTIONS));
-        }
-        let size = OF_JOINT * parameters + imperfections.len();
+        let size = OF_JOINT * parameters;
         let bounds = bushings.iter().map(|own| JointBounds {
             stiffness: own.stiffness.map(|k| [k; 2]),
             damping: own.damping.map(|d| [d; 2]),
@@ -51,7 +46,7 @@ impl TrueRobot {
             band_hz,
             reference_hz: Some(REFERENCE_HZ),
             poses: Vec::new(),
-            imperfections,
+            imperfections: Vec::new(),
             covariance: vec![0.0; size * (size + 1) / 2],
         };
         Robot::new(found, bushings.iter().copied().collect())
@@ -60,26 +55,20 @@ impl TrueRobot {
 
 #[cfg(test)]
 mod tests {
-    use flexid_core::imperfection::Imperfection;
-
     use super::*;
     use crate::reference::{mill3, model};
 
     #[test]
-    fn a_file_of_no_robot_is_refused() {
+    fn bushings_of_another_robot_are_refused() {
         let (scenario, _) = mill3();
-        let of = |bushings: &[Bushing], link: usize, count: usize| {
-            let found = FoundValue { imperfection: Imperfection::Mass(link), value: 0.1 };
-            let robot = TrueRobot::new(&model(), [0.0; 3], vec![found; count]);
+        let of = |bushings: &[Bushing]| {
+            let robot = TrueRobot::new(&model(), [0.0; 3]);
             robot.of(bushings, [2.0, 200.0]).map(|_| ())
         };
-        assert_eq!(of(&scenario.truth, 2, 1), Ok(()));
-        assert_eq!(of(&scenario.truth, 3, 1), Err(RobotError::Imperfection(0)));
-        let many = RobotError::Imperfection(MAX_IMPERFECTIONS);
-        assert_eq!(of(&scenario.truth, 2, MAX_IMPERFECTIONS + 1), Err(many));
+        assert_eq!(of(&scenario.truth), Ok(()));
         for parameters in [2, MAX_JOINTS + 1] {
             let bushings = vec![scenario.truth[0]; parameters];
-            assert_eq!(of(&bushings, 2, 1), Err(RobotError::Joints { model: 3, parameters }));
+            assert_eq!(of(&bushings), Err(RobotError::Joints { model: 3, parameters }));
         }
     }
 }

@@ -28,7 +28,7 @@ use super::descent::Descent;
 use super::minimum::{Minimum, REACHED, RIVAL};
 use super::start::{self, Method};
 use super::{Acceptance, FoundBy, Identifier, Phase, Purpose};
-use crate::refine::{OF_REFINEMENT, Stagnation};
+use crate::refine::{OF_BRANCH, Stagnation};
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 use crate::verdict::WEAK;
@@ -48,6 +48,9 @@ const SEARCHES_ELSEWHERE: u32 = 2;
 /// six-joint arm that were up to three times stiffer the fit of the imperfections led back to the minimum, from those that were 34 and more
 /// times stiffer to the right one.
 const FAR_STIFFNESS: f64 = core::f64::consts::LN_10;
+/// A branch of springs in series or of a stiff bushing is worth a step while its sum of squares is at most so many times the minimum's. Chosen: of
+/// ten drawn six-joint arms, 100 takes one from a wrong minimum and no more time than 10; without a limit they take three times as long.
+const WORTH_A_STEP: f64 = 100.0;
 /// How many times larger the sum of squares may be before the first step than after it, for a branch to be worth that step. Found: of 48
 /// branches of three six-joint robots the first step makes it 1.3 to 28 times smaller where it ends below ten times the minimum's.
 const BEFORE_THE_FIRST: f64 = 30.0;
@@ -106,7 +109,7 @@ impl Branch {
             acceptance,
             better: objective - RIVAL,
             most: worth * objective,
-            stagnation: Stagnation::new(OF_REFINEMENT),
+            stagnation: Stagnation::new(OF_BRANCH),
         }
     }
 
@@ -252,12 +255,12 @@ impl<R: Rng> Identifier<R> {
             series::branches(chain, sought, bounds, coordinates, experiments, tried.series);
         if let Some((place, branch)) = in_series.next() {
             tried.series = place + 1;
-            return Some((branch, series::WORTH_A_STEP));
+            return Some((branch, WORTH_A_STEP));
         }
         if let Some(unknown) = stiff::unsure(sought, deviation).find(untried) {
             tried.stiff |= 1 << unknown;
             let stiff = stiff::stiffened(sought, bounds, coordinates, unknown);
-            return Some((stiff, stiff::WORTH_A_STEP));
+            return Some((stiff, WORTH_A_STEP));
         }
         if !core::mem::replace(&mut tried.typical, true) {
             let branch = typically_damped(sought, bounds, coordinates, deviation);
@@ -322,7 +325,7 @@ mod tests {
                 acceptance: None,
                 better: 100.0,
                 most: 1e6,
-                stagnation: Stagnation::new(OF_REFINEMENT),
+                stagnation: Stagnation::new(OF_BRANCH),
             };
             (0..50).position(|step| branch.is_to_be_given_up(course(step)))
         };

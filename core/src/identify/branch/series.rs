@@ -20,9 +20,6 @@ const PARALLEL: f64 = 0.8;
 /// Least difference of the logarithms of two stiffnesses for which they are changed. One step of a refinement may be twice as long
 /// (its `LONGEST_STEP`).
 const DIFFERENT: f64 = 0.5;
-/// A branch is worth a step while its sum of squares is at most so many times the minimum's. With 100, no more of a hundred drawn
-/// six-joint arms are found, and a branch takes half as many steps again.
-pub(super) const WORTH_A_STEP: f64 = 10.0;
 
 /// A spring of one joint's bushing and one of the next joint's, either along two axes or about them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

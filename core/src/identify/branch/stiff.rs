@@ -13,9 +13,6 @@ use crate::sought::{Coordinate, Coordinates, Sought};
 const UNSURE: f64 = 0.02;
 /// How far below its upper bound the stiffened one lies, by logarithms.
 const STIFF: f64 = 1.0;
-/// A branch is worth a step while its sum of squares is at most so many times the minimum's: right ones began at 1.0 to 1.2 times;
-/// a bushing that is soft in truth leaves hundreds when it is stiff.
-pub(super) const WORTH_A_STEP: f64 = 10.0;
 
 /// The unknowns that are stiffnesses, tip first.
 pub(super) fn stiffnesses(sought: &Sought) -> impl Iterator<Item = usize> {

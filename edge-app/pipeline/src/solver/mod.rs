@@ -52,10 +52,10 @@ const MAX_JOINING: usize = 4;
 
 /// Holds the newest records of each pose, and the estimate from them.
 ///
-/// Records are admitted one by one and worked on until the identifier settles. The budget limits steps, not time. If the first
-/// start does not settle the records and more records are at hand, the next record joins before another start is made: a second
-/// record determines more than a second start. Once four records have joined, the rivals of an accepted minimum are searched. A
-/// recording therefore gives the same parameters on all machines with the same SIMD level.
+/// Records are admitted one by one and worked on until the identifier settles. The budget limits steps, not time. While more records
+/// are at hand, up to four join before the work begins, or before another start is made: a second record determines more than a
+/// second start. Once four records have joined, an accepted minimum is settled on. A recording therefore gives the same parameters
+/// on all machines with the same SIMD level.
 pub struct Solver {
     config: Arc<Config>,
     chain: Chain,
@@ -305,8 +305,9 @@ impl Solver {
         }
     }
 
-    /// Works until the estimate is settled. It stops earlier if the first start has failed and `more` records are at hand. It
-    /// does not stop then if several records have led to an accepted minimum, which is settled on before more records join.
+    /// Works until the estimate is settled. It does not begin while few records have joined and `more` are at hand, and stops if
+    /// the first start has failed and `more` are at hand. It does not stop then if several records have led to an accepted minimum, which
+    /// is settled on before more records join.
     /// Once `stop` requests the end, it works for the grace of `stop` at most. It calls `on_progress` after every step. Returns whether
     /// nothing is left to do.
     pub fn work(
@@ -318,6 +319,9 @@ impl Solver {
         if self.unsettled.is_empty() {
             self.consider_plant(stop);
             return true;
+        }
+        if self.unsettled.len() < MAX_JOINING && more() {
+            return false;
         }
         let begun = Instant::now();
         if std::mem::take(&mut self.changed) {
