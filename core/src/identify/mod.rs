@@ -17,11 +17,10 @@
 //! A search is a few descents from low to high frequencies (`descent`) or, one in four, the paper's random search
 //! ([`crate::search`]).
 //!
-//! Work is budgeted per change of the records (`budget`), not by the clock, so that the same records give the same estimate
+//! Work is budgeted per change of the records, not by the clock, so that the same records give the same estimate
 //! on any machine.
 
 mod branch;
-mod budget;
 mod corrected;
 mod cut_noise;
 mod decision;
@@ -62,7 +61,6 @@ use crate::sought::{Coordinates, Sought, SoughtError};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::{self, MAX_STATIC_TESTS, StaticTest, StaticTestError};
 use branch::{Branch, Tried};
-use budget::Work;
 use corrected::Corrected;
 use deferred::Deferred;
 use descent::Descent;
@@ -131,8 +129,6 @@ pub struct Identifier<R> {
     /// Searches since the records last changed.
     starts: u32,
     effort: Effort,
-    /// Work since the records last changed.
-    work: Work,
     /// The method that found the start of the present refinement.
     found_by: FoundBy,
     /// The best minimum since the records last changed.
@@ -184,7 +180,6 @@ impl<R: Rng> Identifier<R> {
             prolongations: 0,
             starts: 0,
             effort: Effort::default(),
-            work: Work::default(),
             found_by: FoundBy::Refinement,
             best: None,
             purpose: Purpose::Start,
@@ -249,7 +244,6 @@ impl<R: Rng> Identifier<R> {
         self.is_explained_implausibly = false;
         self.tried = Tried::default();
         self.starts = 0;
-        self.work = Work::default();
         self.prolongations = 0;
         if experiments.is_empty() {
             self.phase = Phase::Waiting;
@@ -328,17 +322,10 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
         mut plant: Option<&mut Plant>,
     ) -> Phase {
-        let bins = experiments.iter().map(Experiment::bins).sum();
-        let is_at_work = matches!(self.phase, Phase::Searching | Phase::Refining);
-        let is_spent = self.work.is_spent(self.has_accepted());
-        if is_at_work && is_spent && self.settle_on_the_best(experiments) {
-            return self.phase;
-        }
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
             Phase::Searching => {
                 self.effort.search_evaluations += 1;
-                self.work.add_search(bins);
                 match self.method {
                     Method::Descent => self.descend(experiments),
                     Method::RandomSearch => self.sample(experiments),
@@ -351,7 +338,6 @@ impl<R: Rng> Identifier<R> {
                     Problem { chain, measurement, bounds, sought, statics, level: self.level };
                 if let Purpose::Plant { from, .. } = self.purpose {
                     let is_over = plant.as_deref_mut().is_none_or(|plant| {
-                        self.work.add_plant_step(bins, plant.every());
                         let outcome = if from == FitStart::Best {
                             refinement.step_plant(&problem, experiments, plant)
                         } else {
@@ -364,7 +350,6 @@ impl<R: Rng> Identifier<R> {
                     }
                     return self.phase;
                 }
-                self.work.add_step(bins, refinement.every());
                 let outcome = match &self.purpose {
                     Purpose::Branch(branch) => {
                         refinement.step_below(branch.most_at_first(), &problem, experiments)

@@ -26,8 +26,7 @@ impl<R> Identifier<R> {
     /// the identifier's own. Tones are subtracted. Without new ones, the level is raised where the cut has more noise than the rest.
     ///
     /// Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew) and fitted again, up to
-    /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise that is assumed explains the residuals, and where the work on the records
-    /// is spent. The level stays where no
+    /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise that is assumed explains the residuals. The level stays where no
     /// level that a cut may have explains them.
     // What the records show is large: inlined, it would take room on the stack of the caller.
     #[inline(never)]
@@ -39,10 +38,7 @@ impl<R> Identifier<R> {
     ) -> bool {
         let objects = estimate.size_objects || estimate.structure.is_there();
         let is_louder = experiments.iter().any(|experiment| experiment.cut_noise.is_louder());
-        if self.phase != Phase::Settled
-            || self.has_spent_its_work()
-            || !(objects || estimate.noise_too_loud || is_louder)
-        {
+        if self.phase != Phase::Settled || !(objects || estimate.noise_too_loud || is_louder) {
             return false;
         }
         let bins = experiments.iter().map(Experiment::bins).sum();

@@ -2,7 +2,6 @@
 
 use heapless::Vec;
 
-use super::budget::Work;
 use super::decision::MAX_PROLONGATIONS;
 use super::minimum::{Minimum, REACHED, structure_is_allowed_for};
 use super::{Acceptance, Estimate, Identifier, Phase};
@@ -68,23 +67,16 @@ impl<R> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.restart_at(&settled.coordinates);
         refinement.restart_plant(plant, experiments.len());
-        let bins = experiments.iter().map(Experiment::bins).sum();
-        let (mut prolongations, mut work) = (0, Work::default());
+        let mut prolongations = 0;
         let ended = loop {
             if !go_on() {
                 break None;
             }
-            work.add_plant_step(bins, plant.every());
-            let is_spent = work.is_spent_on_last_fit();
-            let outcome = refinement.step_plant(&problem, experiments, plant);
-            if outcome == Outcome::Improving && !is_spent {
+            if refinement.step_plant(&problem, experiments, plant) == Outcome::Improving {
                 continue;
             }
             let ended = refinement.fit_plant(&problem, experiments, plant);
             let Some((fit, remaining)) = &ended else { break None };
-            if is_spent {
-                break ended;
-            }
             if remaining.gain > REACHED && prolongations < MAX_PROLONGATIONS && plant.prolong() {
                 prolongations += 1;
                 continue;
@@ -92,7 +84,7 @@ impl<R> Identifier<R> {
             if !plant.adopt_explanations(&problem, fit.inflation()) {
                 break ended;
             }
-            (prolongations, work) = (0, Work::default());
+            prolongations = 0;
         };
         let Some((fit, remaining)) = ended else {
             refinement.restart_at(&settled.coordinates);

@@ -1,10 +1,8 @@
 //! From where a refinement has ended to an estimate.
 
-use core::mem;
-
 use super::branch::typically_damped;
 use super::minimum::Minimum;
-use super::{Acceptance, Estimate, Identifier, Phase, Purpose};
+use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::refine::Problem;
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::{Coordinate, Coordinates};
@@ -79,38 +77,6 @@ impl<R> Identifier<R> {
         self.estimate = Some(estimate);
         self.best = None;
         self.phase = Phase::Settled;
-    }
-
-    /// Settles on the best minimum so far, as unsettled. Returns false where there is none yet.
-    #[inline(never)]
-    pub(super) fn settle_on_the_best<const B: usize>(
-        &mut self,
-        experiments: &[Experiment<B>],
-    ) -> bool {
-        if self.best.is_none() && self.phase == Phase::Searching {
-            return false;
-        }
-        let found = match mem::take(&mut self.purpose) {
-            Purpose::Plant { found, .. } => Some(found),
-            Purpose::Alone(together) => {
-                self.refinement.end_setting_aside(true);
-                Some(together)
-            }
-            Purpose::Start | Purpose::Branch(_) => None,
-        };
-        let mut best = match (self.best.take(), found) {
-            (Some(best), Some(found)) if found.is_clearly_better_than(&best) => found,
-            (Some(one), _) | (None, Some(one)) => one,
-            (None, None) => self.minimum_here(experiments),
-        };
-        self.settle(&mut best, Acceptance::Unsettled, experiments);
-        true
-    }
-
-    /// Whether the estimate is unsettled because the work is spent.
-    pub(super) fn has_spent_its_work(&self) -> bool {
-        let acceptance = self.estimate.as_ref().map(|estimate| estimate.acceptance);
-        acceptance == Some(Acceptance::Unsettled) && self.work.is_spent(false)
     }
 
     /// Remembers the standard deviations where every undetermined damping has a typical ratio.

@@ -200,11 +200,6 @@ impl Plant {
         minimiser.linearised.then(|| minimiser.remaining(&domain, point))
     }
 
-    /// Distance of the bins that count.
-    pub(crate) fn every(&self) -> usize {
-        self.every
-    }
-
     /// Goes on from where it stands with a fit that has had its steps. Returns whether it has.
     pub(crate) fn prolong(&mut self) -> bool {
         let has_run_out = self.minimiser.has_run_out();
