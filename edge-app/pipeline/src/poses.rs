@@ -15,7 +15,7 @@
 //! A table of several cuts at different poses has a line for each cut, in their order.
 
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use csv::StringRecord;
 
@@ -33,21 +33,21 @@ const PACKED: [&str; 2] = ["gz", "zst"];
 pub struct Poses(Vec<(String, Vec<f64>)>);
 
 impl Poses {
-    /// Returns the poses of a table, one per cut, rad (m). A line names it by its path as the user gives it, else by its name alone.
+    /// Returns the poses of a table, one per cut, rad (m). A line names it by its name and the folders before it, as many as need be: of two lines the
+    /// longer one counts.
     pub fn of(&self, table: &Path) -> Vec<Vec<f64>> {
         let is_packed =
             table.extension().and_then(OsStr::to_str).is_some_and(|own| PACKED.contains(&own));
         let unpacked = if is_packed { table.with_extension("") } else { table.to_owned() };
-        let lines = |is_named: &dyn Fn(&Path) -> bool| -> Vec<Vec<f64>> {
-            let own = self.0.iter().filter(|(name, _)| is_named(Path::new(name)));
-            own.map(|(_, pose)| pose.clone()).collect()
+        let length = |name: &str| {
+            let line: PathBuf =
+                Path::new(name).components().filter(|own| *own != Component::CurDir).collect();
+            let is_own = table.ends_with(&line) || unpacked.ends_with(&line);
+            is_own.then(|| line.components().count())
         };
-        let by_path = lines(&|line| line == table || line == unpacked);
-        if !by_path.is_empty() {
-            return by_path;
-        }
-        let names = [table.file_name(), unpacked.file_name()];
-        lines(&|line| names.contains(&Some(line.as_os_str())))
+        let longest = self.0.iter().filter_map(|(name, _)| length(name)).max();
+        let own = self.0.iter().filter(|(name, _)| longest.is_some() && length(name) == longest);
+        own.map(|(_, pose)| pose.clone()).collect()
     }
 
     /// Returns the names of the tables.
@@ -134,7 +134,9 @@ mod tests {
         };
         assert_eq!(of("cut.csv"), [90.0, 45.0]);
         assert_eq!(of("anywhere/cut.csv.gz"), [90.0, 45.0]);
-        assert_eq!(of("day 2/cut.csv"), [0.0]);
+        for path in ["day 2/cut.csv", "./day 2/cut.csv", "/data/day 2/cut.csv.gz"] {
+            assert_eq!(of(path), [0.0]);
+        }
         assert_eq!(of("other.csv"), [0.0; 0]);
     }
 

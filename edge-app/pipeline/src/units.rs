@@ -53,6 +53,11 @@ impl Quantity {
     }
 }
 
+/// Returns whether this is a unit of a quantity that a sensor or a joint has.
+pub(crate) fn is_unit(unit: &str) -> bool {
+    [FORCE, ACCELERATION, ANGLE, STROKE].iter().any(|quantity| quantity.size(unit).is_some())
+}
+
 /// Splits the name of a column that ends in a unit in brackets, `Fx [N]` or `az (g)`, into name and unit.
 pub(crate) fn in_brackets(column: &str) -> Option<(&str, &str)> {
     let open = match column.chars().last()? {

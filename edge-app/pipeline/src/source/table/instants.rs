@@ -1,9 +1,10 @@
 //! The instants of rows: their counters, and their times on one clock.
 //!
-//! The number of the row is the counter. Where the time says that rows are missing, the counter goes on by as many. Where the time begins anew, or
-//! the line of names came again, another cut begins: its times follow behind a pause, since the robot may have moved.
+//! The number of the row is the counter. Where the time says that rows are missing, the counter goes on by as many. Where the time begins anew, makes
+//! a long pause, or the line of names came again, another cut begins: its times follow behind a pause, since the robot may have moved.
 
-use super::rows::{DIFFERS, Row, two_rates};
+use super::rates::{DIFFERS, two_rates};
+use super::rows::Row;
 
 /// Pause between two cuts, s: longer than the one after which the stream forgets the joint angles (`LONG_SILENCE_S` in
 /// `core/src/stream/mod.rs`).
@@ -66,6 +67,11 @@ impl Clock {
         Self { pace, newest: None, cuts: 0, offset_s: 0.0 }
     }
 
+    /// Returns the number of cuts so far.
+    pub(super) fn cuts(&self) -> usize {
+        self.cuts
+    }
+
     /// Returns the instant of the next row.
     ///
     /// # Errors
@@ -76,7 +82,7 @@ impl Clock {
         let time_s = row.time_s.unwrap_or(newest.time_s + period_s);
         let passed_s = time_s - newest.time_s;
         let is_anew = passed_s < 0.0 && time_s <= newest.first_s + NEXT * step_s;
-        if row.begins || is_anew {
+        if row.begins || is_anew || passed_s > PAUSE_S {
             return Ok(self.begin(row));
         }
         if passed_s < 0.0 {
@@ -92,7 +98,7 @@ impl Clock {
         let sparse = if is_next { 0 } else { newest.sparse + 1 };
         let mean_s = (time_s - since_s) / f64::from(rows);
         let compared = COMPARED.saturating_mul((step_s / period_s).ceil() as u32);
-        let is_other = rows >= compared && (mean_s / period_s - 1.0).abs() > DIFFERS;
+        let is_other = is_next && rows >= compared && (mean_s / period_s - 1.0).abs() > DIFFERS;
         if sparse == SPARSE || is_other {
             let own_s = if is_other { mean_s } else { passed_s };
             return Err(two_rates(1.0 / period_s, 1.0 / own_s));

@@ -3,6 +3,7 @@
 use flexid_core::chain::Chain;
 
 use super::lines::{Cells, text};
+use super::rates::{DIFFERS, two_rates};
 use crate::units::{self, ACCELERATION, ANGLE, FORCE, Quantity, STROKE, TIME};
 
 /// Names of a column of time, in small letters: those of flexid, LabVIEW, asammdf, and the recorders of robots.
@@ -76,19 +77,30 @@ impl Layout {
         let cells: Vec<String> = cells.texts().collect();
         let mut places = Vec::new();
         for name in self.needed() {
-            let mut all = cells.iter().enumerate().filter(|(_, cell)| is_named(cell, name));
-            let Some((place, _)) = all.next() else { return Ok(None) };
-            if all.next().is_some() {
-                return Err(format!(
-                    "column {name:?} is there twice: give each column a name of its own"
-                ));
+            let mut all: Vec<usize> =
+                (0..cells.len()).filter(|place| is_named(&cells[*place], name)).collect();
+            if all.len() > 1 {
+                // `Fx` stands beside `Fx (filtered)`.
+                let is_unit = |cell: &String| {
+                    units::in_brackets(cell).is_none_or(|(_, unit)| units::is_unit(unit))
+                };
+                all.retain(|place| cells[*place] == name || is_unit(&cells[*place]));
             }
+            let place = match all[..] {
+                [] => return Ok(None),
+                [place] => place,
+                _ => {
+                    return Err(format!(
+                        "column {name:?} is there twice: give each column a name of its own"
+                    ));
+                }
+            };
             places.push(place);
         }
         let is_time = |cell: &&String| {
-            let own = cell.to_lowercase();
-            let own = units::in_brackets(&own).map_or(&*own, |(name, _)| name);
-            TIMES.contains(&own)
+            let own = units::in_brackets(cell).map_or(&***cell, |(name, _)| name);
+            // A temperature is no time.
+            own != "T" && TIMES.contains(&&*own.to_lowercase())
         };
         // A column that has a meaning is no time. LabVIEW may repeat the time before each channel.
         let time = cells.iter().position(|cell| is_time(&cell));
@@ -161,10 +173,7 @@ impl Names {
         };
         let any = self.places().any(|place| !follows.get(place).is_empty());
         let has_units = any && self.places().all(is_unit);
-        let stated = before
-            .iter()
-            .rev()
-            .find(|line| line.first().is_some_and(|own| own.as_bytes() == UNITS));
+        let stated = before.iter().rev().find(|line| is_labels(line));
         let column = |place: usize| {
             let (name, known) = (&self.cells[place], quantity(place));
             // The first cell of that line names it.
@@ -176,29 +185,66 @@ impl Names {
                 has_units.then(|| bare(&text(follows.get(place)))).filter(|unit| !unit.is_empty())
             };
             let is_whole = layout.needed().any(|own| own == name);
-            let behind =
-                units::in_brackets(name).filter(|_| !is_whole).map(|(_, unit)| unit.to_owned());
-            let Some(unit) = behind.or_else(below).or_else(above) else {
-                return Ok(Column { cell: place, scale: 1.0 });
-            };
-            let scale = known.size(&unit).ok_or_else(|| {
-                let (what, units) = (known.name, known.known());
-                format!("column {name:?} has unit {unit:?}: {what} must be in one of {units}")
-            })?;
-            Ok::<_, String>(Column { cell: place, scale })
+            // Of a name that the config states with what stands in brackets, that may be no unit.
+            let behind = units::in_brackets(name)
+                .filter(|(_, unit)| !is_whole || known.size(unit).is_some())
+                .map(|(_, unit)| unit.to_owned());
+            let stated = [behind, below(), above()];
+            let mut scales = stated.into_iter().flatten().map(|unit| {
+                known.size(&unit).ok_or_else(|| {
+                    let (what, units) = (known.name, known.known());
+                    format!("column {name:?} has unit {unit:?}: {what} must be in one of {units}")
+                })
+            });
+            let first = scales.next().transpose()?;
+            for other in scales {
+                if Some(other?) != first {
+                    return Err(format!("column {name:?} has two units: leave one out"));
+                }
+            }
+            Ok::<_, String>((place, first))
         };
         let mut axes = [Column { cell: 0, scale: 1.0 }; 6];
-        for (axis, place) in axes.iter_mut().zip(self.axes) {
-            *axis = column(place)?;
+        for triple in 0..2 {
+            let of_axis = |axis: usize| column(self.axes[3 * triple + axis]);
+            let stated = [of_axis(0)?, of_axis(1)?, of_axis(2)?];
+            if let Some((without, _)) = stated.iter().find(|(_, scale)| scale.is_none())
+                && stated.iter().any(|(_, scale)| scale.is_some())
+            {
+                let name = &self.cells[*without];
+                return Err(format!(
+                    "column {name:?} has no unit, and another axis has: give each of the three its unit"
+                ));
+            }
+            for (axis, own) in stated.into_iter().enumerate() {
+                axes[3 * triple + axis] = in_si(own);
+            }
         }
+        let column = |place: usize| column(place).map(in_si);
         Ok(Columns {
             time: self.time.map(column).transpose()?,
             axes,
             joints: self.joints.iter().map(|place| column(*place)).collect::<Result<_, _>>()?,
-            period_s: before.iter().rev().find_map(|line| period_s(line)),
+            period_s: self.period_s(before)?,
             has_units,
             cells: self.cells.len(),
         })
+    }
+
+    /// Returns the sampling period that the lines before the names state, s.
+    ///
+    /// # Errors
+    /// It is another one for another column.
+    fn period_s(&self, before: &[Vec<String>]) -> Result<Option<f64>, String> {
+        let Some((line, own)) = before.iter().rev().find_map(|line| Some((line, period_s(line)?)))
+        else {
+            return Ok(None);
+        };
+        let stated = self.places().filter_map(|place| seconds(line.get(place)?));
+        match stated.into_iter().find(|other| (other / own - 1.0).abs() > DIFFERS) {
+            Some(other) => Err(two_rates(1.0 / own, 1.0 / other)),
+            None => Ok(Some(own)),
+        }
     }
 
     fn places(&self) -> impl Iterator<Item = usize> + '_ {
@@ -223,8 +269,23 @@ impl Names {
 pub(super) fn period_s(line: &[String]) -> Option<f64> {
     let (first, rest) = line.split_first()?;
     let value = rest.iter().find(|cell| !cell.is_empty()).filter(|_| first.as_bytes() == PERIOD)?;
-    let period_s: f64 = value.replacen(',', ".", 1).parse().ok()?;
+    seconds(value)
+}
+
+/// Returns the period in a cell, s.
+fn seconds(cell: &str) -> Option<f64> {
+    let period_s: f64 = cell.replacen(',', ".", 1).parse().ok()?;
     (period_s > 0.0 && period_s.is_finite()).then_some(period_s)
+}
+
+/// Returns whether a line has the units of the columns, as LabVIEW writes them.
+pub(super) fn is_labels(line: &[String]) -> bool {
+    line.first().is_some_and(|own| own.as_bytes() == UNITS)
+}
+
+/// Returns the column at a place, whose unit has this size. Without one it is that of SI.
+fn in_si((cell, scale): (usize, Option<f64>)) -> Column {
+    Column { cell, scale: scale.unwrap_or(1.0) }
 }
 
 /// Returns a line without the sign of a comment before it: NumPy writes names so.

@@ -42,16 +42,16 @@ impl<R: Read> Lines<R> {
         let mut line = &self.line[..];
         line = line.strip_suffix(b"\n").unwrap_or(line);
         line = line.strip_suffix(b"\r").unwrap_or(line);
-        if self.number == 1 {
-            line = line.strip_prefix(MARK).unwrap_or(line);
-        }
-        Ok(Some(line))
+        // Files that are joined have one in the middle.
+        Ok(Some(line.strip_prefix(MARK).unwrap_or(line)))
     }
 }
 
 /// Splits lines into cells.
 pub(super) struct Cells {
     reader: Reader,
+    /// The line with single spaces, if spaces separate its cells: programs write several, so that columns are aligned.
+    spaced: Option<Vec<u8>>,
     text: Vec<u8>,
     ends: Vec<usize>,
     /// Number of cells of the line.
@@ -61,12 +61,25 @@ pub(super) struct Cells {
 impl Cells {
     pub(super) fn new(separator: u8) -> Self {
         let reader = ReaderBuilder::new().delimiter(separator).build();
-        Self { reader, text: vec![0; 1024], ends: vec![0; 64], count: 0 }
+        let spaced = (separator == b' ').then(Vec::new);
+        Self { reader, spaced, text: vec![0; 1024], ends: vec![0; 64], count: 0 }
     }
 
     /// Takes the cells of a line.
     pub(super) fn split(&mut self, line: &[u8]) {
         self.reader.reset();
+        let line = match &mut self.spaced {
+            Some(spaced) => {
+                spaced.clear();
+                for cell in line.split(|byte| *byte == b' ').filter(|cell| !cell.is_empty()) {
+                    spaced.extend_from_slice(cell);
+                    spaced.push(b' ');
+                }
+                spaced.pop();
+                &spaced[..]
+            }
+            None => line,
+        };
         let (mut input, mut written) = (line, 0);
         self.count = 0;
         loop {

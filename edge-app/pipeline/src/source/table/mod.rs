@@ -12,6 +12,7 @@
 //! | ------------ | ----------------------------------------------- |
 //! | `lines`      | numbered lines, and their cells                 |
 //! | `number`     | the number in a cell                            |
+//! | `rates`      | when two rates differ                           |
 //! | `layout`     | the columns and their units                     |
 //! | `rows`       | lines as rows, and what stands between two cuts |
 //! | `instants`   | counters and times of the rows                  |
@@ -20,6 +21,7 @@ mod instants;
 mod layout;
 mod lines;
 mod number;
+mod rates;
 mod rows;
 #[cfg(test)]
 mod tests;
@@ -40,7 +42,8 @@ use instants::{Clock, Instant, Pace};
 pub use layout::Layout;
 use layout::uncommented;
 use lines::Cells;
-use rows::{DIFFERS, Row, Rows, SEPARATORS};
+use rates::DIFFERS;
+use rows::{Row, Rows, SEPARATORS};
 
 /// Rows that are read ahead, by which rate and steps of a table are judged: eight seconds of a fast force sensor (4 kHz).
 const LOOK_AHEAD: usize = 32_768;
@@ -49,8 +52,8 @@ const BATCH: usize = 256;
 /// A sensor is at another rate than the rows if it lacks one value in so many. With more missing samples no record can be used (`SHARE` in
 /// `intake/obstacle.rs`).
 const SHARE: usize = 10;
-/// Longest time after which the angles of joints come again, s: a tenth of the slowest cycle that the stream takes (`CYCLE_S` in
-/// `core/src/stream/sender.rs`), and of that of a simulated bus.
+/// Longest time after which the angles of joints come again, s: that of a simulated bus, far below the slowest cycle that the stream takes
+/// (`CYCLE_S` in `core/src/stream/sender.rs`).
 const CYCLE_S: f64 = 0.1;
 
 /// Rate and steps that the first rows of a table show.
@@ -208,6 +211,17 @@ impl<R: Read> TableLog<R> {
         }
     }
 
+    /// Refuses poses of cuts that the table does not have: then those of the cuts may be others.
+    fn check_poses(&self) -> Result<(), String> {
+        let (cuts, poses) = (self.clock.cuts(), self.poses.as_ref().map_or(0, Vec::len));
+        if poses <= 1 || poses == cuts {
+            return Ok(());
+        }
+        Err(format!(
+            "number of its cuts is {cuts}, and [recording] poses has {poses} lines of it: write a line for each cut; a cut begins where the time begins anew or makes a long pause, and below a line of names"
+        ))
+    }
+
     /// Passes on the angles of a row that differ from those before, and all of them in a cycle.
     fn note_angles(&mut self, row: &Row, instant: &Instant, batch: &mut Vec<Arrival>) {
         let Angles { values, came_s } = &mut self.angles;
@@ -245,7 +259,9 @@ impl<R: Read + Send> FrameSource for TableLog<R> {
                 Ok(true) => {}
                 end => {
                     self.repeat_angles(batch);
-                    return end.map(|_| Flow::Ended);
+                    end?;
+                    self.check_poses().map_err(|message| self.rows.whole(&message))?;
+                    return Ok(Flow::Ended);
                 }
             }
         }

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 
 use flexid_core::MAX_JOINTS;
 
-use super::layout::{Column, Columns, Layout, period_s, uncommented};
+use super::layout::{Column, Columns, Layout, is_labels, period_s, uncommented};
 use super::lines::{Cells, Lines, text};
 use super::number::{NoNumber, Numbers};
+use super::rates::{DIFFERS, two_rates};
 use crate::input::BadInput;
 use crate::units::TIME;
 
@@ -22,9 +23,6 @@ const LATEST_S: f64 = 1e11;
 const SHOWN: usize = 40;
 /// The error of a last line that is no row and has no end.
 const CUT_OFF: &str = "the last line is cut off";
-/// Part by which two sampling periods differ if they are two. The stream follows smaller differences (`DRIFT` in
-/// `core/src/stream/align.rs`).
-pub(super) const DIFFERS: f64 = 0.1;
 
 /// A row of a table. Numbers that are missing are NaN.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +59,10 @@ pub(super) struct Rows<R> {
     pub(super) columns: Columns,
     /// The line of names.
     names: Vec<u8>,
+    /// The line of units below the names, if there is one.
+    units: Option<Vec<u8>>,
+    /// LabVIEW's line of units.
+    labels: Option<Vec<String>>,
     /// A line that was read with that of the names, and is not of units.
     waiting: Option<Vec<u8>>,
     /// Numbers of cells of the first two rows. LabVIEW writes a comment behind the first.
@@ -117,13 +119,17 @@ impl<R: Read> Rows<R> {
         let line = before.len() as u64 + 1;
         let columns =
             names.columns(layout, &before, &cells).map_err(|message| bad(line, message))?;
+        let labels = before.iter().rev().find(|line| is_labels(line)).cloned();
+        let (units, waiting) = if columns.has_units { (follows, None) } else { (None, follows) };
         Ok(Self {
             file: file.to_owned(),
+            units,
+            labels,
             cells,
             numbers: Numbers::new(separator),
             layout: layout.clone(),
             names: own,
-            waiting: follows.filter(|_| !columns.has_units),
+            waiting,
             widths: heapless::Vec::new(),
             columns,
             lines,
@@ -167,8 +173,9 @@ impl<R: Read> Rows<R> {
             match line {
                 Ok(None) => return Ok(Line::End),
                 Ok(Some(line)) if line == self.names => {
-                    if self.columns.has_units {
-                        self.lines.next()?;
+                    if let Some(units) = &self.units {
+                        let follows = self.lines.next()?;
+                        self.waiting = follows.filter(|line| line != units).map(<[u8]>::to_owned);
                     }
                     return Ok(Line::Names);
                 }
@@ -185,25 +192,36 @@ impl<R: Read> Rows<R> {
     /// Skips what stands between two cuts, to behind the line of names.
     ///
     /// # Errors
-    /// It is `fault` if that line does not come again, so that the line before was a row that is wrong; or the sampling period is another one.
+    /// It is `fault` if that line does not come again or a row comes before, so that the line before was a row that is wrong; or the sampling
+    /// period or the units are others.
     fn skip_to_names(&mut self, fault: io::Error) -> io::Result<()> {
         for _ in 0..BEFORE {
+            self.check_header()?;
             match self.advance()? {
                 Line::End => break,
                 Line::Names => return Ok(()),
-                Line::Other => {
-                    let cells: Vec<String> = self.cells.texts().collect();
-                    let (own, other) = (self.columns.period_s, period_s(&cells));
-                    if let (Some(own), Some(other)) = (own, other)
-                        && (other / own - 1.0).abs() > DIFFERS
-                    {
-                        let rates = two_rates(1.0 / own, 1.0 / other);
-                        return Err(self.error(self.lines.number, &rates));
-                    }
-                }
+                Line::Other if matches!(self.row(), Ok(Some(_))) => break,
+                Line::Other => {}
             }
         }
         Err(fault)
+    }
+
+    /// Refuses the present line if it states another sampling period or other units for the next cut.
+    fn check_header(&self) -> io::Result<()> {
+        let cells: Vec<String> = self.cells.texts().collect();
+        let error = |message: &str| Err(self.error(self.lines.number, message));
+        if let (Some(own), Some(other)) = (self.columns.period_s, period_s(&cells))
+            && (other / own - 1.0).abs() > DIFFERS
+        {
+            return error(&two_rates(1.0 / own, 1.0 / other));
+        }
+        if is_labels(&cells) && self.labels.as_ref().is_some_and(|own| *own != cells) {
+            return error(
+                "has other units than the cut before: write the cut into a table of its own",
+            );
+        }
+        Ok(())
     }
 
     /// Reads the row of the present line. Returns `None` if its cells are empty, as below the last row of a spreadsheet.
@@ -262,18 +280,16 @@ impl<R: Read> Rows<R> {
         Ok(Some(Row { line: self.lines.number, begins: false, time_s, axes, joints }))
     }
 
+    /// Makes an error of the table.
+    pub(super) fn whole(&self, message: &str) -> io::Error {
+        io::Error::other(BadInput::new(&self.file, message))
+    }
+
     /// Makes the error of a line.
     pub(super) fn error(&self, line: u64, message: &str) -> io::Error {
         let line = Some(line as usize);
         io::Error::other(BadInput { line, ..BadInput::new(&self.file, message) })
     }
-}
-
-/// Says that a table has two rates, Hz.
-pub(super) fn two_rates(one_hz: f64, other_hz: f64) -> String {
-    format!(
-        "comes at {other_hz:.1} Hz, and what is before at {one_hz:.1} Hz: export each rate into a table of its own"
-    )
 }
 
 /// A line that may be that of the names.

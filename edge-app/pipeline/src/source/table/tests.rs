@@ -76,6 +76,8 @@ fn tables_of_other_programs_are_read() {
         ("pandas", b",time [s],Fx [N],Fy [N],Fz [N],ax [g],ay [g],az [g]\n0,0.0,1.5,2,3,0,0,1\n1,0.001,-1.5,2,3,0,0,1\n"),
         ("NumPy", b"# time [s];Fx [N];Fy [N];Fz [N];ax [g];ay [g];az [g]\n0.0e+00;1.5e+00;2.0e+00;3;0;0;1\n1.0e-03;-1.5e+00;2;3;0;0;1\n"),
         ("NumPy", b"# time Fx Fy Fz ax(g) ay(g) az(g)\n0.0 1.5 2.0 3.0 0.0 0.0 1.0\n1.0e-03 -1.5e+00 2 3 0 0 1\n"),
+        ("MATLAB", b"   time     Fx  Fy Fz ax(g) ay(g) az(g)\n  0.000    1.5   2  3     0     0     1\n  0.001   -1.5   2  3     0     0     1\n"),
+        ("a filter", b"T,time [s],Fx (filtered),Fx,Fy,Fz,ax [g],ay [g],az [g]\n20,0.0,9,1.5,2,3,0,0,1\n21,0.001,9,-1.5,2,3,0,0,1\n"),
         ("asammdf", b"\"timestamps\",\"Fx\",\"Fy\",\"Fz\",\"ax\",\"ay\",\"az\"\r\n\"s\",\"N\",\"N\",\"N\",\"g\",\"g\",\"g\"\r\n0,1.5,2,3,0,0,1\r\n0.001,-1.5,2,3,0,0,1\r\n"),
         ("DynoWare", b"File Type:\tExported ASCII Data\nSampling rate [Hz]:\t1000\nTotal number of channels:\t6\n\nTime\tFx\tFy\tFz\tax\tay\taz\ns\tN\tN\tN\tg\tg\tg\n0\t1.5\t2\t3\t0\t0\t1\n0.001\t-1.5\t2\t3\t0\t0\t1\n"),
         ("NI", b"Time (ms),Fx (N),Fy (kN),Fz (N),ax (mG),ay (G),az (G)\r\n0.000000,1.5,0.002,3,0,0,1\r\n1.000000,-1.5,0.002,3,0,0,1\r\n"),
@@ -114,6 +116,15 @@ fn each_mistake_is_named_with_its_line_and_column() {
             NAMES.replace("[g]", "[V]") + &rows(9),
             "cut.csv:1: column \"ax [V]\" has unit \"V\": acceleration must be in one of m/s^2, m/s²,".to_owned(),
         ),
+        (
+            NAMES.replace("az [g]", "az") + &rows(9),
+            "cut.csv:1: column \"az\" has no unit, and another axis has: give each of the three its unit".to_owned(),
+        ),
+        (
+            format!("{NAMES}s,kN,N,N,g,g,g\n{}", rows(9)),
+            "cut.csv:1: column \"Fx [N]\" has two units: leave one out".to_owned(),
+        ),
+        (format!("{}\n{NAMES}{}", with("0.015,1,two,3,0,0,1"), rows(9)), "cut.csv:17: column \"Fy\" holds \"two\", and no number".to_owned()),
         (NAMES.replace("[s]", "[min]") + &rows(9), "cut.csv:1: column \"time [min]\" has unit \"min\": time must be in one of s, ms".to_owned()),
         (NAMES.to_owned(), "cut.csv: has no row of numbers below the names of its columns".to_owned()),
         (with("0.015,1,two,3,0,0,1"), format!("cut.csv:17: column \"Fy\" holds \"two\", and no number{mend}")),
@@ -222,6 +233,70 @@ fn a_file_may_hold_several_cuts() {
         ),
         "{error}"
     );
+}
+
+/// A cut whose pose may be that of another is refused.
+#[test]
+fn each_cut_has_a_pose_of_its_own() {
+    let later = |row: u32| format!("{:.3},{row},2,3,0,0,1\n", 60.0 + f64::from(row) * 1e-3);
+    let paused = format!("{NAMES}{}{}", rows(20), (0..20).map(later).collect::<String>());
+    let pose = |angle: f64| vec![angle, 0.5, 0.6];
+    let open = |poses: Vec<Vec<f64>>| {
+        let (text, layout) = (paused.as_bytes(), layout(None, &[]));
+        all(TableLog::open(Path::new(FILE), text, &layout, Some(poses)).unwrap())
+    };
+    let (arrivals, error) = open(vec![pose(0.1), pose(0.2)]);
+    let found: Vec<f64> = angles(&arrivals, 0).iter().map(|(_, angle)| *angle).collect();
+    assert_eq!((found, error), (vec![0.1, 0.1, 0.2, 0.2], None));
+    let error = open([0.1, 0.2, 0.3].map(pose).to_vec()).1.unwrap();
+    let expected = "cut.csv: number of its cuts is 2, and [recording] poses has 3 lines of it";
+    assert!(error.starts_with(expected), "{error}");
+}
+
+/// The units of a cut hold for it alone.
+#[test]
+fn a_cut_of_other_units_is_an_error() {
+    let names = "time,Fx,Fy,Fz,ax,ay,az\n";
+    let block = |units: &str| format!("{names}{units}{}", rows(9));
+    let of = |second: &str| {
+        let text = block("s,N,N,N,g,g,g\n") + &block(second);
+        let table = open(text.as_bytes());
+        table.map(|table| forces(&all(table).0).len())
+    };
+    assert_eq!(of("s,N,N,N,g,g,g\n"), Ok(18));
+    assert_eq!(of(""), Ok(18));
+    let error = of("s,kN,kN,kN,g,g,g\n").unwrap_err();
+    assert!(error.starts_with("cut.csv:13: column \"time\" holds \"s\", and no number"), "{error}");
+    let segment = |unit: &str| {
+        format!(
+            "Y_Unit_Label\t{unit}\nDelta_X\t0.001\n***End_of_Header***\nX_Value\tFx\tFy\tFz\tax\tay\taz\n\t1\t2\t3\t0\t0\t1\n"
+        )
+    };
+    let (si, kilo) = ("N\tN\tN\tg\tg\tg", "kN\tkN\tkN\tg\tg\tg");
+    let joined =
+        |second: &str| open((segment(si) + "\n" + &segment(second)).as_bytes()).map(|_| ());
+    assert_eq!(joined(si), Ok(()));
+    assert!(joined(kilo).unwrap_err().contains("has other units than the cut before"));
+    let two =
+        segment(si).replace("Delta_X\t0.001", "Delta_X\t0.001\t0.001\t0.001\t0.002\t0.002\t0.002");
+    assert!(
+        open(two.as_bytes())
+            .err()
+            .unwrap()
+            .contains("comes at 500.0 Hz, and what is before at 1000.0 Hz")
+    );
+}
+
+/// A name that the config states with its unit has it.
+#[test]
+fn a_unit_in_the_name_of_the_config_counts() {
+    let own = Layout {
+        axes: ["Fx", "Fy", "Fz", "ax [g]", "ay [g]", "az [g]"].map(str::to_owned),
+        ..layout(None, &[])
+    };
+    let text = format!("{NAMES}{}", rows(9));
+    let table = TableLog::open(Path::new(FILE), text.as_bytes(), &own, None).unwrap();
+    assert_eq!(accelerations(&all(table).0)[0], [0.0, 0.0, 9.80665]);
 }
 
 #[test]
