@@ -7,6 +7,7 @@
 //! | [`plausible`]  | robots whose joints are like those of robots that mill       |
 //! | [`force`]      | the milling cutter                                           |
 //! | [`experiment`] | one cut: force, displacement and acceleration at the samples |
+//! | [`linear`]     | the displacement of the linearised robot in a cut            |
 //! | [`plant`]      | what a real plant has beside the model                       |
 //! | [`transmission`] | noise, counters, and the frames on the bus                 |
 //! | [`simulator`]  | the simulator, which does one experiment after the other     |
@@ -28,6 +29,7 @@ pub mod coverage;
 pub mod experiment;
 pub mod force;
 pub mod interface;
+pub mod linear;
 pub mod plant;
 pub mod plausible;
 #[cfg(test)]

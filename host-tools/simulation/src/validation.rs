@@ -12,6 +12,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use realfft::RealFftPlanner;
 
 use crate::experiment::Cut;
+use crate::linear;
 use crate::scenario::Scenario;
 use crate::truth::Shared;
 
@@ -98,7 +99,7 @@ pub fn compare(
 }
 
 /// Displacement errors of `estimate` at `count` poses and cuts that no identification has seen, drawn
-/// with `seed` within the joints' limits.
+/// with `seed` within the joints' limits. Both robots are linearised.
 pub fn on_unseen_poses(
     scenario: &Scenario,
     model: &Model,
@@ -112,7 +113,8 @@ pub fn on_unseen_poses(
     let errors = (0..count).flat_map(|_| {
         let experiment = scenario.draw_experiment(model, &mut rng);
         let cut = Cut::new(&experiment, &scenario.cutting, sampling, &mut rng);
-        let [reference, fitted] = [truth, estimate].map(|robot| displacement(chain, robot, &cut));
+        let [reference, fitted] =
+            [truth, estimate].map(|robot| linear::displacement(chain, robot, &cut));
         displacement_error(&reference, &fitted, sampling.rate_hz, sampling.band_hz)
     });
     summarise(errors.collect())
