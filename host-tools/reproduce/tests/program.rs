@@ -12,7 +12,7 @@ fn the_same_seed_gives_the_same_bytes() {
     let run = |threads: &str| {
         let folder = tempfile::tempdir().unwrap();
         let done = Command::new(env!("CARGO_BIN_EXE_flexid-reproduce"))
-            .args(["--robots", "2", "--iterations", "2", "--out"])
+            .args(["--quick", "--robots", "2", "--iterations", "2", "--out"])
             .arg(folder.path())
             .env("RAYON_NUM_THREADS", threads)
             .output()

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::setup::{edit, flexid, folder, identified, json, stderr, stdout};
+use crate::setup::{edit, flexid, folder, found, identified, json, stderr, stdout};
 
 /// Everything is off by about one standard deviation of the typical accuracies.
 const PLANT: &str = "
@@ -156,9 +156,7 @@ fn check_explanations(found: &Value, adopted: bool) {
 
 #[test]
 fn nothing_to_explain_is_a_mistake() {
-    let folder = folder();
-    let simulated = flexid(folder.path(), "simulate --config edge.toml --candump o.log");
-    assert!(simulated.status.success());
+    let folder = found();
     let refused = |logs: &str, message: &str| {
         let command = format!("identify --config edge.toml {logs} --explain");
         let output = flexid(folder.path(), &command);

@@ -5,8 +5,8 @@ use std::fs;
 use serde_json::Value;
 
 use crate::setup::{
-    add_static_test, besides, edit, flexid, folder, found, identified, json, refused, stderr,
-    stdout,
+    add_static_test, besides, edit, fitted, flexid, folder, found, identified, json, refused,
+    stderr, stdout,
 };
 
 #[test]
@@ -281,10 +281,9 @@ fn what_a_single_pose_does_not_determine_is_named() {
 /// A link that weighs a fifth less than it should: the advice is to look at the model, not for more data.
 #[test]
 fn a_wrong_model_is_reported_as_one() {
-    let folder = folder();
-    let model = folder.path().join("mill3-model.toml");
-    let lighter = || edit(&model, "mass_kg = 485.0", "mass_kg = 388.0");
-    let (table, report) = identified(folder.path(), "", lighter);
+    let folder = found();
+    edit(&folder.path().join("mill3-model.toml"), "mass_kg = 485.0", "mass_kg = 388.0");
+    let (table, report) = fitted(folder.path());
     assert_eq!(report["confidence"]["residuals"]["size_objects"], true);
     let warnings = report["warnings"].as_array().unwrap();
     let said = |part: &str| warnings.iter().any(|line| line.as_str().unwrap().contains(part));
@@ -303,12 +302,12 @@ fn a_wrong_model_is_reported_as_one() {
 /// The simulated sensors are in time, and joint 1 is as stiff as it is said to be.
 #[test]
 fn what_is_sought_beside_the_joints_and_what_is_fixed_is_reported() {
-    let folder = folder();
+    let folder = found();
     let sections = "\n[calibration]\ndelay_s = 5e-4\n\n[parameters]\n\
                     fixed = { \"joint_1.stiffness.tx\" = 6.0e7 }\n";
     let config = folder.path().join("edge.toml");
     fs::write(&config, fs::read_to_string(&config).unwrap() + sections).unwrap();
-    let (table, report) = identified(folder.path(), "", || ());
+    let (table, report) = fitted(folder.path());
     let joint = &report["joints"][0];
     assert_eq!(joint["stiffness_verdict"][0], "fixed");
     assert!((joint["stiffness"][0].as_f64().unwrap() / 6.0e7 - 1.0).abs() < 1e-12, "{joint}");

@@ -6,7 +6,7 @@ use std::path::Path;
 use nalgebra::{DMatrix, Vector6};
 use serde_json::Value;
 
-use crate::setup::{add_static_test, edit, flexid, folder, identified, json, stderr};
+use crate::setup::{add_static_test, edit, flexid, folder, found, json, stderr};
 use crate::statics::motions;
 
 /// A plan, as a table and as JSON.
@@ -142,8 +142,8 @@ fn an_experiment_determines_what_the_plan_predicts() {
 
 #[test]
 fn what_was_found_is_what_a_plan_starts_from() {
-    let folder = folder();
-    let (_, report) = identified(folder.path(), "", || ());
+    let folder = found();
+    let report = json(folder.path(), "o.json");
     let known = Found::of(&report);
     assert_eq!(known.deviations.len(), 36);
     let geometric_mean = (known.deviations.iter().map(|std| std.ln()).sum::<f64>() / 36.0).exp();
@@ -192,9 +192,8 @@ fn tools(plan: &Value) -> Vec<[f64; 3]> {
 /// In a box, from poses of the user, and near poses. What is predicted there comes true.
 #[test]
 fn a_plan_keeps_to_the_place_that_it_is_given() {
-    let folder = folder();
+    let folder = found();
     let path = folder.path();
-    identified(path, "", || ());
     let boxed = "--experiments 3 --poses 8 --box 0.5,2.6,-0.9,1.2,0.2,1.8";
     let (table, plan) = planned(path, boxed);
     for at @ [x, y, z] in tools(&plan) {

@@ -208,9 +208,9 @@ fn an_export_says_that_a_file_is_written() {
 
 #[test]
 fn a_wrong_result_is_refused_with_its_place_and_mend() {
-    let folder = folder();
+    let folder = found();
     let folder = folder.path();
-    let (_, found) = identified(folder, "", || ());
+    let found = json(folder, "o.json");
     type Change = fn(&mut Value);
     let changes: [(Change, &str); 12] = [
         (|found| found["schema"] = value!(9), "is of schema 9, this flexid reads 1 to 2"),

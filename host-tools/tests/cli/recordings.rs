@@ -11,13 +11,11 @@ use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 use serde_json::Value;
 
 use crate::common::example;
-use crate::setup::{FLEXID, besides, flexid, folder, json, stderr};
+use crate::setup::{self, FLEXID, besides, flexid, folder, json, stderr};
 
 /// A folder with a log of three experiments, and the log.
 fn simulated() -> (tempfile::TempDir, Vec<u8>) {
-    let folder = folder();
-    let output = flexid(folder.path(), "simulate --config edge.toml --candump o.log");
-    assert!(output.status.success(), "{}", stderr(&output));
+    let folder = setup::found();
     let log = fs::read(folder.path().join("o.log")).unwrap();
     (folder, log)
 }

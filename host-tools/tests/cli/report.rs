@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::setup::{add_static_test, flexid, folder, identified, json, stderr};
+use crate::setup::{add_static_test, flexid, folder, found, json, stderr};
 
 fn succeed(folder: &Path, arguments: &str) {
     let output = flexid(folder, arguments);
@@ -25,9 +25,9 @@ fn without_seconds(mut result: Value) -> Value {
 /// are called.
 #[test]
 fn a_page_is_made_of_the_result_alone() {
-    let folder = folder();
+    let folder = found();
     let folder = folder.path();
-    let (_, found) = identified(folder, "", || ());
+    let found = json(folder, "o.json");
     succeed(folder, "identify --config edge.toml o.log --json again.json --report page.html");
     assert_eq!(without_seconds(json(folder, "again.json")), without_seconds(found.clone()));
     succeed(folder, "report again.json --out again.html");
@@ -60,9 +60,9 @@ fn a_page_is_made_of_the_result_alone() {
 /// The page shows of the records what a fit to the scenario's noise leaves.
 #[test]
 fn the_result_carries_what_the_page_needs() {
-    let folder = folder();
+    let folder = found();
     let folder = folder.path();
-    let (_, found) = identified(folder, "", || ());
+    let found = json(folder, "o.json");
     let origin = &found["origin"];
     assert_eq!(origin["command"], "flexid identify --config edge.toml o.log");
     assert_eq!(origin["version"], env!("CARGO_PKG_VERSION"));
@@ -139,9 +139,9 @@ fn static_tests_alone_have_a_page() {
 
 #[test]
 fn a_wrong_result_is_refused_with_its_place_and_mend() {
-    let folder = folder();
+    let folder = found();
     let folder = folder.path();
-    let (_, found) = identified(folder, "", || ());
+    let found = json(folder, "o.json");
     let mut no_robot = found.clone();
     no_robot.as_object_mut().unwrap().remove("robot");
     fs::write(folder.join("daemon.json"), no_robot.to_string()).unwrap();

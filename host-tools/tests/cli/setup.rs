@@ -69,17 +69,27 @@ pub(crate) fn identified(
         flexid(folder, &format!("simulate --config edge.toml --candump o.log {simulation}"));
     assert!(simulated.status.success(), "{}", stderr(&simulated));
     before_identifying();
-    let output = flexid(folder, "identify --config edge.toml o.log --json o.json");
-    assert!(output.status.success(), "{}", stderr(&output));
-    (String::from_utf8(output.stdout).unwrap(), json(folder, "o.json"))
+    fitted(folder)
 }
 
-/// A folder with the result of the scenario as `o.json`, which is identified once.
+/// Identifies from `o.log`; the table and the result file.
+pub(crate) fn fitted(folder: &Path) -> (String, Value) {
+    let table = stdout(folder, "identify --config edge.toml o.log --json o.json");
+    (table, json(folder, "o.json"))
+}
+
+/// A folder with the log of the scenario as `o.log` and its result as `o.json`, which are made once.
 pub(crate) fn found() -> TempDir {
-    static FOUND: OnceLock<String> = OnceLock::new();
+    static FOUND: OnceLock<[Vec<u8>; 2]> = OnceLock::new();
+    const FILES: [&str; 2] = ["o.log", "o.json"];
     let folder = folder();
-    let text = FOUND.get_or_init(|| identified(folder.path(), "", || ()).1.to_string());
-    fs::write(folder.path().join("o.json"), text).unwrap();
+    let made = FOUND.get_or_init(|| {
+        identified(folder.path(), "", || ());
+        FILES.map(|file| fs::read(folder.path().join(file)).unwrap())
+    });
+    for (file, content) in FILES.iter().zip(made) {
+        fs::write(folder.path().join(file), content).unwrap();
+    }
     folder
 }
 

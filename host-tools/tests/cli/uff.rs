@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::python::{run, with};
-use crate::setup::{flexid, folder, identified, stderr};
+use crate::setup::{flexid, found, stderr};
 
 /// Largest deviation of a receptance from the one that is printed, relative: the file has thirteen digits.
 const DIGITS: f64 = 1e-11;
@@ -17,9 +17,8 @@ const FREQUENCY_DIGITS: f64 = 1e-12;
 /// A program that is not ours reads from the file what `predict --json` prints, in each direction at each frequency.
 #[test]
 fn pyuff_reads_the_receptance() {
-    let folder = folder();
+    let folder = found();
     let folder = folder.path();
-    identified(folder, "", || ());
     let pose = "--pose 0.4,-0.7,1.1";
     for arguments in [
         format!("predict o.json {pose} --receptance predicted.uff --json"),

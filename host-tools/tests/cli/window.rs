@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use console::{measure_text_width, strip_ansi_codes};
 
-use crate::setup::{FLEXID, flexid, folder, identified};
+use crate::setup::{FLEXID, flexid, folder, found, identified};
 
 /// Output of a command on stdout, in a window of so many columns.
 fn in_window(folder: &Path, columns: usize, arguments: &str) -> String {
@@ -70,9 +70,8 @@ fn tables_fit_and_words_stay_whole() {
 /// No line is folded where a program reads it, and `check` ends as it begins.
 #[test]
 fn a_pipe_gets_whole_lines() {
-    let folder = folder();
+    let folder = found();
     let folder = folder.path();
-    identified(folder, "", || ());
     let output = flexid(folder, "check --config edge.toml o.log");
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("below half: the bands where it does not\n"), "{text}");

@@ -60,7 +60,7 @@ const PARTS: [Part; 15] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 16] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 24] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 5] },
-    Part { name: "displacement", prove: displacement::prove, robots: [20, 1] },
+    Part { name: "displacement", prove: displacement::prove, robots: [20, 0] },
     Part { name: "nonlinear", prove: nonlinear::prove, robots: [20, 2] },
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 1] },
     Part { name: "plants", prove: plants::prove, robots: [200, 4] },
