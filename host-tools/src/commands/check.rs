@@ -14,9 +14,9 @@ use crate::recording::meter::Meter;
 use crate::window;
 
 /// The help text with the exit status and examples.
-const AFTER_HELP: &str = "States: wrong prevents identification; doubtful costs accuracy, or part of the data; note is to be known; right is right.
+const AFTER_HELP: &str = "States: wrong prevents identification, or makes its numbers wrong; doubtful costs accuracy, or part of the data; note is to be known; right is right.
 
-Exit status: 0 when the configuration and the logs are ready; 1 when something is wrong; 2 for bad input: a file that is missing, \
+Exit status: 0 when the configuration and the recordings are ready; 1 when something is wrong; 2 for bad input: a file that is missing, \
 empty or cut off, or a mistake in the configuration.
 
 Examples:

@@ -18,9 +18,9 @@ Examples:
   $ flexid compare before.json after.json
   differ: joint_2 ry stiffness fell by 15.2 % (13.7 to 16.8)
 
-   parameter              before    after    change             95 %    std
-  ──────────────────────────────────────────────────────────────────────────────
-   joint_1 tx stiffness   6.01e7   6.00e7   -0.16 %   -5.26 to +5.22   -0.1
+   parameter              from         to    change           95 %     std
+  ─────────────────────────────────────────────────────────────────────────
+   joint_1 tx stiffness   60.0  60.1 MN/m     0.2 %    -0.2 to 0.5     1.1
   ...";
 
 #[derive(Debug, clap::Args)]

@@ -39,7 +39,9 @@ use crate::{urdf, window};
 /// Most driven joints that one pose may determine: those of the reference robot.
 const ONE_POSE: usize = 3;
 
-const AFTER_HELP: &str = "Examples:
+const AFTER_HELP: &str = "Exit status: 0 whatever the numbers are worth; 1 where a recording breaks off, of which what came before is used; 2 for bad input.
+
+Examples:
   $ flexid identify --config edge.toml cut.log --json found.json
   $ flexid identify --config edge.toml first.log.gz second.log --explain --report report.html";
 

@@ -45,7 +45,7 @@ enum Command {
     Simulate(simulate::Args),
     /// Checks configuration, DBC file and logs before anybody identifies from them
     Check(check::Args),
-    /// Identifies the joints from candump logs and static tests, as the daemon would
+    /// Identifies the joints from recordings and static tests, as the daemon would
     Identify(identify::Args),
     /// Plans which experiments to do next
     Plan(plan::Args),

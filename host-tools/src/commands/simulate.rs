@@ -25,11 +25,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 /// Largest number of experiments, and of repetitions: half a day of milling each.
 const MOST: u64 = 10_000;
 
-const AFTER_HELP: &str = "Examples:
-  $ flexid simulate --config mill3-edge.toml --candump cut.log --truth-json truth.json
-  $ flexid simulate --config mill3-edge.toml --plant mill3-plant.toml --experiments 5 --can vcan0
+const AFTER_HELP: &str =
+    "Before a plant is identified, leave [accuracy] assume = \"perfect\" out of the configuration.
 
-Before a plant is identified, leave [accuracy] assume = \"perfect\" out of the configuration.";
+Examples:
+  $ flexid simulate --config mill3-edge.toml --candump cut.log --truth-json truth.json
+  $ flexid simulate --config mill3-edge.toml --plant mill3-plant.toml --experiments 5 --can vcan0";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP, group(ArgGroup::new("destination").args(["can", "candump"]).required(true)))]
