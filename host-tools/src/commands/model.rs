@@ -39,10 +39,16 @@ pub(super) struct ImportArgs {
     dh: Option<Convention>,
     /// Mass of the robot by its data sheet, base included and tool not. Links without a mass get one by the volume of their meshes and the length
     /// of arm that they carry, or without meshes by that length alone. The model says how far that may be off
-    #[arg(long, value_name = "KG")]
+    #[arg(long, value_name = "KG", allow_negative_numbers = true)]
     total_mass: Option<f64>,
     /// Mass of what the flange carries beside the links in the file: clamp, sensor, spindle, tool
-    #[arg(long, value_name = "KG", default_value_t = 0.0, hide_default_value = true)]
+    #[arg(
+        long,
+        value_name = "KG",
+        default_value_t = 0.0,
+        hide_default_value = true,
+        allow_negative_numbers = true
+    )]
     payload: f64,
     /// The base gives way: seek six stiffnesses and dampings under it, as of a joint
     #[arg(long)]

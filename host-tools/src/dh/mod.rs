@@ -8,14 +8,13 @@
 //! | standard (Denavit-Hartenberg) | turn z by θ, move z by d, move x by a, turn x by α | z of frame i − 1                  |
 //! | modified (Craig)              | turn x by α, move x by a, turn z by θ, move z by d | z of frame i                      |
 
+mod error;
 mod table;
 
-use std::path::Path;
-
-use flexid_pipeline::input::BadInput;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use crate::urdf::{self, Base, Imported, Inertial, Joint, Link, Masses, Robot, UrdfError};
+pub use error::DhError;
 pub(crate) use table::is_table;
 use table::{Kind, Row, Table};
 
@@ -28,26 +27,13 @@ pub enum Convention {
     Modified,
 }
 
-/// Why a table is refused.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{message}")]
-pub struct DhError {
-    /// Line of the table, from 1, if it is known.
-    pub line: Option<usize>,
-    /// The fault and its mend.
-    pub message: String,
-}
+/// Name of the link before the first row.
+const GROUND: &str = "world";
 
-impl DhError {
-    /// The error as that of a file.
-    pub(crate) fn of(self, file: &Path) -> BadInput {
-        BadInput { line: self.line, ..BadInput::new(file, self.message) }
-    }
+/// Name of the link after the last row, which no row has.
+fn tip(table: &Table) -> &'static str {
+    if table.rows.iter().any(|row| row.name == "tcp") { "tip" } else { "tcp" }
 }
-
-/// Names of the links before the first row and after the last one.
-const BASE: &str = "base";
-const TCP: &str = "tcp";
 
 /// Reads the chain of a table, which is CSV or TOML, up to the link `tcp`: the frame after the last row if none is named. A table in CSV has the
 /// robot's `name` from outside.
@@ -63,7 +49,8 @@ pub fn import(
     masses: &Masses<'_>,
 ) -> Result<Imported, DhError> {
     let table = Table::read(text, name)?;
-    let imported = urdf::import_robot(&robot(&table, convention), tcp.unwrap_or(TCP), base, masses);
+    let imported =
+        urdf::import_robot(&robot(&table, convention), tcp.unwrap_or(tip(&table)), base, masses);
     imported.map_err(|error| {
         let message = match error {
             UrdfError::NoMass(links) => {
@@ -82,9 +69,9 @@ pub fn import(
 
 /// The links and joints of a table. The frame of a link is its joint's: in the standard convention that of the row before, turned by the joint.
 fn robot(table: &Table, convention: Convention) -> Robot {
-    let mut links = vec![Link::new(BASE, None)];
+    let mut links = vec![Link::new(GROUND, None)];
     let mut joints = Vec::new();
-    let mut parent = BASE.to_owned();
+    let mut parent = GROUND.to_owned();
     // From the frame of the link before to that of its row.
     let mut before = Isometry3::identity();
     for row in &table.rows {
@@ -100,13 +87,13 @@ fn robot(table: &Table, convention: Convention) -> Robot {
                 Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
             },
         });
-        let link = format!("link of {}", row.name);
+        let link = row.name.clone();
         joints.push(joint(&row.name, row.kind, &parent, &link, before * to_joint, row.limits));
         links.push(Link::new(&link, inertial));
         (parent, before) = (link, to_row);
     }
-    joints.push(joint("tcp_mount", Kind::Fixed, &parent, TCP, before, None));
-    links.push(Link::new(TCP, None));
+    joints.push(joint("tcp_mount", Kind::Fixed, &parent, tip(table), before, None));
+    links.push(Link::new(tip(table), None));
     Robot { name: table.name.clone(), links, joints }
 }
 

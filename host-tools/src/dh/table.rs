@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-use super::DhError;
+use super::error::DhError;
 
 /// A robot as a table.
 pub(super) struct Table {
@@ -273,7 +273,9 @@ impl Row {
             "prismatic" | "p" | "linear" => Kind::Prismatic,
             "fixed" | "f" | "tool" => Kind::Fixed,
             other => {
-                return Err(bad(format!("type is {other:?}: must be revolute, prismatic or fixed")));
+                return Err(bad(format!(
+                    "type is {other:?}: must be revolute, prismatic or fixed"
+                )));
             }
         };
         let given = |name: &str| -> Result<Option<f64>, DhError> {

@@ -2,10 +2,10 @@
 //!
 //! | module    | holds                                                      |
 //! | --------- | ---------------------------------------------------------- |
-//! | [`stl`]   | triangles of an STL file, in text or binary                |
-//! | [`dae`]   | triangles of a COLLADA file                                |
-//! | [`hull`]  | the convex hull of points                                  |
-//! | [`solid`] | the body within triangles, and how far they are closed     |
+//! | `stl`     | triangles of an STL file, in text or binary                |
+//! | `dae`     | triangles of a COLLADA file                                |
+//! | `hull`    | the convex hull of points                                  |
+//! | `solid`   | the body within triangles, and how far they are closed     |
 
 mod dae;
 mod hull;

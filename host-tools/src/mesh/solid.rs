@@ -86,7 +86,8 @@ impl Solid {
 fn is_closed(triangles: &[Triangle]) -> bool {
     let (lower, upper) = extent(triangles.iter().flatten());
     let step = WELD * (upper - lower).norm();
-    let cell = |own: &Point| ((own - lower) / step).map(|own| own.round() as i64);
+    let cell =
+        |own: &Point| -> [i64; 3] { ((own - lower) / step).map(|own| own.round() as i64).into() };
     let mut edges = HashMap::new();
     for corners in triangles {
         let [a, b, c] = corners.each_ref().map(cell);

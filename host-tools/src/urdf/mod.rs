@@ -32,7 +32,6 @@ use error::{HEAVIEST_KG, shown};
 use meshes::Part;
 pub(crate) use plausibility::{Doubt, limits_in_degrees};
 use shapes::Drawn;
-use spread::Arm;
 use tree::Tree;
 
 /// Places of `[ixx, iyy, izz, ixy, ixz, iyz]` in the matrix.
@@ -162,7 +161,7 @@ pub(crate) fn import_robot(
         let Part { known, drawn } = parts[index];
         known.mass > 0.0 && drawn.mass <= 0.0 && !tree.has_mass(&links[index])
     });
-    let arm = Arm::new(&model.joints, &model.tcp);
+    let arm = spread::Arm::new(&model.joints, &model.tcp);
     let length = arm.as_ref().map_or(0.0, |arm| arm.whole);
     let mut origins = Vec::new();
     match masses.total {
